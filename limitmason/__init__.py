@@ -1,0 +1,56 @@
+"""limitmason: at what load a structure of rigid blocks collapses, how, and how far the answer can be trusted.
+
+Units are SI, axes right-handed with z up, compression positive; angles are radians unless a name ends in ``_deg``.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from limitmason.model import Assembly, Block, Interface, Joint, Loads, Support
+from limitmason.results import Certificate, Mechanism, Prediction, Resultants
+
+if TYPE_CHECKING:
+    from limitmason import build, experiments, figures, formats
+    from limitmason.limit import limit_analysis, limit_bracket, settlement_analysis
+    from limitmason.methods import predict, predict_cases
+
+__version__ = "0.1.0"
+
+# loaded on first use: a script that only builds an assembly waits for neither solver nor matplotlib
+_MODULES = ("build", "certificate", "equilibrium", "experiments", "figures", "formats", "limit", "methods", "results")
+_NAMES = {
+    "limit_analysis": "limitmason.limit",
+    "limit_bracket": "limitmason.limit",
+    "settlement_analysis": "limitmason.limit",
+    "predict": "limitmason.methods",
+    "predict_cases": "limitmason.methods",
+}
+
+__all__ = [
+    "Assembly",
+    "Block",
+    "Certificate",
+    "Interface",
+    "Joint",
+    "Loads",
+    "Mechanism",
+    "Prediction",
+    "Resultants",
+    "Support",
+    *_MODULES,
+    *_NAMES,
+]
+
+
+def __getattr__(name: str):
+    """Import a submodule or a function of one when it is first asked for."""
+    if name in _MODULES:
+        return import_module(f"limitmason.{name}")
+    if name in _NAMES:
+        return getattr(import_module(_NAMES[name]), name)
+    raise AttributeError(f"module 'limitmason' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """Public names."""
+    return sorted([*__all__, "__version__"])

@@ -1,0 +1,170 @@
+"""Closed polyhedra in batches of equal topology: mass properties, and checks that name what is wrong."""
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+Faces = tuple[tuple[int, ...], ...]
+
+
+class Solid(NamedTuple):
+    """A closed convex polyhedron: vertices [m], shape (n, 3); faces as index tuples, counter-clockwise from outside."""
+
+    vertices: Array
+    faces: Faces
+
+
+class MassProperties(NamedTuple):
+    """Volume [m3], centroid [m] and inertia per unit density about the centroid [m5] of each polyhedron."""
+
+    volume: Array
+    centroid: Array
+    inertia: Array
+
+
+_BOX_FACES: Faces = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+
+
+def box(low: ArrayLike, high: ArrayLike) -> Solid:
+    """Rectangular block between two opposite corners [m], shape (3,) each."""
+    (x0, y0, z0), (x1, y1, z1) = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
+    vertices = np.array(
+        [[x0, y0, z0], [x1, y0, z0], [x1, y1, z0], [x0, y1, z0], [x0, y0, z1], [x1, y0, z1], [x1, y1, z1], [x0, y1, z1]]
+    )
+    return Solid(vertices, _BOX_FACES)
+
+
+def prism(outline: ArrayLike, y0: float, y1: float) -> Solid:
+    """Prism over a convex counter-clockwise outline in x-z [m], shape (n, 2), between y0 and y1 [m]."""
+    p = np.asarray(outline, dtype=float)
+    n = len(p)
+    front = np.column_stack([p[:, 0], np.full(n, y0), p[:, 1]])
+    back = np.column_stack([p[:, 0], np.full(n, y1), p[:, 1]])
+    # seen from -y, x runs right and z up, so the counter-clockwise outline is the outward front face
+    sides = tuple((i, i + n, (i + 1) % n + n, (i + 1) % n) for i in range(n))
+    return Solid(np.vstack([front, back]), (tuple(range(n)), tuple(range(2 * n - 1, n - 1, -1)), *sides))
+
+
+def group_by_topology(solids: Sequence[Solid]) -> list[tuple[Faces, NDArray[np.intp], Array]]:
+    """Solids of equal vertex count and faces stacked together: (faces, indices, vertices (k, n, 3)) per group."""
+    groups: dict[tuple[int, Faces], list[int]] = {}
+    for i, solid in enumerate(solids):
+        groups.setdefault((len(solid.vertices), solid.faces), []).append(i)
+    return [
+        (faces, np.array(members), np.stack([solids[i].vertices for i in members]))
+        for (_, faces), members in groups.items()
+    ]
+
+
+def _triangles(faces: Faces) -> NDArray[np.intp]:
+    return np.array([(f[0], f[k], f[k + 1]) for f in faces for k in range(1, len(f) - 1)])
+
+
+def mass_properties(solids: Sequence[Solid]) -> MassProperties:
+    """Exact volume, centroid and inertia of closed polyhedra by the divergence theorem.
+
+    Tetrahedra from the vertex mean to every triangle of the surface: V = sum det/6, and the second moments of a
+    tetrahedron with apex at the origin, integral x x^T dV = det/120 (sum_k v_k v_k^T + s s^T), s = v_1 + v_2 + v_3.
+
+    Parameters
+    ----------
+    solids : sequence of Solid
+
+    Returns
+    -------
+    MassProperties
+        volume [m3], shape (n,), negative for an inverted solid; centroid [m], shape (n, 3); inertia about the
+        centroid per unit density [m5], shape (n, 3, 3).
+    """
+    volume, centroid = np.empty(len(solids)), np.empty((len(solids), 3))
+    inertia = np.empty((len(solids), 3, 3))
+    for faces, members, vertices in group_by_topology(solids):
+        origin = vertices.mean(axis=1)
+        t = (vertices - origin[:, None])[:, _triangles(faces)]  # (k, triangles, 3 corners, 3)
+        det = np.einsum("kti,kti->kt", t[:, :, 0], np.cross(t[:, :, 1], t[:, :, 2]))
+        total = det.sum(axis=1) / 6.0
+        s = t.sum(axis=2)
+        safe = np.where(np.abs(total) > 0, total, 1.0)
+        local = np.einsum("kt,kti->ki", det, s) / 24.0 / safe[:, None]
+        second = (np.einsum("kt,ktci,ktcj->kij", det, t, t) + np.einsum("kt,kti,ktj->kij", det, s, s)) / 120.0
+        second -= total[:, None, None] * local[:, :, None] * local[:, None, :]
+        trace = np.trace(second, axis1=1, axis2=2)
+        volume[members] = total
+        centroid[members] = origin + local
+        inertia[members] = trace[:, None, None] * np.eye(3) - second
+    return MassProperties(volume, centroid, inertia)
+
+
+def check_solids(solids: Sequence[Solid], names: Sequence[str], flatness: float) -> None:
+    """Refuse solids that are open, inverted, flat, not convex, or whose faces are not plane.
+
+    Parameters
+    ----------
+    solids : sequence of Solid, one convex piece each
+    names : what to call each in an error
+    flatness : largest distance of a vertex from its face's plane, and of any vertex outside a face's plane [m]
+
+    Raises
+    ------
+    ValueError
+        Naming the block, what is wrong and what to do.
+    """
+    for faces, members, vertices in group_by_topology(solids):
+        first = names[members[0]]
+        n = vertices.shape[1]
+        for f in faces:
+            if len(f) < 3 or min(f) < 0 or max(f) >= n or len(set(f)) != len(f):
+                raise ValueError(
+                    f"block {first!r}: face {f} is not a polygon of at least three distinct vertex indices below {n}"
+                )
+        edges = Counter((f[k], f[(k + 1) % len(f)]) for f in faces for k in range(len(f)))
+        for (i, j), count in edges.items():
+            if count > 1 or edges.get((j, i), 0) != 1:
+                raise ValueError(
+                    f"block {first!r} is open or has faces of mixed orientation: edge {i}-{j} is not shared by exactly "
+                    "two faces that run along it in opposite senses; close the solid and orient every face "
+                    "counter-clockwise seen from outside"
+                )
+        bad = ~np.isfinite(vertices).all(axis=(1, 2))
+        if bad.any():
+            raise ValueError(f"block {names[members[bad][0]]!r} has a coordinate that is not finite (NaN or infinite)")
+        volume = mass_properties([solids[i] for i in members]).volume
+        size = np.ptp(vertices, axis=1).max(axis=1)
+        inverted = volume < -1e-12 * size**3
+        if inverted.any():
+            raise ValueError(
+                f"block {names[members[inverted][0]]!r} is inverted (signed volume {volume[inverted][0]:.3g} m3): "
+                "its faces run clockwise seen from outside; reverse them"
+            )
+        flat = volume <= 1e-12 * size**3
+        if flat.any():
+            raise ValueError(f"block {names[members[flat][0]]!r} has zero thickness: it encloses no volume")
+        for f in faces:
+            corner = vertices[:, list(f)]
+            normal, offset = face_planes(corner)
+            inside = np.einsum("kni,ki->kn", vertices, normal) - offset[:, None]
+            skew = np.abs(inside[:, list(f)]).max(axis=1) > flatness
+            if skew.any():
+                raise ValueError(
+                    f"block {names[members[skew][0]]!r}: face {f} is not plane within {flatness:.3g} m; split it into "
+                    "triangles"
+                )
+            concave = inside.max(axis=1) > flatness
+            if concave.any():
+                raise ValueError(
+                    f"block {names[members[concave][0]]!r} is not convex (a vertex lies outside face {f}); give it as "
+                    "a list of convex pieces [(vertices, faces), ...]"
+                )
+
+
+def face_planes(corners: Array) -> tuple[Array, Array]:
+    """Outward unit normal (k, 3) and offset n.x (k,) [m] of k plane polygons of equal vertex count, shape (k, n, 3)."""
+    centre = corners.mean(axis=1)
+    r = corners - centre[:, None]
+    normal = np.cross(r, np.roll(r, -1, axis=1)).sum(axis=1)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    return normal, np.einsum("ki,ki->k", normal, centre)

@@ -1,0 +1,201 @@
+"""Associative limit analysis: the static theorem, its mechanism from the dual, and the torsion estimate."""
+
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.certificate import certify, resultants_from_points, scaled_mechanism
+from limitmason.geometry.polygon import centred_overlap, polar_mean_radius
+from limitmason.limit.problem import Problem
+from limitmason.limit.program import Solution, solve_static, stands_under_dead_load
+from limitmason.limit.strength import TorsionLimit, make_cones
+from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Prediction
+
+Array = NDArray[np.float64]
+
+CONFINEMENT_WARNING = 10.0
+"""Largest joint force over the total load from which an answer is said to rest on self-stress."""
+
+
+def solve_associative(
+    problem: Problem,
+    *,
+    torsion_limit: bool = False,
+    tolerance: float = 1e-10,
+    check_dead_load: bool = True,
+    verbose: bool = False,
+) -> Prediction:
+    """Largest multiplier that admissible joint forces can carry, with normality between forces and motion.
+
+    Maximise lambda subject to A f + w_dead + lambda w_live = 0 and the joint law; the dual is the mechanism.
+
+    Parameters
+    ----------
+    problem : from :func:`limitmason.limit.problem.make_problem`
+    torsion_limit : limit each face's torsion about its centre of pressure to that of uniform pressure (an estimate)
+    tolerance : of the interior-point method [-]
+    check_dead_load : also find out whether the structure stands without live load
+    """
+    start = time.perf_counter()
+    cones = make_cones(problem)
+    solution = solve_static(problem, cones, tolerance=tolerance, verbose=verbose)
+    solver_seconds = solution.seconds
+    details: dict = {}
+    if torsion_limit and solution.status in (SOLVED, ALMOST_SOLVED):
+        solution, seconds, details = _with_torsion(problem, solution, tolerance)
+        solver_seconds += seconds
+    if solution.status == CANNOT_STAND or (check_dead_load and solution.status in (SOLVED, ALMOST_SOLVED)):
+        stands, seconds = (False, 0.0) if solution.multiplier < -1e-9 else stands_under_dead_load(problem, cones)
+        solver_seconds += seconds
+        if stands is False:
+            solution = solution._replace(status=CANNOT_STAND)
+        elif stands and solution.status == CANNOT_STAND:
+            # the interior point called a problem infeasible that has a solution at zero live load
+            solution = solution._replace(status=NOT_CONVERGED)
+    return prediction_from(problem, solution, torsion_limit, details, start, solver_seconds, tolerance)
+
+
+def prediction_from(
+    problem: Problem, solution: Solution, torsion: bool, details: dict, start: float, solver_seconds: float,
+    tolerance: float,
+) -> Prediction:  # fmt: skip
+    """Unscaled, certified prediction from a scaled solution."""
+    assembly, loads, points = problem.assembly, problem.loads, problem.points
+    provenance = {
+        "flow_rule": "associative",
+        "contact_model": problem.contact_model,
+        "plane": problem.plane is not None,
+        "crushing": "stress block" if len(problem.stress_block) else "points",
+        "solver": "clarabel",
+        "tolerance": tolerance,
+        "iterations": solution.iterations,
+        "contact_points": points.count,
+        "solver_seconds": solver_seconds,
+    }
+    law = "associative Coulomb law, dilatancy angle = friction angle"
+    bound = f"exact for the {law}" if not torsion else "estimate: torsion limited to that of uniform pressure"
+    method = "limit analysis, associative" + (", torsion limit" if torsion else "")
+    if solution.status in (CANNOT_STAND, UNBOUNDED, NOT_CONVERGED):
+        value = np.inf if solution.status == UNBOUNDED else np.nan
+        provenance["seconds"] = time.perf_counter() - start
+        return Prediction(
+            method, float(value), "none", solution.status, provenance=provenance, details=details,
+            warnings=(_REASON[solution.status],),
+        )  # fmt: skip
+    force = problem.forces(solution.force)
+    resultants = resultants_from_points(assembly, points.position, points.interface, points.area, force)
+    mechanism = scaled_mechanism(
+        assembly, loads, problem.twists(solution.velocity), points.position, points.interface
+    )
+    prediction = Prediction(
+        method, solution.multiplier * problem.live_scale, bound, solution.status, mechanism, resultants, None, (),
+        provenance, details,
+    )  # fmt: skip
+    certificate = certify(assembly, loads, prediction)
+    warnings = _warnings(problem, prediction, certificate.confinement)
+    if np.isnan(certificate.gap):
+        warnings.append(
+            "the kinematic bound could not be repaired: no simple motion opens every joint (blocks are wedged between "
+            "supports); the static value stands, the gap is not certified"
+        )
+    provenance["seconds"] = time.perf_counter() - start
+    return Prediction(
+        method, prediction.collapse_multiplier, bound, solution.status, mechanism, resultants, certificate,
+        tuple(warnings), provenance, details,
+    )  # fmt: skip
+
+
+_REASON = {
+    CANNOT_STAND: "no admissible joint forces carry the dead load: the structure cannot stand before any live load",
+    UNBOUNDED: "no finite multiplier: admissible joint forces grow with the live load without limit",
+    NOT_CONVERGED: "the solver stopped without an answer; try another tolerance or contact model",
+}
+
+
+def _warnings(problem: Problem, prediction: Prediction, confinement: float) -> list[str]:
+    out = []
+    if prediction.status == ALMOST_SOLVED:
+        out.append("the solver reached only reduced accuracy: read the certificate before using the number")
+    if (problem.tension > 0).any():
+        out.append(
+            "tension and cohesion are taken as perfectly plastic: a section carries ft A L / 2, three times the "
+            "elastic-brittle ft A L / 6; where ft > c / tan(phi) the apex of the Coulomb cone governs"
+        )
+    if confinement > CONFINEMENT_WARNING:
+        out.append(
+            f"the answer rests on confining forces: the largest joint force is {confinement:.3g} times the load; "
+            "check with a method that builds up stress from zero"
+        )
+    if np.isfinite(problem.crushing).any():
+        n = int(np.bincount(problem.points.interface).max())
+        out.append(f"crushing on a grid of {n} points per interface: refine the grid to see its error")
+    if problem.contact_model == "vertices" and not len(problem.stress_block) and problem.plane is None:
+        x = problem.assembly.arrays
+        twist = np.abs(prediction.resultants.torsion)
+        limit = x.tan_phi * np.maximum(prediction.resultants.normal, 0.0) * np.sqrt(x.area)
+        if (twist > 0.4 * limit + 1e-6 * problem.force_scale).any():
+            out.append(
+                "some faces carry more torsion than uniform pressure allows (0.38 mu N a on a square): "
+                "torsion_limit=True gives an estimate with it limited"
+            )
+    return out
+
+
+def _with_torsion(problem: Problem, solution: Solution, tolerance: float) -> tuple[Solution, float, dict]:
+    """Repeat with every face's torsion limited about the centre of pressure of the last iterate."""
+    if problem.plane is not None:
+        return solution, 0.0, {"torsion_iterations": 0}
+    values, seconds = [solution.multiplier], 0.0
+    force = solution.force
+    history = [solution]
+    for _ in range(40):
+        limit = torsion_limits(problem, force)
+        answer = solve_static(problem, make_cones(problem, torsion=limit), tolerance=tolerance)
+        seconds += answer.seconds
+        if answer.status not in (SOLVED, ALMOST_SOLVED):
+            # too strict a linearisation: move only part of the way
+            force = 0.5 * (force + history[-1].force)
+            if len(values) > 1 and values[-1] == values[-2]:
+                break
+            values.append(values[-1])
+            continue
+        history.append(answer)
+        values.append(answer.multiplier)
+        if abs(values[-1] - values[-2]) <= 1e-7 * max(1.0, abs(values[-1])):
+            break
+        force = 0.5 * (force + answer.force)
+    details = {
+        "torsion_iterations": len(values) - 1,
+        "torsion_history": [v * problem.live_scale for v in values],
+    }
+    return history[-1], seconds, details
+
+
+def torsion_limits(problem: Problem, force: Array) -> TorsionLimit:
+    """Centre of pressure and polar mean radius of the compressed area of every loaded interface.
+
+    The compressed area is the part of the face that is symmetric about the centre of pressure, which carries its force
+    under uniform pressure.
+    """
+    x = problem.assembly.arrays
+    points = problem.points
+    normal = force.reshape(-1, 3)[:, 0]
+    interfaces = np.unique(points.interface)
+    total = np.bincount(points.interface, normal, len(x.area))
+    threshold = 1e-7 * np.abs(normal).max(initial=0.0)
+    chosen, poles, radii = [], [], []
+    for k in interfaces:
+        frame = np.column_stack([x.tangent_1[k], x.tangent_2[k]])
+        corners = (x.corners[x.corner_start[k] : x.corner_start[k + 1]] - x.centre[k]) @ frame
+        pole = np.zeros(2)
+        if total[k] > threshold:
+            p = np.flatnonzero(points.interface == k)
+            weight = np.maximum(normal[p], 0.0)
+            pole = (weight[:, None] * ((points.position[p] - x.centre[k]) @ frame)).sum(axis=0) / weight.sum()
+        area = centred_overlap(corners, pole)
+        chosen.append(k)
+        poles.append(x.centre[k] + frame @ pole)
+        size = np.sqrt(x.area[k])
+        radii.append(max(polar_mean_radius(area, pole) if len(area) >= 3 else 0.0, 1e-4 * size))
+    return TorsionLimit(np.array(chosen), np.array(poles), np.array(radii))

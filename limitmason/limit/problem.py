@@ -1,0 +1,156 @@
+"""The static theorem as scaled sparse arrays: what every limit-analysis program of this package starts from."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from limitmason.certificate import total_load
+from limitmason.equilibrium import (
+    ContactPoints,
+    Grid,
+    Plane,
+    contact_points,
+    degrees_of_freedom,
+    equilibrium_matrix,
+    find_plane,
+)
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+class Problem(NamedTuple):
+    """Find f, lambda with matrix f + dead + lambda live = 0 and f within the joint law; everything scaled.
+
+    Forces are divided by ``force_scale`` = total load / sqrt(number of free blocks) and live loads multiplied by
+    ``live_scale`` so that both are of order one: unscaled, an interior-point solver stops at its tolerance while the
+    multiplier is still wrong by up to several per cent. Moment rows are divided by a radius of the block.
+    """
+
+    assembly: Assembly
+    loads: Loads
+    points: ContactPoints
+    plane: Plane | None
+    contact_model: str
+    matrix: sparse.csc_array  # free rows, (r, c m)
+    dead: Array  # (r,)
+    live: Array  # (r,)
+    row: Index  # degree of freedom d i + j of every row
+    row_radius: Array  # 1 for force rows, the block's radius [m] for moment rows
+    force_scale: float  # [N]
+    live_scale: float  # multiplier = scaled multiplier * live_scale
+    tan_phi: Array  # per point
+    tan_psi: Array
+    cohesion: Array  # c A_p / force_scale
+    tension: Array  # ft A_p / force_scale
+    crushing: Array  # fc A_p / force_scale, infinite without crushing and for stress blocks
+    stress_block: Array  # rows (point, point, capacity, tension) of crushing in-plane sections, scaled, (j, 4)
+
+    @property
+    def components(self) -> int:
+        """Force components per point: 3, or 2 in plane."""
+        return self.points.components
+
+    def forces(self, scaled: Array) -> Array:
+        """Contact forces on block b in global axes [N], shape (m, 3), from the scaled unknowns."""
+        f = scaled.reshape(-1, self.components)
+        return self.force_scale * np.einsum("mc,mci->mi", f, self.points.directions)
+
+    def twists(self, dual: Array) -> Array:
+        """Twists of all blocks, shape (n_blocks, 6), from the duals of the equilibrium rows."""
+        basis, _ = degrees_of_freedom(self.assembly, self.plane)
+        flat = np.zeros(self.assembly.n_blocks * basis.shape[1])
+        flat[self.row] = dual / self.row_radius
+        return flat.reshape(self.assembly.n_blocks, -1) @ basis.T
+
+    def dual(self, twists: Array) -> Array:
+        """Inverse of :meth:`twists`."""
+        basis, _ = degrees_of_freedom(self.assembly, self.plane)
+        return (twists @ basis).ravel()[self.row] * self.row_radius
+
+
+def make_problem(
+    assembly: Assembly,
+    loads: Loads,
+    *,
+    contact_model: str = "vertices",
+    grid: Grid | Mapping[str, Grid] = (5, 5),
+    in_plane: bool | None = None,
+) -> Problem:
+    """Arrays of the static theorem.
+
+    Parameters
+    ----------
+    contact_model, grid : see :func:`limitmason.equilibrium.contact_points`
+    in_plane : True demands and False forbids the reduction to the plane; None uses it where it is exact
+
+    Raises
+    ------
+    ValueError
+        When loads and assembly do not fit, no free block carries live load, nothing is held, or ``vertices`` meets a
+        finite compressive strength in 3-D.
+    """
+    n = assembly.n_blocks
+    if len(loads.dead) != n:
+        raise ValueError(f"the loads are for {len(loads.dead)} blocks, the assembly has {n}")
+    assembly.check_connected()
+    if assembly.fixed.all():
+        raise ValueError("every block is fixed: there is nothing to solve")
+    if not loads.live[~assembly.held].any():
+        raise ValueError(
+            "the live load is zero on every free degree of freedom; use Loads.horizontal or one of the with_ methods "
+            "with case='live'"
+        )
+    if not assembly.interfaces:
+        raise ValueError("the assembly has no interfaces: no two blocks touch")
+    plane = find_plane(assembly, loads) if in_plane is not False else None
+    if in_plane and plane is None:
+        raise ValueError(
+            "in_plane=True, but blocks, rectangular interfaces and loads are not all symmetric about one plane"
+        )
+    x = assembly.arrays
+    crushes = np.isfinite(x.compressive_strength)
+    if contact_model == "vertices" and plane is None and crushes.any():
+        i = assembly.interfaces[int(np.flatnonzero(crushes)[0])]
+        raise ValueError(
+            f"the joint between {assembly.blocks[i.block_a].name!r} and {assembly.blocks[i.block_b].name!r} has a "
+            "finite compressive strength, which points at the corners cannot represent (they would only crush at half "
+            "the full load); use contact_model='grid' with grid=(8, 8) or finer"
+        )
+    points = contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane)
+    basis, free = degrees_of_freedom(assembly, plane)
+    row = np.flatnonzero(free.ravel())
+    d = basis.shape[1]
+    radius = np.ones((n, d))
+    radius[:, 3 if d == 6 else 2 :] = np.cbrt(x.volume)[:, None]
+    row_radius = radius.ravel()[row]
+
+    scale = total_load(assembly, loads) / np.sqrt((~assembly.fixed).sum())
+    live = (loads.live @ basis).ravel()[row] / row_radius
+    dead = (loads.dead @ basis).ravel()[row] / row_radius
+    live_scale = scale * np.sqrt((~assembly.fixed).sum()) / np.abs(live).sum()
+    # a diagonal product per row keeps the sparsity pattern
+    matrix = equilibrium_matrix(assembly, points, plane=plane).tocsr()[row]
+    matrix = sparse.csc_array(sparse.diags_array(1.0 / row_radius) @ matrix)
+
+    k = points.interface
+    block = np.empty((0, 4))
+    crushing = x.compressive_strength[k] * points.area / scale
+    if plane is not None and contact_model == "vertices" and crushes[k].any():
+        first = np.flatnonzero(crushes[k])[::2]
+        tension = np.minimum(
+            x.tensile_strength, np.divide(x.cohesion, x.tan_phi, out=np.full(len(x.area), np.inf), where=x.tan_phi > 0)
+        )[k[first]] * x.area[k[first]] / scale
+        capacity = x.compressive_strength[k[first]] * x.area[k[first]] / scale + tension
+        block = np.column_stack([first, first + 1, capacity, tension])
+        crushing = np.where(crushes[k], np.inf, crushing)
+    return Problem(
+        assembly, loads, points, plane, contact_model, matrix, dead / scale, live * live_scale / scale, row, row_radius,
+        float(scale), float(live_scale), x.tan_phi[k], x.tan_psi[k], x.cohesion[k] * points.area / scale,
+        x.tensile_strength[k] * points.area / scale, crushing, block,
+    )  # fmt: skip

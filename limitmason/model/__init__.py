@@ -1,0 +1,11 @@
+"""The nouns every method works on: blocks, joints, interfaces, supports, loads and their assembly; all frozen."""
+
+from limitmason.model.arrays import AssemblyArrays
+from limitmason.model.assembly import Assembly
+from limitmason.model.block import Block
+from limitmason.model.interface import Interface
+from limitmason.model.joint import Joint
+from limitmason.model.load import Loads
+from limitmason.model.support import DEGREES_OF_FREEDOM, Support
+
+__all__ = ["DEGREES_OF_FREEDOM", "Assembly", "AssemblyArrays", "Block", "Interface", "Joint", "Loads", "Support"]

@@ -1,0 +1,64 @@
+"""The assembly as contiguous arrays, made once: what programs and compiled kernels see."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+class AssemblyArrays(NamedTuple):
+    """Contiguous arrays of n blocks and k interfaces.
+
+    Sign convention: ``normal`` runs from ``block_a`` to ``block_b``; (tangent_1, tangent_2, normal) is right-handed.
+    """
+
+    centroid: Array  # [m], (n, 3)
+    volume: Array  # [m3], (n,)
+    mass: Array  # [kg], (n,)
+    inertia: Array  # [kg m2] about the centroid, (n, 3, 3)
+    weight: Array  # [N], (n,)
+    held: NDArray[np.bool_]  # (n, 6)
+    block_a: Index  # (k,)
+    block_b: Index  # (k,)
+    normal: Array  # (k, 3)
+    tangent_1: Array  # (k, 3)
+    tangent_2: Array  # (k, 3)
+    centre: Array  # centroid of the polygon [m], (k, 3)
+    area: Array  # [m2], (k,)
+    corners: Array  # all polygon corners in a row [m], (sum, 3)
+    corner_start: Index  # (k + 1,)
+    tan_phi: Array  # (k,)
+    tan_psi: Array  # (k,)
+    cohesion: Array  # [Pa], (k,)
+    tensile_strength: Array  # [Pa], (k,)
+    compressive_strength: Array  # [Pa], (k,), infinite without crushing
+    normal_stiffness: Array  # [Pa/m], (k,), NaN where not given
+    shear_stiffness: Array  # [Pa/m], (k,), NaN where not given
+
+
+def face_arrays(polygons: list[Array], normal: Array) -> tuple[Array, Array, Array, Array, Array, Index]:
+    """Tangents, centroids, areas, corners and corner offsets of the contact polygons.
+
+    The first tangent follows the polygon's first edge, the second completes a right-handed frame with the normal.
+    """
+    k = len(polygons)
+    count = np.array([len(p) for p in polygons], dtype=np.intp)
+    start = np.concatenate([[0], np.cumsum(count)]).astype(np.intp)
+    corners = np.concatenate(polygons) if k else np.empty((0, 3))
+    t1, centre, area = np.empty((k, 3)), np.empty((k, 3)), np.empty(k)
+    for size in np.unique(count):
+        rows = np.flatnonzero(count == size)
+        p = corners[start[rows][:, None] + np.arange(size)]
+        edge = p[:, 1] - p[:, 0]
+        edge -= (edge * normal[rows]).sum(axis=1)[:, None] * normal[rows]
+        t1[rows] = edge / np.linalg.norm(edge, axis=1)[:, None]
+        r = p - p[:, :1]
+        part = 0.5 * np.einsum("mti,mi->mt", np.cross(r[:, 1:-1], r[:, 2:]), normal[rows])
+        area[rows] = part.sum(axis=1)
+        mean = (r[:, 1:-1] + r[:, 2:]) / 3.0
+        centre[rows] = p[:, 0] + (part[..., None] * mean).sum(axis=1) / area[rows][:, None]
+    t2 = np.cross(normal, t1) if k else np.empty((0, 3))
+    return t1, t2, centre, area, corners, start

@@ -1,0 +1,69 @@
+"""A rigid block: one or more convex polyhedra that move together."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.geometry.polyhedron import Solid, mass_properties
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Unit or voussoir: a closed polyhedron given as convex pieces.
+
+    Parameters
+    ----------
+    name : unique label
+    parts : convex pieces (vertices [m], shape (n, 3); faces counter-clockwise seen from outside)
+    density : mass density [kg/m3], >= 0
+    axis : length direction of the unit as laid, unit vector, shape (3,), or None
+    """
+
+    name: str
+    parts: tuple[Solid, ...]
+    density: float
+    axis: Array | None = None
+
+    @cached_property
+    def _properties(self) -> tuple[float, Array, Array]:
+        part = mass_properties(self.parts)
+        volume = float(part.volume.sum())
+        centroid = (part.volume[:, None] * part.centroid).sum(axis=0) / volume
+        arm = part.centroid - centroid
+        steiner = (arm**2).sum(axis=1)[:, None, None] * np.eye(3) - arm[:, :, None] * arm[:, None, :]
+        return volume, centroid, (part.inertia + part.volume[:, None, None] * steiner).sum(axis=0)
+
+    @property
+    def volume(self) -> float:
+        """Exact volume [m3]."""
+        return self._properties[0]
+
+    @property
+    def centroid(self) -> Array:
+        """Exact centroid [m], shape (3,)."""
+        return self._properties[1]
+
+    @property
+    def inertia(self) -> Array:
+        """Inertia tensor about the centroid [kg m2], shape (3, 3)."""
+        return self.density * self._properties[2]
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]."""
+        return self.density * self.volume
+
+    @property
+    def vertices(self) -> Array:
+        """Vertices of all parts [m], shape (n, 3)."""
+        return np.vstack([part.vertices for part in self.parts])
+
+    @property
+    def bounds(self) -> Array:
+        """Lowest and highest coordinates [m], shape (2, 3)."""
+        v = self.vertices
+        return np.array([v.min(axis=0), v.max(axis=0)])

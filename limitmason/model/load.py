@@ -1,0 +1,256 @@
+"""Loads: a dead wrench per block, and a live one that the multiplier scales."""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from limitmason.geometry.polyhedron import face_planes
+
+if TYPE_CHECKING:
+    from limitmason.model.assembly import Assembly
+
+Array = NDArray[np.float64]
+
+_SIDES = {
+    "top": (0, 0, 1),
+    "bottom": (0, 0, -1),
+    "+x": (1, 0, 0),
+    "-x": (-1, 0, 0),
+    "+y": (0, 1, 0),
+    "-y": (0, -1, 0),
+    "+z": (0, 0, 1),
+    "-z": (0, 0, -1),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """Dead and live loads; the structure carries dead + lambda live.
+
+    Parameters
+    ----------
+    dead, live : wrench of every block about its centroid [N, N m], shape (n_blocks, 6)
+    name : label of the load case
+
+    Notes
+    -----
+    Loads on held degrees of freedom go straight to the support and do not count.
+    """
+
+    dead: Array
+    live: Array
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        """Check shapes and values."""
+        for label in ("dead", "live"):
+            wrench = np.array(getattr(self, label), dtype=float)
+            if wrench.ndim != 2 or wrench.shape[1] != 6:
+                raise ValueError(f"{label} loads must have shape (n_blocks, 6), got {wrench.shape}")
+            if not np.isfinite(wrench).all():
+                block = int(np.flatnonzero(~np.isfinite(wrench).all(axis=1))[0])
+                raise ValueError(f"{label} load of block number {block} is not finite (NaN or infinite)")
+            wrench.setflags(write=False)
+            object.__setattr__(self, label, wrench)
+        if self.dead.shape != self.live.shape:
+            raise ValueError(f"dead loads are given for {len(self.dead)} blocks, live loads for {len(self.live)}")
+
+    @classmethod
+    def weight(cls, assembly: "Assembly") -> "Loads":
+        """Self weight as dead load, nothing live yet: add live loads with the ``with_`` methods."""
+        dead = np.zeros((assembly.n_blocks, 6))
+        dead[:, 2] = -assembly.weights
+        return cls(dead, np.zeros_like(dead), "self weight")
+
+    @classmethod
+    def body_force(cls, assembly: "Assembly", direction: ArrayLike) -> "Loads":
+        """Self weight dead, and the weight of every block turned to a direction as live load.
+
+        Parameters
+        ----------
+        direction : any vector but zero, shape (3,); only its direction counts
+        """
+        d = np.asarray(direction, dtype=float)
+        if d.shape != (3,) or not np.isfinite(d).all() or not np.linalg.norm(d) > 0:
+            raise ValueError(f"direction must be a vector of three finite numbers that is not zero, got {direction!r}")
+        d = d / np.linalg.norm(d)
+        base = cls.weight(assembly)
+        live = np.zeros_like(base.dead)
+        live[:, :3] = assembly.weights[:, None] * d
+        return cls(base.dead, live, f"body force along ({d[0]:.4g}, {d[1]:.4g}, {d[2]:.4g})")
+
+    @classmethod
+    def horizontal(cls, assembly: "Assembly", direction: ArrayLike = (1.0, 0.0, 0.0)) -> "Loads":
+        """Self weight dead, the same weight sideways live: lambda = a_h / g.
+
+        For cohesionless joints without crushing the collapse multiplier equals tan(tilt angle) exactly.
+
+        Parameters
+        ----------
+        direction : horizontal vector, shape (3,)
+
+        Raises
+        ------
+        ValueError
+            When the direction is zero, not finite or not horizontal.
+        """
+        d = np.asarray(direction, dtype=float)
+        if d.shape == (3,) and abs(d[2]) > 1e-9 * np.linalg.norm(d):
+            raise ValueError(
+                f"direction {tuple(float(x) for x in d)} is not horizontal; use Loads.body_force for an inclined one"
+            )
+        return replace(cls.body_force(assembly, d), name=f"horizontal ({d[0]:.4g}, {d[1]:.4g}, 0)")
+
+    @classmethod
+    def tilting(cls, assembly: "Assembly", axis: ArrayLike = (0.0, 1.0, 0.0)) -> "Loads":
+        """Loads of a tilting table: lambda = tan(tilt angle) for joints without cohesion, tension and crushing.
+
+        The table turns by alpha about a horizontal axis (right-hand rule). Seen from the table the weight W turns the
+        other way: W (-cos(alpha) z + sin(alpha) d) with d = axis x z, that is cos(alpha) (dead + tan(alpha) live).
+
+        Parameters
+        ----------
+        axis : horizontal vector, shape (3,)
+
+        Raises
+        ------
+        ValueError
+            When the axis is not horizontal: the weight then runs over a cone, and no single multiplier describes it.
+
+        Notes
+        -----
+        With cohesion, tension or crushing the common factor cos(alpha) does not cancel: lambda is then the multiplier
+        of the horizontal load on an upright structure, not the tangent of the angle.
+        """
+        a = np.asarray(axis, dtype=float)
+        if a.shape != (3,) or not np.isfinite(a).all() or not np.linalg.norm(a) > 0:
+            raise ValueError(f"axis must be a vector of three finite numbers that is not zero, got {axis!r}")
+        a = a / np.linalg.norm(a)
+        if abs(a[2]) > 1e-9:
+            raise ValueError(f"tilting axis {tuple(float(x) for x in a)} is not horizontal")
+        return replace(
+            cls.horizontal(assembly, np.cross(a, (0.0, 0.0, 1.0))),
+            name=f"tilting about ({a[0]:.4g}, {a[1]:.4g}, 0)",
+        )
+
+    def with_point_load(
+        self,
+        assembly: "Assembly",
+        block: int | str,
+        force: ArrayLike,
+        *,
+        at: ArrayLike | None = None,
+        case: str = "live",
+    ) -> "Loads":
+        """These loads and a point load on one block.
+
+        Parameters
+        ----------
+        block : name or number
+        force : [N], shape (3,)
+        at : point of application [m], shape (3,); the block's centroid when not given
+        case : "live" (scaled by the multiplier) or "dead"
+        """
+        i = assembly.block_index(block)
+        f = np.asarray(force, dtype=float)
+        if f.shape != (3,):
+            raise ValueError(f"force on block {block!r} must have three components [N], got {force!r}")
+        arm = np.zeros(3) if at is None else np.asarray(at, dtype=float) - assembly.centroids[i]
+        wrench = np.zeros((assembly.n_blocks, 6))
+        wrench[i] = np.concatenate([f, np.cross(arm, f)])
+        return self._plus(assembly, wrench, case)
+
+    def with_pressure(
+        self,
+        assembly: "Assembly",
+        block: int | str,
+        *,
+        pressure: float | None = None,
+        traction: ArrayLike | None = None,
+        face: str | tuple[float, float, float] = "top",
+        case: str = "dead",
+    ) -> "Loads":
+        """These loads and a load spread over one side of a block.
+
+        Parameters
+        ----------
+        block : name or number
+        pressure : pushes into the face [Pa]
+        traction : load per area in global axes instead of a pressure [Pa], shape (3,)
+        face : "top", "bottom", "+x", "-x", "+y", "-y" or an outward direction; all faces within 10 degrees of it
+        case : "dead" or "live"
+
+        Raises
+        ------
+        ValueError
+            When the block has no face on that side, or not exactly one of pressure and traction is given.
+        """
+        i = assembly.block_index(block)
+        if (pressure is None) == (traction is None):
+            raise ValueError(f"load on block {block!r}: give either pressure or traction")
+        outward = np.asarray(_SIDES.get(face, face) if isinstance(face, str) else face, dtype=float)
+        if outward.shape != (3,):
+            raise ValueError(f"face {face!r} is not one of {tuple(_SIDES)} or a direction of three numbers")
+        outward = outward / np.linalg.norm(outward)
+        wrench = np.zeros((assembly.n_blocks, 6))
+        for part in assembly.blocks[i].parts:
+            for f in part.faces:
+                corners = part.vertices[list(f)]
+                normal = face_planes(corners[None])[0][0]
+                if normal @ outward < np.cos(np.deg2rad(10.0)):
+                    continue
+                r = corners - corners[0]
+                triangle = 0.5 * np.cross(r[1:-1], r[2:]) @ normal
+                centre = corners[0] + (triangle[:, None] * (r[1:-1] + r[2:]) / 3.0).sum(axis=0) / triangle.sum()
+                per_area = -pressure * normal if traction is None else np.asarray(traction, dtype=float)
+                force = per_area * triangle.sum()
+                wrench[i] += np.concatenate([force, np.cross(centre - assembly.centroids[i], force)])
+        if not wrench[i].any():
+            raise ValueError(f"block {assembly.blocks[i].name!r} has no face towards {face!r}")
+        return self._plus(assembly, wrench, case)
+
+    def with_precompression(self, assembly: "Assembly", force: float, *, block: int | str = "beam") -> "Loads":
+        """These loads and a vertical dead force at the centroid of the loading beam.
+
+        Parameters
+        ----------
+        force : downwards [N], >= 0
+        block : the loading beam, a block named "beam" by default (``build.wall(..., top_beam=...)`` makes one)
+        """
+        if not force >= 0.0:
+            raise ValueError(f"precompression force must be >= 0 N, got {force!r}")
+        return self.with_point_load(assembly, block, (0.0, 0.0, -force), case="dead")
+
+    def with_body_force(self, assembly: "Assembly", direction: ArrayLike, *, blocks=None, case: str = "live") -> "Loads":
+        """These loads and the weight of the named blocks (all by default) turned to a direction.
+
+        Parameters
+        ----------
+        direction : shape (3,); its length is a factor on the weight
+        blocks : names or numbers, or None for all
+        """
+        rows = range(assembly.n_blocks) if blocks is None else [assembly.block_index(b) for b in blocks]
+        wrench = np.zeros((assembly.n_blocks, 6))
+        for i in rows:
+            wrench[i, :3] = assembly.weights[i] * np.asarray(direction, dtype=float)
+        return self._plus(assembly, wrench, case)
+
+    def _plus(self, assembly: "Assembly", wrench: Array, case: str) -> "Loads":
+        if case not in ("dead", "live"):
+            raise ValueError(f"case must be 'dead' or 'live', got {case!r}")
+        if len(self.dead) != assembly.n_blocks:
+            raise ValueError(f"these loads are for {len(self.dead)} blocks, the assembly has {assembly.n_blocks}")
+        return replace(self, **{case: getattr(self, case) + wrench})
+
+    def __add__(self, other: "Loads") -> "Loads":
+        """Superpose dead with dead and live with live."""
+        if not isinstance(other, Loads):
+            return NotImplemented
+        name = " + ".join(n for n in (self.name, other.name) if n)
+        return Loads(self.dead + other.dead, self.live + other.live, name)
+
+    def scaled(self, *, dead: float = 1.0, live: float = 1.0) -> "Loads":
+        """Dead and live loads times a factor each."""
+        return replace(self, dead=dead * self.dead, live=live * self.live)

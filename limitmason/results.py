@@ -1,0 +1,153 @@
+"""What a method returns: prediction, mechanism, resultants and certificate; all frozen, none knows a solver."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+SOLVED = "solved"
+ALMOST_SOLVED = "almost solved"
+CANNOT_STAND = "cannot stand under dead load"
+UNBOUNDED = "unbounded"
+NOT_CONVERGED = "not converged"
+STATUSES = (SOLVED, ALMOST_SOLVED, CANNOT_STAND, UNBOUNDED, NOT_CONVERGED)
+
+
+@dataclass(frozen=True, eq=False)
+class Mechanism:
+    """Collapse mechanism: rigid velocities, scaled so that the mean velocity along the live loads is one.
+
+    Parameters
+    ----------
+    twists : velocity of the centroid and angular velocity of every block [m/s, rad/s] up to a common factor,
+        shape (n_blocks, 6)
+    opening : opening rate per contact point, positive when the joint opens [m/s], shape (m,)
+    sliding : sliding rate of block b relative to block a, per contact point [m/s], shape (m, 2), or (m, 1) in plane
+    """
+
+    twists: Array
+    opening: Array
+    sliding: Array
+
+    def moving_blocks(self, threshold: float = 1e-6) -> Index:
+        """Numbers of the blocks whose largest rate exceeds a fraction of the overall largest."""
+        rate = np.abs(self.twists).max(axis=1)
+        return np.flatnonzero(rate > threshold * max(float(rate.max(initial=0.0)), 1e-300))
+
+
+@dataclass(frozen=True, eq=False)
+class Resultants:
+    """Forces in the joints, compression positive, acting on block b (opposite on block a).
+
+    Parameters
+    ----------
+    normal : N per interface [N], shape (k,)
+    shear : along tangent_1 and tangent_2 of the assembly's arrays [N], shape (k, 2)
+    moment : about the interface's centroid, around tangent_1 and tangent_2 [N m], shape (k, 2)
+    torsion : about the centroid, around the normal [N m], shape (k,)
+    point_position : [m], shape (m, 3)
+    point_interface : interface each point belongs to, shape (m,)
+    point_area : tributary area [m2], shape (m,)
+    point_force : force on block b in global axes [N], shape (m, 3)
+    """
+
+    normal: Array
+    shear: Array
+    moment: Array
+    torsion: Array
+    point_position: Array
+    point_interface: Index
+    point_area: Array
+    point_force: Array
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """How well a prediction satisfies its own theory, computed with numpy from the assembly and the prediction alone.
+
+    Forces are relative to the total weight (or the total load, where blocks are weightless), rates to the mechanism's
+    largest rate. NaN where it does not apply.
+
+    Parameters
+    ----------
+    equilibrium_residual : largest unbalanced force, or moment over the block's size [-]
+    yield_violation : largest excess over the joint law at a contact point [-]
+    flow_residual : largest violation of the flow rule, opening < tan(psi) times sliding [-]
+    complementarity : largest power that a joint force does against its flow rule [-]
+    static_multiplier, kinematic_multiplier : bounds from the forces and from the repaired mechanism [-]
+    gap : (kinematic - static) over |static|, or over the multiplier at which live equals dead load if that is more [-]
+    confinement : largest joint force over the total weight [-]; far above 1 the answer rests on self-stress
+    """
+
+    equilibrium_residual: float
+    yield_violation: float
+    flow_residual: float = float("nan")
+    complementarity: float = float("nan")
+    static_multiplier: float = float("nan")
+    kinematic_multiplier: float = float("nan")
+    gap: float = float("nan")
+    confinement: float = float("nan")
+
+    def __str__(self) -> str:
+        """One line a figure."""
+        rows = [
+            ("equilibrium residual", self.equilibrium_residual),
+            ("yield violation", self.yield_violation),
+            ("flow rule residual", self.flow_residual),
+            ("complementarity", self.complementarity),
+            ("static multiplier", self.static_multiplier),
+            ("kinematic multiplier", self.kinematic_multiplier),
+            ("gap", self.gap),
+            ("largest joint force / weight", self.confinement),
+        ]
+        return "\n".join(
+            f"{label:<29}{value:.8f}" if "multiplier" in label else f"{label:<29}{value:.2e}"
+            for label, value in rows
+            if not np.isnan(value)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """A method's answer.
+
+    Parameters
+    ----------
+    method : which theory and flow rule
+    collapse_multiplier : lambda [-]; NaN when the structure cannot stand, infinite when unbounded
+    bound : "lower", "upper", "exact" or "estimate", followed by what it is relative to
+    status : one of ``limitmason.results.STATUSES``
+    mechanism, resultants, certificate : None where the method has none
+    warnings : what a user should know before trusting the number
+    provenance : versions, settings and times that reproduce it
+    details : further results of the method
+    """
+
+    method: str
+    collapse_multiplier: float
+    bound: str
+    status: str
+    mechanism: Mechanism | None = None
+    resultants: Resultants | None = None
+    certificate: Certificate | None = None
+    warnings: tuple[str, ...] = ()
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def tilt_angle_deg(self) -> float:
+        """Angle whose tangent is the multiplier [deg]: the tilt at collapse for cohesionless joints."""
+        return float(np.degrees(np.arctan(self.collapse_multiplier)))
+
+    def __str__(self) -> str:
+        """Multiplier, what it is, and its certificate."""
+        lines = [f"{self.method}: lambda = {self.collapse_multiplier:.6g} ({self.status}; {self.bound})"]
+        if self.certificate is not None:
+            lines += ["  " + row for row in str(self.certificate).splitlines()]
+        lines += [f"  warning: {w}" for w in self.warnings]
+        return "\n".join(lines)

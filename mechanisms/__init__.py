@@ -1,0 +1,1 @@
+"""Closed-form collapse mechanisms on the same assemblies; not in this release (see the README's table of methods)."""
