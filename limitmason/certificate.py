@@ -1,4 +1,4 @@
-"""Certificates: is a prediction in equilibrium, within the joint law, kinematically admissible, and how wide is the gap.
+"""Certificates: is a prediction in equilibrium, within the joint law, admissible as a motion, and how wide is the gap.
 
 Everything is recomputed with numpy from the assembly, the loads and the prediction's forces and twists. Nothing of the
 solver that made them is used, nor the equilibrium matrix: forces are summed block by block, rates are differences of
@@ -32,7 +32,7 @@ class PointState(NamedTuple):
 
 
 def total_load(assembly: Assembly, loads: Loads) -> float:
-    """Sum of the dead forces on free blocks [N], or of all forces when there is no dead load; the scale of residuals."""
+    """Sum of the dead forces on free blocks [N], or of the live ones without dead load; the scale of residuals."""
     free = ~assembly.fixed
     dead = np.linalg.norm(loads.dead[free, :3], axis=1).sum()
     live = np.linalg.norm(loads.live[free, :3], axis=1).sum()
@@ -259,10 +259,10 @@ def certify(
     confinement = float(np.abs(r.normal).max(initial=0.0) / scale)
     if m is None:
         return Certificate(residual, excess, static_multiplier=prediction.collapse_multiplier, confinement=confinement)
-    size = max(float(np.abs(state.opening).max(initial=0.0)), float(np.linalg.norm(state.sliding, axis=1).max(initial=0.0)))
+    slip = np.linalg.norm(state.sliding, axis=1)
+    size = max(float(np.abs(state.opening).max(initial=0.0)), float(slip.max(initial=0.0)))
     rate = float((loads.live * twists).sum())
     if prediction.provenance.get("flow_rule") == "non-associative":
-        slip = np.linalg.norm(state.sliding, axis=1)
         gap = state.opening - state.tan_psi * slip
         capacity = state.cohesion + state.tan_phi * state.normal_force
         opposed = np.abs((state.shear_force * state.sliding).sum(axis=1) + capacity * slip)
@@ -275,7 +275,7 @@ def certify(
             confinement=confinement,
         )  # fmt: skip
     kinematic, flow = kinematic_multiplier(assembly, loads, prediction, candidates=candidates)
-    power, g = _dissipation(state, state.opening, state.sliding)
+    power, _ = _dissipation(state, state.opening, state.sliding)
     used = (state.normal_force * state.opening) + (state.shear_force * state.sliding).sum(axis=1)
     unit = max(abs(rate), 1e-300) * scale / max(_live_size(assembly, loads), 1e-300)
     slack = np.abs(used + power) if pairs is None else np.zeros(1)

@@ -33,7 +33,7 @@ class ContactPoints(NamedTuple):
 
     ``directions`` holds the unit vectors of the force components: (n, t1, t2), or (n, t) in plane; shape
     ``area`` is the tributary area [m2].
-    
+
     """
 
     position: Array
@@ -253,7 +253,7 @@ def _lattice(corners: Array, n1: int, n2: int, normal: Array) -> tuple[Array, Ar
 
 def _fan_lattice(corners: Array, n: int, normal: Array) -> tuple[Array, Array]:
     """Lattice on a polygon that is no quadrilateral: rings of points between its centroid and its boundary."""
-    m, k = corners.shape[:2]
+    m = len(corners)
     r = corners - corners[:, :1]
     part = 0.5 * np.einsum("mti,mi->mt", np.cross(r[:, 1:-1], r[:, 2:]), normal)
     centre = corners[:, 0] + (part[..., None] * (r[:, 1:-1] + r[:, 2:]) / 3.0).sum(axis=1) / part.sum(axis=1)[:, None]
@@ -284,7 +284,7 @@ def _fan_lattice(corners: Array, n: int, normal: Array) -> tuple[Array, Array]:
 
 
 def _plane_points(corners: Array, x, rows: Index, plane: Plane, n: int) -> tuple[Array, Array]:
-    """n points along each interface on the plane of symmetry, ends included."""
+    """Points along each interface on the plane of symmetry, ends included."""
     tangent = np.cross(plane.normal, x.normal[rows])
     s = np.einsum("mki,mi->mk", corners - x.centre[rows][:, None], tangent)
     low, high = s.min(axis=1), s.max(axis=1)
@@ -312,9 +312,7 @@ def degrees_of_freedom(assembly: Assembly, plane: Plane | None = None) -> tuple[
     return basis, free
 
 
-def equilibrium_matrix(
-    assembly: Assembly, points: ContactPoints, *, plane: Plane | None = None
-) -> sparse.csc_array:
+def equilibrium_matrix(assembly: Assembly, points: ContactPoints, *, plane: Plane | None = None) -> sparse.csc_array:
     """Equilibrium matrix A of A f + w = 0, held degrees of freedom included.
 
     Parameters

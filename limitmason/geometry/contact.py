@@ -67,8 +67,9 @@ def find_contacts(
     overlaps = _overlaps(solids, owner, faces, start, p, q, tolerance)
 
     f, g = _face_pairs(faces, start, p, q, tolerance)
+    nothing = ContactPatches(np.empty(0, np.intp), np.empty(0, np.intp), [], np.empty((0, 3)), overlaps)
     if not len(f):
-        return ContactPatches(np.empty(0, np.intp), np.empty(0, np.intp), [], np.empty((0, 3)), overlaps)
+        return nothing
     # lower block number first, so that the normal runs from a to b
     swap = owner[faces.part[f]] > owner[faces.part[g]]
     f, g = np.where(swap, g, f), np.where(swap, f, g)
@@ -98,6 +99,8 @@ def find_contacts(
     wide &= np.abs(to_g - to_f).max(axis=1) <= tolerance
     points += (0.5 * (to_f + to_g))[..., None] * normal[:, None, :]
 
+    if not wide.any():
+        return nothing
     a, b = owner[faces.part[f[wide]]], owner[faces.part[g[wide]]]
     polygons = [poly[:k] for poly, k in zip(points[wide], count[wide], strict=True)]
     return _merge_patches(a, b, polygons, normal[wide], area[wide], tolerance, overlaps)
@@ -147,8 +150,9 @@ def _overlaps(
     if not len(p):
         return []
     widest = max(len(s.vertices) for s in solids)
-    corners = np.stack([np.concatenate([s.vertices, np.repeat(s.vertices[-1:], widest - len(s.vertices), axis=0)])
-                        for s in solids])
+    corners = np.stack(
+        [np.concatenate([s.vertices, np.repeat(s.vertices[-1:], widest - len(s.vertices), axis=0)]) for s in solids]
+    )
     depth = np.full(len(p), np.inf)
     for one, other in ((p, q), (q, p)):
         n_faces = start[one + 1] - start[one]
@@ -186,7 +190,7 @@ def _merge_patches(
     order = np.lexsort((b, a))
     a, b, normals, areas = a[order], b[order], normals[order], areas[order]
     polygons = [polygons[i] for i in order]
-    new_pair = np.r_[True, (np.diff(a) != 0) | (np.diff(b) != 0)] if len(a) else np.empty(0, bool)
+    new_pair = np.r_[True, (np.diff(a) != 0) | (np.diff(b) != 0)]
     first = np.flatnonzero(new_pair)
     last = np.r_[first[1:], len(a)]
     drop: set[int] = set()
@@ -200,8 +204,9 @@ def _merge_patches(
             for x in range(len(group)):
                 for y in range(x + 1, len(group)):
                     u, v = group[x], group[y]
-                    joined = _hull_if_filled(polygons[u], polygons[v], normals[u], normals[v], areas[u] + areas[v],
-                                             tolerance)
+                    joined = _hull_if_filled(
+                        polygons[u], polygons[v], normals[u], normals[v], areas[u] + areas[v], tolerance
+                    )
                     if joined is not None:
                         polygons[u] = joined
                         areas[u] += areas[v]

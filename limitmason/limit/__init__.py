@@ -1,5 +1,8 @@
 """Limit analysis of rigid-block assemblies as cone programs: associative, non-associative, and what bounds what."""
 
 from limitmason.limit.analysis import limit_analysis
+from limitmason.limit.bracket import Bracket, limit_bracket
+from limitmason.limit.problem import Problem, make_problem
+from limitmason.limit.settlement import settlement_analysis
 
-__all__ = ["limit_analysis"]
+__all__ = ["Bracket", "Problem", "limit_analysis", "limit_bracket", "make_problem", "settlement_analysis"]

@@ -85,9 +85,7 @@ def prediction_from(
         )  # fmt: skip
     force = problem.forces(solution.force)
     resultants = resultants_from_points(assembly, points.position, points.interface, points.area, force)
-    mechanism = scaled_mechanism(
-        assembly, loads, problem.twists(solution.velocity), points.position, points.interface
-    )
+    mechanism = scaled_mechanism(assembly, loads, problem.twists(solution.velocity), points.position, points.interface)
     prediction = Prediction(
         method, solution.multiplier * problem.live_scale, bound, solution.status, mechanism, resultants, None, (),
         provenance, details,

@@ -143,9 +143,14 @@ def make_problem(
     crushing = x.compressive_strength[k] * points.area / scale
     if plane is not None and contact_model == "vertices" and crushes[k].any():
         first = np.flatnonzero(crushes[k])[::2]
-        tension = np.minimum(
-            x.tensile_strength, np.divide(x.cohesion, x.tan_phi, out=np.full(len(x.area), np.inf), where=x.tan_phi > 0)
-        )[k[first]] * x.area[k[first]] / scale
+        tension = (
+            np.minimum(
+                x.tensile_strength,
+                np.divide(x.cohesion, x.tan_phi, out=np.full(len(x.area), np.inf), where=x.tan_phi > 0),
+            )[k[first]]
+            * x.area[k[first]]
+            / scale
+        )
         capacity = x.compressive_strength[k[first]] * x.area[k[first]] / scale + tension
         block = np.column_stack([first, first + 1, capacity, tension])
         crushing = np.where(crushes[k], np.inf, crushing)

@@ -14,12 +14,12 @@ from limitmason.geometry.polygon import clean_outline, convex_pieces
 from limitmason.geometry.polyhedron import Solid, check_solids, mass_properties, prism
 from limitmason.model.arrays import AssemblyArrays, face_arrays
 from limitmason.model.block import Block
-from limitmason.model.interface import Interface, interface_kind
+from limitmason.model.input import JointChoice, JointTable, read_densities, read_pieces
+from limitmason.model.interface import Interface, interface_kind, pulled_in
 from limitmason.model.joint import Joint
 from limitmason.model.support import Support
 
 Array = NDArray[np.float64]
-JointTable = Mapping[Any, Joint]
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,8 +87,8 @@ class Assembly:
         if len(set(names)) < len(names):
             twice = next(n for n in names if names.count(n) > 1)
             raise ValueError(f"block name {twice!r} is used more than once")
-        densities = _densities(density, names)
-        pieces = [_pieces(solid, name) for solid, name in zip(solids, names, strict=True)]
+        densities = read_densities(density, names)
+        pieces = [read_pieces(solid, name) for solid, name in zip(solids, names, strict=True)]
         if axes is None:
             axes = [None] * len(pieces)
         blocks = tuple(
@@ -136,9 +136,7 @@ class Assembly:
             raise ValueError(f"thickness must be positive [m], got {thickness!r}")
         names = tuple(f"block-{i}" for i in range(len(outlines))) if names is None else tuple(names)
         arrays = [np.asarray(o, dtype=float) for o in outlines]
-        sizes = [
-            np.ptp(o, axis=0).min() for o in arrays if o.ndim == 2 and o.shape[0] > 2 and np.isfinite(o).all()
-        ]
+        sizes = [np.ptp(o, axis=0).min() for o in arrays if o.ndim == 2 and o.shape[0] > 2 and np.isfinite(o).all()]
         slack = 1e-3 * tolerance if tolerance else 1e-9 * (float(np.median(sizes)) if sizes else 1.0)
         solids = []
         for name, outline in zip(names, arrays, strict=True):
@@ -165,13 +163,15 @@ class Assembly:
                 f"blocks {self.blocks[i].name!r} and {self.blocks[j].name!r} overlap by {depth:.3g} m, more than the "
                 f"tolerance of {self.tolerance:.3g} m{more}; correct the geometry or raise the tolerance"
             )
-        choose = _JointChoice(joint, table, [b.name for b in self.blocks])
+        choose = JointChoice(joint, table, [b.name for b in self.blocks])
         whole = self.fixed
         interfaces = []
-        for a, b, polygon, normal in zip(found.a.tolist(), found.b.tolist(), found.polygons, found.normals, strict=True):
+        for a, b, polygon, normal in zip(
+            found.a.tolist(), found.b.tolist(), found.polygons, found.normals, strict=True
+        ):
             kind = interface_kind(normal, whole[a], whole[b])
             interfaces.append(Interface(a, b, polygon, normal, choose(a, b, kind), kind))
-        choose.check_all_used(self)
+        choose.check_all_used()
         assembly = replace(self, interfaces=tuple(interfaces))
         if assembly.supports:
             assembly.check_connected()
@@ -194,11 +194,9 @@ class Assembly:
         if isinstance(joints, Joint):
             changed = tuple(replace(i, joint=joints) for i in self.interfaces)
         else:
-            choose = _JointChoice(None, joints, names)
-            changed = tuple(
-                replace(i, joint=choose(i.block_a, i.block_b, i.kind) or i.joint) for i in self.interfaces
-            )
-            choose.check_all_used(self)
+            choose = JointChoice(None, joints, names)
+            changed = tuple(replace(i, joint=choose(i.block_a, i.block_b, i.kind) or i.joint) for i in self.interfaces)
+            choose.check_all_used()
         return replace(self, interfaces=changed)
 
     def with_interfaces(self, interfaces: Iterable[Interface]) -> "Assembly":
@@ -225,14 +223,14 @@ class Assembly:
         keep = None if direction is None else np.asarray(direction, dtype=float) / np.linalg.norm(direction)
         changed = []
         for interface in self.interfaces:
-            polygon = _pulled_in(interface, inset, keep)
+            polygon = pulled_in(interface, inset, keep)
             if polygon is None:
                 a, b = self.blocks[interface.block_a].name, self.blocks[interface.block_b].name
                 raise ValueError(f"the interface between {a!r} and {b!r} is not wider than twice the inset {inset} m")
             changed.append(replace(interface, polygon=polygon))
         return replace(self, interfaces=tuple(changed))
 
-    def transformed(self, matrix: ArrayLike = np.eye(3), translation: ArrayLike = (0.0, 0.0, 0.0)) -> "Assembly":
+    def transformed(self, matrix: ArrayLike, translation: ArrayLike = (0.0, 0.0, 0.0)) -> "Assembly":
         """This assembly rotated, mirrored or scaled by a matrix and moved; x -> M x + t, gravity stays along -z.
 
         Parameters
@@ -247,7 +245,9 @@ class Assembly:
         m, t = np.asarray(matrix, dtype=float), np.asarray(translation, dtype=float)
         scale = abs(np.linalg.det(m)) ** (1.0 / 3.0)
         if m.shape != (3, 3) or scale == 0 or not np.allclose(m @ m.T, scale**2 * np.eye(3), atol=1e-9 * scale**2):
-            raise ValueError("matrix must be a multiple of an orthogonal 3 x 3 matrix (rotation, mirror, uniform scale)")
+            raise ValueError(
+                "matrix must be a multiple of an orthogonal 3 x 3 matrix (rotation, mirror, uniform scale)"
+            )
         mirrored = np.linalg.det(m) < 0
 
         def moved(solid: Solid) -> Solid:
@@ -401,107 +401,3 @@ class Assembly:
                 f"block {first!r} floats: no chain of contacts joins it to a support ({int(loose.sum())} such blocks); "
                 f"close the gap, or raise the tolerance above {self.tolerance:.3g} m if it should touch"
             )
-
-
-def _densities(density: Any, names: Sequence[str]) -> list[float]:
-    values = np.broadcast_to(np.asarray(density, dtype=float), (len(names),)) if np.ndim(density) < 2 else None
-    if values is None or len(values) != len(names):
-        raise ValueError(f"density must be one number or one per block ({len(names)})")
-    for name, value in zip(names, values.tolist(), strict=True):
-        if not (np.isfinite(value) and value >= 0):
-            raise ValueError(f"block {name!r}: density must be finite and not negative [kg/m3], got {value}")
-    return [float(v) for v in values]
-
-
-def _pieces(solid: Any, name: str) -> tuple[Solid, ...]:
-    """One block's input as convex pieces, whatever of the allowed forms it came in."""
-    try:
-        if isinstance(solid, Solid):
-            items = [solid]
-        elif len(solid) == 2 and np.ndim(solid[0]) == 2:
-            items = [solid]
-        else:
-            items = list(solid)
-        out = []
-        for vertices, faces in items:
-            v = np.array(vertices, dtype=float)
-            if v.ndim != 2 or v.shape[1] != 3:
-                raise ValueError(f"vertices must have shape (n, 3), got {v.shape}")
-            v.setflags(write=False)
-            if not isinstance(faces, tuple) or not all(isinstance(f, tuple) for f in faces):
-                faces = tuple(tuple(int(i) for i in f) for f in faces)
-            out.append(Solid(v, faces))
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"block {name!r}: expected (vertices, faces) or a list of such pieces; {error}") from None
-    if not out:
-        raise ValueError(f"block {name!r} has no pieces")
-    return tuple(out)
-
-
-class _JointChoice:
-    """Picks a joint by pair of block names, then by kind, then the default; remembers which keys were used."""
-
-    def __init__(self, default: Joint | None, table: JointTable, names: Sequence[str]) -> None:
-        if default is not None and not isinstance(default, Joint):
-            raise ValueError(f"joint must be a limitmason.Joint, got {default!r}")
-        self.default = default
-        self.kinds: dict[str, Joint] = {}
-        self.pairs: dict[frozenset[str], Joint] = {}
-        self.used: set[Any] = set()
-        self.names = names
-        for key, law in table.items():
-            if not isinstance(law, Joint):
-                raise ValueError(f"joints[{key!r}] must be a limitmason.Joint, got {law!r}")
-            if isinstance(key, str):
-                self.kinds[key] = law
-            elif isinstance(key, tuple) and len(key) == 2:
-                for name in key:
-                    if name not in names:
-                        raise ValueError(f"joints[{key!r}]: there is no block named {name!r}")
-                self.pairs[frozenset(key)] = law
-            else:
-                raise ValueError(f"joints[{key!r}]: a key is a kind ('bed', 'head', 'base') or a pair of block names")
-
-    def __call__(self, a: int, b: int, kind: str) -> Joint | None:
-        if self.pairs and (pair := frozenset((self.names[a], self.names[b]))) in self.pairs:
-            self.used.add(pair)
-            return self.pairs[pair]
-        if kind in self.kinds:
-            self.used.add(kind)
-            return self.kinds[kind]
-        return self.default
-
-    def check_all_used(self, assembly: Assembly) -> None:
-        """A pair that touches nowhere is a mistake; a kind that does not occur is allowed only if it exists."""
-        del assembly
-        for pair in self.pairs:
-            if pair not in self.used:
-                raise ValueError(f"joints: blocks {' and '.join(map(repr, sorted(pair)))} do not touch")
-        for kind in self.kinds:
-            if kind not in ("bed", "head", "base") and kind not in self.used:
-                raise ValueError(f"joints: there is no joint of kind {kind!r}; kinds are 'bed', 'head' and 'base'")
-
-
-def _pulled_in(interface: Interface, inset: float, keep: Array | None) -> Array | None:
-    from limitmason.geometry.polygon import clip_convex
-
-    n, p = interface.normal, interface.polygon
-    t1 = p[1] - p[0]
-    t1 = t1 - (t1 @ n) * n
-    t1 /= np.linalg.norm(t1)
-    frame = np.column_stack([t1, np.cross(n, t1)])
-    flat = (p - p[0]) @ frame
-    out = flat
-    size = np.ptp(flat, axis=0).max()
-    for a, b in zip(flat, np.roll(flat, -1, axis=0), strict=True):
-        along = (b - a) / np.linalg.norm(b - a)
-        inward = np.array([-along[1], along[0]])
-        if keep is not None and abs((frame @ inward) @ keep) > np.sqrt(0.5):
-            continue
-        q = a + inset * inward
-        far = 4.0 * size
-        window = np.array([q - far * along, q + far * along, q + far * along + far * inward, q - far * along + far * inward])
-        out = clip_convex(out, window)
-        if len(out) < 3:
-            return None
-    return p[0] + out @ frame.T

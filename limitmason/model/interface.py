@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.geometry.polygon import clip_convex
 from limitmason.model.joint import Joint
 
 Array = NDArray[np.float64]
@@ -42,3 +43,29 @@ def interface_kind(normal: Array, held_a: bool, held_b: bool) -> str:
     if held_a or held_b:
         return "base"
     return "bed" if abs(normal[2]) >= np.sqrt(0.5) else "head"
+
+
+def pulled_in(interface: Interface, inset: float, keep: Array | None) -> Array | None:
+    """Polygon of an interface with its edges moved inwards [m], edges facing ``keep`` left; None if nothing stays."""
+    n, p = interface.normal, interface.polygon
+    t1 = p[1] - p[0]
+    t1 = t1 - (t1 @ n) * n
+    t1 /= np.linalg.norm(t1)
+    frame = np.column_stack([t1, np.cross(n, t1)])
+    flat = (p - p[0]) @ frame
+    out = flat
+    size = np.ptp(flat, axis=0).max()
+    for a, b in zip(flat, np.roll(flat, -1, axis=0), strict=True):
+        along = (b - a) / np.linalg.norm(b - a)
+        inward = np.array([-along[1], along[0]])
+        if keep is not None and abs((frame @ inward) @ keep) > np.sqrt(0.5):
+            continue
+        q = a + inset * inward
+        far = 4.0 * size
+        window = np.array(
+            [q - far * along, q + far * along, q + far * along + far * inward, q - far * along + far * inward]
+        )
+        out = clip_convex(out, window)
+        if len(out) < 3:
+            return None
+    return p[0] + out @ frame.T

@@ -47,7 +47,7 @@ class Joint:
             value = getattr(self, field.name)
             if field.name == "name" or value is None:
                 continue
-            if isinstance(value, bool) or not isinstance(value, (int, float)) and not hasattr(value, "__float__"):
+            if isinstance(value, bool) or (not isinstance(value, (int, float)) and not hasattr(value, "__float__")):
                 raise ValueError(f"{label}: {field.name} must be a number, got {value!r}")
             if math.isnan(float(value)):
                 raise ValueError(f"{label}: {field.name} is NaN")

@@ -155,9 +155,13 @@ class Loads:
         """
         i = assembly.block_index(block)
         f = np.asarray(force, dtype=float)
-        if f.shape != (3,):
-            raise ValueError(f"force on block {block!r} must have three components [N], got {force!r}")
+        if f.shape != (3,) or not np.isfinite(f).all():
+            raise ValueError(f"force on block {block!r} must be three finite numbers [N], got {force!r}")
         arm = np.zeros(3) if at is None else np.asarray(at, dtype=float) - assembly.centroids[i]
+        if arm.shape != (3,) or not np.isfinite(arm).all():
+            raise ValueError(
+                f"the point of application on block {block!r} must be three finite numbers [m], got {at!r}"
+            )
         wrench = np.zeros((assembly.n_blocks, 6))
         wrench[i] = np.concatenate([f, np.cross(arm, f)])
         return self._plus(assembly, wrench, case)
@@ -223,7 +227,9 @@ class Loads:
             raise ValueError(f"precompression force must be >= 0 N, got {force!r}")
         return self.with_point_load(assembly, block, (0.0, 0.0, -force), case="dead")
 
-    def with_body_force(self, assembly: "Assembly", direction: ArrayLike, *, blocks=None, case: str = "live") -> "Loads":
+    def with_body_force(
+        self, assembly: "Assembly", direction: ArrayLike, *, blocks=None, case: str = "live"
+    ) -> "Loads":
         """These loads and the weight of the named blocks (all by default) turned to a direction.
 
         Parameters

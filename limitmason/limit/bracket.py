@@ -1,0 +1,58 @@
+"""Radenkovic's bracket: what is certain about a multiplier when the dilatancy angle lies below the friction angle."""
+
+import math
+from dataclasses import dataclass, replace
+
+from limitmason.limit.associative import solve_associative
+from limitmason.limit.problem import make_problem
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.results import Prediction
+
+
+@dataclass(frozen=True, eq=False)
+class Bracket:
+    """Certain bounds of every multiplier that the non-associative law admits.
+
+    Parameters
+    ----------
+    lower : associative analysis with the friction angle replaced by the dilatancy angle; weak, zero or
+        "cannot stand" for psi = 0 whenever sliding matters
+    upper : associative analysis with the friction angle
+    """
+
+    lower: Prediction
+    upper: Prediction
+
+    def __str__(self) -> str:
+        """Both bounds on one line."""
+        low = self.lower.collapse_multiplier
+        text = "cannot stand with phi = psi: no lower bound" if math.isnan(low) else f"{low:.6g}"
+        return f"{text} <= lambda <= {self.upper.collapse_multiplier:.6g} (Radenkovic)"
+
+
+def limit_bracket(assembly: Assembly, loads: Loads, **options) -> Bracket:
+    """Upper and lower bound of the collapse multiplier for any flow rule between psi and phi.
+
+    lambda_assoc(phi := psi) <= lambda <= lambda_assoc(phi).
+
+    Parameters
+    ----------
+    assembly, loads : the problem; the joints' dilatancy angles are used
+    options : contact_model, grid, in_plane as in :func:`limitmason.limit.limit_analysis`
+
+    Notes
+    -----
+    Source: Radenkovic's two theorems (1961). The lower bound replaces tan(phi) by tan(psi) and, so that the reduced
+    law stays inside the true one, keeps cohesion, tension and crushing.
+    """
+    problem = make_problem(assembly, loads, **options)
+    upper = solve_associative(problem)
+    reduced = assembly.with_interfaces(
+        replace(i, joint=replace(i.joint, friction_angle_deg=i.joint.dilatancy_angle_deg)) for i in assembly.interfaces
+    )
+    lower = solve_associative(make_problem(reduced, loads, **options))
+    return Bracket(
+        replace(lower, bound="lower bound for every flow rule between psi and phi (Radenkovic)"),
+        replace(upper, bound="upper bound for every flow rule between psi and phi (Radenkovic)"),
+    )

@@ -1,0 +1,69 @@
+"""Settlement of a support: is the structure stable when a support gives way, and by which mechanism."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from limitmason.limit.analysis import limit_analysis
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.model.support import DEGREES_OF_FREEDOM, Support
+from limitmason.results import Prediction
+
+_DIRECTIONS = {f"{sign}{axis}": (k, s) for k, axis in enumerate("xyz") for sign, s in (("+", 1.0), ("-", -1.0))}
+
+
+def settlement_analysis(
+    assembly: Assembly, support: int | str, *, direction: str = "-z", loads: Loads | None = None, **options
+) -> Prediction:
+    """Mechanism and smallest reaction of a support that gives way.
+
+    The support is freed along one direction d and guided otherwise. Maximise lambda subject to
+    A f + w_dead + lambda W d = 0 at the support: R = -lambda W is the smallest force that the moving support must
+    still supply against d, and the dual is the settlement mechanism.
+
+    Parameters
+    ----------
+    support : name or number of a block with held degrees of freedom
+    direction : "-z" (down), "+x" (spreading), ...
+    loads : dead loads; self weight by default
+    options : as for :func:`limitmason.limit.limit_analysis`
+
+    Returns
+    -------
+    Prediction
+        ``collapse_multiplier`` is lambda [-], relative to the total weight W; ``details["support_reaction"]`` is R [N],
+        R <= 0 means that the structure stands without this support's help. "cannot stand" means that no reaction keeps
+        it in equilibrium: already unstable. "unbounded": the support cannot move that way.
+
+    Raises
+    ------
+    ValueError
+        When the block is not held along the direction.
+    """
+    if direction not in _DIRECTIONS:
+        raise ValueError(f"direction must be one of {sorted(_DIRECTIONS)}, got {direction!r}")
+    axis, sign = _DIRECTIONS[direction]
+    i = assembly.block_index(support)
+    held = assembly.held[i]
+    if not held[axis]:
+        raise ValueError(f"block {assembly.blocks[i].name!r} is not held along {direction!r}, so it cannot settle")
+    rest = [name for k, name in enumerate(DEGREES_OF_FREEDOM) if held[k] and k != axis]
+    others = [s for s in assembly.supports if assembly.block_index(s.block) != i]
+    if not others:
+        raise ValueError("the only support settles: the whole structure would follow it without deforming")
+    guided = replace(assembly, supports=(*others, *([Support(i, dofs=rest)] if rest else [])))
+    loads = Loads.weight(assembly) if loads is None else loads
+    dead = np.array(loads.dead)
+    dead[i] = 0.0  # the weight of the support itself is no concern of the structure
+    free = ~guided.fixed
+    total = float(np.linalg.norm(dead[free, :3], axis=1).sum())
+    live = np.zeros_like(dead)
+    live[i, axis] = sign * total
+    name = assembly.blocks[i].name
+    settling = Loads(dead, live, f"settlement of {name} along {direction}")
+    prediction = limit_analysis(guided, settling, check_dead_load=False, **options)
+    details = dict(prediction.details)
+    if np.isfinite(prediction.collapse_multiplier):
+        details["support_reaction"] = -prediction.collapse_multiplier * total
+    return replace(prediction, method=f"settlement of {name} along {direction}", details=details)

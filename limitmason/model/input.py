@@ -1,0 +1,92 @@
+"""What users write, read into the model's own forms: solids, densities and tables of joints."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from limitmason.geometry.polyhedron import Solid
+from limitmason.model.joint import Joint
+
+JointTable = Mapping[Any, Joint]
+
+
+def read_densities(density: Any, names: Sequence[str]) -> list[float]:
+    """Density of every block [kg/m3] from one number or one per block; a wrong one is an error naming the block."""
+    values = np.asarray(density, dtype=float)
+    if values.shape not in ((), (len(names),)):
+        raise ValueError(f"density must be one number or one per block ({len(names)}), got shape {values.shape}")
+    values = np.broadcast_to(values, (len(names),))
+    for name, value in zip(names, values.tolist(), strict=True):
+        if not (np.isfinite(value) and value >= 0):
+            raise ValueError(f"block {name!r}: density must be finite and not negative [kg/m3], got {value}")
+    return [float(v) for v in values]
+
+
+def read_pieces(solid: Any, name: str) -> tuple[Solid, ...]:
+    """One block's input as convex pieces, whatever of the allowed forms it came in."""
+    try:
+        if isinstance(solid, Solid):
+            items = [solid]
+        elif len(solid) == 2 and np.ndim(solid[0][0]) == 1 and np.ndim(solid[0][0][0]) == 0:
+            items = [solid]  # vertices first: a list of pieces would have a whole array there
+        else:
+            items = list(solid)
+        out = []
+        for vertices, faces in items:
+            v = np.array(vertices, dtype=float)
+            if v.ndim != 2 or v.shape[1] != 3:
+                raise ValueError(f"vertices must have shape (n, 3), got {v.shape}")
+            v.setflags(write=False)
+            if not isinstance(faces, tuple) or not all(isinstance(f, tuple) for f in faces):
+                faces = tuple(tuple(int(i) for i in f) for f in faces)
+            out.append(Solid(v, faces))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"block {name!r}: expected (vertices, faces) or a list of such pieces; {error}") from None
+    if not out:
+        raise ValueError(f"block {name!r} has no pieces")
+    return tuple(out)
+
+
+class JointChoice:
+    """Picks a joint by pair of block names, then by kind, then the default; remembers which keys were used."""
+
+    def __init__(self, default: Joint | None, table: JointTable, names: Sequence[str]) -> None:
+        if default is not None and not isinstance(default, Joint):
+            raise ValueError(f"joint must be a limitmason.Joint, got {default!r}")
+        self.default = default
+        self.kinds: dict[str, Joint] = {}
+        self.pairs: dict[frozenset[str], Joint] = {}
+        self.used: set[Any] = set()
+        self.names = names
+        for key, law in table.items():
+            if not isinstance(law, Joint):
+                raise ValueError(f"joints[{key!r}] must be a limitmason.Joint, got {law!r}")
+            if isinstance(key, str):
+                self.kinds[key] = law
+            elif isinstance(key, tuple) and len(key) == 2:
+                for name in key:
+                    if name not in names:
+                        raise ValueError(f"joints[{key!r}]: there is no block named {name!r}")
+                self.pairs[frozenset(key)] = law
+            else:
+                raise ValueError(f"joints[{key!r}]: a key is a kind ('bed', 'head', 'base') or a pair of block names")
+
+    def __call__(self, a: int, b: int, kind: str) -> Joint | None:
+        """Law of the joint between blocks a and b."""
+        if self.pairs and (pair := frozenset((self.names[a], self.names[b]))) in self.pairs:
+            self.used.add(pair)
+            return self.pairs[pair]
+        if kind in self.kinds:
+            self.used.add(kind)
+            return self.kinds[kind]
+        return self.default
+
+    def check_all_used(self) -> None:
+        """A pair that touches nowhere is a mistake, and so is a kind that is not known."""
+        for pair in self.pairs:
+            if pair not in self.used:
+                raise ValueError(f"joints: blocks {' and '.join(map(repr, sorted(pair)))} do not touch")
+        for kind in self.kinds:
+            if kind not in ("bed", "head", "base") and kind not in self.used:
+                raise ValueError(f"joints: there is no joint of kind {kind!r}; kinds are 'bed', 'head' and 'base'")

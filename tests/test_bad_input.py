@@ -1,0 +1,208 @@
+"""Each mistake gets an error that names the culprit."""
+
+import numpy as np
+import pytest
+from walls import running_bond, stack
+
+import limitmason as lm
+from limitmason.geometry import box
+
+JOINT = lm.Joint(30.0)
+CUBE = box((0, 0, 0), (1, 1, 1))
+GROUND = box((-1, -1, -1), (2, 2, 0))
+
+
+def assemble(solids, **options):
+    return lm.Assembly.from_polyhedra(solids, **{"joint": JOINT, "fixed": [0], **options})
+
+
+@pytest.mark.parametrize(
+    "fields, message",
+    [
+        ({"friction_angle_deg": 90.0}, "friction_angle_deg"),
+        ({"friction_angle_deg": float("nan")}, "friction_angle_deg"),
+        ({"friction_angle_deg": "33"}, "friction_angle_deg"),
+        ({"friction_angle_deg": 30.0, "dilatancy_angle_deg": 31.0}, "dilatancy_angle_deg"),
+        ({"friction_angle_deg": 30.0, "cohesion": -1.0}, "cohesion"),
+        ({"friction_angle_deg": 30.0, "tensile_strength": -1.0}, "tensile_strength"),
+        ({"friction_angle_deg": 30.0, "compressive_strength": 0.0}, "compressive_strength"),
+        ({"friction_angle_deg": 30.0, "cohesion": float("inf")}, "cohesion"),
+        ({"friction_angle_deg": 30.0, "normal_stiffness": -5.0}, "normal_stiffness"),
+    ],
+)
+def test_joint(fields, message):
+    with pytest.raises(ValueError, match=message):
+        lm.Joint(**fields)
+
+
+def test_joint_error_carries_its_name():
+    with pytest.raises(ValueError, match="joint 'mortar'.*dilatancy"):
+        lm.Joint(30.0, dilatancy_angle_deg=40.0, name="mortar")
+
+
+def test_open_solid():
+    with pytest.raises(ValueError, match="'block-1' is open"):
+        assemble([GROUND, (CUBE.vertices, CUBE.faces[:-1])])
+
+
+def test_inverted_solid():
+    with pytest.raises(ValueError, match="'block-1' is inverted"):
+        assemble([GROUND, (CUBE.vertices, [f[::-1] for f in CUBE.faces])])
+
+
+def test_face_with_unknown_vertex():
+    with pytest.raises(ValueError, match="'block-1': face"):
+        assemble([GROUND, (CUBE.vertices, [*CUBE.faces[:-1], (3, 0, 4, 99)])])
+
+
+def test_zero_thickness():
+    with pytest.raises(ValueError, match="'thin' has zero thickness"):
+        assemble([GROUND, box((0, 0, 0), (1, 1, 0))], names=["ground", "thin"])
+    with pytest.raises(ValueError, match="thickness"):
+        lm.Assembly.from_polygons([[[0, 0], [1, 0], [1, 1]]], thickness=0.0, joint=JOINT)
+
+
+def test_concave_solid():
+    v = CUBE.vertices.copy()
+    v[6] = (0.4, 0.4, 0.4)
+    triangles = [t for f in CUBE.faces for t in ((f[0], f[1], f[2]), (f[0], f[2], f[3]))]
+    with pytest.raises(ValueError, match="'block-1' is not convex|'block-1': face"):
+        assemble([GROUND, (v, triangles)])
+
+
+def test_skew_face():
+    v = CUBE.vertices.copy()
+    v[6, 2] += 0.2
+    with pytest.raises(ValueError, match="'block-1': face .* not plane"):
+        assemble([GROUND, (v, CUBE.faces)])
+
+
+def test_overlapping_blocks():
+    with pytest.raises(ValueError, match="'left' and 'right' overlap by 0.1 m"):
+        assemble([GROUND, CUBE, box((0.9, 0, 0), (1.9, 1, 1))], names=["ground", "left", "right"])
+
+
+def test_block_inside_another():
+    with pytest.raises(ValueError, match="overlap"):
+        assemble([GROUND, CUBE, box((0.3, 0.3, 0.3), (0.6, 0.6, 0.6))])
+
+
+def test_blocks_that_cross_with_their_edges_only():
+    # a thin plate turned by 45 degrees through a corner region: separated by no face of either
+    with pytest.raises(ValueError, match="overlap"):
+        assemble([GROUND, CUBE, box((-0.5, 0.4, 0.4), (1.5, 0.6, 0.6))])
+
+
+def test_floating_block():
+    with pytest.raises(ValueError, match="'block-2' floats"):
+        assemble([GROUND, CUBE, box((0, 0, 1.1), (1, 1, 2))])
+
+
+def test_nothing_fixed():
+    assembly = lm.Assembly.from_polyhedra([GROUND, CUBE], joint=JOINT)
+    with pytest.raises(ValueError, match="nothing is fixed"):
+        lm.limit_analysis(assembly, lm.Loads.horizontal(assembly))
+
+
+def test_everything_fixed():
+    assembly = assemble([GROUND, CUBE], fixed=[0, 1])
+    with pytest.raises(ValueError, match="every block is fixed"):
+        lm.limit_analysis(assembly, lm.Loads.horizontal(assembly))
+
+
+def test_nan_vertex():
+    v = CUBE.vertices.copy()
+    v[2, 1] = np.nan
+    with pytest.raises(ValueError, match="'block-1' has a coordinate that is not finite"):
+        assemble([GROUND, (v, CUBE.faces)])
+
+
+@pytest.mark.parametrize("density", [-1.0, float("nan"), [2000.0, -3.0]])
+def test_density(density):
+    with pytest.raises(ValueError, match=r"block.*density"):
+        assemble([GROUND, CUBE], density=density)
+
+
+def test_density_of_wrong_length():
+    with pytest.raises(ValueError, match="density"):
+        assemble([GROUND, CUBE], density=[1.0, 2.0, 3.0])
+
+
+def test_repeated_name():
+    with pytest.raises(ValueError, match="'a' is used more than once"):
+        assemble([GROUND, CUBE], names=["a", "a"])
+
+
+def test_unknown_fixed_block():
+    with pytest.raises(ValueError, match="no block named 'grund'"):
+        assemble([GROUND, CUBE], names=["ground", "cube"], fixed=["grund"])
+
+
+@pytest.mark.parametrize("outline, message", [
+    ([[0, 0], [1, 1], [1, 0], [0, 1]], "crosses itself"),
+    ([[0, 0], [1, 1], [2, 2]], "no area"),
+    ([[0, 0], [1, np.nan], [1, 1]], "not finite"),
+    ([[0, 0, 0], [1, 0, 0], [1, 1, 0]], "shape"),
+])  # fmt: skip
+def test_outline(outline, message):
+    with pytest.raises(ValueError, match=f"'stone'.*{message}"):
+        lm.Assembly.from_polygons([outline], thickness=1.0, joint=JOINT, names=["stone"])
+
+
+def test_zero_live_load():
+    assembly = stack([(1, 1)])
+    with pytest.raises(ValueError, match="live load is zero"):
+        lm.limit_analysis(assembly, lm.Loads.weight(assembly))
+
+
+def test_loads_of_another_assembly():
+    with pytest.raises(ValueError, match="2 blocks, the assembly has 3"):
+        lm.limit_analysis(stack([(1, 1)] * 2), lm.Loads.horizontal(stack([(1, 1)])))
+
+
+def test_load_mistakes():
+    assembly = stack([(1, 1)])
+    with pytest.raises(ValueError, match="not horizontal"):
+        lm.Loads.horizontal(assembly, (1, 0, 1))
+    with pytest.raises(ValueError, match="not zero"):
+        lm.Loads.horizontal(assembly, (0, 0, 0))
+    with pytest.raises(ValueError, match="axis"):
+        lm.Loads.tilting(assembly, (0, 0, 1))
+    with pytest.raises(ValueError, match="no block named 'lintel'"):
+        lm.Loads.weight(assembly).with_point_load(assembly, "lintel", (1, 0, 0))
+    with pytest.raises(ValueError, match="case"):
+        lm.Loads.weight(assembly).with_point_load(assembly, 1, (1, 0, 0), case="alive")
+    with pytest.raises(ValueError, match="no face towards"):
+        lm.Loads.weight(assembly).with_pressure(assembly, 1, face=(1, 1, 1), pressure=1.0)
+    with pytest.raises(ValueError, match="finite"):
+        lm.Loads.weight(assembly).with_point_load(assembly, 1, (np.inf, 0, 0))
+    with pytest.raises(ValueError, match="no block named 'beam'"):
+        lm.Loads.weight(assembly).with_precompression(assembly, 1e3)
+
+
+def test_support_mistakes():
+    with pytest.raises(ValueError, match="holds nothing"):
+        lm.Support("a")
+    with pytest.raises(ValueError, match="unknown degree of freedom 'w'"):
+        lm.Support("a", dofs=["w"])
+    with pytest.raises(ValueError, match="no block named"):
+        stack([(1, 1)]).with_supports([lm.Support("column-3", translations=True)])
+
+
+def test_analysis_mistakes():
+    wall = running_bond(2, 2)
+    loads = lm.Loads.horizontal(wall)
+    with pytest.raises(ValueError, match="flow_rule"):
+        lm.limit_analysis(wall, loads, flow_rule="asociative")
+    with pytest.raises(ValueError, match="contact_model"):
+        lm.limit_analysis(wall, loads, contact_model="corners")
+    with pytest.raises(ValueError, match="grid"):
+        lm.limit_analysis(wall, loads, contact_model="grid", grid=(1, 3))
+    with pytest.raises(ValueError, match="unknown method 'lmit'; available:.*limit"):
+        lm.predict(wall, loads, method="lmit")
+    with pytest.raises(ValueError, match="symmetric about one plane"):
+        lm.limit_analysis(wall, lm.Loads.horizontal(wall, (1, 1, 0)), in_plane=True)
+    with pytest.raises(ValueError, match="at least one block"):
+        lm.Assembly.from_polyhedra([], joint=JOINT)
+    with pytest.raises(ValueError, match="not wider than twice the inset"):
+        wall.with_contact_ends_pulled_in(0.2)

@@ -1,0 +1,109 @@
+"""Collapse multipliers known in closed form."""
+
+import numpy as np
+import pytest
+from walls import arch_blocks, on_slab, running_bond, stack
+
+import limitmason as lm
+
+
+def collapse(assembly, direction=(1, 0, 0), **options):
+    prediction = lm.limit_analysis(assembly, lm.Loads.horizontal(assembly, direction), **options)
+    assert prediction.status == "solved"
+    return prediction.collapse_multiplier
+
+
+@pytest.mark.parametrize("mu", [0.2, 0.5, 0.65])
+@pytest.mark.parametrize("width", [0.3, 1.0])
+def test_single_block_slides_or_rocks(mu, width):
+    assert collapse(stack([(width, 1.0)], mu=mu)) == pytest.approx(min(mu, width), abs=1e-8)
+
+
+@pytest.mark.parametrize("in_plane", [None, False])
+def test_stack_rocks_about_the_lowest_joint(in_plane):
+    assembly = stack([(0.5, 0.4)] * 6, mu=0.9)
+    assert collapse(assembly, in_plane=in_plane) == pytest.approx(0.5 / (6 * 0.4), abs=1e-8)
+
+
+def test_rocking_joint_of_a_stack_with_a_waist():
+    # joint j from the top rocks at b / (j h); the waist's lower joint has a lever of 0.1 only
+    assembly = stack([(1.0, 0.5), (0.2, 0.5), (1.0, 0.5)], mu=5.0)
+    lever = 0.1
+    above = np.array([[1.0 * 0.5, 0.75], [0.2 * 0.5, 0.25]])  # area, height above the waist's lower joint
+    expected = lever * above[:, 0].sum() / (above[:, 0] * above[:, 1]).sum()
+    assert collapse(assembly) == pytest.approx(expected, abs=1e-8)
+
+
+def test_block_with_centred_top_load():
+    # rocking (b/h) (W + Q) / (W + 2 Q): the load at the top turns sideways with the weight
+    assembly = stack([(0.6, 1.5)], mu=0.9)
+    weight, q = assembly.weights[1], 12_000.0
+    top = (0.3, 0.5, 1.5)
+    loads = (
+        lm.Loads.horizontal(assembly)
+        .with_point_load(assembly, 1, (0, 0, -q), at=top, case="dead")
+        .with_point_load(assembly, 1, (q, 0, 0), at=top)
+    )
+    value = lm.limit_analysis(assembly, loads).collapse_multiplier
+    assert value == pytest.approx(0.6 / 1.5 * (weight + q) / (weight + 2 * q), abs=1e-8)
+
+
+def test_free_wall_overturns_at_t_over_h():
+    wall = running_bond(4, 6, size=(0.4, 0.2, 0.15))
+    assert collapse(wall, (0, 1, 0)) == pytest.approx(0.15 / 1.2, abs=1e-7)
+
+
+@pytest.mark.parametrize("n, expected", [(1, 1.0), (2, 0.714286), (3, 0.636364), (5, 0.578947), (8, 0.548387)])
+def test_running_bond_without_head_joints_friction_equal_to_bond_slope(n, expected):
+    # (v / 2h) (4n + 2) / (4n - 1) for f = v / h = 1, bottom course ending at the toe with a half unit
+    units = max(3, n + 2)
+    wall = running_bond(units, n, half_first=True, heads=False, mu=1.0)
+    assert (4 * n + 2) / (4 * n - 1) / 2 == pytest.approx(expected, abs=1e-6)
+    assert collapse(wall) == pytest.approx((4 * n + 2) / (4 * n - 1) / 2, abs=1e-6)
+
+
+def test_running_bond_associative_value_exceeds_the_mechanism_when_friction_is_above_bond_slope():
+    # f = 1.2 > v / h = 1: normality forbids the stepped crack; the associated value is an artefact of dilatancy
+    wall = running_bond(14, 12, half_first=True, heads=False, mu=1.2)
+    assert collapse(wall) == pytest.approx(0.591, abs=1e-3)
+    assert collapse(wall) > 0.532 + 0.05
+
+
+def test_benchmark_walls_in_plane():
+    # independent static linear programs on the same walls (HiGHS), five digits
+    assert collapse(running_bond(5, 10)) == pytest.approx(0.53830, abs=1e-5)
+    assert collapse(running_bond(5, 10, heads=False)) == pytest.approx(0.51471, abs=1e-5)
+    assert collapse(running_bond(10, 20)) == pytest.approx(0.46552, abs=1e-5)
+    assert collapse(running_bond(10, 20, heads=False)) == pytest.approx(0.44969, abs=1e-5)
+
+
+def test_milankovitch_semicircular_arch_stands_above_and_falls_below_its_minimum_thickness():
+    for ratio, stands in ((0.1085, True), (0.1065, False)):
+        arch = arch_blocks(1.0, ratio, 60)
+        prediction = lm.limit_analysis(arch, lm.Loads.horizontal(arch))
+        assert (prediction.status == "solved") is stands, ratio
+        assert (prediction.status == "cannot stand under dead load") is not stands, ratio
+
+
+def test_tilting_table_turns_the_weight_towards_the_lower_side():
+    assembly = on_slab([((0, 0, 0), (1.0, 0.4, 1.0))], mu=5.0)
+    about_y = lm.limit_analysis(assembly, lm.Loads.tilting(assembly, (0, 1, 0)))
+    about_x = lm.limit_analysis(assembly, lm.Loads.tilting(assembly, (1, 0, 0)))
+    assert about_y.collapse_multiplier == pytest.approx(1.0, abs=1e-8)
+    assert about_x.collapse_multiplier == pytest.approx(0.4, abs=1e-8)
+    assert about_y.tilt_angle_deg == pytest.approx(45.0, abs=1e-6)
+    # a right-handed turn about +y lowers the +x side
+    assert (about_y.mechanism.twists[1, 0] > 0)
+    assert (about_y.mechanism.twists[1, 4] > 0)
+
+
+def test_settling_support_keeps_the_least_reaction_that_carries_the_lintel():
+    # weight at 2 m, far pier's inner edge at 1 m, settling pier's outer edge at 4 m
+    piers = [((0, 0, 0), (1, 1, 1)), ((3, 0, 0), (4, 1, 1)), ((0, 0, 1), (4, 1, 2))]
+    from limitmason.geometry import box
+
+    assembly = lm.Assembly.from_polyhedra([box(*b) for b in piers], joint=lm.Joint(30.0), fixed=[0, 1])
+    lintel = assembly.weights[2]
+    prediction = lm.settlement_analysis(assembly, "block-1")
+    assert prediction.details["support_reaction"] == pytest.approx(lintel * (2 - 1) / (4 - 1), rel=1e-6)
+    assert prediction.mechanism.twists[1, 2] < 0

@@ -1,0 +1,168 @@
+"""Cohesion, tension, crushing, torsion: single faces with exact answers."""
+
+import math
+
+import numpy as np
+import pytest
+from walls import on_slab, stack
+
+import limitmason as lm
+from limitmason.geometry import box
+
+
+def block(width, depth, height, joint, density=0.0):
+    return on_slab([((0, 0, 0), (width, depth, height))], joint=joint, density=density)
+
+
+def pushed(assembly, vertical, height, width, depth):
+    return (
+        lm.Loads.weight(assembly)
+        .with_point_load(assembly, 1, (0, 0, -vertical), at=(width / 2, depth / 2, height), case="dead")
+        .with_point_load(assembly, 1, (1, 0, 0), at=(width / 2, depth / 2, height))
+    )
+
+
+@pytest.mark.parametrize("fc, vertical", [(1e6, 30e3), (1e6, 150e3), (5e5, 100e3)])
+def test_crushing_toe_in_plane_is_exact(fc, vertical):
+    # V = N (L - N / (fc t)) / (2 H0)
+    width, depth, height = 1.0, 0.3, 2.0
+    assembly = block(width, depth, height, lm.Joint(40.0, compressive_strength=fc))
+    expected = vertical * (width - vertical / (fc * depth)) / (2 * height)
+    prediction = lm.limit_analysis(assembly, pushed(assembly, vertical, height, width, depth))
+    assert prediction.collapse_multiplier == pytest.approx(expected, rel=1e-6)
+    assert prediction.certificate.yield_violation < 1e-9
+    assert abs(prediction.certificate.gap) < 1e-8
+
+
+def test_crushing_on_a_grid_comes_from_above_and_converges():
+    width, depth, height, fc, vertical = 1.0, 0.3, 2.0, 5e5, 100e3
+    assembly = block(width, depth, height, lm.Joint(40.0, compressive_strength=fc))
+    expected = vertical * (width - vertical / (fc * depth)) / (2 * height)
+    errors = []
+    for n in (5, 9, 17, 33):
+        prediction = lm.limit_analysis(
+            assembly,
+            pushed(assembly, vertical, height, width, depth),
+            contact_model="grid",
+            grid=(n, 3),
+            in_plane=False,
+        )
+        errors.append(prediction.collapse_multiplier / expected - 1)
+    assert all(e >= -1e-9 for e in errors)
+    assert errors[-1] < 0.005
+    assert errors[-1] < errors[0] / 8
+
+
+def test_crushing_with_corner_points_in_3d_is_refused():
+    assembly = block(1.0, 0.3, 2.0, lm.Joint(40.0, compressive_strength=1e6))
+    with pytest.raises(ValueError, match="compressive strength"):
+        lm.limit_analysis(assembly, pushed(assembly, 1e4, 2.0, 1.0, 0.3), in_plane=False)
+
+
+def test_tension_is_plastic_and_says_so():
+    # a weightless block glued to the slab: end forces ft A / 2 each, M = ft A L / 2
+    width, depth, height, ft = 1.0, 0.5, 4.0, 1e5
+    joint = lm.Joint(45.0, cohesion=1e6, tensile_strength=ft)
+    assembly = block(width, depth, height, joint)
+    prediction = lm.limit_analysis(assembly, pushed(assembly, 1e-3, height, width, depth))
+    # compression end turns: ft A/2 at lever L
+    assert prediction.collapse_multiplier == pytest.approx(ft * width * depth / 2 * width / height, rel=1e-5)
+    assert any("perfectly plastic" in w for w in prediction.warnings)
+
+
+def test_cohesion_adds_to_sliding():
+    # squat block: V = c A + mu N
+    width, depth, height, c, vertical = 1.0, 0.5, 0.05, 2e4, 5e4
+    assembly = block(width, depth, height, lm.Joint(30.0, cohesion=c))
+    for in_plane in (None, False):
+        value = lm.limit_analysis(
+            assembly, pushed(assembly, vertical, height, width, depth), in_plane=in_plane
+        ).collapse_multiplier
+        assert value == pytest.approx(c * width * depth + math.tan(math.radians(30)) * vertical, rel=1e-6)
+
+
+def test_apex_governs_where_tensile_strength_exceeds_cohesion_over_friction():
+    width, depth, height, c = 1.0, 0.5, 0.5, 1e4
+    apex = c / math.tan(math.radians(45))
+    assembly = block(width, depth, height, lm.Joint(45.0, cohesion=c, tensile_strength=100 * apex))
+    lift = np.zeros((2, 6))
+    lift[1, 2] = 1.0
+    loads = lm.Loads(np.zeros((2, 6)), lift)
+    value = lm.limit_analysis(assembly, loads).collapse_multiplier
+    assert value == pytest.approx(apex * width * depth, rel=1e-6)
+
+
+def twisted(mu=0.6, side=1.0):
+    assembly = on_slab([((0, 0, 0), (side, side, 0.5))], mu=mu)
+    live = np.zeros((2, 6))
+    live[1, 5] = 1.0
+    return assembly, lm.Loads(lm.Loads.weight(assembly).dead, live)
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"contact_model": "grid", "grid": (3, 3)}, {"contact_model": "grid", "grid": (6, 6)}]
+)
+def test_torsion_of_a_square_face(options):
+    # corners 0.7071 mu N a whatever the grid; uniform pressure 0.3826 mu N a
+    assembly, loads = twisted()
+    unit = 0.6 * assembly.weights[1]
+    free = lm.limit_analysis(assembly, loads, **options).collapse_multiplier / unit
+    limited = lm.limit_analysis(assembly, loads, torsion_limit=True, **options)
+    assert free == pytest.approx(math.sqrt(0.5), abs=1e-6)
+    assert limited.collapse_multiplier / unit == pytest.approx(0.382598, abs=1e-5)
+    assert "estimate" in limited.bound
+
+
+def test_eccentric_block_slides_at_exactly_mu_under_the_torsion_limit():
+    # centroid a quarter of the face off its middle: about the face's centroid the limit would give 0.837 mu
+    base = box((0, 0, -0.5), (1, 1, 0))
+    top = box((0, 0, 0), (1, 1.0, 0.05))
+    wing = box((0, 1.0, 0), (1, 2.0, 0.05))
+    assembly = lm.Assembly.from_polyhedra(
+        [base, [top, wing]], joint=lm.Joint.from_friction_coefficient(0.5), fixed=[0], density=[2000.0, 2000.0]
+    )
+    # the block's own weight acts half a side off the face's middle; an equal weight at the middle halves that
+    assert assembly.centroids[1][1] - 0.5 == pytest.approx(0.5)
+    heavy = lm.Loads.weight(assembly).with_point_load(
+        assembly, 1, (0, 0, -assembly.weights[1]), at=(0.5, 0.5, 0.05), case="dead"
+    )
+    total = 2 * assembly.weights[1]
+    loads = heavy.with_point_load(assembly, 1, (total, 0, 0), at=(0.5, 0.75, 0.0))
+    value = lm.limit_analysis(assembly, loads, torsion_limit=True)
+    assert value.collapse_multiplier == pytest.approx(0.5, abs=1e-5)
+
+
+def test_joint_kinds_and_pairs_choose_the_law():
+    weak, strong = lm.Joint.from_friction_coefficient(0.1), lm.Joint.from_friction_coefficient(0.9)
+    boxes = [((0, 0, 0), (1, 1, 0.1)), ((0, 0, 0.1), (1, 1, 0.2)), ((0, 0, 0.2), (1, 1, 0.3))]
+    by_kind = on_slab(boxes, joint=strong, joints={"base": weak})
+    by_pair = on_slab(boxes, joint=strong, joints={("block-2", "block-3"): weak})
+    for assembly, mover in ((by_kind, 1), (by_pair, 3)):
+        prediction = lm.limit_analysis(assembly, lm.Loads.horizontal(assembly))
+        assert prediction.collapse_multiplier == pytest.approx(0.1, abs=1e-8)
+        assert prediction.mechanism.moving_blocks()[0] == mover
+    with pytest.raises(ValueError, match="do not touch"):
+        on_slab(boxes, joint=strong, joints={("block-1", "block-3"): weak})
+
+
+def test_blocks_of_different_density():
+    boxes = [((0, 0, 0), (1, 1, 1)), ((0, 0, 1), (1, 1, 2))]
+    assembly = on_slab(boxes, mu=5.0, density=[1.0, 1000.0, 3000.0])
+    # moments about the toe: (1000 + 3000) 0.5 against 1000 0.5 + 3000 1.5
+    expected = 4000 * 0.5 / (1000 * 0.5 + 3000 * 1.5)
+    assert lm.limit_analysis(assembly, lm.Loads.horizontal(assembly)).collapse_multiplier == pytest.approx(
+        expected, abs=1e-8
+    )
+
+
+def test_partial_support_guides_a_block():
+    # a block held against translation only can still turn; held along x it cannot slide that way
+    assembly = stack([(1.0, 1.0)], mu=0.1).with_supports([lm.Support("block-1", dofs=["x"])])
+    prediction = lm.limit_analysis(assembly, lm.Loads.horizontal(assembly, (0, 1, 0)))
+    assert prediction.collapse_multiplier == pytest.approx(0.1, abs=1e-7)
+    held = stack([(1.0, 1.0)], mu=0.1).with_supports([lm.Support("block-1", translations=True)])
+    live = np.zeros((2, 6))
+    live[1, 4] = 1.0
+    prediction = lm.limit_analysis(held, lm.Loads(lm.Loads.weight(held).dead, live))
+    # turning about the held centroid presses one edge into the slab: the support answers without limit
+    assert prediction.status == "unbounded"

@@ -1,0 +1,42 @@
+"""The arrows of the design: layers, light imports, and public names that exist."""
+
+import importlib
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import limitmason as lm
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.mark.skipif(not (ROOT / "pyproject.toml").exists(), reason="needs the source tree")
+def test_import_contracts_hold():
+    code = "from importlinter.cli import lint_imports; raise SystemExit(lint_imports(no_cache=True))"
+    result = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stdout + result.stderr
+
+
+def test_import_is_light():
+    code = (
+        "import sys, limitmason; print([m for m in ('cvxpy', 'matplotlib', 'clarabel', 'numba') if m in sys.modules])"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip()
+    assert out == "[]"
+
+
+@pytest.mark.parametrize("name", lm.__all__)
+def test_public_name_exists_and_is_documented(name):
+    assert getattr(lm, name).__doc__
+
+
+def test_the_other_packages_import():
+    for name in ("dem", "mechanisms"):
+        assert importlib.import_module(name).__doc__
+
+
+def test_unknown_attribute_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no attribute 'limit_anlysis'"):
+        lm.limit_anlysis  # noqa: B018

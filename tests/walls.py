@@ -1,0 +1,62 @@
+"""Small assemblies built from boxes alone, so that tests of the mechanics do not depend on the builders."""
+
+import itertools
+
+import numpy as np
+
+import limitmason as lm
+from limitmason.geometry import box
+
+
+def on_slab(boxes, *, mu=0.65, joint=None, density=2000.0, **options):
+    """Boxes ((x0, y0, z0), (x1, y1, z1)) standing on one wide fixed slab, block 0, whose top is z = 0."""
+    corners = np.array(boxes, dtype=float)
+    low, high = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
+    margin = 0.5 * (high - low).max()
+    slab = box((low[0] - margin, low[1] - margin, -0.1), (high[0] + margin, high[1] + margin, 0.0))
+    joint = joint or lm.Joint.from_friction_coefficient(mu)
+    return lm.Assembly.from_polyhedra(
+        [slab, *(box(a, b) for a, b in boxes)], joint=joint, density=density, fixed=[0], **options
+    )
+
+
+def stack(widths_heights, *, depth=1.0, centred=True, **options):
+    """Blocks one on the other, given as (width, height) from the bottom."""
+    boxes, z, widest = [], 0.0, max(w for w, _ in widths_heights)
+    for width, height in widths_heights:
+        x0 = 0.5 * (widest - width) if centred else 0.0
+        boxes.append(((x0, 0, z), (x0 + width, depth, z + height)))
+        z += height
+    return on_slab(boxes, **options)
+
+
+def running_bond(units, courses, *, half_first=False, size=(0.4, 0.2, 0.2), heads=True, **options):
+    """Running-bond wall in x-z, half units at both ends of every other course."""
+    length, height, depth = size
+    boxes = []
+    for j in range(courses):
+        if (j % 2 == 0) == half_first:
+            ends = [0.0, *(length * (i + 0.5) for i in range(units)), units * length]
+        else:
+            ends = [length * i for i in range(units + 1)]
+        boxes += [((a, 0, j * height), (b, depth, (j + 1) * height)) for a, b in itertools.pairwise(ends)]
+    wall = on_slab(boxes, **options)
+    return wall if heads else wall.with_interfaces(i for i in wall.interfaces if i.kind != "head")
+
+
+def arch_blocks(radius, thickness, voussoirs, *, depth=0.5, mu=10.0):
+    """Semicircular arch of equal voussoirs with radial joints between two fixed springers."""
+    inner, outer = radius - 0.5 * thickness, radius + 0.5 * thickness
+    angles = np.linspace(np.pi, 0.0, voussoirs + 1)
+
+    def ray(angle, r):
+        return [r * np.cos(angle), r * np.sin(angle)]
+
+    outlines = [
+        [ray(a, inner), ray(a, outer), ray(b, outer), ray(b, inner)]
+        for a, b in itertools.pairwise(angles)
+    ]
+    base = [[[s * inner, -0.2], [s * outer, -0.2], [s * outer, 0.0], [s * inner, 0.0]] for s in (-1.0, 1.0)]
+    return lm.Assembly.from_polygons(
+        [*base, *outlines], thickness=depth, joint=lm.Joint.from_friction_coefficient(mu), fixed=[0, 1], tolerance=1e-5
+    )
