@@ -8,11 +8,14 @@ from numpy.typing import NDArray
 from limitmason.certificate import certify, resultants_from_points, scaled_mechanism
 from limitmason.geometry.polygon import centred_overlap, polar_mean_radius
 from limitmason.limit.problem import Problem
-from limitmason.limit.program import Solution, solve_static, stands_under_dead_load
+from limitmason.limit.program import Solution, opening_motion, solve_static, stands_under_dead_load
 from limitmason.limit.strength import TorsionLimit, make_cones
-from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Prediction
+from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Certificate, Prediction
 
 Array = NDArray[np.float64]
+
+WIDE_GAP = 3e-7
+"""Relative gap between the bounds above which a better repair of the mechanism is looked for."""
 
 CONFINEMENT_WARNING = 10.0
 """Largest joint force over the total load from which an answer is said to rest on self-stress."""
@@ -73,7 +76,7 @@ def prediction_from(
         "contact_points": points.count,
         "solver_seconds": solver_seconds,
     }
-    law = "associative Coulomb law, dilatancy angle = friction angle"
+    law = "associative law (psi = phi)"
     bound = f"exact for the {law}" if not torsion else "estimate: torsion limited to that of uniform pressure"
     method = "limit analysis, associative" + (", torsion limit" if torsion else "")
     if solution.status in (CANNOT_STAND, UNBOUNDED, NOT_CONVERGED):
@@ -90,18 +93,31 @@ def prediction_from(
         method, solution.multiplier * problem.live_scale, bound, solution.status, mechanism, resultants, None, (),
         provenance, details,
     )  # fmt: skip
-    certificate = certify(assembly, loads, prediction)
+    certificate, seconds = _certified(problem, prediction, torsion)
+    provenance["solver_seconds"] += seconds
     warnings = _warnings(problem, prediction, certificate.confinement)
     if np.isnan(certificate.gap):
         warnings.append(
-            "the kinematic bound could not be repaired: no simple motion opens every joint (blocks are wedged between "
-            "supports); the static value stands, the gap is not certified"
+            "the kinematic bound could not be repaired: no motion was found that opens every joint (blocks are wedged "
+            "between supports); the static value stands, the gap is not certified"
         )
     provenance["seconds"] = time.perf_counter() - start
     return Prediction(
         method, prediction.collapse_multiplier, bound, solution.status, mechanism, resultants, certificate,
         tuple(warnings), provenance, details,
     )  # fmt: skip
+
+
+def _certified(problem: Problem, prediction: Prediction, torsion: bool) -> tuple[Certificate, float]:
+    """Certificate; where the simple opening motions give too wide a gap, one is computed for this assembly."""
+    certificate = certify(problem.assembly, problem.loads, prediction)
+    if torsion or certificate.gap <= WIDE_GAP:
+        return certificate, 0.0
+    motion, seconds = opening_motion(problem)
+    if motion is None:
+        return certificate, seconds
+    candidates = (problem.twists(motion),)
+    return certify(problem.assembly, problem.loads, prediction, candidates=candidates), seconds
 
 
 _REASON = {

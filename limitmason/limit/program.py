@@ -121,3 +121,38 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     if status in ("Solved", "AlmostSolved"):
         return True, seconds
     return (False, seconds) if "PrimalInfeasible" in status else (None, seconds)
+
+
+def opening_motion(problem: Problem) -> tuple[Array | None, float]:
+    """Velocities that open every joint by more than its friction asks for, or None when the blocks are wedged.
+
+    Minimise |v|^2 subject to e_n - tan(phi) |e_t| >= 1 at every contact point, e = A^T v. Added in a small amount to a
+    solver's mechanism it makes that strictly admissible. Depends on geometry and friction alone. Also its seconds.
+    """
+    start = time.perf_counter()
+    r = problem.matrix.shape[0]
+    c, m = problem.components, problem.points.count
+    opening = problem.matrix[:, ::c].T
+    mu = sparse.diags_array(problem.tan_phi)
+    if c == 2:
+        sliding = mu @ problem.matrix[:, 1::c].T
+        rows = sparse.vstack([-(opening - sliding), -(opening + sliding)])
+        bound = np.full(2 * m, -1.0)
+        kinds = [clarabel.NonnegativeConeT(2 * m)]
+    else:
+        scale = np.ones(3 * m)
+        scale.reshape(m, 3)[:, 1:] = problem.tan_phi[:, None]
+        rows = -(sparse.diags_array(scale) @ problem.matrix.T)
+        bound = np.zeros(3 * m)
+        bound[::3] = -1.0
+        kinds = [clarabel.SecondOrderConeT(3)] * m
+    answer = clarabel.DefaultSolver(
+        sparse.csc_matrix(sparse.eye_array(r)),
+        np.zeros(r),
+        sparse.csc_matrix(rows),
+        bound,
+        kinds,
+        solver_settings(1e-6),
+    ).solve()
+    seconds = time.perf_counter() - start
+    return (np.array(answer.x) if str(answer.status) in ("Solved", "AlmostSolved") else None), seconds

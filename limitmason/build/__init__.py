@@ -1,0 +1,17 @@
+"""Builders: assemblies of masonry from a few numbers, with a recipe that says what was built.
+
+>>> from limitmason import Joint, build
+>>> joint = Joint(friction_angle_deg=33.0)
+>>> wall = build.wall(length=2.0, courses=10, unit=(0.4, 0.2, 0.2), joint=joint)
+>>> wall.n_blocks  # 55 units and the ground
+56
+"""
+
+from limitmason.build.arch import arch, arch_from_curves
+from limitmason.build.column import column
+from limitmason.build.layout import layout
+from limitmason.build.opening import Opening
+from limitmason.build.thrust import arch_minimum_thickness
+from limitmason.build.wall import wall
+
+__all__ = ["Opening", "arch", "arch_from_curves", "arch_minimum_thickness", "column", "layout", "wall"]

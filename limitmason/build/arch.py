@@ -1,0 +1,311 @@
+"""Arches of voussoirs: circular by radius and embrace or by span and rise, pointed, or between two given curves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from limitmason.build.arguments import choice, count, finite, positive
+from limitmason.build.erect import Site
+from limitmason.geometry.polyhedron import prism
+from limitmason.model.assembly import Assembly
+from limitmason.model.joint import Joint
+
+_SHAPES = ("circular", "pointed")
+
+
+def arch(
+    *,
+    thickness: float,
+    width: float,
+    voussoirs: int,
+    joint: Joint,
+    radius: float | None = None,
+    angle_deg: float = 180.0,
+    span: float | None = None,
+    rise: float | None = None,
+    shape: str = "circular",
+    density: float = 2000.0,
+    pier_height: float | None = None,
+    pier_width: float | None = None,
+    pier_courses: int = 1,
+    base_thickness: float | None = None,
+    joints: Mapping | None = None,
+    tolerance: float | None = None,
+) -> Assembly:
+    """Return an arch of voussoirs with radial joints, in the x-z plane, on held springings or on piers.
+
+    Parameters
+    ----------
+    thickness, width
+        Radial thickness, and extent along y [m].
+    voussoirs
+        Their number; odd numbers have a keystone. A pointed arch needs an even number.
+    radius, angle_deg
+        Radius of the centre line [m] and angle of embrace [deg], above 0 and below 330; or
+    span, rise
+        of the centre line, springing to springing and springing to crown [m].
+    shape
+        "circular", or "pointed": two arcs with centres on the springing line, `rise` above half the span.
+    pier_height, pier_width, pier_courses
+        Piers under horizontal springings [m]: inner face flush with the intrados, equal blocks. They stand on a held
+        slab "base". Without piers two held blocks "base-left" and "base-right" take the springings.
+    base_thickness
+        Of the held blocks [m]; default the thickness of the arch.
+    joint, joints, density, tolerance
+        As in `wall`.
+
+    Returns
+    -------
+    Assembly
+        Held blocks first, then "pier-left-1" ... from the ground up, then "voussoir-1" ... from left to right.
+        The crown lies over x = 0; the springings' centres are at z = 0.
+
+    Raises
+    ------
+    ValueError
+        Naming the argument that is wrong.
+
+    Notes
+    -----
+    Voussoirs have plane faces between their joints: the volume of a circular one is W/2 sin(beta) (Ro^2 - Ri^2), beta
+    the angle of a voussoir, W the width; a sector has beta in place of sin(beta).
+    """
+    choice("shape", shape, _SHAPES)
+    number = count("voussoirs", voussoirs)
+    depth = positive("thickness", thickness)
+    if shape == "pointed":
+        if radius is not None or span is None or rise is None:
+            raise ValueError("a pointed arch is given by span and rise, not by radius")
+        inner, outer, facts = _pointed(positive("span", span), positive("rise", rise), depth, number)
+    else:
+        r, angle = _circle(radius, angle_deg, span, rise)
+        if depth >= 2.0 * r:
+            raise ValueError(f"thickness {depth:g} m leaves no intrados at a centre-line radius of {r:g} m")
+        theta = np.linspace(-angle / 2.0, angle / 2.0, number + 1)
+        direction = np.column_stack([np.sin(theta), np.cos(theta)])
+        drop = np.array([0.0, r * math.cos(angle / 2.0)])
+        inner, outer = (r - depth / 2.0) * direction - drop, (r + depth / 2.0) * direction - drop
+        facts = {
+            "radius": r,
+            "angle_deg": math.degrees(angle),
+            "span": 2.0 * r * math.sin(angle / 2.0),
+            "rise": r - r * math.cos(angle / 2.0),
+        }
+    recipe = {"shape": shape, **facts, "thickness": depth}
+    return _erect(
+        _snapped(inner, depth),
+        _snapped(outer, depth),
+        width=width,
+        joint=joint,
+        density=density,
+        piers=(pier_height, pier_width, pier_courses),
+        base_thickness=depth if base_thickness is None else positive("base_thickness", base_thickness),
+        joints=joints,
+        tolerance=tolerance,
+        recipe=recipe,
+    )
+
+
+def arch_from_curves(
+    intrados: np.ndarray,
+    extrados: np.ndarray,
+    *,
+    width: float,
+    joint: Joint,
+    density: float = 2000.0,
+    base_thickness: float | None = None,
+    joints: Mapping | None = None,
+    tolerance: float | None = None,
+) -> Assembly:
+    """Return an arch whose joints connect corresponding points of two curves: any profile, any stereotomy.
+
+    Parameters
+    ----------
+    intrados, extrados
+        Joint ends in the x-z plane [m], shape (n + 1, 2) each for n voussoirs, from left to right.
+    width, joint, density, base_thickness, joints, tolerance
+        As in `arch`; `base_thickness` defaults to the length of the first joint.
+
+    Raises
+    ------
+    ValueError
+        Curves of different length, fewer than two points, or a voussoir that is not convex, named by its number.
+    """
+    inner, outer = np.asarray(intrados, dtype=float), np.asarray(extrados, dtype=float)
+    if inner.ndim != 2 or inner.shape != outer.shape or inner.shape[1] != 2 or len(inner) < 2:
+        raise ValueError(
+            f"intrados and extrados must both have shape (n + 1, 2) with n of at least 1, "
+            f"got {inner.shape} and {outer.shape}"
+        )
+    if not (np.isfinite(inner).all() and np.isfinite(outer).all()):
+        raise ValueError("intrados and extrados must be finite")
+    first = float(np.linalg.norm(outer[0] - inner[0]))
+    middle = 0.5 * (inner + outer)
+    recipe = {
+        "shape": "curves",
+        "span": float(middle[-1, 0] - middle[0, 0]),
+        "rise": float(middle[:, 1].max() - 0.5 * (middle[0, 1] + middle[-1, 1])),
+        "thickness": float(np.linalg.norm(outer - inner, axis=1).min()),
+        "intrados": inner.tolist(),
+        "extrados": outer.tolist(),
+    }
+    return _erect(
+        inner,
+        outer,
+        width=width,
+        joint=joint,
+        density=density,
+        piers=(None, None, 1),
+        base_thickness=first if base_thickness is None else positive("base_thickness", base_thickness),
+        joints=joints,
+        tolerance=tolerance,
+        recipe=recipe,
+    )
+
+
+def _circle(radius: object, angle_deg: object, span: object, rise: object) -> tuple[float, float]:
+    """Radius [m] and angle of embrace [rad] from whichever pair is given."""
+    if (span is None) != (rise is None) or (radius is None) == (span is None):
+        raise ValueError("give radius (and angle_deg), or both span and rise")
+    if radius is not None:
+        angle = finite("angle_deg", angle_deg)
+        if not 0.0 < angle < 330.0:
+            raise ValueError(f"angle_deg must be above 0 and below 330, got {angle_deg!r}")
+        return positive("radius", radius), math.radians(angle)
+    half, height = positive("span", span) / 2.0, positive("rise", rise)
+    angle = 4.0 * math.atan2(height, half)
+    if angle >= math.radians(330.0):
+        raise ValueError(f"rise {height:g} m is too large for a span of {2.0 * half:g} m")
+    return (half**2 + height**2) / (2.0 * height), angle
+
+
+def _pointed(span: float, rise: float, thickness: float, voussoirs: int) -> tuple[np.ndarray, np.ndarray, dict]:
+    """Joint ends of two arcs whose centres lie on the springing line; the crown joint is vertical."""
+    half = span / 2.0
+    if voussoirs % 2:
+        raise ValueError(f"voussoirs must be even for a pointed arch, got {voussoirs}")
+    if rise <= half:
+        raise ValueError(f"rise {rise:g} m of a pointed arch must exceed half its span ({half:g} m)")
+    radius = (half**2 + rise**2) / (2.0 * half)
+    centre = radius - half
+    if radius - thickness / 2.0 <= centre:
+        raise ValueError(f"thickness {thickness:g} m leaves no intrados at the crown")
+    crown = math.atan2(rise, -centre)
+    phi = np.linspace(math.pi, crown, voussoirs // 2 + 1)
+    sides = []
+    for r in (radius - thickness / 2.0, radius + thickness / 2.0):
+        curve = np.column_stack([centre + r * np.cos(phi), r * np.sin(phi)])
+        if (curve[:-1, 0] >= 0.0).any():
+            raise ValueError(
+                f"voussoirs: {voussoirs} are too many for a thickness of {thickness:g} m; joints cross at the crown"
+            )
+        curve[-1] = 0.0, math.sqrt(r**2 - centre**2)
+        sides.append(np.vstack([curve, curve[-2::-1] * [-1.0, 1.0]]))
+    return sides[0], sides[1], {"radius": radius, "span": span, "rise": rise}
+
+
+def _snapped(curve: np.ndarray, thickness: float) -> np.ndarray:
+    """Remove rounding dust, so that the springings of a semicircle are exactly level."""
+    return np.where(np.abs(curve) < 1e-12 * thickness, 0.0, curve)
+
+
+def _erect(
+    inner: np.ndarray,
+    outer: np.ndarray,
+    *,
+    width: float,
+    joint: Joint,
+    density: float,
+    piers: tuple[float | None, float | None, int],
+    base_thickness: float,
+    joints: Mapping | None,
+    tolerance: float | None,
+    recipe: dict,
+) -> Assembly:
+    wide = positive("width", width)
+    positive("density", density)
+    number = len(inner) - 1
+    outlines = np.stack([inner[:-1], inner[1:], outer[1:], outer[:-1]], axis=1)
+    _check_convex(outlines)
+    site = Site(density)
+    pier_height, pier_width, pier_courses = piers
+    if pier_height is None:
+        if pier_width is not None:
+            raise ValueError("pier_width is given but pier_height is not")
+        for side, end in (("left", 0), ("right", -1)):
+            outline = _springing(inner[end], outer[end], base_thickness, left=side == "left")
+            site.add(f"base-{side}", prism(outline, 0.0, wide), fixed=True)
+    else:
+        tall = positive("pier_height", pier_height)
+        _add_piers(site, inner, outer, wide, tall, pier_width, count("pier_courses", pier_courses), base_thickness)
+    for k in range(number):
+        # a voussoir's bed joints are radial; the course, and so the length of the unit, runs along the width
+        site.add(f"voussoir-{k + 1}", prism(outlines[k], 0.0, wide), axis=(0.0, 1.0, 0.0))
+    recipe = {
+        "kind": "arch",
+        **recipe,
+        "width": wide,
+        "voussoirs": number,
+        "keystone": number % 2 == 1,
+        "pier_height": pier_height,
+        "pier_width": None if pier_height is None else (float(pier_width) if pier_width else recipe["thickness"]),
+        "pier_courses": pier_courses if pier_height is not None else None,
+        "density": float(density),
+    }
+    return site.assembly(joint, recipe, joints=joints, tolerance=tolerance)
+
+
+def _springing(inner: np.ndarray, outer: np.ndarray, depth: float, *, left: bool) -> np.ndarray:
+    """Outline of the held block behind a springing joint: it projects a quarter of the joint on both sides."""
+    along = outer - inner
+    size = float(np.linalg.norm(along))
+    along = along / size
+    out = np.array([-along[1], along[0]]) if left else np.array([along[1], -along[0]])
+    near, far = inner - 0.25 * size * along, outer + 0.25 * size * along
+    corners = [near, far, far + depth * out, near + depth * out]
+    return np.array(corners if left else [corners[1], corners[0], corners[3], corners[2]])
+
+
+def _add_piers(
+    site: Site,
+    inner: np.ndarray,
+    outer: np.ndarray,
+    width: float,
+    height: float,
+    pier_width: float | None,
+    courses: int,
+    base_thickness: float,
+) -> None:
+    joint = abs(outer[0, 0] - inner[0, 0])
+    level = max(abs(outer[0, 1] - inner[0, 1]), abs(outer[-1, 1] - inner[-1, 1]), abs(inner[0, 1] - inner[-1, 1]))
+    if level > 1e-9 * joint:
+        raise ValueError("pier_height: piers need level springings (angle_deg of 180, or a pointed arch)")
+    broad = joint if pier_width is None else positive("pier_width", pier_width)
+    if broad < joint * (1.0 - 1e-9):
+        raise ValueError(f"pier_width {broad:g} m is less than the thickness of the arch ({joint:g} m)")
+    top = float(inner[0, 1])
+    near, far = float(inner[0, 0]), float(inner[-1, 0])
+    xs = {"left": (near - broad, near), "right": (far, far + broad)}
+    foot = top - height
+    x0, x1 = xs["left"][0] - broad / 2.0, xs["right"][1] + broad / 2.0
+    site.add_box("base", ((x0, 0.0, foot - base_thickness), (x1, width, foot)), fixed=True)
+    for side, (a, b) in xs.items():
+        for k in range(courses):
+            low, high = foot + height * k / courses, top if k == courses - 1 else foot + height * (k + 1) / courses
+            site.add_box(f"pier-{side}-{k + 1}", ((a, 0.0, low), (b, width, high)), axis=0)
+
+
+def _check_convex(outlines: np.ndarray) -> None:
+    """Every corner of every outline turns left, or the voussoir is named."""
+    for k, outline in enumerate(outlines):
+        side = np.roll(outline, -1, axis=0) - outline
+        after = np.roll(side, -1, axis=0)
+        turn = side[:, 0] * after[:, 1] - side[:, 1] * after[:, 0]
+        if (turn <= 0.0).any():
+            raise ValueError(
+                f"voussoir {k + 1} is not convex or has no area: its joints cross, or intrados and extrados are "
+                "swapped or not given from left to right"
+            )

@@ -1,0 +1,391 @@
+"""Masonry bonds along one straight run of wall: where the head joints of two successive courses fall.
+
+A run is laid in two courses that alternate. The *leading* course covers the whole run: at a corner it passes through
+to the outer face. The *lapping* course is derived from it, unit by unit, so that its head joints fall over the units
+below and never over their joints; at a corner it stops against the crossing wall, whose units pass through in that
+course. Positions u [m] run along the wall from 0 to its length.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+from limitmason.build.arguments import choice, count, positive
+
+BONDS = ("running", "header", "english", "flemish")
+_TOLERANCE = 1e-9  # of the unit length: only rounding, no piece of masonry is that short
+
+
+@dataclass(frozen=True)
+class Bond:
+    """One bond: the unit lengths along the wall, who lies across it, and how far a course laps the one below [m]."""
+
+    name: str
+    pitch: float
+    module: tuple[tuple[float, bool], ...]
+    header_width: float
+    staggering: float
+    leaves: int
+    thickness: float
+    min_piece: float
+
+    @property
+    def tolerance(self) -> float:
+        """Length below which two positions are the same [m]."""
+        return _TOLERANCE * self.pitch
+
+
+class Piece(NamedTuple):
+    """A position of a course: its extent along the wall [m] and whether one unit goes through the whole thickness."""
+
+    start: float
+    end: float
+    header: bool
+
+
+class Leading(NamedTuple):
+    """The leading course, with the sense in which each piece was laid: +1 from its start, -1 from its end, 0 both."""
+
+    pieces: tuple[Piece, ...]
+    senses: tuple[int, ...]
+
+
+class Ends(NamedTuple):
+    """What bounds a run: thickness of the crossing wall at either end (0: free end) and a wall that meets it between.
+
+    `crossing` is (u0, u1) [m] of a T junction, or None.
+    """
+
+    start: float = 0.0
+    end: float = 0.0
+    crossing: tuple[float, float] | None = None
+
+
+def make_bond(
+    name: str,
+    unit: tuple[float, float, float],
+    *,
+    leaves: int | None = None,
+    staggering: float | None = None,
+    min_piece: float | None = None,
+) -> Bond:
+    """Return the bond `name` for units (length, height, thickness) [m].
+
+    Running bond lays stretchers in `leaves` leaves, so the wall is `leaves` unit thicknesses thick; header, English and
+    Flemish bond make a wall one unit length thick.
+
+    Raises
+    ------
+    ValueError
+        Unknown bond; staggering beyond half a unit; English or Flemish bond with a unit not twice as long as thick.
+    """
+    choice("bond", name, BONDS)
+    length, _, thickness = unit
+    half_bonded = name in ("english", "flemish")
+    if half_bonded and abs(length - 2.0 * thickness) > 1e-6 * length:
+        raise ValueError(
+            f"unit: {name} bond needs units twice as long as thick (nominal sizes, joints included), "
+            f"got {length:g} x {thickness:g} m"
+        )
+    if name == "running":
+        number = count("leaves", 1 if leaves is None else leaves)
+        pitch, module, across, depth = length, ((length, False),), number, number * thickness
+    else:
+        if leaves is not None:
+            raise ValueError(f"leaves is for running bond; a wall in {name} bond is one unit length thick")
+        depth, across = length, 2 if half_bonded else 1
+        module = {
+            "header": ((thickness, True),),
+            "english": ((length, False),),
+            "flemish": ((length, False), (thickness, True)),
+        }[name]
+        pitch = module[0][0]
+    if staggering is None:
+        lap = pitch / 4.0 if half_bonded else pitch / 2.0
+    elif half_bonded:
+        raise ValueError(f"staggering of {name} bond is a quarter of the unit length; leave it out")
+    else:
+        lap = positive("staggering", staggering)
+        if lap > pitch / 2.0 * (1.0 + 1e-9):
+            raise ValueError(
+                f"staggering is the shorter overlap of two courses, at most half a unit ({pitch / 2.0:g} m); "
+                f"got {lap:g} m"
+            )
+    shortest = pitch / 4.0 if min_piece is None else positive("min_piece", min_piece)
+    if shortest > pitch / 2.0:
+        raise ValueError(f"min_piece must not exceed half a unit ({pitch / 2.0:g} m), got {shortest:g} m")
+    return Bond(name, pitch, module, thickness, lap, across, depth, shortest)
+
+
+def leading_course(bond: Bond, length: float, ends: Ends) -> Leading:
+    """Return the course that covers the whole run [0, length], symmetric whenever the ends of the run are alike."""
+    if ends.crossing is not None:
+        middle = 0.5 * (ends.crossing[0] + ends.crossing[1])
+        core = _core(bond, ends.crossing[1] - ends.crossing[0])
+        half = 0.5 * sum(size for size, _ in core)
+        left = _sequence(bond, middle - half)
+        right = _sequence(bond, length - middle - half)
+        senses = [0] if len(core) == 1 else [-1, 1]
+        return _place(length, [*left[::-1], *core, *right], [-1] * len(left) + senses + [1] * len(right))
+    if ends.start and ends.end:
+        first, last = _lead(bond, ends.start), _lead(bond, ends.end)
+        used = sum(size for size, _ in first + last)
+        if used > length + bond.tolerance:
+            raise ValueError(f"length {length:g} m is too short for interlocking corners at both ends")
+        return _place(length, *_symmetric(bond, first, last, length - used))
+    if ends.end:
+        mirrored = leading_course(bond, length, Ends(ends.end, 0.0))
+        pieces = tuple(Piece(length - p.end, length - p.start, p.header) for p in mirrored.pieces[::-1])
+        return Leading(pieces, tuple(-s for s in mirrored.senses[::-1]))
+    first = _lead(bond, ends.start) if ends.start else []
+    rest = _sequence(bond, length - sum(size for size, _ in first))
+    return _place(length, first + rest, [1] * (len(first) + len(rest)))
+
+
+def lapping_course(bond: Bond, length: float, ends: Ends, leading: Leading) -> tuple[Piece, ...]:
+    """Return the course laid over (and under) the leading one, between the crossing walls."""
+    low, high = ends.start, length - ends.end
+    if ends.crossing is None:
+        intervals = [(low, high)]
+    else:
+        intervals = [(low, ends.crossing[0]), (ends.crossing[1], high)]
+    below = [p.start for p in leading.pieces[1:]]
+    joints = _lapping_joints(bond, length, ends, leading)
+    course: list[Piece] = []
+    for start, end in intervals:
+        if end - start <= bond.tolerance:
+            continue
+        least = bond.min_piece - bond.tolerance
+        inside = [u for u in joints if u - start >= least and end - u >= least]
+        cuts = [start, *inside, end]
+        if bond.name in ("english", "flemish"):
+            if start == 0.0:
+                cuts = _closer_second(bond, cuts, below)
+            if end == length:
+                mirrored = _closer_second(bond, [length - u for u in cuts[::-1]], [length - u for u in below])
+                cuts = [start, *(length - u for u in mirrored[-2:0:-1]), end]
+        for a, b in pairwise(cuts):
+            course.append(Piece(a, b, _is_header(bond, b - a)))
+    return tuple(course)
+
+
+def drop_cut_ends(bond: Bond, course: tuple[Piece, ...], length: float, ends: Ends) -> tuple[Piece, ...]:
+    """Return the course without the cut units at its free ends: a ragged end made of whole units only."""
+    pieces = list(course)
+    whole = bond.pitch - bond.tolerance
+    if pieces and not ends.start and pieces[0].start <= bond.tolerance and pieces[0].end - pieces[0].start < whole:
+        del pieces[0]
+    at_end = bool(pieces) and not ends.end and pieces[-1].end >= length - bond.tolerance
+    if at_end and pieces[-1].end - pieces[-1].start < whole:
+        del pieces[-1]
+    return tuple(pieces)
+
+
+def smallest_overlap(lower: tuple[Piece, ...], upper: tuple[Piece, ...]) -> float:
+    """Return the smallest distance [m] between a head joint of one course and a head joint of the next.
+
+    A head joint is an end of a piece inside the run (where a lapping course stops against a crossing wall there is a
+    joint too); the ends of the run itself do not count. Infinite if one of the courses has no head joint.
+    """
+    if not lower or not upper:
+        return float("inf")
+    edges = (min(lower[0].start, upper[0].start), max(lower[-1].end, upper[-1].end))
+    tolerance = _TOLERANCE * (edges[1] - edges[0])
+    inner = []
+    for course in (lower, upper):
+        ends = {p.start for p in course} | {p.end for p in course}
+        inner.append([u for u in ends if edges[0] + tolerance < u < edges[1] - tolerance])
+    return min((abs(a - b) for a in inner[0] for b in inner[1]), default=float("inf"))
+
+
+def _place(length: float, sizes: list[tuple[float, bool]], senses: list[int]) -> Leading:
+    """Turn lengths into positions; the last piece ends exactly at the end of the run."""
+    pieces, position = [], 0.0
+    for index, (size, header) in enumerate(sizes):
+        end = length if index == len(sizes) - 1 else position + size
+        pieces.append(Piece(position, end, header))
+        position = end
+    return Leading(tuple(pieces), tuple(senses))
+
+
+def _sequence(bond: Bond, length: float) -> list[tuple[float, bool]]:
+    """Lay the module from 0 until `length` is covered; cut the last unit, and merge it if it is too short."""
+    sizes: list[tuple[float, bool]] = []
+    position, index = 0.0, 0
+    while length - position > bond.tolerance:
+        size, header = bond.module[index % len(bond.module)]
+        size = min(size, length - position)
+        if sizes and size < bond.min_piece - bond.tolerance:
+            sizes[-1] = (sizes[-1][0] + size, sizes[-1][1])
+        else:
+            sizes.append((size, header))
+        position, index = position + size, index + 1
+    return sizes
+
+
+def _lead(bond: Bond, crossing: float) -> list[tuple[float, bool]]:
+    """Units that the leading course puts at a corner before its regular sequence, for a crossing wall that thick.
+
+    The lapping course has a joint at `crossing`. Where the regular joints come within a quarter of a unit of it, the
+    first unit is cut so that they lap it properly; a cut corner unit of a thick wall goes through as a header.
+    """
+    past = crossing / bond.pitch
+    nearest = abs(past - max(round(past), 1))
+    if bond.name != "flemish" and nearest >= 0.25 - 1e-9:
+        return []
+    size = (crossing - bond.pitch / 2.0) % bond.pitch
+    return [(size, bond.leaves > 1 or bond.name == "header")]
+
+
+def _core(bond: Bond, crossing: float) -> list[tuple[float, bool]]:
+    """Units centred on a wall that meets the run in a T: one, or two with their joint on its axis.
+
+    Of the two, the one whose joints stay farther from the faces of the crossing wall, where the lapping course stops.
+    """
+    if bond.name == "flemish":
+        return [(bond.header_width, True)]
+    pitch = bond.pitch
+    edge = crossing / (2.0 * pitch)
+    single = abs(edge - max(round(edge - 0.5), 0) - 0.5)
+    double = abs(edge - round(edge))
+    number = 1 if single >= double - 1e-9 else 2
+    return [(pitch, bond.module[0][1])] * number
+
+
+def _symmetric(
+    bond: Bond, first: list[tuple[float, bool]], last: list[tuple[float, bool]], length: float
+) -> tuple[list[tuple[float, bool]], list[int]]:
+    """Fill the length between two corners with whole units outside and, where needed, cut ones in the middle.
+
+    No cut unit is shorter than half a unit, so that a lapping joint over its middle keeps a quarter on both sides.
+    """
+    middle = _fill_flemish(bond, length) if bond.name == "flemish" else _fill(bond, length)
+    sizes = [*first, *middle, *last]
+    total = sum(size for size, _ in sizes)
+    senses, position = [], 0.0
+    for size, _ in sizes:
+        centre = position + 0.5 * size - 0.5 * total
+        senses.append(0 if abs(centre) < 0.1 * size else (1 if centre < 0.0 else -1))
+        position += size
+    # with a joint in the very middle and a short staggering, one lapping unit over it would be far too long
+    if 0 not in senses and 2.0 * (bond.pitch - bond.staggering) > bond.pitch + bond.min_piece:
+        turn = senses.index(-1) if -1 in senses else 0
+        if turn:
+            senses[turn - 1] = senses[turn] = 0
+    return sizes, senses
+
+
+def _fill(bond: Bond, length: float) -> list[tuple[float, bool]]:
+    """Whole units around one or two cut ones."""
+    pitch, header = bond.pitch, bond.module[0][1]
+    whole = int((length + bond.tolerance) / pitch)
+    rest = length - whole * pitch
+    if rest <= bond.tolerance:
+        return [(pitch, header)] * whole
+    if whole == 0:
+        return [(length, header)]
+    if rest < pitch / 2.0:
+        whole, rest = whole - 1, rest + pitch
+        cuts = [rest / 2.0] * 2
+    elif whole % 2 == 0:
+        cuts = [rest]
+    else:
+        whole, rest = whole - 1, rest + pitch
+        cuts = [rest / 2.0] * 2
+    side = whole // 2
+    centre = [cuts[0], pitch, cuts[-1]] if whole % 2 else cuts
+    return [(size, header) for size in [pitch] * side + centre + [pitch] * side]
+
+
+def _fill_flemish(bond: Bond, length: float) -> list[tuple[float, bool]]:
+    """Stretcher, header, ..., stretcher, with cut stretchers in the middle where the length needs them."""
+    stretcher, header = bond.pitch, bond.header_width
+    module = stretcher + header
+    turns = int((length - stretcher + bond.tolerance) / module)
+    if length < stretcher - bond.tolerance:
+        return [(length, False)]
+    rest = length - stretcher - turns * module
+    s, h = (stretcher, False), (header, True)
+    if rest <= bond.tolerance:
+        return [s, *[h, s] * turns]
+    if turns % 2 == 0:
+        side, spare = [s, h] * (turns // 2), stretcher + rest
+        if spare <= 2.0 * stretcher:
+            centre = [(spare / 2.0, False)] * 2
+        else:
+            bat = ((spare - header) / 2.0, False)
+            centre = [bat, h, bat]
+        return [*side, *centre, *side[::-1]]
+    side, spare = [s, h] * ((turns - 1) // 2), rest
+    if rest < header:
+        bat = ((stretcher + rest / 2.0) / 2.0, False)
+        centre = [bat, bat, h, bat, bat]
+    elif rest <= stretcher:
+        bat = ((header + spare) / 2.0, False)
+        centre = [s, bat, bat, s]
+    else:
+        centre = [s, h, (spare - header, False), h, s]
+    return [*side, *centre, *side[::-1]]
+
+
+def _lapping_joints(bond: Bond, length: float, ends: Ends, leading: Leading) -> list[float]:
+    """Head joints of the lapping course over every piece of the leading one, increasing."""
+    joints: list[float] = []
+    for piece, sense in zip(leading.pieces, leading.senses, strict=True):
+        size = piece.end - piece.start
+        free_end = piece.end == length and not ends.end and sense > 0
+        free = free_end or (piece.start == 0.0 and not ends.start and sense < 0)
+        for offset in _offsets(bond, size, piece.header, clipped=free, centred=sense == 0):
+            if bond.tolerance < offset < size - bond.tolerance:
+                joints.append(piece.end - offset if sense < 0 else piece.start + offset)
+    return sorted(joints)
+
+
+def _offsets(bond: Bond, size: float, header: bool, *, clipped: bool, centred: bool) -> list[float]:
+    """Where the lapping course has joints over one piece, from the end it was laid from [m].
+
+    A unit clipped by the free end of the wall keeps the distances of a whole one; a unit cut to fit between two corners
+    is lapped at its middle if it is too short for them.
+    """
+    if bond.name == "english":
+        whole = bond.pitch if clipped else size
+        if whole <= 0.75 * bond.pitch + bond.tolerance:
+            return [whole / 2.0]
+        return [whole / 4.0, 3.0 * whole / 4.0]
+    if bond.name == "flemish":
+        if header:
+            return []
+        whole = bond.pitch if clipped else size
+        if whole < 1.75 * bond.header_width:
+            return [whole / 2.0]
+        return [(whole - bond.header_width) / 2.0, (whole + bond.header_width) / 2.0]
+    lap = bond.staggering if clipped else min(bond.staggering, size / 2.0)
+    if not centred:
+        return [lap]
+    return [lap, size - lap] if size - 2.0 * lap >= bond.min_piece else [size / 2.0]
+
+
+def _closer_second(bond: Bond, cuts: list[float], below: list[float]) -> list[float]:
+    """Swap a closer at the free start of a course with the unit behind it, so that the wall ends in a whole header.
+
+    Left alone where the moved joint would come too near a joint of the course below.
+    """
+    if len(cuts) < 3 or cuts[1] - cuts[0] >= bond.header_width - bond.tolerance:
+        return cuts
+    moved = cuts[0] + cuts[2] - cuts[1]
+    if cuts[2] - cuts[1] > bond.header_width + bond.tolerance:
+        return cuts
+    if any(abs(moved - u) < bond.pitch / 4.0 - bond.tolerance for u in below):
+        return cuts
+    return [cuts[0], moved, *cuts[2:]]
+
+
+def _is_header(bond: Bond, size: float) -> bool:
+    """Whether a piece of the lapping course goes through the wall as one unit."""
+    if bond.name in ("header", "english"):
+        return True
+    if bond.name == "flemish":
+        return size <= 1.25 * bond.header_width + bond.tolerance
+    return False

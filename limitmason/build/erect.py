@@ -1,0 +1,121 @@
+"""The last step of every builder: name the units, put the ground under them and the beam on them, make the Assembly."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from limitmason.build.arguments import choice, positive
+from limitmason.build.plan import Box, Unit
+from limitmason.geometry.polyhedron import Solid, box
+from limitmason.model.assembly import Assembly
+from limitmason.model.joint import Joint
+
+BASES = ("slab", "course", None)
+_AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@dataclass
+class Site:
+    """Blocks collected in their final order: names, solids, laid directions, densities, and which are held."""
+
+    density: float
+    names: list[str] = field(default_factory=list)
+    solids: list[Solid | list[Solid]] = field(default_factory=list)
+    axes: list[tuple[float, float, float] | None] = field(default_factory=list)
+    densities: list[float] = field(default_factory=list)
+    fixed: list[str] = field(default_factory=list)
+
+    def add(
+        self,
+        name: str,
+        solid: Solid | list[Solid],
+        *,
+        axis: tuple[float, float, float] | None = None,
+        density: float | None = None,
+        fixed: bool = False,
+    ) -> None:
+        """Put one block on the site."""
+        self.names.append(name)
+        self.solids.append(solid)
+        self.axes.append(axis)
+        self.densities.append(self.density if density is None else density)
+        if fixed:
+            self.fixed.append(name)
+
+    def add_box(
+        self, name: str, corners: Box, *, axis: int | None = None, density: float | None = None, fixed: bool = False
+    ) -> None:
+        """Put one box on the site; `axis` 0, 1 or 2 for x, y or z."""
+        direction = None if axis is None else _AXES[axis]
+        self.add(name, box(*corners), axis=direction, density=density, fixed=fixed)
+
+    def assembly(
+        self,
+        joint: Joint,
+        recipe: dict,
+        *,
+        joints: Mapping | None = None,
+        tolerance: float | None = None,
+    ) -> Assembly:
+        """Return the assembly of everything on the site."""
+        return Assembly.from_polyhedra(
+            self.solids,
+            density=self.densities,
+            joint=joint,
+            fixed=self.fixed,
+            names=self.names,
+            joints=None if joints is None else dict(joints),
+            recipe=recipe,
+            tolerance=tolerance,
+            axes=self.axes,
+        )
+
+
+def add_slab(site: Site, footprint: tuple[float, float, float, float], thickness: float, margin: float) -> None:
+    """Add the held block "base": one slab under the whole footprint (x0, x1, y0, y1) [m], top at z = 0."""
+    x0, x1, y0, y1 = footprint
+    site.add_box("base", ((x0 - margin, y0 - margin, -thickness), (x1 + margin, y1 + margin, 0.0)), fixed=True)
+
+
+def add_units(
+    site: Site, courses: Sequence[Sequence[Unit]], *, fix_bottom: bool = False, columns: Sequence[Unit] = ()
+) -> None:
+    """Add units course by course and name them "run-course-position", with a letter for the leaf ("a" the outer one).
+
+    Units listed in `columns` are named "column-course" instead; that is their only difference.
+    """
+    special = {id(unit) for unit in columns}
+    most = max((len(units) for units in courses), default=1)
+    digits = max(2, len(str(len(courses))), len(str(most)))
+    for units in courses:
+        run, position, letters, start = "", 0, set(), 0.0
+        for unit in units:
+            parts = [box(*corners) for corners in unit.boxes]
+            solid = parts[0] if len(parts) == 1 else parts
+            held = fix_bottom and unit.course == 0
+            if id(unit) in special:
+                site.add(f"column-{unit.course + 1}", solid, axis=_AXES[unit.axis], fixed=held)
+                continue
+            here = unit.extent(0 if unit.run == "facade" else 1)[0]
+            letter = "" if unit.leaf < 0 else "abcdefgh"[unit.leaf]
+            if unit.run != run:
+                run, position, letters, start = unit.run, 1, set(), here
+            elif abs(here - start) > 1e-9 or letter in letters:
+                # units side by side in different leaves share a position; one above the other (cut ones) do not
+                position, letters, start = position + 1, set(), here
+            letters.add(letter)
+            name = f"{run}-{unit.course + 1:0{digits}d}-{position:0{digits}d}{letter}"
+            site.add(name, solid, axis=_AXES[unit.axis], fixed=held)
+
+
+def check_ground(
+    base: object, base_thickness: object, base_margin: object, unit: tuple[float, ...]
+) -> tuple[float, float]:
+    """Return thickness and margin of the ground slab [m]: one course and half a unit unless stated."""
+    choice("base", base, BASES)
+    thickness = unit[1] if base_thickness is None else positive("base_thickness", base_thickness)
+    margin = unit[0] / 2.0 if base_margin is None else float(base_margin)
+    if not 0.0 <= margin < float("inf"):
+        raise ValueError(f"base_margin must be zero or more, got {base_margin!r}")
+    return thickness, margin

@@ -1,0 +1,201 @@
+"""Walls from a written layout: rows of unit widths in block lengths, bottom row first, openings as negative widths."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+from limitmason.build.arguments import choice, finite, positive, unit_size
+from limitmason.build.bond import Piece
+from limitmason.build.erect import Site, add_slab, add_units, check_ground
+from limitmason.build.plan import Unit
+from limitmason.model.assembly import Assembly
+from limitmason.model.joint import Joint
+
+Row = str | Sequence[float]
+
+
+def layout(
+    rows: Sequence[Row],
+    *,
+    unit: Sequence[float],
+    joint: Joint,
+    thickness: float | None = None,
+    density: float = 2000.0,
+    column: str | None = None,
+    ragged: bool = False,
+    base: str | None = "slab",
+    base_thickness: float | None = None,
+    base_margin: float | None = None,
+    top_beam: float | None = None,
+    beam_density: float | None = None,
+    joints: Mapping | None = None,
+    tolerance: float | None = None,
+) -> Assembly:
+    """Return the straight single-leaf wall whose courses are written out unit by unit.
+
+    Parameters
+    ----------
+    rows
+        Bottom first. Each a string such as "0.5 1 -1 1 0.5" or a sequence of numbers: widths in block lengths, a
+        negative one leaves an opening (at the start of a row: a row that starts further right).
+    unit
+        (length, height) or (length, height, thickness) of a whole block [m].
+    thickness
+        Of the wall [m]; default the thickness of the unit.
+    joint, joints, density, base, base_thickness, base_margin, top_beam, beam_density, tolerance
+        As in `wall`.
+    column
+        "left" or "right": the outermost block of every row belongs to a lateral column and is named "column-1",
+        "column-2", ... by course. Where its width changes from row to row the wall is toothed into it.
+    ragged
+        Rows may end at different places; otherwise a row of another length is taken as a slip and refused.
+
+    Returns
+    -------
+    Assembly
+        Blocks "base", "facade-03-05" (course, position), "column-3", "beam".
+
+    Raises
+    ------
+    ValueError
+        Naming the row: not numbers, zero width, no block, another length than the first row.
+
+    Notes
+    -----
+    Source of the notation: layouts of the walls of Ferris and Tin-Loi (2001), Int. J. Mech. Sci. 43, 209-224.
+    `recipe["staggering"]` is measured: the smallest overlap of successive rows.
+    """
+    if isinstance(rows, str) or len(rows) == 0:
+        raise ValueError("rows must be a sequence of rows, bottom first")
+    values = [float(v) for v in unit] if isinstance(unit, (tuple, list)) else unit
+    if thickness is None:
+        length, height, depth = unit_size(values)
+    else:
+        length, height = unit_size(values[:2] if isinstance(values, list) else values, 2)
+        depth = positive("thickness", thickness)
+    choice("column", column, (None, "left", "right"))
+    positive("density", density)
+    widths = [_read(row, number) for number, row in enumerate(rows)]
+    spans = [sum(abs(w) for w in row) for row in widths]
+    if not ragged:
+        for number, span in enumerate(spans):
+            if abs(span - spans[0]) > 1e-9 * spans[0]:
+                raise ValueError(
+                    f"rows[{number}] is {span:g} block lengths long, rows[0] is {spans[0]:g}; "
+                    "pass ragged=True if that is meant"
+                )
+
+    courses: list[list[Unit]] = []
+    pieces: list[tuple[Piece, ...]] = []
+    columns: list[Unit] = []
+    for number, row in enumerate(widths):
+        units, solid = [], []
+        # the running sum is taken in block lengths, so that joints meant to be in line are in line to the last bit
+        position = 0.0
+        for width in row:
+            end = round(position + abs(width), 12)
+            if width > 0.0:
+                box = ((position * length, 0.0, number * height), (end * length, depth, (number + 1) * height))
+                units.append(Unit("facade", number, -1, [box], 0))
+                solid.append(Piece(position * length, end * length, False))
+            position = end
+        if column is not None:
+            columns.append(units[0] if column == "left" else units[-1])
+        courses.append(units)
+        pieces.append(tuple(solid))
+    overlap = min((_overlap(a, b) for a, b in pairwise(pieces)), default=float("inf"))
+
+    starts = [row[0].start for row in pieces]
+    stops = [row[-1].end for row in pieces]
+    left, right, top = min(starts), max(stops), len(rows) * height
+    size = (length, height, depth)
+    site = Site(density)
+    slab, margin = check_ground(base, base_thickness, base_margin, size)
+    if base == "slab":
+        add_slab(site, (left, right, 0.0, depth), slab, margin)
+    add_units(site, courses, fix_bottom=base == "course", columns=columns)
+    if top_beam is not None:
+        box = ((starts[-1], 0.0, top), (stops[-1], depth, top + positive("top_beam", top_beam)))
+        site.add_box("beam", box, axis=0, density=beam_density)
+    recipe = {
+        "kind": "wall",
+        "plan": "straight",
+        "bond": "layout",
+        "rows": widths,
+        "length": right - left,
+        "height": top,
+        "thickness": depth,
+        "courses": len(rows),
+        "unit": list(size),
+        "unit_length": length,
+        "unit_height": height,
+        "unit_thickness": depth,
+        "leaves": 1,
+        "header_every": None,
+        "staggering": None if overlap == float("inf") else overlap,
+        "smallest_overlap": None if overlap == float("inf") else overlap,
+        "column": column,
+        "returns": [],
+        "side_walls": 0,
+        "side_wall_thickness": 0.0,
+        "openings": _openings(widths, length, height),
+        "density": float(density),
+        "base": base,
+        "top_beam": top_beam,
+        "beam_over": "facade" if top_beam is not None else None,
+    }
+    return site.assembly(joint, recipe, joints=joints, tolerance=tolerance)
+
+
+def _read(row: Row, number: int) -> list[float]:
+    tokens = row.split() if isinstance(row, str) else list(row)
+    widths = [finite(f"rows[{number}]", token) for token in tokens]
+    if any(width == 0.0 for width in widths):
+        raise ValueError(f"rows[{number}] has a block of zero width: {row!r}")
+    if not any(width > 0.0 for width in widths):
+        raise ValueError(f"rows[{number}] has no block: {row!r}")
+    return widths
+
+
+def _overlap(lower: tuple[Piece, ...], upper: tuple[Piece, ...]) -> float:
+    """Smallest overlap of two rows at head joints proper: the edges of openings stand in line on purpose."""
+    joints = []
+    for row in (lower, upper):
+        ends = {round(p.end, 12) for p in row}
+        joints.append({round(p.start, 12) for p in row} & ends)
+    return min((abs(a - b) for a in joints[0] for b in joints[1]), default=float("inf"))
+
+
+def _openings(rows: Sequence[Sequence[float]], length: float, height: float) -> list[dict]:
+    """Gaps with a block on both sides, those that share a range of courses joined into one bounding rectangle [m]."""
+    open_now: list[list[float]] = []
+    found: list[list[float]] = []
+    for number, row in enumerate(rows):
+        gaps, position = [], 0.0
+        solid = [k for k, width in enumerate(row) if width > 0.0]
+        for k, width in enumerate(row):
+            if width < 0.0 and solid[0] < k < solid[-1]:
+                gaps.append([position, position - width])
+            position += abs(width)
+        following: list[list[float]] = []
+        for low, high in gaps:
+            above = [o for o in open_now if o[0] < high - 1e-9 and o[1] > low + 1e-9]
+            for other in above:
+                open_now.remove(other)
+            box = [min([low, *(o[0] for o in above)]), max([high, *(o[1] for o in above)])]
+            following.append([*box, min([float(number), *(o[2] for o in above)]), float(number + 1)])
+        found.extend(open_now)
+        open_now = following
+    found.extend(open_now)
+    return [
+        {
+            "x": a * length,
+            "z": c * height,
+            "width": (b - a) * length,
+            "height": (d - c) * height,
+            "lintel": None,
+            "bearing": None,
+        }
+        for a, b, c, d in sorted(found, key=lambda o: (o[2], o[0]))
+    ]

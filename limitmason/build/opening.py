@@ -1,0 +1,289 @@
+"""Openings in the facade: units around are cut, pieces that come out too short join their neighbour, a lintel spans.
+
+Units are sets of boxes. A unit cut at a corner of an opening keeps its L shape (a union of two boxes); a unit cut in
+two becomes two units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from limitmason.build.arguments import finite, positive
+from limitmason.build.plan import Box, Unit
+
+
+@dataclass(frozen=True)
+class Opening:
+    """A rectangular opening through the whole thickness of the facade.
+
+    Parameters
+    ----------
+    x, z
+        Lower left corner [m], from the facade's left end and from the bottom of the wall.
+    width, height
+        [m].
+    lintel
+        Height of the lintel [m]; None for one course; False for no lintel.
+    bearing
+        Length over which the lintel bears on the wall at each side [m]; None for half a unit.
+    """
+
+    x: float
+    z: float
+    width: float
+    height: float
+    lintel: float | bool | None = None
+    bearing: float | None = None
+
+
+@dataclass(frozen=True)
+class Placed:
+    """An opening with every number settled; `lintel` is the box of its lintel or None."""
+
+    x0: float
+    x1: float
+    z0: float
+    z1: float
+    lintel: Box | None
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """x0, x1 [m] of the opening together with its lintel."""
+        if self.lintel is None:
+            return self.x0, self.x1
+        return self.lintel[0][0], self.lintel[1][0]
+
+
+def place_openings(
+    openings: Sequence[Opening | Mapping],
+    *,
+    length: float,
+    thickness: float,
+    levels: Sequence[float],
+    unit: tuple[float, float, float],
+    occupied: Sequence[tuple[str, float, float]] = (),
+) -> list[Placed]:
+    """Settle and check the openings of a facade.
+
+    Parameters
+    ----------
+    openings
+        `Opening`s, or mappings of their fields.
+    length, thickness
+        Of the facade [m].
+    levels
+        Heights of the bed joints [m].
+    unit
+        (length, height, thickness) of a unit [m], from which lintel and bearing take their defaults.
+    occupied
+        (name, x0, x1) of the walls that meet the facade; neither opening nor lintel may reach into them.
+
+    Raises
+    ------
+    ValueError
+        Naming the opening: outside the facade, into a return, over another opening, or leaving a slice thinner than a
+        tenth of a course.
+    """
+    placed: list[Placed] = []
+    height = levels[-1]
+    for number, given in enumerate(openings):
+        where = f"openings[{number}]"
+        opening = _opening(given, where)
+        x0, z0 = finite(f"{where}.x", opening.x), finite(f"{where}.z", opening.z)
+        x1, z1 = x0 + positive(f"{where}.width", opening.width), z0 + positive(f"{where}.height", opening.height)
+        if x0 < -1e-9 or x1 > length + 1e-9 or z0 < -1e-9 or z1 > height + 1e-9:
+            raise ValueError(
+                f"{where} spans x {x0:g} to {x1:g}, z {z0:g} to {z1:g} m and leaves the facade "
+                f"({length:g} x {height:g} m)"
+            )
+        z0, z1 = _snap(f"{where}.z", z0, levels), _snap(f"{where}.height", z1, levels)
+        lintel = None
+        wanted = opening.lintel is not False and (z1 < height or opening.lintel not in (None, True))
+        if wanted:
+            depth = unit[1] if opening.lintel in (None, True) else positive(f"{where}.lintel", opening.lintel)
+            bearing = unit[0] / 2.0 if opening.bearing is None else positive(f"{where}.bearing", opening.bearing)
+            top = z1 + depth
+            if top > height + 1e-9:
+                raise ValueError(f"{where}.lintel: its top at {top:g} m is above the wall ({height:g} m)")
+            if x0 - bearing < -1e-9 or x1 + bearing > length + 1e-9:
+                raise ValueError(f"{where}.bearing {bearing:g} m reaches beyond the end of the facade")
+            top = _snap(f"{where}.lintel", top, levels)
+            lintel = ((max(x0 - bearing, 0.0), 0.0, z1), (min(x1 + bearing, length), thickness, top))
+        here = Placed(max(x0, 0.0), min(x1, length), z0, z1, lintel)
+        _check_neighbours(where, here, placed, occupied)
+        placed.append(here)
+    return placed
+
+
+def cut_openings(
+    courses: list[list[Unit]], openings: Sequence[Placed], *, thickness: float, min_piece: float
+) -> list[list[Unit]]:
+    """Cut the openings and their lintels out of the facade's units.
+
+    A piece shorter than `min_piece` [m] joins the unit beside it in its course, if there is one.
+    """
+    holes: list[Box] = []
+    for opening in openings:
+        holes.append(((opening.x0, 0.0, opening.z0), (opening.x1, thickness, opening.z1)))
+        if opening.lintel is not None:
+            holes.append(opening.lintel)
+    result: list[list[Unit]] = []
+    for units in courses:
+        touched: list[Unit] = []
+        whole: list[Unit] = []
+        for unit in units:
+            boxes = unit.boxes
+            for hole in holes:
+                boxes = [rest for box in boxes for rest in _subtract(box, hole)]
+            if boxes == unit.boxes:
+                whole.append(unit)
+                continue
+            for part in _connected(boxes):
+                touched.append(Unit(unit.run, unit.course, unit.leaf, part, unit.axis))
+        result.append(_merge_short(whole, touched, min_piece) if touched else whole)
+    return result
+
+
+def _opening(given: Opening | Mapping, where: str) -> Opening:
+    if isinstance(given, Opening):
+        return given
+    if isinstance(given, Mapping):
+        try:
+            return Opening(**given)
+        except TypeError as problem:
+            raise ValueError(f"{where}: {problem}") from None
+    raise ValueError(f"{where} must be an Opening or a mapping with its fields, got {given!r}")
+
+
+def _snap(field: str, z: float, levels: Sequence[float]) -> float:
+    """Return the bed joint at z, or z itself if it is well inside a course."""
+    for course in range(len(levels) - 1):
+        low, high = levels[course], levels[course + 1]
+        if low - 1e-9 <= z <= high + 1e-9:
+            thin = 0.1 * (high - low)
+            for bed in (low, high):
+                if abs(z - bed) <= 1e-6 * (high - low):
+                    return bed
+                if abs(z - bed) < thin:
+                    raise ValueError(
+                        f"{field}: the edge at {z:g} m leaves a slice of {abs(z - bed):.3g} m beside the bed joint at "
+                        f"{bed:g} m; move it onto the joint"
+                    )
+    return z
+
+
+def _check_neighbours(
+    where: str, here: Placed, placed: Sequence[Placed], occupied: Sequence[tuple[str, float, float]]
+) -> None:
+    x0, x1 = here.reach
+    for name, low, high in occupied:
+        if x0 < high - 1e-9 and x1 > low + 1e-9:
+            raise ValueError(
+                f"{where} (with its lintel) spans x {x0:g} to {x1:g} m and cuts into {name} ({low:g} to {high:g} m)"
+            )
+    for index, other in enumerate(placed):
+        if any(_cross(a, b) for a in _rectangles(here) for b in _rectangles(other)):
+            raise ValueError(f"{where} (with its lintel) overlaps openings[{index}]")
+
+
+def _rectangles(opening: Placed) -> list[tuple[float, float, float, float]]:
+    """x0, x1, z0, z1 [m] of an opening and of its lintel."""
+    found = [(opening.x0, opening.x1, opening.z0, opening.z1)]
+    if opening.lintel is not None:
+        low, high = opening.lintel
+        found.append((low[0], high[0], low[2], high[2]))
+    return found
+
+
+def _cross(a: tuple[float, float, float, float], b: tuple[float, float, float, float]) -> bool:
+    return min(a[1], b[1]) - max(a[0], b[0]) > 1e-9 and min(a[3], b[3]) - max(a[2], b[2]) > 1e-9
+
+
+def _subtract(box: Box, hole: Box) -> list[Box]:
+    """Return what is left of a box: pieces beside the hole over its full height, pieces below and above it."""
+    (x0, y0, z0), (x1, y1, z1) = box
+    hx0, hx1, hz0, hz1 = hole[0][0], hole[1][0], hole[0][2], hole[1][2]
+    thin = 1e-9 * max(x1 - x0, z1 - z0)
+    if hx0 >= x1 - thin or hx1 <= x0 + thin or hz0 >= z1 - thin or hz1 <= z0 + thin:
+        return [box]
+    rest: list[Box] = []
+    left, right = x0, x1
+    if hx0 > x0 + thin:
+        rest.append(((x0, y0, z0), (hx0, y1, z1)))
+        left = hx0
+    if hx1 < x1 - thin:
+        rest.append(((hx1, y0, z0), (x1, y1, z1)))
+        right = hx1
+    if hz0 > z0 + thin:
+        rest.append(((left, y0, z0), (right, y1, hz0)))
+    if hz1 < z1 - thin:
+        rest.append(((left, y0, hz1), (right, y1, z1)))
+    return rest
+
+
+def _shared_area(a: Box, b: Box) -> float:
+    """Area [m2] of the face that two boxes share, 0 if they do not touch over an area."""
+    sides, touching = [], 0
+    for k in range(3):
+        side = min(a[1][k], b[1][k]) - max(a[0][k], b[0][k])
+        if abs(side) < 1e-9:
+            touching += 1
+        elif side < 0.0:
+            return 0.0
+        else:
+            sides.append(side)
+    return sides[0] * sides[1] if touching == 1 else 0.0
+
+
+def _connected(boxes: list[Box]) -> list[list[Box]]:
+    """Group boxes that hang together face to face."""
+    groups: list[list[Box]] = []
+    for box in boxes:
+        joined = [group for group in groups if any(_shared_area(box, other) > 0.0 for other in group)]
+        groups = [group for group in groups if not any(group is one for one in joined)]
+        groups.append([box, *(other for group in joined for other in group)])
+    return groups
+
+
+def _merge_short(whole: list[Unit], touched: list[Unit], min_piece: float) -> list[Unit]:
+    """Join every cut piece shorter than min_piece to the unit of its course with which it shares the largest side."""
+    pending = sorted(touched, key=_length)
+    units = [*whole, *touched]
+    for piece in pending:
+        if _length(piece) >= min_piece - 1e-9:
+            continue
+        best, area = None, 0.0
+        for other in units:
+            if other is piece:
+                continue
+            shared = sum(_side_area(a, b) for a in piece.boxes for b in other.boxes)
+            if shared > area * (1.0 + 1e-9):
+                best, area = other, shared
+        if best is not None:
+            best.boxes = _coalesce([*best.boxes, *piece.boxes])
+            units = [unit for unit in units if unit is not piece]
+    return sorted(units, key=lambda unit: (unit.extent(0)[0], unit.extent(1)[0], unit.extent(2)[0]))
+
+
+def _length(unit: Unit) -> float:
+    low, high = unit.extent(0)
+    return high - low
+
+
+def _side_area(a: Box, b: Box) -> float:
+    """Area shared by two boxes that stand side by side along x."""
+    beside = abs(a[0][0] - b[1][0]) < 1e-9 or abs(a[1][0] - b[0][0]) < 1e-9
+    return _shared_area(a, b) if beside else 0.0
+
+
+def _coalesce(boxes: list[Box]) -> list[Box]:
+    """Join boxes of equal cross-section that stand side by side along x."""
+    rest = list(boxes)
+    for i, a in enumerate(rest):
+        for j, b in enumerate(rest):
+            same = all(abs(a[e][k] - b[e][k]) < 1e-9 for e in (0, 1) for k in (1, 2))
+            if i != j and same and abs(a[1][0] - b[0][0]) < 1e-9:
+                joined = (a[0], b[1])
+                return _coalesce([box for k, box in enumerate(rest) if k not in (i, j)] + [joined])
+    return rest

@@ -1,0 +1,205 @@
+"""Wall plans: straight, L, T and U as runs of wall that interlock where they meet, laid course by course into units.
+
+The facade runs along x with its outer face at y = 0 and its thickness towards +y; returns leave it in the +y direction.
+In one course the facade passes through the corner and the returns stop against it, in the next course the returns pass
+through: no two units overlap and none is missing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from limitmason.build.arguments import choice, positive
+from limitmason.build.bond import Bond, Ends, Piece, drop_cut_ends, lapping_course, leading_course, smallest_overlap
+
+# lower and upper corner [m]
+Box = tuple[tuple[float, float, float], tuple[float, float, float]]
+
+PLANS = ("straight", "L", "T", "U")
+
+
+@dataclass(frozen=True)
+class Run:
+    """One straight wall of the plan.
+
+    `origin` is the corner [m] from which its length (along `axis`: 0 for x, 1 for y) and thickness are measured, both
+    in the positive direction; `outer_first` says whether the outer face is the one at the origin. `leads_even`: whether
+    this run passes through the corners in even courses.
+    """
+
+    name: str
+    axis: int
+    origin: tuple[float, float]
+    length: float
+    thickness: float
+    ends: Ends
+    outer_first: bool = True
+    leads_even: bool = True
+
+    @property
+    def footprint(self) -> tuple[float, float, float, float]:
+        """x0, x1, y0, y1 [m]."""
+        x, y = self.origin
+        along, across = self.length, self.thickness
+        return (x, x + along, y, y + across) if self.axis == 0 else (x, x + across, y, y + along)
+
+
+@dataclass
+class Unit:
+    """A unit while the wall is being laid: the boxes it fills [m], its laid direction (0 x, 1 y), its place.
+
+    `course` counts from 0; `leaf` from the outer face, -1 for a unit through the whole thickness.
+    """
+
+    run: str
+    course: int
+    leaf: int
+    boxes: list[Box]
+    axis: int
+
+    def extent(self, k: int) -> tuple[float, float]:
+        """Smallest and largest coordinate k [m] of the unit."""
+        return min(box[0][k] for box in self.boxes), max(box[1][k] for box in self.boxes)
+
+
+def make_runs(
+    plan: str,
+    length: float,
+    thickness: float,
+    *,
+    return_length: float | tuple[float, float] | None = None,
+    return_thickness: float | None = None,
+    return_position: float | None = None,
+    corner: str = "left",
+) -> list[Run]:
+    """Return the runs of a plan, facade first.
+
+    Parameters
+    ----------
+    plan
+        "straight", "L" (one return, at the end `corner`), "T" (one return in the field of the facade), "U" (two).
+    length, thickness
+        Of the facade, outside to outside [m].
+    return_length
+        From the facade's outer face to the return's free end [m]; a pair (left, right) for "U".
+    return_thickness
+        [m]; the facade's where omitted.
+    return_position
+        "T" only: x of the return's axis [m]; the middle of the facade where omitted.
+    corner
+        "L" only: "left" or "right" end of the facade.
+    """
+    choice("plan", plan, PLANS)
+    choice("corner", corner, ("left", "right"))
+    if plan == "straight":
+        for name, value in (("return_length", return_length), ("return_thickness", return_thickness)):
+            if value is not None:
+                raise ValueError(f"{name} is given but plan is 'straight'; choose plan 'L', 'T' or 'U'")
+    if plan != "T" and return_position is not None:
+        raise ValueError(f"return_position is for plan 'T', got plan {plan!r}")
+    if plan == "straight":
+        return [Run("facade", 0, (0.0, 0.0), length, thickness, Ends())]
+    if return_length is None:
+        raise ValueError(f"return_length is needed for plan {plan!r}")
+    depth = thickness if return_thickness is None else positive("return_thickness", return_thickness)
+    both = return_length if isinstance(return_length, (tuple, list)) else (return_length, return_length)
+    if len(both) != 2 or (plan != "U" and isinstance(return_length, (tuple, list))):
+        raise ValueError(
+            f"return_length must be one length, or a pair (left, right) for plan 'U'; got {return_length!r}"
+        )
+    lengths = [positive("return_length", value) for value in both]
+    for value in lengths:
+        if value <= thickness:
+            raise ValueError(f"return_length {value:g} m does not reach beyond the facade ({thickness:g} m thick)")
+    needed = 2.0 * depth if plan == "U" else depth
+    if length <= needed:
+        raise ValueError(f"length {length:g} m leaves no facade beside returns {depth:g} m thick")
+
+    def make(name: str, x: float, reach: float, outer_first: bool) -> Run:
+        return Run(name, 1, (x, 0.0), reach, depth, Ends(start=thickness), outer_first, leads_even=False)
+
+    left = make("return-left", 0.0, lengths[0], True)
+    right = make("return-right", length - depth, lengths[1], False)
+    if plan == "U":
+        return [Run("facade", 0, (0.0, 0.0), length, thickness, Ends(depth, depth)), left, right]
+    if plan == "L":
+        ends, beside = (Ends(start=depth), left) if corner == "left" else (Ends(end=depth), right)
+        return [Run("facade", 0, (0.0, 0.0), length, thickness, ends), beside]
+    middle = length / 2.0 if return_position is None else positive("return_position", return_position)
+    x0 = middle - depth / 2.0
+    if x0 <= 0.0 or x0 + depth >= length:
+        raise ValueError(f"return_position {middle:g} m puts the return at the end of the facade; use plan 'L'")
+    stem = make("return-middle", x0, lengths[0], True)
+    return [Run("facade", 0, (0.0, 0.0), length, thickness, Ends(crossing=(x0, x0 + depth))), stem]
+
+
+@dataclass(frozen=True)
+class Courses:
+    """The two alternating courses of one run, and the smallest overlap between them [m]."""
+
+    leading: tuple[Piece, ...]
+    lapping: tuple[Piece, ...]
+    overlap: float
+
+
+def lay_courses(bond: Bond, run: Run, *, ragged: bool | tuple[bool, bool] = False) -> Courses:
+    """Return the two courses of a run; with ragged ends no cut unit closes the run's free ends."""
+    leading = leading_course(bond, run.length, run.ends)
+    lapping = lapping_course(bond, run.length, run.ends, leading)
+    overlap = smallest_overlap(leading.pieces, lapping)
+    at_start, at_end = ragged if isinstance(ragged, tuple) else (ragged, ragged)
+    # an end that is not ragged is treated like a corner: nothing is dropped there
+    kept = Ends(start=run.ends.start or float(not at_start), end=run.ends.end or float(not at_end))
+    return Courses(
+        drop_cut_ends(bond, leading.pieces, run.length, kept), drop_cut_ends(bond, lapping, run.length, kept), overlap
+    )
+
+
+def lay_run(
+    run: Run,
+    courses: Courses,
+    levels: list[float],
+    *,
+    bond: Bond,
+    start_half: bool = False,
+    header_every: tuple[int, int] | None = None,
+) -> list[list[Unit]]:
+    """Return the units of a run, course by course from the bottom.
+
+    Parameters
+    ----------
+    run, courses, bond
+        The run, its two alternating courses, and the bond they were laid in.
+    levels
+        Heights of the bed joints [m], one more than there are courses.
+    start_half
+        Whether the bottom course of the facade is the lapping one.
+    header_every
+        (k, j): in every k-th course every j-th position is one through-stone that ties the leaves.
+    """
+    laid: list[list[Unit]] = []
+    origin_along, origin_across = run.origin[run.axis], run.origin[1 - run.axis]
+    edges = [origin_across + run.thickness * k / bond.leaves for k in range(bond.leaves)]
+    edges.append(origin_across + run.thickness)
+    for course in range(len(levels) - 1):
+        even = (course + int(start_half)) % 2 == 0
+        pieces = courses.leading if even == run.leads_even else courses.lapping
+        low, high = levels[course], levels[course + 1]
+        tied, shift = False, 0
+        if header_every is not None and (course + 1) % header_every[0] == 0:
+            # through-stones of successive header courses stand in quincunx
+            tied, shift = True, (header_every[1] // 2) * ((course + 1) // header_every[0] % 2)
+        units: list[Unit] = []
+        for position, piece in enumerate(pieces):
+            a, b = origin_along + piece.start, origin_along + piece.end
+            header = piece.header or (tied and (position + shift) % header_every[1] == 0)
+            through = header or bond.leaves == 1
+            axis = 1 - run.axis if header else run.axis
+            for leaf in range(1 if through else bond.leaves):
+                c, d = (edges[0], edges[-1]) if through else (edges[leaf], edges[leaf + 1])
+                box = ((a, c, low), (b, d, high)) if run.axis == 0 else ((c, a, low), (d, b, high))
+                # leaf 0 is the outer one
+                number = leaf if run.outer_first else bond.leaves - 1 - leaf
+                units.append(Unit(run.name, course, -1 if through else number, [box], axis))
+        laid.append(units)
+    return laid

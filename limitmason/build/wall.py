@@ -1,0 +1,275 @@
+"""Walls laid in a bond on a straight, L, T or U plan, with openings, lintels, through-stones, ground and beam."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from limitmason.build.arguments import choice, count, courses_from, positive, unit_size
+from limitmason.build.bond import make_bond
+from limitmason.build.erect import Site, add_slab, add_units, check_ground
+from limitmason.build.opening import Opening, Placed, cut_openings, place_openings
+from limitmason.build.plan import Run, lay_courses, lay_run, make_runs
+from limitmason.model.assembly import Assembly
+from limitmason.model.joint import Joint
+
+_ENDS = ("flush", "ragged")
+
+
+def wall(
+    *,
+    length: float,
+    unit: tuple[float, float, float],
+    joint: Joint,
+    height: float | None = None,
+    courses: int | None = None,
+    density: float = 2000.0,
+    bond: str = "running",
+    leaves: int | None = None,
+    header_every: tuple[int, int] | None = None,
+    staggering: float | None = None,
+    start: str = "whole",
+    ends: str | tuple[str, str] = "flush",
+    min_piece: float | None = None,
+    plan: str = "straight",
+    return_length: float | tuple[float, float] | None = None,
+    return_thickness: float | None = None,
+    return_position: float | None = None,
+    corner: str = "left",
+    openings: Sequence[Opening | Mapping] = (),
+    lintel_density: float | None = None,
+    base: str | None = "slab",
+    base_thickness: float | None = None,
+    base_margin: float | None = None,
+    top_beam: float | None = None,
+    beam_over: str = "facade",
+    beam_density: float | None = None,
+    joints: Mapping | None = None,
+    tolerance: float | None = None,
+) -> Assembly:
+    """Return a masonry wall as an assembly of units in contact, without gaps and without overlaps.
+
+    The facade runs along x from 0 to `length`, its outer face at y = 0, its thickness towards +y, its foot at z = 0;
+    returns leave it in the +y direction. Courses alternate: in the odd ones (the bottom one is the first) the facade
+    passes through the corners, in the even ones the returns do.
+
+    Parameters
+    ----------
+    length
+        Of the facade, outside to outside [m].
+    unit
+        (length, height, thickness) of a stretcher [m], nominal: joints have no thickness.
+    joint
+        Law of every joint, unless `joints` says otherwise.
+    height, courses
+        Exactly one of them: height [m], a whole number of courses; or the number of courses.
+    density
+        [kg/m3], of the units and whatever has no density of its own.
+    bond
+        "running": stretchers. "header": units laid across. "english": courses of stretchers and of headers in turn.
+        "flemish": stretcher and header in turn in every course. The last three make a wall one unit length thick.
+    leaves
+        Running bond only: number of leaves, each one unit thick (default 1). Leaves touch; what ties them is
+        `header_every` and the corners.
+    header_every
+        (k, j): in every k-th course every j-th unit position is one stone through all leaves, in quincunx.
+    staggering
+        Running and header bond: shorter overlap of a unit over the one below [m], default half a unit.
+    start
+        "whole" or "half": the bottom course of the facade is the one with whole units at its end (and through the
+        corner), or the other one.
+    ends
+        "flush": cut units close the free ends; "ragged": no cut unit at a free end, every other course steps back. A
+        pair gives left and right end of a straight wall.
+    min_piece
+        Cut pieces shorter than this [m] join their neighbour; default a quarter of a unit.
+    plan
+        "straight", "L", "T" or "U".
+    return_length
+        From the outer face of the facade to the free end of the return [m]; for "U" also a pair (left, right).
+    return_thickness
+        Running bond in one leaf only [m]; default that of the facade.
+    return_position
+        "T" only: x of the axis of the return [m], default the middle of the facade.
+    corner
+        "L" only: "left" or "right".
+    openings
+        `Opening`s (or mappings of their fields) in the facade. A lintel is one block with the stated bearing.
+    lintel_density, beam_density
+        [kg/m3]; default `density`.
+    base
+        "slab": a held block "base" under everything. "course": no slab, the units of the bottom course are held.
+        None: nothing is held.
+    base_thickness, base_margin
+        Of the slab: thickness, default one course; projection on every side, default half a unit [m].
+    top_beam
+        Height of a loading beam on the top [m]; none where omitted.
+    beam_over
+        "facade": block "beam" over the whole facade; "returns": blocks "beam-left" and so on over the returns from
+        the inner face of the facade on; "all": both.
+    joints
+        Laws by kind ("bed", "head", "base") or by pair of block names, as `Assembly.from_polyhedra` takes them.
+    tolerance
+        Gap or overlap up to which faces count as touching [m], as `Assembly.from_polyhedra` takes it.
+
+    Returns
+    -------
+    Assembly
+        Blocks "base", "facade-03-05" (course, position, from 01; leaves add "a" for the outer, "b"),
+        "return-left-02-01", "lintel-1", "beam", in this order course by course. `recipe` holds what was built.
+
+    Raises
+    ------
+    ValueError
+        Naming the argument that is wrong.
+
+    Notes
+    -----
+    Wrong for irregular masonry: all units of a bond are alike but for cut pieces. `recipe["smallest_overlap"]` is the
+    smallest overlap of two successive courses away from openings; beside an opening a cut may come nearer.
+    """
+    size = unit_size(unit)
+    total = positive("length", length)
+    positive("density", density)
+    number = courses_from(height, courses, size[1])
+    laid = make_bond(bond, size, leaves=leaves, staggering=staggering, min_piece=min_piece)
+    choice("start", start, ("whole", "half"))
+    choice("beam_over", beam_over, ("facade", "returns", "all"))
+    if return_thickness is not None and (laid.name != "running" or laid.leaves > 1):
+        raise ValueError("return_thickness is for running bond in one leaf; other bonds fix the thickness")
+    if header_every is not None:
+        header_every = _headers(header_every, laid.leaves, laid.name)
+    ragged = _ragged(ends, plan, laid.name)
+    runs = make_runs(
+        plan,
+        total,
+        laid.thickness,
+        return_length=return_length,
+        return_thickness=return_thickness,
+        return_position=return_position,
+        corner=corner,
+    )
+    levels = [size[1] * k for k in range(number + 1)]
+    occupied = [(run.name, run.footprint[0], run.footprint[1]) for run in runs[1:]]
+    placed = place_openings(
+        openings, length=total, thickness=laid.thickness, levels=levels, unit=size, occupied=occupied
+    )
+
+    by_run, overlap = [], float("inf")
+    for run in runs:
+        # a return of another thickness is laid in the same units
+        own = laid if run.thickness == laid.thickness else replace(laid, thickness=run.thickness)
+        patterns = lay_courses(own, run, ragged=ragged)
+        overlap = min(overlap, patterns.overlap)
+        units = lay_run(run, patterns, levels, bond=own, start_half=start == "half", header_every=header_every)
+        if run.name == "facade" and placed:
+            units = cut_openings(units, placed, thickness=laid.thickness, min_piece=laid.min_piece)
+        by_run.append(units)
+
+    site = Site(density)
+    slab, margin = check_ground(base, base_thickness, base_margin, size)
+    if base == "slab":
+        add_slab(site, _bounds(runs), slab, margin)
+    rows = [[unit for units in by_run for unit in units[course]] for course in range(number)]
+    add_units(site, rows, fix_bottom=base == "course")
+    for index, opening in enumerate([opening for opening in placed if opening.lintel is not None]):
+        site.add_box(f"lintel-{index + 1}", opening.lintel, axis=0, density=lintel_density)
+    if top_beam is not None:
+        _add_beams(site, runs, levels[-1], positive("top_beam", top_beam), beam_over, beam_density)
+    elif beam_over != "facade":
+        raise ValueError("beam_over is given but top_beam is not")
+    recipe = {
+        "kind": "wall",
+        "plan": plan,
+        "bond": bond,
+        "length": total,
+        "height": levels[-1],
+        "thickness": laid.thickness,
+        "courses": number,
+        "unit": list(size),
+        "unit_length": laid.pitch,
+        "unit_height": size[1],
+        "unit_thickness": size[2],
+        "leaves": laid.leaves,
+        "header_every": None if header_every is None else list(header_every),
+        "staggering": laid.staggering,
+        "smallest_overlap": None if overlap == float("inf") else overlap,
+        "start": start,
+        "ends": list(ends) if isinstance(ends, (tuple, list)) else ends,
+        "min_piece": laid.min_piece,
+        "returns": [_return_recipe(run) for run in runs[1:]],
+        "side_walls": len(runs) - 1,
+        "side_wall_thickness": runs[1].thickness if len(runs) > 1 else 0.0,
+        "openings": [_opening_recipe(opening) for opening in placed],
+        "density": float(density),
+        "base": base,
+        "top_beam": top_beam,
+        "beam_over": beam_over if top_beam is not None else None,
+    }
+    return site.assembly(joint, recipe, joints=joints, tolerance=tolerance)
+
+
+def _headers(given: object, leaves: int, bond: str) -> tuple[int, int]:
+    if bond != "running" or leaves < 2:
+        raise ValueError("header_every ties leaves: it needs running bond with leaves of 2 or more")
+    if not isinstance(given, (tuple, list)) or len(given) != 2:
+        raise ValueError(f"header_every must be a pair (every k-th course, every j-th position), got {given!r}")
+    return count("header_every course", given[0]), count("header_every position", given[1])
+
+
+def _ragged(ends: object, plan: str, bond: str) -> bool | tuple[bool, bool]:
+    if isinstance(ends, (tuple, list)):
+        if len(ends) != 2 or plan != "straight":
+            raise ValueError(f"ends must be one word, or a pair (left, right) for a straight wall; got {ends!r}")
+        pair = tuple(choice("ends", end, _ENDS) == "ragged" for end in ends)
+        either = any(pair)
+    else:
+        pair = choice("ends", ends, _ENDS) == "ragged"
+        either = bool(pair)
+    if either and bond in ("english", "flemish"):
+        raise ValueError(f"ends: ragged ends are for running and header bond, got bond {bond!r}")
+    return pair
+
+
+def _bounds(runs: Sequence[Run]) -> tuple[float, float, float, float]:
+    prints = [run.footprint for run in runs]
+    return (min(p[0] for p in prints), max(p[1] for p in prints), min(p[2] for p in prints), max(p[3] for p in prints))
+
+
+def _add_beams(site: Site, runs: Sequence[Run], top: float, depth: float, over: str, density: float | None) -> None:
+    if over != "facade" and len(runs) == 1:
+        raise ValueError(f"beam_over {over!r} needs returns, but plan is 'straight'")
+    for run in runs:
+        facade = run.name == "facade"
+        if over != "all" and facade != (over == "facade"):
+            continue
+        x0, x1, y0, y1 = run.footprint
+        if not facade:
+            y0 = runs[0].thickness
+        name = "beam" if facade else run.name.replace("return", "beam")
+        site.add_box(name, ((x0, y0, top), (x1, y1, top + depth)), axis=run.axis, density=density)
+
+
+def _return_recipe(run: Run) -> dict:
+    return {
+        "name": run.name,
+        "side": run.name.removeprefix("return-"),
+        "length": run.length,
+        "thickness": run.thickness,
+        "x": [run.footprint[0], run.footprint[1]],
+    }
+
+
+def _opening_recipe(opening: Placed) -> dict:
+    record = {
+        "x": opening.x0,
+        "z": opening.z0,
+        "width": opening.x1 - opening.x0,
+        "height": opening.z1 - opening.z0,
+        "lintel": None,
+        "bearing": None,
+    }
+    if opening.lintel is not None:
+        record["lintel"] = opening.lintel[1][2] - opening.lintel[0][2]
+        record["bearing"] = opening.x0 - opening.lintel[0][0]
+    return record
