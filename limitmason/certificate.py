@@ -16,6 +16,9 @@ from limitmason.results import Certificate, Mechanism, Prediction, Resultants
 
 Array = NDArray[np.float64]
 
+FORCE_CAP = 10.0
+"""Joint force over the total load up to which a mechanism that cannot be repaired still gives a bound."""
+
 
 class PointState(NamedTuple):
     """Forces, rates and law at every contact point, relative forces and rates already formed."""
@@ -130,12 +133,15 @@ def _stress_block_power(g1: Array, g2: Array, capacity: Array, tension: Array) -
 
 def kinematic_multiplier(
     assembly: Assembly, loads: Loads, prediction: Prediction, *, candidates: tuple[Array, ...] = ()
-) -> tuple[float, float]:
+) -> tuple[float, float, float]:
     """Upper bound of the associative multiplier from the prediction's mechanism, repaired to be admissible.
 
     lambda = [ -w_dead . v + sum D(e) ] / (w_live . v), valid for every v with e_n >= tan(phi) |e_t| at all points
     without crushing. A solver's v violates this by its tolerance. The repair adds just enough of a motion that opens
-    every joint: the blocks flying apart affinely, v = (x, y, k z), or a candidate supplied by the caller.
+    every joint: the blocks flying apart affinely, v = (x, y, k z), or a candidate supplied by the caller. Where no
+    motion opens every joint (blocks wedged between supports) the remaining violation is charged with the power of a
+    joint force of at most ``FORCE_CAP`` times the load (or the largest force found): the bound then holds for all
+    stress states within that cap, not beyond.
 
     Parameters
     ----------
@@ -143,12 +149,13 @@ def kinematic_multiplier(
 
     Returns
     -------
-    multiplier : NaN when no candidate opens every joint (a wedged assembly)
+    multiplier : the bound [-]
     violation : largest negative g before the repair over the largest rate [-]
+    force_cap : joint force over the total load up to which the bound holds; infinite for a repaired mechanism
     """
     mechanism, resultants = prediction.mechanism, prediction.resultants
     if mechanism is None or resultants is None:
-        return float("nan"), float("nan")
+        return float("nan"), float("nan"), float("inf")
     twists = np.where(assembly.held, 0.0, mechanism.twists)
     state = point_state(assembly, resultants, twists)
     pairs = _stress_block_pairs(assembly, prediction)
@@ -176,7 +183,7 @@ def kinematic_multiplier(
     size = max(float(np.abs(state.opening).max(initial=0.0)), float(np.abs(state.sliding).max(initial=0.0)), 1e-300)
     worst = float(np.where(rigid, -g, 0.0).max(initial=0.0))
     if worst <= 0.0:
-        return first, 0.0
+        return first, 0.0, float("inf")
     best = float("nan")
     for field in (*_opening_fields(assembly), *candidates):
         opening, sliding = point_rates(assembly, field, resultants.point_position, resultants.point_interface)
@@ -188,7 +195,12 @@ def kinematic_multiplier(
         repaired, after = value(twists + (1.0 + 1e-9) * need * field)
         if np.where(rigid, -after, 0.0).max(initial=0.0) <= 1e-14 * size and not repaired >= best:
             best = repaired
-    return best, worst / size
+    if not np.isnan(best):
+        return best, worst / size, float("inf")
+    scale = total_load(assembly, loads)
+    cap = max(FORCE_CAP * scale, float(np.abs(state.normal_force).max(initial=0.0)))
+    excess = cap * float(np.maximum(-g[rigid], 0.0).sum()) / float((loads.live * twists).sum())
+    return first + excess, worst / size, cap / scale
 
 
 def _opening_fields(assembly: Assembly):
@@ -274,15 +286,15 @@ def certify(
             float((opposed + lift).sum() / power), static_multiplier=prediction.collapse_multiplier,
             confinement=confinement,
         )  # fmt: skip
-    kinematic, flow = kinematic_multiplier(assembly, loads, prediction, candidates=candidates)
+    kinematic, flow, force_cap = kinematic_multiplier(assembly, loads, prediction, candidates=candidates)
     power, _ = _dissipation(state, state.opening, state.sliding)
     used = (state.normal_force * state.opening) + (state.shear_force * state.sliding).sum(axis=1)
     unit = max(abs(rate), 1e-300) * scale / max(_live_size(assembly, loads), 1e-300)
-    slack = np.abs(used + power) if pairs is None else np.zeros(1)
+    slack = np.abs(used + power) if pairs is None else np.full(1, np.nan)  # a stress block's two ends act together
     static = prediction.collapse_multiplier
     return Certificate(
-        residual, excess, flow, float(slack.max(initial=0.0) / unit), static, kinematic,
-        (kinematic - static) / max(scale / max(_live_size(assembly, loads), 1e-300), abs(static)), confinement,
+        residual, excess, flow, float(slack.max() / unit), static, kinematic,
+        (kinematic - static) / max(scale / max(_live_size(assembly, loads), 1e-300), abs(static)), confinement, force_cap,
     )  # fmt: skip
 
 

@@ -6,8 +6,11 @@ and one line that names it, an analysis without a finite multiplier with exit st
 
 import argparse
 import csv
+import json
 import sys
 from collections.abc import Sequence
+from itertools import pairwise
+from math import isfinite
 from pathlib import Path
 
 from limitmason import __version__
@@ -40,6 +43,25 @@ The multiplier scales the live loads; for horizontal loads equal to the weight i
 """
 
 
+_TEMPLATE = """\
+{
+ "schema": "limitmason-model",
+ "version": 1,
+ "thickness": 0.3,
+ "density": 2000.0,
+ "joint": {"friction_angle_deg": 33.0, "dilatancy_angle_deg": 0.0},
+ "fixed": ["ground"],
+ "loads": {"horizontal": [1, 0, 0]},
+ "names": [
+NAMES
+ ],
+ "outlines": [
+OUTLINES
+ ]
+}
+"""
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status.
 
@@ -61,6 +83,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (ValueError, TypeError, KeyError, OSError, ImportError) as error:
         if options.debug:
             raise
+        if isinstance(error, FileNotFoundError):
+            error = ValueError(f"{error.filename}: no such file")
         _say(f"error: {error.args[0] if isinstance(error, KeyError) and error.args else error}")
         return 2
 
@@ -117,11 +141,16 @@ def _parser() -> argparse.ArgumentParser:
 def _analysis_options(parser: argparse.ArgumentParser, flow_default: str | None = "associative") -> None:
     group = parser.add_argument_group("analysis")
     group.add_argument("--method", default="limit", choices=sorted(available_methods()), help="default: limit")
-    group.add_argument("--flow-rule", choices=("associative", "non-associative"), default=flow_default,
-                       help="associative ignores the dilatancy angle" + ("" if flow_default else "; default: as published"))  # fmt: skip
+    flow_help = "associative ignores the dilatancy angle" + ("" if flow_default else "; default: as published")
+    rules = ("associative", "non-associative")
+    group.add_argument("--flow-rule", choices=rules, default=flow_default, help=flow_help)
     group.add_argument("--contact-model", choices=("vertices", "grid"), default="vertices")
-    group.add_argument("--grid", type=int, nargs=2, metavar=("ALONG", "ACROSS"), help="points per interface; needs grid")
-    group.add_argument("--torsion-limit", action="store_true", help="limit torsion to that of uniform pressure (estimate)")
+    group.add_argument(
+        "--grid", type=int, nargs=2, metavar=("ALONG", "ACROSS"), help="points per interface; needs grid"
+    )
+    group.add_argument(
+        "--torsion-limit", action="store_true", help="limit torsion to that of uniform pressure (estimate)"
+    )
 
 
 def _settings(options: argparse.Namespace) -> dict:
@@ -217,12 +246,29 @@ def _run(options: argparse.Namespace) -> int:
     if options.figure:
         from limitmason import figures
 
-        known = [r for r in rows if r.predicted == r.predicted]
-        if not known:
-            raise ValueError("no row has a prediction: there is nothing to draw")
-        figures.predicted_against_published(known).savefig(options.figure)
-        _say(f"wrote {options.figure}")
+        _draw_comparison(options.figure, rows, figures)
     return 0
+
+
+def _draw_comparison(path: Path, rows: Sequence, figures) -> None:
+    known = [r for r in rows if isfinite(r.predicted)]
+    units = {r.unit for r in known}
+    if len(units) != 1:
+        raise ValueError(
+            "no row has a prediction: there is nothing to draw" if not known
+            else f"the values have different units ({', '.join(sorted(units))}): draw one source at a time"
+        )  # fmt: skip
+    kinds = {r.kind for r in known}
+    names = {(r.source, r.specimen) for r in known}
+    figure = figures.predicted_against_published(
+        [(f"{r.specimen} {r.quantity}" if len(names) < len(known) else r.specimen, float(r.reference), r.predicted,
+          f"{r.kind}, {r.flow_rule or r.method}") for r in known],
+        quantity="collapse multiplier λ [-]" if units == {"-"} else f"collapse load [{units.pop()}]",
+        published=" or ".join(sorted(kinds)),
+        title=", ".join(sorted({r.source for r in known})),
+    )  # fmt: skip
+    figure.savefig(path, dpi=200)
+    _say(f"wrote {path}")
 
 
 def _write_table(path: Path, rows: Sequence) -> None:
@@ -244,7 +290,7 @@ def _solve(options: argparse.Namespace) -> int:
     from limitmason import formats
 
     if options.output:
-        formats.write_prediction(options.output, prediction)
+        formats.write_prediction(options.output, prediction, assembly=assembly)
         _say(f"wrote {options.output}")
     if options.vtu:
         formats.write_vtu(options.vtu, assembly, prediction)
@@ -285,11 +331,16 @@ def _draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | No
 
 
 def _template(options: argparse.Namespace) -> int:
-    from limitmason import formats
-
     if options.file.exists():
         raise ValueError(f"{options.file} exists already; choose another name")
-    formats.write_template(options.file)
+    stones = {"ground": [[-0.2, -0.2], [1.4, -0.2], [1.4, 0.0], [-0.2, 0.0]]}
+    for course, ends in enumerate([[0, 0.4, 0.8, 1.2], [0, 0.2, 0.6, 1.0, 1.2]] * 3):
+        low, high = round(0.2 * course, 3), round(0.2 * (course + 1), 3)
+        for k, (left, right) in enumerate(pairwise(ends), 1):
+            stones[f"stone-{course + 1}-{k}"] = [[left, low], [right, low], [right, high], [left, high]]
+    rows = [[f"  {json.dumps(outline)}" for outline in stones.values()], [f'  "{name}"' for name in stones]]
+    outlines, names = (",\n".join(r) for r in rows)
+    options.file.write_text(_TEMPLATE.replace("OUTLINES", outlines).replace("NAMES", names), encoding="utf-8")
     _say(f"wrote {options.file}: a small wall; edit its outlines, joint and loads, then `limitmason solve`")
     return 0
 

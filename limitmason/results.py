@@ -82,6 +82,8 @@ class Certificate:
     static_multiplier, kinematic_multiplier : bounds from the forces and from the repaired mechanism [-]
     gap : (kinematic - static) over |static|, or over the multiplier at which live equals dead load if that is more [-]
     confinement : largest joint force over the total weight [-]; far above 1 the answer rests on self-stress
+    force_cap : joint force over the total weight up to which the kinematic bound holds; infinite (no limit) unless
+        blocks are wedged so that no motion opens every joint
     """
 
     equilibrium_residual: float
@@ -92,6 +94,7 @@ class Certificate:
     kinematic_multiplier: float = float("nan")
     gap: float = float("nan")
     confinement: float = float("nan")
+    force_cap: float = float("inf")
 
     def __str__(self) -> str:
         """One line a figure."""
@@ -105,8 +108,10 @@ class Certificate:
             ("gap", self.gap),
             ("largest joint force / weight", self.confinement),
         ]
+        if np.isfinite(self.force_cap):
+            rows.append(("for joint forces / weight up to", self.force_cap))
         return "\n".join(
-            f"{label:<29}{value:.8f}" if "multiplier" in label else f"{label:<29}{value:.2e}"
+            f"{label:<33}{value:.8f}" if "multiplier" in label else f"{label:<33}{value:.2e}"
             for label, value in rows
             if not np.isnan(value)
         )

@@ -96,13 +96,20 @@ def make_cones(problem: Problem, *, torsion: TorsionLimit | None = None) -> Cone
     if len(problem.stress_block):
         first, second = problem.stress_block[:, 0].astype(int), problem.stress_block[:, 1].astype(int)
         capacity, shift = problem.stress_block[:, 2], problem.stress_block[:, 3]
+        typical = 0.25 * np.abs(problem.dead).sum()  # a share of the total load, which is what joint forces add up to
         for end in (first, second):
-            # N'^2 <= 2 Q N_i'  as  |(sqrt(2) N', Q - N_i')| <= Q + N_i', rows of one cone next to each other
+            # N'^2 <= 2 Q N_i'  as  |(sqrt(2) N', Q/k - k N_i')| <= Q/k + k N_i', rows of one cone next to each other;
+            # k balances capacity against force, else their difference drowns in rounding when Q is far above N
             three = np.column_stack([column[end], column[first], column[second]])
             root = np.sqrt(2.0)
             rows_c = np.repeat(three, 3, axis=0)
-            one = np.tile([[1.0, 0.0, 0.0], [0.0, root, root], [-1.0, 0.0, 0.0]], (len(end), 1))
-            constant = np.column_stack([capacity + 0.5 * shift, root * shift, capacity - 0.5 * shift]).ravel()
+            k = np.sqrt(capacity / np.minimum(capacity, typical))
+            one = np.zeros((len(end), 3, 3))
+            one[:, 0, 0], one[:, 2, 0] = k, -k
+            one[:, 1, 1:] = root
+            half = 0.5 * k * shift
+            constant = np.column_stack([capacity / k + half, root * shift, capacity / k - half]).ravel()
+            one = one.reshape(-1, 3)
             linear.add(rows_c, one, constant)
             sizes += [3] * len(end)
     if torsion is not None and len(torsion.interface):

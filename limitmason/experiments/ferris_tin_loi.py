@@ -1,0 +1,123 @@
+"""Ferris and Tin-Loi 2001: six dry-joint walls under a horizontal body force, in plane."""
+
+from typing import Any
+
+from limitmason.build import layout
+from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
+from limitmason.experiments.tables import read_source, read_table
+from limitmason.model.assembly import Assembly
+from limitmason.model.joint import Joint
+from limitmason.model.load import Loads
+
+NAME = "ferris-tin-loi-2001"
+BLOCK = (0.4, 0.175)  # length and height [m]; 4 x 1.75 units in the authors' model data
+ROUNDING = 0.020  # ends pulled in by LMGC90, UDEC and the rounded HybriDFEM column [m]
+
+OPTIONS = {
+    "friction": Option(0.65, "-", "friction coefficient of every joint, the ground included"),
+    "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, used by non-associative limit analysis"),
+    "rounding": Option(0.0, "m", "distance by which contact ends are pulled in; 0.02 as in LMGC90, UDEC, HybriDFEM"),
+    "thickness": Option(0.175, "m", "thickness; assumed, the multiplier does not depend on it"),
+    "density": Option(2000.0, "kg/m3", "density; assumed, the multiplier does not depend on it"),
+}
+
+_PUBLISHED = {  # name: (column, flow rule, rounded, starred column)
+    "associative": ("associative", "associative", False, None),
+    "non-associative": ("nonassociative_minimum", "non-associative", False, None),
+    "rounded LMGC90": ("rounded_LMGC90", "non-associative", True, None),
+    "rounded UDEC": ("rounded_UDEC", "non-associative", True, None),
+    "HybriDFEM associative": ("hybridfem_associative", "associative", False, None),
+    "HybriDFEM non-associative": ("hybridfem_nonassociative", "non-associative", False, "_starred"),
+    "HybriDFEM rounded": ("hybridfem_rounded", "non-associative", True, "_starred"),
+}
+_NOTES = {
+    ("wall-6", "associative"): "truncated in the sheet; recomputed 0.34782",
+    ("wall-5", "associative"): "rounded in the sheet; recomputed 0.23964",
+}
+
+
+def specimens() -> tuple[str, ...]:
+    """Names of the walls."""
+    return tuple(r["specimen"] for r in read_table(NAME, "walls.csv").rows)
+
+
+def load(specimen: str, **options: Any) -> Experiment:
+    """One of the six walls, "wall-1" to "wall-6"; see ``OPTIONS``."""
+    table = read_table(NAME, "walls.csv")
+    row = table.row(specimen)
+    chosen = chosen_options(OPTIONS, options, NAME)
+    published, targets = {}, []
+    for name, (column, flow_rule, rounded, starred) in _PUBLISHED.items():
+        note = _NOTES.get((specimen, name), "")
+        if starred and row[column + starred] == "1":
+            note = "starred in the sheet, meaning not stated"
+        if name == "non-associative":
+            note = "from local solvers: a reference, not a floor"
+        value = table.quantity(row, column, note)
+        if value is None:
+            continue
+        published[name] = value
+        where = {"rounding": ROUNDING} if rounded else {}
+        targets.append(Target(name, "published", flow_rule, "+", where))
+    recomputed = table.quantities(
+        row, {"associative": "associative_recomputed", "zero-dilatancy fixed point": "fixed_point_recomputed"}
+    )
+    targets.append(Target("associative", "recomputed", "associative"))
+    parameters = {
+        "block length": Quantity(BLOCK[0], "m"),
+        "block height": Quantity(BLOCK[1], "m"),
+        "friction coefficient": Quantity(chosen["friction"]),
+        "live load": "the weight of every block sideways, at its centroid",
+        **table.quantities(
+            row,
+            {
+                "blocks": "n_blocks",
+                "half blocks": "n_half_blocks",
+                "contacts": "n_contacts",
+                "width": "width",
+                "courses": "n_courses",
+            },
+        ),
+    }
+    return Experiment(
+        source=read_source(NAME),
+        specimen=specimen,
+        title=f"Dry wall, {row['width']} block lengths x {row['n_courses']} courses, pushed sideways in its plane",
+        parameters=parameters,
+        measured={},
+        published=published,
+        recomputed=recomputed,
+        assumptions=(
+            "Thickness and density are assumed; with dry joints and rigid blocks the multiplier depends on neither.",
+            "The ground is assumed to be one held slab; each block of the bottom course has one contact with it.",
+        ),
+        targets=tuple(targets),
+        multiplier_to_measured=Quantity(1.0, "-"),
+        recipe=__name__,
+        options=chosen,
+        option_table=OPTIONS,
+        row=row,
+    )
+
+
+def rows_of(specimen: str) -> list[str]:
+    """Lengths of the units of each course from the bottom, in block lengths; negative for an opening."""
+    courses = [r for r in read_table(NAME, "layouts.csv").rows if r["specimen"] == specimen]
+    return [r["pattern"] for r in sorted(courses, key=lambda r: int(r["course"]))]
+
+
+def assembly(test: Experiment) -> Assembly:
+    """The wall on its ground slab."""
+    o = test.options
+    joint = Joint.from_friction_coefficient(o["friction"], dilatancy_angle_deg=o["dilatancy_deg"], name="dry joint")
+    wall = layout(
+        rows_of(test.specimen), unit=BLOCK, thickness=o["thickness"], joint=joint, density=o["density"], base="slab"
+    )
+    if o["rounding"]:
+        wall = wall.with_contact_ends_pulled_in(o["rounding"], direction=(0, 1, 0))
+    return signed(wall, test)
+
+
+def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
+    """Weight dead, the same weight sideways live."""
+    return Loads.horizontal(wall, direction=(sense, 0.0, 0.0))

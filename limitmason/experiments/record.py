@@ -1,0 +1,248 @@
+"""The nouns of packaged data: a quantity with its unit, a source, a target to compare with, and an experiment."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from importlib import import_module
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+
+_EMPTY: Mapping[str, Any] = MappingProxyType({})
+KINDS = ("measured", "published", "recomputed")
+
+
+class Quantity(float):
+    """A number with its unit; it computes and compares as the plain number.
+
+    Parameters
+    ----------
+    value : number in ``unit``
+    unit : "-" for a pure number
+    note : remark of the source on this value
+    """
+
+    __slots__ = ("note", "unit")
+    unit: str
+    note: str
+
+    def __new__(cls, value: float, unit: str = "-", note: str = "") -> "Quantity":
+        """Make the number and hang its unit on it."""
+        self = super().__new__(cls, value)
+        object.__setattr__(self, "unit", unit)
+        object.__setattr__(self, "note", note)
+        return self
+
+    def __setattr__(self, name: str, value: object) -> None:
+        """Refuse: a quantity is frozen."""
+        raise AttributeError(f"a Quantity is frozen; cannot set {name!r}")
+
+    def __reduce__(self) -> tuple:
+        return Quantity, (float(self), self.unit, self.note)
+
+    def __repr__(self) -> str:
+        return f"Quantity({float(self)!r}, {self.unit!r})"
+
+    def __str__(self) -> str:
+        return f"{float(self):g}" if self.unit == "-" else f"{float(self):g} {self.unit}"
+
+    def __format__(self, spec: str) -> str:
+        return float(self).__format__(spec) if spec else str(self)
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a set of experiments comes from.
+
+    Parameters
+    ----------
+    name : key in ``limitmason.experiments.load``
+    title, kind : what it is, "experiment" or "numerical benchmark"
+    citation, doi, url, licence : doi and url are empty where the sources at hand do not give them
+    references : what the keys in the ``source`` column of the CSV files stand for
+    caveats : to be read before using the numbers
+    """
+
+    name: str
+    title: str
+    kind: str
+    citation: str
+    doi: str
+    url: str
+    licence: str
+    references: Mapping[str, str] = field(default_factory=dict)
+    caveats: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        doi = f", doi {self.doi}" if self.doi else ""
+        return f"{self.citation}{doi}"
+
+
+class Option(NamedTuple):
+    """An option of a source's assemblies: default, unit and what it changes."""
+
+    default: Any
+    unit: str
+    meaning: str
+
+
+class Target(NamedTuple):
+    """A value that a prediction can be held against.
+
+    ``kind`` and ``quantity`` point into the experiment; ``flow_rule`` is the one the value was computed with (None for
+    a measured value), ``options`` are those of the assembly it belongs to.
+    """
+
+    quantity: str
+    kind: str
+    flow_rule: str | None = None
+    direction: str = "+"
+    options: Mapping[str, Any] = _EMPTY
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """A packaged specimen: parameters, how to build it, what was measured and what others computed.
+
+    Parameters
+    ----------
+    source, specimen : where it comes from and its name there
+    title : one line on what it is
+    parameters : geometry and material as the source gives them, each a ``Quantity`` or a word
+    measured : measured quantities, empty for a numerical benchmark
+    published : values computed by others
+    recomputed : values computed for this project when the data were collected, not published
+    assumptions : everything that the sources leave open and the assembly assumes, one sentence each
+    targets : which of these values a collapse multiplier is compared with, and under which flow rule and options
+    multiplier_to_measured : what a multiplier of 1 means, for example 1 kN; predicted = multiplier times this
+    options : chosen values of the assembly's options
+    option_table : their defaults, units and meanings
+    open_options : options that the sources leave open, each with the values to show a prediction over
+    row : the row of the data file, as text
+    recipe : module that builds the assembly and the loads
+    no_model : why there is no assembly, empty when there is one
+    """
+
+    source: Source
+    specimen: str
+    title: str
+    parameters: Mapping[str, Quantity | str]
+    measured: Mapping[str, Quantity]
+    published: Mapping[str, Quantity]
+    recomputed: Mapping[str, Quantity]
+    assumptions: tuple[str, ...]
+    targets: tuple[Target, ...]
+    multiplier_to_measured: Quantity
+    recipe: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+    option_table: Mapping[str, Option] = field(default_factory=dict)
+    open_options: Mapping[str, tuple] = field(default_factory=dict)
+    row: Mapping[str, str] = field(default_factory=dict)
+    no_model: str = ""
+
+    @property
+    def name(self) -> str:
+        """Source and specimen in one word."""
+        return f"{self.source.name}/{self.specimen}"
+
+    @property
+    def has_model(self) -> bool:
+        """Whether the sources at hand say enough to build an assembly."""
+        return not self.no_model
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Unit of every parameter and value."""
+        tables = (self.parameters, self.measured, self.published, self.recomputed)
+        return {k: v.unit for table in tables for k, v in table.items() if isinstance(v, Quantity)}
+
+    @property
+    def directions(self) -> tuple[str, ...]:
+        """Senses of the live load that the targets ask for, out of "+" and "-"."""
+        return tuple(d for d in ("+", "-") if any(t.direction == d for t in self.targets)) or ("+",)
+
+    def value(self, target: Target) -> Quantity:
+        """The value a target points to."""
+        return getattr(self, target.kind)[target.quantity]
+
+    def assembly(self) -> Assembly:
+        """The specimen as blocks in contact, built with the chosen options.
+
+        Raises
+        ------
+        ValueError
+            When the sources at hand do not say enough to build it; the message says what is missing.
+        """
+        return self._assembly
+
+    @cached_property
+    def _assembly(self) -> Assembly:
+        if self.no_model:
+            raise ValueError(f"{self.name} has no assembly: {self.no_model}")
+        return import_module(self.recipe).assembly(self)
+
+    def loads(self, direction: str = "+") -> Loads:
+        """Dead and live loads of the test.
+
+        Parameters
+        ----------
+        direction : sense of the live load, "+" or "-"
+        """
+        if direction not in ("+", "-"):
+            raise ValueError(f"direction must be '+' or '-', got {direction!r}")
+        return import_module(self.recipe).loads(self, self.assembly(), 1.0 if direction == "+" else -1.0)
+
+    def with_options(self, **options: Any) -> "Experiment":
+        """The same experiment built with other options; see ``option_table``."""
+        return import_module(self.recipe).load(self.specimen, **{**self.options, **options})
+
+    def __str__(self) -> str:
+        """Data sheet."""
+        lines = [self.name, self.title, "", f"Source       {self.source}", f"Licence      {self.source.licence}"]
+        if not self.has_model:
+            lines += ["", f"No assembly: {self.no_model}"]
+        for heading, table in (
+            ("Parameters", self.parameters),
+            ("Measured", self.measured),
+            ("Published by others", self.published),
+            ("Computed for this project, not published", self.recomputed),
+        ):
+            lines += ["", heading] + (_lines(table) or ["  none"])
+        if self.multiplier_to_measured.unit != "-":
+            lines += ["", f"A multiplier of 1 means {self.multiplier_to_measured}"]
+        if self.option_table:
+            lines += ["", "Options (chosen value; meaning)"]
+            width = max(map(len, self.option_table))
+            for key, option in self.option_table.items():
+                unit = "" if option.unit == "-" else f" {option.unit}"
+                left_open = self.open_options.get(key)
+                shown = f"; left open by the sources: {', '.join(map(str, left_open))}" if left_open else ""
+                lines.append(f"  {key:<{width}}  {self.options[key]}{unit}; {option.meaning}{shown}")
+        for heading, sentences in (("Assumptions", self.assumptions), ("Caveats", self.source.caveats)):
+            lines += ["", heading] + ([f"  - {s}" for s in sentences] or ["  none"])
+        return "\n".join(lines)
+
+
+def _lines(table: Mapping[str, Quantity | str]) -> list[str]:
+    width = max(map(len, table), default=0)
+    return [
+        f"  {key:<{width}}  {value}" + (f"  ({value.note})" if isinstance(value, Quantity) and value.note else "")
+        for key, value in table.items()
+    ]
+
+
+def chosen_options(table: Mapping[str, Option], given: Mapping[str, Any], source: str) -> dict[str, Any]:
+    """Defaults overridden by what is given; an unknown option is an error that lists the known ones."""
+    for key in given:
+        if key not in table:
+            known = ", ".join(table) or "none"
+            raise ValueError(f"{source} has no option {key!r}; its options are: {known}")
+    return {key: given.get(key, option.default) for key, option in table.items()}
+
+
+def signed(assembly: Assembly, test: Experiment) -> Assembly:
+    """The assembly with source, specimen and options of the experiment in its recipe."""
+    recipe = {**assembly.recipe, "source": test.source.name, "specimen": test.specimen, "options": dict(test.options)}
+    return replace(assembly, recipe=recipe)

@@ -1,0 +1,105 @@
+"""Rondelet-type wallette of Godio, Stefanou and Sab 2017: 3 x 13 blocks beside a column, pushed out of plane."""
+
+from typing import Any
+
+from limitmason.build import layout
+from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
+from limitmason.experiments.tables import read_parameters, read_source, read_table
+from limitmason.model.assembly import Assembly
+from limitmason.model.joint import Joint
+from limitmason.model.load import Loads
+from limitmason.model.support import Support
+
+NAME = "rondelet-wallette"
+
+OPTIONS = {
+    "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, 0 or 35 in the source; used where psi < phi"),
+    "column": Option("translations", "-", "column blocks held against 'translations' (the source) or wholly 'fixed'"),
+    "density": Option(2000.0, "kg/m3", "density; assumed, the multiplier does not depend on it"),
+}
+
+
+def specimens() -> tuple[str, ...]:
+    """The four assumed bonds."""
+    return tuple(r["specimen"] for r in read_table(NAME, "variants.csv").rows)
+
+
+def load(specimen: str, **options: Any) -> Experiment:
+    """One of the assumed bonds, for example "toothed-odd-ragged"; see ``OPTIONS``."""
+    table = read_table(NAME, "variants.csv")
+    row = table.row(specimen)
+    chosen = chosen_options(OPTIONS, options, NAME)
+    if chosen["column"] not in ("translations", "fixed"):
+        raise ValueError(f"column must be 'translations' or 'fixed', got {chosen['column']!r}")
+    given = read_parameters(NAME)
+    results = ("3DEC dilatant", "3DEC zero dilatancy")
+    window = ("window low", "window high")
+    return Experiment(
+        source=read_source(NAME),
+        specimen=specimen,
+        title=f"Wallette of 3 x 13 blocks beside a column, {row['toothed_courses']} courses toothed, "
+        f"free edge {row['free_edge']}",
+        parameters={
+            **{k: v for k, v in given.items() if k not in results + window},
+            "toothed courses": row["toothed_courses"],
+            "free edge": row["free_edge"],
+        },
+        measured={},
+        published={k: given[k] for k in results},
+        recomputed={"associative": table.quantity(row, "associative_recomputed", "inscribed cone, fixed column")},
+        assumptions=(
+            f"The bond is assumed ({specimen}): the source shows it only in a figure, and four variants are packaged; "
+            "which of them the source used is not known.",
+            "The column is assumed to be one block wide; it takes up half a block where a course of the wall reaches "
+            "into it.",
+            "The bottom block of the column is assumed wholly fixed like the bottom course of the wall.",
+            "Joints between column blocks, and between column and wall, are assumed to have the wall's joint law.",
+            "Density is assumed; the multiplier does not depend on it.",
+        ),
+        targets=(
+            Target("3DEC dilatant", "published", "associative"),
+            Target("3DEC zero dilatancy", "published", "non-associative"),
+            Target("associative", "recomputed", "associative", "+", {"column": "fixed"}),
+        ),
+        multiplier_to_measured=Quantity(1.0, "-"),
+        recipe=__name__,
+        options=chosen,
+        option_table=OPTIONS,
+        row=row,
+    )
+
+
+def assembly(test: Experiment) -> Assembly:
+    """The wallette from x = 0, its column to the left of it; bottom course and column held."""
+    p, o = test.parameters, test.options
+    length, height, thickness = (float(p[f"block {k}"]) / 1e3 for k in ("width", "height", "thickness"))
+    lengths, courses = int(p["blocks per course"]), int(p["courses"])
+    joint = Joint(
+        float(p["friction angle"]),
+        dilatancy_angle_deg=o["dilatancy_deg"],
+        normal_stiffness=float(p["normal stiffness"]) * 1e9,
+        shear_stiffness=float(p["tangential stiffness"]) * 1e9,
+        name="dry joint",
+    )
+    rows = []
+    for k in range(courses):
+        toothed = (k % 2 == 0) == (p["toothed courses"] == "odd")
+        closer = [0.5] if toothed and p["free edge"] == "flush" else []
+        rows.append([0.5 if toothed else 1.0] + [1.0] * lengths + closer)
+    wall = layout(
+        rows,
+        unit=(length, height, thickness),
+        joint=joint,
+        density=o["density"],
+        column="left",
+        ragged=p["free edge"] == "ragged",
+        base="course",
+    )
+    whole = o["column"] == "fixed"
+    column = [b.name for b in wall.blocks if b.name.startswith("column-") and b.name != "column-1"]
+    return signed(wall.with_supports([Support(n, translations=True, rotations=whole) for n in column]), test)
+
+
+def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
+    """Weight dead, the same weight out of plane live."""
+    return Loads.horizontal(wall, direction=(0.0, sense, 0.0))

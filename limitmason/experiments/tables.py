@@ -1,0 +1,114 @@
+"""Reading the packaged tables: CSV files with a header row, a units row and a source in every row."""
+
+import csv
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+
+from limitmason.experiments.record import Quantity, Source
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table as text, with the unit of every column.
+
+    Parameters
+    ----------
+    name : file name
+    units : unit of every column, "-" for pure numbers and words
+    rows : one mapping per row, column to text; a blank cell is an empty string
+    """
+
+    name: str
+    units: Mapping[str, str]
+    rows: tuple[Mapping[str, str], ...]
+
+    def row(self, key: str, column: str = "specimen") -> Mapping[str, str]:
+        """The row whose ``column`` holds ``key``."""
+        for row in self.rows:
+            if row[column] == key:
+                return row
+        raise ValueError(f"{self.name} has no row with {column} {key!r}")
+
+    def quantity(self, row: Mapping[str, str], column: str, note: str = "") -> Quantity | None:
+        """A cell as a number with its unit, None for a blank cell."""
+        text = row[column]
+        if not text:
+            return None
+        try:
+            return Quantity(float(text), self.units[column], note)
+        except ValueError:
+            first = next(iter(row.values()))
+            raise ValueError(f"{self.name}: {column} of {first!r} is not a number: {text!r}") from None
+
+    def quantities(self, row: Mapping[str, str], columns: Mapping[str, str]) -> dict[str, Quantity]:
+        """Cells that are not blank, renamed: ``columns`` maps the new name to the column."""
+        found = {name: self.quantity(row, column) for name, column in columns.items()}
+        return {name: value for name, value in found.items() if value is not None}
+
+
+def folder(source: str) -> Traversable:
+    """Folder of a source's data files."""
+    return files("limitmason.experiments") / "data" / source
+
+
+@cache
+def read_table(source: str, name: str) -> Table:
+    """Read a packaged CSV file.
+
+    Raises
+    ------
+    ValueError
+        When the file has no header and units rows, or a row of another length.
+    """
+    text = (folder(source) / name).read_text(encoding="utf-8")
+    return parse_table(text, f"{source}/{name}")
+
+
+def parse_table(text: str, name: str) -> Table:
+    """Table from the text of a CSV file; the first row names the columns, the second gives their units."""
+    rows = list(csv.reader(text.splitlines()))
+    if len(rows) < 2:
+        raise ValueError(f"{name}: expected a header row and a units row")
+    header, units = rows[0], rows[1]
+    if len(set(header)) < len(header):
+        raise ValueError(f"{name}: a column name is used twice")
+    for number, row in enumerate(rows[1:], start=2):
+        if len(row) != len(header):
+            raise ValueError(f"{name}: row {number} has {len(row)} cells, the header has {len(header)}")
+    found = tuple(dict(zip(header, row, strict=True)) for row in rows[2:])
+    return Table(name, dict(zip(header, units, strict=True)), found)
+
+
+@cache
+def read_description(source: str) -> Mapping:
+    """Content of a source's ``source.json``: citation, licence, references, caveats, columns and checksums."""
+    return json.loads((folder(source) / "source.json").read_text(encoding="utf-8"))
+
+
+@cache
+def read_source(source: str) -> Source:
+    """Description of a source without its columns."""
+    d = read_description(source)
+    return Source(
+        d["name"], d["title"], d["kind"], d["citation"], d["doi"], d["url"], d["licence"], d["references"],
+        tuple(d["caveats"]),
+    )  # fmt: skip
+
+
+@cache
+def read_parameters(source: str, name: str = "parameters.csv") -> Mapping[str, Quantity]:
+    """A long table (name, value, unit, mark, source) as quantities; the mark becomes the note unless it is "read"."""
+    table = read_table(source, name)
+    return {
+        r["name"]: Quantity(float(r["value"]), r["unit"], "" if r["mark"] == "read" else r["mark"]) for r in table.rows
+    }
+
+
+def checksum(source: str, name: str) -> str:
+    """SHA-256 of a data file as it lies on disk."""
+    return hashlib.sha256((folder(source) / name).read_bytes()).hexdigest()

@@ -1,0 +1,216 @@
+"""Predicted against published or measured values, with the line of agreement and a band about it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from limitmason.figures import style
+
+LABELS = ("auto", "all", "outside", "none")
+_MANY = 12
+_SIDE = 4.0  # of the square [in]
+
+
+class Row(NamedTuple):
+    """One comparison: values with their ranges (low, high), equal where there is none."""
+
+    label: str
+    published: tuple[float, float, float]
+    predicted: tuple[float, float, float]
+    group: str
+
+
+def comparison_rows(rows: Iterable[Sequence[Any]]) -> list[Row]:
+    """Rows (label, published, predicted[, group]) checked and with ranges.
+
+    A value is a number, a range (low, high) shown by its mean, or (low, value, high).
+
+    Raises
+    ------
+    ValueError
+        Naming the row that is malformed.
+    """
+    out = []
+    for number, row in enumerate(rows):
+        items = list(row)
+        if not 3 <= len(items) <= 4:
+            raise ValueError(f"row {number}: expected (label, published, predicted[, group]), got {row!r}")
+        label = str(items[0])
+        values = [_with_range(v, f"row {number} ({label})") for v in items[1:3]]
+        out.append(Row(label, values[0], values[1], str(items[3]) if len(items) == 4 else ""))
+    return out
+
+
+def _with_range(value: Any, where: str) -> tuple[float, float, float]:
+    try:
+        numbers = [float(v) for v in (value if np.ndim(value) else [value])]
+    except (TypeError, ValueError):
+        raise ValueError(f"{where}: {value!r} is not a number or a range of numbers") from None
+    if len(numbers) == 1:
+        return numbers[0], numbers[0], numbers[0]
+    if len(numbers) == 2:
+        low, high = min(numbers), max(numbers)
+        return low, 0.5 * (low + high), high
+    if len(numbers) == 3 and numbers[0] <= numbers[1] <= numbers[2]:
+        return numbers[0], numbers[1], numbers[2]
+    raise ValueError(f"{where}: a range is (low, high) or (low, value, high), got {value!r}")
+
+
+@style.in_print_style
+def predicted_against_published(
+    rows: Iterable[Sequence[Any]],
+    *,
+    band: float = 0.10,
+    labels: str = "auto",
+    quantity: str = "collapse multiplier λ [-]",
+    published: str = "published",
+    predicted: str = "predicted",
+    log: bool = False,
+    title: str | None = None,
+    ax: Axes | None = None,
+) -> Figure:
+    """Scatter of predictions against published or measured values, with the 1:1 line and a band about it.
+
+    Parameters
+    ----------
+    rows : (label, published or measured, predicted[, group]) each; a value may be a range (low, high) or
+        (low, value, high), drawn as a bar; all in one unit
+    band : half width of the band as a fraction [-]; 0 for none
+    labels : which points are named: "all", "none", those "outside" the band, or "auto": all up to 12 points, then
+        those outside
+    quantity : what is compared, with its unit
+    published, predicted : words before it on the two axes, for example "measured"
+    log : logarithmic axes
+    title : heading
+    ax : axes to draw on; a new figure when not given
+
+    Returns
+    -------
+    Figure
+        The caption counts the points, those inside the band and the mean ratio; rows that are not finite are counted
+        there too, never dropped silently.
+
+    Raises
+    ------
+    ValueError
+        When a row is malformed, none is finite, or a logarithmic axis meets a value that is not positive.
+    """
+    if labels not in LABELS:
+        raise ValueError(f"labels must be one of {', '.join(map(repr, LABELS))}, got {labels!r}")
+    if not 0.0 <= band < 1.0:
+        raise ValueError(f"band must be a fraction from 0 to 1, got {band!r}")
+    table = comparison_rows(rows)
+    finite = [r for r in table if np.isfinite(r.published).all() and np.isfinite(r.predicted).all()]
+    if not finite:
+        raise ValueError(f"none of the {len(table)} rows has finite values to compare")
+    if log and (bad := next((r for r in finite if min(r.published[0], r.predicted[0]) <= 0.0), None)):
+        raise ValueError(f"row {bad.label!r} is not positive and cannot stand on a logarithmic axis")
+    page = style.Page(1.0, 1.0, ax)
+    if page.own:
+        page.inch = _SIDE
+    ax = page.ax
+    low, high = _limits(finite, log)
+    ends = np.array([low, high])
+    if band > 0.0:
+        ax.fill_between(ends, (1.0 - band) * ends, (1.0 + band) * ends, color="#e4e4e4", linewidth=0.0, zorder=0.5,
+                        gid="band")  # fmt: skip
+    ax.plot(ends, ends, color=style.FAINT, linewidth=0.8, zorder=1.0, gid="1:1")
+    groups = list(dict.fromkeys(r.group for r in finite))
+    handles = []
+    for k, group in enumerate(groups):
+        members = [r for r in finite if r.group == group]
+        handles.append(_draw_group(ax, members, group, k))
+    x = np.array([r.published[1] for r in finite])
+    y = np.array([r.predicted[1] for r in finite])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inside = np.abs(y - x) <= band * np.abs(x) + 1e-12
+        ratio = np.where(x != 0.0, y / x, np.nan)
+    named = labels == "all" or (labels == "auto" and len(finite) <= _MANY)
+    chosen = [] if labels == "none" else [i for i in range(len(finite)) if named or not inside[i]]
+    if log:
+        ax.set_xscale("log")
+        ax.set_yscale("log")
+    ax.set_xlim(low, high)
+    ax.set_ylim(low, high)
+    sides = {g: k % 2 == 1 for k, g in enumerate(groups)}
+    _label_points(ax, [(finite[i].label, x[i], y[i], sides[finite[i].group]) for i in chosen], (low, high), log)
+    ax.set_aspect("equal", adjustable="box")
+    ax.set_xlabel(f"{published} {quantity}".strip())
+    ax.set_ylabel(f"{predicted} {quantity}".strip())
+    ax.tick_params(labelsize=7.5, width=0.5, length=2.5, which="both")
+    shown = [h for h, g in zip(handles, groups, strict=True) if g]
+    return page.finish(title, _summary(len(table), finite, inside, ratio, band), shown)
+
+
+def _limits(rows: list[Row], log: bool) -> tuple[float, float]:
+    values = np.array([r.published + r.predicted for r in rows])
+    low, high = float(values.min()), float(values.max())
+    if log:
+        return low / 1.25, high * 1.25
+    low = min(low, 0.0) if low < 0.35 * high else low
+    pad = 0.06 * max(high - low, 0.02 * abs(high), 1e-12)
+    return (0.0 if low == 0.0 else low - pad), high + pad
+
+
+def _draw_group(ax: Axes, rows: list[Row], group: str, k: int):
+    colour, marker = style.SERIES[k % len(style.SERIES)], style.MARKERS[k % len(style.MARKERS)]
+    x, y = np.array([r.published for r in rows]), np.array([r.predicted for r in rows])
+    for values, other, horizontal in ((x, y, True), (y, x, False)):
+        ranged = values[:, 2] > values[:, 0]
+        if ranged.any():
+            draw = ax.hlines if horizontal else ax.vlines
+            low, high = values[ranged, 0], values[ranged, 2]
+            draw(other[ranged, 1], low, high, colors=colour, linewidth=0.9, alpha=0.6, zorder=2, gid="range")
+    (points,) = ax.plot(
+        x[:, 1], y[:, 1], marker, color=colour, markersize=4.6, markeredgecolor="white", markeredgewidth=0.5, zorder=3,
+        linestyle="none", label=group or None, gid="points",
+    )  # fmt: skip
+    return points
+
+
+def _label_points(
+    ax: Axes, points: list[tuple[str, float, float, bool]], limits: tuple[float, float], log: bool
+) -> None:
+    """Names beside points: above the 1:1 line to the left, below it to the right, kept apart vertically.
+
+    Points on the line go to the side of their group, so that two groups that agree do not write over each other.
+    """
+    low, high = (np.log(limits[0]), np.log(limits[1])) if log else limits
+    row = 0.034 * (high - low)
+    for left in (True, False):
+        side = [(t, x, y) for t, x, y, away in points if left == (away if abs(y - x) <= 0.02 * abs(x) else y > x)]
+        placed: list[tuple[float, float]] = []
+        for text, x, y in sorted(side, key=lambda p: (p[2], p[1])):
+            u, v = (np.log(x), np.log(y)) if log else (x, y)
+            at = v
+            near = [q for p, q in placed if abs(p - u) < 0.16 * (high - low)]
+            while any(abs(at - q) < row for q in near):
+                at = min(q + 1.001 * row for q in near if abs(at - q) < row)
+            placed.append((u, at))
+            shift = (at - v) / (high - low) * 72.0 * _SIDE
+            ax.annotate(
+                text, (x, y), (-6.0 if left else 6.0, shift), textcoords="offset points", fontsize=6.5,
+                color=style.FAINT, ha="right" if left else "left", va="center", gid="label", zorder=4,
+                arrowprops={"arrowstyle": "-", "linewidth": 0.4, "color": style.GHOST, "shrinkA": 0.0, "shrinkB": 2.0}
+                if abs(shift) > 5.0 else None,
+            )  # fmt: skip
+
+
+def _summary(total: int, finite: list[Row], inside, ratio, band: float) -> str:
+    parts = [f"{len(finite)} values"]
+    if band > 0.0:
+        parts.append(f"{int(inside.sum())} within ±{100 * band:g} %")
+    good = ratio[np.isfinite(ratio)]
+    if len(good):
+        text = f"ratio of the two: mean {good.mean():.3f}"
+        if len(good) > 1 and good.mean() != 0.0:
+            text += f", variation {100 * good.std(ddof=1) / abs(good.mean()):.1f} %"
+        parts.append(text)
+    if total > len(finite):
+        parts.append(f"{total - len(finite)} without a finite value not shown")
+    return " · ".join(parts)

@@ -1,0 +1,223 @@
+"""Assemblies drawn in elevation: blocks as closed outlines, fixed ones hatched, joints as lines and opened gaps."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PathCollection, PolyCollection
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.path import Path
+from numpy.typing import NDArray
+
+from limitmason.equilibrium import Plane
+from limitmason.figures import style
+from limitmason.figures.motion import MovingJoints, RigidMotion
+from limitmason.figures.outline import elevation_loops
+from limitmason.model import Assembly
+
+Array = NDArray[np.float64]
+
+
+class Frame(NamedTuple):
+    """The visible part of an elevation: lower left and upper right corner [m]."""
+
+    low: Array
+    high: Array
+
+    @property
+    def span(self) -> Array:
+        """Width and height [m]."""
+        return self.high - self.low
+
+
+class Elevation:
+    """Outlines of an assembly's blocks in one vertical plane, ready to be moved and drawn."""
+
+    def __init__(self, assembly: Assembly, plane: Plane) -> None:
+        self.assembly = assembly
+        self.plane = plane
+        self.axes = np.column_stack([plane.axis_1, plane.axis_2])
+        self.loops = [elevation_loops(b, plane, assembly.tolerance) for b in assembly.blocks]
+        # those behind are drawn first
+        depth = assembly.centroids @ plane.normal
+        self.order = np.argsort(-np.round(depth / max(assembly.tolerance, 1e-12)), kind="stable")
+
+    @property
+    def axis_names(self) -> tuple[str, str]:
+        """Labels of the two axes."""
+        a = self.plane.axis_1
+        for name, unit in (("x", 0), ("y", 1)):
+            if abs(abs(a[unit]) - 1.0) < 1e-9:
+                return (name if a[unit] > 0 else f"\N{MINUS SIGN}{name}", "z")
+        return ("along the wall", "z")
+
+    def paths(self, blocks: NDArray[np.intp], motion: RigidMotion | None = None) -> list[Path]:
+        """Outline of each block, moved or not; the loops of a block are one path."""
+        out = []
+        for i in blocks:
+            vertices, codes = [], []
+            for loop in self.loops[i]:
+                points = (loop if motion is None else motion.moved(loop, int(i))) @ self.axes
+                vertices.append(np.vstack([points, points[:1]]))
+                codes += [Path.MOVETO] + [Path.LINETO] * (len(points) - 1) + [Path.CLOSEPOLY]
+            out.append(Path(np.concatenate(vertices), codes))
+        return out
+
+    def frame(self, motion: RigidMotion | None = None) -> Frame:
+        """Free blocks before and after the motion, and as much of the fixed ones as needs to be seen."""
+        free = np.flatnonzero(~self.assembly.fixed)
+        corners = [self._corners(free)]
+        if motion is not None:
+            corners.append(self._corners(free, motion))
+        if not len(free):
+            corners = [self._corners(np.arange(self.assembly.n_blocks))]
+        points = np.concatenate(corners)
+        low, high = points.min(axis=0), points.max(axis=0)
+        reach = 0.25 * float(np.sqrt(np.prod(np.maximum(high - low, 1e-12))))
+        fixed = np.flatnonzero(self.assembly.fixed)
+        if len(fixed) and len(free):
+            held = self._corners(fixed)
+            low = np.maximum(np.minimum(low, held.min(axis=0)), low - reach)
+            high = np.minimum(np.maximum(high, held.max(axis=0)), high + reach)
+        margin = 0.02 * float((high - low).max())
+        return Frame(low - margin, high + margin)
+
+    def _corners(self, blocks: NDArray[np.intp], motion: RigidMotion | None = None) -> Array:
+        pairs = [(int(i), loop) for i in blocks for loop in self.loops[i]]
+        rows = [(loop if motion is None else motion.moved(loop, i)) @ self.axes for i, loop in pairs]
+        return np.concatenate(rows) if rows else np.zeros((0, 2))
+
+    def block_size(self) -> float:
+        """Median smaller side of the free blocks' outlines [m]."""
+        rows = np.flatnonzero(~self.assembly.fixed)
+        rows = rows if len(rows) else np.arange(self.assembly.n_blocks)
+        return float(np.median([np.ptp(np.concatenate(self.loops[i]) @ self.axes, axis=0).min() for i in rows]))
+
+    def segments(self, interfaces: NDArray[np.intp], motion: RigidMotion | None = None) -> tuple[Array, Array]:
+        """Ends of interfaces in the plane as carried by block a and by block b, shape (k, 2, 2) each [m]."""
+        x = self.assembly.arrays
+        a, b = np.empty((len(interfaces), 2, 2)), np.empty((len(interfaces), 2, 2))
+        for row, k in enumerate(interfaces):
+            corners = x.corners[x.corner_start[k] : x.corner_start[k + 1]]
+            along = np.cross(self.plane.normal, x.normal[k])
+            s = corners @ along
+            ends = corners[[int(s.argmin()), int(s.argmax())]]
+            on_a = ends if motion is None else motion.moved(ends, int(x.block_a[k]))
+            on_b = ends if motion is None else motion.moved(ends, int(x.block_b[k]))
+            a[row], b[row] = on_a @ self.axes, on_b @ self.axes
+        return a, b
+
+
+def draw_blocks(
+    ax: Axes,
+    view: Elevation,
+    width: float,
+    *,
+    motion: RigidMotion | None = None,
+    moving: NDArray[np.bool_] | None = None,
+    outline: str = style.OUTLINE,
+) -> None:
+    """Blocks as three collections: free and moving, free and still, fixed (grey, hatched)."""
+    fixed = view.assembly.fixed
+    moves = ~fixed if moving is None else moving & ~fixed
+    layers = (("still", ~fixed & ~moves, style.STILL), ("blocks", moves, style.STONE))
+    for gid, flags, colour in layers:
+        rows = view.order[flags[view.order]]
+        if len(rows):
+            paths = view.paths(rows, motion if gid == "blocks" else None)
+            ax.add_collection(
+                PathCollection(
+                    paths, facecolors=colour, edgecolors=outline, linewidths=width, gid=gid, zorder=2.0,
+                    joinstyle="round",
+                )
+            )  # fmt: skip
+    rows = view.order[fixed[view.order]]
+    if len(rows):
+        held = PathCollection(
+            view.paths(rows, motion), facecolors=style.FIXED, edgecolors=style.HATCH, linewidths=width, hatch="/////",
+            gid="fixed", zorder=1.5,
+        )  # fmt: skip
+        _thin_hatch(held)
+        ax.add_collection(held)
+        # the hatch takes the edge colour, so the outline is drawn once more
+        ax.add_collection(
+            PathCollection(
+                view.paths(rows, motion), facecolors="none", edgecolors=outline, linewidths=width, zorder=2.1,
+                gid="fixed outline",
+            )
+        )  # fmt: skip
+
+
+def _thin_hatch(collection: PathCollection) -> None:
+    if hasattr(collection, "set_hatch_linewidth"):  # matplotlib 3.10 and later
+        collection.set_hatch_linewidth(0.4)
+
+
+def draw_ghost(ax: Axes, view: Elevation, moving: NDArray[np.bool_], width: float) -> None:
+    """Original outlines of the blocks that move, dashed, over the displaced ones where there is room for them."""
+    rows = np.flatnonzero(moving)
+    if not len(rows):
+        return
+    dense = len(rows) > 150
+    ax.add_collection(
+        PathCollection(
+            view.paths(rows), facecolors="none", edgecolors=style.GHOST, linewidths=0.8 * width,
+            linestyles="solid" if dense else (0, (3.0, 2.0)), alpha=0.5 if dense else 0.9, gid="ghost",
+            zorder=1.0 if dense else 2.4,
+        )
+    )  # fmt: skip
+
+
+def draw_joints(ax: Axes, view: Elevation, joints: MovingJoints, motion: RigidMotion, width: float) -> None:
+    """Moving joints: the gap between both faces filled, and its edges drawn, in the colour of opening or sliding."""
+    for flags, colour, gid in ((joints.opens, style.OPENING, "opening"), (joints.slides, style.SLIDING, "sliding")):
+        rows = np.flatnonzero(flags)
+        if not len(rows):
+            continue
+        a, b = view.segments(rows, motion)
+        gaps = np.concatenate([a, b[:, ::-1]], axis=1)
+        ax.add_collection(
+            PolyCollection(gaps, facecolors=style.pale(colour), edgecolors="none", linewidths=0.0, gid=gid, zorder=2.6)
+        )
+        faces, thick = np.concatenate([a, b]), 1.3 * width + 0.3
+        ax.add_collection(LineCollection(faces, colors=colour, linewidths=thick, gid=f"{gid} faces", zorder=3.0))
+
+
+def joint_handles(
+    joints: MovingJoints | None, *, fixed: bool, ghost: bool, hatch: bool = True
+) -> list[Patch | Line2D]:
+    """Legend entries for what is really in the drawing."""
+    handles: list[Patch | Line2D] = []
+    if joints is not None:
+        for flags, colour, label in (
+            (joints.opens, style.OPENING, "joint opens"),
+            (joints.slides, style.SLIDING, "joint slides"),
+        ):
+            if flags.any():
+                handles.append(Patch(facecolor=style.pale(colour), edgecolor=colour, linewidth=1.0, label=label))
+    if ghost:
+        handles.append(Line2D([], [], color=style.GHOST, linewidth=0.8, linestyle=(0, (3, 2)), label="before"))
+    if fixed:
+        patch = Patch(facecolor=style.FIXED, edgecolor=style.HATCH, hatch="/////" if hatch else None, linewidth=0.4,
+                      label="fixed")  # fmt: skip
+        if hasattr(patch, "set_hatch_linewidth"):
+            patch.set_hatch_linewidth(0.4)
+        handles.append(patch)
+    return handles
+
+
+def set_frame(ax: Axes, view: Elevation, frame: Frame) -> None:
+    """Limits and metre axes."""
+    ax.set_xlim(frame.low[0], frame.high[0])
+    ax.set_ylim(frame.low[1], frame.high[1])
+    style.metre_axes(ax, view.axis_names)
+
+
+def label_blocks(ax: Axes, view: Elevation, size: float) -> None:
+    """Names at the blocks' centroids, at a font size [pt]."""
+    for i, block in enumerate(view.assembly.blocks):
+        at = view.assembly.centroids[i] @ view.axes
+        ax.text(*at, block.name, ha="center", va="center", fontsize=size, color=style.FAINT, zorder=4, clip_on=True)

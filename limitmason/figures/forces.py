@@ -1,0 +1,276 @@
+"""Joint forces at collapse: resultants as segments at the centres of pressure, and the line of thrust."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from limitmason.figures import elevation, solid, style
+from limitmason.figures.mechanism import chosen_plane, page_frame
+from limitmason.figures.painter import camera
+from limitmason.model import Assembly, AssemblyArrays
+from limitmason.results import Prediction
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Index = NDArray[np.intp]
+Pair = tuple[int, int]
+
+_PALE = "#b5b5b5"
+"""Outlines under forces."""
+
+
+class JointForces(NamedTuple):
+    """Resultant on block b [N], (k, 3), the point it passes through [m], (k, 3), and which interfaces carry any."""
+
+    force: Array
+    centre: Array
+    carries: Flags
+    at_friction_limit: Flags
+
+
+def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
+    """Resultant and centre of pressure of every interface, x_c = sum N x / sum N over its contact points.
+
+    Parameters
+    ----------
+    model, prediction : what was solved, and its answer with resultants
+
+    Returns
+    -------
+    JointForces
+        ``at_friction_limit`` where the shear reaches 99.9 % of c A + N tan(phi). An interface whose normal force is
+        nil or tensile has its centroid as centre.
+
+    Raises
+    ------
+    ValueError
+        When the prediction has no resultants, or those of another assembly.
+    """
+    r = prediction.resultants
+    if r is None:
+        raise ValueError(
+            f"this prediction ({prediction.method}) has no joint forces to draw: its status is {prediction.status!r}"
+        )
+    x, k = model.arrays, len(model.interfaces)
+    if len(r.point_interface) and int(np.max(r.point_interface)) >= k:
+        raise ValueError(f"the resultants name interface {int(np.max(r.point_interface))}, the assembly has {k}")
+    owner = np.asarray(r.point_interface, dtype=np.intp)
+    force = np.zeros((k, 3))
+    np.add.at(force, owner, r.point_force)
+    pressure = np.maximum(np.einsum("ij,ij->i", r.point_force, x.normal[owner]), 0.0)
+    total = np.bincount(owner, pressure, k)
+    moment = np.stack([np.bincount(owner, pressure * r.point_position[:, i], k) for i in range(3)], axis=1)
+    size = np.linalg.norm(force, axis=1)
+    largest = float(size.max(initial=0.0))
+    pressed = total > 1e-9 * max(largest, 1e-300)
+    centre = np.where(pressed[:, None], moment / np.where(pressed, total, 1.0)[:, None], x.centre)
+    normal = np.einsum("ij,ij->i", force, x.normal)
+    shear = np.linalg.norm(force - normal[:, None] * x.normal, axis=1)
+    strength = x.cohesion * x.area + x.tan_phi * normal
+    carries = size > 1e-4 * largest
+    return JointForces(force, centre, carries, carries & (shear >= 0.999 * strength - 1e-9 * largest))
+
+
+class ThrustLine(NamedTuple):
+    """Centres of pressure in the order of the blocks [m], (p, 3), the forces there [N], (p,), and their interfaces."""
+
+    centre: Array
+    force: Array
+    interfaces: tuple[int, ...]
+
+
+def thrust_lines(model: Assembly, forces: JointForces) -> list[ThrustLine]:
+    """Lines of thrust of arches and columns: centres of pressure in the order in which blocks follow each other.
+
+    There is one for every group of free blocks that form a chain, each with at most two neighbours; several interfaces
+    between the same two blocks count as one, their centres weighted by the normal forces.
+
+    Notes
+    -----
+    Between two joints the polyline is straight, the true line bends under the block's own weight.
+    """
+    x, fixed = model.arrays, model.fixed
+    pairs: dict[Pair, list[int]] = {}
+    for k, (a, b) in enumerate(zip(x.block_a.tolist(), x.block_b.tolist(), strict=True)):
+        if not (fixed[a] and fixed[b]):
+            pairs.setdefault((min(a, b), max(a, b)), []).append(k)
+    around: dict[int, list[Pair]] = {}
+    for pair in pairs:
+        for block in pair:
+            if not fixed[block]:
+                around.setdefault(block, []).append(pair)
+    lines, seen = [], set()
+    for start in around:
+        if start in seen:
+            continue
+        group, front = {start}, [start]
+        while front:
+            for pair in around[front.pop()]:
+                for other in pair:
+                    if not fixed[other] and other not in group:
+                        group.add(other)
+                        front.append(other)
+        seen |= group
+        if all(len(around[b]) <= 2 for b in group):
+            line = _line([pairs[p] for p in _in_order(group, around, fixed)], forces, x)
+            if line is not None:
+                lines.append(line)
+    return lines
+
+
+def _in_order(group: set[int], around: dict[int, list[Pair]], fixed: Flags) -> list[Pair]:
+    """Pairs of blocks along a chain, from a support or a free end; none for a closed ring."""
+
+    def held(pair: Pair) -> bool:
+        return bool(fixed[pair[0]] or fixed[pair[1]])
+
+    ends = [b for b in sorted(group) if any(held(p) for p in around[b])]
+    ends += [b for b in sorted(group) if len(around[b]) == 1]
+    if not ends:
+        return []
+    block = ends[0]
+    pair: Pair | None = next((p for p in around[block] if held(p)), around[block][0])
+    if not held(pair):
+        block = pair[0] + pair[1] - block
+    order = [pair]
+    while (pair := next((p for p in around[block] if p not in order), None)) is not None:
+        order.append(pair)
+        if held(pair):
+            break
+        block = pair[0] + pair[1] - block
+    return order
+
+
+def _line(joints: list[list[int]], forces: JointForces, x: AssemblyArrays) -> ThrustLine | None:
+    centres, sizes, used = [], [], []
+    for interfaces in joints:
+        rows = [k for k in interfaces if forces.carries[k]]
+        if not rows:
+            continue
+        weight = np.maximum(np.einsum("ij,ij->i", forces.force[rows], x.normal[rows]), 0.0)
+        weight = weight if weight.sum() > 0 else np.ones(len(rows))
+        centres.append((weight[:, None] * forces.centre[rows]).sum(axis=0) / weight.sum())
+        sizes.append(float(np.linalg.norm(forces.force[rows].sum(axis=0))))
+        used += rows
+    return ThrustLine(np.array(centres), np.array(sizes), tuple(used)) if len(centres) > 1 else None
+
+
+@style.in_print_style
+def contact_forces(
+    model: Assembly,
+    prediction: Prediction,
+    *,
+    view: str = "auto",
+    thrust_line: bool = True,
+    length: float = 0.9,
+    title: str | None = None,
+    ax: Axes | None = None,
+    azimuth_deg: float = -58.0,
+    elevation_deg: float = 22.0,
+) -> Figure:
+    """Joint forces: one segment per interface along its resultant, as thick as the force is large.
+
+    Segments pass through the centres of pressure. Those of joints at their friction limit are blue. For arches and
+    columns the line of thrust joins the centres of pressure.
+
+    Parameters
+    ----------
+    model, prediction : what was solved, and its answer with resultants
+    view : "elevation", "3d", or "auto": elevation for a single leaf of prisms, otherwise 3-D
+    thrust_line : draw it where free blocks form a chain
+    length : of a segment over the median smaller side of the blocks [-]
+    title : heading; the caption stands below it
+    ax : axes to draw on; a new figure when not given
+    azimuth_deg, elevation_deg : direction the viewer looks from in 3-D [deg]
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ValueError
+        When the prediction has no resultants, or those of another assembly.
+
+    Notes
+    -----
+    In a statically indeterminate structure at collapse the forces away from the mechanism are one admissible state of
+    many: the picture shows the one the solver returned.
+    """
+    forces = joint_forces(model, prediction)
+    plane = chosen_plane(model, view, None)
+    still = np.zeros(model.n_blocks, dtype=bool)
+    if plane is not None:
+        drawing = elevation.Elevation(model, plane)
+        frame = drawing.frame()
+        page = style.Page(*frame.span, ax)
+        size = drawing.block_size()
+        elevation.draw_blocks(page.ax, drawing, page.line_width(size), moving=still, outline=_PALE)
+        elevation.set_frame(page.ax, drawing, frame)
+        axes = drawing.axes
+    else:
+        seen_from = camera(azimuth_deg, elevation_deg)
+        scene = solid.Scene(model, seen_from)
+        layout = solid.Layout(scene, page_frame(scene, scene))
+        page = style.Page(*(layout.high - layout.low), ax, framed=False)
+        size = solid.block_size(model)
+        solid.draw_solids(page.ax, scene, page.line_width(size), moving=still, outline=_PALE)
+        layout.draw(page.ax)
+        axes = np.column_stack([seen_from.right, seen_from.up])
+    thickest = min(max(0.2 * 72.0 * page.inch * size, 0.8), 5.0)
+    largest = float(np.linalg.norm(forces.force, axis=1).max(initial=0.0))
+    lines = thrust_lines(model, forces) if thrust_line else []
+    in_line = {k for line in lines for k in line.interfaces}
+    rows = np.array([k for k in np.flatnonzero(forces.carries).tolist() if k not in in_line], dtype=np.intp)
+    _draw_segments(page.ax, forces, rows, axes, length * size, thickest)
+    for line in lines:
+        _draw_line(page.ax, line, forces, axes, thickest)
+    handles = [
+        Line2D([], [], color=style.BLACK, linewidth=max(share * thickest, 0.3), label=style.force_text(share * largest))
+        for share in ((1.0, 0.5, 0.1) if largest > 0.0 else ())
+    ]
+    if (forces.at_friction_limit & forces.carries).any():
+        handles.append(Line2D([], [], color=style.BLUE, linewidth=2.0, label="at friction limit"))
+    if lines:
+        handles.append(Line2D([], [], color=style.VERMILION, linewidth=1.6, label="line of thrust"))
+    return page.finish(title, style.prediction_text(prediction), handles)
+
+
+def _draw_segments(
+    ax: Axes, forces: JointForces, rows: Index, axes: Array, length: float, thickest: float
+) -> None:  # fmt: skip
+    """One segment per interface through its centre of pressure, along the resultant."""
+    if not len(rows):
+        return
+    size = np.linalg.norm(forces.force, axis=1)
+    # small forces last, so that large ones do not bury them
+    rows = rows[np.argsort(-size[rows], kind="stable")]
+    half = 0.5 * length * forces.force[rows] / size[rows, None]
+    ends = np.stack([forces.centre[rows] - half, forces.centre[rows] + half], axis=1) @ axes
+    colours = [style.BLUE if limit else style.BLACK for limit in forces.at_friction_limit[rows]]
+    ax.add_collection(
+        LineCollection(list(ends), colors=colours, linewidths=np.maximum(thickest * size[rows] / size.max(), 0.25),
+                       zorder=4, gid="forces", capstyle="round")
+    )  # fmt: skip
+
+
+def _draw_line(ax: Axes, line: ThrustLine, forces: JointForces, axes: Array, thickest: float) -> None:
+    """Polyline as thick as the force, a dot at every centre of pressure, blue at the friction limit."""
+    flat = line.centre @ axes
+    width = thickest * line.force / np.linalg.norm(forces.force, axis=1).max()
+    ax.add_collection(
+        LineCollection(
+            list(np.stack([flat[:-1], flat[1:]], axis=1)), colors=style.VERMILION, capstyle="round", zorder=4,
+            linewidths=np.maximum(0.5 * (width[:-1] + width[1:]), 0.4), gid="thrust line",
+        )
+    )  # fmt: skip
+    sliding = [bool(forces.at_friction_limit[k]) for k in line.interfaces] if len(line.interfaces) == len(flat) else []
+    colours = [style.BLUE if s else style.BLACK for s in sliding] or style.BLACK
+    ax.scatter(*flat.T, s=7.0, c=colours, linewidths=0.0, zorder=4.5, gid="centres of pressure")

@@ -1,0 +1,166 @@
+"""Collapse mechanisms as pictures: finite rigid motions from rates, and which joints open or slide."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from limitmason.model import Assembly
+from limitmason.results import Prediction
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+_LARGEST_TURN = 0.35
+"""Largest rotation drawn [rad]; beyond about 20 degrees a picture of a rate suggests a path that nobody computed."""
+
+
+class RigidMotion(NamedTuple):
+    """Finite motion of every block: x -> centroid + translation + rotation (x - centroid)."""
+
+    centroid: Array
+    translation: Array
+    rotation: Array
+
+    def moved(self, points: ArrayLike, block: int | NDArray[np.intp]) -> Array:
+        """Points [m], shape (k, 3), carried by one block or by one block each."""
+        p = np.asarray(points, dtype=float)
+        arm = p - self.centroid[block]
+        turned = np.einsum("...ij,...j->...i", self.rotation[block], arm)
+        return self.centroid[block] + self.translation[block] + turned
+
+
+class MovingJoints(NamedTuple):
+    """Largest opening and sliding rate on each interface's corners, and which of the two dominates."""
+
+    opening: Array
+    sliding: Array
+    opens: Flags
+    slides: Flags
+
+
+def finite_motion(centroids: Array, twists: Array, factor: float) -> RigidMotion:
+    """Motion after following constant twists for a while: rigid, however large the rotation.
+
+    The rotation is exp(factor [omega x]); the centroid follows the arc about the instantaneous centre, so that a block
+    rocking about its toe keeps the toe where it is instead of growing or sinking.
+
+    Parameters
+    ----------
+    centroids : [m], shape (n, 3)
+    twists : velocity of the centroid and angular velocity, shape (n, 6)
+    factor : pseudo-time [s]
+    """
+    v, w = factor * twists[:, :3], factor * twists[:, 3:]
+    angle = np.linalg.norm(w, axis=1)
+    k = np.zeros((len(w), 3, 3))
+    k[:, 0, 1], k[:, 0, 2], k[:, 1, 2] = -w[:, 2], w[:, 1], -w[:, 0]
+    k -= np.swapaxes(k, 1, 2)
+    small = angle < 1e-4
+    t = np.where(small, 1.0, angle)
+    sine = np.where(small, 1.0 - angle**2 / 6.0, np.sin(t) / t)
+    cosine = np.where(small, 0.5 - angle**2 / 24.0, (1.0 - np.cos(t)) / t**2)
+    cubic = np.where(small, 1.0 / 6.0 - angle**2 / 120.0, (t - np.sin(t)) / t**3)
+    square = k @ k
+    one = np.eye(3)
+    rotation = one + sine[:, None, None] * k + cosine[:, None, None] * square
+    arc = one + cosine[:, None, None] * k + cubic[:, None, None] * square
+    return RigidMotion(centroids, np.einsum("nij,nj->ni", arc, v), rotation)
+
+
+def largest_rates(assembly: Assembly, twists: Array) -> Array:
+    """Largest speed of any vertex of each block, shape (n_blocks,)."""
+    pieces = [part.vertices for block in assembly.blocks for part in block.parts]
+    owner = np.repeat(
+        np.arange(assembly.n_blocks), [sum(len(p.vertices) for p in block.parts) for block in assembly.blocks]
+    )
+    arm = np.concatenate(pieces) - assembly.centroids[owner]
+    speed = np.linalg.norm(twists[owner, :3] + np.cross(twists[owner, 3:], arm), axis=1)
+    rate = np.zeros(assembly.n_blocks)
+    np.maximum.at(rate, owner, speed)
+    return rate
+
+
+def drawn_motion(assembly: Assembly, twists: Array, scale: float) -> RigidMotion:
+    """Motion for a picture: the fastest vertex moves by a fraction of the structure's size, sqrt(height x length).
+
+    Parameters
+    ----------
+    scale : largest displacement over that size [-]; rotations are held below 0.35 rad whatever it is
+    """
+    if not (np.isfinite(scale) and scale > 0.0):
+        raise ValueError(f"scale must be a positive fraction of the structure's size, got {scale!r}")
+    fastest = float(largest_rates(assembly, twists).max(initial=0.0))
+    spin = float(np.linalg.norm(twists[:, 3:], axis=1).max(initial=0.0))
+    if fastest == 0.0:
+        return finite_motion(assembly.centroids, np.zeros_like(twists), 0.0)
+    factor = scale * structure_size(assembly) / fastest
+    if spin > 0.0:
+        factor = min(factor, _LARGEST_TURN / spin)
+    return finite_motion(assembly.centroids, twists, factor)
+
+
+def structure_size(assembly: Assembly) -> float:
+    """Geometric mean of the height and the longest horizontal extent of the blocks that can move [m]."""
+    bounds = free_bounds(assembly)
+    span = np.ptp(bounds, axis=0)
+    return float(np.sqrt(max(span[:2].max(), 1e-12) * max(span[2], 1e-12)))
+
+
+def free_bounds(assembly: Assembly) -> Array:
+    """Lowest and highest coordinates of the blocks that are not fixed (of all, where all are) [m], shape (2, 3)."""
+    free = np.flatnonzero(~assembly.fixed)
+    rows = free if len(free) else np.arange(assembly.n_blocks)
+    bounds = np.array([assembly.blocks[i].bounds for i in rows])
+    return np.array([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
+
+
+def moving_joints(assembly: Assembly, twists: Array, threshold: float) -> MovingJoints:
+    """Interfaces that open or slide, from the relative velocity at their corners.
+
+    Rates come from the twists alone, so that every method's mechanism can be drawn, whatever contact points it used.
+    A joint slides where the tangential rate exceeds the opening rate: a dilatant sliding joint opens by less than it
+    slides as long as tan(psi) < 1, and at a hinge the corners separate along the normal.
+
+    Parameters
+    ----------
+    threshold : rates below this fraction of the fastest vertex are not marked [-]
+    """
+    x = assembly.arrays
+    count = np.diff(x.corner_start)
+    owner = np.repeat(np.arange(len(count)), count)
+
+    def velocity(block: NDArray[np.intp]) -> Array:
+        arm = x.corners - x.centroid[block[owner]]
+        return twists[block[owner], :3] + np.cross(twists[block[owner], 3:], arm)
+
+    jump = velocity(x.block_b) - velocity(x.block_a)
+    normal = x.normal[owner]
+    apart = np.einsum("ij,ij->i", jump, normal)
+    along = np.linalg.norm(jump - apart[:, None] * normal, axis=1)
+    opening, sliding = np.zeros(len(count)), np.zeros(len(count))
+    np.maximum.at(opening, owner, apart)
+    np.maximum.at(sliding, owner, along)
+    least = threshold * float(largest_rates(assembly, twists).max(initial=0.0))
+    moves = (np.maximum(opening, sliding) > least) & (least > 0.0)
+    return MovingJoints(opening, sliding, moves & (opening >= sliding), moves & (sliding > opening))
+
+
+def checked_twists(assembly: Assembly, prediction: Prediction) -> Array:
+    """The mechanism's twists, or an error that says why there is nothing to draw."""
+    if prediction.mechanism is None:
+        raise ValueError(
+            f"this prediction ({prediction.method}) has no mechanism to draw: its status is {prediction.status!r}"
+        )
+    twists = np.asarray(prediction.mechanism.twists, dtype=float)
+    if twists.shape != (assembly.n_blocks, 6):
+        raise ValueError(
+            f"the mechanism has twists of shape {twists.shape}, the assembly {assembly.n_blocks} blocks: they do not "
+            "belong together"
+        )
+    if not np.isfinite(twists).all():
+        block = int(np.flatnonzero(~np.isfinite(twists).all(axis=1))[0])
+        raise ValueError(f"the twist of block {assembly.blocks[block].name!r} is not finite")
+    return twists

@@ -1,0 +1,230 @@
+"""What of a block is drawn: its outline in a plane, its edges in space, without the cuts between its convex pieces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from limitmason.equilibrium import Plane
+from limitmason.geometry import Solid
+from limitmason.geometry.polyhedron import face_planes
+from limitmason.model import Assembly, Block
+
+Array = NDArray[np.float64]
+
+_AROUND = 24
+
+
+class Edge(NamedTuple):
+    """A visible edge of a convex piece: its two ends [m] and the numbers of the faces that meet there."""
+
+    start: Array
+    end: Array
+    faces: tuple[int, ...]
+
+
+def wall_plane(assembly: Assembly, twists: Array | None = None) -> Plane | None:
+    """The vertical plane in which a single-leaf structure is drawn in elevation, or None when it needs 3-D.
+
+    Every free block is then a prism across the plane, all at one depth, and the mechanism, if given, moves in it.
+    """
+    x = assembly.arrays
+    free = np.flatnonzero(~assembly.fixed)
+    if not len(free):
+        free = np.arange(assembly.n_blocks)
+    candidates = [np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])]
+    if len(x.normal):
+        value, vector = np.linalg.eigh(x.normal.T @ x.normal)
+        if value[0] < 1e-10 * value[2] < value[1] and abs(vector[2, 0]) < 1e-6:
+            candidates = [vector[:, 0]]
+    # joints all of one direction do not tell the plane, the sides of a block do
+    sides = [face_planes(part.vertices[list(f)][None])[0][0] for part in assembly.blocks[free[0]].parts
+             for f in part.faces]  # fmt: skip
+    candidates += [n for n in sides if abs(n[2]) < 1e-6]
+    for p in candidates:
+        p = p * (1.0 if p[np.abs(p[:2]).argmax()] > 0 else -1.0)
+        if np.abs(x.normal @ p).max(initial=0.0) > 1e-6 or not _one_leaf(assembly, free, p):
+            continue
+        if twists is not None:
+            size = max(float(np.abs(twists[:, :3]).max(initial=0.0)), 1e-300)
+            turning = twists[:, 3:] - (twists[:, 3:] @ p)[:, None] * p
+            spin = max(float(np.abs(twists[:, 3:]).max(initial=0.0)), 1e-300)
+            across = np.abs(twists[:, :3] @ p).max(initial=0.0)
+            if across > 1e-3 * size or np.abs(turning).max(initial=0.0) > 1e-3 * spin:
+                continue
+        return elevation_plane(p)
+    return None
+
+
+def elevation_plane(normal: Array) -> Plane:
+    """Plane looked at along a horizontal normal: the horizontal axis points right, z up, the viewer at -normal."""
+    p = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
+    z = np.array([0.0, 0.0, 1.0])
+    return Plane(np.cross(p, z), z, p)
+
+
+def _one_leaf(assembly: Assembly, rows: NDArray[np.intp], p: Array) -> bool:
+    low, high, off = [], [], []
+    for i in rows:
+        h = assembly.blocks[i].vertices @ p
+        low.append(h.min())
+        high.append(h.max())
+        off.append(np.minimum(h - h.min(), h.max() - h).max())
+    slack = 10.0 * assembly.tolerance + 1e-9
+    middle = 0.5 * (np.array(low) + np.array(high))
+    return bool(max(off) <= slack and np.abs(middle - np.median(middle)).max() <= slack)
+
+
+def elevation_loops(block: Block, plane: Plane, tolerance: float) -> list[Array]:
+    """Closed outline of a block seen in elevation, as points of its surface [m], list of shape (k, 3).
+
+    Edges that two convex pieces share are left out, so a concave block shows one outline.
+    """
+    rings = [_front(part, plane) for part in block.parts]
+    if len(rings) == 1:
+        return rings
+    axes = np.column_stack([plane.axis_1, plane.axis_2])
+    points = np.concatenate(rings)
+    flat = points @ axes
+    label = _labels(flat, max(tolerance, 1e-12))
+    starts = np.concatenate([[0], np.cumsum([len(r) for r in rings])])
+    directed: dict[tuple[int, int], int] = {}
+    for a, b in pairwise(starts.tolist()):
+        for i in range(a, b):
+            j = i + 1 if i + 1 < b else a
+            chain = _through(flat, label, i, j, tolerance)
+            for u, v in pairwise(chain):
+                if directed.get((v, u), 0):
+                    directed[v, u] -= 1
+                else:
+                    directed[u, v] = directed.get((u, v), 0) + 1
+    first = {int(k): i for i, k in reversed(list(enumerate(label)))}
+    return [points[[first[k] for k in loop]] for loop in _chained(directed)]
+
+
+def _front(part: Solid, plane: Plane) -> Array:
+    """Corners of a piece's silhouette, counter-clockwise for the viewer."""
+    v = part.vertices
+    depth = v @ plane.normal
+    slack = 1e-9 * max(float(np.ptp(v, axis=0).max()), 1e-300)
+    axes = np.column_stack([plane.axis_1, plane.axis_2])
+    flat = v @ axes
+    for face in part.faces:
+        rows = list(face)
+        if 2 * len(rows) == len(v) and (depth[rows] <= depth.min() + slack).all():
+            others = np.setdiff1d(np.arange(len(v)), rows)
+            reach = np.linalg.norm(flat[others][:, None] - flat[rows][None], axis=2).min(axis=1)
+            if (reach <= 1e-6 * max(float(np.ptp(flat, axis=0).max()), 1e-300)).all():
+                return v[rows]
+    return v[ConvexHull(flat).vertices]
+
+
+def _labels(flat: Array, tolerance: float) -> NDArray[np.intp]:
+    label = np.full(len(flat), -1, dtype=np.intp)
+    for i in range(len(flat)):
+        if label[i] < 0:
+            near = (np.abs(flat - flat[i]).max(axis=1) <= tolerance) & (label < 0)
+            label[near] = i
+    return label
+
+
+def _through(flat: Array, label: NDArray[np.intp], i: int, j: int, tolerance: float) -> list[int]:
+    """Labels along the edge i-j: its ends and every vertex of another piece that lies on it."""
+    edge = flat[j] - flat[i]
+    length = np.linalg.norm(edge)
+    if label[i] == label[j] or length <= tolerance:
+        return [int(label[i])]
+    arm = flat - flat[i]
+    s = arm @ edge / length
+    off = np.abs(arm[:, 0] * edge[1] - arm[:, 1] * edge[0]) / length
+    between = np.flatnonzero((off <= tolerance) & (s > tolerance) & (s < length - tolerance))
+    chain = [int(label[i])]
+    for k in between[np.argsort(s[between], kind="stable")]:
+        if label[k] != chain[-1]:
+            chain.append(int(label[k]))
+    return [*chain, int(label[j])]
+
+
+def _chained(directed: dict[tuple[int, int], int]) -> list[list[int]]:
+    after: dict[int, list[int]] = {}
+    for (u, v), times in directed.items():
+        if times:
+            after.setdefault(u, []).append(v)
+    loops = []
+    while after:
+        start = next(iter(after))
+        loop, here = [], start
+        while here in after:
+            loop.append(here)
+            following = after[here].pop()
+            if not after[here]:
+                del after[here]
+            here = following
+            if here == start:
+                break
+        if len(loop) > 2:
+            loops.append(loop)
+    return loops
+
+
+def visible_edges(parts: Sequence[Solid], tolerance: float) -> list[list[Edge]]:
+    """Edges of every convex piece of one block that are edges of the block too.
+
+    An edge of a piece is cut where faces of other pieces cross it; a stretch is dropped when the block is flat or solid
+    all around it, which a small circle of points about its middle tells.
+    """
+    planes = [[face_planes(part.vertices[list(f)][None]) for f in part.faces] for part in parts]
+    normals = [np.array([n[0] for n, _ in p]) for p in planes]
+    offsets = [np.array([o[0] for _, o in p]) for p in planes]
+    out: list[list[Edge]] = []
+    for k, part in enumerate(parts):
+        faces_of: dict[tuple[int, int], list[int]] = {}
+        for number, face in enumerate(part.faces):
+            for i, j in zip(face, (*face[1:], face[0]), strict=True):
+                faces_of.setdefault((min(i, j), max(i, j)), []).append(number)
+        edges = []
+        for (i, j), touching in faces_of.items():
+            a, b = part.vertices[i], part.vertices[j]
+            if len(parts) == 1:
+                edges.append(Edge(a, b, tuple(touching)))
+                continue
+            for s, t in _stretches(a, b, k, normals, offsets, tolerance):
+                if _is_edge(a + 0.5 * (s + t) * (b - a), b - a, normals, offsets, tolerance):
+                    edges.append(Edge(a + s * (b - a), a + t * (b - a), tuple(touching)))
+        out.append(edges)
+    return out
+
+
+def _stretches(a: Array, b: Array, own: int, normals: list[Array], offsets: list[Array], tolerance: float):
+    length = float(np.linalg.norm(b - a))
+    cuts = [0.0, 1.0]
+    for k, (n, o) in enumerate(zip(normals, offsets, strict=True)):
+        if k == own:
+            continue
+        da, db = n @ a - o, n @ b - o
+        crossing = (da * db < 0.0) & (np.abs(da - db) > tolerance)
+        cuts.extend((da[crossing] / (da[crossing] - db[crossing])).tolist())
+    cuts.sort()
+    return [(s, t) for s, t in pairwise(cuts) if (t - s) * length > 2.0 * tolerance]
+
+
+def _is_edge(middle: Array, along: Array, normals: list[Array], offsets: list[Array], tolerance: float) -> bool:
+    u = along / np.linalg.norm(along)
+    v = np.cross(u, (1.0, 0.0, 0.0) if abs(u[0]) < 0.7 else (0.0, 1.0, 0.0))
+    v /= np.linalg.norm(v)
+    w = np.cross(u, v)
+    angle = (np.arange(_AROUND) + 0.37) * 2.0 * np.pi / _AROUND
+    circle = middle + 20.0 * tolerance * (np.cos(angle)[:, None] * v + np.sin(angle)[:, None] * w)
+    inside = np.zeros(_AROUND, dtype=bool)
+    for n, o in zip(normals, offsets, strict=True):
+        # pieces may leave a gap of the contact tolerance between them; it is no edge
+        inside |= (circle @ n.T - o <= tolerance).all(axis=1)
+    count = int(inside.sum())
+    turns = int((inside != np.roll(inside, 1)).sum())
+    flat = turns == 2 and abs(count - _AROUND // 2) <= 1
+    return not (flat or count == _AROUND)

@@ -1,0 +1,167 @@
+"""Hidden surfaces without a depth buffer: convex pieces sorted so that none is painted over by one behind it.
+
+Sorting faces by mean depth, as ``mpl_toolkits.mplot3d`` does, puts a long ground slab in front of the blocks on it.
+Two convex pieces that do not overlap are separated by a plane, and the plane tells which of them can hide the other:
+the order is then exact, and the drawing stays a vector drawing.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.geometry import Solid
+from limitmason.geometry.boxtree import overlapping_pairs
+from limitmason.geometry.polyhedron import face_planes, group_by_topology
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+class Camera(NamedTuple):
+    """Parallel projection: unit vectors to the right and up on the page, and towards the viewer."""
+
+    right: Array
+    up: Array
+    towards: Array
+
+    def project(self, points: Array) -> Array:
+        """Page coordinates [m], shape (n, 2)."""
+        return np.asarray(points) @ np.column_stack([self.right, self.up])
+
+
+def camera(azimuth_deg: float, elevation_deg: float) -> Camera:
+    """Camera that looks at the origin from a horizontal angle, counted from x towards y, and a height angle [deg]."""
+    if not -90.0 < elevation_deg < 90.0:
+        raise ValueError(f"elevation_deg must be between -90 and 90, got {elevation_deg!r}")
+    a, e = np.radians(azimuth_deg), np.radians(elevation_deg)
+    towards = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    right = np.array([-np.sin(a), np.cos(a), 0.0])
+    return Camera(right, np.cross(towards, right), towards)
+
+
+class Faces(NamedTuple):
+    """Face planes of every piece, padded: outward normals (p, f, 3), offsets (p, f) [m], NaN beyond the count."""
+
+    normal: Array
+    offset: Array
+
+
+def piece_faces(solids: Sequence[Solid]) -> Faces:
+    """Planes of the faces of convex pieces."""
+    widest = max(len(s.faces) for s in solids)
+    normal, offset = np.full((len(solids), widest, 3), np.nan), np.full((len(solids), widest), np.nan)
+    for faces, members, vertices in group_by_topology(solids):
+        for k, face in enumerate(faces):
+            normal[members, k], offset[members, k] = face_planes(vertices[:, list(face)])
+    return Faces(normal, offset)
+
+
+def back_to_front(solids: Sequence[Solid], faces: Faces, view: Camera) -> list[int]:
+    """Order in which to paint convex pieces.
+
+    Pieces in contact may overlap slightly (finite rotations do that): the plane of least overlap then decides. A cycle,
+    in which each piece hides part of the next, has no valid order; the farthest piece is then painted first.
+    """
+    i, j, front, _ = _hiding(solids, faces, view)
+    depth = np.array([s.vertices.mean(axis=0) @ view.towards for s in solids])
+    behind = np.where(front > 0, i, j)[front != 0]
+    before = np.where(front > 0, j, i)[front != 0]
+    return _sorted_by_depth(len(solids), behind.tolist(), before.tolist(), depth)
+
+
+def places_behind(order: list[int], solids: Sequence[Solid], others: Sequence[Solid], view: Camera) -> list[int]:
+    """Where in the order to paint other pieces, which may overlap the sorted ones: before all that can hide them.
+
+    Of two pieces that occupy the same space the sorted one hides the other.
+
+    Parameters
+    ----------
+    order : of ``solids``, from :func:`back_to_front`
+    others : pieces to put in between
+
+    Returns
+    -------
+    position in ``order`` before which each of ``others`` is painted
+    """
+    n = len(solids)
+    both = [*solids, *others]
+    i, j, front, overlap = _hiding(both, piece_faces(both), view)
+    mixed = (i < n) & (j >= n) & ((front < 0) | overlap)
+    position = np.empty(n, dtype=np.intp)
+    position[order] = np.arange(n)
+    place = np.full(len(others), n, dtype=np.intp)
+    np.minimum.at(place, j[mixed] - n, position[i[mixed]])
+    return place.tolist()
+
+
+def _hiding(
+    solids: Sequence[Solid], faces: Faces, view: Camera
+) -> tuple[Index, Index, Index, NDArray[np.bool_]]:
+    """Pairs i < j near each other on the page, which may hide the other (+1 j, -1 i), and whether they overlap."""
+    page = [view.project(s.vertices) for s in solids]
+    low = np.array([[*p.min(axis=0), 0.0] for p in page])
+    high = np.array([[*p.max(axis=0), 0.0] for p in page])
+    i, j = overlapping_pairs(low, high)
+    widest = max(len(s.vertices) for s in solids)
+    corners = np.array([s.vertices[[*range(len(s.vertices)), *[0] * (widest - len(s.vertices))]] for s in solids])
+    size = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
+    front, overlap = np.zeros(len(i), dtype=np.intp), np.zeros(len(i), dtype=bool)
+    for first in range(0, len(i), 20000):
+        rows = slice(first, first + 20000)
+        front[rows], overlap[rows] = _which_in_front(i[rows], j[rows], corners, faces, view.towards, size)
+    return i, j, front, overlap
+
+
+def _which_in_front(
+    i: Index, j: Index, corners: Array, faces: Faces, towards: Array, size: float
+) -> tuple[Index, NDArray[np.bool_]]:
+    """+1 where piece j may hide piece i, -1 where i may hide j, 0 where neither can; and whether the two overlap."""
+    gap_i = np.einsum("mfk,mvk->mfv", faces.normal[i], corners[j]).min(axis=2) - faces.offset[i]
+    gap_j = np.einsum("mfk,mvk->mfv", faces.normal[j], corners[i]).min(axis=2) - faces.offset[j]
+    gap = np.concatenate([gap_i, gap_j], axis=1)
+    slope = np.concatenate([faces.normal[i] @ towards, -(faces.normal[j] @ towards)], axis=1)
+    gap = np.where(np.isnan(gap), -np.inf, gap)
+    apart = gap >= -1e-9 * size
+    edge_on = np.abs(slope) < 1e-9
+    ahead = (apart & (slope > 0.0)).any(axis=1)
+    back = (apart & (slope < 0.0)).any(axis=1)
+    verdict = np.where(ahead & ~back, 1, np.where(back & ~ahead, -1, 0))
+    best = gap.argmax(axis=1)
+    touching = ~apart.any(axis=1)
+    verdict = np.where(touching, np.sign(slope[np.arange(len(i)), best]).astype(int), verdict)
+    return np.where((apart & edge_on).any(axis=1), 0, verdict), touching
+
+
+def _sorted_by_depth(n: int, behind: list[int], before: list[int], depth: Array) -> list[int]:
+    hides: list[list[int]] = [[] for _ in range(n)]
+    waiting = [0] * n
+    for far, near in zip(behind, before, strict=True):
+        hides[far].append(near)
+        waiting[near] += 1
+    ready = [(float(depth[k]), k) for k in range(n) if waiting[k] == 0]
+    heapq.heapify(ready)
+    rest = sorted(range(n), key=lambda k: depth[k])
+    done = [False] * n
+    order: list[int] = []
+    position = 0
+    while len(order) < n:
+        if ready:
+            k = heapq.heappop(ready)[1]
+        else:
+            while done[rest[position]]:
+                position += 1
+            k = rest[position]
+        if done[k]:
+            continue
+        done[k] = True
+        order.append(k)
+        for near in hides[k]:
+            waiting[near] -= 1
+            if waiting[near] == 0 and not done[near]:
+                heapq.heappush(ready, (float(depth[near]), near))
+    return order

@@ -1,0 +1,266 @@
+"""Assemblies drawn in space: parallel projection, faces shaded by their normal, hidden surfaces removed exactly."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
+from matplotlib.colors import to_rgb
+from matplotlib.path import Path
+from matplotlib.transforms import Bbox
+from numpy.typing import NDArray
+
+from limitmason.figures import style
+from limitmason.figures.motion import MovingJoints, RigidMotion
+from limitmason.figures.outline import Edge, visible_edges
+from limitmason.figures.painter import Camera, back_to_front, piece_faces, places_behind
+from limitmason.geometry import Solid
+from limitmason.model import Assembly
+
+Array = NDArray[np.float64]
+
+_LIGHT = np.array([-0.28, 0.55, 0.79])
+"""Direction of the light in page axes (right, up, towards the viewer)."""
+
+_MANY_GHOSTS = 600
+"""Beyond so many pieces their dashed edges are one grey, and sorting them is not worth the time."""
+
+
+class Scene:
+    """Convex pieces of an assembly, moved or not, with what is needed to paint them."""
+
+    def __init__(self, assembly: Assembly, view: Camera, motion: RigidMotion | None = None) -> None:
+        self.assembly = assembly
+        self.view = view
+        self.motion = motion
+        self.owner = np.repeat(np.arange(assembly.n_blocks), [len(b.parts) for b in assembly.blocks])
+        self.edges = [e for b in assembly.blocks for e in visible_edges(b.parts, assembly.tolerance)]
+        self.pieces = [
+            Solid(self.moved(part.vertices, i), part.faces) for i, b in enumerate(assembly.blocks) for part in b.parts
+        ]
+        self.faces = piece_faces(self.pieces)
+        self.hidden = _shared_faces(assembly)
+
+    def moved(self, points: Array, block: int) -> Array:
+        """Points carried by a block."""
+        return points if self.motion is None else self.motion.moved(points, int(block))
+
+    def facing(self, piece: int) -> list[int]:
+        """Numbers of the faces of a piece that the viewer sees."""
+        n = len(self.pieces[piece].faces)
+        towards = self.faces.normal[piece, :n] @ self.view.towards
+        return [k for k in range(n) if towards[k] > 1e-9 and (piece, k) not in self.hidden]
+
+    def page_bounds(self, blocks: NDArray[np.intp]) -> Array:
+        """Lowest and highest page coordinates of some blocks [m], shape (2, 2)."""
+        points = np.concatenate([self.view.project(p.vertices) for p, i in zip(self.pieces, self.owner, strict=True)
+                                 if i in set(blocks.tolist())])  # fmt: skip
+        return np.array([points.min(axis=0), points.max(axis=0)])
+
+
+class _Ink:
+    """Paths with their colours in the order in which they are painted."""
+
+    def __init__(self) -> None:
+        self.paths: list[Path] = []
+        self.face: list = []
+        self.edge: list = []
+        self.width: list[float] = []
+        self.dash: list = []
+
+    def area(self, points: Array, colour, width: float) -> None:
+        self._add(Path(np.vstack([points, points[:1]]), closed=True), colour, colour, width)
+
+    def strokes(self, segments: list[Array], colour, width: float, *, dashed: bool = False) -> None:
+        if segments:
+            codes = [Path.MOVETO, Path.LINETO] * len(segments)
+            dash = (0.0, (3.0, 2.0)) if dashed else "-"
+            self._add(Path(np.concatenate(segments), codes), "none", colour, width, dash)
+
+    def _add(self, path: Path, face, edge, width: float, dash="-") -> None:
+        self.dash.append(dash)
+        self.paths.append(path)
+        self.face.append(face)
+        self.edge.append(edge)
+        self.width.append(width)
+
+    def collection(self, **options) -> PathCollection:
+        return PathCollection(
+            self.paths, facecolors=self.face, edgecolors=self.edge, linewidths=self.width, linestyles=self.dash,
+            capstyle="round", joinstyle="round", **options,
+        )  # fmt: skip
+
+
+def draw_solids(
+    ax: Axes,
+    scene: Scene,
+    width: float,
+    *,
+    moving: NDArray[np.bool_],
+    joints: MovingJoints | None = None,
+    before: Scene | None = None,
+    ghosts: NDArray[np.bool_] | None = None,
+    outline: str = style.OUTLINE,
+) -> None:
+    """All blocks from back to front, moving joints marked where they show on the surface.
+
+    Parameters
+    ----------
+    scene : the blocks as they are drawn
+    width : of outlines [pt]
+    moving : blocks in the colour of stone; the others are pale
+    joints : to be marked
+    before, ghosts : the blocks where they were, and those of which dashed edges are drawn; edges that displaced blocks
+        cover do not show
+    outline : colour of edges
+    """
+    fixed = scene.assembly.fixed
+    marks = _joint_marks(scene, joints)
+    rows = [] if before is None or ghosts is None else np.flatnonzero(ghosts[before.owner]).tolist()
+    ink = _Ink()
+    if len(rows) > _MANY_GHOSTS:
+        for piece in rows:
+            ink.strokes(_edge_strokes(before, piece, set(before.facing(piece))), style.GHOST, 0.8 * width)
+        rows = []
+    order = back_to_front(scene.pieces, scene.faces, scene.view)
+    waiting: dict[int, list[int]] = {}
+    places = places_behind(order, scene.pieces, [before.pieces[p] for p in rows], scene.view) if rows else []
+    for ghost, place in zip(rows, places, strict=True):
+        waiting.setdefault(place, []).append(ghost)
+    for place, piece in enumerate(order):
+        for ghost in waiting.get(place, ()):
+            strokes = _edge_strokes(before, ghost, set(before.facing(ghost)))
+            ink.strokes(strokes, style.GHOST, 0.8 * width, dashed=True)
+        block = int(scene.owner[piece])
+        colour = style.FIXED if fixed[block] else style.STONE if moving[block] else style.STILL
+        solid = scene.pieces[piece]
+        visible = scene.facing(piece)
+        for k in visible:
+            ink.area(scene.view.project(solid.vertices[list(solid.faces[k])]),
+                     _shaded(colour, scene.faces.normal[piece, k], scene.view), 0.25)  # fmt: skip
+        ink.strokes(_edge_strokes(scene, piece, set(visible)), outline, width)
+        for strokes, tint in marks.get(piece, ()):
+            ink.strokes(strokes, tint, 1.6 * width + 0.5)
+    for ghost in waiting.get(len(order), ()):
+        ink.strokes(_edge_strokes(before, ghost, set(before.facing(ghost))), style.GHOST, 0.8 * width, dashed=True)
+    ax.add_collection(ink.collection(gid="blocks", zorder=2.0))
+
+
+def _edge_strokes(scene: Scene, piece: int, visible: set[int]) -> list[Array]:
+    block = int(scene.owner[piece])
+    edges: list[Edge] = [e for e in scene.edges[piece] if visible.intersection(e.faces)]
+    if not edges:
+        return []
+    ends = scene.view.project(scene.moved(np.array([p for e in edges for p in (e.start, e.end)]), block))
+    return list(ends.reshape(-1, 2, 2))
+
+
+def _joint_marks(scene: Scene, joints: MovingJoints | None) -> dict[int, list[tuple[list[Array], str]]]:
+    """Per piece the stretches of joint edges that lie on faces the viewer sees."""
+    marks: dict[int, list[tuple[list[Array], str]]] = {}
+    if joints is None:
+        return marks
+    of_block: dict[int, list[int]] = {}
+    for piece, block in enumerate(scene.owner.tolist()):
+        of_block.setdefault(block, []).append(piece)
+    slack = 5.0 * scene.assembly.tolerance
+    for k in np.flatnonzero(joints.opens | joints.slides).tolist():
+        interface = scene.assembly.interfaces[k]
+        colour = style.OPENING if joints.opens[k] else style.SLIDING
+        for block in (interface.block_a, interface.block_b):
+            corners = scene.moved(interface.polygon, block)
+            contact = scene.moved(interface.polygon[0] + interface.normal, block) - corners[0]
+            ends = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+            for piece in of_block[block]:
+                strokes: dict[int, Array] = {}
+                for f in scene.facing(piece):
+                    normal, offset = scene.faces.normal[piece, f], scene.faces.offset[piece, f]
+                    if abs(normal @ contact) > 0.99:
+                        continue
+                    on = (np.abs(ends @ normal - offset) <= slack).all(axis=1)
+                    strokes.update({int(e): scene.view.project(ends[e]) for e in np.flatnonzero(on)})
+                if strokes:
+                    marks.setdefault(piece, []).append((list(strokes.values()), colour))
+    return marks
+
+
+def _shared_faces(assembly: Assembly) -> set[tuple[int, int]]:
+    """Faces (piece, face) that a piece has in common with another piece of its block: cuts, not surfaces."""
+    hidden: set[tuple[int, int]] = set()
+    start = 0
+    for block in assembly.blocks:
+        if len(block.parts) > 1:
+            seen: dict[frozenset[tuple[int, ...]], tuple[int, int]] = {}
+            for p, part in enumerate(block.parts):
+                key = np.round(part.vertices / max(assembly.tolerance, 1e-12)).astype(int)
+                for f, face in enumerate(part.faces):
+                    corners = frozenset(tuple(key[i].tolist()) for i in face)
+                    if corners in seen:
+                        hidden |= {seen[corners], (start + p, f)}
+                    seen[corners] = (start + p, f)
+        start += len(block.parts)
+    return hidden
+
+
+def _shaded(colour: str, normal: Array, view: Camera) -> tuple[float, float, float]:
+    light = _LIGHT / np.linalg.norm(_LIGHT)
+    lit = max(0.0, float(np.array([normal @ view.right, normal @ view.up, normal @ view.towards]) @ light))
+    return tuple(float(c) * (0.72 + 0.28 * lit) for c in to_rgb(colour))
+
+
+def draw_triad(ax: Axes, view: Camera, corner: Array, length: float, width: float = 0.8) -> None:
+    """Axes x, y, z at a corner of the page, each as long as the stated length: they are the scale of the drawing."""
+    for name, direction in (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)), ("z", (0.0, 0.0, 1.0))):
+        tip = corner + length * view.project(np.array([direction]))[0]
+        ax.annotate("", tip, corner, arrowprops={"arrowstyle": "-|>", "linewidth": width, "color": style.FAINT,
+                                                  "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 6.0})  # fmt: skip
+        beyond = corner + 1.2 * (tip - corner)
+        ax.text(*beyond, name, fontsize=7.0, color=style.FAINT, ha="center", va="center")
+
+
+def block_size(assembly: Assembly) -> float:
+    """Median smallest side of the free blocks [m]."""
+    free = np.flatnonzero(~assembly.fixed)
+    rows = free if len(free) else np.arange(assembly.n_blocks)
+    return float(np.median([np.ptp(assembly.blocks[i].vertices, axis=0).min() for i in rows]))
+
+
+class Layout:
+    """Limits of the page, and where the triad stands: in an empty lower corner, or below the drawing."""
+
+    def __init__(self, scene: Scene, bounds: Array) -> None:
+        self.view = scene.view
+        span = np.ptp(bounds, axis=0)
+        inch = min((style.FULL_WIDTH - 0.24) / span[0], style.HEIGHT / span[1])
+        self.length = style.round_length(0.16 * float(span.max()))
+        ends = 1.25 * self.length * scene.view.project(np.eye(3))
+        low, high = np.minimum(ends.min(axis=0), 0.0), np.maximum(ends.max(axis=0), 0.0)
+        gap = 0.07 / inch
+        # the label stands below the arrows
+        size = np.array([max(high[0] - low[0], 0.9 / inch), high[1] - low[1] + 0.16 / inch])
+        corners = [bounds[0] + gap, np.array([bounds[1, 0] - size[0] - gap, bounds[0, 1] + gap])]
+        free = [c for c in corners if not _covered(scene, c - gap, c + size + gap)]
+        corner = free[0] if free else bounds[0] + np.array([gap, -size[1] - gap])
+        self.label = corner
+        self.origin = corner + np.array([-low[0], 0.16 / inch - low[1]])
+        margin = 0.03 / inch
+        self.low = np.minimum(bounds[0], corner) - margin
+        self.high = bounds[1] + margin
+
+    def draw(self, ax: Axes) -> None:
+        """Triad, its length, limits; equal axes without a frame."""
+        draw_triad(ax, self.view, self.origin, self.length)
+        ax.text(*self.label, f"axes {self.length:g} m", fontsize=7.0, color=style.FAINT, va="bottom", gid="scale")
+        ax.set_xlim(self.low[0], self.high[0])
+        ax.set_ylim(self.low[1], self.high[1])
+        ax.set_aspect("equal", adjustable="box")
+        ax.set_axis_off()
+
+
+def _covered(scene: Scene, low: Array, high: Array) -> bool:
+    box = Bbox(np.array([low, high]))
+    return any(
+        Path(scene.view.project(solid.vertices[list(solid.faces[k])])).intersects_bbox(box, filled=True)
+        for piece, solid in enumerate(scene.pieces)
+        for k in scene.facing(piece)
+    )

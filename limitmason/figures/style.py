@@ -1,0 +1,223 @@
+"""Print style: page size from the structure's proportions, fonts, line widths, a palette for every colour vision."""
+
+from __future__ import annotations
+
+import functools
+import math
+import textwrap
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+# Okabe and Ito (2008): told apart with every common colour vision, and in grey by their different lightness
+BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
+    "#1a1a1a", "#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7",
+)  # fmt: skip
+SERIES = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+OPENING, SLIDING = VERMILION, BLUE
+STONE, STILL, FIXED = "#f1e2c6", "#f2f2f2", "#d0d0d0"
+OUTLINE, GHOST, HATCH, FAINT = "#4d4d4d", "#8a8a8a", "#8f8f8f", "#666666"
+
+FULL_WIDTH = 6.3
+"""Widest figure [in]: the text width of an A4 page."""
+
+HEIGHT = 5.2
+"""Tallest drawing, without title, caption and legend [in]."""
+
+_LEFT, _RIGHT, _BOTTOM, _BARE = 0.62, 0.14, 0.42, 0.12
+
+_FONT, _SMALL = 8.5, 7.5
+_RC: dict[str, Any] = {
+    "font.size": _FONT,
+    "font.family": "sans-serif",
+    "axes.titlesize": 9.5,
+    "axes.labelsize": _FONT,
+    "axes.linewidth": 0.6,
+    "axes.edgecolor": FAINT,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "legend.fontsize": _SMALL,
+    "legend.frameon": False,
+    "legend.handlelength": 1.6,
+    "legend.columnspacing": 1.4,
+    "lines.solid_capstyle": "butt",
+    "patch.linewidth": 0.5,
+    "savefig.dpi": "figure",
+    "pdf.fonttype": 42,
+    "svg.fonttype": "none",
+}
+
+
+@contextmanager
+def print_style() -> Iterator[None]:
+    """Matplotlib settings of all figures of this package, for the time of a with-block.
+
+    Figures made here carry their sizes with them. Put ``savefig`` inside the block too when a PDF or SVG must keep its
+    text as text (``pdf.fonttype`` is read while saving).
+    """
+    with mpl.rc_context(_RC):
+        yield
+
+
+def in_print_style(function: Callable[..., Figure]) -> Callable[..., Figure]:
+    """Run a figure function under :func:`print_style`; settings outside stay as they were."""
+
+    @functools.wraps(function)
+    def wrapped(*args: Any, **options: Any) -> Figure:
+        with print_style():
+            return function(*args, **options)
+
+    return wrapped
+
+
+class Page:
+    """A drawing with equal axes on a page that fits it: margins in inches, title and caption above, legend below.
+
+    Parameters
+    ----------
+    width, height : extent to show, in equal units
+    ax : axes of the caller, which keep their size, or None for a new figure
+    framed : leave room for tick and axis labels
+    """
+
+    def __init__(self, width: float, height: float, ax: Axes | None, *, framed: bool = True) -> None:
+        self.own = ax is None
+        self.framed = framed
+        self.width, self.height = max(width, 1e-12), max(height, 1e-12)
+        if ax is None:
+            side = (_LEFT if framed else _BARE) + (_RIGHT if framed else _BARE)
+            self.inch = min((FULL_WIDTH - side) / self.width, HEIGHT / self.height)
+            figure = Figure(figsize=(FULL_WIDTH, HEIGHT), dpi=200)
+            FigureCanvasAgg(figure)
+            self.ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        else:
+            self.ax = ax
+            across, along = ax.figure.get_size_inches()
+            box = ax.get_position()
+            self.inch = min(across * box.width / self.width, along * box.height / self.height)
+
+    @property
+    def figure(self) -> Figure:
+        """The figure drawn on."""
+        return self.ax.get_figure(root=True) if hasattr(self.ax.figure, "subfigures") else self.ax.figure
+
+    def line_width(self, size: float) -> float:
+        """Outline width [pt] that neither hides small blocks nor looks thin on large ones; size is a block's [m]."""
+        return float(min(max(0.03 * 72.0 * self.inch * size, 0.12), 0.7))
+
+    def finish(self, title: str | None, text: str | None, handles: list[Any], *, extent: float = 0.0) -> Figure:
+        """Set limits of the page, then title, caption and legend; returns the figure.
+
+        Parameters
+        ----------
+        title, text : heading, and the small caption under it
+        handles : legend entries; none, no legend
+        extent : height added to the drawing since the page was made, in its units
+        """
+        if not self.own:
+            self._finish_axes(title, text, handles)
+            return self.figure
+        left, right, bottom = (_LEFT, _RIGHT, _BOTTOM) if self.framed else (_BARE, _BARE, _BARE)
+        wide, high = self.width * self.inch, (self.height + extent) * self.inch
+        page = max(wide + left + right, 3.3)
+        left += 0.5 * (page - wide - left - right)
+        lines = textwrap.wrap(text, int((page - 0.24) / 0.0555)) if text else []
+        columns, rows = _legend_shape(handles, page)
+        foot = bottom + (0.19 * rows + 0.06 if rows else 0.0)
+        head = 0.1 + (0.21 if title else 0.0) + 0.145 * len(lines) + 0.06
+        total = foot + high + head
+        figure = self.figure
+        figure.set_size_inches(page, total)
+        self.ax.set_position((left / page, foot / total, wide / page, high / total))
+        top = 1.0 - 0.09 / total
+        if title:
+            figure.text(0.12 / page, top, title, fontsize=9.5, fontweight="bold", va="top", gid="title")
+            top -= 0.21 / total
+        if lines:
+            figure.text(0.12 / page, top, "\n".join(lines), fontsize=_SMALL, color=FAINT, va="top", linespacing=1.3,
+                        gid="caption")  # fmt: skip
+        if handles:
+            figure.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 0.03 / total), ncols=columns,
+                          fontsize=_SMALL, frameon=False, borderpad=0.0, borderaxespad=0.0)  # fmt: skip
+        return figure
+
+    def _finish_axes(self, title: str | None, text: str | None, handles: list[Any]) -> None:
+        ax = self.ax
+        across = ax.figure.get_size_inches()[0] * ax.get_position().width
+        lines = textwrap.wrap(text, max(int(across / 0.0555), 24)) if text else []
+        if lines:
+            ax.annotate("\n".join(lines), (0.0, 1.0), (0.0, 4.0), xycoords="axes fraction", textcoords="offset points",
+                        fontsize=_SMALL, color=FAINT, va="bottom", linespacing=1.3, gid="caption")  # fmt: skip
+        if title:
+            ax.set_title(title, loc="left", fontweight="bold", pad=7.0 + 10.0 * len(lines))
+        if handles:
+            columns, _ = _legend_shape(handles, across)
+            below = -0.18 if self.framed else -0.02
+            ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, below), ncols=columns,
+                      fontsize=_SMALL, frameon=False)  # fmt: skip
+
+
+def _legend_shape(handles: list[Any], width: float) -> tuple[int, int]:
+    """Columns and rows of a legend that fits a width [in]."""
+    if not handles:
+        return 0, 0
+    entries = [0.45 + 0.06 * len(str(h.get_label())) for h in handles]
+    columns = len(handles) if sum(entries) <= width - 0.2 else min(max(int(width / max(entries)), 1), len(handles))
+    return columns, -(-len(handles) // columns)
+
+
+def metre_axes(ax: Axes, names: tuple[str, str]) -> None:
+    """Equal axes labelled in metres, ticks kept sparse and sized explicitly (ticks are made after the style ends)."""
+    ax.set_aspect("equal", adjustable="box")
+    ax.set_xlabel(f"{names[0]} [m]", color=FAINT)
+    ax.set_ylabel(f"{names[1]} [m]", color=FAINT)
+    ax.tick_params(labelsize=_SMALL, width=0.5, length=2.5, colors=FAINT)
+    ax.locator_params(axis="both", nbins=6, steps=[1, 2, 5, 10])
+    for spine in ax.spines.values():
+        spine.set_linewidth(0.5)
+
+
+def pale(colour: str, share: float = 0.42) -> tuple[float, float, float]:
+    """A colour mixed with white; opaque, so that what lies below does not shine through."""
+    return tuple(1.0 - share * (1.0 - c) for c in to_rgb(colour))
+
+
+def round_length(length: float) -> float:
+    """Largest of 1, 2, 5 times a power of ten that does not exceed a length."""
+    if not length > 0.0 or not math.isfinite(length):
+        return 1.0
+    decade = 10.0 ** math.floor(math.log10(length))
+    return max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= length * (1.0 + 1e-9))
+
+
+def force_text(force: float) -> str:
+    """A force with a fitting unit."""
+    for unit, size in (("MN", 1e6), ("kN", 1e3), ("N", 1.0)):
+        if abs(force) >= size:
+            return f"{force / size:.3g} {unit}"
+    return f"{force:.3g} N"
+
+
+def prediction_text(prediction: Any) -> str:
+    """Caption of a prediction: multiplier, bound, method with its flow rule, and the status where it is not solved."""
+    parts = [f"λ = {prediction.collapse_multiplier:.4g}", str(prediction.bound), str(prediction.method)]
+    rule = prediction.details.get("flow_rule") or prediction.provenance.get("flow_rule")
+    if rule and not _mentions(prediction.method, str(rule)):
+        parts.append(f"{rule} flow rule")
+    if prediction.status != "solved":
+        parts.append(f"status: {prediction.status}")
+    return " · ".join(p for p in parts if p)
+
+
+def _mentions(text: str, rule: str) -> bool:
+    words = text.lower().replace("_", "-").replace(",", " ").split()
+    return rule.lower() in words

@@ -1,0 +1,83 @@
+"""Files: native JSON, OBJ and DXF in, OBJ and VTU out; :func:`read` and :func:`write` choose by the suffix."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from limitmason.formats.answers import read_prediction, write_prediction
+from limitmason.formats.dxf import Outlines, read_dxf
+from limitmason.formats.native import Model, read_json, write_json
+from limitmason.formats.obj import Solids, read_obj, write_obj
+from limitmason.formats.vtu import write_vtu
+from limitmason.model import Assembly, Loads
+from limitmason.results import Prediction
+
+__all__ = [
+    "Model",
+    "Outlines",
+    "Solids",
+    "read",
+    "read_dxf",
+    "read_json",
+    "read_obj",
+    "read_prediction",
+    "write",
+    "write_json",
+    "write_obj",
+    "write_prediction",
+    "write_vtu",
+]
+
+_READERS = {".json": read_json, ".obj": read_obj, ".dxf": read_dxf}
+_WRITERS = (".json", ".obj", ".vtu")
+
+
+def read(path: str | Path, **options: Any) -> Model | Solids | Outlines:
+    """Read a file by its suffix.
+
+    Parameters
+    ----------
+    path : .json (a ``Model``: assembly, loads), .obj (``Solids`` for ``Assembly.from_polyhedra``) or .dxf (``Outlines``
+        for ``Assembly.from_polygons``)
+    options : passed to the reader
+
+    Raises
+    ------
+    ValueError
+        For an unknown suffix, and as the readers do.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in _READERS:
+        raise ValueError(f"{path}: cannot read {suffix or 'a file without suffix'}; known: {', '.join(_READERS)}")
+    return _READERS[suffix](path, **options)
+
+
+def write(
+    path: str | Path, assembly: Assembly, loads: Loads | None = None, *, prediction: Prediction | None = None
+) -> None:
+    """Write an assembly by the suffix of the file.
+
+    Parameters
+    ----------
+    path : .json (blocks, joints, supports and loads), .obj (blocks only) or .vtu (blocks and interfaces, with the
+        prediction's mechanism and forces)
+    assembly, loads, prediction : what to write; OBJ and VTU leave out what they cannot hold
+
+    Raises
+    ------
+    ValueError
+        For an unknown suffix; and for a prediction given with a .json model, which goes to a file of its own with
+        :func:`write_prediction`.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in _WRITERS:
+        raise ValueError(f"{path}: cannot write {suffix or 'a file without suffix'}; known: {', '.join(_WRITERS)}")
+    if suffix == ".json":
+        if prediction is not None:
+            raise ValueError(f"{path}: a model file holds no prediction; use write_prediction for a file of its own")
+        write_json(path, assembly, loads)
+    elif suffix == ".obj":
+        write_obj(path, assembly)
+    else:
+        write_vtu(path, assembly, prediction)

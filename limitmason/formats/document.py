@@ -1,0 +1,238 @@
+"""JSON documents: read with errors that name file, line or key, and written so that a person can read and edit them."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_NOT_FINITE = {"Infinity": math.inf, "-Infinity": -math.inf, "NaN": math.nan}
+
+
+class Node:
+    """A value of a document that knows where it stands, so that every error can say so.
+
+    Parameters
+    ----------
+    value : plain JSON data
+    file : shown in errors
+    where : keys that lead to the value, "" for the document itself
+    """
+
+    def __init__(self, value: Any, file: str, where: str = "") -> None:
+        self.value = value
+        self.file = file
+        self.where = where
+
+    def error(self, message: str) -> ValueError:
+        """An error that names file and key."""
+        return ValueError(f"{self.file}: {self.where}: {message}" if self.where else f"{self.file}: {message}")
+
+    def __contains__(self, key: str) -> bool:
+        """Whether the key is there and not null."""
+        return isinstance(self.value, dict) and self.value.get(key) is not None
+
+    def __getitem__(self, key: str) -> Node:
+        """The value of a key that must be there."""
+        if key not in self:
+            raise self.error(f"{key!r} is missing")
+        return Node(self.value[key], self.file, f"{self.where}.{key}" if self.where else key)
+
+    def get(self, key: str) -> Node | None:
+        """The value of a key, or None where it is missing or null."""
+        if key not in self:
+            return None
+        return self[key]
+
+    def __iter__(self) -> Iterator[Node]:
+        """Entries of a list."""
+        if not isinstance(self.value, list):
+            raise self.error(f"expected a list, got {_shown(self.value)}")
+        for i, entry in enumerate(self.value):
+            yield Node(entry, self.file, f"{self.where}[{i}]")
+
+    def items(self) -> Iterator[tuple[str, Node]]:
+        """Keys and values of an object."""
+        self.mapping()
+        for key in self.value:
+            yield key, Node(self.value[key], self.file, f"{self.where}.{key}" if self.where else key)
+
+    def mapping(self, allowed: Iterable[str] | None = None) -> dict[str, Any]:
+        """The value as an object, refusing keys that are not allowed (names that start with "_" are comments)."""
+        if not isinstance(self.value, dict):
+            raise self.error(f"expected an object {{...}}, got {_shown(self.value)}")
+        if allowed is not None:
+            known = list(allowed)
+            for key in self.value:
+                if key not in known and not key.startswith("_"):
+                    near = difflib.get_close_matches(key, known, 1)
+                    hint = f"did you mean {near[0]!r}?" if near else f"known keys: {', '.join(known)}"
+                    raise self.error(f"unknown key {key!r}; {hint}")
+        return self.value
+
+    def text(self) -> str:
+        """The value as a string."""
+        if not isinstance(self.value, str):
+            raise self.error(f"expected a text, got {_shown(self.value)}")
+        return self.value
+
+    def number(self) -> float:
+        """The value as a number, infinite or NaN only when written as text ("Infinity", "NaN")."""
+        if isinstance(self.value, str) and self.value in _NOT_FINITE:
+            return _NOT_FINITE[self.value]
+        if isinstance(self.value, bool) or not isinstance(self.value, int | float):
+            raise self.error(f"expected a number, got {_shown(self.value)}")
+        return self.value
+
+    def array(self, columns: int | None, *, rows: int | None = None) -> Array:
+        """The value as numbers: rows of a number of columns, or one row when ``columns`` is None.
+
+        Raises
+        ------
+        ValueError
+            Naming the entry that is not a number or the row whose length is wrong.
+        """
+        if columns is None:
+            return np.array([entry.number() for entry in self], dtype=float)
+        out = []
+        for row in self:
+            numbers = [entry.number() for entry in row]
+            if len(numbers) != columns:
+                raise row.error(f"expected {columns} numbers, got {len(numbers)}")
+            out.append(numbers)
+        if rows is not None and len(out) != rows:
+            raise self.error(f"expected {rows} rows, got {len(out)}")
+        return np.array(out, dtype=float).reshape(-1, columns)
+
+
+def read_document(path: str | Path, schema: str, version: int) -> Node:
+    """Read a JSON file of a schema.
+
+    Parameters
+    ----------
+    path : of the file
+    schema, version : what it must declare; an older version is read, a newer one refused
+
+    Raises
+    ------
+    ValueError
+        For text that is not JSON (with line and column), a key given twice, another schema, a newer version.
+    FileNotFoundError
+        When there is no such file.
+    """
+    name = str(path)
+    try:
+        value = json.loads(Path(path).read_text(encoding="utf-8"), object_pairs_hook=_without_doubles)
+    except json.JSONDecodeError as error:
+        raise ValueError(f"{name}: line {error.lineno}, column {error.colno}: not JSON: {error.msg}") from None
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{name}: not a text file in UTF-8: {error.reason} at byte {error.start}") from None
+    except _Double as error:
+        raise ValueError(f"{name}: key {error.args[0]!r} is given twice in one object") from None
+    node = Node(value, name)
+    node.mapping()
+    if "schema" not in node:
+        raise node.error(f'"schema" is missing; the file must declare "schema": "{schema}", "version": {version}')
+    if node["schema"].text() != schema:
+        raise node["schema"].error(f"expected {schema!r}, got {node['schema'].value!r}")
+    number = node["version"]
+    if isinstance(number.value, bool) or not isinstance(number.value, int) or number.value < 1:
+        raise number.error(f"expected a whole number of at least 1, got {_shown(number.value)}")
+    if number.value > version:
+        raise number.error(f"the file has version {number.value}, this limitmason reads up to {version}: update it")
+    return node
+
+
+class _Double(Exception):
+    pass
+
+
+def _without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    out: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in out:
+            raise _Double(key)
+        out[key] = value
+    return out
+
+
+def write_document(path: str | Path, document: Mapping[str, Any]) -> None:
+    """Write plain data as JSON, one key a line and one entry of a list a line; numbers keep every bit."""
+    lines = []
+    for key, value in document.items():
+        head = f"  {json.dumps(key)}: "
+        if isinstance(value, list) and value and isinstance(value[0], list | dict):
+            entries = ",\n".join(f"    {_compact(entry)}" for entry in value)
+            lines.append(f"{head}[\n{entries}\n  ]")
+        elif isinstance(value, dict) and any(isinstance(v, list | dict) and v for v in value.values()):
+            entries = ",\n".join(f"    {json.dumps(k)}: {_rows(v)}" for k, v in value.items())
+            lines.append(f"{head}{{\n{entries}\n  }}")
+        else:
+            lines.append(head + _compact(value))
+    Path(path).write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+
+
+def _rows(value: Any) -> str:
+    if isinstance(value, list) and value and isinstance(value[0], list):
+        return "[\n" + ",\n".join(f"      {_compact(row)}" for row in value) + "\n    ]"
+    return _compact(value)
+
+
+def _compact(value: Any) -> str:
+    return json.dumps(value, allow_nan=False, ensure_ascii=False)
+
+
+def plain(value: Any, where: str, *, strict: bool = True) -> Any:
+    """Data as plain JSON: arrays and tuples as lists, numbers that are not finite as "Infinity", "-Infinity", "NaN".
+
+    Parameters
+    ----------
+    where : named in the error
+    strict : refuse what JSON has no form for; otherwise its text is kept
+    """
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    elif isinstance(value, np.generic):
+        value = value.item()
+    if value is None or isinstance(value, bool | str | int):
+        return value
+    if isinstance(value, float):
+        if math.isfinite(value):
+            return value
+        return "NaN" if math.isnan(value) else "Infinity" if value > 0 else "-Infinity"
+    if is_dataclass(value) and not isinstance(value, type):
+        value = asdict(value)
+    if isinstance(value, Mapping):
+        return {str(k): plain(v, f"{where}.{k}", strict=strict) for k, v in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [plain(v, f"{where}[{i}]", strict=strict) for i, v in enumerate(value)]
+    if strict:
+        raise ValueError(f"{where}: a {type(value).__name__} is not plain data; use numbers, texts, lists and dicts")
+    return str(value)
+
+
+def restored(value: Any) -> Any:
+    """Plain data with "Infinity", "-Infinity" and "NaN" as numbers again."""
+    if isinstance(value, str):
+        return _NOT_FINITE.get(value, value)
+    if isinstance(value, dict):
+        return {k: restored(v) for k, v in value.items()}
+    if isinstance(value, list):
+        return [restored(v) for v in value]
+    return value
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, dict | list):
+        return "a list" if isinstance(value, list) else "an object"
+    text = json.dumps(value)
+    return text if len(text) < 60 else text[:57] + "..."

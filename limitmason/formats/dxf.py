@@ -1,0 +1,161 @@
+"""DXF drawings: closed polylines as outlines of blocks, by layer. Needs the extra ``limitmason[dxf]``."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# $INSUNITS: code -> (name, metres)
+_UNITS = {
+    1: ("inches", 0.0254), 2: ("feet", 0.3048), 4: ("millimetres", 1e-3), 5: ("centimetres", 1e-2), 6: ("metres", 1.0),
+    7: ("kilometres", 1e3), 10: ("yards", 0.9144), 14: ("decimetres", 0.1),
+}  # fmt: skip
+
+_FITTED = 2 | 4  # flags of a POLYLINE whose vertices were put there by curve or spline fitting
+
+
+class Outlines(NamedTuple):
+    """Outlines x, z [m], shape (n, 2) each, for ``Assembly.from_polygons``; names "layer-number"; layer of each."""
+
+    outlines: list[Array]
+    names: list[str]
+    layers: list[str]
+
+
+def read_dxf(
+    path: str | Path,
+    *,
+    layers: Iterable[str] | None = None,
+    scale: float | None = None,
+    flatness: float = 1e-3,
+) -> Outlines:
+    """Read closed LWPOLYLINE and POLYLINE entities of the model space as outlines of blocks.
+
+    The drawing's x is x, its y becomes z (up). Single lines, texts, hatches and dimensions are left out, for they
+    enclose no block; arcs in a polyline become chords.
+
+    Parameters
+    ----------
+    path : of the drawing
+    layers : names of the layers to read, upper and lower case alike; all by default
+    scale : metres per drawing unit; by default from the drawing's $INSUNITS
+    flatness : largest distance between an arc and its chord [m]
+
+    Returns
+    -------
+    Outlines
+        In the order of the drawing; names count from 1 within each layer.
+
+    Raises
+    ------
+    ImportError
+        When ezdxf is not installed; the message says how to install it.
+    ValueError
+        Naming the file, and the layer and handle of the entity: an open polyline, a drawing without units, an unknown
+        layer, nothing to read.
+    """
+    try:
+        import ezdxf
+        from ezdxf import path as ezpath
+    except ImportError:
+        raise ImportError("reading DXF needs ezdxf: pip install 'limitmason[dxf]' (or pip install ezdxf)") from None
+    try:
+        drawing = ezdxf.readfile(path)
+    except ezdxf.DXFError as error:
+        raise ValueError(f"{path}: not a DXF drawing that can be read: {error}") from None
+    except OSError as error:
+        # ezdxf reports text that is no DXF as an OSError; a missing file stays what it is
+        if isinstance(error, FileNotFoundError):
+            raise
+        raise ValueError(f"{path}: not a DXF drawing: {error}") from None
+    metres = _metres_per_unit(drawing, path) if scale is None else float(scale)
+    if not (np.isfinite(metres) and metres > 0.0):
+        raise ValueError(f"scale must be positive [m per drawing unit], got {scale!r}")
+    wanted = None if layers is None else {name.casefold() for name in layers}
+    if wanted is not None:
+        known = {layer.dxf.name.casefold(): layer.dxf.name for layer in drawing.layers}
+        unknown = sorted(wanted - set(known))
+        if unknown:
+            there = ", ".join(sorted(known.values()))
+            raise ValueError(f"{path}: there is no layer {unknown[0]!r}; there are {there}")
+    outlines, names, of_layer = [], [], []
+    count: Counter[str] = Counter()
+    for entity in drawing.modelspace().query("LWPOLYLINE POLYLINE"):
+        layer = entity.dxf.layer
+        if wanted is not None and layer.casefold() not in wanted:
+            continue
+        where = f"{path}: layer {layer!r}, entity {entity.dxf.handle}"
+        outlines.append(_outline(entity, ezpath, metres, flatness, where))
+        count[layer] += 1
+        names.append(f"{layer}-{count[layer]}")
+        of_layer.append(layer)
+    if not outlines:
+        where = "" if wanted is None else " on the layers asked for"
+        raise ValueError(f"{path}: no closed polyline{where}; draw every block as one, in the model space")
+    return Outlines(outlines, names, of_layer)
+
+
+def _metres_per_unit(drawing: Any, path: str | Path) -> float:
+    code = int(drawing.header.get("$INSUNITS", 0))
+    if code not in _UNITS:
+        raise ValueError(
+            f"{path}: the drawing has no unit of length that is known ($INSUNITS = {code}); give scale=, the metres "
+            "per drawing unit, for example scale=0.001 for millimetres"
+        )
+    return _UNITS[code][1]
+
+
+def _outline(entity: Any, ezpath: Any, metres: float, flatness: float, where: str) -> Array:
+    kind = entity.dxftype()
+    if kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline):
+        raise ValueError(f"{where}: a mesh is no outline; explode it or leave its layer out")
+    if kind == "POLYLINE" and (entity.is_3d_polyline or entity.dxf.flags & _FITTED):
+        points = np.array([tuple(p) for p in ezpath.make_path(entity).flattening(max(flatness / metres, 1e-12))])
+    else:
+        corners = entity.get_points("xyb") if kind == "LWPOLYLINE" else [
+            (*tuple(v.dxf.location)[:2], v.dxf.get("bulge", 0.0)) for v in entity.vertices
+        ]  # fmt: skip
+        flat = _with_arcs(np.array(corners, dtype=float).reshape(-1, 3), entity.is_closed, flatness / metres)
+        height = float(entity.dxf.get("elevation", 0.0)) if kind == "LWPOLYLINE" else 0.0
+        points = np.array([tuple(p) for p in entity.ocs().points_to_wcs([(x, y, height) for x, y in flat.tolist()])])
+    size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+    if len(points) > 1 and np.linalg.norm(points[0] - points[-1]) <= 1e-9 * max(size, 1e-300):
+        points = points[:-1]
+    elif not entity.is_closed:
+        raise ValueError(f"{where}: the polyline is open; close it, or leave its layer out with layers=[...]")
+    if len(points) < 3:
+        raise ValueError(f"{where}: the polyline has {len(points)} corners and encloses no area")
+    if np.ptp(points[:, 2]) > 1e-6 * max(size, 1e-300):
+        raise ValueError(f"{where}: the polyline does not lie in the plane of the drawing")
+    return points[:, :2] * metres
+
+
+def _with_arcs(corners: Array, closed: bool, flatness: float) -> Array:
+    """Corners x, y with bulge b = tan(angle / 4) of the arc to the next; arcs become chords of equal length.
+
+    The library's own flattening goes through Bezier curves, which leave the arc by 3e-4 of its radius.
+    """
+    out = []
+    for k, (x, y, bulge) in enumerate(corners):
+        p = np.array([x, y])
+        out.append(p[None])
+        if bulge == 0.0 or (k + 1 == len(corners) and not closed):
+            continue
+        chord = corners[(k + 1) % len(corners), :2] - p
+        length = float(np.linalg.norm(chord))
+        if length == 0.0:
+            continue
+        angle, radius = 4.0 * np.arctan(bulge), length * (1.0 + bulge**2) / (4.0 * abs(bulge))
+        centre = p + 0.5 * chord + (1.0 - bulge**2) / (4.0 * bulge) * np.array([-chord[1], chord[0]])
+        step = 2.0 * np.arccos(max(1.0 - flatness / radius, 0.0))
+        count = max(int(np.ceil(abs(angle) / max(step, 1e-6))), 2)
+        turn = np.arctan2(*(p - centre)[::-1]) + angle * np.arange(1, count) / count
+        out.append(centre + radius * np.column_stack([np.cos(turn), np.sin(turn)]))
+    return np.concatenate(out) if out else np.empty((0, 2))

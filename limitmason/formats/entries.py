@@ -1,0 +1,154 @@
+"""The entries of a model file: blocks, joint laws, supports and loads, each from its keys."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import Any
+
+from limitmason.formats.document import Node
+from limitmason.model import Assembly, Joint, Loads, Support
+
+_LAW_KEYS = tuple(f.name for f in fields(Joint))
+_PIECE_KEYS = ("vertices", "faces")
+_LOAD_KEYS = (
+    "name", "dead", "live", "horizontal", "body_force", "tilting", "point_loads", "pressures", "precompression",
+)  # fmt: skip
+
+
+def blocks_of(node: Node) -> dict[str, Any]:
+    """Arguments of ``Assembly.from_polyhedra`` that describe the blocks."""
+    solids, names, densities, axes = [], [], [], []
+    default = node.get("density")
+    for k, block in enumerate(node["blocks"]):
+        block.mapping(("name", "density", "axis", "parts", *_PIECE_KEYS))
+        names.append(block["name"].text() if "name" in block else f"block-{k}")
+        density = block.get("density") or default
+        if density is not None and isinstance(density.value, list):
+            entries = list(density)
+            if len(entries) <= k:
+                raise density.error(f"{len(entries)} densities, but there are more blocks")
+            density = entries[k]
+        densities.append(2000.0 if density is None else density.number())
+        axes.append(block["axis"].array(None) if "axis" in block else None)
+        if "parts" in block:
+            parts = list(block["parts"])
+            for part in parts:
+                part.mapping(_PIECE_KEYS)
+        else:
+            parts = [block]
+        solids.append([(part["vertices"].array(3), _faces(part["faces"])) for part in parts])
+    return {"solids": solids, "names": names, "density": densities, "axes": axes}
+
+
+def _faces(node: Node) -> tuple[tuple[int, ...], ...]:
+    faces = []
+    for face in node:
+        for index in face:
+            if isinstance(index.value, bool) or not isinstance(index.value, int):
+                raise index.error(f"expected the number of a vertex, from 0, got {index.value!r}")
+        faces.append(tuple(face.value))
+    return tuple(faces)
+
+
+def joint_of(node: Node) -> Joint:
+    """A joint law from its fields."""
+    node.mapping((*_LAW_KEYS, "friction_coefficient"))
+    given = [(k, v) for k, v in node.items() if v.value is not None and not k.startswith("_")]
+    values = {k: v.text() if k == "name" else v.number() for k, v in given}
+    if ("friction_angle_deg" in values) == ("friction_coefficient" in values):
+        raise node.error("give exactly one of 'friction_angle_deg' and 'friction_coefficient'")
+    try:
+        if "friction_coefficient" in values:
+            return Joint.from_friction_coefficient(values.pop("friction_coefficient"), **values)
+        return Joint(**values)
+    except ValueError as error:
+        raise node.error(str(error)) from None
+
+
+def joint_table(node: Node) -> dict[Any, Joint]:
+    """Laws by kind and by pair of block names."""
+    table: dict[Any, Joint] = {}
+    if "joints" in node:
+        table |= {kind: joint_of(law) for kind, law in node["joints"].items()}
+    for entry in node.get("joints_between") or ():
+        entry.mapping(("blocks", "joint"))
+        pair = [b.text() for b in entry["blocks"]]
+        if len(pair) != 2:
+            raise entry["blocks"].error(f"expected two block names, got {len(pair)}")
+        table[tuple(pair)] = joint_of(entry["joint"])
+    return table
+
+
+def block_pair(node: Node, assembly: Assembly) -> tuple[int, int]:
+    """Numbers of two blocks given by name or number."""
+    pair = list(node)
+    if len(pair) != 2:
+        raise node.error(f"expected two block names, got {len(pair)}")
+    try:
+        return assembly.block_index(block_of(pair[0])), assembly.block_index(block_of(pair[1]))
+    except ValueError as error:
+        raise node.error(str(error)) from None
+
+
+def block_of(node: Node) -> int | str:
+    """Name or number of a block."""
+    if isinstance(node.value, bool) or not isinstance(node.value, int | str):
+        raise node.error(f"expected the name or number of a block, got {node.value!r}")
+    return node.value
+
+
+def support_of(node: Node) -> Support:
+    """A support from its fields."""
+    node.mapping(("block", "translations", "rotations", "dofs"))
+    flags = {}
+    for key in ("translations", "rotations"):
+        flag = node.get(key)
+        if flag is not None and not isinstance(flag.value, bool):
+            raise flag.error(f"expected true or false, got {flag.value!r}")
+        flags[key] = flag is not None and flag.value
+    try:
+        return Support(block_of(node["block"]), dofs=[d.text() for d in node.get("dofs") or ()], **flags)
+    except ValueError as error:
+        raise (error if str(error).startswith(node.file) else node.error(str(error))) from None
+
+
+def loads_of(node: Node, assembly: Assembly) -> Loads:
+    """Loads of a document: wrenches, or self weight with the actions named in it; self weight alone without any."""
+    if "loads" not in node:
+        return Loads.weight(assembly)
+    loads = node["loads"]
+    loads.mapping(_LOAD_KEYS)
+    name = loads["name"].text() if "name" in loads else ""
+    kinds = [k for k in ("dead", "horizontal", "body_force", "tilting") if k in loads]
+    if len(kinds) > 1:
+        raise loads.error(f"{kinds[0]!r} and {kinds[1]!r} exclude each other")
+    if "dead" in loads:
+        n = assembly.n_blocks
+        return Loads(loads["dead"].array(6, rows=n), loads["live"].array(6, rows=n), name)
+    out = Loads.weight(assembly)
+    if kinds:
+        out = getattr(Loads, kinds[0])(assembly, loads[kinds[0]].array(None))
+    for entry in loads.get("point_loads") or ():
+        entry.mapping(("block", "force", "at", "case"))
+        out = out.with_point_load(
+            assembly, block_of(entry["block"]), entry["force"].array(None),
+            at=entry["at"].array(None) if "at" in entry else None, case=_case(entry, "live"),
+        )  # fmt: skip
+    for entry in loads.get("pressures") or ():
+        entry.mapping(("block", "pressure", "traction", "face", "case"))
+        face = entry.get("face")
+        out = out.with_pressure(
+            assembly, block_of(entry["block"]), pressure=entry["pressure"].number() if "pressure" in entry else None,
+            traction=entry["traction"].array(None) if "traction" in entry else None, case=_case(entry, "dead"),
+            face="top" if face is None else face.text() if isinstance(face.value, str) else tuple(face.array(None)),
+        )  # fmt: skip
+    if "precompression" in loads:
+        entry = loads["precompression"]
+        entry.mapping(("force", "block"))
+        block = block_of(entry["block"]) if "block" in entry else "beam"
+        out = out.with_precompression(assembly, entry["force"].number(), block=block)
+    return replace(out, name=name) if name else out
+
+
+def _case(node: Node, default: str) -> str:
+    return node["case"].text() if "case" in node else default

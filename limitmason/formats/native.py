@@ -1,0 +1,282 @@
+"""The native model file: JSON that holds an assembly and its loads exactly, and that can be typed by hand.
+
+A file as short as this is a model::
+
+    {"schema": "limitmason-model", "version": 1,
+     "outlines": [[[-1, -0.2], [2, -0.2], [2, 0], [-1, 0]], [[0, 0], [1, 0], [1, 2], [0, 2]]],
+     "names": ["ground", "pier"], "thickness": 0.5, "density": 2000,
+     "joint": {"friction_angle_deg": 33}, "fixed": ["ground"], "loads": {"horizontal": [1, 0, 0]}}
+
+Keys, units in brackets:
+
+geometry
+    ``outlines`` of corners x, z [m] with ``thickness`` [m] and optional ``names``; or ``blocks``: objects with
+    ``name``, ``vertices`` [m] and ``faces`` (counter-clockwise from outside), or ``parts``: a list of such convex
+    pieces; optional ``density`` and ``axis`` per block. ``density`` [kg/m3]: one, or a list, or one in each block.
+    ``tolerance`` [m].
+joints
+    ``joint``: the fields of ``limitmason.Joint`` (or ``friction_coefficient`` for the angle); ``joints``: the same by
+    kind, {"head": {...}}; ``joints_between``: [{"blocks": ["a", "b"], "joint": {...}}]. A file written by
+    :func:`write_json` has ``joint_laws``, a table of named laws, and ``interfaces``, which assigns them.
+supports
+    ``fixed``: names or numbers of blocks; ``supports``: [{"block": "a", "translations": true, "dofs": ["rx"]}].
+loads
+    One of ``horizontal``, ``body_force`` (directions) and ``tilting`` (axis), added to the self weight; ``point_loads``
+    [{"block", "force" [N], "at" [m], "case"}]; ``pressures`` [{"block", "pressure" [Pa], "face", "case"}];
+    ``precompression`` {"force" [N], "block"}; or the wrenches per block themselves, ``dead`` and ``live`` [N, N m].
+recipe
+    Anything. Keys that start with an underscore are comments.
+
+Contacts are found again on reading, with the stored tolerance; a file that says otherwise is refused. Interfaces that
+were changed after they were found carry their own ``polygon`` and ``normal``.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from limitmason.formats.document import Node, plain, read_document, restored, write_document
+from limitmason.formats.entries import block_of, block_pair, blocks_of, joint_of, joint_table, loads_of, support_of
+from limitmason.model import Assembly, Interface, Joint, Loads, Support
+
+SCHEMA, VERSION = "limitmason-model", 1
+UNITS = {
+    "length": "m", "mass": "kg", "density": "kg/m3", "force": "N", "moment": "N m", "stress": "Pa",
+    "stiffness": "Pa/m", "angle": "deg",
+}  # fmt: skip
+_KEYS = (
+    "schema", "version", "units", "name", "outlines", "names", "thickness", "density", "blocks", "tolerance", "joint",
+    "joints", "joints_between", "joint_laws", "interfaces", "fixed", "supports", "loads", "recipe",
+)  # fmt: skip
+class Model(NamedTuple):
+    """What a model file holds: the assembly and its loads (self weight alone where the file gives none)."""
+
+    assembly: Assembly
+    loads: Loads
+
+
+def write_json(path: str | Path, assembly: Assembly, loads: Loads | None = None) -> None:
+    """Write an assembly and its loads; :func:`read_json` returns them with every number unchanged.
+
+    Parameters
+    ----------
+    path : of the file, by custom ending in .json
+    assembly, loads : the model; without loads the file has none
+
+    Raises
+    ------
+    ValueError
+        When the recipe holds something that is not plain data, or the loads belong to another assembly.
+    """
+    if loads is not None and len(loads.dead) != assembly.n_blocks:
+        raise ValueError(f"the loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
+    laws: dict[Joint, str] = {}
+    for interface in assembly.interfaces:
+        if interface.joint not in laws:
+            laws[interface.joint] = _law_name(interface.joint, laws)
+    names = [b.name for b in assembly.blocks]
+    given = not _same_as_found(assembly)
+    interfaces = []
+    for i in assembly.interfaces:
+        entry: dict[str, Any] = {"blocks": [names[i.block_a], names[i.block_b]], "kind": i.kind, "law": laws[i.joint]}
+        if given:
+            entry |= {"polygon": plain(i.polygon, "polygon"), "normal": plain(i.normal, "normal")}
+        interfaces.append(entry)
+    document: dict[str, Any] = {
+        "schema": SCHEMA,
+        "version": VERSION,
+        "units": UNITS,
+        "tolerance": plain(assembly.tolerance, "tolerance"),
+        "blocks": [
+            {
+                "name": b.name,
+                "density": plain(b.density, "density"),
+                **({} if b.axis is None else {"axis": plain(b.axis, "axis")}),
+                "parts": [
+                    {"vertices": plain(p.vertices, "vertices"), "faces": [list(f) for f in p.faces]} for p in b.parts
+                ],
+            }
+            for b in assembly.blocks
+        ],
+        "joint_laws": {name: _law(joint) for joint, name in laws.items()},
+        "interfaces": interfaces,
+        "supports": [
+            {"block": s.block if isinstance(s.block, str) else int(s.block), "translations": s.translations,
+             "rotations": s.rotations, "dofs": list(s.dofs)}
+            for s in assembly.supports
+        ],
+    }  # fmt: skip
+    if loads is not None:
+        document["loads"] = {
+            "name": loads.name, "dead": plain(loads.dead, "loads.dead"), "live": plain(loads.live, "loads.live"),
+        }  # fmt: skip
+    document["recipe"] = plain(assembly.recipe, "recipe")
+    write_document(path, document)
+
+
+def _law_name(joint: Joint, taken: dict[Joint, str]) -> str:
+    base = joint.name or f"joint-{len(taken)}"
+    name, k = base, 2
+    while name in taken.values():
+        name, k = f"{base} ({k})", k + 1
+    return name
+
+
+def _law(joint: Joint) -> dict[str, Any]:
+    """Fields that differ from the default; infinity is a default and so needs no number."""
+    values = {f.name: getattr(joint, f.name) for f in fields(joint)}
+    return {
+        f.name: plain(values[f.name], f.name)
+        for f in fields(joint)
+        if f.name == "friction_angle_deg" or values[f.name] != f.default
+    }
+
+
+def _same_as_found(assembly: Assembly) -> bool:
+    if not assembly.interfaces:
+        return False
+    found = _with_found_contacts(assembly).interfaces
+    return len(found) == len(assembly.interfaces) and all(
+        (f.block_a, f.block_b) == (i.block_a, i.block_b)
+        and np.array_equal(f.polygon, i.polygon)
+        and np.array_equal(f.normal, i.normal)
+        for f, i in zip(found, assembly.interfaces, strict=True)
+    )
+
+
+def _with_found_contacts(assembly: Assembly) -> Assembly:
+    return Assembly.from_polyhedra(
+        [list(b.parts) for b in assembly.blocks], joint=Joint(0.0), density=[b.density for b in assembly.blocks],
+        names=[b.name for b in assembly.blocks], axes=[b.axis for b in assembly.blocks], recipe=assembly.recipe,
+        tolerance=assembly.tolerance,
+    )  # fmt: skip
+
+
+def read_json(path: str | Path) -> Model:
+    """Read a model file, written by :func:`write_json` or by hand (see the module's text for the keys).
+
+    Parameters
+    ----------
+    path : of the file
+
+    Returns
+    -------
+    Model
+        ``assembly, loads``
+
+    Raises
+    ------
+    ValueError
+        For malformed files and impossible models; the message names file, key and block.
+    """
+    node = read_document(path, SCHEMA, VERSION)
+    node.mapping(_KEYS)
+    _check_units(node)
+    if ("outlines" in node) == ("blocks" in node):
+        raise node.error("give exactly one of 'outlines' (with 'thickness') and 'blocks'")
+    if ("interfaces" in node) == ("joint" in node):
+        raise node.error("give exactly one of 'joint' and 'interfaces' (with 'joint_laws')")
+    try:
+        assembly = _stored(node) if "interfaces" in node else _simple(node)
+        return Model(assembly, loads_of(node, assembly))
+    except ValueError as error:
+        text = str(error)
+        raise (error if text.startswith(f"{node.file}: ") else node.error(text)) from None
+
+
+def _check_units(node: Node) -> None:
+    units = node.get("units")
+    if units is None:
+        return
+    for key, unit in units.items():
+        if key in UNITS and unit.value != UNITS[key]:
+            raise unit.error(f"only {UNITS[key]!r} is read, got {unit.value!r}; convert the numbers")
+
+
+def _simple(node: Node) -> Assembly:
+    supports = [support_of(s) for s in node.get("supports") or ()]
+    fixed = [block_of(f) for f in node.get("fixed") or ()] + [s.block for s in supports if all(s.held)]
+    options: dict[str, Any] = {
+        "joint": joint_of(node["joint"]),
+        "joints": joint_table(node),
+        "fixed": fixed,
+        "recipe": restored(node["recipe"].mapping()) if "recipe" in node else None,
+        "tolerance": node["tolerance"].number() if "tolerance" in node else None,
+    }
+    if "outlines" in node:
+        count = len(list(node["outlines"]))
+        for key in ("names", "density"):
+            if key in node and isinstance(node[key].value, list) and len(node[key].value) != count:
+                raise node[key].error(f"{len(node[key].value)} entries for {count} outlines")
+        density = node.get("density")
+        names = [n.text() for n in node["names"]] if "names" in node else None
+        assembly = Assembly.from_polygons(
+            [outline.array(2) for outline in node["outlines"]], thickness=node["thickness"].number(), names=names,
+            density=2000.0 if density is None else density.array(None) if isinstance(density.value, list)
+            else density.number(), **options,
+        )  # fmt: skip
+    else:
+        assembly = Assembly.from_polyhedra(**blocks_of(node), **options)
+    partial = [s for s in supports if not all(s.held)]
+    return assembly.with_supports(partial) if partial else assembly
+
+
+def _stored(node: Node) -> Assembly:
+    for key in ("joints", "joints_between"):
+        if key in node:
+            raise node[key].error("does not go with 'interfaces', which assign the laws; remove one of the two")
+    if "outlines" in node:
+        raise node["interfaces"].error("needs 'blocks'; give 'joint' with 'outlines'")
+    laws = {name: joint_of(law) for name, law in node["joint_laws"].items()}
+    assembly = Assembly.from_polyhedra(
+        **blocks_of(node), joint=Joint(0.0), tolerance=node["tolerance"].number(),
+        recipe=restored(node["recipe"].mapping()) if "recipe" in node else None,
+    )  # fmt: skip
+    rows = []
+    for entry in node["interfaces"]:
+        entry.mapping(("blocks", "kind", "law", "polygon", "normal"))
+        a, b = block_pair(entry["blocks"], assembly)
+        if entry["law"].text() not in laws:
+            raise entry["law"].error(f"there is no law {entry['law'].value!r} in 'joint_laws'")
+        rows.append((a, b, laws[entry["law"].value], entry["kind"].text(), entry))
+    given = [("polygon" in r[4]) for r in rows]
+    if any(given) and not all(given):
+        raise rows[given.index(False)][4].error("'polygon' is missing; give it for every interface or for none")
+    if any(given):
+        interfaces = [
+            Interface(a, b, e["polygon"].array(3), e["normal"].array(None), law, kind) for a, b, law, kind, e in rows
+        ]
+    else:
+        interfaces = _assigned(node, assembly, rows)
+    assembly = replace(assembly, interfaces=tuple(interfaces))
+    supports = [support_of(s) for s in node.get("supports") or ()] + [
+        Support.fixed(block_of(f)) for f in node.get("fixed") or ()
+    ]
+    return assembly.with_supports(supports) if supports else assembly
+
+
+def _assigned(node: Node, assembly: Assembly, rows: list) -> list[Interface]:
+    """Found interfaces with the stored laws and kinds, pair by pair in the stored order."""
+    stored = Counter((min(r[0], r[1]), max(r[0], r[1])) for r in rows)
+    found = Counter((i.block_a, i.block_b) for i in assembly.interfaces)
+    for pair in sorted(stored | found):
+        if stored[pair] != found[pair]:
+            a, b = (assembly.blocks[k].name for k in pair)
+            raise node["interfaces"].error(
+                f"blocks {a!r} and {b!r} have {stored[pair]} interface(s) in the file, but {found[pair]} found with "
+                f"the tolerance of {assembly.tolerance:.3g} m; if the geometry was edited, replace 'interfaces' and "
+                "'joint_laws' by 'joint', or correct the geometry"
+            )
+    waiting: dict[tuple[int, int], list] = {}
+    for row in rows:
+        waiting.setdefault((min(row[0], row[1]), max(row[0], row[1])), []).append(row)
+    return [
+        replace(i, joint=row[2], kind=row[3])
+        for i in assembly.interfaces
+        for row in (waiting[i.block_a, i.block_b].pop(0),)
+    ]

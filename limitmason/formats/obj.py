@@ -1,0 +1,210 @@
+"""Wavefront OBJ: named blocks with polygon faces, both ways.
+
+A block is an object (``o``), or a group (``g``) where the file has none or keeps several groups in one object. Groups
+``part-1``, ``part-2`` ... of one object are the convex pieces of a concave block.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.geometry import Solid
+from limitmason.model import Assembly
+
+Array = NDArray[np.float64]
+
+_PART = re.compile(r"part-\d+$")
+_IGNORED = frozenset(
+    ("vt", "vn", "vp", "s", "usemtl", "mtllib", "l", "p", "bevel", "c_interp", "d_interp", "lod", "maplib", "usemap")
+)
+
+
+class Solids(NamedTuple):
+    """Blocks of a file: convex pieces [m] of each, ready for ``Assembly.from_polyhedra``, and their names."""
+
+    solids: list[list[Solid]]
+    names: list[str]
+
+
+class _Face(NamedTuple):
+    key: tuple[str | None, str | None]
+    vertices: tuple[int, ...]
+
+
+def write_obj(path: str | Path, assembly: Assembly | Solids) -> None:
+    """Write the blocks as objects with polygon faces, numbers with every bit, one group per convex piece if several.
+
+    Parameters
+    ----------
+    path : of the file
+    assembly : an assembly, or solids with names
+
+    Raises
+    ------
+    ValueError
+        For a block name that spans lines, which the format cannot hold.
+    """
+    if isinstance(assembly, Assembly):
+        solids: Iterable[Sequence[Solid]] = [b.parts for b in assembly.blocks]
+        names: Sequence[str] = [b.name for b in assembly.blocks]
+    else:
+        solids, names = assembly
+    lines = ["# limitmason blocks; units: m; z up"]
+    first = 1
+    for name, parts in zip(names, solids, strict=True):
+        if name != " ".join(name.split()) or not name:
+            raise ValueError(f"block name {name!r} cannot be written to OBJ: it is empty or has odd spaces")
+        lines.append(f"o {name}")
+        for k, part in enumerate(parts):
+            if len(parts) > 1:
+                lines.append(f"g part-{k + 1}")
+            lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in np.asarray(part.vertices, dtype=float).tolist()]
+            lines += ["f " + " ".join(str(first + i) for i in face) for face in part.faces]
+            first += len(part.vertices)
+    Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def read_obj(path: str | Path, *, scale: float = 1.0, up: str = "z") -> Solids:
+    """Read named solids with polygon faces.
+
+    Parameters
+    ----------
+    path : of the file
+    scale : metres per unit of the file, for example 0.001 for millimetres
+    up : axis of the file that points up, "z" or "y" (x then stays, y becomes z and z becomes -y)
+
+    Returns
+    -------
+    Solids
+        ``solids, names``. Vertices of a block at exactly the same place are one; vertices no face uses are dropped.
+
+    Raises
+    ------
+    ValueError
+        Naming file and line: numbers that are not, faces with fewer than three corners or with vertices that do not
+        exist, statements of curved surfaces, no faces at all.
+    """
+    if up not in ("y", "z"):
+        raise ValueError(f"up must be 'y' or 'z', got {up!r}")
+    if not (np.isfinite(scale) and scale > 0.0):
+        raise ValueError(f"scale must be positive [m per unit], got {scale!r}")
+    vertices, faces = _parsed(path)
+    points = np.array(vertices, dtype=float).reshape(-1, 3)
+    if up == "y":
+        points = np.column_stack([points[:, 0], -points[:, 2], points[:, 1]])
+    if scale != 1.0:
+        points = points * scale
+    pieces: dict[str, dict[str, list[tuple[int, ...]]]] = {}
+    for name, piece, face in _named(faces, Path(path).stem):
+        pieces.setdefault(name, {}).setdefault(piece, []).append(face)
+    solids = [[_solid(points, rows) for rows in parts.values()] for parts in pieces.values()]
+    return Solids(solids, list(pieces))
+
+
+def _parsed(path: str | Path) -> tuple[list[list[float]], list[_Face]]:
+    vertices: list[list[float]] = []
+    faces: list[_Face] = []
+    thing: str | None = None
+    group: str | None = None
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: not a text file in UTF-8: {error.reason} at byte {error.start}") from None
+    pending = ""
+    for number, raw in enumerate(text.splitlines(), 1):
+        # names may hold a number sign, everything else ends there
+        line = pending + (raw if raw.startswith(("o ", "g ")) else raw.split("#", 1)[0]).strip()
+        if line.endswith("\\"):
+            pending = line[:-1] + " "
+            continue
+        pending = ""
+        keyword, _, rest = line.partition(" ")
+        where = f"{path}: line {number}"
+        if not keyword or keyword in _IGNORED:
+            continue
+        if keyword == "v":
+            vertices.append(_vertex(rest, where))
+        elif keyword == "f":
+            faces.append(_Face((thing, group), _face(rest, len(vertices), where)))
+        elif keyword == "o":
+            thing, group = rest.strip() or None, None
+        elif keyword == "g":
+            group = rest.strip() or None
+        else:
+            raise ValueError(f"{where}: statement {keyword!r} is not read; blocks need plane polygons (v, f, o, g)")
+    if not faces:
+        raise ValueError(f"{path}: there are no faces")
+    return vertices, faces
+
+
+def _vertex(text: str, where: str) -> list[float]:
+    words = text.split()
+    try:
+        numbers = [float(w) for w in words[:3]]
+    except ValueError:
+        raise ValueError(f"{where}: {text!r} is not a vertex of three numbers") from None
+    if len(numbers) < 3:
+        raise ValueError(f"{where}: a vertex needs three coordinates, got {len(numbers)}")
+    if not np.isfinite(numbers).all():
+        raise ValueError(f"{where}: a coordinate is not finite: {text!r}")
+    return numbers
+
+
+def _face(text: str, count: int, where: str) -> tuple[int, ...]:
+    out = []
+    for word in text.split():
+        try:
+            index = int(word.split("/", 1)[0])
+        except ValueError:
+            raise ValueError(f"{where}: {word!r} is not a vertex of a face") from None
+        place = index - 1 if index > 0 else count + index
+        if index == 0 or not 0 <= place < count:
+            raise ValueError(f"{where}: vertex {index} does not exist; {count} vertices were given before this line")
+        out.append(place)
+    if len(out) < 3:
+        raise ValueError(f"{where}: a face needs at least three vertices, got {len(out)}")
+    return tuple(out)
+
+
+def _named(faces: list[_Face], stem: str) -> Iterable[tuple[str, str, tuple[int, ...]]]:
+    """Block name, piece and vertices of every face."""
+    groups: dict[str | None, set[str | None]] = {}
+    objects: dict[str | None, set[str | None]] = {}
+    for face in faces:
+        thing, group = face.key
+        groups.setdefault(thing, set()).add(group)
+        if group is not None:
+            objects.setdefault(group, set()).add(thing)
+    for face in faces:
+        thing, group = face.key
+        if group is not None and thing is not None and _PART.match(group):
+            yield thing, group, face.vertices
+        elif group is None:
+            yield thing or stem, "", face.vertices
+        elif thing is None or (len(objects[group]) == 1 and len(groups[thing]) > 1):
+            yield group, "", face.vertices
+        elif len(groups[thing]) == 1:
+            yield thing, "", face.vertices
+        else:
+            yield f"{thing}/{group}", "", face.vertices
+
+
+def _solid(points: Array, faces: list[tuple[int, ...]]) -> Solid:
+    """A solid with its own numbering; corners at the same place become one."""
+    place: dict[tuple[float, ...], int] = {}
+    number: dict[int, int] = {}
+    for i in sorted({i for face in faces for i in face}):
+        number[i] = place.setdefault(tuple(points[i].tolist()), len(place))
+    vertices = np.array(list(place), dtype=float)
+    return Solid(vertices, tuple(_without_repeats([number[i] for i in face]) for face in faces))
+
+
+def _without_repeats(face: list[int]) -> tuple[int, ...]:
+    kept = [i for k, i in enumerate(face) if i != face[k - 1]]
+    return tuple(kept)

@@ -1,0 +1,210 @@
+"""VTU files for ParaView and PyVista: blocks with their motion, interfaces with their forces. No dependency."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+from xml.sax.saxutils import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.model import Assembly
+from limitmason.results import Prediction
+
+Array = NDArray
+
+_POLYGON, _POLYHEDRON = 7, 42
+_TYPES = {"f8": "Float64", "i8": "Int64", "u1": "UInt8"}
+ENCODINGS = ("base64", "ascii")
+
+
+class _Grid(NamedTuple):
+    points: Array
+    connectivity: Array
+    offsets: Array
+    kind: int
+    faces: Array | None
+    face_offsets: Array | None
+
+
+def write_vtu(
+    path: str | Path,
+    assembly: Assembly,
+    prediction: Prediction | None = None,
+    *,
+    amplitude: float | None = None,
+    encoding: str = "base64",
+) -> tuple[Path, ...]:
+    """Write blocks as polyhedra to a VTU file, and interfaces as polygons to a second one beside it.
+
+    Parameters
+    ----------
+    path : of the blocks' file, by custom ending in .vtu; the interfaces go to "<stem>-interfaces.vtu"
+    assembly : the model
+    prediction : adds the mechanism and the joint forces, where it has them
+    amplitude : largest displacement of a vertex [m]; a twentieth of the structure's largest extent by default
+    encoding : "base64" (exact and short) or "ascii" (exact and readable)
+
+    Returns
+    -------
+    paths written
+
+    Notes
+    -----
+    Blocks, per cell (one a convex piece): ``block`` number, ``density`` [kg/m3], ``fixed``, ``velocity`` of the
+    centroid and ``spin``; per point: ``displacement`` [m], a finite rigid motion, so that *Warp By Vector* with factor
+    1 keeps blocks rigid, and ``rate``, the velocity itself. Names are in the field data ``block_name``, one a line.
+
+    Interfaces, per cell: ``interface``, ``block_a``, ``block_b``, ``kind`` (0 bed, 1 head, 2 base, 3 other), ``area``
+    [m2], ``N`` [N], ``V`` [N] as a vector on block b, ``opening`` and ``sliding`` (largest rates at the corners).
+    """
+    if encoding not in ENCODINGS:
+        raise ValueError(f"encoding must be one of {', '.join(map(repr, ENCODINGS))}, got {encoding!r}")
+    target = Path(path)
+    twists = _twists(assembly, prediction)
+    written = [target]
+    _write(target, *_blocks(assembly, twists, amplitude), encoding, [b.name for b in assembly.blocks])
+    if assembly.interfaces:
+        second = target.with_name(f"{target.stem}-interfaces{target.suffix}")
+        _write(second, *_interfaces(assembly, prediction, twists), encoding, [])
+        written.append(second)
+    return tuple(written)
+
+
+def _twists(assembly: Assembly, prediction: Prediction | None) -> Array | None:
+    if prediction is None or prediction.mechanism is None:
+        return None
+    twists = np.asarray(prediction.mechanism.twists, dtype=float)
+    if twists.shape != (assembly.n_blocks, 6):
+        raise ValueError(f"the mechanism has twists of shape {twists.shape}, the assembly {assembly.n_blocks} blocks")
+    return twists
+
+
+def _blocks(assembly: Assembly, twists: Array | None, amplitude: float | None):
+    pieces = [(i, part) for i, block in enumerate(assembly.blocks) for part in block.parts]
+    owner = np.array([i for i, _ in pieces])
+    counts = np.array([len(part.vertices) for _, part in pieces])
+    start = np.concatenate([[0], np.cumsum(counts)])
+    points = np.concatenate([part.vertices for _, part in pieces])
+    faces: list[int] = []
+    ends = []
+    for (_, part), first in zip(pieces, start.tolist(), strict=False):
+        faces.append(len(part.faces))
+        for face in part.faces:
+            faces.append(len(face))
+            faces.extend(first + i for i in face)
+        ends.append(len(faces))
+    grid = _Grid(points, np.arange(len(points)), start[1:], _POLYHEDRON, np.array(faces), np.array(ends))
+    cells = {
+        "block": owner,
+        "density": np.array([assembly.blocks[i].density for i in owner]),
+        "fixed": assembly.fixed[owner].astype(np.uint8),
+    }
+    data: dict[str, Array] = {}
+    if twists is not None:
+        of_point = np.repeat(owner, counts)
+        rate, displacement = _motion(points, of_point, assembly.centroids, twists, amplitude)
+        cells |= {"velocity": twists[owner, :3], "spin": twists[owner, 3:]}
+        data = {"displacement": displacement, "rate": rate}
+    return grid, cells, data
+
+
+def _motion(
+    points: Array, owner: Array, centroids: Array, twists: Array, amplitude: float | None
+) -> tuple[Array, Array]:
+    """Rates of points, and finite rigid displacements that follow the twists until the fastest has gone far enough."""
+    arm = points - centroids[owner]
+    rate = twists[owner, :3] + np.cross(twists[owner, 3:], arm)
+    fastest = float(np.linalg.norm(rate, axis=1).max(initial=0.0))
+    if fastest == 0.0:
+        return rate, np.zeros_like(rate)
+    reach = 0.05 * float(np.ptp(points, axis=0).max()) if amplitude is None else float(amplitude)
+    v, w = reach / fastest * twists[:, :3], reach / fastest * twists[:, 3:]
+    angle = np.maximum(np.linalg.norm(w, axis=1), 1e-12)[:, None]
+    axis = w / angle
+
+    def turned(x: Array, rows: Array) -> Array:
+        k, t = axis[rows], angle[rows]
+        along = (k * x).sum(axis=1, keepdims=True) * k
+        return along + np.cos(t) * (x - along) + np.sin(t) * np.cross(k, x)
+
+    # the centroid follows the arc about the instantaneous axis: integral of the turning velocity
+    along = (axis * v).sum(axis=1, keepdims=True) * axis
+    travelled = along + np.sin(angle) / angle * (v - along) + (1.0 - np.cos(angle)) / angle * np.cross(axis, v)
+    return rate, travelled[owner] + turned(arm, owner) - arm
+
+
+def _interfaces(assembly: Assembly, prediction: Prediction | None, twists: Array | None):
+    x = assembly.arrays
+    k = len(assembly.interfaces)
+    owner = np.repeat(np.arange(k), np.diff(x.corner_start))
+    grid = _Grid(x.corners, np.arange(len(x.corners)), x.corner_start[1:], _POLYGON, None, None)
+    kinds = {"bed": 0, "head": 1, "base": 2}
+    cells: dict[str, Array] = {
+        "interface": np.arange(k), "block_a": x.block_a, "block_b": x.block_b, "area": x.area,
+        "kind": np.array([kinds.get(i.kind, 3) for i in assembly.interfaces]),
+    }  # fmt: skip
+    if twists is not None:
+        velocity = [
+            twists[b[owner], :3] + np.cross(twists[b[owner], 3:], x.corners - x.centroid[b[owner]])
+            for b in (x.block_a, x.block_b)
+        ]
+        jump = velocity[1] - velocity[0]
+        apart = np.einsum("ij,ij->i", jump, x.normal[owner])
+        opening, sliding = np.full(k, -np.inf), np.zeros(k)
+        np.maximum.at(opening, owner, apart)
+        np.maximum.at(sliding, owner, np.linalg.norm(jump - apart[:, None] * x.normal[owner], axis=1))
+        cells |= {"opening": opening, "sliding": sliding}
+    if prediction is not None and prediction.resultants is not None:
+        r = prediction.resultants
+        if len(r.normal) != k:
+            raise ValueError(f"the resultants are for {len(r.normal)} interfaces, the assembly has {k}")
+        shear = np.asarray(r.shear, dtype=float)
+        cells |= {"N": np.asarray(r.normal, dtype=float),
+                  "V": shear[:, :1] * x.tangent_1 + shear[:, 1:2] * x.tangent_2}  # fmt: skip
+    return grid, cells, {}
+
+
+def _write(
+    path: Path, grid: _Grid, cells: dict[str, Array], points: dict[str, Array], encoding: str, names: Sequence[str]
+) -> None:
+    n = len(grid.offsets)
+    out = [
+        '<?xml version="1.0"?>',
+        '<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">',
+        "<UnstructuredGrid>",
+    ]
+    if names:
+        text = "\n".join(names).encode()
+        codes = " ".join(str(b) for b in (*text, 0))
+        out += [
+            "<FieldData>",
+            f'<Array type="String" Name="block_name" NumberOfTuples="1" format="ascii">{codes}</Array>',
+            "</FieldData>",
+        ]
+    out.append(f'<Piece NumberOfPoints="{len(grid.points)}" NumberOfCells="{n}">')
+    out += ["<Points>", _array("Points", grid.points, encoding), "</Points>", "<Cells>"]
+    out += [_array("connectivity", grid.connectivity, encoding), _array("offsets", grid.offsets, encoding)]
+    out.append(_array("types", np.full(n, grid.kind, np.uint8), encoding))
+    if grid.faces is not None and grid.face_offsets is not None:
+        out += [_array("faces", grid.faces, encoding), _array("faceoffsets", grid.face_offsets, encoding)]
+    out.append("</Cells>")
+    for tag, table in (("CellData", cells), ("PointData", points)):
+        out += [f"<{tag}>", *(_array(name, values, encoding) for name, values in table.items()), f"</{tag}>"]
+    out += ["</Piece>", "</UnstructuredGrid>", "</VTKFile>", ""]
+    path.write_text("\n".join(out), encoding="utf-8")
+
+
+def _array(name: str, values: Array, encoding: str) -> str:
+    kind = "u1" if values.dtype == np.uint8 else "i8" if values.dtype.kind in "iu" else "f8"
+    data = np.ascontiguousarray(values, dtype=f"<{kind}" if kind != "u1" else kind)
+    if encoding == "ascii":
+        body, form = " ".join(repr(v) for v in data.ravel().tolist()), "ascii"
+    else:
+        raw = data.tobytes()
+        body, form = base64.b64encode(len(raw).to_bytes(8, "little") + raw).decode(), "binary"
+    width = f' NumberOfComponents="{data.shape[1]}"' if data.ndim == 2 else ""
+    return f'<DataArray type="{_TYPES[kind]}" Name="{escape(name)}"{width} format="{form}">{body}</DataArray>'

@@ -1,0 +1,127 @@
+"""Mutants: physics broken on purpose must make the named tests fail; a test that lets one pass has no teeth."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import test_bounds
+import test_certificate
+import test_closed_forms
+import test_contacts
+import test_joint_law
+
+import limitmason as lm
+from limitmason.equilibrium import equilibrium_matrix
+from limitmason.limit import associative, problem
+
+
+def caught(test, *arguments):
+    with pytest.raises((AssertionError, ValueError)):
+        test(*arguments)
+
+
+def test_dropped_lever_arm(monkeypatch):
+    def without_arm(assembly, points, *, plane=None):
+        if plane is None:
+            arm_free = points._replace(position=assembly.centroids[points.block_b])
+            return equilibrium_matrix(assembly, arm_free, plane=plane)
+        moved = points._replace(position=points.position - 0.1 * points.directions[:, 1])
+        return equilibrium_matrix(assembly, moved, plane=plane)
+
+    monkeypatch.setattr(problem, "equilibrium_matrix", without_arm)
+    caught(test_closed_forms.test_stack_rocks_about_the_lowest_joint, None)
+    caught(test_certificate.test_associative_prediction_is_certified, "corner")
+    caught(test_certificate.test_associative_prediction_is_certified, "wall in plane")
+
+
+def test_flipped_normal(monkeypatch):
+    def flipped(assembly, points, *, plane=None):
+        directions = points.directions.copy()
+        directions[points.interface == points.interface[0]] *= -1.0
+        return equilibrium_matrix(assembly, points._replace(directions=directions), plane=plane)
+
+    monkeypatch.setattr(problem, "equilibrium_matrix", flipped)
+    caught(test_closed_forms.test_stack_rocks_about_the_lowest_joint, None)
+
+
+def test_friction_five_per_cent_high(monkeypatch):
+    monkeypatch.setattr(lm.Joint, "tan_phi", property(lambda self: 1.05 * np.tan(np.radians(self.friction_angle_deg))))
+    caught(test_closed_forms.test_single_block_slides_or_rocks, 0.2, 1.0)
+    caught(test_joint_law.test_cohesion_adds_to_sliding)
+
+
+def test_contact_areas_five_per_cent_high(monkeypatch):
+    original = problem.contact_points
+
+    def larger(*arguments, **options):
+        points = original(*arguments, **options)
+        return points._replace(area=1.05 * points.area)
+
+    monkeypatch.setattr(problem, "contact_points", larger)
+    caught(test_joint_law.test_cohesion_adds_to_sliding)
+    caught(test_joint_law.test_tension_is_plastic_and_says_so)
+
+
+def test_crushing_strength_left_out(monkeypatch):
+    from limitmason.limit import strength
+
+    original = strength.make_cones
+
+    def without(problem_, *, torsion=None):
+        return original(problem_._replace(stress_block=np.empty((0, 4))), torsion=torsion)
+
+    monkeypatch.setattr(associative, "make_cones", without)
+    caught(test_joint_law.test_crushing_toe_in_plane_is_exact, 5e5, 100e3)
+
+
+def test_tilting_the_wrong_way(monkeypatch):
+    original = lm.Loads.tilting.__func__
+    monkeypatch.setattr(lm.Loads, "tilting", classmethod(lambda cls, a, axis: original(cls, a, -np.asarray(axis))))
+    caught(test_closed_forms.test_tilting_table_turns_the_weight_towards_the_lower_side)
+
+
+def test_dead_load_not_checked(monkeypatch):
+    monkeypatch.setattr(associative, "stands_under_dead_load", lambda *a, **k: (True, 0.0))
+    caught(test_bounds.test_a_structure_that_topples_by_itself_cannot_stand_even_if_a_push_would_right_it, (-1, 0, 0))
+
+
+def test_polar_radius_five_per_cent_high(monkeypatch):
+    original = associative.polar_mean_radius
+    monkeypatch.setattr(associative, "polar_mean_radius", lambda *a: 1.05 * original(*a))
+    caught(test_joint_law.test_torsion_of_a_square_face, {})
+
+
+def test_torsion_about_the_centroid_instead_of_the_pressure(monkeypatch):
+    original = associative.torsion_limits
+
+    def centred(problem_, force):
+        limit = original(problem_, force)
+        return limit._replace(pole=problem_.assembly.arrays.centre[limit.interface])
+
+    monkeypatch.setattr(associative, "torsion_limits", centred)
+    caught(test_joint_law.test_eccentric_block_slides_at_exactly_mu_under_the_torsion_limit)
+
+
+def test_a_lost_contact(monkeypatch):
+    original = lm.Assembly._with_contacts
+
+    def losing(self, joint, table):
+        found = original(self, joint, table)
+        return dataclasses.replace(found, interfaces=found.interfaces[:-1])
+
+    monkeypatch.setattr(lm.Assembly, "_with_contacts", losing)
+    caught(test_contacts.test_running_bond_counts, 5, 10, 55, 140)
+    caught(test_contacts.test_t_junction_gives_one_patch_per_neighbour)
+
+
+def test_mechanism_of_another_wall(monkeypatch):
+    # velocities scaled block by block no longer fit together: the certificate must see it
+    from limitmason.limit.problem import Problem
+
+    original = Problem.twists
+
+    def torn(self, dual):
+        return original(self, dual) * np.linspace(0.9, 1.1, self.assembly.n_blocks)[:, None]
+
+    monkeypatch.setattr(Problem, "twists", torn)
+    caught(test_certificate.test_associative_prediction_is_certified, "wall in plane")
