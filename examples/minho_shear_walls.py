@@ -36,7 +36,9 @@ for name in experiments.specimens(SOURCE):
         low, high = min(values), max(values)
         rows.append((f"{name} {quantity[-1]}", measured, (low, value, high), f"{series} walls"))
         ratios[series].append(value / measured)
-        print(f"{name:<10}{quantity:<9}{measured:11.1f}{value:15.1f}   {low:6.1f} to {high:6.1f}{value / measured:12.3f}")
+        print(
+            f"{name:<10}{quantity:<9}{measured:11.1f}{value:15.1f}   {low:6.1f} to {high:6.1f}{value / measured:12.3f}"
+        )
 
 print(f"{len(rows)} peaks")
 for series, values in ratios.items():

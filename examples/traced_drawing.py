@@ -27,7 +27,9 @@ predictions = lm.predict_cases(
 )
 for name, prediction in predictions.items():
     c = prediction.certificate
-    print(f"{name}: lambda = {prediction.collapse_multiplier:.4f}, tilt {prediction.tilt_angle_deg:.1f} deg, gap {c.gap:.1e}")
+    print(
+        f"{name}: lambda = {prediction.collapse_multiplier:.4f}, tilt {prediction.tilt_angle_deg:.1f} deg, gap {c.gap:.1e}"
+    )
 governing = min(predictions, key=lambda name: predictions[name].collapse_multiplier)
 print(f"governing: {governing}")
 lm.figures.mechanism(wall, predictions[governing], title=f"Traced wall, {governing}").savefig("traced_wall.png")

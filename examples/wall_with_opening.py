@@ -1,4 +1,4 @@
-"""An in-plane wall with a window and its lintel, under horizontal load in both senses and under a load on the lintel."""
+"""A wall with a window and its lintel: horizontal load in both senses, and a load on the lintel."""
 
 import limitmason as lm
 

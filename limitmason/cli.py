@@ -115,6 +115,9 @@ def _parser() -> argparse.ArgumentParser:
     _analysis_options(run, flow_default=None)
     run.set_defaults(run=_run)
 
+    summary = actions.add_parser("summary", help="all packaged cases as one Markdown table (a minute)")
+    summary.set_defaults(run=_summary)
+
     solve = commands.add_parser("solve", help="collapse multiplier of a model with its certificate")
     solve.add_argument("target", metavar="TARGET")
     solve.add_argument("--output", type=Path, metavar="FILE", help="write the whole prediction as JSON")
@@ -269,6 +272,14 @@ def _draw_comparison(path: Path, rows: Sequence, figures) -> None:
     )  # fmt: skip
     figure.savefig(path, dpi=200)
     _say(f"wrote {path}")
+
+
+def _summary(options: argparse.Namespace) -> int:
+    del options
+    from limitmason import experiments
+
+    _print(experiments.summary_table(progress=_say))
+    return 0
 
 
 def _write_table(path: Path, rows: Sequence) -> None:

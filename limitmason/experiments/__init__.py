@@ -10,6 +10,7 @@ Quantity(41.5, 'kN')
 from limitmason.experiments.comparisons import Comparison, as_text, run, table
 from limitmason.experiments.record import Experiment, Option, Quantity, Source, Target
 from limitmason.experiments.registry import all_cases, load, sources, specimens
+from limitmason.experiments.summary import summary_table
 
 __all__ = [
     "Comparison",
@@ -24,5 +25,6 @@ __all__ = [
     "run",
     "sources",
     "specimens",
+    "summary_table",
     "table",
 ]

@@ -83,6 +83,8 @@ def mechanism(
     ghost: bool = True,
     joints: bool = True,
     title: str | None = None,
+    caption: bool = True,
+    legend: bool = True,
     ax: Axes | None = None,
     azimuth_deg: float | None = None,
     elevation_deg: float = 22.0,
@@ -102,7 +104,9 @@ def mechanism(
         are drawn as still [-]
     ghost : draw the original outlines of the blocks that move
     joints : mark opening (vermilion) and sliding (blue) joints
-    title : heading; the caption with multiplier, bound and method stands below it
+    title : heading
+    caption : write multiplier, bound and method below it
+    legend : explain the marks
     ax : axes to draw on; a new figure when not given
     azimuth_deg, elevation_deg : direction the viewer looks from in 3-D [deg]; by default a corner towards which the
         blocks move
@@ -137,7 +141,7 @@ def mechanism(
     handles = elevation.joint_handles(
         marks, fixed=bool(model.fixed.any()), ghost=bool(ghosts.any()), hatch=plane is not None
     )
-    return page.finish(title, style.prediction_text(prediction), handles)
+    return page.finish(title, style.prediction_text(prediction) if caption else None, handles if legend else [])
 
 
 def chosen_plane(model: Assembly, view: str, twists: Array | None) -> Plane | None:

@@ -1,0 +1,137 @@
+"""The command line, run as a user would: what it prints, writes, and says when the input is wrong."""
+
+import csv
+import json
+import subprocess
+import sys
+
+import pytest
+
+from limitmason import cli
+from limitmason.formats import read_json, read_prediction
+
+
+def run(*arguments, capsys):
+    status = cli.main([str(a) for a in arguments])
+    captured = capsys.readouterr()
+    return status, captured.out, captured.err
+
+
+def test_help_reads_like_a_manual():
+    out = subprocess.run(
+        [sys.executable, "-m", "limitmason.cli", "--help"], capture_output=True, text=True, check=True
+    ).stdout
+    for word in ("experiments", "solve", "figure", "template", "units", "exit status", "examples"):
+        assert word in out
+
+
+def test_version_is_printed():
+    out = subprocess.run(
+        [sys.executable, "-m", "limitmason.cli", "--version"], capture_output=True, text=True, check=True
+    )
+    assert out.stdout.startswith("limitmason 0.")
+
+
+def test_no_command_prints_the_help(capsys):
+    status, out, _ = run(capsys=capsys)
+    assert status == 0
+    assert "usage: limitmason" in out
+
+
+def test_experiments_list_and_show(capsys):
+    _, out, _ = run("experiments", "list", capsys=capsys)
+    assert "ferris-tin-loi-2001" in out
+    assert "SW.30.1" in out
+    _, out, _ = run("experiments", "show", "ferris-tin-loi-2001/wall-3", capsys=capsys)
+    assert "0.404" in out
+
+
+def test_experiments_run_writes_table_and_figure(tmp_path, capsys):
+    table, figure = tmp_path / "t.csv", tmp_path / "t.png"
+    status, out, err = run(
+        "experiments", "run", "ferris-tin-loi-2001", "wall-1", "wall-2", "--flow-rule", "associative",
+        "--csv", table, "--figure", figure, capsys=capsys,
+    )  # fmt: skip
+    assert status == 0
+    assert "0.64286" in out
+    assert "[2/2]" in err
+    rows = list(csv.reader(table.open()))
+    assert rows[1][-1] == "s"
+    assert {r[1] for r in rows[2:]} == {"wall-1", "wall-2"}
+    assert figure.read_bytes()[:4] == b"\x89PNG"
+
+
+def test_template_solve_and_outputs(tmp_path, capsys):
+    model, answer, picture, vtu = (tmp_path / n for n in ("m.json", "a.json", "p.png", "v.vtu"))
+    assert run("template", model, capsys=capsys)[0] == 0
+    status, out, err = run("solve", model, "--output", answer, "--figure", picture, "--vtu", vtu, capsys=capsys)
+    assert status == 0
+    assert "gap" in out
+    assert "free blocks" in err
+    value = read_prediction(answer).collapse_multiplier
+    import limitmason as lm
+
+    assembly, loads = read_json(model)
+    assert value == pytest.approx(lm.limit_analysis(assembly, loads).collapse_multiplier)
+    assert picture.exists()
+    assert vtu.exists()
+    status, _, err = run("template", model, capsys=capsys)
+    assert status == 2
+    assert "exists already" in err
+
+
+def test_an_edited_template_follows_its_loads(tmp_path, capsys):
+    model = tmp_path / "m.json"
+    run("template", model, capsys=capsys)
+    document = json.loads(model.read_text())
+    document["joint"] = {"friction_coefficient": 0.1}
+    model.write_text(json.dumps(document))
+    _, out, _ = run("solve", model, capsys=capsys)
+    assert "lambda = 0.1 " in out
+
+
+@pytest.mark.parametrize("kind", ["assembly", "mechanism", "forces"])
+def test_figures(kind, tmp_path, capsys):
+    path = tmp_path / f"{kind}.svg"
+    status, _, err = run("figure", kind, "ferris-tin-loi-2001/wall-1", "-o", path, capsys=capsys)
+    assert status == 0
+    assert f"wrote {path}" in err
+    assert path.read_text().lstrip().startswith("<?xml")
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (("solve", "nowhere.json"), "nowhere.json: no such file"),
+    (("solve", "ferris"), "neither a file nor SOURCE/SPECIMEN"),
+    (("solve", "ferris/wall-1"), "unknown experiment source"),
+    (("solve", "ferris-tin-loi-2001/wall-9"), "wall-9"),
+    (("solve", "pavia-tilting/S1"), "not published"),
+    (("solve", "ferris-tin-loi-2001/wall-1", "--grid", "3", "3"), "--contact-model grid"),
+    (("experiments", "run"), "--all"),
+])  # fmt: skip
+def test_mistakes_end_with_one_line_and_status_2(arguments, message, capsys):
+    status, out, err = run(*arguments, capsys=capsys)
+    assert status == 2
+    assert message in err
+    assert err.count("\n") <= 1 + ("free blocks" in err)
+    assert "Traceback" not in err + out
+
+
+def test_malformed_model_names_the_place(tmp_path, capsys):
+    model = tmp_path / "m.json"
+    model.write_text('{"schema": "limitmason-model", "version": 1,')
+    status, _, err = run("solve", model, capsys=capsys)
+    assert status == 2
+    assert "m.json" in err
+    assert "line" in err
+
+
+def test_structure_that_cannot_stand_has_its_own_status(tmp_path, capsys):
+    model = tmp_path / "m.json"
+    model.write_text(json.dumps({
+        "schema": "limitmason-model", "version": 1, "thickness": 1, "joint": {"friction_angle_deg": 40},
+        "outlines": [[[0, -1], [1, -1], [1, 0], [0, 0]], [[0.7, 0], [2.3, 0], [2.3, 1], [0.7, 1]]],
+        "fixed": [0], "loads": {"horizontal": [1, 0, 0]},
+    }))  # fmt: skip
+    status, out, _ = run("solve", model, capsys=capsys)
+    assert status == 3
+    assert "cannot stand under dead load" in out

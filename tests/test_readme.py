@@ -1,0 +1,54 @@
+"""What the README shows is what the code does."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from limitmason import experiments
+from limitmason.experiments.summary import table_rows
+
+README = (Path(__file__).resolve().parents[1] / "README.md").read_text(encoding="utf-8")
+
+
+def test_python_block_prints_what_the_readme_says(tmp_path):
+    blocks = re.findall(r"```python\n(.*?)```\s*```text\n(.*?)```", README, flags=re.DOTALL)
+    assert len(blocks) == 1
+    code, shown = blocks[0]
+    out = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    assert out == shown
+    assert (tmp_path / "wall.png").exists()
+
+
+@pytest.mark.parametrize("source", ["ferris-tin-loi-2001", "minho-dry-stone-2005-2009", "rondelet-wallette"])
+def test_summary_table_is_what_the_packaged_cases_give(source):
+    shown = README.split("<!-- summary")[1].split("<!-- end of summary -->")[0]
+    fresh = table_rows(experiments.all_cases(source=source, with_model=True), flow_rule="associative")
+    assert fresh
+    for row in fresh:
+        assert row in shown, row
+
+
+def test_every_packaged_case_with_a_model_is_in_the_summary():
+    shown = README.split("<!-- summary")[1].split("<!-- end of summary -->")[0]
+    for source in {case.source.name for case in experiments.all_cases(with_model=True)}:
+        assert source in shown
+
+
+def test_commands_of_the_readme_exist():
+    from limitmason.cli import _parser
+
+    commands = re.findall(r"`limitmason ([^`]*)`", README) + re.findall(r"&& limitmason (.*)", README)
+    assert len(commands) >= 4
+    for command in commands:
+        words = ["x" if w in ("SOURCE", "SPECIMEN") else w for w in command.split()]
+        if "--help" not in words:
+            _parser().parse_args(words)
+
+
+def test_linked_files_exist():
+    root = Path(__file__).resolve().parents[1]
+    for target in re.findall(r"\]\(([^)#:]+)\)", README):
+        assert (root / target).exists(), target
