@@ -29,7 +29,7 @@ class ContactPatches(NamedTuple):
 
 class _Faces(NamedTuple):
     corners: Array  # (F, K, 3), padded by repeating the last corner
-    count: Index
+    corners_of: Index
     normal: Array
     offset: Array
     part: Index
@@ -86,8 +86,8 @@ def find_contacts(
     subject = (first - origin[:, None]) @ frame
     # the partner's outward normal is opposite: its corners run clockwise here, reversal makes them counter-clockwise
     window = ((faces.corners[g] - origin[:, None]) @ frame)[:, ::-1]
-    window = _left_packed(window, faces.count[g])
-    clipped, count = clip_convex_batch(subject, faces.count[f], window, faces.count[g])
+    window = _left_packed(window, faces.corners_of[g])
+    clipped, count = clip_convex_batch(subject, faces.corners_of[f], window, faces.corners_of[g])
     clipped, count = drop_redundant_vertices(clipped, count, 1e-3 * tolerance)
     area, perimeter = area_perimeter(clipped)
     wide = (count >= 3) & (2.0 * area > tolerance * perimeter)
@@ -162,7 +162,7 @@ def _overlaps(
             inside = faces.offset[face][:, None] - np.einsum("mvi,mi->mv", corners[other[rows]], faces.normal[face])
             depth[rows] = np.minimum(depth[rows], inside.max(axis=1))
     found = []
-    for k in np.flatnonzero(depth > tolerance):
+    for k in np.flatnonzero(depth > tolerance).tolist():
         d = min(float(depth[k]), _edge_axes_depth(solids[p[k]], solids[q[k]]))
         if d > tolerance:
             found.append((int(owner[p[k]]), int(owner[q[k]]), d))
@@ -194,7 +194,7 @@ def _merge_patches(
     first = np.flatnonzero(new_pair)
     last = np.r_[first[1:], len(a)]
     drop: set[int] = set()
-    for i, j in zip(first, last, strict=True):
+    for i, j in zip(first.tolist(), last.tolist(), strict=True):
         if j - i < 2:
             continue
         group = list(range(i, j))
@@ -241,7 +241,7 @@ def _hull(points: Array, slack: float) -> list[int]:
     """Convex hull, counter-clockwise, without vertices closer than ``slack`` to the line through their neighbours."""
     order = np.lexsort((points[:, 1], points[:, 0]))
 
-    def half(sequence) -> list[int]:
+    def half(sequence: Index) -> list[int]:
         chain: list[int] = []
         for i in sequence:
             while len(chain) >= 2:

@@ -1,5 +1,7 @@
 """Plane polygons: area, centroid, simplicity, convex decomposition, reflection overlap and polar mean radius."""
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -119,7 +121,7 @@ def _turn(a: Array, b: Array, c: Array) -> float:
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 
-def _is_convex(p: Array, indices) -> bool:
+def _is_convex(p: Array, indices: Iterable[int]) -> bool:
     q = p[list(indices)]
     e = np.roll(q, -1, axis=0) - q
     f = np.roll(e, -1, axis=0)

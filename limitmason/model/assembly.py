@@ -170,7 +170,7 @@ class Assembly:
             found.a.tolist(), found.b.tolist(), found.polygons, found.normals, strict=True
         ):
             kind = interface_kind(normal, whole[a], whole[b])
-            interfaces.append(Interface(a, b, polygon, normal, choose(a, b, kind), kind))
+            interfaces.append(Interface(a, b, polygon, normal, choose(a, b, kind) or joint, kind))
         choose.check_all_used()
         assembly = replace(self, interfaces=tuple(interfaces))
         if assembly.supports:
@@ -319,14 +319,14 @@ class Assembly:
     @property
     def fixed(self) -> NDArray[np.bool_]:
         """Blocks held in all six degrees of freedom, shape (n_blocks,)."""
-        return self.held.all(axis=1)
+        return np.asarray(self.held.all(axis=1))
 
     @cached_property
     def _mass_properties(self) -> tuple[Array, Array, Array]:
         pieces = [part for block in self.blocks for part in block.parts]
         owner = np.repeat(np.arange(self.n_blocks), [len(b.parts) for b in self.blocks])
         part = mass_properties(pieces)
-        volume = np.bincount(owner, part.volume, self.n_blocks)
+        volume = np.bincount(owner, part.volume, self.n_blocks).astype(float)
         centroid = np.stack(
             [np.bincount(owner, part.volume * part.centroid[:, k], self.n_blocks) / volume for k in range(3)], axis=1
         )

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, fields
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ class Joint:
             raise ValueError(f"{label}: residual_friction_angle_deg must be below 90 degrees")
 
     @classmethod
-    def from_friction_coefficient(cls, coefficient: float, **options) -> "Joint":
+    def from_friction_coefficient(cls, coefficient: float, **options: Any) -> "Joint":
         """Joint with tan(phi) = coefficient [-]; other fields as keywords."""
         if not coefficient >= 0.0:
             raise ValueError(f"friction coefficient must be a number >= 0, got {coefficient!r}")

@@ -1,5 +1,6 @@
 """Loads: a dead wrench per block, and a live one that the multiplier scales."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -199,19 +200,21 @@ class Loads:
             raise ValueError(f"face {face!r} is not one of {tuple(_SIDES)} or a direction of three numbers")
         outward = outward / np.linalg.norm(outward)
         wrench = np.zeros((assembly.n_blocks, 6))
+        found = False
         for part in assembly.blocks[i].parts:
             for f in part.faces:
                 corners = part.vertices[list(f)]
                 normal = face_planes(corners[None])[0][0]
                 if normal @ outward < np.cos(np.deg2rad(10.0)):
                     continue
+                found = True
                 r = corners - corners[0]
                 triangle = 0.5 * np.cross(r[1:-1], r[2:]) @ normal
                 centre = corners[0] + (triangle[:, None] * (r[1:-1] + r[2:]) / 3.0).sum(axis=0) / triangle.sum()
-                per_area = -pressure * normal if traction is None else np.asarray(traction, dtype=float)
+                per_area = np.asarray(traction, dtype=float) if pressure is None else -pressure * normal
                 force = per_area * triangle.sum()
                 wrench[i] += np.concatenate([force, np.cross(centre - assembly.centroids[i], force)])
-        if not wrench[i].any():
+        if not found:
             raise ValueError(f"block {assembly.blocks[i].name!r} has no face towards {face!r}")
         return self._plus(assembly, wrench, case)
 
@@ -228,7 +231,12 @@ class Loads:
         return self.with_point_load(assembly, block, (0.0, 0.0, -force), case="dead")
 
     def with_body_force(
-        self, assembly: "Assembly", direction: ArrayLike, *, blocks=None, case: str = "live"
+        self,
+        assembly: "Assembly",
+        direction: ArrayLike,
+        *,
+        blocks: Iterable[int | str] | None = None,
+        case: str = "live",
     ) -> "Loads":
         """These loads and the weight of the named blocks (all by default) turned to a direction.
 
@@ -237,7 +245,7 @@ class Loads:
         direction : shape (3,); its length is a factor on the weight
         blocks : names or numbers, or None for all
         """
-        rows = range(assembly.n_blocks) if blocks is None else [assembly.block_index(b) for b in blocks]
+        rows: Iterable[int] = range(assembly.n_blocks) if blocks is None else [assembly.block_index(b) for b in blocks]
         wrench = np.zeros((assembly.n_blocks, 6))
         for i in rows:
             wrench[i, :3] = assembly.weights[i] * np.asarray(direction, dtype=float)
