@@ -1,1 +1,80 @@
-"""Closed-form collapse mechanisms on the same assemblies; not in this release (see the README's table of methods)."""
+"""Closed-form collapse mechanisms of masonry walls and arches, from numbers or from an assembly's recipe.
+
+Facades out of plane: simple rocking (A), compound rocking with stepped cracks in the side walls (B), horizontal flexure
+(D); overturning, sliding, inclined hinges and Rondelet's rule; stepped cracks in plane; thinnest arches. A, B and D
+prescribe their friction: engineering estimates, no bounds of limit analysis; ``Prediction.bound`` says which is what.
+"""
+
+from mechanisms.arch import ArchLimit, arch_limit, geometric_safety
+from mechanisms.catalogue import NAMES, catalogue, smallest
+from mechanisms.classical import inclined_hinge, overturning, rigid_block, rondelet_thickness, sliding, stack
+from mechanisms.flexure import horizontal_flexure
+from mechanisms.friction import (
+    FrictionSums,
+    bed_joint_friction,
+    crack_angle_reduction,
+    torsion_radius,
+    torsion_shear_curve,
+)
+from mechanisms.in_plane import slender_wall, sloping_crack, sloping_crack_limit, stepped_crack
+from mechanisms.out_of_plane import compound_rocking, simple_rocking
+from mechanisms.parameters import Facade
+from mechanisms.stiffness import (
+    LightDamage,
+    light_damage,
+    masonry_modulus_bui,
+    masonry_modulus_gonen,
+    masonry_modulus_itasca,
+    normal_stiffness_bui,
+    normal_stiffness_gonen,
+    normal_stiffness_itasca,
+    normal_stiffness_sarhosis,
+    shear_modulus,
+    shear_stiffness,
+    shear_stiffness_sarhosis,
+)
+from mechanisms.virtual_work import PowerBalance, check_contacts, flexure_power, rocking_power
+
+__all__ = [
+    "NAMES",
+    "ArchLimit",
+    "Facade",
+    "FrictionSums",
+    "LightDamage",
+    "PowerBalance",
+    "arch_limit",
+    "bed_joint_friction",
+    "catalogue",
+    "check_contacts",
+    "compound_rocking",
+    "crack_angle_reduction",
+    "flexure_power",
+    "geometric_safety",
+    "horizontal_flexure",
+    "inclined_hinge",
+    "light_damage",
+    "masonry_modulus_bui",
+    "masonry_modulus_gonen",
+    "masonry_modulus_itasca",
+    "normal_stiffness_bui",
+    "normal_stiffness_gonen",
+    "normal_stiffness_itasca",
+    "normal_stiffness_sarhosis",
+    "overturning",
+    "rigid_block",
+    "rocking_power",
+    "rondelet_thickness",
+    "shear_modulus",
+    "shear_stiffness",
+    "shear_stiffness_sarhosis",
+    "simple_rocking",
+    "slender_wall",
+    "sliding",
+    "sloping_crack",
+    "sloping_crack_limit",
+    "smallest",
+    "stack",
+    "stepped_crack",
+    "torsion_radius",
+    "torsion_shear_curve",
+]

@@ -66,6 +66,15 @@ def two_mechanisms(g):
     assert g["lowest"].collapse_multiplier <= 1.01 * 0.264
 
 
+def mechanisms_of_a_u_shaped_wall(g):
+    found = g["found"]
+    # the power of the mechanism balances: each multiplier solves its own virtual-work equation
+    for name, prediction in found.items():
+        low, high = prediction.details.get("omega_bracket", (0.0, 1.0))
+        assert low - 1e-9 <= prediction.collapse_multiplier <= high + 1e-9, name
+    assert g["associative"].collapse_multiplier <= g["bound"] + 1e-7
+
+
 def minho_shear_walls(g):
     assert len(g["rows"]) == 31
     # rocking walls: the plain rigid-block model lies within a tenth of the mean, no tuning
@@ -77,6 +86,7 @@ CHECKS = {
     for f in (
         block_on_slope, stack, semicircular_arch, wall_with_opening, corner_walls_out_of_plane, traced_drawing,
         ferris_tin_loi_walls, wall_flow_rules, minho_shear_walls, two_mechanisms,
+        mechanisms_of_a_u_shaped_wall,
     )
 }  # fmt: skip
 

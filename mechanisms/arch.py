@@ -1,0 +1,97 @@
+"""Minimum thickness of circular arches under their own weight: closed form of the five-hinge limit, and its program."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from limitmason.build import arch_minimum_thickness
+from limitmason.model.assembly import Assembly
+
+
+class ArchLimit(NamedTuple):
+    """Thinnest arch: t/R (R of the centre line), angle of the haunch hinge from the crown, and thrust over weight."""
+
+    thickness: float
+    haunch_deg: float
+    thrust: float
+
+
+def arch_limit(angle_deg: float = 180.0) -> ArchLimit:
+    """Return the smallest thickness of a circular arch with radial joints at every angle, carrying its own weight.
+
+    Thrust through the extrados at crown and springings, touching the intrados at the haunch beta. Per unit of weight
+    an angle, with r_i = 1 - t/2, r_o = 1 + t/2 and centroids at rho = 1 + t^2/12,
+
+        H = max over beta of [r_i beta sin(beta) - rho (1 - cos(beta))] / (r_o - r_i cos(beta))
+          = [r_o alpha sin(alpha) - rho (1 - cos(alpha))] / (r_o (1 - cos(alpha)))        (alpha: half embrace)
+
+    Parameters
+    ----------
+    angle_deg : angle of embrace, 60 to 180 [deg]
+
+    Returns
+    -------
+    ArchLimit
+        For 180: t/R = 0.107478, haunch at 54.484 degrees, thrust 0.19763 of the arch's weight.
+
+    Raises
+    ------
+    ValueError
+        Outside 60 to 180 degrees.
+
+    Notes
+    -----
+    Source: Milankovitch (1907) for the semicircle; derived (mechanisms.md, section 8). Couplet-Heyman's 0.106 puts the
+    centroids on the centre line. Wrong for few voussoirs (joints miss the haunch: slightly thinner arches stand),
+    where friction is too small for the springings, and for other cuts (0.1095 with vertical joints).
+    """
+    if not 60.0 <= angle_deg <= 180.0:
+        raise ValueError(f"angle_deg must lie between 60 and 180, got {angle_deg!r}")
+    # scipy.optimize takes a quarter of a second to load, which whoever asks for walls need not wait for
+    from scipy.optimize import brentq, minimize_scalar
+
+    alpha = math.radians(0.5 * angle_deg)
+
+    def need(beta: float, t: float) -> float:
+        inner, outer, rho = 1.0 - 0.5 * t, 1.0 + 0.5 * t, 1.0 + t * t / 12.0
+        return (inner * beta * math.sin(beta) - rho * (1.0 - math.cos(beta))) / (outer - inner * math.cos(beta))
+
+    def haunch(t: float) -> float:
+        found = minimize_scalar(lambda b: -need(b, t), bounds=(0.05 * alpha, alpha), method="bounded",
+                                options={"xatol": 1e-12})  # fmt: skip
+        return float(found.x)
+
+    def spare(t: float) -> float:
+        outer, rho = 1.0 + 0.5 * t, 1.0 + t * t / 12.0
+        drop = 1.0 - math.cos(alpha)
+        return (outer * alpha * math.sin(alpha) - rho * drop) / (outer * drop) - need(haunch(t), t)
+
+    t = float(brentq(spare, 1e-5, 0.5, xtol=1e-14))
+    beta = haunch(t)
+    return ArchLimit(t, math.degrees(beta), need(beta, t) / (2.0 * alpha))
+
+
+def geometric_safety(assembly: Assembly) -> float:
+    """Return thickness over the smallest thickness of an arch built by ``limitmason.build.arch`` [-].
+
+    Parameters
+    ----------
+    assembly : circular, on held springings; the smallest thickness is that of its own number of voussoirs
+
+    Raises
+    ------
+    ValueError
+        For other assemblies.
+
+    Notes
+    -----
+    Heyman's geometric factor of safety: above 1 a line of thrust fits inside. Nothing is said of sliding or of piers.
+    """
+    recipe = assembly.recipe
+    if recipe.get("kind") != "arch" or recipe.get("shape") != "circular" or recipe.get("pier_height") is not None:
+        raise ValueError("recipe of a circular arch without piers is needed: build it with limitmason.build.arch")
+    thinnest = arch_minimum_thickness(
+        voussoirs=recipe["voussoirs"], angle_deg=recipe["angle_deg"], radius=recipe["radius"]
+    )
+    return float(recipe["thickness"] / thinnest)

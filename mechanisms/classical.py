@@ -1,0 +1,316 @@
+"""Classical mechanisms: overturning, sliding, stacks, a facade turning about an inclined hinge, Rondelet's rule."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.results import Prediction
+from mechanisms.flexure import flexure_terms
+from mechanisms.motion import FREE_WALL, THIS_MOTION, UPPER_IDEAL, answer, flexure_twists, rotation, translation
+from mechanisms.optimum import ratio
+from mechanisms.out_of_plane import simple_rocking
+from mechanisms.parameters import Facade, foot_level, read
+from mechanisms.virtual_work import check_contacts
+
+Array = NDArray[np.float64]
+
+EXACT = "exact for rigid blocks without tension"
+
+
+class Level(NamedTuple):
+    """A flat joint through the whole structure: its height [m], what lies above, and the corners of its contacts."""
+
+    height: float
+    moving: NDArray[np.bool_]
+    corners: Array
+    tan_phi: float
+
+
+def overturning(
+    facade: Facade | Assembly, *, loads: Loads | None = None, hinge_courses: int | None = None
+) -> Prediction:
+    """Return overturning in one piece of everything above a flat joint: t/H for a free wall.
+
+        lambda = sum(W_i x_i) / sum(W_i z_i), arms from the toe; with numbers (W t/2 + Q X_Q) / (W H_k/2 + Q H_k)
+
+    Parameters
+    ----------
+    facade : numbers of a facade (side walls are left out), or any assembly with flat joints
+    loads : of the assembly, live part horizontal on the whole; weights along -y where omitted
+    hinge_courses : courses between top and hinge, for numbers; the worst where omitted
+
+    Returns
+    -------
+    Prediction
+        ``details``: hinge_height [m].
+
+    Raises
+    ------
+    ValueError
+        For an assembly without a flat joint through it, or live loads that do no work.
+
+    Notes
+    -----
+    Always admissible as a contact field, so an upper bound of associative limit analysis; exact for a free wall.
+    Wrong as an estimate of walls with cracks in their side walls, which fall earlier.
+    """
+    if isinstance(facade, Facade):
+        if loads is not None:
+            raise ValueError("loads go with an assembly; a Facade carries its overload itself")
+        free = simple_rocking(facade.changed(side_walls=0), hinge_courses=hinge_courses)
+        details = {"hinge_height": free.details["hinge_height"], "hinge_courses": free.details["hinge_courses"]}
+        return answer(
+            "overturning", free.collapse_multiplier, facade=facade, details=details,
+            ideal_bound=FREE_WALL if facade.side_walls else UPPER_IDEAL, source="moment equilibrium about the toe",
+        )  # fmt: skip
+    if hinge_courses is not None:
+        raise ValueError("hinge_courses is for numbers; all flat joints of an assembly are tried")
+    loads, direction = _direction(facade, loads)
+    sideways = np.array([direction[1], -direction[0], 0.0])
+
+    def turned(level: Level) -> Array:
+        toe = level.corners[np.argmax(level.corners @ direction)]
+        # spin x (r - toe) moves the top along the load and lifts what stands behind the toe
+        return rotation(facade, level.moving, toe, -sideways)
+
+    return _worst_level("overturning", facade, loads, turned, "moment equilibrium about the toe")
+
+
+def sliding(facade: Facade | Assembly, *, loads: Loads | None = None) -> Prediction:
+    """Return sliding in one piece of everything above a flat joint: lambda = f for weights turned sideways.
+
+    Parameters
+    ----------
+    facade : numbers of a facade, or any assembly with flat joints
+    loads : as in :func:`overturning`
+
+    Notes
+    -----
+    The motion dilates, e_n = tan(phi) e_t, as the associative law asks; without cohesion its value does not depend on
+    that, since the weight above presses with all of itself. An upper bound, exact for a single block.
+    """
+    if isinstance(facade, Facade):
+        if loads is not None:
+            raise ValueError("loads go with an assembly; a Facade carries its overload itself")
+        f = facade
+        load = f.overload * f.overload_length
+        value = f.friction * (f.weight + load) / (f.weight + load * f.overload_inertia)
+        return answer(
+            "sliding", value, facade=f, ideal_bound=FREE_WALL if f.side_walls else UPPER_IDEAL, source="Coulomb"
+        )
+    loads, direction = _direction(facade, loads)
+
+    def moved(level: Level) -> Array:
+        return translation(facade, level.moving, direction + [0.0, 0.0, level.tan_phi])
+
+    return _worst_level("sliding", facade, loads, moved, "Coulomb")
+
+
+def rigid_block(
+    *, width: float, height: float, friction: float, weight: float = 1.0, top_load: float = 0.0
+) -> Prediction:
+    """Return rocking or sliding of one block under its weight W and a centred mass Q on its top.
+
+        rocking (b/h)(W + Q)/(W + 2 Q), sliding f
+
+    Parameters
+    ----------
+    width, height : b along the load, and h [m]
+    friction : f [-]
+    weight, top_load : W and Q [N]
+
+    Notes
+    -----
+    Exact. Source: mechanisms.md, section 8.
+    """
+    for name, value in (("width", width), ("height", height), ("weight", weight)):
+        if not value > 0.0:
+            raise ValueError(f"{name} must be above zero, got {value!r}")
+    for name, value in (("friction", friction), ("top_load", top_load)):
+        if not value >= 0.0:
+            raise ValueError(f"{name} must not be negative, got {value!r}")
+    rocking = width / height * (weight + top_load) / (weight + 2.0 * top_load)
+    name, value = min((("rocking", rocking), ("sliding", friction)), key=lambda pair: pair[1])
+    details = {"rocking": rocking, "sliding": friction}
+    return answer(f"block, {name}", value, ideal_bound=EXACT, details=details, source="statics of one block")
+
+
+def stack(*, width: float, course_height: float, courses: int, friction: float) -> Prediction:
+    """Return collapse of a stack of n equal blocks: min(f, b/(n h)), joint j from the top rocking at b/(j h).
+
+    Parameters
+    ----------
+    width : b along the load [m]
+    course_height : h of a block [m]
+    courses : n
+    friction : f [-]
+
+    Notes
+    -----
+    Exact. Source: mechanisms.md, section 8.
+    """
+    if courses < 1:
+        raise ValueError(f"courses must be at least 1, got {courses!r}")
+    whole = rigid_block(width=width, height=courses * course_height, friction=friction)
+    details = {"rocking": [width / (j * course_height) for j in range(1, courses + 1)], "sliding": friction}
+    return answer(
+        whole.method.replace("mechanisms: block", "stack"), whole.collapse_multiplier, ideal_bound=EXACT,
+        details=details, source="statics of one block",
+    )  # fmt: skip
+
+
+def inclined_hinge(
+    facade: Facade | Assembly,
+    *,
+    loads: Loads | None = None,
+    side_walls: int | None = None,
+    crack_tangent: float | None = None,
+) -> Prediction:
+    """Return a facade held at its ends that turns about inclined hinges, without torsion in its joints.
+
+        one side wall    (t/H)(L - H tan(a)/2) / (L - 2 H tan(a)/3)
+        two side walls   the same with L/2 in place of L
+
+    Parameters
+    ----------
+    facade, loads : as in :func:`mechanisms.simple_rocking`
+    side_walls : 1 or 2, in place of the facade's
+    crack_tangent : tan(a), inclination of the hinges from the vertical; the hinge along the diagonal of the whole
+        (half) facade where omitted: 1.5 t/H whatever its length [-]
+
+    Raises
+    ------
+    ValueError
+        For another number of side walls, and for a hinge that leaves the facade.
+
+    Notes
+    -----
+    Derived (mechanisms.md, section 8): the friction-free case of mechanism D with the hinge at the foot and no
+    overload. The multiplier falls to t/H as a -> 0; what makes a steep hinge dear is the torsion that this formula
+    leaves out (:func:`mechanisms.horizontal_flexure`). It stands for the facades of Rondelet's rule.
+    """
+    seen = read(facade, loads, side_walls=side_walls)
+    f = seen.facade
+    if f.side_walls not in (1, 2):
+        raise ValueError(f"side_walls must be 1 or 2, got {f.side_walls}")
+    length = f.length if f.side_walls == 1 else 0.5 * f.length
+    diagonal = length / f.height
+    tangent = diagonal if crack_tangent is None else crack_tangent
+    if not 0.0 < tangent <= diagonal * (1.0 + 1e-9):
+        raise ValueError(f"crack_tangent must be above 0 and at most L/H = {diagonal:g}, got {crack_tangent!r}")
+    terms = flexure_terms(f, f.courses, 0.0)
+    value = ratio(terms.numerator, terms.denominator, tangent)
+    twists = None
+    if seen.assembly is not None and seen.loads is not None:
+        twists = flexure_twists(seen.assembly, seen.loads, foot_level(seen.assembly), tangent)
+    details = {"crack_tangent": tangent, "crack_angle_deg": math.degrees(math.atan(tangent)), "diagonal": diagonal}
+    return answer(
+        f"inclined hinge, {f.side_walls} side wall{'s' if f.side_walls == 2 else ''}", value, facade=f,
+        assembly=seen.assembly, loads=seen.loads, twists=twists, ideal_bound=THIS_MOTION, details=details,
+        source="derived (mechanisms.md, section 8)",
+    )  # fmt: skip
+
+
+def rondelet_thickness(*, length: float, height: float, side_walls: int = 1, divisor: float = 10.0) -> float:
+    """Return the thickness that Rondelet's rule of thumb gives a wall held at one end or both [m].
+
+        t = (H/N) L / sqrt(L^2 + H^2), with L/2 in place of L for two side walls
+
+    Parameters
+    ----------
+    length, height : L and H [m]
+    side_walls : 1 or 2
+    divisor : N, 8 (strong), 10 or 12 (light)
+
+    Raises
+    ------
+    ValueError
+        For sizes that are not positive and other numbers of side walls.
+
+    Notes
+    -----
+    Recalled from the handbooks, not checked against the treatise (mechanisms.md, section 8). A sizing rule, not a
+    collapse load: the rotation about the diagonal gives 1.5 t/H for any L/H and does not imply it.
+    """
+    if side_walls not in (1, 2):
+        raise ValueError(f"side_walls must be 1 or 2, got {side_walls!r}")
+    for name, value in (("length", length), ("height", height), ("divisor", divisor)):
+        if not value > 0.0:
+            raise ValueError(f"{name} must be above zero, got {value!r}")
+    run = length / side_walls
+    return height / divisor * run / math.hypot(run, height)
+
+
+def flat_levels(assembly: Assembly) -> list[Level]:
+    """Return the flat joints that divide an assembly into a part above and a part below, from the ground up.
+
+    Raises
+    ------
+    ValueError
+        When there is none.
+    """
+    x = assembly.arrays
+    slack = 10.0 * assembly.tolerance
+    level_of = np.where(np.abs(x.normal[:, 2]) > 1.0 - 1e-9, x.centre[:, 2], np.nan)
+    low = np.array([b.bounds[0, 2] for b in assembly.blocks])
+    high = np.array([b.bounds[1, 2] for b in assembly.blocks])
+    levels: list[Level] = []
+    for height in np.unique(np.round(level_of[np.isfinite(level_of)] / slack)) * slack:
+        moving = low > height - slack
+        cut = ~moving & (high > height + slack)
+        # held blocks may go up beside the wall; nothing held may ride on it
+        if (cut & ~assembly.fixed).any() or (moving & assembly.fixed).any() or not moving.any():
+            continue
+        between = moving[x.block_a] != moving[x.block_b]
+        if not between.any() or (np.abs(level_of[between] - height) > slack).any() or np.isnan(level_of[between]).any():
+            continue
+        rows = np.flatnonzero(between)
+        corners = np.concatenate([assembly.interfaces[k].polygon for k in rows])
+        levels.append(Level(float(x.centre[rows, 2].mean()), moving, corners, float(x.tan_phi[rows].max())))
+    if not levels:
+        raise ValueError("the assembly has no flat joint through it: nothing can overturn or slide in one piece")
+    return levels
+
+
+def _worst_level(name: str, assembly: Assembly, loads: Loads, motion: Any, source: str) -> Prediction:
+    best: tuple[float, Level, Array] | None = None
+    for level in flat_levels(assembly):
+        twists = motion(level)
+        if not (loads.live * np.where(assembly.held, 0.0, twists)).sum() > 0.0:
+            continue
+        value = check_contacts(assembly, loads, twists).multiplier
+        if best is None or value < best[0] * (1.0 - 1e-12):
+            best = (value, level, twists)
+    if best is None:
+        raise ValueError(f"the live loads do no work in {name}")
+    value, level, twists = best
+    kind = assembly.recipe.get("kind")
+    foot = foot_level(assembly) if kind == "wall" else 0.0
+    details = {"hinge_height": level.height - foot}
+    return answer(
+        name,
+        value,
+        assembly=assembly,
+        loads=loads,
+        twists=twists,
+        ideal_bound=UPPER_IDEAL,
+        details=details,
+        source=source,
+    )
+
+
+def _direction(assembly: Assembly, loads: Loads | None) -> tuple[Loads, Array]:
+    """Loads, and the horizontal direction of the live part."""
+    if loads is None:
+        loads = Loads.horizontal(assembly, (0.0, -1.0, 0.0))
+    total = loads.live[~assembly.fixed, :3].sum(axis=0) * [1.0, 1.0, 0.0]
+    size = np.linalg.norm(total)
+    if not size > 1e-9 * np.abs(loads.live).max(initial=1e-300):
+        raise ValueError("the live loads have no horizontal resultant")
+    return loads, total / size

@@ -1,0 +1,193 @@
+"""Mechanism D: horizontal flexure of a facade held by its side walls."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.results import Prediction
+from mechanisms.friction import FrictionSums, bed_joint_friction, edge_radii, torsion_radius
+from mechanisms.motion import ESTIMATE, THIS_MOTION, answer, flexure_twists
+from mechanisms.optimum import Smallest, ratio, smallest_ratio
+from mechanisms.parameters import Facade, foot_level, read
+from mechanisms.virtual_work import flexure_power
+
+Array = NDArray[np.float64]
+
+SOURCE_D = (
+    "structure of Murano et al., eq (26), after Casapulla et al.; kinematics derived (mechanisms.md, section 4.2)"
+)
+
+
+class Flexure(NamedTuple):
+    """Multiplier of one hinge as N(s) / D(s), s = tan(a): coefficients of 1, s, s^2."""
+
+    numerator: Array
+    denominator: Array
+    friction: FrictionSums
+
+
+def horizontal_flexure(
+    facade: Facade | Assembly,
+    *,
+    loads: Loads | None = None,
+    side_walls: int | None = None,
+    hinge_courses: int | None = None,
+    crack_tangent: float | None = None,
+    contact_factor: float = 1.0,
+    torsion_arm: float | None = None,
+    reduction: float | None = None,
+    interaction: bool = False,
+) -> Prediction:
+    """Return mechanism D: the middle of the facade rocks, and two triangles turn about inclined lines beside it.
+
+        lambda_D = [(2 W_A + W_B) t/2 + (2 Q_A + Q_B) X_Q + 2 (1 + omega) k d_0 (F_g + F_q) / tan(a)]
+                   / [2 W_A H_k/3 + W_B H_k/2 + (Q_A + Q_B) H_k]
+        W_A = gamma t H_k^2 tan(a)/2,  W_B = gamma t H_k c,  c = L - 2 H_k tan(a),  Q_A = q H_k tan(a),  Q_B = q c
+
+    minimised exactly over hinge height and angle, 0 < tan(a) <= min(tan(alpha_b), L / (2 H_k)).
+
+    Parameters
+    ----------
+    facade, loads, hinge_courses : as in :func:`mechanisms.simple_rocking`
+    side_walls : 2 (both ends held) or 1 (one end held, the other free: half of a wall of length 2 L)
+    crack_tangent : tan(a) [-]; the worst where omitted
+    contact_factor : k, share of the overlap in contact; Murano et al. take 0.5 [-]
+    torsion_arm : d_0 [m]; polar mean radius of the overlap v x t where omitted
+    reduction : omega of the inclined lines; 1 - tan(a)/tan(alpha_b) where omitted
+    interaction : add the term 2 k d_0 (1 + omega)/2 (W_A + W_B + Q_A + Q_B)/tan(a) of eq (26) to the denominator;
+        as a -> 0 it turns into the shear of the side lines alone and draws the minimum to one course: off by default
+
+    Returns
+    -------
+    Prediction
+        ``details``: hinge_courses, hinge_height [m], crack_tangent, crack_angle_deg, middle_width c [m], F_g, F_q [N],
+        d_0 [m], omega, omega_bracket, edge_pole_multipliers (same angle, the pole on the outer face instead of the
+        overlap's centre: middle and end of its edge), power (without the interaction term).
+
+    Raises
+    ------
+    ValueError
+        Naming the argument that is wrong.
+
+    Notes
+    -----
+    Source: structure of Murano et al., eq (26), whose printed letters cannot be trusted; kinematics, lifts and travels
+    are derived. The motion is not admissible as a contact field and the friction is prescribed: an estimate, no bound.
+    Without friction it is the exact value of this motion, t/H as a -> 0 and 1.5 t/H at c = 0. Blocks A and B share an
+    edge on the outer face, so the true pole of their relative rotation lies there and not where d_0 is taken.
+    """
+    seen = read(facade, loads, side_walls=side_walls)
+    f = seen.facade
+    if f.side_walls not in (1, 2):
+        raise ValueError(f"side_walls must be 1 or 2 for horizontal flexure, got {f.side_walls}")
+    if not 0.0 < contact_factor <= 1.0:
+        raise ValueError(f"contact_factor must be above 0 and at most 1, got {contact_factor!r}")
+    if reduction is not None and not 0.0 <= reduction <= 1.0:
+        raise ValueError(f"reduction must lie between 0 and 1, got {reduction!r}")
+    if hinge_courses is not None and not 1 <= hinge_courses <= f.courses:
+        raise ValueError(f"hinge_courses must be a whole number from 1 to {f.courses}, got {hinge_courses!r}")
+    arm = torsion_radius(f.staggering, f.thickness) if torsion_arm is None else torsion_arm
+    if not arm >= 0.0:
+        raise ValueError(f"torsion_arm must not be negative [m], got {torsion_arm!r}")
+    hinges = range(1, f.courses + 1) if hinge_courses is None else [int(hinge_courses)]
+
+    def search(omega: float | None) -> tuple[Smallest, int]:
+        best: tuple[Smallest, int] | None = None
+        for n in hinges:
+            terms = flexure_terms(f, n, contact_factor * arm, reduction=omega, interaction=interaction)
+            limit = min(f.steepest_crack, _whole_length(f) / (2.0 * n * f.course_height))
+            if crack_tangent is None:
+                here = smallest_ratio(terms.numerator, terms.denominator, 0.0, limit)
+            elif 0.0 <= crack_tangent <= limit * (1.0 + 1e-9):
+                here = Smallest(ratio(terms.numerator, terms.denominator, crack_tangent), crack_tangent)
+            else:
+                continue
+            if best is None or here.value < best[0].value * (1.0 - 1e-12):
+                best = (here, n)
+        if best is None:
+            raise ValueError(f"crack_tangent {crack_tangent!r} must lie between 0 and min(tan(alpha_b), L / (2 H_k))")
+        return best
+
+    (value, tangent), n = search(reduction)
+    omega = max(1.0 - tangent / f.steepest_crack, 0.0) if reduction is None else reduction
+    height, pair = n * f.course_height, edge_radii(f.staggering, f.thickness)
+    edges = [flexure_terms(f, n, contact_factor * r, reduction=reduction, interaction=interaction) for r in pair]
+    terms = flexure_terms(f, n, contact_factor * arm, reduction=reduction)
+    details = {
+        "hinge_courses": n,
+        "hinge_height": f.height - height,
+        "crack_tangent": tangent,
+        "crack_angle_deg": math.degrees(math.atan(tangent)),
+        "middle_width": _whole_length(f) - 2.0 * height * tangent,
+        "F_g": terms.friction.weight,
+        "F_q": terms.friction.overload,
+        "d_0": arm,
+        "omega": omega,
+        "omega_bracket": (search(0.0)[0].value, search(1.0)[0].value),
+        "edge_pole_multipliers": tuple(ratio(e.numerator, e.denominator, tangent) for e in edges),
+    }
+    if tangent > 0.0:
+        details["power"] = flexure_power(
+            f, hinge=n, tangent=tangent, contact_factor=contact_factor, torsion_radius=arm, reduction=omega
+        ).as_dict()
+    warnings = ()
+    if interaction:
+        warnings = ("the interaction term assumes a base without shear; small angles and few courses rest on it alone",)
+    twists = None
+    if seen.assembly is not None and seen.loads is not None and tangent > 0.0:
+        twists = flexure_twists(seen.assembly, seen.loads, foot_level(seen.assembly) + details["hinge_height"], tangent)
+        twists = twists if (seen.loads.live * twists).sum() > 0.0 else None
+    return answer(
+        "horizontal flexure (D)", value, facade=f, assembly=seen.assembly, loads=seen.loads, twists=twists,
+        ideal_bound=ESTIMATE if f.friction else THIS_MOTION, details=details, warnings=warnings, source=SOURCE_D,
+    )  # fmt: skip
+
+
+def flexure_terms(
+    facade: Facade, hinge: int, radius: float, *, reduction: float | None = None, interaction: bool = False
+) -> Flexure:
+    """Return numerator and denominator of lambda_D, both times tan(a), as polynomials in tan(a).
+
+    Parameters
+    ----------
+    facade : parameters
+    hinge : n_k
+    radius : k d_0 [m]
+    reduction : omega; None for 1 - tan(a)/tan(alpha_b)
+    interaction : see :func:`horizontal_flexure`
+    """
+    f, h = facade, facade.course_height
+    length, height = _whole_length(f), hinge * h
+    sums = bed_joint_friction(
+        friction=f.friction, unit_weight=f.unit_weight, thickness=f.thickness, staggering=f.staggering,
+        course_height=h, crossed=hinge, overload=f.overload,
+    )  # fmt: skip
+    area = f.unit_weight * f.thickness * height
+    q = f.overload * f.overload_length / f.length
+    # both A triangles together, and B, as polynomials in s = tan(a)
+    pair, middle = np.array([0.0, area * height]), np.array([length, -2.0 * height])
+    load = q * (middle + np.array([0.0, 2.0 * height]))
+    omega = np.array([1.0, -1.0 / f.steepest_crack]) if reduction is None else np.array([reduction, 0.0])
+    lift = (pair + area * middle) * 0.5 * f.thickness + load * f.overload_offset
+    # the A triangles' top edge moves H_k / 2 on average, in units of the travel of B's top
+    edge = q * f.overload_inertia * (middle + np.array([0.0, height]))
+    travel = pair * height / 3.0 + area * middle * 0.5 * height + edge * height
+    travel += load * f.overload_inertia * f.overload_rise
+    numerator = np.concatenate([[0.0], lift])
+    numerator[:2] += 2.0 * (np.array([1.0, 0.0]) + omega) * radius * sums.force
+    denominator = np.concatenate([[0.0], travel])
+    if interaction:
+        carried = 0.5 * pair + area * middle + q * (middle + np.array([0.0, height]))
+        denominator += np.convolve(np.array([1.0, 0.0]) + omega, carried) * radius
+    return Flexure(numerator, denominator, sums)
+
+
+def _whole_length(f: Facade) -> float:
+    """Length of the wall held at both ends: twice the facade where one end is free."""
+    return f.length if f.side_walls == 2 else 2.0 * f.length

@@ -1,0 +1,208 @@
+"""Friction on the bed joints that a crack crosses: sums F_g and F_q, crack-angle reduction, torsion of an overlap."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from limitmason.geometry.polygon import polar_mean_radius
+
+Array = NDArray[np.float64]
+
+
+class FrictionSums(NamedTuple):
+    """Largest friction of the crossed bed joints from self weight (F_g) and overload (F_q), and its heights.
+
+    Forces [N], heights above the hinge [m].
+    """
+
+    weight: float
+    weight_height: float
+    overload: float
+    overload_height: float
+
+    @property
+    def force(self) -> float:
+        """F_g + F_q [N]."""
+        return self.weight + self.overload
+
+    @property
+    def moment(self) -> float:
+        """F_g Z_g + F_q Z_q about the hinge [N m]."""
+        return self.weight * self.weight_height + self.overload * self.overload_height
+
+
+def bed_joint_friction(
+    *,
+    friction: float,
+    unit_weight: float,
+    thickness: float,
+    staggering: float,
+    course_height: float,
+    crossed: int,
+    overload: float = 0.0,
+    base_height: float = 0.0,
+) -> FrictionSums:
+    """Return the largest friction that one vertical crack meets in the bed joints of the top ``crossed`` courses.
+
+        F_g = f gamma t v h n (n + 1) / 2,    Z_g = z_b + h (n - 1) / 3
+        F_q = f q v n,                        Z_q = z_b + h (n - 1) / 2
+
+    Parameters
+    ----------
+    friction : f [-]
+    unit_weight : gamma [N/m3]
+    thickness : of the cracked wall [m]
+    staggering, course_height : v and h [m]
+    crossed : number of courses n that the crack crosses, from the top
+    overload : q on the cracked wall [N/m]
+    base_height : z_b of the lowest crossed joint above the hinge [m]
+
+    Raises
+    ------
+    ValueError
+        When ``crossed`` is below one.
+
+    Notes
+    -----
+    Structure of F_g, F_q, Z after Casapulla et al. as used by Murano et al., eqs (24)-(26); the expressions are derived
+    in the project's mechanisms.md, section 2 (no table of the original was at hand). Joint j carries gamma t v (j h)
+    plus q v on its overlap, without load spreading: too low where the units spread the load, too high where the side
+    wall is unloaded by the rocking itself.
+    """
+    if crossed < 1:
+        raise ValueError(f"crossed must be at least one course, got {crossed!r}")
+    n, h = crossed, course_height
+    return FrictionSums(
+        friction * unit_weight * thickness * staggering * h * n * (n + 1) / 2.0,
+        base_height + h * (n - 1) / 3.0,
+        friction * overload * staggering * n,
+        base_height + h * (n - 1) / 2.0,
+    )
+
+
+def joint_friction(
+    joints: ArrayLike,
+    *,
+    friction: float,
+    unit_weight: float,
+    thickness: float,
+    staggering: float,
+    course_height: float,
+    overload: float = 0.0,
+) -> Array:
+    """Return the friction of single bed joints, f (gamma t v j h + q v) [N], j counted from the top.
+
+    Parameters
+    ----------
+    joints : numbers j of the joints
+    friction, unit_weight, thickness, staggering, course_height, overload : as in :func:`bed_joint_friction`
+    """
+    j = np.asarray(joints, dtype=float)
+    return friction * staggering * (unit_weight * thickness * j * course_height + overload)
+
+
+def crack_angle_reduction(tangent: ArrayLike, steepest: float) -> Array | float:
+    """Return omega = 1 - tan(alpha_c) / tan(alpha_b): the share of the friction that an inclined crack leaves.
+
+    Parameters
+    ----------
+    tangent : tan(alpha_c), from 0 (vertical crack) to ``steepest`` [-]
+    steepest : tan(alpha_b) [-]
+
+    Raises
+    ------
+    ValueError
+        For a crack that no bond allows.
+
+    Notes
+    -----
+    If a share p of the courses steps, tan(alpha_c) = p tan(alpha_b) and only 1 - p of the joints keep an overlap to
+    slide on. Derived (mechanisms.md, section 2); matches the role of omega in Murano et al., eq (25). Wrong for few
+    courses, where it matters which of them step.
+    """
+    t = np.asarray(tangent, dtype=float)
+    if (t < 0.0).any() or (t > steepest * (1.0 + 1e-9)).any():
+        raise ValueError(f"crack tangent must lie between 0 and tan(alpha_b) = {steepest:g}, got {tangent!r}")
+    out = np.maximum(1.0 - t / steepest, 0.0)
+    return float(out) if out.ndim == 0 else out
+
+
+def torsion_radius(a: float, b: float) -> float:
+    """Return d_0 = T_o / S_o of a rectangle under uniform pressure: its polar mean radius about its centre.
+
+        r_m = [2 a b d + a^3 asinh(b/a) + b^3 asinh(a/b)] / (12 a b),    d = sqrt(a^2 + b^2)
+
+    Parameters
+    ----------
+    a, b : sides [m]
+
+    Returns
+    -------
+    float
+        [m]; 0.382598 for a unit square, a quarter of the length for a thin strip.
+
+    Notes
+    -----
+    Derived (mechanisms.md, section 4.3). Wrong where the pressure is not uniform: on two opposite corners it nearly
+    doubles.
+    """
+    if not (a > 0.0 and b > 0.0):
+        raise ValueError(f"sides a and b must be above zero, got {a!r} and {b!r}")
+    d = math.hypot(a, b)
+    return (2.0 * a * b * d + a**3 * math.asinh(b / a) + b**3 * math.asinh(a / b)) / (12.0 * a * b)
+
+
+def edge_radii(overlap: float, thickness: float) -> tuple[float, float]:
+    """Return the mean radius of an overlap about a pole on its outer edge: the middle of the edge, and its end [m].
+
+    Parameters
+    ----------
+    overlap : along the outer face [m]
+    thickness : across [m]
+
+    Notes
+    -----
+    Two blocks of mechanism D share an edge on the outer face, so their true relative rotation has its pole there, not
+    at the centre of the overlap that d_0 is about (mechanisms.md, section 4.2: 1.79 to 2 times d_0).
+    """
+    rectangle = np.array([[0.0, 0.0], [overlap, 0.0], [overlap, thickness], [0.0, thickness]])
+    return polar_mean_radius(rectangle, (0.5 * overlap, 0.0)), polar_mean_radius(rectangle, (0.0, 0.0))
+
+
+def torsion_shear_curve(a: float, b: float, poles: ArrayLike, *, points: int = 200) -> tuple[Array, Array]:
+    """Return plastic (S/S_o, T/T_o) of a rectangle under uniform pressure that turns about poles off its centre.
+
+    With r from the pole at distance e along b, S = mean of the sliding direction's component along a, and T its moment
+    about the *centre* over r_m; e = 0 is pure torsion, e -> infinity pure shear.
+
+    Parameters
+    ----------
+    a, b : sides [m]
+    poles : distances e [m]
+    points : quadrature points per side
+
+    Returns
+    -------
+    S/S_o, T/T_o : shape of ``poles``
+
+    Notes
+    -----
+    Derived by integration (mechanisms.md, section 4.3). The straight line T/T_o + S/S_o = 1 behind Murano et al.,
+    eq (26), lies far inside it, the circle 4 to 6 % outside.
+    """
+    x, weight = np.polynomial.legendre.leggauss(points)
+    w = np.outer(weight, weight) / 4.0
+    u, y = np.meshgrid(0.5 * a * x, 0.5 * b * x, indexing="ij")
+    e = np.asarray(poles, dtype=float)
+    shear, torque = np.empty(e.shape), np.empty(e.shape)
+    for index, pole in np.ndenumerate(e):
+        s = y + pole
+        r = np.hypot(u, s)
+        along, across = s / r, -u / r
+        shear[index] = (w * along).sum()
+        torque[index] = (w * (along * y - across * u)).sum()
+    return shear, torque / torsion_radius(a, b)

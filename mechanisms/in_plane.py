@@ -1,0 +1,205 @@
+"""In-plane rocking of a running-bond wall about its toe along a crack that steps through the bond."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.results import Prediction
+from mechanisms.motion import ESTIMATE, UPPER_IDEAL, above, answer, rotation
+from mechanisms.parameters import Facade, foot_level, load_direction, read, wall_recipe
+from mechanisms.virtual_work import ContactCheck, check_contacts
+
+BEDS_ONLY = (
+    "upper without head-joint contact only: the motion is admissible on the bed joints; head joints rub in it and "
+    "raise associative limit analysis"
+)
+SOURCE = "derived (mechanisms.md, section 8)"
+
+
+def stepped_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Prediction:
+    """Return in-plane rocking of the part of a wall above a crack that steps in every course from the toe.
+
+        (v/2h)(4n + 2)/(4n - 1)               n courses, bottom course ending at the toe with a half unit, n v <= B
+        (B/H)(1 - 2b/3)/(1 - b^2/3)           small blocks, b = B h/(H v) < 1
+
+    For an assembly the staircases of its own blocks are tried, from every bed joint up, and the best admissible one is
+    returned with its power balance.
+
+    Parameters
+    ----------
+    wall : numbers of a wall without side walls (its length is B), or an assembly
+    loads : of the assembly, weights along +x or -x; +x where omitted
+
+    Returns
+    -------
+    Prediction
+        ``details``: slope v/h, crack_angle_deg, friction_limit (the largest f for which it is an upper bound).
+
+    Raises
+    ------
+    ValueError
+        For walls with side walls or openings, and loads out of plane.
+
+    Notes
+    -----
+    For f = v/h exact (confirmed by a static linear program in mechanisms.md) where head joints do not touch; for
+    f < v/h an upper bound; for f > v/h associated limit analysis lies *above* it, since opening = f slip is violated
+    on the steps. Head-joint friction raises the associated value too.
+    """
+    if isinstance(wall, Assembly):
+        return _on_blocks(wall, loads)
+    f = read(wall, loads).facade
+    _straight(f.side_walls, "side_walls")
+    n, slope = f.courses, f.slope
+    if n * f.staggering <= f.length * (1.0 + 1e-9):
+        value = 0.5 * slope * (4 * n + 2) / (4 * n - 1)
+        shape = "whole courses"
+    else:
+        value = slender_wall(f.length, f.height, slope)
+        shape = "small blocks"
+    bound = UPPER_IDEAL if f.friction <= slope * (1.0 + 1e-9) else ESTIMATE
+    return answer(
+        f"stepped crack in plane, {shape}", value, facade=f, ideal_bound=bound, details=_details(slope), source=SOURCE
+    )
+
+
+def sloping_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Prediction:
+    """Return in-plane rocking along a crack of the worst inclination, with prescribed friction on its bed joints.
+
+        lambda = sqrt(k f v/h) - k f/2 at tan(alpha) = sqrt(k f v/h),  k = 1 - 1/n^2,   f <= v/h
+        lambda = v/(2h) at tan(alpha) = v/h,                                            f >= v/h
+
+    Parameters
+    ----------
+    wall, loads : as in :func:`stepped_crack`
+
+    Raises
+    ------
+    ValueError
+        Where the crack would leave the wall, H tan(alpha) > B.
+
+    Notes
+    -----
+    Small blocks in the crack's outline, n courses in the friction sum. The same friction hypothesis as mechanism B, so
+    an estimate and no value of limit analysis: programs without head-joint contact still fall below 0.4628 at n = 16
+    where this gives 0.4812 (v/h = 1, f = 0.65). Source: derived, mechanisms.md, section 8.
+    """
+    if isinstance(wall, Assembly):
+        recipe = wall_recipe(wall)
+        _straight(len(recipe["returns"]), "the assembly's side walls")
+        _straight(len(recipe["openings"]), "the assembly's openings")
+        loads = Loads.horizontal(wall) if loads is None else loads
+        _in_plane(wall, loads)
+    f = read(wall, loads).facade
+    _straight(f.side_walls, "side_walls")
+    value, tangent = sloping_crack_limit(f.friction, f.slope, f.courses)
+    if f.height * tangent > f.length * (1.0 + 1e-9):
+        raise ValueError(
+            f"length {f.length:g} m is less than H tan(alpha) = {f.height * tangent:g} m: the crack leaves the wall"
+        )
+    return answer(
+        "sloping crack in plane",
+        value,
+        facade=f,
+        ideal_bound=ESTIMATE,
+        details=_details(f.slope, tangent),
+        source=SOURCE,
+    )
+
+
+def sloping_crack_limit(friction: float, slope: float, courses: int | None = None) -> tuple[float, float]:
+    """Return multiplier and tan(alpha) of :func:`sloping_crack`; very many courses where their number is omitted.
+
+    Parameters
+    ----------
+    friction, slope : f and v/h [-]
+    courses : n
+    """
+    f = friction if courses is None else friction * (1.0 - 1.0 / courses**2)
+    if f >= slope:
+        return 0.5 * slope, slope
+    return math.sqrt(f * slope) - 0.5 * f, math.sqrt(f * slope)
+
+
+def slender_wall(width: float, height: float, slope: float) -> float:
+    """Return the stepped-crack multiplier of a slender wall in small blocks, (B/H)(1 - 2b/3)/(1 - b^2/3).
+
+    Parameters
+    ----------
+    width, height : B and H [m]
+    slope : v/h [-]; b = B/(H v/h) must not exceed 1
+
+    Raises
+    ------
+    ValueError
+        When the wall is not slender.
+    """
+    b = width / (height * slope)
+    if b > 1.0 + 1e-9:
+        raise ValueError(
+            f"width {width:g} m exceeds H v/h = {height * slope:g} m: the crack ends in the top, not the side"
+        )
+    return width / height * (1.0 - 2.0 * b / 3.0) / (1.0 - b * b / 3.0)
+
+
+def _on_blocks(wall: Assembly, loads: Loads | None) -> Prediction:
+    recipe = wall_recipe(wall)
+    _straight(len(recipe["returns"]), "the assembly's side walls")
+    _straight(len(recipe["openings"]), "the assembly's openings")
+    loads = Loads.horizontal(wall) if loads is None else loads
+    sense = _in_plane(wall, loads)
+    f = Facade.from_assembly(wall, loads)
+    toe = f.length if sense > 0 else 0.0
+    foot, top = foot_level(wall), recipe["height"]
+    from_toe, z = (toe - wall.centroids[:, 0]) * sense, wall.centroids[:, 2]
+    beds = wall.with_interfaces([i for i in wall.interfaces if i.kind != "head"])
+    best: tuple[ContactCheck, Any, float] | None = None
+    for course in range(f.courses):
+        level = foot + course * f.course_height
+        for start in range(4):  # width at the toe: from half a unit on
+            reach = 0.5 * start * f.staggering + (np.minimum(z, top) - level) * f.slope
+            moving = above(wall, level + 1e-6) & (from_toe <= reach + 1e-9 * f.length)
+            if not moving.any():
+                continue
+            twists = rotation(wall, moving, (toe, 0.0, level), (0.0, float(sense), 0.0))
+            check = check_contacts(beds, loads, twists)
+            if check.admissible and (best is None or check.multiplier < best[0].multiplier):
+                best = (check, twists, level)
+    if best is None:
+        raise ValueError(
+            f"no staircase through these blocks opens its bed joints as the law asks (friction {f.friction:.3g}, "
+            f"v/h {f.slope:.3g}): the closed form for numbers is an estimate then"
+        )
+    check, twists, level = best
+    details = {**_details(f.slope), "hinge_height": level - foot}
+    return answer(
+        "stepped crack in plane", check.multiplier, facade=f, assembly=wall, loads=loads, twists=twists,
+        ideal_bound=BEDS_ONLY, details=details, source=SOURCE,
+    )  # fmt: skip
+
+
+def _details(slope: float, tangent: float | None = None) -> dict[str, float]:
+    tangent = slope if tangent is None else tangent
+    return {
+        "slope": slope,
+        "crack_tangent": tangent,
+        "crack_angle_deg": math.degrees(math.atan(tangent)),
+        "friction_limit": slope,
+    }
+
+
+def _in_plane(wall: Assembly, loads: Loads) -> int:
+    axis, sense = load_direction(wall, loads)
+    if axis != "x":
+        raise ValueError("loads must be in the plane of the wall: Loads.horizontal(wall, (1, 0, 0))")
+    return sense
+
+
+def _straight(number: int, what: str) -> None:
+    if number:
+        raise ValueError(f"{what} must be 0: the in-plane crack is that of a straight wall without openings")

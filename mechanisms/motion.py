@@ -1,0 +1,198 @@
+"""A mechanism as rigid motions of an assembly's blocks, and the Prediction that carries it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from limitmason.certificate import scaled_mechanism
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.results import SOLVED, Certificate, Mechanism, Prediction
+from mechanisms.parameters import Facade, load_direction, wall_recipe
+from mechanisms.virtual_work import ContactCheck, check_contacts
+
+Array = NDArray[np.float64]
+
+UPPER = "upper: admissible as a contact field, so not below associative limit analysis on the same interfaces"
+UPPER_IDEAL = (
+    "upper bound of associative limit analysis on the same geometry (no assembly is given on which to check it)"
+)
+ESTIMATE = "estimate: friction is a prescribed force, not a contact result; no bound of limit analysis"
+ESTIMATE_INADMISSIBLE = (
+    "estimate: friction is a prescribed force and the motion is not admissible as a contact field (blocks "
+    "interpenetrate or slide without opening); no bound of limit analysis"
+)
+
+THIS_MOTION = "estimate: exact for this motion without friction, which is not admissible as a contact field; no bound"
+FREE_WALL = "estimate: exact for the facade without its side walls; with them no bound"
+NOT_ADMISSIBLE = "estimate: the motion of these blocks is not admissible as a contact field; no bound of limit analysis"
+
+_SAME = 1e-6  # relative difference up to which a formula and the power balance on the blocks are the same number
+
+
+def rotation(assembly: Assembly, moving: NDArray[np.bool_], point: ArrayLike, spin: ArrayLike) -> Array:
+    """Return the twists of blocks that turn together about an axis, zero for the others.
+
+    v = spin x (r - point).
+
+    Parameters
+    ----------
+    moving : shape (n_blocks,)
+    point : on the axis [m], shape (3,)
+    spin : angular velocity [rad/s], shape (3,), right-hand rule
+    """
+    twists = np.zeros((assembly.n_blocks, 6))
+    arm = assembly.centroids[moving] - np.asarray(point, dtype=float)
+    twists[moving, :3] = np.cross(np.asarray(spin, dtype=float), arm)
+    twists[moving, 3:] = spin
+    return twists
+
+
+def translation(assembly: Assembly, moving: NDArray[np.bool_], velocity: ArrayLike) -> Array:
+    """Return the twists of blocks that move together without turning, zero for the others."""
+    twists = np.zeros((assembly.n_blocks, 6))
+    twists[moving, :3] = velocity
+    return twists
+
+
+def above(assembly: Assembly, level: float) -> NDArray[np.bool_]:
+    """Free blocks whose centroids lie above a level [m]."""
+    return ~assembly.fixed & (assembly.centroids[:, 2] > level)
+
+
+def rocking_twists(
+    assembly: Assembly, loads: Loads, level: float, crack: Callable[[float], float] | None = None
+) -> Array:
+    """Return the twists of mechanisms A and B: facade and wedges turn about the toe line at a level.
+
+    Facade blocks and the corner units of the side walls above the level move, and side-wall units whose centroids lie
+    before the crack line.
+
+    Parameters
+    ----------
+    level : of the hinge above the foot [m]
+    crack : distance of the crack from the outer face at a height above the foot [m]; None for no side walls
+
+    Raises
+    ------
+    ValueError
+        When side walls are there and the live load pushes the facade towards them.
+    """
+    axis, sense = load_direction(assembly, loads)
+    recipe = wall_recipe(assembly)
+    thickness = recipe["thickness"]
+    if axis != "y" or (sense > 0 and recipe["returns"]):
+        raise ValueError(
+            "the loads must push the facade out of plane, away from its side walls: Loads.horizontal(wall, (0, -1, 0))"
+        )
+    moving = above(assembly, level + 1e-6)
+    slack = 1e-9 * thickness
+    for k, block in enumerate(assembly.blocks):
+        if moving[k] and block.name.startswith(("return", "beam-")):
+            corner = block.bounds[0, 1] <= slack
+            y, z = assembly.centroids[k, 1:]
+            moving[k] = corner or (crack is not None and y <= crack(min(z, recipe["height"])) + slack)
+    toe = 0.0 if sense < 0 else thickness
+    return rotation(assembly, moving, (0.0, toe, level), (-float(sense), 0.0, 0.0))
+
+
+def flexure_twists(assembly: Assembly, loads: Loads, level: float, tangent: float) -> Array:
+    """Return the twists of mechanism D: a rectangle rocks about its foot, a triangle at each held end about its line.
+
+    Parameters
+    ----------
+    level : of the hinge above the foot [m]
+    tangent : tan(a) of the outer lines from the vertical [-]
+
+    Raises
+    ------
+    ValueError
+        For plans other than L and U, and loads that push the facade towards its side walls.
+    """
+    axis, sense = load_direction(assembly, loads)
+    recipe = wall_recipe(assembly)
+    if recipe["plan"] not in ("L", "U"):
+        raise ValueError(f"plan {recipe['plan']!r}: mechanism D needs a facade held at one end (L) or both (U)")
+    if axis != "y" or sense > 0:
+        raise ValueError("the loads must push the facade away from its side walls: Loads.horizontal(wall, (0, -1, 0))")
+    length, height = recipe["length"], recipe["height"] - level
+    a = math.atan(tangent)
+    reach = height * tangent
+    held = {r["side"] for r in recipe["returns"]}
+    ends = {"left": reach if "left" in held else 0.0, "right": length - reach if "right" in held else length}
+    facade = np.array([b.name.startswith("facade") or b.name == "beam" for b in assembly.blocks])
+    x, z = assembly.centroids[:, 0], assembly.centroids[:, 2]
+    free = facade & above(assembly, level + 1e-6)
+    up = np.minimum(z - level, height)
+    twists = np.zeros((assembly.n_blocks, 6))
+    middle = free & (x >= ends["left"]) & (x <= ends["right"])
+    twists += rotation(assembly, middle, (0.0, 0.0, level), (math.sin(a), 0.0, 0.0))
+    left = free & (x < ends["left"]) & (x > reach - up * tangent)
+    twists += rotation(assembly, left, (reach, 0.0, level), (math.sin(a), 0.0, -math.cos(a)))
+    right = free & (x > ends["right"]) & (x < length - reach + up * tangent)
+    return twists + rotation(assembly, right, (length - reach, 0.0, level), (math.sin(a), 0.0, math.cos(a)))
+
+
+def answer(
+    name: str,
+    multiplier: float,
+    *,
+    facade: Facade | None = None,
+    assembly: Assembly | None = None,
+    loads: Loads | None = None,
+    twists: Array | None = None,
+    ideal_bound: str = ESTIMATE,
+    details: Mapping[str, Any] | None = None,
+    warnings: tuple[str, ...] = (),
+    source: str = "",
+) -> Prediction:
+    """Return a Prediction of this package: number, what it is, and its motion held against the joints.
+
+    Parameters
+    ----------
+    name : of the mechanism; the method is "mechanisms: " and this
+    multiplier : of the closed form [-]
+    facade : the parameters used
+    assembly, loads, twists : where there is an assembly
+    ideal_bound : what the closed form is where no assembly is given
+    details, warnings, source : go to the Prediction
+    """
+    mechanism: Mechanism | None = None
+    certificate: Certificate | None = None
+    bound, extra, notes = ideal_bound, dict(details or {}), list(warnings)
+    if assembly is not None and loads is not None and twists is not None:
+        check = check_contacts(assembly, loads, twists)
+        mechanism = _scaled(assembly, loads, twists, check)
+        kinematic = check.multiplier if check.admissible else math.nan
+        certificate = Certificate(math.nan, math.nan, flow_residual=check.violation, kinematic_multiplier=kinematic)
+        extra |= {"admissible": check.admissible, "kinematic_multiplier": kinematic}
+        bound = ESTIMATE_INADMISSIBLE if ideal_bound == ESTIMATE else ideal_bound
+        if check.admissible and kinematic <= multiplier * (1.0 + _SAME):
+            bound = UPPER
+        elif check.admissible:
+            bound = "estimate: the closed form is not the power balance of these blocks"
+            notes.append(
+                f"the motion is admissible on these blocks and gives the upper bound {kinematic:.6g} there "
+                "(details['kinematic_multiplier'])"
+            )
+        elif ideal_bound == UPPER_IDEAL:
+            bound = NOT_ADMISSIBLE
+        cohesion = [i.joint.name or "a joint" for i in assembly.interfaces if not i.joint.is_cohesionless]
+        if cohesion and not check.admissible:
+            notes.append("cohesion, tension and crushing of the joints are left out by this closed form")
+    provenance: dict[str, Any] = {"theory": "analytical mechanism", "source": source}
+    if facade is not None:
+        provenance["parameters"] = facade.as_dict()
+    return Prediction(
+        f"mechanisms: {name}", float(multiplier), bound, SOLVED, mechanism, None, certificate, tuple(notes),
+        provenance, extra,
+    )  # fmt: skip
+
+
+def _scaled(assembly: Assembly, loads: Loads, twists: Array, check: ContactCheck) -> Mechanism | None:
+    return scaled_mechanism(assembly, loads, twists, check.points.position, check.points.interface)

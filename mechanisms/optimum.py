@@ -1,0 +1,65 @@
+"""Smallest ratio of two quadratics on an interval: every multiplier of this package is one in the crack's tangent."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+class Smallest(NamedTuple):
+    """Smallest value and where it is taken."""
+
+    value: float
+    at: float
+
+
+def smallest_ratio(numerator: ArrayLike, denominator: ArrayLike, low: float, high: float) -> Smallest:
+    """Return the minimum of N(s) / D(s) for low <= s <= high, D positive inside.
+
+    (N / D)' = 0 where N' D - N D' = 0; the cubic terms cancel and at most two stationary points remain, so the minimum
+    is exact: the smaller of those inside and the two ends. Where D vanishes at an end, the value there is that of the
+    limit.
+
+    Parameters
+    ----------
+    numerator, denominator : coefficients of 1, s, s^2, shape (3,) each
+    low, high : interval, low <= high
+
+    Raises
+    ------
+    ValueError
+        When the interval is empty.
+    """
+    if not low <= high:
+        raise ValueError(f"the interval from {low!r} to {high!r} is empty")
+    n, d = np.asarray(numerator, dtype=float), np.asarray(denominator, dtype=float)
+    slope = (n[1] * d[0] - n[0] * d[1], 2.0 * (n[2] * d[0] - n[0] * d[2]), n[2] * d[1] - n[1] * d[2])
+    points = [low, high]
+    scale = max(abs(slope[0]), abs(slope[1]) * high, abs(slope[2]) * high**2, 1e-300)
+    if abs(slope[2]) * high**2 > 1e-14 * scale:
+        inside = slope[1] ** 2 - 4.0 * slope[2] * slope[0]
+        if inside >= 0.0:
+            # the pair of roots without cancellation
+            q = -0.5 * (slope[1] + np.copysign(np.sqrt(inside), slope[1]))
+            points += [q / slope[2], slope[0] / q if q else 0.0]
+    elif slope[1]:
+        points.append(-slope[0] / slope[1])
+    best = Smallest(float("inf"), low)
+    for s in points:
+        if low <= s <= high:
+            value = ratio(n, d, s)
+            if value < best.value:
+                best = Smallest(value, float(s))
+    return best
+
+
+def ratio(numerator: ArrayLike, denominator: ArrayLike, s: float) -> float:
+    """Return N(s) / D(s), by its limit where both vanish at s = 0; infinite where only D does."""
+    n, d = np.asarray(numerator, dtype=float), np.asarray(denominator, dtype=float)
+    powers = np.array([1.0, s, s * s])
+    while s == 0.0 and d[0] == 0.0 and n[0] == 0.0 and len(n) > 1:
+        n, d, powers = n[1:], d[1:], powers[:-1]
+    top, bottom = float(n @ powers), float(d @ powers)
+    return top / bottom if bottom > 0.0 else float("inf")

@@ -1,0 +1,335 @@
+"""Mechanisms A and B: a facade rocks alone, or with the wedges that stepped cracks cut from its side walls."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.results import Prediction
+from mechanisms.friction import FrictionSums, bed_joint_friction, joint_friction
+from mechanisms.motion import ESTIMATE, UPPER_IDEAL, answer, rocking_twists
+from mechanisms.optimum import Smallest, ratio, smallest_ratio
+from mechanisms.parameters import Facade, Reading, foot_level, read
+from mechanisms.stepping import best_steps
+from mechanisms.virtual_work import rocking_power
+
+Array = NDArray[np.float64]
+
+SOURCE_A = "Murano et al., eq (24), after Casapulla et al.; terms derived (mechanisms.md, section 3)"
+SOURCE_B = "Murano et al., eq (25), after Casapulla et al.; terms derived (mechanisms.md, section 3)"
+BELOW_CRACK = ("connected", "free")
+CRACKS = ("straight", "stepped")
+
+
+class Rocking(NamedTuple):
+    """Multiplier of one hinge and crack as N(s) / D(s), s = tan(alpha_c): coefficients of 1, s, s^2 [N m]."""
+
+    numerator: Array
+    denominator: Array
+    friction: FrictionSums
+
+
+def simple_rocking(
+    facade: Facade | Assembly,
+    *,
+    loads: Loads | None = None,
+    side_walls: int | None = None,
+    hinge_courses: int | None = None,
+    reduction: float = 1.0,
+) -> Prediction:
+    """Return mechanism A: the facade rocks outwards and slides along vertical cracks at its side walls.
+
+        lambda_A = [W t/2 + Q X_Q + n_s (F_g Z_g + F_q Z_q)] / [W H_k/2 + Q H_k],    W = gamma t L H_k
+
+    Parameters
+    ----------
+    facade : parameters, or an assembly from which they are read and on which the motion is returned
+    loads : of the assembly; horizontal weights along -y where omitted
+    side_walls : n_s, in place of the facade's
+    hinge_courses : n_k, courses between the top and the hinge; the worst where omitted
+    reduction : omega on the friction: 1 full, 0 none [-]
+
+    Returns
+    -------
+    Prediction
+        ``details``: hinge_courses, hinge_height [m], F_g, F_q [N], Z_g, Z_q [m], omega, omega_bracket (multiplier
+        without and with full friction, each at its own worst hinge), power.
+
+    Raises
+    ------
+    ValueError
+        For a hinge outside the wall or a reduction outside 0 to 1; from an assembly as
+        :meth:`Facade.from_assembly`.
+
+    Notes
+    -----
+    Sign: the facade falls away from its side walls, about the toe line of its outer face. Source: Murano et al.,
+    eq (24), floor-beam term mu Q Z left out as there; friction sums derived. The friction is a prescribed force: a
+    moving unit over a fixed one rises and loses the contact that is said to rub. Without side walls it
+    is an upper bound, exact for a free wall: t/H.
+    """
+    seen = read(facade, loads, side_walls=side_walls)
+    f = seen.facade
+    _share("reduction", reduction)
+    hinges = _range("hinge_courses", hinge_courses, f.courses)
+    found = {n: rocking_terms(f, n, n, reduction=reduction) for n in hinges}
+    n = min(found, key=lambda k: ratio(found[k].numerator, found[k].denominator, 0.0))
+    value = ratio(found[n].numerator, found[n].denominator, 0.0)
+    bracket = tuple(
+        min(ratio(t.numerator, t.denominator, 0.0) for t in (rocking_terms(f, k, k, reduction=w) for k in hinges))
+        for w in (0.0, 1.0)
+    )
+    details = _details(f, n, n, 0.0, found[n].friction, reduction, bracket)
+    details["power"] = rocking_power(f, hinge=n, crossed=n, reduction=reduction).as_dict()
+    return answer(
+        "simple rocking (A)", value, facade=f, assembly=seen.assembly, loads=seen.loads,
+        twists=_twists(seen, details["hinge_height"], lambda z: f.crack_offset),
+        ideal_bound=ESTIMATE if f.side_walls else UPPER_IDEAL, details=details, source=SOURCE_A,
+    )  # fmt: skip
+
+
+def compound_rocking(
+    facade: Facade | Assembly,
+    *,
+    loads: Loads | None = None,
+    side_walls: int | None = None,
+    hinge_courses: int | None = None,
+    crossed_courses: int | str | None = None,
+    crack_tangent: float | None = None,
+    reduction: float | None = None,
+    crack: str = "straight",
+    below_crack: str = "connected",
+) -> Prediction:
+    """Return mechanism B: the facade rocks outwards and takes wedges of the side walls along.
+
+        lambda_B = [W t/2 + Q X_Q + n_s (W_D X_D + Q_s X_s + omega (F_g Z_g + F_q Z_q))]
+                   / [W H_k/2 + Q H_k + n_s (W_D Z_D + Q_s Z_s)]
+        b = H_c tan(alpha_c),  W_D = gamma t_s H_c b/2,  X_D = x_0 + b/3,  Z_D = z_b + 2 H_c/3,
+        Q_s = q_s b,  X_s = x_0 + b/2,  Z_s = H_k,  omega = 1 - tan(alpha_c)/tan(alpha_b)
+
+    minimised exactly over hinge height, crossed courses and crack angle, or over which courses step.
+
+    Parameters
+    ----------
+    facade, loads, side_walls, hinge_courses : as in :func:`simple_rocking`
+    crossed_courses : n_c, "hinge" for n_c = n_k; the worst of 1..n_k where omitted
+    crack_tangent : tan(alpha_c) [-]; the worst where omitted
+    reduction : omega; 1 - tan(alpha_c)/tan(alpha_b) where omitted
+    crack : "straight", friction reduced as if steps were spread evenly; "stepped", the worst choice of whole courses
+        that step, each with the friction of the joints that remain (exact, by dynamic programming)
+    below_crack : "connected", the vertical joint between hinge and crack keeps its friction; "free", it has none, as
+        the formula reads: the minimum then runs to one crossed course and to t/H
+
+    Returns
+    -------
+    Prediction
+        ``details`` as of :func:`simple_rocking`, and crossed_courses, crack_tangent, crack_angle_deg, wedge_width [m]
+        at the top, stepping_courses (from the top) for a stepped crack.
+
+    Raises
+    ------
+    ValueError
+        Naming the argument that is wrong.
+
+    Notes
+    -----
+    Source: Murano et al., eq (25), read with omega on the friction moments only, the one reading that follows from
+    virtual work. An engineering estimate, no bound: see :func:`simple_rocking`. Wrong where side walls are cracked or
+    poorly bonded to the facade, and where the facade bends between them (mechanism D).
+    """
+    seen = read(facade, loads, side_walls=side_walls)
+    f = seen.facade
+    if f.side_walls < 1:
+        raise ValueError(
+            "side_walls must be at least 1: without side walls there is nothing to take along (mechanism A)"
+        )
+    if crack not in CRACKS:
+        raise ValueError(f"crack must be one of {CRACKS}, got {crack!r}")
+    if below_crack not in BELOW_CRACK:
+        raise ValueError(f"below_crack must be one of {BELOW_CRACK}, got {below_crack!r}")
+    if crack == "stepped":
+        taken = {"crossed_courses": crossed_courses, "crack_tangent": crack_tangent, "reduction": reduction}
+        given = [name for name, value in taken.items() if value is not None]
+        if given or below_crack != "connected":
+            raise ValueError(
+                f"{(given or ['below_crack'])[0]} is for a straight crack; a stepped one is searched whole"
+            )
+        return _stepped(seen, hinge_courses)
+    if reduction is not None:
+        _share("reduction", reduction)
+    if crack_tangent is not None and not 0.0 <= crack_tangent <= f.steepest_crack * (1.0 + 1e-9):
+        steepest = f.steepest_crack
+        raise ValueError(f"crack_tangent must lie between 0 and tan(alpha_b) = {steepest:g}, got {crack_tangent!r}")
+
+    def search(omega: float | None) -> tuple[Smallest, int, int]:
+        best: tuple[Smallest, int, int] | None = None
+        for n in _range("hinge_courses", hinge_courses, f.courses):
+            for m in _crossed(crossed_courses, n, given=hinge_courses is not None):
+                terms = rocking_terms(f, n, m, reduction=omega, below_crack=below_crack)
+                limit = min(f.steepest_crack, f.side_wall_length / (m * f.course_height))
+                if crack_tangent is None:
+                    here = smallest_ratio(terms.numerator, terms.denominator, 0.0, limit)
+                else:
+                    here = Smallest(ratio(terms.numerator, terms.denominator, crack_tangent), crack_tangent)
+                if best is None or here.value < best[0].value * (1.0 - 1e-12):
+                    best = (here, n, m)
+        if best is None:
+            raise ValueError(f"crossed_courses must be a whole number from 1 to {f.courses}, got {crossed_courses!r}")
+        return best
+
+    (value, tangent), n, m = search(reduction)
+    omega = max(1.0 - tangent / f.steepest_crack, 0.0) if reduction is None else reduction
+    bracket = (search(0.0)[0].value, search(1.0)[0].value)
+    friction = rocking_terms(f, n, m, below_crack=below_crack).friction
+    details = _details(f, n, m, tangent, friction, omega, bracket)
+    details["power"] = rocking_power(
+        f, hinge=n, crossed=m, tangent=tangent, reduction=omega, below_crack=below_crack
+    ).as_dict()
+    z_b = f.height - m * f.course_height
+    return answer(
+        "compound rocking (B)", value, facade=f, assembly=seen.assembly, loads=seen.loads,
+        twists=_twists(seen, details["hinge_height"], lambda z: f.crack_offset + max(z - z_b, 0.0) * tangent),
+        details=details, source=SOURCE_B,
+    )  # fmt: skip
+
+
+def rocking_terms(
+    facade: Facade,
+    hinge: int,
+    crossed: int,
+    *,
+    reduction: float | None = None,
+    below_crack: str = "connected",
+    friction: FrictionSums | None = None,
+) -> Rocking:
+    """Return numerator and denominator of lambda_B as polynomials in the crack's tangent; s = 0 gives lambda_A.
+
+    Parameters
+    ----------
+    facade : parameters
+    hinge, crossed : n_k and n_c <= n_k
+    reduction : omega; None for 1 - s / tan(alpha_b)
+    below_crack : see :func:`compound_rocking`
+    friction : in place of the sums of :func:`mechanisms.friction.bed_joint_friction`
+    """
+    f, h = facade, facade.course_height
+    top, crack = hinge * h, crossed * h
+    base = top - crack
+    sums = friction or bed_joint_friction(
+        friction=f.friction, unit_weight=f.unit_weight, thickness=f.side_wall_thickness, staggering=f.staggering,
+        course_height=h, crossed=crossed, overload=f.side_overload, base_height=base,
+    )  # fmt: skip
+    weight = f.unit_weight * f.thickness * f.length * top
+    load = f.overload * f.overload_length
+    resisting = np.array([weight * 0.5 * f.thickness + load * f.overload_offset, 0.0, 0.0])
+    driving = np.array([weight * 0.5 * top + load * f.overload_inertia * (top + f.overload_rise), 0.0, 0.0])
+    # wedge and overload on it, per side wall: b = H_c s
+    wedge = 0.5 * f.unit_weight * f.side_wall_thickness * crack**2
+    load_s, x0 = f.side_overload * crack, f.crack_offset
+    side_n = np.array([0.0, (wedge + load_s) * x0, wedge * crack / 3.0 + 0.5 * load_s * crack])
+    side_d = np.array([0.0, wedge * (base + 2.0 * crack / 3.0) + load_s * top, 0.0])
+    share = np.array([1.0, -1.0 / f.steepest_crack, 0.0]) if reduction is None else np.array([reduction, 0.0, 0.0])
+    side_n += share * sums.moment
+    if below_crack == "connected" and crossed < hinge:
+        joints = np.arange(crossed + 1, hinge + 1)
+        side_n[0] += float(_joint_forces(f, joints) @ ((hinge - joints) * h))
+    return Rocking(resisting + f.side_walls * side_n, driving + f.side_walls * side_d, sums)
+
+
+def _stepped(seen: Reading, hinge_courses: int | None) -> Prediction:
+    f, h = seen.facade, seen.facade.course_height
+    hinges = _range("hinge_courses", hinge_courses, f.courses)
+    found = {n: best_steps(f, n) for n in hinges}
+    n = min(found, key=lambda k: found[k].multiplier)
+    steps = found[n].courses
+    # friction and heights of the joints that go on rubbing
+    joints = np.array([j for j in range(1, n + 1) if j not in steps], dtype=float)
+    own = _joint_forces(f.changed(side_overload=0.0), joints)
+    load = _joint_forces(f, joints) - own
+    arm = (n - joints) * h
+    sums = FrictionSums(float(own.sum()), _mean(arm, own), float(load.sum()), _mean(arm, load))
+    width, crossed = len(steps) * f.steepest_crack * h, max(steps, default=0)
+    bracket = (
+        min(best_steps(f, k, reduction=0.0).multiplier for k in hinges),
+        min(best_steps(f, k, keep_all=True).multiplier for k in hinges),
+    )
+    details = _details(f, n, crossed, width / (crossed * h) if crossed else 0.0, sums, 1.0 - len(steps) / n, bracket)
+    details |= {"stepping_courses": steps, "wedge_width": width}
+    details["power"] = rocking_power(f, hinge=n, crossed=n, stepping=steps).as_dict()
+
+    def line(z: float) -> float:
+        depth = (f.height - z) / h  # courses below the top
+        return f.crack_offset + f.steepest_crack * h * sum(min(max(j - depth, 0.0), 1.0) for j in steps)
+
+    return answer(
+        "compound rocking, whole courses step (B)", found[n].multiplier, facade=f, assembly=seen.assembly,
+        loads=seen.loads, twists=_twists(seen, details["hinge_height"], line), details=details, source=SOURCE_B,
+    )  # fmt: skip
+
+
+def _joint_forces(f: Facade, joints: Array) -> Array:
+    return joint_friction(
+        joints, friction=f.friction, unit_weight=f.unit_weight, thickness=f.side_wall_thickness,
+        staggering=f.staggering, course_height=f.course_height, overload=f.side_overload,
+    )  # fmt: skip
+
+
+def _mean(arm: Array, force: Array) -> float:
+    return float(arm @ force / force.sum()) if force.sum() > 0.0 else 0.0
+
+
+def _details(
+    f: Facade, hinge: int, crossed: int, tangent: float, sums: FrictionSums, omega: float, bracket: tuple
+) -> dict[str, Any]:
+    return {
+        "hinge_courses": hinge,
+        "hinge_height": f.height - hinge * f.course_height,
+        "crossed_courses": crossed,
+        "crack_tangent": tangent,
+        "crack_angle_deg": math.degrees(math.atan(tangent)),
+        "wedge_width": tangent * crossed * f.course_height,
+        "F_g": sums.weight,
+        "Z_g": sums.weight_height,
+        "F_q": sums.overload,
+        "Z_q": sums.overload_height,
+        "omega": omega,
+        "omega_bracket": bracket,
+    }
+
+
+def _twists(seen: Reading, level: float, crack: Any) -> Array | None:
+    if seen.assembly is None or seen.loads is None:
+        return None
+    foot = foot_level(seen.assembly)
+    return rocking_twists(seen.assembly, seen.loads, foot + level, lambda z: crack(z - foot))
+
+
+def _range(name: str, value: int | None, most: int) -> range:
+    if value is None:
+        return range(1, most + 1)
+    if isinstance(value, bool) or value != int(value) or not 1 <= value <= most:
+        raise ValueError(f"{name} must be a whole number from 1 to {most}, got {value!r}")
+    return range(int(value), int(value) + 1)
+
+
+def _crossed(value: int | str | None, hinge: int, *, given: bool) -> range:
+    """Courses to cross for one hinge; none where the crack would pass below a hinge that is being searched."""
+    if value == "hinge":
+        return range(hinge, hinge + 1)
+    if isinstance(value, str):
+        raise ValueError(f"crossed_courses must be a number of courses or 'hinge', got {value!r}")
+    if value is not None and value > hinge:
+        if not given:
+            return range(0)
+        raise ValueError(f"crossed_courses {value} exceeds hinge_courses {hinge}: the crack would pass below the hinge")
+    return _range("crossed_courses", value, hinge)
+
+
+def _share(name: str, value: float) -> None:
+    if not 0.0 <= value <= 1.0:
+        raise ValueError(f"{name} must lie between 0 (no friction) and 1 (all of it), got {value!r}")

@@ -1,0 +1,341 @@
+"""What the closed forms need to know of a wall, given as numbers or read from an assembly's recipe."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, fields, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from limitmason.constants import GRAVITY
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+
+_EPS = 1e-6  # relative: loads and friction coefficients closer than this are the same
+
+
+@dataclass(frozen=True, kw_only=True)
+class Facade:
+    """A facade in running bond with its side walls, as the closed-form mechanisms see it.
+
+    Any consistent units do; the names below assume metres and newtons. x runs inward from the toe line on the face
+    towards which the wall falls, z up from its foot.
+
+    Parameters
+    ----------
+    length, thickness : L and t of the facade, corners included [m]
+    courses : number of courses n; the height is n h
+    course_height, staggering : h and v, the overlap of a unit over the one below [m]
+    unit_weight : gamma [N/m3]
+    friction : f = tan(phi) of the bed joints [-]
+    side_walls : number n_s of side walls; 0 for a straight wall
+    side_wall_thickness : t_s [m]; the facade's where omitted
+    side_wall_length : from the inner face of the facade to the free end [m]
+    overload, side_overload : line loads q on the facade and q_s on the side walls [N/m]
+    overload_length : L_Q over which q acts [m]; the facade's length where omitted
+    overload_offset : X_Q of the overload from the toe line [m]; t/2 where omitted
+    overload_inertia : horizontal force per multiplier and per vertical force of the overload; 1 for masses, 0 for
+        loads that hang on no mass
+    overload_rise : height of the overload's line of action above the top of the wall [m]
+    crack_offset : x_0 at which cracks in the side walls start [m]; the facade's thickness where omitted
+    steepest_crack : tan(alpha_b), largest inclination of a stepped crack [-]; v / h where omitted
+
+    Raises
+    ------
+    ValueError
+        Naming the field that is wrong.
+
+    Notes
+    -----
+    A stepped crack moves v sideways per course of height h, so tan(alpha_b) = v / h. Murano et al. (section 6.3) use
+    v over the *length* of the unit (26 degrees instead of 32.6); set ``steepest_crack`` to follow them.
+    """
+
+    length: float
+    thickness: float
+    courses: int
+    course_height: float
+    staggering: float
+    unit_weight: float
+    friction: float
+    side_walls: int = 0
+    side_wall_thickness: float | None = None
+    side_wall_length: float = math.inf
+    overload: float = 0.0
+    side_overload: float = 0.0
+    overload_length: float | None = None
+    overload_offset: float | None = None
+    overload_inertia: float = 1.0
+    overload_rise: float = 0.0
+    crack_offset: float | None = None
+    steepest_crack: float | None = None
+
+    def __post_init__(self) -> None:
+        """Fill what follows from other fields, and say which one is wrong."""
+        defaults = {
+            "side_wall_thickness": self.thickness,
+            "overload_length": self.length,
+            "overload_offset": 0.5 * self.thickness if isinstance(self.thickness, (int, float)) else None,
+            "crack_offset": self.thickness,
+        }
+        for name, value in defaults.items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, value)
+        if self.steepest_crack is None:
+            _positive("course_height", self.course_height)
+            object.__setattr__(self, "steepest_crack", self.staggering / self.course_height)
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name in ("courses", "side_walls"):
+                least = 1 if field.name == "courses" else 0
+                if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+                    raise ValueError(f"{field.name} must be a whole number of at least {least}, got {value!r}")
+            elif field.name in _ABOVE_ZERO:
+                _positive(field.name, value)
+            else:
+                _not_negative(field.name, value)
+
+    @property
+    def height(self) -> float:
+        """H = n h [m]."""
+        return self.courses * self.course_height
+
+    @property
+    def slope(self) -> float:
+        """Ratio v / h: how far a stepped crack moves sideways per unit of height [-]."""
+        return self.staggering / self.course_height
+
+    @property
+    def weight(self) -> float:
+        """Weight of the whole facade, gamma L t H [N]."""
+        return self.unit_weight * self.length * self.thickness * self.height
+
+    def changed(self, **fields_: Any) -> Facade:
+        """Copy with some fields replaced; what followed from a replaced field is worked out again."""
+        follows = {
+            "thickness": ("side_wall_thickness", "overload_offset", "crack_offset"),
+            "length": ("overload_length",),
+            "staggering": ("steepest_crack",),
+            "course_height": ("steepest_crack",),
+        }
+        source = {
+            "side_wall_thickness": self.thickness,
+            "overload_offset": 0.5 * self.thickness,
+            "crack_offset": self.thickness,
+            "overload_length": self.length,
+            "steepest_crack": self.slope,
+        }
+        reset = {
+            name: None
+            for key in fields_
+            for name in follows.get(key, ())
+            if name not in fields_ and getattr(self, name) == source[name]
+        }
+        return replace(self, **{**reset, **fields_})
+
+    def as_dict(self) -> dict[str, Any]:
+        """All fields, for provenance."""
+        return asdict(self)
+
+    @classmethod
+    def from_assembly(cls, assembly: Assembly, loads: Loads | None = None, **changes: Any) -> Facade:
+        """Parameters of a wall built by ``limitmason.build.wall`` or ``layout``, read from its recipe and its loads.
+
+        Geometry comes from the recipe, friction from the bed joints, the unit weight from density and gravity, the
+        overload from loading beams and from dead loads on beams and on the top course.
+
+        Parameters
+        ----------
+        assembly : with a recipe of kind "wall"
+        loads : out of plane or in plane; weight alone with its horizontal twin where omitted
+        changes : fields that replace what is read
+
+        Raises
+        ------
+        ValueError
+            Without such a recipe; for a bond without stagger, bed joints of different friction, dead loads below the
+            top course, and live loads that are not the weights turned horizontally.
+        """
+        recipe = wall_recipe(assembly)
+        staggering = recipe.get("staggering")
+        if not staggering:
+            raise ValueError("recipe['staggering'] is missing: the bond has no overlap from which cracks could step")
+        returns = recipe.get("returns", [])
+        thickness = recipe["thickness"]
+        beyond = [r["length"] - thickness for r in returns]
+        found: dict[str, Any] = {
+            "length": recipe["length"],
+            "thickness": thickness,
+            "courses": recipe["courses"] - int(recipe.get("base") == "course"),  # a held bottom course is the ground
+            "course_height": recipe["unit_height"],
+            "staggering": staggering,
+            "unit_weight": recipe["density"] * GRAVITY,
+            "friction": changes["friction"] if "friction" in changes else bed_friction(assembly),
+            "side_walls": len(returns),
+        }
+        if returns:
+            found["side_wall_thickness"] = recipe["side_wall_thickness"]
+            found["side_wall_length"] = min(beyond)
+        found |= _read_overloads(assembly, loads, found, sum(beyond))
+        return cls(**{**found, **changes})
+
+
+_ABOVE_ZERO = (
+    "length", "thickness", "course_height", "staggering", "unit_weight", "side_wall_thickness", "side_wall_length",
+    "overload_length", "steepest_crack",
+)  # fmt: skip
+
+
+class Reading(NamedTuple):
+    """Parameters, and the assembly and loads they were read from, or None."""
+
+    facade: Facade
+    assembly: Assembly | None
+    loads: Loads | None
+
+
+def read(facade: Facade | Assembly, loads: Loads | None = None, **changes: Any) -> Reading:
+    """Take a Facade as it is, or read one from an assembly; ``changes`` that are None are left out.
+
+    Raises
+    ------
+    TypeError
+        When ``facade`` is neither.
+    """
+    given = {name: value for name, value in changes.items() if value is not None}
+    if isinstance(facade, Assembly):
+        loads = Loads.horizontal(facade, (0.0, -1.0, 0.0)) if loads is None else loads
+        return Reading(Facade.from_assembly(facade, loads, **given), facade, loads)
+    if not isinstance(facade, Facade):
+        raise TypeError(f"facade must be a mechanisms.Facade or a limitmason.Assembly, got {type(facade).__name__}")
+    if loads is not None:
+        raise ValueError("loads go with an assembly; a Facade carries its overload itself")
+    return Reading(facade.changed(**given) if given else facade, None, None)
+
+
+def wall_recipe(assembly: Assembly) -> dict[str, Any]:
+    """Recipe of a built wall, or an error that says what to do."""
+    recipe = dict(assembly.recipe)
+    if recipe.get("kind") != "wall":
+        raise ValueError(
+            f"recipe of kind 'wall' is needed, this assembly has {recipe.get('kind')!r}: build it with "
+            "limitmason.build.wall or layout, or give the numbers as mechanisms.Facade"
+        )
+    return recipe
+
+
+def foot_level(assembly: Assembly) -> float:
+    """Level at which the free part of a built wall stands [m]: 0, or the top of a held bottom course."""
+    recipe = wall_recipe(assembly)
+    return recipe["unit_height"] if recipe.get("base") == "course" else 0.0
+
+
+def bed_friction(assembly: Assembly) -> float:
+    """Friction coefficient shared by all bed joints, or by the base joints of a wall of one course [-].
+
+    Raises
+    ------
+    ValueError
+        When they differ: a closed form knows one value.
+    """
+    for kind in ("bed", "base"):
+        values = np.unique([i.joint.tan_phi for i in assembly.interfaces if i.kind == kind])
+        if len(values):
+            if np.ptp(values) > _EPS:
+                span = f"{values.min():.4g} to {values.max():.4g}"
+                raise ValueError(f"friction of the bed joints differs ({span}); read the Facade with friction=...")
+            return float(values[0])
+    raise ValueError("friction cannot be read: the assembly has no bed joints")
+
+
+def load_direction(assembly: Assembly, loads: Loads) -> tuple[str, int]:
+    """Axis ("x" or "y") and sense (1 or -1) of live loads that are the weights turned horizontally.
+
+    Raises
+    ------
+    ValueError
+        For any other live load on the units: a closed form has nowhere to put it.
+    """
+    units = [k for k, b in enumerate(assembly.blocks) if not assembly.fixed[k] and not b.name.startswith("beam")]
+    weight = assembly.weights[units]
+    live = loads.live[units, :3]
+    top = live[:, 2] != 0.0
+    total = live.sum(axis=0) / weight.sum()
+    axis = int(np.argmax(np.abs(total[:2])))
+    sense = 1 if total[axis] > 0 else -1
+    expected = np.zeros_like(live)
+    expected[:, axis] = sense * weight
+    extra = live - expected
+    levels = np.array([assembly.blocks[k].bounds[1, 2] for k in units])
+    below = levels < levels.max() - _EPS * np.ptp(np.append(levels, 0.0))
+    if top.any() or (np.abs(extra[below]) > _EPS * weight[below, None]).any() or not abs(total[axis]) > 1.0 - _EPS:
+        raise ValueError(
+            "live loads must be the weights turned along x or y (Loads.horizontal, Loads.tilting), with more of them "
+            "only on the top course and on beams: the closed forms know no other load"
+        )
+    return "xy"[axis], sense
+
+
+def _read_overloads(assembly: Assembly, loads: Loads | None, found: dict, beyond: float) -> dict[str, float]:
+    """Line loads on facade and side walls, with the offset, inertia and rise of the facade's."""
+    loads = Loads.horizontal(assembly, (0.0, -1.0, 0.0)) if loads is None else loads
+    axis, sense = load_direction(assembly, loads)
+    height = foot_level(assembly) + found["courses"] * found["course_height"]
+    top = height * (1.0 - _EPS)
+    vertical = {"facade": 0.0, "side": 0.0}
+    moment = {"offset": 0.0, "horizontal": 0.0, "rise": 0.0}
+    for k, block in enumerate(assembly.blocks):
+        if assembly.fixed[k]:
+            continue
+        beam = block.name.startswith("beam")
+        own = 0.0 if beam else assembly.weights[k]
+        push = loads.live[k, "xyz".index(axis)] * sense - own
+        down = -loads.dead[k, 2] - own
+        if max(abs(down), abs(push)) <= _EPS * assembly.weights[k]:
+            continue
+        if np.abs(loads.dead[k, :2]).max() > _EPS * abs(assembly.weights[k]) or down < 0.0:
+            raise ValueError(f"dead load on block {block.name!r} must act downwards: the closed forms know no other")
+        if block.bounds[1, 2] < top:
+            raise ValueError(f"dead load on block {block.name!r} lies below the top course: it cannot be an overload")
+        side = "facade" if block.name in ("beam",) or block.name.startswith("facade") else "side"
+        vertical[side] += down
+        if side == "facade":
+            centre = assembly.centroids[k]
+            # a force down at y off the centroid turns about x: m_x = -dy * down
+            moment["offset"] += down * centre[1] - loads.dead[k, 3]
+            moment["horizontal"] += push
+            about = loads.live[k, 3] if axis == "y" else loads.live[k, 4]
+            dz = (-about if axis == "y" else about) * sense
+            moment["rise"] += push * (centre[2] - height) + dz
+    out: dict[str, float] = {}
+    if vertical["facade"] > 0.0:
+        y = moment["offset"] / vertical["facade"]
+        out["overload"] = vertical["facade"] / found["length"]
+        # the toe line is on the face towards which the wall falls
+        out["overload_offset"] = max(found["thickness"] - y if axis == "y" and sense > 0 else y, 0.0)
+        out["overload_inertia"] = moment["horizontal"] / vertical["facade"]
+        if moment["horizontal"] > 0.0:
+            out["overload_rise"] = max(moment["rise"] / moment["horizontal"], 0.0)
+    if vertical["side"] > 0.0:
+        out["side_overload"] = vertical["side"] / beyond
+    return out
+
+
+def _number(name: str, value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} must be a number, got {value!r}") from None
+
+
+def _positive(name: str, value: Any) -> None:
+    number = _number(name, value)
+    if not number > 0.0 or (math.isinf(number) and name != "side_wall_length"):
+        raise ValueError(f"{name} must be a number above zero, got {value!r}")
+
+
+def _not_negative(name: str, value: Any) -> None:
+    number = _number(name, value)
+    if not (number >= 0.0 and math.isfinite(number)):
+        raise ValueError(f"{name} must be zero or more and finite, got {value!r}")

@@ -1,0 +1,237 @@
+"""Powers by integration over the moving bodies, joint by joint: what every closed form has to reproduce.
+
+Nothing here uses the closed forms of the other modules. Bodies are integrated by Gauss quadrature of the velocity
+field, friction is added up one bed joint after the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.equilibrium import ContactPoints, contact_points, equilibrium_matrix
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from mechanisms.parameters import Facade
+
+Array = NDArray[np.float64]
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+
+
+class PowerBalance(NamedTuple):
+    """Powers per unit of rotation rate about the hinge [N m]; lambda travel = lift + overload_lift + friction.
+
+    lift, overload_lift : power needed to raise the bodies and the overload
+    friction : power of the prescribed friction forces
+    travel : power of the horizontal live forces at a multiplier of one
+    """
+
+    lift: float
+    overload_lift: float
+    friction: float
+    travel: float
+
+    @property
+    def multiplier(self) -> float:
+        """Multiplier at which the powers balance [-]."""
+        return (self.lift + self.overload_lift + self.friction) / self.travel
+
+    def as_dict(self) -> dict[str, float]:
+        """The powers and their multiplier, for a Prediction's details."""
+        return {**self._asdict(), "multiplier": self.multiplier}
+
+
+def rocking_power(
+    facade: Facade,
+    *,
+    hinge: int,
+    crossed: int,
+    tangent: float = 0.0,
+    stepping: Sequence[int] | None = None,
+    reduction: float | None = None,
+    below_crack: str = "connected",
+) -> PowerBalance:
+    """Power balance of facade and wedges turning about the toe line ``hinge`` courses below the top.
+
+    The crack in every side wall is vertical up to the lowest of the ``crossed`` courses, then inclined by ``tangent``;
+    or, where ``stepping`` courses are given, inclined by the bond's own slope over those and vertical over the others.
+
+    Parameters
+    ----------
+    facade : parameters
+    hinge, crossed : n_k and n_c
+    tangent : tan(alpha_c) [-]
+    stepping : numbers of the stepping courses, counted from the top
+    reduction : factor on the friction of the crossed joints; 1 - tangent / tan(alpha_b) where omitted
+    below_crack : "connected", joints between hinge and crack keep their friction; "free", they have none
+    """
+    h, top = facade.course_height, hinge * facade.course_height
+    lift = travel = friction = 0.0
+    # the facade, course by course: u_x = z, u_z = x
+    for z0 in np.arange(hinge) * h:
+        lift += _box(lambda x, z: x, 0.0, facade.thickness, z0, z0 + h) * facade.unit_weight * facade.length
+        travel += _box(lambda x, z: z, 0.0, facade.thickness, z0, z0 + h) * facade.unit_weight * facade.length
+    load = facade.overload * facade.overload_length
+    overload_lift = load * facade.overload_offset
+    travel += load * facade.overload_inertia * (top + facade.overload_rise)
+    omega = 1.0 - tangent / facade.steepest_crack if reduction is None else reduction
+    wedge, width = facade.unit_weight * facade.side_wall_thickness, 0.0
+    sides = facade.side_walls
+    for j in range(hinge, 0, -1):  # courses and the joints below them, from the hinge up
+        z0, inside = top - j * h, j <= crossed
+        steps = stepping is not None and j in stepping
+        slope = (facade.steepest_crack if steps else 0.0) if stepping is not None else tangent
+        slope = slope if inside else 0.0
+        start, x0 = width, facade.crack_offset
+
+        def edge(z: float, start: float = start, slope: float = slope, z0: float = z0) -> float:
+            return facade.crack_offset + start + slope * (z - z0)
+
+        if start or slope:
+            lift += sides * wedge * _under(lambda x, z: x, x0, edge, z0, z0 + h)
+            travel += sides * wedge * _under(lambda x, z: z, x0, edge, z0, z0 + h)
+        width += slope * h
+        carried = facade.unit_weight * facade.side_wall_thickness * facade.staggering * j * h
+        carried += facade.side_overload * facade.staggering
+        share = (float(not steps) if stepping is not None else omega) if inside else float(below_crack == "connected")
+        friction += sides * share * facade.friction * carried * z0
+    side = facade.side_overload * width
+    overload_lift += sides * side * (facade.crack_offset + 0.5 * width)
+    travel += sides * side * top
+    return PowerBalance(*(float(p) for p in (lift, overload_lift, friction, travel)))
+
+
+def flexure_power(
+    facade: Facade,
+    *,
+    hinge: int,
+    tangent: float,
+    contact_factor: float = 1.0,
+    torsion_radius: float,
+    reduction: float | None = None,
+) -> PowerBalance:
+    """Power balance of mechanism D: a rectangle rocks about its foot, two triangles turn about inclined lines.
+
+    The triangles turn by one, the rectangle by sin(a); everything is divided by sin(a), so that powers are per unit of
+    the rectangle's rotation. Friction turns at cos(a) on two vertical and two inclined lines.
+
+    Parameters
+    ----------
+    facade : parameters; with one side wall the facade is one half of the mechanism
+    hinge : n_k
+    tangent : tan(a), inclination of the outer lines from the vertical [-]
+    contact_factor : k [-]
+    torsion_radius : d_0 [m]
+    reduction : factor on the friction of the inclined lines
+    """
+    h, height = facade.course_height, hinge * facade.course_height
+    halves = 2.0 if facade.side_walls != 1 else 1.0
+    length = facade.length if halves == 2.0 else 2.0 * facade.length
+    a = np.arctan(tangent)
+    middle = length - 2.0 * height * tangent
+    density, t = facade.unit_weight, facade.thickness
+    lift = travel = 0.0
+    for z0 in np.arange(hinge) * h:
+        # rectangle, u_x = z sin(a), u_z = x sin(a); the depth of the wall is x
+        lift += np.sin(a) * density * middle * _box(lambda x, z: x, 0.0, t, z0, z0 + h)
+        travel += np.sin(a) * density * middle * _box(lambda x, z: z, 0.0, t, z0, z0 + h)
+        # triangle between the line (s = 0 on the vertical side, s = -z tan(a)) and the vertical side, two of them
+        lift += 2.0 * density * 0.5 * t**2 * np.sin(a) * _under(
+            lambda s, z: 1.0, 0.0, lambda z: z * tangent, z0, z0 + h
+        )  # fmt: skip
+        # distance of a point from its line, in the plane of the wall
+        travel += 2.0 * density * t * _under(
+            lambda s, z: (z * tangent - s) * np.cos(a), 0.0, lambda z: z * tangent, z0, z0 + h
+        )  # fmt: skip
+    q, length_q = facade.overload, facade.overload_length if halves == 2.0 else 2.0 * facade.overload_length
+    share = length_q / length
+    overload_lift = q * share * length * facade.overload_offset * np.sin(a)
+    arm = q * share * facade.overload_inertia
+    rise = facade.overload_rise
+    travel += arm * middle * np.sin(a) * (height + rise)
+    edge, weight = 0.5 * (_NODES + 1.0) * height * tangent, 0.5 * _WEIGHTS * height * tangent
+    travel += 2.0 * arm * float(weight @ ((height * tangent - edge) * np.cos(a) + rise * np.sin(a)))
+    omega = 1.0 - tangent / facade.steepest_crack if reduction is None else reduction
+    friction = 0.0
+    for j in range(1, hinge + 1):
+        force = facade.friction * facade.staggering * (density * t * j * h + q)
+        friction += 2.0 * (1.0 + omega) * contact_factor * torsion_radius * force * np.cos(a)
+    scale = 0.5 * halves / np.sin(a)
+    return PowerBalance(*(float(scale * p) for p in (lift, overload_lift, friction, travel)))
+
+
+class ContactCheck(NamedTuple):
+    """A motion held against the joints of an assembly.
+
+    violation : largest lack of opening, tan(phi) |e_t| - e_n, over the largest rate; 0 for an admissible motion [-]
+    multiplier : at which weights, live loads and cohesion balance on the assembly's own blocks; an upper bound of
+        associative limit analysis on the same interfaces if the motion is admissible, without meaning if not [-]
+    opening, sliding : rates at the contact points [m/s], shapes (m,) and (m,)
+    points : the contact points
+    """
+
+    violation: float
+    multiplier: float
+    opening: Array
+    sliding: Array
+    points: ContactPoints
+
+    @property
+    def admissible(self) -> bool:
+        """Whether the motion opens every joint by tan(phi) times its sliding."""
+        return self.violation <= 1e-9
+
+
+def check_contacts(assembly: Assembly, loads: Loads, twists: Array) -> ContactCheck:
+    """Hold a motion against the equilibrium matrix: e = A^T v, admissible where e_n >= tan(phi) |e_t| everywhere.
+
+    lambda = (sum D(e) - w_dead . v) / (w_live . v) with D = c A |e_t| + N_t (e_n - tan(phi) |e_t|), N_t the tension
+    capacity.
+
+    Parameters
+    ----------
+    assembly, loads : the problem
+    twists : velocities of centroids and angular velocities [m/s, rad/s], shape (n_blocks, 6)
+
+    Raises
+    ------
+    ValueError
+        When the live load does no work in this motion.
+    """
+    v = np.where(assembly.held, 0.0, twists)
+    points = contact_points(assembly)
+    rates = (equilibrium_matrix(assembly, points).T @ v.ravel()).reshape(-1, 3)
+    x = assembly.arrays
+    k = points.interface
+    opening, sliding = rates[:, 0], np.linalg.norm(rates[:, 1:], axis=1)
+    excess = opening - x.tan_phi[k] * sliding
+    largest = max(float(np.abs(opening).max(initial=0.0)), float(sliding.max(initial=0.0)), 1e-300)
+    apex = np.divide(x.cohesion[k], x.tan_phi[k], out=np.full(len(k), np.inf), where=x.tan_phi[k] > 0.0)
+    tension = np.minimum(x.tensile_strength[k], apex) * points.area
+    dissipated = float((x.cohesion[k] * points.area * sliding + tension * np.maximum(excess, 0.0)).sum())
+    work = float((loads.live * v).sum())
+    if not work > 0.0:
+        raise ValueError("the live load does no work in this mechanism: it is not moved by it, or in the other sense")
+    multiplier = (dissipated - float((loads.dead * v).sum())) / work
+    return ContactCheck(abs(float(excess.min(initial=0.0))) / largest, multiplier, opening, sliding, points)
+
+
+def _box(field: Callable[[Array, float], Array], x0: float, x1: float, z0: float, z1: float) -> float:
+    return _under(field, x0, lambda z: x1, z0, z1)
+
+
+def _under(
+    field: Callable[[Array, float], Array | float], x0: float, edge: Callable[[float], float], z0: float, z1: float
+) -> float:
+    """Integral of a field over x0 <= x <= edge(z), z0 <= z <= z1; exact for the polynomials met here."""
+    total = 0.0
+    for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+        z = 0.5 * (z0 + z1) + 0.5 * (z1 - z0) * node
+        half = 0.5 * (edge(z) - x0)
+        x = x0 + half * (1.0 + _NODES)
+        total += weight * half * float(_WEIGHTS @ np.broadcast_to(field(x, z), x.shape))
+    return 0.5 * (z1 - z0) * total

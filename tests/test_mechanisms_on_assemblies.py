@@ -1,0 +1,408 @@
+"""Mechanisms on built walls: parameters read off, power balances, contact fields, and limit analysis beside them."""
+
+import math
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+import mechanisms as me
+from limitmason.certificate import point_rates
+from limitmason.constants import GRAVITY
+from mechanisms.classical import flat_levels
+from mechanisms.motion import ESTIMATE_INADMISSIBLE, UPPER
+
+MU = 0.6
+JOINT = lm.Joint.from_friction_coefficient(MU)
+COMMON = {"length": 2.4, "courses": 6, "unit": (0.4, 0.2, 0.2), "joint": JOINT}
+
+
+def built(plan="straight", **options):
+    extra = {} if plan == "straight" else {"plan": plan, "return_length": 1.6}
+    return lm.build.wall(**{**COMMON, **extra, **options})
+
+
+def outwards(wall):
+    return lm.Loads.horizontal(wall, (0, -1, 0))
+
+
+def without_heads(wall):
+    return wall.with_interfaces([i for i in wall.interfaces if i.kind != "head"])
+
+
+def associative(wall, loads):
+    prediction = lm.limit_analysis(wall, loads)
+    assert prediction.status == "solved"
+    return prediction.collapse_multiplier
+
+
+def column():
+    return lm.build.column(width=0.4, depth=0.3, unit_height=0.2, courses=3, joint=JOINT)
+
+
+ONE_SMOOTH = {("facade-02-02", "facade-01-02"): lm.Joint(20.0)}
+
+
+# ---- parameters -----------------------------------------------------------------------------------------------------
+
+
+def test_parameters_are_read_from_the_recipe():
+    facade = me.Facade.from_assembly(built("U", return_thickness=0.25, density=2300.0, staggering=0.15))
+    assert (facade.length, facade.thickness, facade.courses, facade.course_height) == (2.4, 0.2, 6, 0.2)
+    assert facade.staggering == 0.15
+    assert facade.steepest_crack == pytest.approx(0.75)
+    assert facade.unit_weight == pytest.approx(2300.0 * GRAVITY)
+    assert facade.friction == pytest.approx(MU)
+    assert (facade.side_walls, facade.side_wall_thickness) == (2, 0.25)
+    assert facade.side_wall_length == pytest.approx(1.4)
+    assert facade.overload == facade.side_overload == 0.0
+    assert facade.crack_offset == 0.2
+
+
+def test_reading_and_typing_the_numbers_give_the_same():
+    wall = built("U")
+    typed = me.Facade(length=2.4, thickness=0.2, courses=6, course_height=0.2, staggering=0.2,
+                      unit_weight=2000.0 * GRAVITY, friction=MU, side_walls=2, side_wall_length=1.4)  # fmt: skip
+    for mechanism in (me.simple_rocking, me.compound_rocking, me.horizontal_flexure):
+        assert mechanism(wall).collapse_multiplier == pytest.approx(mechanism(typed).collapse_multiplier, rel=1e-12)
+
+
+def test_beams_and_loads_on_them_become_overloads():
+    wall = built("U", top_beam=0.3, beam_over="all", beam_density=2500.0)
+    loads = outwards(wall).with_precompression(wall, 5000.0)
+    for side in ("left", "right"):
+        loads = loads.with_point_load(wall, f"beam-{side}", (0, 0, -2000.0), case="dead")
+    facade = me.Facade.from_assembly(wall, loads)
+    beam = 2500.0 * GRAVITY * 0.3 * 0.2
+    assert facade.overload == pytest.approx(beam + 5000.0 / 2.4)
+    assert facade.side_overload == pytest.approx(beam + 2000.0 / 1.4)
+    assert facade.overload_offset == pytest.approx(0.1)
+    assert facade.overload_inertia == pytest.approx(beam / (beam + 5000.0 / 2.4))
+    assert facade.overload_rise == pytest.approx(0.15)
+
+
+@pytest.mark.parametrize("direction", [-1, 1])
+def test_eccentric_load_is_read_from_the_toe_line(direction):
+    wall = built(top_beam=0.3)
+    beam = wall.centroids[wall.block_index("beam")]
+    loads = lm.Loads.horizontal(wall, (0, direction, 0)).with_point_load(
+        wall, "beam", (0, 0, -30_000.0), at=(beam[0], 0.05, beam[2]), case="dead"
+    )
+    facade = me.Facade.from_assembly(wall, loads)
+    weight = wall.weights[wall.block_index("beam")]
+    y = (weight * 0.1 + 30_000.0 * 0.05) / (weight + 30_000.0)
+    assert facade.overload_offset == pytest.approx(y if direction < 0 else 0.2 - y)
+    prediction = me.simple_rocking(wall, loads=loads)
+    assert prediction.collapse_multiplier == pytest.approx(associative(wall, loads), rel=1e-7)
+    assert prediction.bound == UPPER
+
+
+def test_held_bottom_course_is_the_ground():
+    wall = built("U", base="course")
+    facade = me.Facade.from_assembly(wall)
+    assert facade.courses == 5
+    prediction = me.simple_rocking(built(base="course"))
+    assert prediction.collapse_multiplier == pytest.approx(0.2, rel=1e-12)
+    assert prediction.certificate.kinematic_multiplier == pytest.approx(0.2, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "make, message",
+    [
+        (lambda: me.simple_rocking(column()), "recipe of kind 'wall'"),
+        (lambda: me.Facade.from_assembly(built(joints=ONE_SMOOTH)), "friction of the bed joints differs"),
+        (lambda: me.compound_rocking(built()), "side_walls must be at least 1"),
+        (lambda: me.horizontal_flexure(built("T")), "plan 'T'"),
+        (lambda: me.simple_rocking(built("U"), loads=lm.Loads.horizontal(built("U"), (0, 1, 0))), "push the facade"),
+        (lambda: me.simple_rocking(built("U"), loads=lm.Loads.weight(built("U"))), "live loads must be the weights"),
+        (lambda: me.stepped_crack(built("U")), "side walls must be 0"),
+        (lambda: me.simple_rocking(42), "facade must be a mechanisms.Facade"),
+        (lambda: me.simple_rocking(built("U"), hinge_courses=7), "hinge_courses must be a whole number from 1 to 6"),
+        (lambda: me.compound_rocking(built("U"), hinge_courses=2, crossed_courses=3), "crossed_courses 3 exceeds"),
+        (lambda: me.compound_rocking(built("U"), crack="bent"), "crack must be one of"),
+        (lambda: me.horizontal_flexure(built("U"), contact_factor=0.0), "contact_factor"),
+    ],
+)  # fmt: skip
+def test_errors_name_what_is_wrong(make, message):
+    with pytest.raises((ValueError, TypeError), match=message):
+        make()
+
+
+@pytest.mark.parametrize(
+    "field, value",
+    [
+        ("length", -1.0),
+        ("courses", 2.5),
+        ("friction", math.nan),
+        ("staggering", 0.0),
+        ("overload", -2.0),
+        ("side_wall_thickness", "thick"),
+    ],
+)
+def test_facade_names_the_wrong_field(field, value):
+    numbers = {"length": 3.0, "thickness": 0.3, "courses": 10, "course_height": 0.2, "staggering": 0.15,
+               "unit_weight": 20e3, "friction": 0.6}  # fmt: skip
+    with pytest.raises(ValueError, match=field):
+        me.Facade(**{**numbers, field: value})
+
+
+def test_dead_load_inside_the_wall_is_refused():
+    wall = built("U")
+    loads = outwards(wall).with_point_load(wall, "facade-03-03", (0, 0, -500.0), case="dead")
+    with pytest.raises(ValueError, match="below the top course"):
+        me.simple_rocking(wall, loads=loads)
+
+
+# ---- the power balance with prescribed friction reproduces the multipliers ------------------------------------------
+
+
+@pytest.mark.parametrize("plan", ["L", "U"])
+def test_power_balance_reproduces_every_multiplier(plan):
+    wall = built(plan, top_beam=0.2, beam_over="all")
+    loads = outwards(wall)
+    predictions = [
+        me.simple_rocking(wall, loads=loads),
+        me.compound_rocking(wall, loads=loads),
+        me.compound_rocking(wall, loads=loads, hinge_courses=5, crossed_courses=3, crack_tangent=0.4),
+        me.compound_rocking(wall, loads=loads, below_crack="free", crossed_courses=2),
+        me.compound_rocking(wall, loads=loads, crack="stepped"),
+        me.horizontal_flexure(wall, loads=loads, contact_factor=0.5),
+        me.horizontal_flexure(wall, loads=loads, reduction=0.3),
+    ]
+    for p in predictions:
+        assert p.details["power"]["multiplier"] == pytest.approx(p.collapse_multiplier, rel=1e-11)
+
+
+# ---- motions on the blocks ------------------------------------------------------------------------------------------
+
+
+def test_motion_is_scaled_and_agrees_with_velocities_at_the_contact_points():
+    wall = built("U")
+    loads = outwards(wall)
+    for prediction in (me.simple_rocking(wall), me.compound_rocking(wall), me.horizontal_flexure(wall)):
+        v = prediction.mechanism.twists
+        assert v.shape == (wall.n_blocks, 6)
+        assert (loads.live * v).sum() == pytest.approx(np.linalg.norm(loads.live[~wall.fixed, :3], axis=1).sum())
+        check = me.check_contacts(wall, loads, v)
+        opening, slip = point_rates(wall, v, check.points.position, check.points.interface)
+        assert check.opening == pytest.approx(opening, abs=1e-9)
+        assert check.sliding == pytest.approx(np.linalg.norm(slip, axis=1), abs=1e-9)
+        facade = [k for k, b in enumerate(wall.blocks) if b.name.startswith("facade-06")]
+        assert (v[facade, 1] <= 1e-12).all()  # outwards
+        assert (v[facade, 2] >= -1e-12).all()  # upwards
+
+
+def test_a_b_and_d_as_published_are_not_contact_fields_and_say_so():
+    wall = built("U")
+    for prediction in (me.simple_rocking(wall), me.compound_rocking(wall), me.horizontal_flexure(wall)):
+        assert prediction.bound == ESTIMATE_INADMISSIBLE
+        assert not prediction.details["admissible"]
+        assert prediction.certificate.flow_residual > 0.1
+        assert np.isnan(prediction.certificate.kinematic_multiplier)
+
+
+@pytest.mark.parametrize("direction", [(0, -1, 0), (0, 1, 0)])
+def test_free_wall_rocks_at_t_over_h_in_all_theories(direction):
+    wall = built()
+    loads = lm.Loads.horizontal(wall, direction)
+    prediction = me.simple_rocking(wall, loads=loads)
+    assert prediction.collapse_multiplier == pytest.approx(0.2 / 1.2, rel=1e-12)
+    assert prediction.bound == UPPER
+    assert prediction.certificate.kinematic_multiplier == pytest.approx(0.2 / 1.2, rel=1e-12)
+    assert associative(wall, loads) == pytest.approx(0.2 / 1.2, rel=1e-7)
+
+
+@pytest.mark.parametrize("mu", [0.3, 0.7, 1.0])
+def test_compound_rocking_at_the_bond_angle_is_admissible_on_bed_joints_and_bounds_limit_analysis(mu):
+    # at tan(alpha_c) = v/h every unit of the wedge lies over a fixed one, and rises by at least f times its sliding
+    wall = without_heads(built("U", joint=lm.Joint.from_friction_coefficient(mu)))
+    loads = outwards(wall)
+    p = me.compound_rocking(wall, loads=loads, hinge_courses=6, crossed_courses="hinge", crack_tangent=1.0)
+    assert p.bound == UPPER
+    kinematic = p.certificate.kinematic_multiplier
+    value = associative(wall, loads)
+    assert value <= kinematic * (1.0 + 1e-7)
+    assert kinematic <= p.collapse_multiplier
+    if mu == 1.0:  # f = v/h: normality holds on every step, and the two theories meet
+        assert value == pytest.approx(kinematic, rel=1e-6)
+    else:
+        assert value < kinematic * (1.0 - 1e-2)
+
+
+def test_compound_rocking_steeper_friction_than_bond_is_not_admissible():
+    wall = without_heads(built("U", joint=lm.Joint.from_friction_coefficient(1.5)))
+    p = me.compound_rocking(wall, hinge_courses=6, crossed_courses="hinge", crack_tangent=1.0)
+    assert not p.details["admissible"]
+    assert p.bound == ESTIMATE_INADMISSIBLE
+    # and limit analysis exceeds what the same blocks give at f = v/h: dilatancy forbids the steps
+    assert associative(wall, outwards(wall)) > 0.36
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5])
+@pytest.mark.parametrize("sense", [1, -1])
+def test_section_8_stepped_crack_on_blocks_is_exact_for_friction_equal_to_the_bond_slope(n, sense):
+    wall = without_heads(lm.build.wall(length=0.4 * max(3, n + 2), courses=n, unit=(0.4, 0.2, 0.2), start="half",
+                                       joint=lm.Joint.from_friction_coefficient(1.0)))  # fmt: skip
+    loads = lm.Loads.horizontal(wall, (sense, 0, 0))
+    prediction = me.stepped_crack(wall, loads=loads)
+    assert prediction.bound == UPPER
+    assert prediction.collapse_multiplier == pytest.approx((4 * n + 2) / (4 * n - 1) / 2, rel=1e-12)
+    assert associative(wall, loads) == pytest.approx(prediction.collapse_multiplier, rel=1e-6)
+
+
+@pytest.mark.parametrize("mu", [0.5, 0.8])
+def test_stepped_crack_bounds_limit_analysis_below_the_bond_slope(mu):
+    wall = without_heads(built(joint=lm.Joint.from_friction_coefficient(mu)))
+    loads = lm.Loads.horizontal(wall)
+    prediction = me.stepped_crack(wall, loads=loads)
+    assert prediction.bound == UPPER
+    assert associative(wall, loads) <= prediction.collapse_multiplier * (1.0 + 1e-7)
+
+
+def test_stepped_crack_with_head_joints_is_a_bound_without_them_only():
+    wall = built()
+    prediction = me.stepped_crack(wall)
+    assert prediction.bound.startswith("upper without head-joint contact only")
+    assert not prediction.details["admissible"]
+
+
+def test_stepped_crack_above_the_bond_slope_is_no_bound_on_blocks():
+    # dilatancy forbids the steps: only staircases of one course stay admissible, far above the closed form
+    wall = without_heads(built(joint=lm.Joint.from_friction_coefficient(1.2), start="half"))
+    prediction = me.stepped_crack(wall)
+    closed = me.stepped_crack(me.Facade.from_assembly(wall, lm.Loads.horizontal(wall)))
+    assert closed.bound.startswith("estimate")
+    assert closed.collapse_multiplier < associative(wall, lm.Loads.horizontal(wall)) < prediction.collapse_multiplier
+
+
+@pytest.mark.parametrize("plan", ["straight", "L", "T", "U"])
+@pytest.mark.parametrize("direction", [(0, -1, 0), (0, 1, 0), (1, 0, 0)])
+def test_overturning_and_sliding_in_one_piece_bound_limit_analysis(plan, direction):
+    wall = built(plan, courses=4)
+    loads = lm.Loads.horizontal(wall, direction)
+    value = associative(wall, loads)
+    for mechanism in (me.overturning, me.sliding):
+        prediction = mechanism(wall, loads=loads)
+        assert prediction.bound == UPPER
+        assert value <= prediction.collapse_multiplier * (1.0 + 1e-7)
+        assert prediction.collapse_multiplier == pytest.approx(prediction.certificate.kinematic_multiplier)
+    assert me.sliding(wall, loads=loads).collapse_multiplier == pytest.approx(MU)
+
+
+def test_overturning_of_a_u_wall_is_its_centre_of_gravity_over_the_toe():
+    wall = built("U")
+    weight, c = wall.weights[~wall.fixed], wall.centroids[~wall.fixed]
+    prediction = me.overturning(wall)
+    assert prediction.collapse_multiplier == pytest.approx((weight @ c[:, 1]) / (weight @ c[:, 2]), rel=1e-12)
+    assert prediction.details["hinge_height"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_overturning_of_a_stack_finds_the_lowest_joint_and_cohesion_raises_it():
+    stack = lm.build.column(width=0.4, depth=0.3, unit_height=0.25, courses=5, joint=JOINT)
+    assert len(flat_levels(stack)) == 5
+    loads = lm.Loads.horizontal(stack)
+    dry = me.overturning(stack, loads=loads)
+    assert dry.collapse_multiplier == pytest.approx(0.4 / 1.25, rel=1e-12)
+    glued = stack.with_joints(lm.Joint(31.0, cohesion=2e3, tensile_strength=1e3))
+    bound = me.overturning(glued, loads=loads).collapse_multiplier
+    # plastic tension ft over the section, turning about its edge: ft A b/2
+    assert bound == pytest.approx(
+        (stack.weights[1:].sum() * 0.2 + 1e3 * 0.12 * 0.2) / (stack.weights[1:].sum() * 0.625)
+    )
+    assert lm.limit_analysis(glued, loads).collapse_multiplier <= bound * (1.0 + 1e-6)
+
+
+# ---- the catalogue --------------------------------------------------------------------------------------------------
+
+
+def test_smallest_names_the_governing_mechanism_and_keeps_the_others():
+    wall = built("U")
+    loads = outwards(wall)
+    prediction = me.smallest(wall, loads)
+    table = prediction.details["catalogue"]
+    assert set(table) == {"simple rocking", "compound rocking", "compound rocking, whole courses", "horizontal flexure",
+                          "overturning", "sliding"}  # fmt: skip
+    assert prediction.collapse_multiplier == pytest.approx(min(table.values()), rel=1e-9)
+    assert prediction.details["governing"] == "compound rocking"
+    assert prediction.mechanism is not None
+    assert prediction.method == "mechanisms: compound rocking (B)"
+    assert associative(wall, loads) <= prediction.details["smallest_upper_bound"] * (1.0 + 1e-7)
+
+
+@pytest.mark.parametrize("plan", ["straight", "L", "T", "U"])
+@pytest.mark.parametrize("direction", [(0, -1, 0), (0, 1, 0), (1, 0, 0), (-1, 0, 0)])
+def test_limit_analysis_never_exceeds_an_admissible_mechanism(plan, direction):
+    wall = built(plan, courses=3)
+    loads = lm.Loads.horizontal(wall, direction)
+    value = associative(wall, loads)
+    found, _ = me.catalogue(wall, loads)
+    admissible = [p for p in found.values() if p.details.get("admissible")]
+    assert admissible
+    assert all(value <= p.details["kinematic_multiplier"] * (1.0 + 1e-7) for p in admissible)
+
+
+def test_smallest_says_what_it_left_out():
+    wall = built("U")
+    pushed_in = me.smallest(wall, lm.Loads.horizontal(wall, (0, 1, 0)))
+    assert any("towards its side walls" in w for w in pushed_in.warnings)
+    opened = built(openings=[lm.build.Opening(x=0.8, z=0.4, width=0.8, height=0.4, lintel=0.2, bearing=0.2)])
+    assert any("without openings" in w for w in me.smallest(opened, outwards(opened)).warnings)
+    pushed = outwards(wall).with_point_load(wall, "facade-03-03", (0, -500.0, 0.0))
+    assert any("live loads must be" in w for w in me.smallest(wall, pushed).warnings)
+    arch = lm.build.arch(thickness=0.2, width=0.3, voussoirs=9, radius=1.0, joint=JOINT)
+    with pytest.raises(ValueError, match="no mechanism of an arch"):
+        me.smallest(arch, lm.Loads.horizontal(arch))
+    with pytest.raises(ValueError, match="unknown mechanism 'toppling'"):
+        me.smallest(wall, outwards(wall), include=["toppling"])
+
+
+def test_smallest_is_a_method_of_predict(monkeypatch):
+    monkeypatch.setitem(lm.methods.METHODS, "mechanisms", "mechanisms:smallest")
+    wall = built("U")
+    prediction = lm.predict(wall, outwards(wall), method="mechanisms", contact_factor=0.5)
+    assert prediction.method.startswith("mechanisms: ")
+    assert prediction.collapse_multiplier == me.smallest(wall, outwards(wall), contact_factor=0.5).collapse_multiplier
+
+
+def test_smallest_of_a_subset():
+    wall = built("U")
+    only = me.smallest(wall, outwards(wall), include=["horizontal flexure", "sliding"], contact_factor=0.5)
+    assert set(only.details["catalogue"]) == {"horizontal flexure", "sliding"}
+    whole = me.smallest(wall, outwards(wall), include="horizontal flexure")
+    assert only.collapse_multiplier < whole.collapse_multiplier
+
+
+def test_prediction_survives_a_file(tmp_path):
+    wall = built("U")
+    prediction = me.smallest(wall, outwards(wall))
+    lm.formats.write_prediction(tmp_path / "p.json", prediction, assembly=wall)
+    back = lm.formats.read_prediction(tmp_path / "p.json")
+    assert back.collapse_multiplier == prediction.collapse_multiplier
+    assert back.details["power"] == prediction.details["power"]
+    assert back.provenance["parameters"]["side_walls"] == 2
+
+
+def test_flexure_moves_continuously_from_its_lines_to_the_middle():
+    # on the outer face both triangles are still on their lines and move with the middle on its sides
+    wall = lm.build.wall(length=4.8, courses=12, unit=(0.2, 0.1, 0.1), plan="U", return_length=0.6, joint=JOINT)
+    prediction = me.horizontal_flexure(wall, hinge_courses=12, crack_tangent=0.5)
+    v = prediction.mechanism.twists
+    spin = np.unique(np.round(v[np.abs(v).max(axis=1) > 0.0, 3:], 9), axis=0)
+    assert len(spin) == 3
+    height, reach = 1.2, 0.6
+
+    def outward(x, z, sign):
+        """Rate of a point of the outer face in the body whose spin about z has this sign."""
+        body = next(k for k in range(wall.n_blocks) if np.abs(v[k]).max() > 0 and np.sign(np.round(v[k, 5], 9)) == sign)
+        return -(v[body, :3] + np.cross(v[body, 3:], np.array([x, 0.0, z]) - wall.centroids[body]))[1]
+
+    for z in (0.0, 0.4, 1.2):
+        for sign, side, end in ((-1.0, reach, 0.0), (1.0, 4.8 - reach, 4.8)):
+            line = side + (end - side) * z / height
+            assert outward(line, z, sign) == pytest.approx(0.0, abs=1e-9)
+            assert outward(side, z, sign) == pytest.approx(outward(side, z, 0.0), abs=1e-9)
+            assert outward(side, 1.2, sign) > 0.1
+    # weights on small blocks: the friction-free value of this motion
+    check = me.check_contacts(wall, outwards(wall), v)
+    expected = 0.1 / 1.2 * (4.8 - 0.6) / (4.8 - 4.0 / 3.0 * 0.6)
+    assert check.multiplier == pytest.approx(expected, rel=5e-3)
