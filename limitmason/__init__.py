@@ -11,7 +11,7 @@ from limitmason.results import Certificate, Mechanism, Prediction, Resultants
 
 if TYPE_CHECKING:
     from limitmason import build, experiments, figures, formats
-    from limitmason.limit import limit_analysis, limit_bracket, settlement_analysis
+    from limitmason.limit import limit_analysis, limit_bracket, proven_range, settlement_analysis
     from limitmason.methods import predict, predict_cases
 
 __version__ = "0.1.0"
@@ -21,6 +21,7 @@ _MODULES = ("build", "certificate", "equilibrium", "experiments", "figures", "fo
 _NAMES = {
     "limit_analysis": "limitmason.limit",
     "limit_bracket": "limitmason.limit",
+    "proven_range": "limitmason.limit",
     "settlement_analysis": "limitmason.limit",
     "predict": "limitmason.methods",
     "predict_cases": "limitmason.methods",

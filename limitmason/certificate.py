@@ -250,7 +250,8 @@ def certify(
     Certificate
         For an associative prediction the kinematic bound and the gap are given; for a non-associative one the
         residual of its flow rule e_n >= tan(psi) |e_t| and its complementarity,
-        sum N (e_n - tan(psi) |e_t|) + |T . e_t + (c A + N tan(phi)) |e_t|| over the total load's unit power.
+        sum (N + N_t) (e_n - tan(psi) |e_t|) + |T . e_t + (c A + N tan(phi)) |e_t|| over the total load's unit power
+        (a point that crushes may close, e_n < tan(psi) |e_t|, at its capacity).
     """
     r, m = prediction.resultants, prediction.mechanism
     if r is None or not np.isfinite(prediction.collapse_multiplier):
@@ -278,8 +279,12 @@ def certify(
         gap = state.opening - state.tan_psi * slip
         capacity = state.cohesion + state.tan_phi * state.normal_force
         opposed = np.abs((state.shear_force * state.sliding).sum(axis=1) + capacity * slip)
-        # at the tension cut-off a point may open freely with N = -N_t
-        lift = np.abs((state.normal_force + state.tension) * gap)
+        # at the tension cut-off a point may open freely with N = -N_t, at the crushing limit it may close with N = N_c
+        crushes = np.isfinite(state.crushing)
+        lift = np.abs((state.normal_force + state.tension) * np.where(crushes, np.maximum(gap, 0.0), gap))
+        rest = (state.crushing - state.normal_force)[crushes]
+        lift[crushes] += np.abs(rest * np.maximum(-gap[crushes], 0.0))
+        gap = np.where(crushes, 0.0, gap)
         power = max(abs(rate), 1e-300) * scale / max(_live_size(assembly, loads), 1e-300)
         return Certificate(
             residual, excess, float(np.maximum(-gap, 0.0).max(initial=0.0) / max(size, 1e-300)),
@@ -292,10 +297,10 @@ def certify(
     unit = max(abs(rate), 1e-300) * scale / max(_live_size(assembly, loads), 1e-300)
     slack = np.abs(used + power) if pairs is None else np.full(1, np.nan)  # a stress block's two ends act together
     static = prediction.collapse_multiplier
+    gap = (kinematic - static) / max(scale / max(_live_size(assembly, loads), 1e-300), abs(static))
     return Certificate(
-        residual, excess, flow, float(slack.max() / unit), static, kinematic,
-        (kinematic - static) / max(scale / max(_live_size(assembly, loads), 1e-300), abs(static)), confinement, force_cap,
-    )  # fmt: skip
+        residual, excess, flow, float(slack.max() / unit), static, kinematic, gap, confinement, force_cap
+    )
 
 
 def _live_size(assembly: Assembly, loads: Loads) -> float:

@@ -109,7 +109,7 @@ class Certificate:
             ("largest joint force / weight", self.confinement),
         ]
         if np.isfinite(self.force_cap):
-            rows.append(("for joint forces / weight up to", self.force_cap))
+            rows.append(("bound holds up to force / weight", self.force_cap))
         return "\n".join(
             f"{label:<33}{value:.8f}" if "multiplier" in label else f"{label:<33}{value:.2e}"
             for label, value in rows

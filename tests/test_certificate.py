@@ -135,6 +135,10 @@ def test_cvxpy_reference_solves_the_same_program(in_plane):
     if in_plane is None:
         other = solve_reference(problem, solver="HIGHS")
         assert other.multiplier * problem.live_scale == pytest.approx(value, rel=1e-6)
+        by_name = lm.limit_analysis(assembly, loads, solver="cvxpy:HIGHS")
+        assert by_name.provenance["solver"] == "cvxpy:HIGHS"
+        assert by_name.collapse_multiplier == pytest.approx(value, rel=1e-6)
+        assert by_name.status == "solved"
 
 
 def test_wedged_blocks_are_reported_as_resting_on_confining_forces():

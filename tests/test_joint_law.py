@@ -48,6 +48,9 @@ def test_crushing_on_a_grid_comes_from_above_and_converges():
             in_plane=False,
         )
         errors.append(prediction.collapse_multiplier / expected - 1)
+        # the error that the result states is not smaller than the true one
+        assert prediction.details["grid_error_estimate"] >= 0.99 * errors[-1]
+        assert any("half as many points" in w for w in prediction.warnings)
     assert all(e >= -1e-9 for e in errors)
     assert errors[-1] < 0.005
     assert errors[-1] < errors[0] / 8

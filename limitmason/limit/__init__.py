@@ -3,6 +3,16 @@
 from limitmason.limit.analysis import limit_analysis
 from limitmason.limit.bracket import Bracket, limit_bracket
 from limitmason.limit.problem import Problem, make_problem
+from limitmason.limit.proven_range import ProvenRange, proven_range
 from limitmason.limit.settlement import settlement_analysis
 
-__all__ = ["Bracket", "Problem", "limit_analysis", "limit_bracket", "make_problem", "settlement_analysis"]
+__all__ = [
+    "Bracket",
+    "Problem",
+    "ProvenRange",
+    "limit_analysis",
+    "limit_bracket",
+    "make_problem",
+    "proven_range",
+    "settlement_analysis",
+]

@@ -10,6 +10,7 @@ from limitmason.certificate import certify, resultants_from_points, scaled_mecha
 from limitmason.geometry.polygon import centred_overlap, polar_mean_radius
 from limitmason.limit.problem import Problem
 from limitmason.limit.program import Solution, opening_motion, solve_static, stands_under_dead_load
+from limitmason.limit.solvers import solve_program
 from limitmason.limit.strength import TorsionLimit, make_cones
 from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Certificate, Prediction
 
@@ -29,6 +30,7 @@ def solve_associative(
     problem: Problem,
     *,
     torsion_limit: bool = False,
+    solver: str = "auto",
     tolerance: float = 1e-10,
     check_dead_load: bool = True,
     verbose: bool = False,
@@ -41,19 +43,33 @@ def solve_associative(
     ----------
     problem : from :func:`limitmason.limit.problem.make_problem`
     torsion_limit : limit each face's torsion about its centre of pressure to that of uniform pressure (an estimate)
+    solver : "auto", "clarabel" or "interior-point", see :mod:`limitmason.limit.solvers`
     tolerance : of the interior-point method [-]
     check_dead_load : also find out whether the structure stands without live load
+
+    Raises
+    ------
+    ValueError
+        When the chosen solver does not cover the problem.
     """
     start = time.perf_counter()
     cones = make_cones(problem)
-    solution = solve_static(problem, cones, tolerance=tolerance, verbose=verbose)
+    if torsion_limit:
+        if solver == "interior-point":
+            raise ValueError("solver='interior-point' does not cover the torsion limit; use solver='clarabel'")
+        solver = "clarabel"
+    solution = solve_program(
+        problem, cones, solver=solver, tolerance=tolerance, check_dead_load=check_dead_load, verbose=verbose
+    )
     solver_seconds = solution.seconds
     details: dict = {}
     if torsion_limit and solution.status in (SOLVED, ALMOST_SOLVED):
         solution, seconds, details = _with_torsion(problem, solution, tolerance)
         solver_seconds += seconds
     if solution.status == CANNOT_STAND or (check_dead_load and solution.status in (SOLVED, ALMOST_SOLVED)):
-        stands, seconds = (False, 0.0) if solution.multiplier < -1e-9 else stands_under_dead_load(problem, cones)
+        stands, seconds = (False, 0.0) if solution.multiplier < -1e-9 else (solution.stands, 0.0)
+        if stands is None:
+            stands, seconds = stands_under_dead_load(problem, cones)
         solver_seconds += seconds
         if stands is False:
             solution = solution._replace(status=CANNOT_STAND)
@@ -74,12 +90,14 @@ def prediction_from(
         "contact_model": problem.contact_model,
         "plane": problem.plane is not None,
         "crushing": "stress block" if len(problem.stress_block) else "points",
-        "solver": "clarabel",
+        "solver": solution.solver,
         "tolerance": tolerance,
         "iterations": solution.iterations,
         "contact_points": points.count,
         "solver_seconds": solver_seconds,
     }
+    if solution.fallback:
+        provenance["solver_fallback"] = solution.fallback
     law = "associative law (psi = phi)"
     bound = f"exact for the {law}" if not torsion else "estimate: torsion limited to that of uniform pressure"
     method = "limit analysis, associative" + (", torsion limit" if torsion else "")
@@ -154,9 +172,6 @@ def _warnings(problem: Problem, prediction: Prediction, confinement: float) -> l
             f"the answer rests on confining forces: the largest joint force is {confinement:.3g} times the load; "
             "check with a method that builds up stress from zero"
         )
-    if np.isfinite(problem.crushing).any():
-        n = int(np.bincount(problem.points.interface).max())
-        out.append(f"crushing on a grid of {n} points per interface: refine the grid to see its error")
     if problem.contact_model == "vertices" and not len(problem.stress_block) and problem.plane is None:
         x = problem.assembly.arrays
         twist = np.abs(prediction.resultants.torsion)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from limitmason.limit.associative import solve_associative
 from limitmason.limit.problem import make_problem
 from limitmason.model.assembly import Assembly
+from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
 from limitmason.results import Prediction
 
@@ -43,16 +44,24 @@ def limit_bracket(assembly: Assembly, loads: Loads, **options) -> Bracket:
 
     Notes
     -----
-    Source: Radenkovic's two theorems (1961). The lower bound replaces tan(phi) by tan(psi) and, so that the reduced
-    law stays inside the true one, keeps cohesion, tension and crushing.
+    Source: Radenkovic's two theorems (1961). The lower bound replaces tan(phi) by tan(psi) and keeps crushing and the
+    tension corner t = min(ft, c / tan(phi)), so that the cohesion becomes c - (tan(phi) - tan(psi)) t: with the full
+    cohesion the reduced law would leave the true one where joints are in tension.
     """
     problem = make_problem(assembly, loads, **options)
     upper = solve_associative(problem)
-    reduced = assembly.with_interfaces(
-        replace(i, joint=replace(i.joint, friction_angle_deg=i.joint.dilatancy_angle_deg)) for i in assembly.interfaces
-    )
+    reduced = assembly.with_interfaces(replace(i, joint=_inside(i.joint)) for i in assembly.interfaces)
     lower = solve_associative(make_problem(reduced, loads, **options))
     return Bracket(
         replace(lower, bound="lower bound for every flow rule between psi and phi (Radenkovic)"),
         replace(upper, bound="upper bound for every flow rule between psi and phi (Radenkovic)"),
     )
+
+
+def _inside(joint: Joint) -> Joint:
+    """Joint with friction psi whose law lies inside the given one and shares its tension corner."""
+    tension = min(joint.tensile_strength, joint.cohesion / joint.tan_phi if joint.tan_phi > 0 else math.inf)
+    cohesion = max(joint.cohesion - (joint.tan_phi - joint.tan_psi) * tension, 0.0)
+    return replace(
+        joint, friction_angle_deg=joint.dilatancy_angle_deg, cohesion=cohesion, tensile_strength=tension,
+    )  # fmt: skip

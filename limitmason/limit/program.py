@@ -24,6 +24,9 @@ class Solution(NamedTuple):
     velocity: Array
     iterations: int
     seconds: float
+    stands: bool | None = None  # True when the solver proved on its way that the dead load alone can be carried
+    solver: str = "clarabel"
+    fallback: str = ""  # which other solver was tried, and what it said
 
 
 _STATUS = {

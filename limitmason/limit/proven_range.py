@@ -1,0 +1,276 @@
+"""Between which multipliers every admissible state of a small plane structure lies, with what proves it."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.equilibrium import Grid
+from limitmason.limit.associative import solve_associative
+from limitmason.limit.joint_law import State, exact, from_corner, joint_law
+from limitmason.limit.lifted import MAX_ROWS, lifted_bound, lifted_rows
+from limitmason.limit.mixed_integer import BoundedProgram
+from limitmason.limit.nonassociative import radenkovic_lower
+from limitmason.limit.polish import ACTIVE, PlanePrograms
+from limitmason.limit.problem import Problem, make_problem
+from limitmason.limit.search import EFFORTS, search_smallest
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.results import ALMOST_SOLVED, SOLVED
+
+Array = NDArray[np.float64]
+
+ASSOCIATIVE = "associative"
+LIFTED = "lifted linear program"
+MIXED_INTEGER = "mixed-integer program"
+SEARCH = "search"
+
+ENDS = ("smallest", "largest")
+
+
+@dataclass(frozen=True)
+class RangeEnd:
+    """One end of the range.
+
+    Parameters
+    ----------
+    value : multiplier of a certified state [-]; NaN when none is known
+    bound : multiplier that no admissible state passes, within the bounds named below [-]
+    proven : whether value and bound agree within the tolerance asked for
+    method : what gave the bound
+    velocity_bounded : whether the proof holds only within the stated velocities
+    velocity_share : largest velocity of the state over the stated bound; near one the bound may hide other states
+    force_bounded : whether a stated bound on the joint forces was needed too
+    nodes, seconds : cost
+    """
+
+    value: float
+    bound: float
+    proven: bool
+    method: str
+    velocity_bounded: bool = False
+    velocity_share: float = float("nan")
+    force_bounded: bool = False
+    nodes: int = 0
+    seconds: float = 0.0
+
+    @property
+    def gap(self) -> float:
+        """Distance between state and bound; a state outside the stated velocities may also lie beyond the bound."""
+        return abs(self.value - self.bound)
+
+
+@dataclass(frozen=True, eq=False)
+class ProvenRange:
+    """Range of all admissible multipliers between zero and the associative value.
+
+    Parameters
+    ----------
+    smallest, largest : multipliers of certified states at the ends [-]; NaN where not asked for
+    ends : what is proven of each, by name
+    associative : upper bound for every flow rule between psi and phi [-]
+    velocity_bound, force_bound : stated bounds, where an end needs them
+    seconds : of everything
+    """
+
+    smallest: float
+    largest: float
+    ends: Mapping[str, RangeEnd]
+    associative: float
+    velocity_bound: float
+    force_bound: float
+    seconds: float
+
+    @property
+    def proven(self) -> bool:
+        """Whether every end asked for is proven."""
+        return all(e.proven for e in self.ends.values())
+
+    def __str__(self) -> str:
+        """What is proven, in words."""
+        lines = [f"associative value {self.associative:.6f}: no flow rule between psi and phi admits more (Radenkovic)"]
+        for name, end in self.ends.items():
+            side = "below" if name == "smallest" else "above"
+            within = "without bounds on forces or velocities"
+            if end.velocity_bounded:
+                within = (
+                    f"for velocities up to {self.velocity_bound:g} times the mean live velocity "
+                    f"({'reached' if end.velocity_share > 1 - 1e-6 else f'{end.velocity_share:.2f} of it used'})"
+                )
+                if end.force_bounded:
+                    within += f" and joint forces up to {self.force_bound:g} times the load"
+            if end.proven:
+                lines.append(f"{name} {end.value:.6f}: nothing {side} {end.bound:.6f} {within}; {end.method}")
+            else:
+                lines.append(
+                    f"{name} {end.value:.6f} found, not proven: nothing {side} {end.bound:.6f} {within}; {end.method}"
+                )
+        return "\n".join(lines)
+
+
+def proven_range(
+    assembly: Assembly,
+    loads: Loads,
+    *,
+    velocity_bound: float = 20.0,
+    force_bound: float = 20.0,
+    time_limit: float = 120.0,
+    which: tuple[str, ...] = ENDS,
+    tolerance: float = 1e-5,
+    contact_model: str = "vertices",
+    grid: Grid | Mapping[str, Grid] = (5, 5),
+    search: str = "quick",
+    seed: int = 0,
+) -> ProvenRange:
+    """Smallest and largest multiplier at which the non-associative law admits a state, each with a proof.
+
+    min, max lambda subject to A f + w_dead + lambda w_live = 0, the joint law, its flow rule and complementarity, for
+    0 <= lambda <= the associative value. The smallest value is bounded by the lifted linear program, and where that
+    leaves a gap, like the largest, by a mixed-integer program within the stated bounds.
+
+    Parameters
+    ----------
+    assembly, loads : a plane problem of a few blocks
+    velocity_bound : largest velocity component of a centroid, and rotation times the distance of the block's farthest
+        contact point, in mean live velocities [-]
+    force_bound : largest normal force of a contact point in total loads, used only where equilibrium leaves the forces
+        unbounded [-]
+    time_limit : for each end [s]; what is proven until then is returned
+    which : "smallest", "largest" or both
+    tolerance : between state and bound to call an end proven, relative to max(1, lambda) [-]
+    contact_model, grid : see :func:`limitmason.limit.limit_analysis`
+    search, seed : for the state to begin with, see :func:`limitmason.limit.nonassociative.solve_nonassociative`
+
+    Returns
+    -------
+    ProvenRange
+        Its text says in words what is proven within which bounds.
+
+    Raises
+    ------
+    ValueError
+        For a problem that is not plane, joints that crush, a structure without a finite associative multiplier, and a
+        search that finds no admissible state.
+
+    Notes
+    -----
+    Sources: Radenkovic (1961) for the associative end, Sherali and Adams (1990) for the lifted program. Proofs are
+    numerical, to about 1e-6, with HiGHS. Velocities far above the mean live velocity belong to mechanisms in which the
+    live load hardly moves anything; raise the bound when it is reached.
+    """
+    began = time.perf_counter()
+    if isinstance(which, str):
+        which = (which,)
+    if not which or not set(which) <= set(ENDS):
+        raise ValueError(f"which must hold names of {ENDS}, got {which!r}")
+    if not velocity_bound > 1:
+        raise ValueError(f"velocity_bound must exceed the mean live velocity, 1, got {velocity_bound}")
+    problem = make_problem(assembly, loads, contact_model=contact_model, grid=grid)
+    if problem.plane is None:
+        raise ValueError("a proven range needs a plane problem: blocks, interfaces and loads symmetric about one plane")
+    if np.isfinite(assembly.arrays.compressive_strength[problem.points.interface]).any():
+        raise ValueError("a proven range is available for joints with infinite compressive strength only")
+    upper = solve_associative(problem)
+    if upper.status not in (SOLVED, ALMOST_SOLVED):
+        raise ValueError(f"the associative analysis ended with {upper.status!r}: there is no range to prove")
+    law = joint_law(problem)
+    scale, top = problem.live_scale, upper.collapse_multiplier / problem.live_scale
+    if law.dilatant.all():
+        value = upper.collapse_multiplier
+        ends = {name: RangeEnd(value, value, True, ASSOCIATIVE) for name in which}
+        low, high = (value if name in which else float("nan") for name in ENDS)
+        return ProvenRange(low, high, ends, value, velocity_bound, force_bound, time.perf_counter() - began)
+
+    normal = (upper.resultants.point_force * problem.points.directions[:, 0]).sum(axis=1) / problem.force_scale
+    found = search_smallest(law, from_corner(law, normal), effort=EFFORTS[search], seed=seed).best
+    if found is None:
+        raise ValueError("no admissible state was found to begin with; try search='thorough'")
+    programs = PlanePrograms(law)
+    limits = velocity_limits(problem, velocity_bound)
+    ends = {}
+    for name in which:
+        since = time.perf_counter()
+        if name == "smallest":
+            end = _smallest(programs, found, radenkovic_lower(law), top, limits, force_bound, time_limit, tolerance)
+        else:
+            end = _largest(programs, found, top, limits, force_bound, time_limit, tolerance)
+        ends[name] = RangeEnd(
+            end.value * scale, end.bound * scale, end.proven, end.method, end.velocity_bounded, end.velocity_share,
+            end.force_bounded, end.nodes, time.perf_counter() - since,
+        )  # fmt: skip
+    low, high = (ends[name].value if name in ends else float("nan") for name in ENDS)
+    return ProvenRange(
+        low, high, ends, upper.collapse_multiplier, velocity_bound, force_bound, time.perf_counter() - began
+    )
+
+
+def velocity_limits(problem: Problem, velocity_bound: float) -> Array:
+    """Bound of every scaled velocity: rotations times the distance of the block's farthest contact point."""
+    points = problem.points
+    reach = np.zeros(problem.assembly.n_blocks)
+    for block in (points.block_a, points.block_b):
+        distance = np.linalg.norm(points.position - problem.assembly.centroids[block], axis=1)
+        np.maximum.at(reach, block, distance)
+    block, coordinate = np.divmod(problem.row, 3)
+    limit = np.full(len(problem.row), float(velocity_bound))
+    turns = coordinate == 2
+    limit[turns] *= problem.row_radius[turns] / np.maximum(reach[block[turns]], 1e-300)
+    return limit
+
+
+def _close(value: float, bound: float, tolerance: float) -> bool:
+    return bool(abs(value - bound) <= tolerance * max(1.0, abs(value)))
+
+
+def _smallest(
+    programs: PlanePrograms, found: State, low: float, top: float, limits: Array, force: float, time_limit: float,
+    tolerance: float,
+) -> RangeEnd:  # fmt: skip
+    """Radenkovic's bound, the lifted program, the mixed-integer program, until one meets the state found."""
+    began = time.perf_counter()
+    bound, method = (low, ASSOCIATIVE) if np.isfinite(low) else (0.0, ASSOCIATIVE)
+    if not _close(found.multiplier, bound, tolerance) and lifted_rows(programs) <= MAX_ROWS:
+        lifted = lifted_bound(programs, 0.0, top + 1e-6, time_limit=time_limit)
+        if lifted.value > bound:
+            bound, method = lifted.value, LIFTED
+    value = found.multiplier
+    left = time_limit - (time.perf_counter() - began)
+    if _close(value, bound, tolerance) or left <= 0:
+        return RangeEnd(value, bound, _close(value, bound, tolerance), method)
+    # the lifted bound holds without bounds on velocities: the program need not look below it
+    program = BoundedProgram(programs, max(bound, 0.0) - 1e-6, value + 1e-6, limits, force)
+    proof = program.solve(found, time_limit=left, gap=0.1 * tolerance)
+    if exact(programs.law, proof.state, 1e-8):
+        value = min(value, proof.state.multiplier)
+    if proof.bound <= bound + tolerance and not _close(value, proof.bound, tolerance):
+        return RangeEnd(value, bound, False, method, nodes=proof.nodes)
+    return RangeEnd(
+        value, proof.bound, _close(value, proof.bound, tolerance), MIXED_INTEGER, True, proof.velocity_share,
+        proof.forces_assumed, proof.nodes,
+    )  # fmt: skip
+
+
+def _largest(
+    programs: PlanePrograms, found: State, top: float, limits: Array, force: float, time_limit: float,
+    tolerance: float,
+) -> RangeEnd:  # fmt: skip
+    """The associative value where a known mechanism admits it, else the mixed-integer program."""
+    answer = programs.forces(theta=-1.0, zero=programs.rates(found.velocity) > ACTIVE)
+    start = found if answer is None else State(answer.multiplier, answer.force, found.velocity, "largest")
+    value = start.multiplier
+    if _close(value, top, tolerance):
+        return RangeEnd(value, top, True, ASSOCIATIVE)
+    began = time.perf_counter()
+    program = BoundedProgram(programs, value - 1e-6, top + 1e-6, limits, force)
+    left = max(time_limit - (time.perf_counter() - began), 1.0)
+    proof = program.solve(start, largest=True, time_limit=left, gap=0.1 * tolerance)
+    if exact(programs.law, proof.state, 1e-8):
+        value = max(value, proof.state.multiplier)
+    if proof.bound >= top - tolerance and not _close(value, proof.bound, tolerance):
+        return RangeEnd(value, top, False, ASSOCIATIVE, nodes=proof.nodes)
+    return RangeEnd(
+        value, proof.bound, _close(value, proof.bound, tolerance), MIXED_INTEGER, True, proof.velocity_share,
+        proof.forces_assumed, proof.nodes,
+    )  # fmt: skip

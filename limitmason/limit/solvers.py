@@ -1,0 +1,98 @@
+"""Which solver takes a static theorem: Clarabel, which takes all, or this package's own, which is faster on large ones.
+
+The own solver is compiled by numba and therefore loaded only when it is used. Its first call in a process costs 0.3 s
+(seconds where numba's cache on disk is still empty), so small problems go to Clarabel.
+"""
+
+import logging
+
+import numpy as np
+
+from limitmason.limit.problem import Problem
+from limitmason.limit.program import Solution, solve_static
+from limitmason.limit.strength import Cones
+from limitmason.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED
+
+SOLVERS = ("auto", "clarabel", "interior-point", "cvxpy")
+
+LARGE_IN_SPACE = 5000
+LARGE_IN_PLANE = 4000
+"""Contact points from which "auto" takes the own solver: measured so that even the first call of a process gains."""
+
+_log = logging.getLogger(__name__)
+
+
+def unsupported(problem: Problem) -> str | None:
+    """What keeps the own solver from a problem, or None: it needs friction everywhere and linear bounds per point."""
+    if len(problem.stress_block):
+        return "the stress blocks of crushing in-plane sections"
+    if not (problem.tan_phi > 1e-6).all():
+        return "joints without friction"
+    if (np.bincount(problem.matrix.indices, minlength=len(problem.row)) == 0).any():
+        return "blocks with a free motion that no joint resists"
+    return None
+
+
+def choose_solver(problem: Problem, solver: str = "auto") -> str:
+    """Name of the solver that "auto" stands for: "interior-point" for large problems it covers, else "clarabel".
+
+    Raises
+    ------
+    ValueError
+        For an unknown name.
+    """
+    if solver not in SOLVERS and not solver.startswith("cvxpy:"):
+        raise ValueError(f"solver must be one of {SOLVERS} or 'cvxpy:NAME', got {solver!r}")
+    if solver != "auto":
+        return solver
+    large = LARGE_IN_SPACE if problem.plane is None else LARGE_IN_PLANE
+    return "interior-point" if problem.points.count >= large and unsupported(problem) is None else "clarabel"
+
+
+def solve_program(
+    problem: Problem,
+    cones: Cones,
+    *,
+    solver: str = "auto",
+    tolerance: float = 1e-10,
+    check_dead_load: bool = False,
+    verbose: bool = False,
+) -> Solution:
+    """Solve the static theorem by the chosen solver; "auto" hands to Clarabel whatever the own one does not solve.
+
+    Parameters
+    ----------
+    cones : the joint law, see :func:`limitmason.limit.strength.make_cones`
+    solver : "auto", "clarabel" or "interior-point"; "cvxpy" or "cvxpy:NAME" for any solver installed for cvxpy
+    tolerance : of the solver, see there [-]
+    check_dead_load : let the own solver also find out whether the dead load alone can be carried
+    verbose : report every iteration, Clarabel to standard output, the own solver to the log of this module
+
+    Raises
+    ------
+    ValueError
+        For an unknown name, and for "interior-point" on a problem that it does not cover.
+    """
+    chosen = choose_solver(problem, solver)
+    if chosen.startswith("cvxpy"):
+        from limitmason.limit.reference import solve_reference
+
+        name = chosen.partition(":")[2].upper() or None
+        return solve_reference(problem, solver=name, verbose=verbose)._replace(solver=chosen)
+    if chosen == "clarabel":
+        return solve_static(problem, cones, tolerance=tolerance, verbose=verbose)
+    from limitmason.limit.interior_point import solve_interior_point
+
+    callback = _log_progress if verbose else None
+    own = solve_interior_point(problem, tolerance=tolerance, check_dead_load=check_dead_load, callback=callback)
+    if own.status == SOLVED or solver == "interior-point":
+        return own
+    other = solve_static(problem, cones, tolerance=tolerance, verbose=verbose)
+    seconds = own.seconds + other.seconds
+    if other.status == NOT_CONVERGED and own.status == ALMOST_SOLVED:
+        return own._replace(seconds=seconds, fallback=f"clarabel: {other.status}")
+    return other._replace(seconds=seconds, stands=own.stands, fallback=f"interior-point: {own.status}")
+
+
+def _log_progress(progress) -> None:
+    _log.info("%3d static %.10f kinematic %.10f residuals %.1e %.1e complementarity %.1e", *progress[:6])
