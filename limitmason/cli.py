@@ -184,12 +184,17 @@ def _print(text: str) -> None:
 def _load(target: str) -> tuple[Assembly, Loads, str]:
     """Assembly, loads and title of a model file or a packaged experiment."""
     path = Path(target)
-    if path.suffix or path.exists():
+    if path.exists() or path.suffix.lower() in (".json", ".obj", ".dxf"):
         from limitmason import formats
 
-        model = formats.read(path)
-        if model.loads is None:
-            raise ValueError(f"{target}: the file holds no loads; add a 'loads' entry, see `limitmason template`")
+        if path.suffix.lower() in (".obj", ".dxf"):
+            raise ValueError(
+                f"{path} holds geometry alone: read it with limitmason.formats in a script, give thickness, joints and "
+                "loads, and write the model as .json (see examples/traced_drawing.py)"
+            )
+        model = formats.read_json(path)
+        if not model.loads.live.any():
+            raise ValueError(f"{path}: the file holds no live load; add a 'loads' entry, see `limitmason template`")
         return model.assembly, model.loads, path.stem
     from limitmason import experiments
 

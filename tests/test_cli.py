@@ -116,6 +116,21 @@ def test_mistakes_end_with_one_line_and_status_2(arguments, message, capsys):
     assert "Traceback" not in err + out
 
 
+def test_specimen_names_with_dots_are_not_file_names(tmp_path, capsys):
+    path = tmp_path / "f.png"
+    status, _, err = run("figure", "forces", "minho-dry-stone-2005-2009/SW.100.1", "-o", path, capsys=capsys)
+    assert status == 0, err
+    assert path.exists()
+
+
+def test_solids_without_a_model_are_refused_with_a_hint(tmp_path, capsys):
+    path = tmp_path / "blocks.obj"
+    path.write_text("o a\nv 0 0 0\n")
+    status, _, err = run("solve", path, capsys=capsys)
+    assert status == 2
+    assert "error:" in err
+
+
 def test_malformed_model_names_the_place(tmp_path, capsys):
     model = tmp_path / "m.json"
     model.write_text('{"schema": "limitmason-model", "version": 1,')
