@@ -328,10 +328,15 @@ def equilibrium_matrix(assembly: Assembly, points: ContactPoints, *, plane: Plan
     n = assembly.n_blocks
     force = points.directions
     blocks, values = [], []
-    for block, sign in ((points.block_b, 1.0), (points.block_a, -1.0)):
+    # the block with the lower number first: the rows of every column then ascend and need no sorting
+    swapped = points.block_b > points.block_a
+    for block, sign in (
+        (np.minimum(points.block_a, points.block_b), np.where(swapped, -1.0, 1.0)),
+        (np.maximum(points.block_a, points.block_b), np.where(swapped, 1.0, -1.0)),
+    ):
         arm = points.position - assembly.centroids[block]
         moment = np.cross(arm[:, None], force)
-        wrench = sign * np.concatenate([force, moment], axis=2)  # (m, c, 6)
+        wrench = sign[:, None, None] * np.concatenate([force, moment], axis=2)  # (m, c, 6)
         if plane is not None:
             basis, _ = degrees_of_freedom(assembly, plane)
             wrench = wrench @ basis
@@ -343,7 +348,6 @@ def equilibrium_matrix(assembly: Assembly, points: ContactPoints, *, plane: Plan
     rows = np.broadcast_to(rows, wrench.shape).ravel()
     starts = np.arange(m * c + 1) * (2 * d)
     matrix = sparse.csc_array((wrench.ravel(), rows, starts), shape=(d * n, c * m))
-    matrix.sum_duplicates()
     matrix.eliminate_zeros()
     return matrix
 
