@@ -10,6 +10,7 @@ from limitmason.results import Prediction
 
 METHODS: Mapping[str, str] = {
     "limit": "limitmason.limit:limit_analysis",
+    "dem": "dem:collapse",
     "mechanisms": "mechanisms:smallest",
 }
 """Method name to "module:function"; other packages add theirs through the entry-point group "limitmason.methods"."""

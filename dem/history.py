@@ -1,0 +1,136 @@
+"""What a simulation recorded: displacements, reactions, energies, crack openings and the state it ended in."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem.state import State
+from limitmason.model import Assembly
+
+Array = NDArray[np.float64]
+
+COLUMNS = {
+    "time": "s",
+    "step": "-",
+    "stage": "-",
+    "multiplier": "-",
+    "tilt": "rad",
+    "unbalanced force": "-",
+    "unbalanced moment": "-",
+    "kinetic": "J",
+    "elastic": "J",
+    "friction": "J",
+    "viscous": "J",
+    "damping": "J",
+    "applied": "J",
+    "support": "J",
+    "largest opening": "m",
+    "largest slip": "m",
+}
+"""Recorded scalars and their units; in quasi-static mode time counts steps and kinetic energy is of scaled masses."""
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """Record of a simulation.
+
+    Parameters
+    ----------
+    assembly : what was simulated
+    status : "finished", "interrupted", "not settled" or "unstable"
+    scalars : one array per entry of ``COLUMNS``, shape (samples,)
+    reaction : force and moment about the block's centroid that the support (or drive) exerts on each recorded block,
+        [N, N m], shape (samples, r, 6)
+    reaction_blocks : numbers of the recorded blocks
+    shift, quaternion : displacement of the centroid [m] and rotation of every block, shapes (samples, n, 3), (.., 4)
+    opening : largest opening in every interface [m], shape (samples, k); NaN where contacts were found anew
+    factors : of the load cases at the end, for ``simulate(start=state, factors=...)``
+    state : where the simulation ended; pass it to ``simulate(start=...)`` to continue exactly
+    """
+
+    assembly: Assembly
+    status: str
+    scalars: Mapping[str, Array]
+    reaction: Array
+    reaction_blocks: NDArray[np.intp]
+    shift: Array
+    quaternion: Array
+    opening: Array
+    state: State
+    stages: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    factors: tuple[float, ...] = ()
+
+    def __getitem__(self, name: str) -> Array:
+        """A recorded scalar by its name in ``COLUMNS``."""
+        return self.scalars[name]
+
+    def reaction_of(self, block: int | str) -> Array:
+        """Reaction on a held or driven block [N, N m], shape (samples, 6)."""
+        i = self.assembly.block_index(block)
+        found = np.flatnonzero(self.reaction_blocks == i)
+        if not len(found):
+            raise ValueError(f"no reaction is recorded for block {block!r}: it is neither held nor driven")
+        return self.reaction[:, int(found[0])]
+
+    def displacement_of(self, block: int | str) -> Array:
+        """Displacement of a block's centroid [m], shape (samples, 3)."""
+        return self.shift[:, self.assembly.block_index(block)]
+
+    def curve(self, block: int | str, direction: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> tuple[Array, Array]:
+        """Load-displacement curve of a driven block along a direction: displacement [m], force of the drive [N]."""
+        d = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+        return self.displacement_of(block) @ d, self.reaction_of(block)[:, :3] @ d
+
+    def corners(self, sample: int = -1) -> list[Array]:
+        """Corners of every block at a sample [m], for drawing the deformed shape; one array (v, 3) per block."""
+        out = []
+        for i, block in enumerate(self.assembly.blocks):
+            s, x, y, z = self.quaternion[sample, i]
+            skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+            turn = np.eye(3) + 2.0 * s * skew + 2.0 * skew @ skew
+            centre = self.assembly.centroids[i]
+            out.append((block.vertices - centre) @ turn.T + centre + self.shift[sample, i])
+        return out
+
+    def first_crack(self, opening: float, kind: str | None = None) -> tuple[int, int] | None:
+        """Sample and interface at which an opening [m] is first reached, in joints of one kind; None if never."""
+        kept = [k for k, i in enumerate(self.assembly.interfaces) if kind is None or i.kind == kind]
+        with np.errstate(invalid="ignore"):
+            hit = self.opening[:, kept] >= opening
+        if not hit.any():
+            return None
+        sample = int(np.argmax(hit.any(axis=1)))
+        return sample, kept[int(np.argmax(hit[sample]))]
+
+    @property
+    def energy_error(self) -> Array:
+        """Energy from nowhere [J]: kinetic + elastic + friction + viscous + damping - applied - support."""
+        s = self.scalars
+        stored = s["kinetic"] + s["elastic"] + s["friction"] + s["viscous"] + s["damping"]
+        return stored - s["applied"] - s["support"]
+
+    @property
+    def kinetic_ratio(self) -> Array:
+        """Kinetic energy over the work of the loads so far [-]; small where a run is quasi-static."""
+        work = np.abs(self.scalars["applied"]) + np.abs(self.scalars["support"])
+        return self.scalars["kinetic"] / np.maximum(work, 1e-300)
+
+    @property
+    def support_multiplier(self) -> Array:
+        """Rh / Rv of all recorded reactions [-], shape (samples,)."""
+        total = self.reaction[:, :, :3].sum(axis=1)
+        return np.linalg.norm(total[:, :2], axis=1) / np.maximum(np.abs(total[:, 2]), 1e-300)
+
+    def __str__(self) -> str:
+        """Status, length, and how well energy is balanced."""
+        n = len(self.scalars["time"])
+        if not n:
+            return f"history: {self.status}, nothing recorded"
+        scale = max(np.abs(self.scalars["applied"]).max() + np.abs(self.scalars["support"]).max(), 1e-300)
+        return (
+            f"history: {self.status}, {n} samples, {self.scalars['step'][-1]:.0f} steps, "
+            f"energy error {np.abs(self.energy_error).max() / scale:.1e} of the work of the loads"
+        )

@@ -1,0 +1,169 @@
+"""From the joint laws of an assembly to the arrays of the kernel: stiffness defaults, softening, contact points."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem import kernels
+from dem.kernels import Joints, Points
+from limitmason.equilibrium import ContactPoints, contact_points
+from limitmason.model import Assembly, Joint
+
+Array = NDArray[np.float64]
+PerJoint = float | Mapping[str, float] | Sequence[float] | Array
+
+SETTLEMENT = 1e-6
+"""Default stiffness: the base shortens by this fraction of the median block size under the whole dead load [-]."""
+
+_BRITTLE = 1e30
+
+
+@dataclass(frozen=True)
+class JointOptions:
+    """What the joint law needs beyond ``limitmason.Joint``; one value, one by kind of joint, or one per interface.
+
+    Parameters
+    ----------
+    dilatant_slip : plastic slip up to which a joint dilates [m]; infinite by default
+    softening_slip : plastic slip (or crack opening) over which c, ft, phi and psi go linearly to their residual
+        values [m]; 0 is a brittle drop; only joints with residual values soften
+    residual_dilatancy_angle_deg : psi after softening [deg]; None keeps psi
+    stiffness_factor : multiplies kn and ks of every joint [-]
+    dashpot : viscous over elastic contact stiffness [s], 0 for none. None is none in quasi-static runs and, with real
+        masses, what damps the fastest motion of a block by a tenth of critical. It acts in closed joints only, so that
+        free flight loses nothing
+    """
+
+    dilatant_slip: PerJoint = np.inf
+    softening_slip: PerJoint = 0.0
+    residual_dilatancy_angle_deg: PerJoint | None = None
+    stiffness_factor: float = 1.0
+    dashpot: PerJoint | None = None
+
+
+def per_interface(value: PerJoint, kinds: Sequence[str], label: str) -> Array:
+    """One number per interface from a scalar, a mapping by kind (missing kinds are an error) or a sequence."""
+    if isinstance(value, Mapping):
+        missing = set(kinds) - set(value)
+        if missing:
+            raise ValueError(f"{label} has no entry for joints of kind {sorted(missing)[0]!r}")
+        out = np.array([value[k] for k in kinds], dtype=float)
+    else:
+        out = np.broadcast_to(np.asarray(value, dtype=float), (len(kinds),)).copy()
+    if np.isnan(out).any() or (out < 0).any():
+        raise ValueError(f"{label} must not be negative or NaN")
+    return out
+
+
+def default_stiffness(assembly: Assembly, dead: Array) -> float:
+    """Joint stiffness for joints that name none [Pa/m].
+
+    kn = (dead load / area of the joints on supports) / (1e-6 x median block size): the foot of the structure shortens
+    by 1e-6 of a block. Small enough that the change of geometry does not show in the multiplier, large enough to
+    settle fast. It is a number for rigid-block collapse, not a property of a material.
+
+    Parameters
+    ----------
+    dead : wrench per block [N, N m], shape (n, 6)
+    """
+    x = assembly.arrays
+    free = ~assembly.fixed
+    load = np.linalg.norm(dead[free, :3], axis=1).sum()
+    load = max(float(load), float(assembly.weights[free].sum()), 1e-300)
+    at_support = assembly.held[x.block_a].any(axis=1) ^ assembly.held[x.block_b].any(axis=1)
+    level = at_support & (np.abs(x.normal[:, 2]) > 0.5)
+    area = x.area[level].sum() if level.any() else x.area[at_support].sum() if at_support.any() else x.area.mean()
+    size = float(np.median(np.cbrt(x.volume[free])))
+    return load / area / (SETTLEMENT * size)
+
+
+def make_points(
+    assembly: Assembly, grid: tuple[int, int] | Mapping[str, tuple[int, int]], contact_model: str
+) -> ContactPoints:
+    """Contact points of the interfaces that touch a free block, in the order of the interfaces."""
+    return contact_points(assembly, contact_model=contact_model, grid=grid)
+
+
+def make_joints(
+    assembly: Assembly, dead: Array, contacts: ContactPoints, options: JointOptions
+) -> tuple[Points, Joints, NDArray[np.int64], Array, tuple[str, ...]]:
+    """Kernel arrays of the joints in the reference position.
+
+    Returns
+    -------
+    points, joints
+    interface : interface number of every joint, shape (k,)
+    laws : of all interfaces, shape (all, LAW_SIZE)
+    warnings
+    """
+    x = assembly.arrays
+    interface, first = np.unique(contacts.interface, return_index=True)
+    start = np.concatenate([first, [contacts.count]]).astype(np.int64)
+    local = contacts.position - x.centre[contacts.interface]
+    zero = np.zeros(contacts.count)
+    points = Points(
+        (local * x.tangent_1[contacts.interface]).sum(axis=1),
+        (local * x.tangent_2[contacts.interface]).sum(axis=1),
+        contacts.area.copy(), zero, zero.copy(), zero.copy(), zero.copy(), zero.copy(),
+    )  # fmt: skip
+    a, b = x.block_a[interface].astype(np.int64), x.block_b[interface].astype(np.int64)
+    frame = np.stack([x.tangent_1[interface], x.tangent_2[interface], x.normal[interface]], axis=1)
+    turn = np.zeros((len(interface), 4))
+    turn[:, 0] = 1.0
+    law, warnings = make_laws(assembly, dead, options)
+    joints = Joints(
+        a, b, start, np.ascontiguousarray(frame), turn, x.centre[interface] - x.centroid[a],
+        x.centre[interface] - x.centroid[b], np.zeros((len(interface), 3)), np.ascontiguousarray(law[interface]),
+    )  # fmt: skip
+    return points, joints, interface.astype(np.int64), law, warnings
+
+
+def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[Array, tuple[str, ...]]:
+    """Law rows of the kernel for all interfaces, shape (k, LAW_SIZE), and what a user should know about them.
+
+    Where ft > c / tan(phi) the apex of the Coulomb cone is the tension cut-off, as in limit analysis.
+    """
+    kinds = [i.kind for i in assembly.interfaces]
+    laws: list[Joint] = [i.joint for i in assembly.interfaces]
+    warnings: list[str] = []
+    standard = default_stiffness(assembly, dead)
+    without = sum(j.normal_stiffness is None for j in laws)
+    if without:
+        warnings.append(
+            f"{without} of {len(laws)} joints name no stiffness: kn = ks = {standard:.3g} Pa/m is used, chosen so that "
+            f"the foot shortens by {SETTLEMENT:g} of a block under the dead load; it is not a material property"
+        )
+    dilatant = per_interface(options.dilatant_slip, kinds, "dilatant_slip")
+    softening = per_interface(options.softening_slip, kinds, "softening_slip")
+    dash = per_interface(0.0 if options.dashpot is None else options.dashpot, kinds, "dashpot")
+    later = options.residual_dilatancy_angle_deg
+    psi_r = None if later is None else np.tan(np.deg2rad(per_interface(later, kinds, "residual_dilatancy_angle_deg")))
+    out = np.zeros((len(laws), kernels.LAW_SIZE))
+    for k, joint in enumerate(laws):
+        kn = (joint.normal_stiffness or standard) * options.stiffness_factor
+        ks = joint.shear_stiffness
+        ks = kn if ks is None else ks * options.stiffness_factor
+        if not ks > 0.0:
+            raise ValueError(f"joint of interface {k} has shear_stiffness 0: it must be positive in the DEM")
+        mu, dil, c = joint.tan_phi, joint.tan_psi, joint.cohesion
+        ft = min(joint.tensile_strength, c / mu) if mu > 0 else joint.tensile_strength
+        soft = (
+            joint.residual_friction_angle_deg is not None
+            or joint.residual_cohesion is not None
+            or joint.residual_tensile_strength is not None
+            or (psi_r is not None and psi_r[k] != dil)
+        )
+        phi_r = joint.residual_friction_angle_deg
+        mu_r = mu if phi_r is None else np.tan(np.deg2rad(phi_r))
+        c_r = c if joint.residual_cohesion is None else joint.residual_cohesion
+        ft_r = ft if joint.residual_tensile_strength is None else joint.residual_tensile_strength
+        ft_r = min(ft_r, c_r / mu_r) if mu_r > 0 else ft_r
+        dil_r = min(dil if psi_r is None else psi_r[k], mu_r)
+        rate = 0.0 if not soft else 1.0 / softening[k] if softening[k] > 0 else _BRITTLE
+        limit = dil * dilatant[k] if dil > 0.0 else 0.0
+        out[k, :14] = (
+            kn, ks, mu, dil, c, ft, joint.compressive_strength / kn, limit, mu_r, dil_r, c_r, ft_r, rate, dash[k],
+        )  # fmt: skip
+    return out, tuple(warnings)

@@ -1,0 +1,653 @@
+"""Compiled functions of the explicit distinct element method: contact law, joint kinematics and time stepping.
+
+Every jitted function of ``dem`` lives in this file: numba's disk cache does not notice an edit in an imported module.
+
+Blocks carry a displacement u of the centroid and a unit quaternion q (rotation from the reference position). A joint
+owns its contact points: coordinates (s, t) on a plane carried by block a, frame (t1, t2, n). With d the displacement of
+block b's joint origin against block a's in that frame, and G = R_rel - I, the total relative displacement at a point is
+delta = d + G (s, t, 0): exact at any rotation, without drift. Forces act at block b's material point, on b and opposite
+on a, so that elastic contact conserves energy and momentum exactly in continuous time.
+
+Stress at a point, compression positive, w the opening, w_p plastic opening (dilation) and g the initial gap:
+N = kn (w_p - g - w), T = ks (plastic slip - slip), N >= -ft, |T| <= c + tan(phi) N; slip by p opens w_p by tan(psi) p.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+FASTMATH = {"reassoc", "contract", "arcp", "nsz"}
+
+
+class Points(NamedTuple):
+    """Contact points as a structure of arrays: places [m], tributary area [m2], gap [m] and plastic state [m], (m,)."""
+
+    s: Array
+    t: Array
+    area: Array
+    gap: Array  # opening at zero relative displacement
+    slip_1: Array  # plastic slip along t1
+    slip_2: Array
+    lift: Array  # plastic opening w_p
+    damage: Array  # 0 peak, 1 residual
+
+
+class Joints(NamedTuple):
+    """Joints: blocks, runs of points, frame in block a, joint origin in both bodies, and the law."""
+
+    block_a: Index  # (k,)
+    block_b: Index  # (k,)
+    start: Index  # first point of each joint, (k + 1,)
+    frame: Array  # rows t1, t2, n in the reference axes of block a, (k, 3, 3)
+    turn: Array  # quaternion undoing the relative rotation at which the joint was made, (k, 4)
+    arm_a: Array  # joint origin from the centroid of a, reference axes of a [m], (k, 3)
+    arm_b: Array  # joint origin from the centroid of b, reference axes of b [m], (k, 3)
+    offset: Array  # (X_b + arm_b) - (X_a + arm_a) in the reference position [m], (k, 3)
+    law: Array  # (k, 16), see the LAW_ indices
+
+
+LAW_KN, LAW_KS, LAW_MU, LAW_DIL, LAW_C, LAW_FT, LAW_FC, LAW_LIFT = 0, 1, 2, 3, 4, 5, 6, 7
+LAW_MU_R, LAW_DIL_R, LAW_C_R, LAW_FT_R, LAW_RATE, LAW_DASH = 8, 9, 10, 11, 12, 13
+LAW_SIZE = 16
+
+
+class Bodies(NamedTuple):
+    """Blocks: state of motion, inverse inertia, held degrees of freedom, and the wrenches of the last step."""
+
+    shift: Array  # displacement of the centroid [m], (n, 3)
+    quat: Array  # rotation from the reference position, scalar first, (n, 4)
+    rot: Array  # R - I, (n, 3, 3)
+    vel: Array  # velocity at the half step [m/s], (n, 3)
+    spin: Array  # angular velocity at the half step [rad/s], (n, 3)
+    ang: Array  # angular momentum at the half step [kg m2/s], (n, 3)
+    mass: Array  # (n,)
+    inv_mass: Array  # (n,)
+    inv_inertia: Array  # reference axes, (n, 3, 3)
+    held: NDArray[np.bool_]  # (n, 6)
+    contact: Array  # wrench of the joints about the centroid in the last step [N, N m], (n, 6)
+    net: Array  # contact plus applied wrench, without damping, (n, 6)
+
+
+# entries of the vector of accumulated scalars
+E_FRICTION, E_VISCOUS, E_DAMPING, E_APPLIED, E_SUPPORT = 0, 1, 2, 3, 4
+E_KINETIC, E_VISCOSITY, E_STEPS, E_STOP = 5, 6, 7, 8
+E_SIZE = 9
+STOP_EVERY = 10.0  # fewest steps between two stops: fast modes are left to local damping
+
+
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+def _sum_plain(s, t, area, gap, slip_1, slip_2, lift, d, g, j, law):
+    """Sum of forces (t1, t2, n), moments about block a's joint origin and plastic work; perfectly plastic law."""
+    d1, d2, d3 = d[0], d[1], d[2]
+    g11, g12, g21, g22, g31, g32 = g[0], g[1], g[2], g[3], g[4], g[5]
+    kn, ks, mu, dil, c, ft, fc = law[j, 0], law[j, 1], law[j, 2], law[j, 3], law[j, 4], law[j, 5], law[j, 6]
+    highest = law[j, 7]
+    flow = dil / (ks + kn * mu * dil)
+    inv_ks = 1.0 / ks
+    f1 = f2 = f3 = m1 = m2 = m3 = work = 0.0
+    for k in range(s.size):
+        x, y = s[k], t[k]
+        e1 = d1 + g11 * x + g12 * y
+        e2 = d2 + g21 * x + g22 * y
+        e3 = d3 + g31 * x + g32 * y
+        w = e3 + gap[k]
+        old = lift[k]
+        a1 = slip_1[k] - e1
+        a2 = slip_2[k] - e2
+        trial = ks * np.sqrt(a1 * a1 + a2 * a2)
+        n0 = kn * (old - w)
+        # dilation in a closed joint, consistent with the friction it mobilises; crushing closes what exceeds fc
+        over = max(trial - c - mu * n0, 0.0)
+        grow = min(flow * over, max(highest - old, 0.0))
+        grow = grow if n0 > -ft else 0.0
+        new = min(old + grow, w + fc)
+        n = max(kn * (new - w), -ft)
+        cap = max(c + mu * n, 0.0)
+        ratio = min(cap / max(trial, 1e-300), 1.0)
+        p = (1.0 - ratio) * trial * inv_ks
+        da = area[k]
+        slip_1[k] -= (1.0 - ratio) * a1
+        slip_2[k] -= (1.0 - ratio) * a2
+        lift[k] = new
+        q1 = ks * ratio * a1 * da
+        q2 = ks * ratio * a2 * da
+        q3 = n * da
+        work += da * (cap * p - n * (new - old))
+        f1 += q1
+        f2 += q2
+        f3 += q3
+        x += e1
+        y += e2
+        m1 += y * q3 - e3 * q2
+        m2 += e3 * q1 - x * q3
+        m3 += x * q2 - y * q1
+    return f1, f2, f3, m1, m2, m3, work, 0.0
+
+
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, d, g, rate, turn, j, law):
+    """As :func:`_sum_plain`, with softening to residual values and dashpots that only act where the joint is closed."""
+    d1, d2, d3 = d[0], d[1], d[2]
+    g11, g12, g21, g22, g31, g32 = g[0], g[1], g[2], g[3], g[4], g[5]
+    kn, ks, mu0, dil0, c0, ft0, fc = law[j, 0], law[j, 1], law[j, 2], law[j, 3], law[j, 4], law[j, 5], law[j, 6]
+    highest = law[j, 7]
+    mu1, dil1, c1, ft1 = law[j, 8] - mu0, law[j, 9] - dil0, law[j, 10] - c0, law[j, 11] - ft0
+    soften, dash = law[j, 12], law[j, 13]
+    inv_ks = 1.0 / ks
+    v1, v2, v3 = rate[0], rate[1], rate[2]
+    o1, o2, o3 = turn[0], turn[1], turn[2]
+    f1 = f2 = f3 = m1 = m2 = m3 = work = lost = 0.0
+    for k in range(s.size):
+        x, y = s[k], t[k]
+        e1 = d1 + g11 * x + g12 * y
+        e2 = d2 + g21 * x + g22 * y
+        e3 = d3 + g31 * x + g32 * y
+        w = e3 + gap[k]
+        old = lift[k]
+        a1 = slip_1[k] - e1
+        a2 = slip_2[k] - e2
+        trial = ks * np.sqrt(a1 * a1 + a2 * a2)
+        n0 = kn * (old - w)
+        h = damage[k]
+        # damage by opening beyond the tension cut-off (not cumulative), then by slip (cumulative)
+        h = min(max(h, soften * max(-n0 - (ft0 + h * ft1), 0.0) / kn), 1.0)
+        mu, dil = mu0 + h * mu1, dil0 + h * dil1
+        over = max(trial - (c0 + h * c1) - mu * max(n0, -(ft0 + h * ft1)), 0.0)
+        h = min(h + soften * over * inv_ks, 1.0)
+        mu, dil, c, ft = mu0 + h * mu1, dil0 + h * dil1, c0 + h * c1, ft0 + h * ft1
+        over = max(trial - c - mu * n0, 0.0)
+        grow = min(dil * over / (ks + kn * mu * dil), max(highest - old, 0.0))
+        grow = grow if n0 > -ft else 0.0
+        new = min(old + grow, w + fc)
+        n = max(kn * (new - w), -ft)
+        cap = max(c + mu * n, 0.0)
+        ratio = min(cap / max(trial, 1e-300), 1.0)
+        p = (1.0 - ratio) * trial * inv_ks
+        da = area[k]
+        slip_1[k] -= (1.0 - ratio) * a1
+        slip_2[k] -= (1.0 - ratio) * a2
+        lift[k] = new
+        damage[k] = h
+        work += da * (cap * p - n * (new - old))
+        x += e1
+        y += e2
+        # dashpots: velocity of b against a at the point, no pull in an open joint, none along a sliding one
+        r1 = v1 + o2 * e3 - o3 * y
+        r2 = v2 + o3 * x - o1 * e3
+        r3 = v3 + o1 * y - o2 * x
+        closed = dash * kn if n0 > -ft else 0.0
+        stick = dash * ks if (n0 > -ft and ratio >= 1.0) else 0.0
+        z3 = max(-closed * r3, -ft - n)
+        z1, z2 = -stick * r1, -stick * r2
+        lost -= da * (z1 * r1 + z2 * r2 + z3 * r3)
+        q1 = (ks * ratio * a1 + z1) * da
+        q2 = (ks * ratio * a2 + z2) * da
+        q3 = (n + z3) * da
+        f1 += q1
+        f2 += q2
+        f3 += q3
+        m1 += y * q3 - e3 * q2
+        m2 += e3 * q1 - x * q3
+        m3 += x * q2 - y * q1
+    return f1, f2, f3, m1, m2, m3, work, lost
+
+
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+def _kinematics(j, joints, bodies, axes, d, g, ra, rb):
+    """Frame of joint j in global axes (rows), relative displacement d of its origin, G = R_rel - I, and both arms.
+
+    Writes ``axes`` (3, 3), ``d`` (3) in the frame, ``g`` (6) = (G11, G12, G21, G22, G31, G32), ``ra``, ``rb`` (3): from
+    the centroids to block a's joint origin, global axes.
+    """
+    a, b = joints.block_a[j], joints.block_b[j]
+    # indices instead of views: a view costs a reference count, and there are thousands of joints per millisecond
+    rot, ca, cb, frame = bodies.rot, joints.arm_a, joints.arm_b, joints.frame
+    gap0 = joints.offset[j, 0] + (bodies.shift[b, 0] - bodies.shift[a, 0])
+    gap1 = joints.offset[j, 1] + (bodies.shift[b, 1] - bodies.shift[a, 1])
+    gap2 = joints.offset[j, 2] + (bodies.shift[b, 2] - bodies.shift[a, 2])
+    wa0 = rot[a, 0, 0] * ca[j, 0] + rot[a, 0, 1] * ca[j, 1] + rot[a, 0, 2] * ca[j, 2]
+    wa1 = rot[a, 1, 0] * ca[j, 0] + rot[a, 1, 1] * ca[j, 1] + rot[a, 1, 2] * ca[j, 2]
+    wa2 = rot[a, 2, 0] * ca[j, 0] + rot[a, 2, 1] * ca[j, 1] + rot[a, 2, 2] * ca[j, 2]
+    wb0 = rot[b, 0, 0] * cb[j, 0] + rot[b, 0, 1] * cb[j, 1] + rot[b, 0, 2] * cb[j, 2]
+    wb1 = rot[b, 1, 0] * cb[j, 0] + rot[b, 1, 1] * cb[j, 1] + rot[b, 1, 2] * cb[j, 2]
+    wb2 = rot[b, 2, 0] * cb[j, 0] + rot[b, 2, 1] * cb[j, 1] + rot[b, 2, 2] * cb[j, 2]
+    gap0 += wb0 - wa0
+    gap1 += wb1 - wa1
+    gap2 += wb2 - wa2
+    ra[0], ra[1], ra[2] = ca[j, 0] + wa0, ca[j, 1] + wa1, ca[j, 2] + wa2
+    rb[0], rb[1], rb[2] = cb[j, 0] + wb0 - gap0, cb[j, 1] + wb1 - gap1, cb[j, 2] + wb2 - gap2
+    for r in range(3):
+        e0, e1, e2 = frame[j, r, 0], frame[j, r, 1], frame[j, r, 2]
+        x0 = e0 + rot[a, 0, 0] * e0 + rot[a, 0, 1] * e1 + rot[a, 0, 2] * e2
+        x1 = e1 + rot[a, 1, 0] * e0 + rot[a, 1, 1] * e1 + rot[a, 1, 2] * e2
+        x2 = e2 + rot[a, 2, 0] * e0 + rot[a, 2, 1] * e1 + rot[a, 2, 2] * e2
+        axes[r, 0], axes[r, 1], axes[r, 2] = x0, x1, x2
+        d[r] = x0 * gap0 + x1 * gap1 + x2 * gap2
+    quat, turn = bodies.quat, joints.turn
+    # conj(p) q, then times k
+    h0 = quat[a, 0] * quat[b, 0] + quat[a, 1] * quat[b, 1] + quat[a, 2] * quat[b, 2] + quat[a, 3] * quat[b, 3]
+    h1 = quat[a, 0] * quat[b, 1] - quat[a, 1] * quat[b, 0] - (quat[a, 2] * quat[b, 3] - quat[a, 3] * quat[b, 2])
+    h2 = quat[a, 0] * quat[b, 2] - quat[a, 2] * quat[b, 0] - (quat[a, 3] * quat[b, 1] - quat[a, 1] * quat[b, 3])
+    h3 = quat[a, 0] * quat[b, 3] - quat[a, 3] * quat[b, 0] - (quat[a, 1] * quat[b, 2] - quat[a, 2] * quat[b, 1])
+    s0 = h0 * turn[j, 0] - h1 * turn[j, 1] - h2 * turn[j, 2] - h3 * turn[j, 3]
+    y0 = h0 * turn[j, 1] + h1 * turn[j, 0] + h2 * turn[j, 3] - h3 * turn[j, 2]
+    y1 = h0 * turn[j, 2] + h2 * turn[j, 0] + h3 * turn[j, 1] - h1 * turn[j, 3]
+    y2 = h0 * turn[j, 3] + h3 * turn[j, 0] + h1 * turn[j, 2] - h2 * turn[j, 1]
+    v1 = frame[j, 0, 0] * y0 + frame[j, 0, 1] * y1 + frame[j, 0, 2] * y2
+    v2 = frame[j, 1, 0] * y0 + frame[j, 1, 1] * y1 + frame[j, 1, 2] * y2
+    v3 = frame[j, 2, 0] * y0 + frame[j, 2, 1] * y1 + frame[j, 2, 2] * y2
+    g[0] = -2.0 * (v2 * v2 + v3 * v3)
+    g[1] = 2.0 * (v1 * v2 - s0 * v3)
+    g[2] = 2.0 * (v1 * v2 + s0 * v3)
+    g[3] = -2.0 * (v1 * v1 + v3 * v3)
+    g[4] = 2.0 * (v3 * v1 - s0 * v2)
+    g[5] = 2.0 * (v3 * v2 + s0 * v1)
+
+
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+def _joint_forces(points, joints, bodies, dt, total):
+    """Fill ``bodies.contact`` from all joints and update the plastic state of their points."""
+    contact = bodies.contact
+    contact[:] = 0.0
+    law = joints.law
+    axes, d, g = np.empty((3, 3)), np.empty(3), np.empty(6)
+    ra, rb, rate, turn = np.empty(3), np.empty(3), np.zeros(3), np.zeros(3)
+    friction = viscous = 0.0
+    for j in range(joints.block_a.size):
+        a, b = joints.block_a[j], joints.block_b[j]
+        p0, p1 = joints.start[j], joints.start[j + 1]
+        _kinematics(j, joints, bodies, axes, d, g, ra, rb)
+        s, t, area, gap = points.s[p0:p1], points.t[p0:p1], points.area[p0:p1], points.gap[p0:p1]
+        slip_1, slip_2, lift = points.slip_1[p0:p1], points.slip_2[p0:p1], points.lift[p0:p1]
+        if law[j, LAW_RATE] == 0.0 and law[j, LAW_DASH] == 0.0:
+            out = _sum_plain(s, t, area, gap, slip_1, slip_2, lift, d, g, j, law)
+        else:
+            va, vb, oa, ob = bodies.vel[a], bodies.vel[b], bodies.spin[a], bodies.spin[b]
+            j0 = vb[0] - va[0] + ob[1] * rb[2] - ob[2] * rb[1] - oa[1] * ra[2] + oa[2] * ra[1]
+            j1 = vb[1] - va[1] + ob[2] * rb[0] - ob[0] * rb[2] - oa[2] * ra[0] + oa[0] * ra[2]
+            j2 = vb[2] - va[2] + ob[0] * rb[1] - ob[1] * rb[0] - oa[0] * ra[1] + oa[1] * ra[0]
+            for r in range(3):
+                rate[r] = axes[r, 0] * j0 + axes[r, 1] * j1 + axes[r, 2] * j2
+                turn[r] = (
+                    axes[r, 0] * (ob[0] - oa[0]) + axes[r, 1] * (ob[1] - oa[1]) + axes[r, 2] * (ob[2] - oa[2])
+                )
+            damage = points.damage[p0:p1]
+            out = _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, d, g, rate, turn, j, law)
+        friction += out[6]
+        viscous += out[7] * dt
+        f0 = axes[0, 0] * out[0] + axes[1, 0] * out[1] + axes[2, 0] * out[2]
+        f1 = axes[0, 1] * out[0] + axes[1, 1] * out[1] + axes[2, 1] * out[2]
+        f2 = axes[0, 2] * out[0] + axes[1, 2] * out[1] + axes[2, 2] * out[2]
+        m0 = axes[0, 0] * out[3] + axes[1, 0] * out[4] + axes[2, 0] * out[5]
+        m1 = axes[0, 1] * out[3] + axes[1, 1] * out[4] + axes[2, 1] * out[5]
+        m2 = axes[0, 2] * out[3] + axes[1, 2] * out[4] + axes[2, 2] * out[5]
+        contact[a, 0] -= f0
+        contact[a, 1] -= f1
+        contact[a, 2] -= f2
+        contact[a, 3] -= m0 + ra[1] * f2 - ra[2] * f1
+        contact[a, 4] -= m1 + ra[2] * f0 - ra[0] * f2
+        contact[a, 5] -= m2 + ra[0] * f1 - ra[1] * f0
+        contact[b, 0] += f0
+        contact[b, 1] += f1
+        contact[b, 2] += f2
+        contact[b, 3] += m0 + rb[1] * f2 - rb[2] * f1
+        contact[b, 4] += m1 + rb[2] * f0 - rb[0] * f2
+        contact[b, 5] += m2 + rb[0] * f1 - rb[1] * f0
+    total[E_FRICTION] += friction
+    total[E_VISCOUS] += viscous
+
+
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+def contact_wrenches(points, joints, bodies):
+    """Wrench of the joints on every block in the present position, shape (n, 6), written to ``bodies.contact``."""
+    _joint_forces(points, joints, bodies, 0.0, np.zeros(E_SIZE))
+
+
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+def _spin_of(rot, inv_inertia, ang, out):
+    """Omega = R J^-1 R^T L, with ``rot`` = R - I."""
+    b0 = ang[0] + rot[0, 0] * ang[0] + rot[1, 0] * ang[1] + rot[2, 0] * ang[2]
+    b1 = ang[1] + rot[0, 1] * ang[0] + rot[1, 1] * ang[1] + rot[2, 1] * ang[2]
+    b2 = ang[2] + rot[0, 2] * ang[0] + rot[1, 2] * ang[1] + rot[2, 2] * ang[2]
+    w0 = inv_inertia[0, 0] * b0 + inv_inertia[0, 1] * b1 + inv_inertia[0, 2] * b2
+    w1 = inv_inertia[1, 0] * b0 + inv_inertia[1, 1] * b1 + inv_inertia[1, 2] * b2
+    w2 = inv_inertia[2, 0] * b0 + inv_inertia[2, 1] * b1 + inv_inertia[2, 2] * b2
+    out[0] = w0 + rot[0, 0] * w0 + rot[0, 1] * w1 + rot[0, 2] * w2
+    out[1] = w1 + rot[1, 0] * w0 + rot[1, 1] * w1 + rot[1, 2] * w2
+    out[2] = w2 + rot[2, 0] * w0 + rot[2, 1] * w1 + rot[2, 2] * w2
+
+
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+def _turned(q, spin, h, out):
+    """Quaternion q after the rotation spin h (Cayley form, exactly of unit length), written to ``out``."""
+    x, y, z = 0.5 * h * spin[0], 0.5 * h * spin[1], 0.5 * h * spin[2]
+    q0, q1, q2, q3 = q[0], q[1], q[2], q[3]
+    r0 = q0 - x * q1 - y * q2 - z * q3
+    r1 = q1 + x * q0 + y * q3 - z * q2
+    r2 = q2 + y * q0 + z * q1 - x * q3
+    r3 = q3 + z * q0 + x * q2 - y * q1
+    size = 1.0 / np.sqrt(r0 * r0 + r1 * r1 + r2 * r2 + r3 * r3)
+    out[0], out[1], out[2], out[3] = r0 * size, r1 * size, r2 * size, r3 * size
+
+
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+def rotation_of(q, out):
+    """R - I of a unit quaternion, without cancellation at small angles, written to ``out`` (3, 3)."""
+    s, x, y, z = q[0], q[1], q[2], q[3]
+    out[0, 0] = -2.0 * (y * y + z * z)
+    out[1, 1] = -2.0 * (x * x + z * z)
+    out[2, 2] = -2.0 * (x * x + y * y)
+    out[0, 1] = 2.0 * (x * y - s * z)
+    out[1, 0] = 2.0 * (x * y + s * z)
+    out[0, 2] = 2.0 * (x * z + s * y)
+    out[2, 0] = 2.0 * (x * z - s * y)
+    out[1, 2] = 2.0 * (y * z - s * x)
+    out[2, 1] = 2.0 * (y * z + s * x)
+
+
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+def advance(
+    points, joints, bodies, total, cases, factors, drives, speeds, dt, local, adaptive, kinetic_stop, true_inertia
+):
+    """Advance by ``len(factors)`` steps of central differences.
+
+    m v(n+1/2) = m v(n-1/2) + dt F(n),  L(n+1/2) = L(n-1/2) + dt M(n),  omega = R J^-1 R^T L,  x(n+1) = x(n) + dt v.
+
+    Parameters
+    ----------
+    points, joints, bodies : state, changed in place
+    total : accumulated energies and the adaptive viscosity, see the E_ indices, shape (E_SIZE,)
+    cases : wrench per load case and block [N, N m], shape (c, n, 6)
+    factors : of the cases, per step, shape (steps, c)
+    drives : twist per drive and block for the held degrees of freedom, shape (d, n, 6)
+    speeds : factors of the drives per step, shape (steps, d)
+    dt : [s]
+    local : Cundall's local damping, F - local |F| sign(v) per component, 0 for none
+    adaptive : wanted ratio of the power of global damping to the rate of change of kinetic energy, 0 for none
+    kinetic_stop : set all free velocities to zero whenever the kinetic energy has passed a peak
+    true_inertia : keep the angular momentum exactly in free flight (second-order spin at the half step)
+    """
+    n = bodies.mass.size
+    vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
+    force, old, half, trot, new = np.empty(6), np.empty(6), np.empty(4), np.empty((3, 3)), np.empty(3)
+    for step in range(factors.shape[0]):
+        _joint_forces(points, joints, bodies, dt, total)
+        kinetic = applied = support = damping = 0.0
+        viscosity = total[E_VISCOSITY] if adaptive > 0.0 else 0.0
+        lag = 1.0 / (1.0 + 0.5 * viscosity * dt)
+        keep = 1.0 - 0.5 * viscosity * dt
+        for i in range(n):
+            still = True
+            for k in range(6):
+                force[k] = 0.0
+                old[k] = vel[i, k] if k < 3 else spin[i, k - 3]
+                still = still and held[i, k]
+            for c in range(cases.shape[0]):
+                x = factors[step, c]
+                if x != 0.0:
+                    for k in range(6):
+                        force[k] += x * cases[c, i, k]
+            for k in range(6):
+                net[i, k] = force[k] + bodies.contact[i, k]
+            moving = not still
+            for k in range(3):
+                if held[i, k]:
+                    v = 0.0
+                    for q in range(drives.shape[0]):
+                        v += speeds[step, q] * drives[q, i, k]
+                    moving = moving or v != 0.0
+                    vel[i, k] = v
+                else:
+                    f = net[i, k]
+                    v = vel[i, k]
+                    brake = local * abs(f) * ((v > 0.0) - (v < 0.0))
+                    vel[i, k] = (v * keep + (f - brake) * bodies.inv_mass[i] * dt) * lag
+                    damping += brake * 0.5 * (v + vel[i, k]) * dt
+                    damping += viscosity * bodies.mass[i] * (0.5 * (v + vel[i, k])) ** 2 * dt
+                if held[i, 3 + k]:
+                    ang[i, k] = 0.0
+                else:
+                    f = net[i, 3 + k]
+                    w = spin[i, k]
+                    brake = local * abs(f) * ((w > 0.0) - (w < 0.0))
+                    ang[i, k] = (ang[i, k] * keep + (f - brake) * dt) * lag
+                    damping += brake * w * dt
+            if still and not moving:
+                drive_turns = False
+                for q in range(drives.shape[0]):
+                    for k in range(3, 6):
+                        drive_turns = drive_turns or (speeds[step, q] != 0.0 and drives[q, i, k] != 0.0)
+                if not drive_turns:
+                    for k in range(3):
+                        spin[i, k] = 0.0
+                    continue
+            _spin_of(bodies.rot[i], bodies.inv_inertia[i], ang[i], new)
+            if true_inertia:
+                _turned(bodies.quat[i], new, 0.5 * dt, half)
+                rotation_of(half, trot)
+                _spin_of(trot, bodies.inv_inertia[i], ang[i], new)
+                _turned(bodies.quat[i], new, 0.5 * dt, half)
+                rotation_of(half, trot)
+                _spin_of(trot, bodies.inv_inertia[i], ang[i], new)
+            for k in range(3):
+                if held[i, 3 + k]:
+                    w = 0.0
+                    for q in range(drives.shape[0]):
+                        w += speeds[step, q] * drives[q, i, 3 + k]
+                    new[k] = w
+                else:
+                    damping += viscosity * dt * ang[i, k] * new[k]
+                spin[i, k] = new[k]
+                mean_v, mean_w = 0.5 * (old[k] + vel[i, k]), 0.5 * (old[3 + k] + new[k])
+                applied += (force[k] * mean_v + force[3 + k] * mean_w) * dt
+                if held[i, k]:
+                    support -= net[i, k] * mean_v * dt
+                else:
+                    kinetic += 0.5 * bodies.mass[i] * vel[i, k] * vel[i, k]
+                if held[i, 3 + k]:
+                    support -= net[i, 3 + k] * mean_w * dt
+                else:
+                    kinetic += 0.5 * ang[i, k] * new[k]
+                bodies.shift[i, k] += dt * vel[i, k]
+            if new[0] != 0.0 or new[1] != 0.0 or new[2] != 0.0:
+                _turned(bodies.quat[i], new, dt, bodies.quat[i])
+                rotation_of(bodies.quat[i], bodies.rot[i])
+        if adaptive > 0.0:
+            # the power 2 C E_k of global damping follows a fixed part of the rate of change of the kinetic energy
+            power = 2.0 * viscosity * kinetic * dt
+            wanted = adaptive * abs(kinetic - total[E_KINETIC])
+            change = 1.02 if power < wanted else 1.0 / 1.02
+            total[E_VISCOSITY] = min(max(viscosity * change, 1e-6 / dt), 1.0 / dt)
+        if kinetic_stop and kinetic < total[E_KINETIC] and total[E_STEPS] >= total[E_STOP] + STOP_EVERY:
+            # past a peak of kinetic energy: the leading mode passes its equilibrium, so stop there and start again
+            damping += kinetic
+            kinetic = 0.0
+            total[E_STOP] = total[E_STEPS]
+            for i in range(n):
+                for k in range(3):
+                    if not held[i, k]:
+                        vel[i, k] = 0.0
+                    if not held[i, 3 + k]:
+                        spin[i, k] = 0.0
+                        ang[i, k] = 0.0
+        total[E_DAMPING] += damping
+        total[E_APPLIED] += applied
+        total[E_SUPPORT] += support
+        total[E_KINETIC] = kinetic
+        total[E_STEPS] += 1.0
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def measure(points, joints, bodies, position, force, opening, slip):
+    """Contact-point places, forces, openings and slips in the present position; changes no state.
+
+    Parameters
+    ----------
+    position, force : block b's material points [m] less the reference centroid of b (add it), and the force on block b
+        in global axes [N], written, shape (m, 3)
+    opening : w - w_p, total opening less dilation [m], written, shape (m,)
+    slip : total slip of b against a along t1, t2 [m], written, shape (m, 2)
+
+    Returns
+    -------
+    elastic energy : sum of (N^2 / kn + T^2 / ks) A / 2 [J]
+    """
+    axes, d, g, ra, rb = np.empty((3, 3)), np.empty(3), np.empty(6), np.empty(3), np.empty(3)
+    energy = 0.0
+    for j in range(joints.block_a.size):
+        b = joints.block_b[j]
+        _kinematics(j, joints, bodies, axes, d, g, ra, rb)
+        law = joints.law[j]
+        kn, ks, fc = law[0], law[1], law[6]
+        for k in range(joints.start[j], joints.start[j + 1]):
+            x, y, h = points.s[k], points.t[k], points.damage[k]
+            e1 = d[0] + g[0] * x + g[1] * y
+            e2 = d[1] + g[2] * x + g[3] * y
+            e3 = d[2] + g[4] * x + g[5] * y
+            mu = law[2] + h * (law[8] - law[2])
+            c = law[4] + h * (law[10] - law[4])
+            ft = law[5] + h * (law[11] - law[5])
+            w = e3 + points.gap[k]
+            n = min(max(kn * (points.lift[k] - w), -ft), kn * fc)
+            a1, a2 = points.slip_1[k] - e1, points.slip_2[k] - e2
+            trial = ks * np.sqrt(a1 * a1 + a2 * a2)
+            ratio = min(max(c + mu * n, 0.0) / max(trial, 1e-300), 1.0)
+            t1, t2 = ks * ratio * a1, ks * ratio * a2
+            opening[k] = w - points.lift[k]
+            slip[k, 0], slip[k, 1] = e1, e2
+            energy += 0.5 * points.area[k] * (n * n / kn + (t1 * t1 + t2 * t2) / ks)
+            px, py = x + e1, y + e2
+            for r in range(3):
+                force[k, r] = points.area[k] * (axes[0, r] * t1 + axes[1, r] * t2 + axes[2, r] * n)
+                position[k, r] = (
+                    rb[r] + bodies.shift[b, r] + axes[0, r] * px + axes[1, r] * py + axes[2, r] * e3
+                )
+    return energy
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _plane_of(corners, faces, size, p, f, out):
+    """Outward normal and offset of face f of convex piece p (Newell), written to ``out`` (4)."""
+    n0 = n1 = n2 = c0 = c1 = c2 = 0.0
+    m = size[p, f]
+    for k in range(m):
+        u, v = faces[p, f, k], faces[p, f, (k + 1) % m]
+        x0, x1, x2 = corners[p, u, 0], corners[p, u, 1], corners[p, u, 2]
+        y0, y1, y2 = corners[p, v, 0], corners[p, v, 1], corners[p, v, 2]
+        n0 += (x1 - y1) * (x2 + y2)
+        n1 += (x2 - y2) * (x0 + y0)
+        n2 += (x0 - y0) * (x1 + y1)
+        c0 += x0
+        c1 += x1
+        c2 += x2
+    r = 1.0 / np.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
+    out[0], out[1], out[2] = n0 * r, n1 * r, n2 * r
+    out[3] = (out[0] * c0 + out[1] * c1 + out[2] * c2) / m
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _widest_gap(corners, n_corners, faces, size, n_faces, p, q, plane, best):
+    """Face of p that separates q the most: its number; plane and gap written to ``best`` (5)."""
+    found = -1
+    best[4] = -1e300
+    for f in range(n_faces[p]):
+        _plane_of(corners, faces, size, p, f, plane)
+        gap = 1e300
+        for k in range(n_corners[q]):
+            h = plane[0] * corners[q, k, 0] + plane[1] * corners[q, k, 1] + plane[2] * corners[q, k, 2] - plane[3]
+            gap = min(gap, h)
+        if gap > best[4]:
+            found = f
+            best[0], best[1], best[2], best[3], best[4] = plane[0], plane[1], plane[2], plane[3], gap
+    return found
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def contact_polygons(corners, n_corners, faces, size, n_faces, pairs, margin, polygon, count, plane_out, first_is_base):
+    """Contact polygon of every pair of convex pieces nearer than ``margin``, at any relative rotation.
+
+    The base is the face that separates the pieces most (separating axes over faces; two crossing edges are taken by
+    their faces too); the other piece's face most opposed to it is clipped by the base's sides. The polygon lies on
+    that second face: it touches along an edge or a corner when the pieces are turned against each other.
+
+    Parameters
+    ----------
+    corners, faces : pieces in their present position [m], padded, shapes (p, v, 3), (p, f, k)
+    n_corners, size, n_faces : numbers in use, shapes (p,), (p, f), (p,)
+    pairs : shape (m, 2)
+    margin : [m]
+    polygon, count : written, shapes (m, 32, 3), (m,), count 0 where there is no contact
+    plane_out : unit normal away from the base and offset [m], written, shape (m, 4)
+    first_is_base : written, shape (m,)
+    """
+    plane, best_p, best_q, side = np.empty(4), np.empty(5), np.empty(5), np.empty(4)
+    one, two = np.empty((32, 3)), np.empty((32, 3))
+    for m in range(len(pairs)):
+        count[m] = 0
+        p, q = pairs[m, 0], pairs[m, 1]
+        fp = _widest_gap(corners, n_corners, faces, size, n_faces, p, q, plane, best_p)
+        if best_p[4] > margin:
+            continue
+        fq = _widest_gap(corners, n_corners, faces, size, n_faces, q, p, plane, best_q)
+        if best_q[4] > margin:
+            continue
+        first = best_p[4] >= best_q[4] - 1e-3 * margin
+        base, other, face = (p, q, fp) if first else (q, p, fq)
+        ref = best_p if first else best_q
+        opposed, low = 0, 2.0
+        for f in range(n_faces[other]):
+            _plane_of(corners, faces, size, other, f, plane)
+            c = plane[0] * ref[0] + plane[1] * ref[1] + plane[2] * ref[2]
+            if c < low:
+                low, opposed = c, f
+        n = size[other, opposed]
+        for k in range(n):
+            for r in range(3):
+                one[k, r] = corners[other, faces[other, opposed, k], r]
+        sides = size[base, face]
+        for k in range(sides):
+            u, v = faces[base, face, k], faces[base, face, (k + 1) % sides]
+            e0 = corners[base, v, 0] - corners[base, u, 0]
+            e1 = corners[base, v, 1] - corners[base, u, 1]
+            e2 = corners[base, v, 2] - corners[base, u, 2]
+            side[0] = e1 * ref[2] - e2 * ref[1]
+            side[1] = e2 * ref[0] - e0 * ref[2]
+            side[2] = e0 * ref[1] - e1 * ref[0]
+            side[3] = side[0] * corners[base, u, 0] + side[1] * corners[base, u, 1] + side[2] * corners[base, u, 2]
+            new = 0
+            for i in range(n):
+                a = side[0] * one[i, 0] + side[1] * one[i, 1] + side[2] * one[i, 2] - side[3]
+                z = (i + 1) % n
+                b = side[0] * one[z, 0] + side[1] * one[z, 1] + side[2] * one[z, 2] - side[3]
+                if a <= 0.0 and new < 32:
+                    for r in range(3):
+                        two[new, r] = one[i, r]
+                    new += 1
+                if (a < 0.0 < b or b < 0.0 < a) and new < 32:
+                    t = a / (a - b)
+                    for r in range(3):
+                        two[new, r] = one[i, r] + t * (one[z, r] - one[i, r])
+                    new += 1
+            n = new
+            for i in range(n):
+                for r in range(3):
+                    one[i, r] = two[i, r]
+        if n < 3:
+            continue
+        near = 1e300
+        for i in range(n):
+            near = min(near, ref[0] * one[i, 0] + ref[1] * one[i, 1] + ref[2] * one[i, 2] - ref[3])
+        if near > margin:
+            continue
+        count[m] = n
+        first_is_base[m] = first
+        for i in range(n):
+            for r in range(3):
+                polygon[m, i, r] = one[i, r]
+        for r in range(4):
+            plane_out[m, r] = ref[r]

@@ -1,0 +1,163 @@
+"""Stages of a simulation: settle, ramp, tilt, driven blocks, base motion, hold; each is plain frozen data.
+
+Loads and their factors are kept from stage to stage: a stage changes only what it names.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem.stepping import Damping
+from limitmason.model import DEGREES_OF_FREEDOM, Assembly
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stage:
+    """What all stages share.
+
+    Parameters
+    ----------
+    damping : None takes the simulation's own
+    stop_when_moved : end the stage when a block has moved this far since the stage began [m]
+    name : label in the history
+    """
+
+    damping: Damping | None = None
+    stop_when_moved: float | None = None
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class Settle(Stage):
+    """Hold the loads until force and moment are small in four checks in a row.
+
+    Parameters
+    ----------
+    tolerance : largest unbalanced force and moment over the mean block load [-]
+    max_steps : the stage ends there in any case; the history then says "not settled"
+    """
+
+    tolerance: float = 1e-6
+    max_steps: int = 50_000
+
+
+@dataclass(frozen=True)
+class Hold(Stage):
+    """Hold the loads for a number of steps, or a duration [s]."""
+
+    steps: int | None = None
+    duration: float | None = None
+
+
+@dataclass(frozen=True)
+class Ramp(Stage):
+    """Change the multiplier of the live loads linearly.
+
+    Parameters
+    ----------
+    to : multiplier at the end [-]
+    steps or duration : length of the stage, [-] or [s]
+    """
+
+    to: float = 1.0
+    steps: int | None = None
+    duration: float | None = None
+
+
+@dataclass(frozen=True)
+class Tilt(Stage):
+    """Turn the weight of all blocks as on a tilting table: W (-cos(alpha) z + sin(alpha) d), d = axis x z.
+
+    Other dead loads and live loads stay as they are in the table's axes.
+
+    Parameters
+    ----------
+    to_deg : tilt angle at the end [deg]
+    axis : horizontal axis the table turns about by the right-hand rule, shape (3,)
+    """
+
+    to_deg: float = 45.0
+    steps: int | None = None
+    duration: float | None = None
+    axis: tuple[float, float, float] = (0.0, 1.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Drive(Stage):
+    """Move degrees of freedom of blocks with given velocities and record the reaction (load-displacement curves).
+
+    Parameters
+    ----------
+    displacement : by block name or number: {"x": 0.01, ...} [m] or [rad], travelled linearly in the stage; the degrees
+        of freedom named are held in this stage and released after it unless ``keep``
+    keep : hold these degrees of freedom after the stage too
+    """
+
+    displacement: Mapping[int | str, Mapping[str, float]] = field(default_factory=dict)
+    steps: int | None = None
+    duration: float | None = None
+    keep: bool = False
+
+    def twists(self, assembly: Assembly) -> tuple[Array, NDArray[np.bool_]]:
+        """Travel per block, shape (n, 6), and the degrees of freedom it holds."""
+        travel = np.zeros((assembly.n_blocks, 6))
+        held = np.zeros((assembly.n_blocks, 6), dtype=bool)
+        for block, moves in self.displacement.items():
+            i = assembly.block_index(block)
+            for name, value in moves.items():
+                if name not in DEGREES_OF_FREEDOM:
+                    raise ValueError(f"drive of block {block!r}: unknown degree of freedom {name!r}")
+                k = DEGREES_OF_FREEDOM.index(name)
+                travel[i, k], held[i, k] = value, True
+        if not held.any():
+            raise ValueError("a Drive stage moves nothing: give displacement={block: {'x': ...}}")
+        return travel, held
+
+
+@dataclass(frozen=True)
+class BaseMotion(Stage):
+    """Move all held blocks with a recorded ground acceleration; dynamic mode only.
+
+    Parameters
+    ----------
+    acceleration : samples [m/s2], shape (k,)
+    sample_step : time between samples [s]; linear between them
+    direction : unit vector of the motion, shape (3,)
+    """
+
+    acceleration: Sequence[float] = ()
+    sample_step: float = 0.01
+    direction: tuple[float, float, float] = (1.0, 0.0, 0.0)
+
+    def velocity(self, times: Array) -> Array:
+        """Ground velocity at times since the stage began [m/s]: exact integral of the piecewise linear record."""
+        a = np.asarray(self.acceleration, dtype=float)
+        h = self.sample_step
+        nodes = np.concatenate([[0.0], np.cumsum(0.5 * h * (a[1:] + a[:-1]))])
+        k = np.clip((times / h).astype(int), 0, len(a) - 2)
+        r = np.clip(times - k * h, 0.0, h)
+        return nodes[k] + a[k] * r + 0.5 * (a[k + 1] - a[k]) / h * r * r
+
+
+def stage_length(stage: Stage) -> tuple[int | None, float | None]:
+    """Number of steps or duration [s] of a stage, the other None.
+
+    Raises
+    ------
+    ValueError
+        When not exactly one is given, or it is not positive.
+    """
+    if isinstance(stage, BaseMotion):
+        if len(stage.acceleration) < 2:
+            raise ValueError("BaseMotion needs at least two samples of acceleration")
+        return None, (len(stage.acceleration) - 1) * stage.sample_step
+    steps, duration = getattr(stage, "steps", None), getattr(stage, "duration", None)
+    if (steps is None) == (duration is None):
+        raise ValueError(f"{type(stage).__name__}: give either steps or duration")
+    if not (steps if steps is not None else duration) > 0:
+        raise ValueError(f"{type(stage).__name__}: steps or duration must be positive")
+    return (None if steps is None else int(steps)), duration

@@ -1,0 +1,206 @@
+"""The state of a simulation: contact points, joints and bodies; copied for save and restore, written for resume."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem import kernels
+from dem.joints import JointOptions, make_joints, make_points
+from dem.kernels import Bodies, Joints, Points
+from dem.stability import block_stiffness, scaled_masses, stable_step
+from limitmason.certificate import resultants_from_points
+from limitmason.model import Assembly, Loads
+from limitmason.results import Resultants
+
+Array = NDArray[np.float64]
+QUASI_STATIC, DYNAMIC = "quasi-static", "dynamic"
+
+
+class UnstableError(RuntimeError):
+    """The state is not finite or its energy explodes; the message names what and when, ``history`` what was kept."""
+
+    history: Any = None
+
+
+@dataclass
+class State:
+    """Everything that changes, and the arrays it changes on; made by :func:`make_state`.
+
+    Parameters
+    ----------
+    points, joints, bodies : kernel arrays
+    interface : interface of the assembly each joint is; -2 - i for one cut anew from interface i, -1 for a new pair
+    total : accumulated energies, see ``dem.kernels``
+    time : [s], in quasi-static runs the number of steps times the nominal step
+    dt : [s]
+    mode : "quasi-static" or "dynamic"
+    laws : kernel law of every interface of the assembly, for contacts found later, shape (k, LAW_SIZE)
+    """
+
+    points: Points
+    joints: Joints
+    bodies: Bodies
+    interface: NDArray[np.int64]
+    total: Array
+    time: float
+    dt: float
+    mode: str
+    laws: Array
+    warnings: tuple[str, ...] = field(default_factory=tuple)
+
+    def copy(self) -> "State":
+        """A state that shares nothing with this one."""
+        def twin(x: Any) -> Any:
+            return type(x)(*(v.copy() for v in x))
+
+        return State(
+            twin(self.points), twin(self.joints), twin(self.bodies), self.interface.copy(), self.total.copy(),
+            self.time, self.dt, self.mode, self.laws.copy(), self.warnings,
+        )  # fmt: skip
+
+    def save(self, path: str | Path) -> None:
+        """Write the state to a numpy archive from which :meth:`load` continues exactly."""
+        arrays = {f"{name}.{key}": value for name in ("points", "joints", "bodies")
+                  for key, value in getattr(self, name)._asdict().items()}  # fmt: skip
+        with open(path, "wb") as file:
+            np.savez(
+                file, **arrays, interface=self.interface, total=self.total,
+                clock=np.array([self.time, self.dt]), mode=np.array(self.mode), laws=self.laws,
+                warnings=np.array(self.warnings, str),
+            )  # fmt: skip
+
+    @classmethod
+    def load(cls, path: str | Path) -> "State":
+        """Read a state written by :meth:`save`."""
+        with np.load(path, allow_pickle=False) as file:
+            def group(kind: Any, name: str) -> Any:
+                return kind(*(file[f"{name}.{key}"] for key in kind._fields))
+
+            return cls(
+                group(Points, "points"), group(Joints, "joints"), group(Bodies, "bodies"), file["interface"],
+                file["total"], float(file["clock"][0]), float(file["clock"][1]), str(file["mode"]), file["laws"],
+                tuple(str(w) for w in file["warnings"]),
+            )  # fmt: skip
+
+    @property
+    def kinetic_energy(self) -> float:
+        """Kinetic energy of the free degrees of freedom at the last half step [J] (of scaled mass if quasi-static)."""
+        return float(self.total[kernels.E_KINETIC])
+
+    def stop(self) -> None:
+        """Set all velocities to zero."""
+        for array in (self.bodies.vel, self.bodies.spin, self.bodies.ang):
+            array[:] = 0.0
+        self.total[kernels.E_KINETIC] = 0.0
+
+    def measured(self, assembly: Assembly) -> "Measured":
+        """Contact forces in the present position; changes nothing."""
+        m = len(self.points.s)
+        position, force = np.empty((m, 3)), np.empty((m, 3))
+        opening, slip = np.empty(m), np.empty((m, 2))
+        energy = kernels.measure(self.points, self.joints, self.bodies, position, force, opening, slip)
+        owner = np.repeat(np.arange(len(self.joints.block_a)), np.diff(self.joints.start))
+        position += assembly.centroids[self.joints.block_b[owner]]
+        return Measured(owner, position, force, opening, slip, float(energy))
+
+    def resultants(self, assembly: Assembly) -> Resultants:
+        """Resultants of the assembly's interfaces from the contact forces, at their places before displacement."""
+        now = self.measured(assembly)
+        x = assembly.arrays
+        k = self.interface[now.owner]
+        kept = k >= 0
+        k = k[kept]
+        place = x.centre[k] + self.points.s[kept, None] * x.tangent_1[k] + self.points.t[kept, None] * x.tangent_2[k]
+        return resultants_from_points(assembly, place, k, self.points.area[kept], now.force[kept])
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Contact points now: joint of each, places [m], forces on block b [N], opening [m], slip [m], elastic energy."""
+
+    owner: NDArray[np.intp]
+    position: Array
+    force: Array
+    opening: Array
+    slip: Array
+    elastic_energy: float
+
+
+def make_state(
+    assembly: Assembly,
+    loads: Loads,
+    *,
+    contact_points: tuple[int, int] | Mapping[str, tuple[int, int]] = (4, 8),
+    contact_model: str = "grid",
+    joint_options: JointOptions | None = None,
+    mode: str = QUASI_STATIC,
+    dt: float | None = None,
+    safety: float | None = None,
+) -> State:
+    """State of an assembly at rest in its reference position, free of stress.
+
+    Parameters
+    ----------
+    loads : its dead loads set the default stiffness
+    contact_points : points along the unit and across the thickness, one pair or one per kind of joint
+    contact_model : "grid", or "vertices" for the corners of every interface
+    mode : "quasi-static" scales mass and inertia so that every block is as fast as the step allows; "dynamic" keeps
+        the real ones
+    dt : [s]; None chooses 1 (quasi-static, where time has no meaning) or the stable step (dynamic)
+    safety : fraction of the bound of the stable time step that is used; 0.65 by default: local damping up to 0.8 makes
+        a decelerating block 1.8 times as stiff, and 0.9 falls into a limit cycle
+
+    Raises
+    ------
+    ValueError
+        For an unknown mode, no free block, joints without stiffness, massless blocks in a dynamic run, and a given
+        time step above the stable one.
+    """
+    if mode not in (QUASI_STATIC, DYNAMIC):
+        raise ValueError(f"mode must be {QUASI_STATIC!r} or {DYNAMIC!r}, got {mode!r}")
+    x = assembly.arrays
+    n = assembly.n_blocks
+    free = ~assembly.fixed
+    if not free.any():
+        raise ValueError("every block is held: there is nothing to simulate")
+    contacts = make_points(assembly, contact_points, contact_model)
+    if not contacts.count:
+        raise ValueError("no joint touches a free block: there is nothing to settle on")
+    options = joint_options or JointOptions()
+    points, joints, interface, laws, warnings = make_joints(assembly, loads.dead, contacts, options)
+    stiffness = block_stiffness(points, joints, n)
+    safety = 0.65 if safety is None else safety
+    if mode == QUASI_STATIC:
+        dt = 1.0 if dt is None else dt
+        mass, inertia = scaled_masses(stiffness, dt, safety)
+    else:
+        mass, inertia = x.mass.copy(), x.inertia.copy()
+        light = free & ~(mass > 0.0)
+        if light.any():
+            name = assembly.blocks[int(np.flatnonzero(light)[0])].name
+            raise ValueError(f"block {name!r} has no mass: a dynamic simulation needs a positive density")
+        massless = ~(mass > 0.0)
+        mass[massless], inertia[massless] = 1.0, np.eye(3)
+        if options.dashpot is None:
+            # z = dashpot w / 2 = 0.1 at the fastest motion, for which the undamped step is 2 / w
+            dash = 0.1 * stable_step(stiffness, mass, inertia, free, joints, 1.0)
+            joints.law[:, kernels.LAW_DASH] = laws[:, kernels.LAW_DASH] = dash
+        largest = stable_step(stiffness, mass, inertia, free, joints, 1.0)
+        if dt is None:
+            dt = safety * largest
+        elif dt > largest:
+            raise ValueError(f"dt = {dt:g} s is above the stable time step of {largest:g} s of these joints and masses")
+    zero = np.zeros((n, 3))
+    quat = np.zeros((n, 4))
+    quat[:, 0] = 1.0
+    bodies = Bodies(
+        zero, quat, np.zeros((n, 3, 3)), zero.copy(), zero.copy(), zero.copy(), mass, 1.0 / mass,
+        np.ascontiguousarray(np.linalg.inv(inertia)), assembly.held.copy(), np.zeros((n, 6)), np.zeros((n, 6)),
+    )  # fmt: skip
+    total = np.zeros(kernels.E_SIZE)
+    total[kernels.E_VISCOSITY] = 0.01 / dt
+    return State(points, joints, bodies, interface, total, 0.0, float(dt), mode, laws, warnings)

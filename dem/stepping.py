@@ -1,0 +1,198 @@
+"""Running the kernel in chunks: constant or tabulated loads, unbalanced forces, detection of bad states."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem import kernels
+from dem.state import DYNAMIC, State, UnstableError
+from limitmason.model import Assembly
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Damping:
+    """How motion is braked.
+
+    Parameters
+    ----------
+    local : Cundall's local damping, F - local |F| sign(v) per component; takes momentum from free flight
+    adaptive : ratio of the power of global viscous damping to the rate of change of kinetic energy; 0 for none
+    kinetic : stop all blocks whenever the kinetic energy has passed a peak; settles without overshoot
+    """
+
+    local: float = 0.0
+    adaptive: float = 0.0
+    kinetic: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the range."""
+        if not (0.0 <= self.local <= 0.9 and self.adaptive >= 0.0):
+            raise ValueError(
+                f"local damping must lie in 0 .. 0.9 and adaptive be >= 0, got {self.local!r} and {self.adaptive!r}"
+            )
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What unbalanced forces and displacements are small against: block load [N], sizes [m], shape (n,), free flags."""
+
+    force: float
+    size: Array
+    free: NDArray[np.bool_]
+    smallest: float
+
+    @classmethod
+    def of(cls, assembly: Assembly, wrench: Array) -> "Scale":
+        """Mean load of the free blocks that carry one; size is the cube root of the volume."""
+        moves = ~assembly.held
+        load = np.linalg.norm(wrench[:, :3] * moves[:, :3], axis=1)
+        some = load > 1e-9 * max(float(load.max(initial=0.0)), 1e-300)
+        weight = assembly.weights[~assembly.fixed]
+        force = float(load[some].mean()) if some.any() else float(weight.mean())
+        edge = [float(np.ptp(b.vertices, axis=0).min()) for b, f in zip(assembly.blocks, assembly.fixed, strict=True)
+                if not f]  # fmt: skip
+        return cls(max(force, 1e-300), np.cbrt(assembly.arrays.volume), moves, min(edge))
+
+
+def run(
+    state: State, cases: Array, factors: Array, damping: Damping, drives: Array | None = None,
+    speeds: Array | None = None,
+) -> None:
+    """Advance by ``len(factors)`` steps and check that the state is finite.
+
+    Parameters
+    ----------
+    cases : wrench per case and block [N, N m], shape (c, n, 6)
+    factors : per step, shape (steps, c)
+    drives, speeds : twists of driven blocks, shape (d, n, 6), and their factors per step, shape (steps, d)
+
+    Raises
+    ------
+    UnstableError
+        When a displacement or velocity is no longer finite; the message names the block.
+    """
+    steps = len(factors)
+    if drives is None or speeds is None:
+        drives, speeds = np.zeros((0,) + cases.shape[1:]), np.zeros((steps, 0))
+    kernels.advance(
+        state.points, state.joints, state.bodies, state.total, np.ascontiguousarray(cases, dtype=float),
+        np.ascontiguousarray(factors, dtype=float), np.ascontiguousarray(drives, dtype=float),
+        np.ascontiguousarray(speeds, dtype=float), state.dt, damping.local, damping.adaptive, damping.kinetic,
+        state.mode == DYNAMIC,
+    )  # fmt: skip
+    state.time += steps * state.dt
+    b = state.bodies
+    if not (np.isfinite(state.total).all() and np.isfinite(b.shift).all() and np.isfinite(b.ang).all()):
+        bad = ~(np.isfinite(b.shift).all(axis=1) & np.isfinite(b.vel).all(axis=1) & np.isfinite(b.quat).all(axis=1))
+        block = int(np.flatnonzero(bad)[0]) if bad.any() else 0
+        raise UnstableError(
+            f"the state of block number {block} is not finite at step {state.total[kernels.E_STEPS]:.0f}: the time "
+            "step is too long for the stiffness, or a load is not finite"
+        )
+
+
+def run_constant(state: State, wrench: Array, steps: int, damping: Damping) -> None:
+    """Advance under a constant wrench per block [N, N m], shape (n, 6)."""
+    run(state, wrench[None], np.ones((steps, 1)), damping)
+
+
+def unbalance(state: State, scale: Scale) -> tuple[float, float]:
+    """Largest unbalanced force, and moment over block size, of the free degrees of freedom over the mean block load."""
+    net = np.abs(state.bodies.net) * scale.free
+    force = float(net[:, :3].max(initial=0.0)) / scale.force
+    moment = float((net[:, 3:] / scale.size[:, None]).max(initial=0.0)) / scale.force
+    return force, moment
+
+
+def displacement_since(state: State, shift: Array, quat: Array, scale: Scale) -> float:
+    """Largest displacement, or rotation times block size, since a stored position [m]."""
+    moved = np.linalg.norm(state.bodies.shift - shift, axis=1)
+    turned = np.linalg.norm(state.bodies.quat - quat, axis=1) * 2.0 * scale.size
+    return float(max(moved.max(initial=0.0), turned.max(initial=0.0)))
+
+
+EQUILIBRIUM, MOVING, UNDECIDED = "equilibrium", "moving", "undecided"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Outcome of holding a load: "equilibrium", "moving" or "undecided", steps used, last unbalance, displacement."""
+
+    outcome: str
+    steps: int
+    unbalance: tuple[float, float]
+    moved: float
+
+
+def hold(
+    state: State,
+    wrench: Array,
+    scale: Scale,
+    damping: Damping,
+    *,
+    tolerance: float,
+    limit: float,
+    max_steps: int,
+    check_every: int = 100,
+    checks: int = 4,
+    patience: int = 0,
+) -> Verdict:
+    """Hold a load until force and moment are small in several checks in a row, or a block has moved too far.
+
+    Parameters
+    ----------
+    wrench : [N, N m], shape (n, 6)
+    tolerance : of both unbalanced force and moment, over the mean block load [-]
+    limit : displacement that counts as collapse [m]
+    max_steps : budget after which the verdict is "undecided", or "moving" where the motion never slowed down and forces
+        stay far out of balance
+    patience : steps that earlier loads took to settle; after these a fifth of ``limit`` is enough where the motion
+        still speeds up and the unbalanced force does not fade. Sooner, a slow swing about a new equilibrium looks alike
+    """
+    shift, quat = state.bodies.shift.copy(), state.bodies.quat.copy()
+    used, quiet, last, moved = 0, 0, (np.inf, np.inf), 0.0
+    path: list[tuple[float, float]] = []
+    while used < max_steps:
+        # checks at unequal intervals cannot fall into step with an oscillation
+        steps = check_every + (0, 7, 3, 11)[len(path) % 4]
+        run_constant(state, wrench, steps, damping)
+        used += steps
+        last = unbalance(state, scale)
+        moved = displacement_since(state, shift, quat, scale)
+        path.append((moved, last[0]))
+        if moved > limit or (used > 1.5 * patience and moved > 0.2 * limit and _accelerates(path)):
+            return Verdict(MOVING, used, last, moved)
+        quiet = quiet + 1 if max(last) < tolerance else 0
+        if quiet >= checks:
+            return Verdict(EQUILIBRIUM, used, last, moved)
+    outcome = MOVING if _flows(path, tolerance) else UNDECIDED
+    return Verdict(outcome, used, last, moved)
+
+
+def _flows(path: list[tuple[float, float]], tolerance: float) -> bool:
+    """True where, at the end of the budget, motion has not slowed down and forces are far out of balance.
+
+    Displacement in the last quarter of the checks at least that in each of the two before, and the unbalanced force in
+    the whole last half above twenty times the tolerance.
+    """
+    n = len(path)
+    if n < 80:
+        return False
+    moved = [path[k][0] for k in (n // 4, n // 2, 3 * n // 4, n - 1)]
+    rates = np.diff(moved)
+    rest = min(p[1] for p in path[n // 2 :])
+    return bool(rates[2] > 0.0 and rates[2] >= rates[1] >= 0.8 * rates[0] and rest > 20.0 * tolerance)
+
+
+def _accelerates(path: list[tuple[float, float]], window: int = 8) -> bool:
+    """True where the displacement has grown faster from check to check while the unbalanced force did not fade."""
+    if len(path) <= window:
+        return False
+    moved = np.array([p[0] for p in path[-window - 1 :]])
+    force = [p[1] for p in path[-window - 1 :]]
+    growth = np.diff(moved)
+    half = window // 2
+    return bool(growth.min() > 0.0 and growth[half:].mean() > growth[:half].mean() and force[-1] > 0.7 * force[0])
