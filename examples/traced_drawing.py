@@ -28,7 +28,8 @@ predictions = lm.predict_cases(
 for name, prediction in predictions.items():
     c = prediction.certificate
     print(
-        f"{name}: lambda = {prediction.collapse_multiplier:.4f}, tilt {prediction.tilt_angle_deg:.1f} deg, gap {c.gap:.1e}"
+        f"{name}: lambda = {prediction.collapse_multiplier:.4f}, "
+        f"tilt {prediction.tilt_angle_deg:.1f} deg, gap {c.gap:.1e}"
     )
 governing = min(predictions, key=lambda name: predictions[name].collapse_multiplier)
 print(f"governing: {governing}")

@@ -10,14 +10,26 @@ from limitmason.model import Assembly, Block, Interface, Joint, Loads, Support
 from limitmason.results import Certificate, Mechanism, Prediction, Resultants
 
 if TYPE_CHECKING:
-    from limitmason import build, experiments, figures, formats
+    from limitmason import build, experiments, figures, formats, study
     from limitmason.limit import limit_analysis, limit_bracket, proven_range, settlement_analysis
     from limitmason.methods import predict, predict_cases
+    from limitmason.side_by_side import compare
 
 __version__ = "0.1.0"
 
 # loaded on first use: a script that only builds an assembly waits for neither solver nor matplotlib
-_MODULES = ("build", "certificate", "equilibrium", "experiments", "figures", "formats", "limit", "methods", "results")
+_MODULES = (
+    "build",
+    "certificate",
+    "equilibrium",
+    "experiments",
+    "figures",
+    "formats",
+    "limit",
+    "methods",
+    "results",
+    "study",
+)
 _NAMES = {
     "limit_analysis": "limitmason.limit",
     "limit_bracket": "limitmason.limit",
@@ -25,6 +37,7 @@ _NAMES = {
     "settlement_analysis": "limitmason.limit",
     "predict": "limitmason.methods",
     "predict_cases": "limitmason.methods",
+    "compare": "limitmason.side_by_side",
 }
 
 __all__ = [

@@ -186,9 +186,7 @@ def draw_joints(ax: Axes, view: Elevation, joints: MovingJoints, motion: RigidMo
         ax.add_collection(LineCollection(faces, colors=colour, linewidths=thick, gid=f"{gid} faces", zorder=3.0))
 
 
-def joint_handles(
-    joints: MovingJoints | None, *, fixed: bool, ghost: bool, hatch: bool = True
-) -> list[Patch | Line2D]:
+def joint_handles(joints: MovingJoints | None, *, fixed: bool, ghost: bool, hatch: bool = True) -> list[Patch | Line2D]:
     """Legend entries for what is really in the drawing."""
     handles: list[Patch | Line2D] = []
     if joints is not None:

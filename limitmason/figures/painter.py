@@ -99,9 +99,7 @@ def places_behind(order: list[int], solids: Sequence[Solid], others: Sequence[So
     return place.tolist()
 
 
-def _hiding(
-    solids: Sequence[Solid], faces: Faces, view: Camera
-) -> tuple[Index, Index, Index, NDArray[np.bool_]]:
+def _hiding(solids: Sequence[Solid], faces: Faces, view: Camera) -> tuple[Index, Index, Index, NDArray[np.bool_]]:
     """Pairs i < j near each other on the page, which may hide the other (+1 j, -1 i), and whether they overlap."""
     page = [view.project(s.vertices) for s in solids]
     low = np.array([[*p.min(axis=0), 0.0] for p in page])

@@ -1,4 +1,4 @@
-"""Files: native JSON, OBJ and DXF in, OBJ and VTU out; :func:`read` and :func:`write` choose by the suffix."""
+"""Files: native JSON, OBJ and DXF in, OBJ, VTU and PVD out; :func:`read` and :func:`write` choose by the suffix."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from limitmason.formats.answers import read_prediction, write_prediction
 from limitmason.formats.dxf import Outlines, read_dxf
 from limitmason.formats.native import Model, read_json, write_json
 from limitmason.formats.obj import Solids, read_obj, write_obj
+from limitmason.formats.pvd import write_pvd
 from limitmason.formats.vtu import write_vtu
 from limitmason.model import Assembly, Loads
 from limitmason.results import Prediction
@@ -26,6 +27,7 @@ __all__ = [
     "write_json",
     "write_obj",
     "write_prediction",
+    "write_pvd",
     "write_vtu",
 ]
 

@@ -53,6 +53,8 @@ _KEYS = (
     "schema", "version", "units", "name", "outlines", "names", "thickness", "density", "blocks", "tolerance", "joint",
     "joints", "joints_between", "joint_laws", "interfaces", "fixed", "supports", "loads", "recipe",
 )  # fmt: skip
+
+
 class Model(NamedTuple):
     """What a model file holds: the assembly and its loads (self weight alone where the file gives none)."""
 

@@ -1,0 +1,76 @@
+"""The command line: packaged experiments, models from files, theories side by side, figures.
+
+Answers go to standard output, progress and errors to standard error; a mistake in the input ends with exit status 2
+and one line that names it, an analysis without a finite multiplier with exit status 3.
+"""
+
+import argparse
+from collections.abc import Sequence
+
+from limitmason import __version__
+from limitmason.cli import models, packaged, theories
+from limitmason.cli.console import say
+
+_DESCRIPTION = """\
+Collapse multiplier of rigid-block masonry: at what load a block structure collapses, how, and how far to trust it.
+
+A TARGET is either a model file (.json; `limitmason template` writes one to start from) or a packaged experiment
+written SOURCE/SPECIMEN, for example ferris-tin-loi-2001/wall-3.
+"""
+
+_EPILOG = """\
+examples:
+  limitmason experiments list                          what is packaged
+  limitmason experiments show minho-dry-stone-2005-2009 SW.100.1
+  limitmason experiments run ferris-tin-loi-2001       all six walls against the published values
+  limitmason experiments run --all --csv table.csv     everything, as a table file
+  limitmason solve ferris-tin-loi-2001/wall-3 --figure wall-3.png
+  limitmason template wall.json                        a small wall to edit
+  limitmason solve wall.json --flow-rule non-associative --output answer.json
+  limitmason compare wall.json --figure theories.png   every theory side by side
+  limitmason figure mechanism wall.json -o wall.pdf    also: assembly, forces; .png, .pdf or .svg
+
+units: SI (m, kg, N, Pa), angles in degrees where a name ends in _deg; z is up, compression positive.
+The multiplier scales the live loads; for horizontal loads equal to the weight it is the tangent of the tilt angle
+(dry joints). exit status: 0 solved, 2 wrong input, 3 no finite multiplier, 130 interrupted.
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit status.
+
+    Parameters
+    ----------
+    arguments : as typed after ``limitmason``; those of the process by default
+    """
+    options = _parser().parse_args(arguments)
+    if not hasattr(options, "run"):
+        _parser().print_help()
+        return 0
+    try:
+        return options.run(options)
+    except KeyboardInterrupt:
+        say("interrupted")
+        return 130
+    except BrokenPipeError:
+        return 0
+    except (ValueError, TypeError, KeyError, OSError, ImportError) as error:
+        if options.debug:
+            raise
+        if isinstance(error, FileNotFoundError):
+            error = ValueError(f"{error.filename}: no such file")
+        say(f"error: {error.args[0] if isinstance(error, KeyError) and error.args else error}")
+        return 2
+
+
+def _parser() -> argparse.ArgumentParser:
+    style = argparse.RawDescriptionHelpFormatter
+    top = argparse.ArgumentParser("limitmason", description=_DESCRIPTION, epilog=_EPILOG, formatter_class=style)
+    top.add_argument("--version", action="version", version=f"limitmason {__version__}")
+    top.add_argument("--debug", action="store_true", help="show the whole traceback of an error")
+    commands = top.add_subparsers(title="commands", metavar="COMMAND")
+
+    packaged.add_commands(commands)
+    models.add_commands(commands)
+    theories.add_commands(commands)
+    return top

@@ -1,0 +1,5 @@
+"""``python -m limitmason.cli``."""
+
+from limitmason.cli import main
+
+raise SystemExit(main())

@@ -1,0 +1,86 @@
+"""What all commands share: where answers and messages go, the target, and the settings of an analysis."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from limitmason.methods import available_methods
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction
+
+
+def say(text: str) -> None:
+    """Write a message to standard error."""
+    sys.stderr.write(text + "\n")
+    sys.stderr.flush()
+
+
+def show_text(text: str) -> None:
+    """Write an answer to standard output."""
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
+
+
+def load_target(target: str) -> tuple[Assembly, Loads, str]:
+    """Assembly, loads and title of a model file or a packaged experiment."""
+    path = Path(target)
+    if path.exists() or path.suffix.lower() in (".json", ".obj", ".dxf"):
+        from limitmason import formats
+
+        if path.suffix.lower() in (".obj", ".dxf"):
+            raise ValueError(
+                f"{path} holds geometry alone: read it with limitmason.formats in a script, give thickness, joints and "
+                "loads, and write the model as .json (see examples/traced_drawing.py)"
+            )
+        model = formats.read_json(path)
+        if not model.loads.live.any():
+            raise ValueError(f"{path}: the file holds no live load; add a 'loads' entry, see `limitmason template`")
+        return model.assembly, model.loads, path.stem
+    from limitmason import experiments
+
+    source, slash, specimen = target.partition("/")
+    if not slash:
+        raise ValueError(f"{target!r} is neither a file nor SOURCE/SPECIMEN; see `limitmason experiments list`")
+    test = experiments.load(source, specimen)
+    return test.assembly(), test.loads(), f"{source} {specimen}"
+
+
+def report(prediction: Prediction) -> int:
+    """Print a prediction and return the exit status that belongs to it."""
+    show_text(str(prediction))
+    return 0 if prediction.status in (SOLVED, ALMOST_SOLVED) else 3
+
+
+def analysis_options(parser: argparse.ArgumentParser, flow_default: str | None = "associative") -> None:
+    """Add the options of an analysis to a command."""
+    group = parser.add_argument_group("analysis")
+    group.add_argument("--method", default="limit", choices=sorted(available_methods()), help="default: limit")
+    flow_help = "associative ignores the dilatancy angle" + ("" if flow_default else "; default: as published")
+    rules = ("associative", "non-associative")
+    group.add_argument("--flow-rule", choices=rules, default=flow_default, help=flow_help)
+    group.add_argument("--contact-model", choices=("vertices", "grid"), default="vertices")
+    group.add_argument(
+        "--grid", type=int, nargs=2, metavar=("ALONG", "ACROSS"), help="points per interface; needs grid"
+    )
+    group.add_argument(
+        "--torsion-limit", action="store_true", help="limit torsion to that of uniform pressure (estimate)"
+    )
+
+
+def settings_of(options: argparse.Namespace) -> dict:
+    """Settings of limit analysis out of the options; none for other methods."""
+    if options.method != "limit":
+        return {}
+    out: dict = {"contact_model": options.contact_model}
+    if options.grid:
+        if options.contact_model != "grid":
+            raise ValueError("--grid needs --contact-model grid")
+        out["grid"] = tuple(options.grid)
+    if options.torsion_limit:
+        out["torsion_limit"] = True
+    if options.flow_rule:
+        out["flow_rule"] = options.flow_rule
+    return out

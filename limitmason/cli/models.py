@@ -1,0 +1,118 @@
+"""Commands on one model: solve, figure, template."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from itertools import pairwise
+from pathlib import Path
+
+from limitmason.cli.console import analysis_options, load_target, report, say, settings_of
+from limitmason.methods import predict
+from limitmason.model.assembly import Assembly
+from limitmason.results import Prediction
+
+_TEMPLATE = """\
+{
+ "schema": "limitmason-model",
+ "version": 1,
+ "thickness": 0.3,
+ "density": 2000.0,
+ "joint": {"friction_angle_deg": 33.0, "dilatancy_angle_deg": 0.0},
+ "fixed": ["ground"],
+ "loads": {"horizontal": [1, 0, 0]},
+ "names": [
+NAMES
+ ],
+ "outlines": [
+OUTLINES
+ ]
+}
+"""
+
+
+def add_commands(commands: argparse._SubParsersAction) -> None:
+    """Add ``solve``, ``figure`` and ``template``."""
+    solve = commands.add_parser("solve", help="collapse multiplier of a model with its certificate")
+    solve.add_argument("target", metavar="TARGET")
+    solve.add_argument("--output", type=Path, metavar="FILE", help="write the whole prediction as JSON")
+    solve.add_argument("--figure", type=Path, metavar="FILE", help="draw the mechanism (.png, .pdf, .svg)")
+    solve.add_argument("--vtu", type=Path, metavar="FILE", help="write blocks and mechanism for ParaView")
+    analysis_options(solve)
+    solve.set_defaults(run=_solve)
+
+    figure = commands.add_parser("figure", help="draw an assembly, its mechanism or its contact forces")
+    figure.add_argument("kind", choices=("assembly", "mechanism", "forces"))
+    figure.add_argument("target", metavar="TARGET")
+    figure.add_argument("-o", "--output", type=Path, metavar="FILE", help="default: KIND.png")
+    figure.add_argument("--view", choices=("auto", "elevation", "3d"), default="auto")
+    figure.add_argument("--dpi", type=int, default=200)
+    analysis_options(figure)
+    figure.set_defaults(run=_figure)
+
+    template = commands.add_parser("template", help="write a small model file to edit")
+    template.add_argument("file", type=Path)
+    template.set_defaults(run=_template)
+
+
+def _solve(options: argparse.Namespace) -> int:
+    assembly, loads, title = load_target(options.target)
+    say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces, {loads.name}")
+    prediction = predict(assembly, loads, options.method, **settings_of(options))
+    status = report(prediction)
+    from limitmason import formats
+
+    if options.output:
+        formats.write_prediction(options.output, prediction, assembly=assembly)
+        say(f"wrote {options.output}")
+    if options.vtu:
+        formats.write_vtu(options.vtu, assembly, prediction)
+        say(f"wrote {options.vtu}")
+    if options.figure:
+        _draw(options.figure, "mechanism", assembly, prediction, title)
+    return status
+
+
+def _figure(options: argparse.Namespace) -> int:
+    assembly, loads, title = load_target(options.target)
+    output = options.output or Path(f"{options.kind}.png")
+    if options.kind == "assembly":
+        _draw(output, "assembly", assembly, None, title, view=options.view, dpi=options.dpi)
+        return 0
+    prediction = predict(assembly, loads, options.method, **settings_of(options))
+    status = report(prediction)
+    if status == 0:
+        _draw(output, options.kind, assembly, prediction, title, view=options.view, dpi=options.dpi)
+    return status
+
+
+def _draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | None, title: str, *, view: str = "auto",
+          dpi: int = 200) -> None:  # fmt: skip
+    from limitmason import figures
+
+    if kind == "assembly":
+        figure = figures.assembly(assembly, title=title, view=view)
+    elif prediction is None or prediction.resultants is None:
+        say(f"no figure: {'without an answer' if prediction is None else prediction.status}")
+        return
+    elif kind == "mechanism":
+        figure = figures.mechanism(assembly, prediction, title=title, view=view)
+    else:
+        figure = figures.contact_forces(assembly, prediction, title=title, view=view)
+    figure.savefig(path, dpi=dpi)
+    say(f"wrote {path}")
+
+
+def _template(options: argparse.Namespace) -> int:
+    if options.file.exists():
+        raise ValueError(f"{options.file} exists already; choose another name")
+    stones = {"ground": [[-0.2, -0.2], [1.4, -0.2], [1.4, 0.0], [-0.2, 0.0]]}
+    for course, ends in enumerate([[0, 0.4, 0.8, 1.2], [0, 0.2, 0.6, 1.0, 1.2]] * 3):
+        low, high = round(0.2 * course, 3), round(0.2 * (course + 1), 3)
+        for k, (left, right) in enumerate(pairwise(ends), 1):
+            stones[f"stone-{course + 1}-{k}"] = [[left, low], [right, low], [right, high], [left, high]]
+    rows = [[f"  {json.dumps(outline)}" for outline in stones.values()], [f'  "{name}"' for name in stones]]
+    outlines, names = (",\n".join(r) for r in rows)
+    options.file.write_text(_TEMPLATE.replace("OUTLINES", outlines).replace("NAMES", names), encoding="utf-8")
+    say(f"wrote {options.file}: a small wall; edit its outlines, joint and loads, then `limitmason solve`")
+    return 0

@@ -1,0 +1,124 @@
+"""Commands on the packaged experiments: list, show, run, summary."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from collections.abc import Sequence
+from math import isfinite
+from pathlib import Path
+
+from limitmason.cli.console import analysis_options, say, settings_of, show_text
+
+
+def add_commands(commands: argparse._SubParsersAction) -> None:
+    """Add ``experiments`` with its actions."""
+    packaged = commands.add_parser("experiments", help="list, show and run the packaged experiments")
+    packaged.set_defaults(run=lambda o: (packaged.print_help(), 0)[1])
+    actions = packaged.add_subparsers(metavar="ACTION")
+    listing = actions.add_parser("list", help="sources and specimens")
+    listing.add_argument("source", nargs="?", help="only this source")
+    listing.set_defaults(run=_list)
+    show = actions.add_parser("show", help="data sheet of one specimen: parameters, values, source, assumptions")
+    show.add_argument("source")
+    show.add_argument("specimen", nargs="?")
+    show.set_defaults(run=_show)
+    run = actions.add_parser("run", help="predict and print beside measured and published values")
+    run.add_argument("source", nargs="?", help="a source, or SOURCE/SPECIMEN")
+    run.add_argument("specimens", nargs="*", help="only these specimens")
+    run.add_argument("--all", action="store_true", help="every packaged experiment that has a model")
+    run.add_argument("--csv", type=Path, metavar="FILE", help="also write the table to a file")
+    run.add_argument("--figure", type=Path, metavar="FILE", help="also draw predicted against measured or published")
+    analysis_options(run, flow_default=None)
+    run.set_defaults(run=_run)
+
+    summary = actions.add_parser("summary", help="all packaged cases as one Markdown table (a minute)")
+    summary.set_defaults(run=_summary)
+
+
+def _list(options: argparse.Namespace) -> int:
+    from limitmason import experiments
+
+    for source in [options.source] if options.source else experiments.sources():
+        names = experiments.specimens(source)
+        case = experiments.load(source, names[0])
+        show_text(f"{source}: {case.source.title}\n  {' '.join(names)}")
+    return 0
+
+
+def _show(options: argparse.Namespace) -> int:
+    from limitmason import experiments
+
+    source, _, specimen = options.source.partition("/")
+    specimen = options.specimen or specimen
+    for name in [specimen] if specimen else experiments.specimens(source):
+        show_text(str(experiments.load(source, name)) + "\n")
+    return 0
+
+
+def _run(options: argparse.Namespace) -> int:
+    from limitmason import experiments
+
+    if options.all == bool(options.source):
+        raise ValueError("name a source, or give --all; see `limitmason experiments list`")
+    settings = settings_of(options)
+    flow_rule = settings.pop("flow_rule", None)
+    if options.all:
+        cases = list(experiments.all_cases(with_model=True))
+    else:
+        source, _, one = options.source.partition("/")
+        names = ([one] if one else []) + options.specimens
+        cases = [experiments.load(source, n) for n in names or experiments.specimens(source)]
+    rows = []
+    for k, case in enumerate(cases, 1):
+        say(f"[{k}/{len(cases)}] {case.source.name}/{case.specimen}")
+        rows += experiments.run(case, options.method, flow_rule=flow_rule, **settings)
+    show_text(experiments.as_text(rows))
+    if options.csv:
+        _write_table(options.csv, rows)
+        say(f"wrote {options.csv}")
+    if options.figure:
+        from limitmason import figures
+
+        _draw_comparison(options.figure, rows, figures)
+    return 0
+
+
+def _draw_comparison(path: Path, rows: Sequence, figures) -> None:
+    known = [r for r in rows if isfinite(r.predicted)]
+    units = {r.unit for r in known}
+    if len(units) != 1:
+        raise ValueError(
+            "no row has a prediction: there is nothing to draw" if not known
+            else f"the values have different units ({', '.join(sorted(units))}): draw one source at a time"
+        )  # fmt: skip
+    kinds = {r.kind for r in known}
+    names = {(r.source, r.specimen) for r in known}
+    figure = figures.predicted_against_published(
+        [(f"{r.specimen} {r.quantity}" if len(names) < len(known) else r.specimen, float(r.reference), r.predicted,
+          f"{r.kind}, {r.flow_rule or r.method}") for r in known],
+        quantity="collapse multiplier λ [-]" if units == {"-"} else f"collapse load [{units.pop()}]",
+        published=" or ".join(sorted(kinds)),
+        title=", ".join(sorted({r.source for r in known})),
+    )  # fmt: skip
+    figure.savefig(path, dpi=200)
+    say(f"wrote {path}")
+
+
+def _summary(options: argparse.Namespace) -> int:
+    del options
+    from limitmason import experiments
+
+    show_text(experiments.summary_table(progress=say))
+    return 0
+
+
+def _write_table(path: Path, rows: Sequence) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        names = ("source", "specimen", "quantity", "kind", "unit", "reference", "predicted", "ratio", "method")
+        writer.writerow([*names, "flow_rule", "status", "seconds"])
+        writer.writerow(["-"] * 4 + ["unit of reference and predicted", "unit", "unit", "-", "-", "-", "-", "s"])
+        for r in rows:
+            values = [r.source, r.specimen, r.quantity, r.kind, r.unit, float(r.reference), r.predicted, r.ratio]
+            writer.writerow([*values, r.method, r.flow_rule, r.status, f"{r.seconds:.3f}"])

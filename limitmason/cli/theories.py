@@ -1,0 +1,55 @@
+"""The command that puts all theories side by side."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from limitmason.cli.console import load_target, say, show_text
+from limitmason.methods import available_methods
+
+
+def add_commands(commands: argparse._SubParsersAction) -> None:
+    """Add ``compare``."""
+    known = ("associative", "non-associative", *sorted(set(available_methods()) - {"limit"}))
+    command = commands.add_parser("compare", help="several theories, and a test, side by side")
+    command.add_argument("target", metavar="TARGET")
+    command.add_argument("--methods", nargs="+", choices=known, default=list(known[:2]) + ["dem", "mechanisms"],
+                         metavar="METHOD", help=f"out of {', '.join(known)}; default: the four theories")  # fmt: skip
+    command.add_argument("--measured", type=float, nargs="+", metavar="LAMBDA",
+                         help="multiplier of the test: one value, low and high, or low, value and high")  # fmt: skip
+    command.add_argument("--store", type=Path, metavar="FOLDER", help="keep answers here and go on after a kill")
+    command.add_argument("--figure", type=Path, metavar="FILE", help="draw them (.png, .pdf, .svg)")
+    command.add_argument("--points", type=int, nargs=2, metavar=("ALONG", "ACROSS"),
+                         help="contact points of the DEM; default: 4 8")  # fmt: skip
+    command.add_argument("--no-budget", action="store_true", help="DEM without its error budget: four times as fast")
+    command.add_argument("--proven", type=float, metavar="SECONDS",
+                         help="prove the ends of the non-associative range, so long each (small walls)")  # fmt: skip
+    command.add_argument("--markdown", action="store_true", help="print the table as Markdown")
+    command.set_defaults(run=_compare)
+
+
+def _compare(options: argparse.Namespace) -> int:
+    from limitmason.side_by_side import compare
+
+    assembly, loads, title = load_target(options.target)
+    say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces, {loads.name}")
+    settings: dict[str, dict[str, Any]] = {}
+    if "dem" in options.methods:
+        dem = {"contact_points": tuple(options.points)} if options.points else {}
+        settings["dem"] = {**dem, "error_budget": ()} if options.no_budget else dem
+    elif options.points or options.no_budget:
+        raise ValueError("--points and --no-budget are for the dem, which is not among --methods")
+    result = compare(
+        assembly, loads, options.methods, options.measured, store=options.store, progress=say, proven=options.proven,
+        title=title, **settings,
+    )  # fmt: skip
+    show_text(result.as_markdown() if options.markdown else result.table())
+    solved = any(row.solved for row in result.rows)
+    if options.figure and solved:
+        from limitmason import figures
+
+        figures.side_by_side(result).savefig(options.figure, dpi=200)
+        say(f"wrote {options.figure}")
+    return 0 if solved else 3

@@ -1,0 +1,200 @@
+"""Curves of a simulation: load against displacement, and any recorded quantity against steps, time or another one."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import cycle
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from limitmason.figures import style
+
+Array = NDArray[np.float64]
+
+_WIDTH, _HEIGHT = 4.6, 3.0
+_LINES = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
+
+
+@style.in_print_style
+def load_displacement(
+    curves: Any,
+    *,
+    block: int | str | None = None,
+    direction: tuple[float, float, float] = (1.0, 0.0, 0.0),
+    points: Iterable[tuple[str, float, float]] = (),
+    levels: Mapping[str, float] | None = None,
+    title: str | None = None,
+    caption: str | None = None,
+    xlabel: str = "displacement [mm]",
+    ylabel: str = "force [kN]",
+    ax: Axes | None = None,
+) -> Figure:
+    """Load-displacement curves with measured key points and predicted levels beside them.
+
+    Parameters
+    ----------
+    curves : a history with ``curve(block, direction)`` (such as ``dem.History``), a pair of arrays (displacement [m],
+        force [N]), or a mapping of labels to either
+    block : the driven block of a history; the only driven block that is not wholly fixed when not given
+    direction : along which a history's displacement and force are taken
+    points : measured key points (label, displacement [m], force [N])
+    levels : forces to mark by horizontal lines, by label [N]
+    title, caption : heading and the small text under it
+    xlabel, ylabel : of the axes; the curves are drawn in mm and kN
+    ax : axes to draw on; a new figure when not given
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ValueError
+        When a curve has not one force per displacement, none is given, or the driven block is not clear.
+    """
+    named = curves if isinstance(curves, Mapping) and not hasattr(curves, "curve") else {"": curves}
+    if not named:
+        raise ValueError("no curve to draw")
+    ax = _axes(ax)
+    ax.axhline(0.0, color=style.FAINT, linewidth=0.5, zorder=0.5)
+    for (label, curve), look in zip(named.items(), _looks(), strict=False):
+        u, f = _curve(curve, block, direction, label)
+        ax.plot(1e3 * u, 1e-3 * f, linewidth=1.0, label=label or None, gid=f"curve {label}".strip(), **look)
+    for (label, force), colour in zip((levels or {}).items(), cycle(reversed(style.SERIES)), strict=False):
+        ax.axhline(1e-3 * force, color=colour, linewidth=0.8, linestyle=(0, (2, 2)), label=label, gid=f"level {label}")
+    groups: dict[str, list[tuple[float, float]]] = {}
+    for label, displacement, force in points:
+        groups.setdefault(label, []).append((1e3 * displacement, 1e-3 * force))
+    for (label, rows), marker in zip(groups.items(), cycle(style.MARKERS), strict=False):
+        x, y = np.array(rows).T
+        ax.plot(x, y, marker, color=style.BLACK, markersize=4.5, markerfacecolor="none", linestyle="none", label=label,
+                gid=f"point {label}", zorder=4)  # fmt: skip
+    return _finish(ax, xlabel, ylabel, title, caption)
+
+
+@style.in_print_style
+def history_curves(
+    history: Any,
+    names: Sequence[str],
+    *,
+    against: str = "step",
+    units: Mapping[str, str] | None = None,
+    log: bool = False,
+    title: str | None = None,
+    caption: str | None = None,
+    ylabel: str | None = None,
+    ax: Axes | None = None,
+) -> Figure:
+    """Recorded quantities of a simulation in one diagram.
+
+    Parameters
+    ----------
+    history : anything that gives an array for ``history[name]``: ``dem.History``, a mapping
+    names : what to draw, for example ("kinetic", "elastic", "friction")
+    against : name of the quantity along the horizontal axis
+    units : by name, written on the axes; the common unit of ``names`` goes to the vertical axis
+    log : logarithmic vertical axis; values that are not positive are left out of it
+    title, caption, ylabel : heading, the small text under it, label instead of the names
+    ax : axes to draw on; a new figure when not given
+
+    Raises
+    ------
+    ValueError
+        When no name is given, or arrays differ in length.
+    KeyError
+        For a name that the history does not have.
+    """
+    if not names:
+        raise ValueError("name at least one quantity to draw")
+    units = units or {}
+    x = np.asarray(history[against], dtype=float)
+    ax = _axes(ax)
+    for name, look in zip(names, _looks(), strict=False):
+        y = np.asarray(history[name], dtype=float)
+        if y.shape != x.shape:
+            raise ValueError(f"{name!r} has shape {y.shape}, {against!r} has {x.shape}")
+        if log:
+            y = np.where(y > 0.0, y, np.nan)
+        label = name if len(names) > 1 else None
+        ax.plot(x, y, linewidth=1.0, label=label, gid=f"curve {name}", **look)
+    if log:
+        ax.set_yscale("log")
+    if ylabel is None:
+        kinds = {units.get(n, "") for n in names}
+        unit = kinds.pop() if len(kinds) == 1 else ""
+        ylabel = (names[0] if len(names) == 1 else "") + (f" [{unit}]" if unit else "")
+    along = f"{against} [{units[against]}]" if units.get(against) else against
+    return _finish(ax, along, ylabel.strip(), title, caption)
+
+
+def _looks():
+    """Colours first, then line styles, so that curves are told apart in grey too."""
+    return ({"color": c, "linestyle": _LINES[k % len(_LINES)]} for k, c in enumerate(cycle(style.SERIES)))
+
+
+def _curve(curve: Any, block: int | str | None, direction: Any, label: str) -> tuple[Array, Array]:
+    if hasattr(curve, "curve"):
+        curve = curve.curve(_driven(curve) if block is None else block, direction)
+    try:
+        displacement, force = curve
+    except (TypeError, ValueError):
+        raise ValueError(f"curve {label!r} is neither a history nor a pair (displacement, force)") from None
+    u, f = np.asarray(displacement, dtype=float), np.asarray(force, dtype=float)
+    if u.ndim != 1 or u.shape != f.shape or not len(u):
+        raise ValueError(f"curve {label!r} has displacements of shape {u.shape} and forces of shape {f.shape}")
+    return u, f
+
+
+def _driven(history: Any) -> int:
+    """The one block with a recorded reaction that is not wholly fixed in the assembly."""
+    blocks = [int(i) for i in history.reaction_blocks if not history.assembly.fixed[int(i)]]
+    if len(blocks) != 1:
+        names = ", ".join(history.assembly.blocks[i].name for i in blocks) or "none"
+        raise ValueError(f"name the driven block with block=...; reactions are recorded on: {names}")
+    return blocks[0]
+
+
+def _axes(ax: Axes | None) -> Axes:
+    if ax is not None:
+        return ax
+    figure = Figure(figsize=(_WIDTH, _HEIGHT), dpi=200)
+    FigureCanvasAgg(figure)
+    return figure.add_axes((0.0, 0.0, 1.0, 1.0), label="own")
+
+
+def _finish(ax: Axes, xlabel: str, ylabel: str, title: str | None, caption: str | None) -> Figure:
+    ax.set_xlabel(xlabel)
+    ax.set_ylabel(ylabel)
+    ax.tick_params(labelsize=7.5, width=0.5, length=2.5, which="both")
+    handles, labels = ax.get_legend_handles_labels()
+    figure = ax.figure
+    if ax.get_label() != "own":
+        if title:
+            ax.set_title(title, loc="left", fontweight="bold")
+        if handles:
+            ax.legend(handles, labels)
+        return figure
+    columns, rows = style._legend_shape(handles, _WIDTH)
+    lines = textwrap.wrap(caption, int((_WIDTH - 0.24) / 0.0555)) if caption else []
+    head = 0.1 + (0.21 if title else 0.0) + 0.145 * len(lines) + 0.06
+    foot = 0.42 + (0.19 * rows + 0.06 if rows else 0.0)
+    total = head + _HEIGHT - 0.5 + foot
+    figure.set_size_inches(_WIDTH, total)
+    ax.set_position((0.58 / _WIDTH, foot / total, 1.0 - 0.74 / _WIDTH, (_HEIGHT - 0.5) / total))
+    top = 1.0 - 0.09 / total
+    if title:
+        figure.text(0.12 / _WIDTH, top, title, fontsize=9.5, fontweight="bold", va="top", gid="title")
+        top -= 0.21 / total
+    if lines:
+        figure.text(0.12 / _WIDTH, top, "\n".join(lines), fontsize=7.5, color=style.FAINT, va="top", linespacing=1.3,
+                    gid="caption")  # fmt: skip
+    if handles:
+        figure.legend(handles, labels, loc="lower center", bbox_to_anchor=(0.5, 0.03 / total), ncols=columns,
+                      fontsize=7.5, frameon=False, borderpad=0.0, borderaxespad=0.0)  # fmt: skip
+    return figure

@@ -1,0 +1,303 @@
+"""Figures of comparisons and studies: theories beside a test, lines over a parameter, and a gap taken apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from limitmason.figures import style
+
+_COLOUR = {
+    "associative": style.BLUE, "non-associative": style.SKY, "dem": style.VERMILION, "mechanisms": style.GREEN,
+    "monolith": style.BLACK,
+}  # fmt: skip
+_MARKER = {"associative": "v", "non-associative": "^", "dem": "o", "mechanisms": "D", "monolith": "s"}
+_NAME = {
+    "associative": "limit analysis,\nassociative", "non-associative": "limit analysis,\nnon-associative",
+    "dem": "DEM", "mechanisms": "mechanism", "monolith": "in one piece",
+}  # fmt: skip
+
+_ORDERS = {"switched in this order": ("v", style.BLACK), "in the reverse order": ("^", "white")}
+
+
+def _paper(width: float, height: float, ax: Axes | None) -> tuple[Figure, Axes]:
+    if ax is not None:
+        return ax.get_figure(), ax
+    figure = Figure(figsize=(width, height), dpi=200, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.add_subplot()
+
+
+def _frame(ax: Axes, title: str | None, caption: str = "") -> None:
+    ax.tick_params(labelsize=style._SMALL, width=0.5, length=2.5, colors=style.FAINT)
+    for spine in ax.spines.values():
+        spine.set_linewidth(0.5)
+    if caption:
+        ax.annotate(
+            caption, (0.0, 1.0), (0.0, 5.0), xycoords="axes fraction", textcoords="offset points", gid="caption",
+            fontsize=style._SMALL, color=style.FAINT, va="bottom", linespacing=1.3,
+        )  # fmt: skip
+    if title:
+        ax.set_title(
+            title, loc="left", fontweight="bold", pad=8.0 + (11.0 * (caption.count("\n") + 1) if caption else 0)
+        )
+
+
+@style.in_print_style
+def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = None) -> Figure:
+    """Collapse multipliers of several theories beside the test, each with its range.
+
+    Parameters
+    ----------
+    result : from ``limitmason.compare``
+    title : heading; that of the result where omitted
+    ax : axes to draw on; a new figure when not given
+
+    Returns
+    -------
+    Figure
+        Marker and number per theory, bar for its range (what it is stands under the name), band for the test. Arrows
+        mark bounds: the associative value is an upper bound of what the other flow rule admits.
+
+    Raises
+    ------
+    ValueError
+        When no theory has a finite multiplier.
+    """
+    rows = [r for r in result.rows if math.isfinite(r.multiplier)]
+    left_out = [r for r in result.rows if not math.isfinite(r.multiplier)]
+    if not rows:
+        raise ValueError("no method has a finite multiplier: there is nothing to draw")
+    figure, ax = _paper(style.FULL_WIDTH, 1.1 + 0.55 * len(rows), ax)
+    ends = [v for r in rows for v in (r.multiplier, r.low, r.high) if math.isfinite(v)]
+    if result.measured is not None:
+        low, value, high = result.measured
+        ends += [low, high]
+        if high > low:
+            ax.axvspan(low, high, color="#e4e4e4", linewidth=0, zorder=0.5, gid="test range")
+        ax.axvline(value, color=style.BLACK, linewidth=1.0, dashes=(4, 2), zorder=1, gid="test")
+    for k, r in enumerate(rows):
+        y = len(rows) - 1 - k
+        colour = _COLOUR.get(r.method, style.PURPLE)
+        if math.isfinite(r.low) and r.high > r.low:
+            # taller than the marker, so that a narrow range still shows
+            ax.barh([y], [r.high - r.low], 0.28, left=r.low, color=style.pale(colour, 0.45), edgecolor=colour,
+                    linewidth=0.6, zorder=2, gid="range")  # fmt: skip
+        ax.plot([r.multiplier], [y], _MARKER.get(r.method, "P"), color=colour, markersize=6.5, zorder=4,
+                markeredgecolor="white", markeredgewidth=0.6, gid="value")  # fmt: skip
+        text = f"{r.multiplier:.4f}" + (f"   {r.ratio:.2f} × test" if math.isfinite(r.ratio) else "")
+        ax.annotate(text, (r.multiplier, y), (0, 10), textcoords="offset points", ha="center", fontsize=style._SMALL,
+                    color=style.BLACK, zorder=5, gid="number",
+                    bbox={"boxstyle": "square,pad=.1", "facecolor": "white", "linewidth": 0, "alpha": .75})  # fmt: skip
+    span = max(max(ends) - min(ends), 0.05 * max(ends))
+    ax.set_xlim(min(ends) - 0.22 * span, max(ends) + 0.22 * span)
+    ax.set_ylim(-0.6, len(rows) - 0.35)
+    ax.set_yticks(range(len(rows)), [_row_name(r) for r in reversed(rows)])
+    ax.set_xlabel("collapse multiplier λ [-]")
+    ax.grid(axis="x", linewidth=0.3, color="#dddddd")
+    ax.spines["left"].set_visible(False)
+    caption = [] if result.measured is None else ["dashed: test, grey: its scatter" if high > low else "dashed: test"]
+    caption += [f"{r.method}: {_cut(r.status)}" for r in left_out]
+    if any(math.isfinite(r.low) for r in rows):
+        caption.insert(0, "bars: range of each theory")
+    _frame(ax, title or result.title or None, " · ".join(caption))
+    ax.tick_params(axis="y", length=0, colors=style.BLACK)
+    return figure
+
+
+def _row_name(row: Any) -> str:
+    name = _NAME.get(row.method, row.method)
+    governing = row.details.get("governing") if row.method == "mechanisms" else None
+    return f"{name}:\n{governing}" if governing else name
+
+
+def _cut(text: str, width: int = 60) -> str:
+    return text if len(text) <= width else text[: width - 1] + "…"
+
+
+@style.in_print_style
+def study_lines(
+    table: Iterable[Mapping[str, Any]],
+    x: str,
+    *,
+    y: str = "multiplier",
+    by: Sequence[str] = ("method",),
+    x_label: str | None = None,
+    y_label: str | None = None,
+    published: Mapping[str, Sequence[tuple[float, float]]] | None = None,
+    log: bool = False,
+    title: str | None = None,
+    caption: str = "",
+    ax: Axes | None = None,
+) -> Figure:
+    """One line per group of rows over a column: dilatancy, block size, contact points, or any sweep.
+
+    Parameters
+    ----------
+    table : rows of a study
+    x, y : columns to draw; ranges come from columns "low" and "high" when y is the multiplier
+    by : columns that tell the lines apart; rows of status "extrapolated" are hollow and joined by a dotted line
+    x_label, y_label : with units
+    published : points of a source, by its name
+    log : logarithmic x with the values as ticks; a row at x = 0 then stands at the left edge
+    title, caption : heading and the small text under it
+    ax : axes to draw on; a new figure when not given
+
+    Raises
+    ------
+    ValueError
+        When no row has finite values of both columns, or a column is missing.
+    """
+    rows = [r for r in table if r.get(x) is not None and r.get(y) is not None and math.isfinite(r[y])]
+    if not rows:
+        raise ValueError(f"no row has finite values of {x!r} and {y!r}: there is nothing to draw")
+    figure, ax = _paper(style.FULL_WIDTH, 3.4, ax)
+    positive = sorted({float(r[x]) for r in rows if r[x] > 0})
+    edge = 0.5 * positive[0] if positive else 1.0
+
+    def place(value: float) -> float:
+        return edge if log and value <= 0 else float(value)
+
+    groups = list(dict.fromkeys(tuple(r.get(k) for k in by) for r in rows))
+    methods = list(dict.fromkeys(r.get("method") for r in rows))
+    handles = []
+    for number, group in enumerate(groups):
+        own = sorted((r for r in rows if tuple(r.get(k) for k in by) == group), key=lambda r: r[x])
+        solid = [r for r in own if r.get("status") != "extrapolated"]
+        method = own[0].get("method")
+        # groups of one method are told apart by fill and line, methods by colour and marker
+        second = [g for g in groups if g[:1] == group[:1]].index(group) if by[0] == "method" else 0
+        colour = (
+            _COLOUR.get(method, style.SERIES[(methods.index(method) + 3) % 7])
+            if by[0] == "method"
+            else (style.SERIES[number % 7])
+        )
+        marker = _MARKER.get(method, style.MARKERS[number % 7]) if by[0] == "method" else style.MARKERS[number % 7]
+        line = ("-", "--", ":", "-.")[second % 4]
+        face = "white" if second else colour
+        if y == "multiplier":
+            bars = [r for r in solid if math.isfinite(r.get("low", math.nan)) and r["high"] > r["low"]]
+            ax.vlines([place(r[x]) for r in bars], [r["low"] for r in bars], [r["high"] for r in bars], color=colour,
+                      linewidth=2.5, alpha=0.35, zorder=2, gid="range")  # fmt: skip
+        look = {"color": colour, "marker": marker, "markersize": 4.5, "linewidth": 1.1, "markerfacecolor": face}
+        ax.plot([place(r[x]) for r in solid], [r[y] for r in solid], line, **look, zorder=3, gid="line")
+        guess = [r for r in own if r.get("status") == "extrapolated"]
+        if guess and solid:
+            ax.plot(
+                [place(guess[0][x]), place(solid[0][x])], [guess[0][y], solid[0][y]], ":", color=colour, linewidth=1.0
+            )
+            ax.plot([place(guess[0][x])], [guess[0][y]], marker, markerfacecolor="white", color=colour, markersize=4.5,
+                    gid="extrapolated")  # fmt: skip
+        handles.append(Line2D([], [], linestyle=line, label=_group_name(by, group), **look))
+    for number, (name, points) in enumerate((published or {}).items()):
+        u, v = np.array(points, dtype=float).T
+        ax.plot(u, v, ("x", "+", "*")[number % 3], color=style.BLACK, markersize=6, zorder=4, gid="published")
+        handles.append(
+            Line2D([], [], color=style.BLACK, marker=("x", "+", "*")[number % 3], linestyle="none", label=name)
+        )
+    if log:
+        ax.set_xscale("log")
+        ticks = [edge] * any(r[x] <= 0 for r in rows) + positive
+        ax.set_xticks(ticks, ["→ 0" if t == edge and t not in positive else f"{t:g}" for t in ticks])
+        ax.minorticks_off()
+    bottom, top = ax.get_ylim()
+    if 0 < bottom < 0.4 * top:
+        ax.set_ylim(bottom=0.0)
+    ax.set_xlabel(x_label or x)
+    ax.set_ylabel(y_label or ("collapse multiplier λ [-]" if y == "multiplier" else y))
+    ax.grid(linewidth=0.3, color="#dddddd")
+    _frame(ax, title, caption)
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 3), fontsize=style._SMALL)
+    return figure
+
+
+def _group_name(by: Sequence[str], group: Sequence[Any]) -> str:
+    parts = []
+    for name, value in zip(by, group, strict=True):
+        if name == "method":
+            parts.append(_NAME.get(value, str(value)).replace("\n", " "))
+        elif name == "share":
+            parts.append({0.0: "ψ = 0", 1.0: "ψ = φ"}.get(value, f"ψ = {value:g} φ"))
+        else:
+            parts.append(f"{name} {value}")
+    return ", ".join(parts)
+
+
+@style.in_print_style
+def gap(result: Any, *, title: str | None = None, ax: Axes | None = None) -> Figure:
+    """The way from the associative multiplier down to the DEM's, one step per assumption.
+
+    Parameters
+    ----------
+    result : from ``limitmason.study.attribute_gap``
+    title : heading
+    ax : axes to draw on; a new figure when not given
+
+    Returns
+    -------
+    Figure
+        Bars hang from step to step by the mean share; marks show the shares in the two orders where they differ. The
+        last bar but one is what remains unexplained. Grey numbers are below what the searches resolve.
+    """
+    figure, ax = _paper(style.FULL_WIDTH, 3.5, ax)
+    names = ["limit analysis,\nassociative"]
+    level, k = result.associative, 1
+    colours = {"flow rule": style.BLUE, "pressure in the faces": style.GREEN, "geometry change": style.ORANGE,
+               "shear softness": style.PURPLE, "rate": style.YELLOW}  # fmt: skip
+    ax.bar([0], [level], 0.62, color=style.pale(style.BLUE, 0.55), edgecolor=style.OUTLINE, gid="associative")
+    steps = [(s.assumption, s.mean, (s.forward, s.backward)) for s in result.shares]
+    steps.append(("not\nexplained", result.remainder, None))
+    lows = [result.associative, result.dem]
+    for name, mean, orders in steps:
+        ax.bar([k], [-mean], 0.62, bottom=level, color=colours.get(name, "white"), alpha=0.75, zorder=2,
+               edgecolor=style.OUTLINE, hatch=None if orders else "////", gid="share")  # fmt: skip
+        ax.plot([k - 0.69, k + 0.31], [level, level], color=style.FAINT, linewidth=0.5, zorder=1)
+        tops = [level, level - mean]
+        if orders:
+            ends = [level - v for v in orders]
+            tops += ends
+            if abs(ends[0] - ends[1]) > max(result.resolution, 0.01 * abs(result.gap)):
+                ax.vlines([k], min(ends), max(ends), color=style.BLACK, linewidth=0.8, zorder=3, gid="orders")
+                for (mark, face), end in zip(_ORDERS.values(), ends, strict=True):
+                    ax.plot(
+                        [k], [end], mark, color=style.BLACK, markerfacecolor=face, markersize=5, zorder=4, gid="order"
+                    )
+        lows.append(min(tops))
+        tone = style.GHOST if abs(mean) < result.resolution else style.BLACK
+        ax.annotate("0" if abs(mean) < 5e-5 else f"{-mean:+.4f}", (k, max(tops)), (0, 5), textcoords="offset points",
+                    ha="center", fontsize=style._SMALL, gid="number", color=tone)  # fmt: skip
+        names.append(name.replace("pressure in the faces", "pressure in\nthe faces").replace(" ", "\n", 1)
+                     if "\n" not in name and "pressure" not in name else
+                     name.replace("pressure in the faces", "pressure in\nthe faces"))  # fmt: skip
+        level -= mean
+        k += 1
+    ax.bar([k], [result.dem], 0.62, color=style.pale(style.VERMILION, 0.55), edgecolor=style.OUTLINE, gid="dem")
+    ax.plot([k - 0.69, k + 0.31], [level, level], color=style.FAINT, linewidth=0.5, zorder=1)
+    names.append("DEM\nas given")
+    for place, value in ((0, result.associative), (k, result.dem)):
+        ax.annotate(f"{value:.4f}", (place, value), (0, 4), textcoords="offset points", ha="center", fontweight="bold",
+                    fontsize=style._SMALL)  # fmt: skip
+    span = max(result.associative, result.dem) - min(lows)
+    bottom = min(lows) - max(0.6 * span, 0.01 * result.associative)
+    ax.set_ylim(max(bottom, 0.0), max(result.associative, result.dem, *lows) + 0.25 * max(span, 0.01 * result.dem))
+    ax.set_xticks(range(k + 1), names)
+    ax.set_ylabel("collapse multiplier λ [-]")
+    notes = [
+        "bars: mean of both orders; marks apart: assumptions act together",
+        f"grey: below the {result.resolution:.4f} resolved",
+    ]
+    _frame(ax, title, " · ".join(notes + ["axis cut"] * (bottom > 0)))
+    ax.tick_params(axis="x", length=0, colors=style.BLACK)
+    handles = [
+        Line2D([], [], color=style.BLACK, marker=mark, markerfacecolor=face, linestyle="none", markersize=5, label=text)
+        for text, (mark, face) in _ORDERS.items()
+    ]
+    ax.legend(handles=handles, loc="upper right", fontsize=style._SMALL)
+    return figure

@@ -1,0 +1,51 @@
+"""Finite rotations on plain arrays: unit quaternions, rotation vectors and matrices."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+def rotation_vectors(quaternion: ArrayLike) -> Array:
+    """Rotation vectors (axis times angle, up to half a turn) of unit quaternions.
+
+    q = (cos(a/2), e sin(a/2)) gives a e; q and -q are the same rotation.
+
+    Parameters
+    ----------
+    quaternion : scalar first [-], shape (..., 4)
+
+    Returns
+    -------
+    [rad], shape (..., 3)
+    """
+    q = np.asarray(quaternion, dtype=float)
+    q = np.where(q[..., :1] < 0.0, -q, q)
+    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    # a / sin(a/2) -> 2 for small angles
+    factor = np.where(sine > 1e-12, 2.0 * np.arctan2(sine, q[..., :1]) / np.maximum(sine, 1e-300), 2.0)
+    return factor * q[..., 1:]
+
+
+def rotation_matrices(vector: ArrayLike) -> Array:
+    """Rotation matrices exp([v x]) of rotation vectors.
+
+    R = I + sin(a)/a K + (1 - cos(a))/a^2 K^2, with K the cross product matrix of the vector and a its length.
+
+    Parameters
+    ----------
+    vector : [rad], shape (..., 3); any length
+
+    Returns
+    -------
+    [-], shape (..., 3, 3)
+    """
+    v = np.asarray(vector, dtype=float)
+    angle = np.linalg.norm(v, axis=-1)[..., None, None]
+    k = np.zeros(v.shape[:-1] + (3, 3))
+    k[..., 0, 1], k[..., 0, 2], k[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
+    k -= np.swapaxes(k, -1, -2)
+    # sin(a)/a and (1 - cos(a))/a^2 = 2 (sin(a/2)/a)^2 without loss of digits
+    sine = np.sinc(angle / np.pi)
+    half = np.sinc(0.5 * angle / np.pi)
+    return np.eye(3) + sine * k + 0.5 * half**2 * (k @ k)

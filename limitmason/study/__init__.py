@@ -1,0 +1,33 @@
+"""Studies: many runs of one question, random joints, and what dilatancy, block size and contact points do.
+
+Every study returns a :class:`Table`, runs on any executor, and goes on after a kill where it has a store.
+"""
+
+from limitmason.study.block_size import block_size_study
+from limitmason.study.dilatancy import contact_point_study, dilatancy_study, with_dilatancy
+from limitmason.study.draws import Random, lognormal, normal, uniform
+from limitmason.study.gap import GapAttribution, attribute_gap
+from limitmason.study.montecarlo import SobolIndices, monte_carlo, sobol
+from limitmason.study.store import RowStore, fingerprint
+from limitmason.study.sweep import sweep
+from limitmason.study.table import Table
+
+__all__ = [
+    "GapAttribution",
+    "Random",
+    "RowStore",
+    "SobolIndices",
+    "Table",
+    "attribute_gap",
+    "block_size_study",
+    "contact_point_study",
+    "dilatancy_study",
+    "fingerprint",
+    "lognormal",
+    "monte_carlo",
+    "normal",
+    "sobol",
+    "sweep",
+    "uniform",
+    "with_dilatancy",
+]

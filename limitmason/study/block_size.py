@@ -1,0 +1,142 @@
+"""What the size of the blocks does to the collapse multiplier of a wall whose own size stays."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from limitmason.build.wall import wall
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.study.answers import ASSOCIATIVE, MECHANISMS, as_row, check_method, solve
+from limitmason.study.store import fingerprint
+from limitmason.study.sweep import Progress, sweep
+from limitmason.study.table import Table
+
+Unit = tuple[float, float, float]
+Build = Callable[[Unit], tuple[Assembly, Loads]]
+
+SIZES = (0.25, 0.5, 1.0, 2.0)
+IN_PLANE, WHOLE = "in plane", "whole block"
+MONOLITH = "monolith"
+_PIECES = ("overturning", "sliding")
+
+
+def scaled_unit(unit: Unit, size: float, vary: str) -> Unit:
+    """Unit (length, height, thickness) [m] with its face, or all of it, scaled."""
+    if vary not in (IN_PLANE, WHOLE):
+        raise ValueError(f"vary must be {IN_PLANE!r} or {WHOLE!r}, got {vary!r}")
+    if not size > 0.0:
+        raise ValueError(f"size must be positive, got {size!r}")
+    length, height, thickness = unit
+    return size * length, size * height, thickness * (size if vary == WHOLE else 1.0)
+
+
+def block_size_study(
+    build: Mapping[str, Any] | Build,
+    sizes: Sequence[float] = SIZES,
+    methods: Sequence[str] = (ASSOCIATIVE,),
+    *,
+    unit: Unit | None = None,
+    vary: str = IN_PLANE,
+    direction: tuple[float, float, float] = (0.0, 1.0, 0.0),
+    options: Mapping[str, Mapping[str, Any]] | None = None,
+    executor: Any = None,
+    workers: int = 1,
+    store: str | Path | None = None,
+    progress: Progress | None = None,
+) -> Table:
+    """Collapse multiplier against the size of the blocks, the wall's length and height kept.
+
+    Parameters
+    ----------
+    build : arguments of ``limitmason.build.wall``, or a function of the unit that returns assembly and loads
+    sizes : of the blocks over the reference unit [-]
+    methods : "associative", "non-associative", "dem", ...
+    unit : reference unit (length, height, thickness) [m]; taken from the wall's arguments when they are given
+    vary : "in plane" scales length and height of the units at fixed wall thickness; "whole block" scales the thickness
+        too, and with it t / H of the wall
+    direction : of the horizontal load, for walls given by their arguments
+    options : settings by method
+    executor, workers, store, progress : as in :func:`limitmason.study.sweep`
+
+    Returns
+    -------
+    Table
+        vary, method, size, unit length, height, thickness [m], blocks, multiplier, low, high, status, ratio to size 1.
+        Rows of method "monolith": the structure in one piece, the smaller of overturning and sliding. Rows of size 0
+        and status "extrapolated" ("in plane" only: with the thickness the wall itself would vanish): the straight line
+        through the two smallest sizes, an indication and no bound.
+
+    Raises
+    ------
+    ValueError
+        For an unknown ``vary``, and for a size that does not fit the height.
+
+    Notes
+    -----
+    Figs 16 and 17 of Godio, Stefanou, Sab 2017. The two studies are apart because the thickness alone moves t / H:
+    part of what "whole block" shows is the stability of a thicker wall, which has nothing to do with its blocks.
+    """
+    if isinstance(build, Mapping):
+        arguments = dict(build)
+        if "unit" not in arguments and unit is None:
+            raise ValueError("the wall's arguments name no unit")
+        unit = tuple(arguments.pop("unit", unit)) if unit is None else unit
+        arguments.pop("unit", None)
+        if arguments.get("height") is None:
+            arguments["height"] = arguments.pop("courses") * unit[1]
+        build = functools.partial(_wall, arguments, direction)
+    elif unit is None:
+        raise ValueError("give the reference unit=(length, height, thickness) with a building function")
+    for method in methods:
+        check_method(method)
+    jobs = [{"vary": vary, "method": m, "size": float(s)} for m in (*methods, MONOLITH) for s in sizes]
+    for size in sizes:
+        scaled_unit(unit, size, vary)
+    chosen = {m: dict((options or {}).get(m, {})) for m in methods}
+    chosen[MONOLITH] = {"include": _PIECES}
+    key = None if store is None else fingerprint("block size", build, unit, jobs, chosen)
+    table = sweep(
+        functools.partial(_at_size, build, unit, chosen), jobs, executor=executor, workers=workers, store=store,
+        key=key, progress=progress, units=dict.fromkeys(("unit_length", "unit_height", "unit_thickness"), "m"),
+    )  # fmt: skip
+    rows = []
+    for method in (*methods, MONOLITH):
+        own = sorted((r for r in table if r["method"] == method), key=lambda r: r["size"])
+        reference = next((r["multiplier"] for r in own if r["size"] == 1.0), np.nan)
+        if method != MONOLITH and vary == IN_PLANE and len(own) > 1:
+            own.insert(0, _extrapolated(own[0], own[1]))
+        rows += [{**r, "ratio": r["multiplier"] / reference if reference else np.nan} for r in own]
+    return Table(tuple(rows), table.units)
+
+
+def _wall(arguments: Mapping[str, Any], direction: tuple[float, float, float], unit: Unit) -> tuple[Assembly, Loads]:
+    built = wall(unit=unit, **arguments)
+    return built, Loads.horizontal(built, direction)
+
+
+def _at_size(
+    build: Build, unit: Unit, options: Mapping[str, Mapping[str, Any]], *, vary: str, method: str, size: float
+) -> dict[str, Any]:
+    scaled = scaled_unit(unit, size, vary)
+    assembly, loads = build(scaled)
+    found = solve(assembly, loads, MECHANISMS if method == MONOLITH else method, options[method])
+    return {
+        "unit_length": scaled[0], "unit_height": scaled[1], "unit_thickness": scaled[2],
+        "blocks": int((~assembly.fixed).sum()), **as_row(found),
+    }  # fmt: skip
+
+
+def _extrapolated(smallest: Mapping[str, Any], next_one: Mapping[str, Any]) -> dict[str, Any]:
+    """The row of size 0 on the straight line through the two smallest sizes."""
+    share = smallest["size"] / (next_one["size"] - smallest["size"])
+    value = smallest["multiplier"] - share * (next_one["multiplier"] - smallest["multiplier"])
+    return {
+        **smallest, "size": 0.0, "unit_length": 0.0, "unit_height": 0.0, "unit_thickness": smallest["unit_thickness"],
+        "blocks": None, "multiplier": value, "low": np.nan, "high": np.nan, "status": "extrapolated",
+    }  # fmt: skip

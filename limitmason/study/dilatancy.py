@@ -1,0 +1,157 @@
+"""What the dilatancy angle and the number of contact points do to the collapse multiplier of one structure."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.study.answers import ASSOCIATIVE, DEM, NON_ASSOCIATIVE, as_row, check_method, solve
+from limitmason.study.store import fingerprint
+from limitmason.study.sweep import Progress, sweep
+from limitmason.study.table import Table
+
+SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
+POINTS = (2, 3, 4, 6, 8, 12, 16, 20)
+
+
+def with_dilatancy(assembly: Assembly, share: float) -> Assembly:
+    """The assembly with psi = share x phi in every joint, 0 <= share <= 1."""
+    if not 0.0 <= share <= 1.0:
+        raise ValueError(f"share must be psi / phi from 0 to 1, got {share!r}")
+    return assembly.with_interfaces(
+        replace(i, joint=replace(i.joint, dilatancy_angle_deg=share * i.joint.friction_angle_deg))
+        for i in assembly.interfaces
+    )
+
+
+def dilatancy_study(
+    assembly: Assembly,
+    loads: Loads,
+    shares: Sequence[float] = SHARES,
+    methods: Sequence[str] = (NON_ASSOCIATIVE, DEM),
+    *,
+    options: Mapping[str, Mapping[str, Any]] | None = None,
+    executor: Any = None,
+    workers: int = 1,
+    store: str | Path | None = None,
+    progress: Progress | None = None,
+) -> Table:
+    """Collapse multiplier against the dilatancy angle, from psi = 0 to psi = phi.
+
+    ratio = lambda(psi) / lambda(phi) by the same method; change = |lambda(0) - lambda(psi)| / lambda(0).
+
+    Parameters
+    ----------
+    shares : psi / phi [-]; 0 and 1 are needed for the ratios
+    methods : "non-associative", "dem", or other names
+    options : settings by method
+    executor, workers, store, progress : as in :func:`limitmason.study.sweep`
+
+    Returns
+    -------
+    Table
+        method, share, psi [deg] (largest of the joints), multiplier, low, high, status, ratio, change [%].
+
+    Raises
+    ------
+    ValueError
+        For shares outside 0 to 1 and unknown methods.
+
+    Notes
+    -----
+    At psi = 0 the ratio is that of Table 5 of Godio, Stefanou, Sab 2017, the change at psi = phi that of their Figs 12
+    and 15. Between 0 and phi the limit analysis finds the smallest admissible multiplier: it may stay below the DEM.
+    """
+    for method in methods:
+        check_method(method)
+    chosen = {m: dict((options or {}).get(m, {})) for m in methods}
+    phi = max((i.joint.friction_angle_deg for i in assembly.interfaces), default=0.0)
+    for share in shares:
+        with_dilatancy(assembly, share)
+    points = [{"method": m, "share": float(s), "psi": float(s) * phi} for m in methods for s in shares]
+    key = None if store is None else fingerprint("dilatancy", assembly, loads, points, chosen)
+    table = sweep(
+        functools.partial(_at_dilatancy, assembly, loads, chosen), points, executor=executor, workers=workers,
+        store=store, key=key, progress=progress, units={"psi": "deg", "change": "%"},
+    )  # fmt: skip
+    rows = []
+    for row in table:
+        own = {r["share"]: r["multiplier"] for r in table if r["method"] == row["method"]}
+        first, last = own.get(0.0, np.nan), own.get(1.0, np.nan)
+        ratio = row["multiplier"] / last if last else np.nan
+        change = 100.0 * abs(first - row["multiplier"]) / first if first else np.nan
+        rows.append({**row, "ratio": ratio, "change": change})
+    return Table(tuple(rows), table.units)
+
+
+def _at_dilatancy(
+    assembly: Assembly, loads: Loads, options: Mapping[str, Mapping[str, Any]], *, method: str, share: float, psi: float
+) -> dict[str, Any]:
+    del psi
+    return as_row(solve(with_dilatancy(assembly, share), loads, method, options[method]))
+
+
+def contact_point_study(
+    assembly: Assembly,
+    loads: Loads,
+    points: Sequence[int] = POINTS,
+    shares: Sequence[float] = (0.0, 1.0),
+    *,
+    along: int = 2,
+    reference: bool = True,
+    options: Mapping[str, Any] | None = None,
+    executor: Any = None,
+    workers: int = 1,
+    store: str | Path | None = None,
+    progress: Progress | None = None,
+) -> Table:
+    """DEM multiplier against the number of contact points across the thickness, with and without dilatancy.
+
+    Parameters
+    ----------
+    points : across the thickness
+    shares : psi / phi [-]
+    along : points along the unit
+    reference : also the associative program on the same points, which more points never lower
+    options : of the DEM
+    executor, workers, store, progress : as in :func:`limitmason.study.sweep`
+
+    Returns
+    -------
+    Table
+        method, share, points, multiplier, low, high, status.
+
+    Notes
+    -----
+    Figs 3, 11 and 12 of Godio, Stefanou, Sab 2017: 8 points suffice there. In the DEM at psi = 0 elasticity spreads
+    the pressure and torsion falls to that of uniform pressure; at psi = phi dilation carries it back to the corners.
+    """
+    if any(n < 2 for n in points):
+        raise ValueError(f"at least 2 contact points across are needed, got {min(points)}")
+    for share in shares:
+        with_dilatancy(assembly, share)
+    jobs = [{"method": DEM, "share": float(s), "points": int(n)} for s in shares for n in points]
+    if reference:
+        jobs += [{"method": ASSOCIATIVE, "share": 1.0, "points": int(n)} for n in points]
+    chosen = dict(options or {})
+    key = None if store is None else fingerprint("contact points", assembly, loads, jobs, along, chosen)
+    return sweep(
+        functools.partial(_at_points, assembly, loads, along, chosen), jobs, executor=executor, workers=workers,
+        store=store, key=key, progress=progress,
+    )  # fmt: skip
+
+
+def _at_points(
+    assembly: Assembly, loads: Loads, along: int, options: Mapping[str, Any], *, method: str, share: float, points: int
+) -> dict[str, Any]:
+    if method == ASSOCIATIVE:
+        grid = {"contact_model": "grid", "grid": (along, points), "in_plane": False}
+        return as_row(solve(assembly, loads, method, grid))
+    return as_row(solve(with_dilatancy(assembly, share), loads, method, {"contact_points": (along, points), **options}))

@@ -1,0 +1,147 @@
+"""Many runs of one function on any executor, with rows kept as they come."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from limitmason.results import Prediction
+from limitmason.study.store import RowStore, fingerprint, plain
+from limitmason.study.table import Table
+
+Progress = Callable[[str], object]
+
+
+def sweep(
+    function: Callable[..., Any],
+    parameters: Mapping[str, Iterable[Any]] | Iterable[Mapping[str, Any]],
+    *,
+    executor: Any = None,
+    workers: int = 1,
+    store: str | Path | None = None,
+    key: str | None = None,
+    progress: Progress | None = None,
+    units: Mapping[str, str] | None = None,
+) -> Table:
+    """Call a function at every point of a grid, or of a list, and return the table of results.
+
+    Parameters
+    ----------
+    function : called with one point as keywords; returns a number, a mapping of numbers and text, or a Prediction (its
+        multiplier, status and method become columns)
+    parameters : values by name, all combinations of which are run (the last name fastest); or the points themselves
+    executor : anything with ``submit`` (concurrent.futures, ``dask.distributed.Client``); joblib's processes by default
+    workers : of joblib; 1 runs in this process. Each has one thread for its linear algebra
+    store : file that keeps finished rows; the same call with it does only what is missing, also after a kill
+    key : identifies the study in the store; by default the fingerprint of function and points. Give one where the
+        function closes over a model
+    progress : called with one line per finished run
+    units : by column
+
+    Returns
+    -------
+    Table
+        One row per point in the order given, whatever the number of workers.
+
+    Raises
+    ------
+    ValueError
+        For no points, points with different names, a store of another study.
+    Exception
+        What ``function`` raises; the rows finished before are in the store.
+    """
+    points = _points(parameters)
+    kept: RowStore | None = None
+    if store is not None:
+        kept = RowStore(store, key or fingerprint("sweep", function, points))
+    rows: dict[int, Mapping[str, Any]] = {} if kept is None else {k: v for k, v in kept.rows.items() if k < len(points)}
+    missing = [k for k in range(len(points)) if k not in rows]
+    if rows and progress is not None:
+        progress(f"{len(rows)} of {len(points)} runs are in {kept.path if kept else 'the store'}")
+    for number, result in _run(function, [(k, points[k]) for k in missing], executor, workers):
+        # through the same form as the store's, so that a resumed table equals an uninterrupted one
+        rows[number] = plain({**_shown(points[number]), **_as_row(result)})
+        if kept is not None:
+            kept.add(number, rows[number])
+        if progress is not None:
+            progress(
+                f"[{len(rows)}/{len(points)}] {', '.join(f'{k} = {v}' for k, v in _shown(points[number]).items())}"
+            )
+    return Table(tuple(rows[k] for k in range(len(points))), dict(units or {}))
+
+
+def _points(parameters: Any) -> list[dict[str, Any]]:
+    if isinstance(parameters, Mapping):
+        values = {k: list(v) for k, v in parameters.items()}
+        empty = next((k for k, v in values.items() if not v), None)
+        if empty is not None or not values:
+            raise ValueError(f"parameter {empty!r} has no values" if values else "no parameters are given")
+        return [dict(zip(values, point, strict=True)) for point in product(*values.values())]
+    points = [dict(p) for p in parameters]
+    if not points:
+        raise ValueError("no points are given")
+    if any(p.keys() != points[0].keys() for p in points):
+        raise ValueError("all points must have the same parameter names")
+    return points
+
+
+def _shown(point: Mapping[str, Any]) -> dict[str, Any]:
+    """The entries of a point that fit in a table: numbers and text."""
+    out = {}
+    for name, value in point.items():
+        value = value.item() if hasattr(value, "item") and getattr(value, "ndim", 1) == 0 else value
+        if isinstance(value, (bool, int, float, str)) or value is None:
+            out[name] = value
+    return out
+
+
+def _as_row(result: Any) -> Mapping[str, Any]:
+    if isinstance(result, Prediction):
+        return {"multiplier": result.collapse_multiplier, "status": result.status, "method": result.method}
+    if isinstance(result, Mapping):
+        return result
+    return {"value": result}
+
+
+def _call(function: Callable[..., Any], number: int, point: Mapping[str, Any]) -> tuple[int, Any]:
+    result = function(**point)
+    # a whole prediction is heavy to send between processes
+    return number, _as_row(result) if isinstance(result, Prediction) else result
+
+
+def _run(
+    function: Callable[..., Any], jobs: Sequence[tuple[int, Mapping[str, Any]]], executor: Any, workers: int
+) -> Iterator[tuple[int, Any]]:
+    """Numbered results as they come."""
+    if executor is not None:
+        yield from _submit(function, jobs, executor)
+    elif workers == 1 or len(jobs) < 2:
+        for number, point in jobs:
+            yield _call(function, number, point)
+    else:
+        from joblib import Parallel, delayed, parallel_config
+
+        with parallel_config(backend="loky", n_jobs=workers, inner_max_num_threads=1):
+            yield from Parallel(return_as="generator_unordered")(
+                delayed(_call)(function, number, point) for number, point in jobs
+            )
+
+
+def _submit(
+    function: Callable[..., Any], jobs: Sequence[tuple[int, Mapping[str, Any]]], executor: Any
+) -> Iterator[tuple[int, Any]]:
+    from concurrent.futures import as_completed
+
+    if hasattr(executor, "get_executor"):
+        executor = executor.get_executor()  # a dask client in the form of the standard library
+    if not hasattr(executor, "submit"):
+        raise ValueError("executor must have a submit method, as those of concurrent.futures, or be a dask client")
+    futures = [executor.submit(_call, function, number, point) for number, point in jobs]
+    try:
+        for future in as_completed(futures):
+            yield future.result()
+    finally:
+        for future in futures:
+            future.cancel()

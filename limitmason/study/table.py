@@ -1,0 +1,96 @@
+"""A tidy table: one row per run, one column per quantity, every column with its unit."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from limitmason.study.store import same
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Rows of a study.
+
+    Parameters
+    ----------
+    rows : one mapping per run, all with the same columns
+    units : by column; "-" where not named
+    notes : what a reader must know before using the numbers
+    """
+
+    rows: tuple[Mapping[str, Any], ...]
+    units: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of all columns, in order of first appearance."""
+        return tuple(dict.fromkeys(name for row in self.rows for name in row))
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[Mapping[str, Any]]:
+        return iter(self.rows)
+
+    def __getitem__(self, column: str) -> np.ndarray:
+        """One column as an array; numbers missing in a row are NaN."""
+        if column not in self.columns:
+            raise KeyError(f"the table has no column {column!r}; columns: {', '.join(self.columns)}")
+        values = [row.get(column) for row in self.rows]
+        if all(v is None or (isinstance(v, (int, float)) and not isinstance(v, bool)) for v in values):
+            return np.array([np.nan if v is None else v for v in values], dtype=float)
+        return np.array(values, dtype=object)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both hold the same rows in the same order; NaN equals NaN."""
+        if not isinstance(other, Table):
+            return NotImplemented
+        return len(self) == len(other) and all(
+            list(a) == list(b) and all(same(a[k], b[k]) for k in a) for a, b in zip(self, other, strict=True)
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def where(self, **wanted: Any) -> Table:
+        """Only the rows whose columns have the given values."""
+        for name in wanted:
+            if name not in self.columns:
+                raise KeyError(f"the table has no column {name!r}; columns: {', '.join(self.columns)}")
+        kept = tuple(r for r in self.rows if all(same(r.get(k), v) for k, v in wanted.items()))
+        return Table(kept, self.units, self.notes)
+
+    def write_csv(self, path: str | Path) -> None:
+        """Write columns, a row of units, and the rows."""
+        with Path(path).open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(self.columns)
+            writer.writerow([self.units.get(c, "-") for c in self.columns])
+            for row in self.rows:
+                writer.writerow([repr(v) if isinstance(v, float) else v for v in (row.get(c) for c in self.columns)])
+
+    def __str__(self) -> str:
+        """The table in plain text, units in the header."""
+        head = [c if self.units.get(c, "-") == "-" else f"{c} [{self.units[c]}]" for c in self.columns]
+        return "\n".join([aligned([head, *([_text(r.get(c)) for c in self.columns] for r in self.rows)]), *self.notes])
+
+
+def aligned(lines: Sequence[Sequence[str]], align: str = "") -> str:
+    """Columns padded to equal width; ``align`` has one of "<>" per column, to the left by default."""
+    width = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    align = align or "<" * len(width)
+    return "\n".join(
+        "  ".join(f"{c:{a}{w}}" for c, a, w in zip(line, align, width, strict=True)).rstrip() for line in lines
+    )
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,221 @@
+"""Figures and files of a simulation: what is drawn and written is where the blocks are."""
+
+import subprocess
+import sys
+import types
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+
+import dem
+import limitmason as lm
+from limitmason import figures, formats
+from limitmason.figures.deformation import cracked_joints, rigid_motion
+from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
+
+JOINT = lm.Joint(35.0)
+COLUMN = lm.build.column(width=0.4, depth=0.3, unit_height=0.2, courses=3, joint=JOINT)
+TOP = COLUMN.n_blocks - 1
+
+
+def turned(angle, axis=(0.0, 1.0, 0.0)):
+    return np.array([np.cos(0.5 * angle), *(np.sin(0.5 * angle) * np.array(axis))])
+
+
+def at_rest(samples=None):
+    """Displacements and quaternions of the column at rest, for one state or for several samples."""
+    shape = () if samples is None else (samples,)
+    quaternion = np.zeros((*shape, COLUMN.n_blocks, 4))
+    quaternion[..., 0] = 1.0
+    return np.zeros((*shape, COLUMN.n_blocks, 3)), quaternion
+
+
+def artist(figure, gid):
+    return next(a for a in figure.findobj() if a.get_gid() == gid)
+
+
+@pytest.fixture(scope="module")
+def pushed():
+    """A column whose top block is pushed 20 mm: it slides at mu times its weight."""
+    stages = [dem.Settle(tolerance=1e-4), dem.Drive(displacement={TOP: {"x": 0.02}}, steps=4000)]
+    return dem.simulate(COLUMN, stages, contact_points=(2, 2), sample=200)
+
+
+# ---- rotations ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-4, 0.3, 2.0, 3.1])
+def test_rotation_of_a_quaternion_and_of_its_vector_are_the_same(angle):
+    axis = np.array([2.0, -1.0, 2.0]) / 3.0
+    q = turned(angle, axis)
+    assert rotation_vectors(q) == pytest.approx(angle * axis, abs=1e-14)
+    assert rotation_vectors(-q) == pytest.approx(angle * axis, abs=1e-14)
+    r = rotation_matrices(angle * axis)
+    assert r @ r.T == pytest.approx(np.eye(3), abs=1e-14)
+    x = np.array([0.3, 0.5, -0.7])
+    along = (axis @ x) * axis
+    # Rodrigues
+    expected = along + np.cos(angle) * (x - along) + np.sin(angle) * np.cross(axis, x)
+    assert r @ x == pytest.approx(expected, abs=1e-14)
+
+
+# ---- curves ---------------------------------------------------------------------------------------------------------
+
+
+def test_load_displacement_curve_of_a_sliding_block_ends_at_its_friction(pushed):
+    figure = figures.load_displacement(pushed)
+    x, y = artist(figure, "curve").get_data()
+    assert x[-1] == pytest.approx(20.0, rel=1e-9)
+    assert y[-1] == pytest.approx(1e-3 * JOINT.tan_phi * COLUMN.weights[TOP], rel=1e-3)
+
+
+def test_load_displacement_takes_arrays_points_and_levels(pushed):
+    named = {"dem": pushed, "test": ([0.0, 1e-3], [0.0, 2e3])}
+    figure = figures.load_displacement(named, points=[("peak", 5e-3, 1500.0)], levels={"limit analysis": 1200.0})
+    assert artist(figure, "curve test").get_ydata() == pytest.approx([0.0, 2.0])
+    assert [float(v[0]) for v in artist(figure, "point peak").get_data()] == pytest.approx([5.0, 1.5])
+    assert artist(figure, "level limit analysis").get_ydata()[0] == pytest.approx(1.2)
+    shown = {t.get_text() for t in figure.legends[0].get_texts()}
+    assert shown == {"dem", "test", "peak", "limit analysis"}
+
+
+def test_curves_that_do_not_fit_together_are_named():
+    with pytest.raises(ValueError, match="'a' has displacements of shape"):
+        figures.load_displacement({"a": ([0.0, 1.0], [1.0])})
+    with pytest.raises(ValueError, match="neither a history nor a pair"):
+        figures.load_displacement({"a": 3.0})
+    undriven = types.SimpleNamespace(assembly=COLUMN, reaction_blocks=[0], curve=None)
+    with pytest.raises(ValueError, match="name the driven block"):
+        figures.load_displacement(undriven)
+    with pytest.raises(ValueError, match="'b' has shape"):
+        figures.history_curves({"step": [0, 1], "b": [1.0]}, ["b"])
+
+
+def test_history_curves_draw_every_quantity_and_leave_non_positive_values_out_of_a_log_axis(pushed):
+    figure = figures.history_curves(pushed, ("kinetic", "friction"), units={"kinetic": "J", "friction": "J"})
+    assert artist(figure, "curve friction").get_ydata() == pytest.approx(pushed["friction"])
+    assert figure.axes[0].get_ylabel() == "[J]"
+    figure = figures.history_curves({"step": [0, 1, 2], "f": [0.0, 1.0, 10.0]}, ["f"], log=True)
+    assert np.isnan(artist(figure, "curve f").get_ydata()).tolist() == [True, False, False]
+
+
+# ---- deformed shapes ------------------------------------------------------------------------------------------------
+
+
+def test_deformed_shape_is_where_the_history_says_the_blocks_are():
+    shift, quaternion = at_rest()
+    shift[TOP], quaternion[TOP] = (0.1, 0.0, 0.05), turned(0.6)
+    figure = figures.deformed(COLUMN, (shift, quaternion))
+    path = artist(figure, "blocks").get_paths()[-1]
+    fake = types.SimpleNamespace(assembly=COLUMN, shift=shift[None], quaternion=quaternion[None])
+    corners = dem.History.corners(fake)[TOP][:, [0, 2]]
+    drawn = path.vertices[:4]
+    for corner in corners:
+        assert np.linalg.norm(drawn - corner, axis=1).min() < 1e-12
+
+
+def test_enlarged_shape_turns_by_a_larger_angle_and_keeps_blocks_rigid():
+    shift, quaternion = at_rest()
+    quaternion[TOP] = turned(0.01)
+    path = artist(figures.deformed(COLUMN, (shift, quaternion), scale=50.0), "blocks").get_paths()[-1]
+    sides = np.linalg.norm(np.diff(path.vertices[:5], axis=0), axis=1)
+    assert sorted(sides) == pytest.approx([0.2, 0.2, 0.4, 0.4])
+    slope = np.diff(path.vertices[:5], axis=0)[np.argmax(sides)]
+    assert abs(np.arctan(slope[1] / slope[0])) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("move, opens, slides", [((0, 0, 0.01), 1, 0), ((0.01, 0, 0), 0, 1), ((0.02, 0, 0.01), 0, 1)])
+def test_joint_is_marked_by_the_larger_of_opening_and_slip(move, opens, slides):
+    shift, quaternion = at_rest()
+    shift[TOP] = move
+    marks = cracked_joints(COLUMN, rigid_motion(COLUMN, shift, rotation_vectors(quaternion), 1.0), None)
+    assert (marks.opens.sum(), marks.slides.sum()) == (opens, slides)
+
+
+def test_joint_of_a_structure_turned_as_a_whole_is_not_marked():
+    shift, quaternion = at_rest()
+    quaternion[:] = turned(0.5)
+    r = rotation_matrices(np.array([0.0, 0.5, 0.0]))
+    shift[:] = COLUMN.centroids @ r.T - COLUMN.centroids
+    marks = cracked_joints(COLUMN, rigid_motion(COLUMN, shift, rotation_vectors(quaternion), 1.0), None)
+    assert not marks.opens.any()
+    assert not marks.slides.any()
+
+
+@pytest.mark.parametrize("view", ["elevation", "3d"])
+def test_states_histories_and_arrays_give_the_same_figure(pushed, view):
+    shown = [
+        figures.deformed(COLUMN, s, view=view)
+        for s in (pushed, pushed.state, (pushed.shift[-1], pushed.quaternion[-1]))
+    ]
+    assert all(isinstance(f, Figure) for f in shown)
+    pictures = [np.asarray(f.canvas.buffer_rgba()) for f in shown if f.canvas.draw() is None]
+    assert all(np.array_equal(pictures[0], p) for p in pictures[1:])
+
+
+def test_bad_states_are_named():
+    shift, quaternion = at_rest()
+    with pytest.raises(ValueError, match="do not belong to"):
+        figures.deformed(COLUMN, (shift[1:], quaternion[1:]))
+    with pytest.raises(ValueError, match="scale must be"):
+        figures.deformed(COLUMN, (shift, quaternion), scale=0.0)
+    shift[1, 0] = np.nan
+    with pytest.raises(ValueError, match="position of block '.*' is not finite"):
+        figures.deformed(COLUMN, (shift, quaternion))
+
+
+# ---- films and series -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("view", ["elevation", "3d"])
+def test_film_shows_the_motion_from_first_to_last_sample(pushed, tmp_path, view):
+    path = figures.animate(COLUMN, pushed, tmp_path / "film.gif", frames=5, dpi=50, view=view)
+    with Image.open(path) as film:
+        assert film.n_frames == 5
+        first = np.asarray(film.convert("L"), dtype=float)
+        film.seek(4)
+        last = np.asarray(film.convert("L"), dtype=float)
+    assert first.shape == last.shape
+    assert np.abs(first - last).max() > 50
+
+
+def test_film_needs_samples():
+    with pytest.raises(ValueError, match="no sample"):
+        figures.animate(COLUMN, types.SimpleNamespace(shift=[], quaternion=[]), "film.gif")
+
+
+def test_series_holds_every_position_and_its_step(pushed, tmp_path):
+    index, *files = formats.write_pvd(tmp_path / "push.pvd", COLUMN, pushed, every=4, encoding="ascii")
+    sets = ET.parse(index).findall(".//DataSet")
+    assert [s.get("file") for s in sets] == [f.name for f in files]
+    steps = [float(s.get("timestep")) for s in sets]
+    assert steps == sorted(steps)
+    assert steps[-1] == pushed["step"][-1]
+    arrays = {a.get("Name"): a for a in ET.parse(files[-1]).iter("DataArray")}
+    numbers = {n: np.array(arrays[n].text.split(), dtype=float) for n in ("Points", "displacement", "shift")}
+    moved = (numbers["Points"] + numbers["displacement"]).reshape(-1, 3)
+    assert moved == pytest.approx(np.concatenate(pushed.corners()), abs=1e-12)
+    assert numbers["shift"].reshape(-1, 3) == pytest.approx(pushed.shift[-1])
+
+
+def test_series_refuses_what_does_not_fit():
+    shift, quaternion = at_rest(2)
+    with pytest.raises(ValueError, match=r"needs \(samples"):
+        formats.write_pvd("x.pvd", COLUMN, shift=shift[:, 1:], quaternion=quaternion)
+    with pytest.raises(ValueError, match="must not decrease"):
+        formats.write_pvd("x.pvd", COLUMN, shift=shift, quaternion=quaternion, times=[1.0, 0.0])
+    with pytest.raises(ValueError, match="every must be"):
+        formats.write_pvd("x.pvd", COLUMN, shift=shift, quaternion=quaternion, every=0)
+    with pytest.raises(ValueError, match="no sample"):
+        formats.write_pvd("x.pvd", COLUMN, shift=shift[:0], quaternion=quaternion[:0])
+
+
+def test_figures_load_neither_pyplot_nor_the_simulation():
+    code = (
+        "import sys, limitmason.figures; print([m for m in ('matplotlib.pyplot', 'dem', 'numba') if m in sys.modules])"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip()
+    assert out == "[]"

@@ -1,0 +1,285 @@
+"""Studies: the same table whatever runs it or interrupts it, random joints within their bounds, laws of the results."""
+
+import concurrent.futures
+import csv
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+from walls import on_slab
+
+import limitmason as lm
+from limitmason import study
+from limitmason.study.block_size import scaled_unit
+from limitmason.study.draws import draw_joints
+
+DRAWS = {
+    "friction_coefficient": study.Random(study.normal(0.65, 0.1)),
+    "cohesion": study.Random(study.lognormal(500.0, 0.5), per="interface"),
+}
+
+
+def make_wall(courses=3, **options):
+    joint = options.pop("joint", lm.Joint(33.0))
+    wall = lm.build.wall(length=0.6, courses=courses, unit=(0.2, 0.1, 0.1), joint=joint, **options)
+    return wall, lm.Loads.horizontal(wall)
+
+
+def stacked(slenderness):
+    wall = on_slab([((0, 0, 0), (0.2, 0.2, 0.2 * slenderness))], mu=0.9)
+    return wall, lm.Loads.horizontal(wall)
+
+
+def twisted_block():
+    b = on_slab([((0, 0, 0), (0.4, 0.4, 0.4))], mu=0.5)
+    live = np.zeros((2, 6))
+    live[1, 5] = 0.5 * b.weights[1] * 0.4
+    return b, lm.Loads(lm.Loads.weight(b).dead, live)
+
+
+def square(x, y=1):
+    if x == 7:
+        raise RuntimeError("seven")
+    return {"square": x * x * y, "third": x / 3}
+
+
+@pytest.fixture(scope="module")
+def table():
+    return study.monte_carlo(make_wall(), 6, joints=DRAWS, seed=3)
+
+
+def test_sweep_runs_every_combination_in_order(tmp_path):
+    found = study.sweep(square, {"x": (1, 2), "y": (1, 10)}, units={"square": "m2"})
+    assert [(r["x"], r["y"], r["square"]) for r in found] == [(1, 1, 1), (1, 10, 10), (2, 1, 4), (2, 10, 40)]
+    assert found["third"] == pytest.approx([1 / 3, 1 / 3, 2 / 3, 2 / 3])
+    found.write_csv(tmp_path / "t.csv")
+    rows = list(csv.reader((tmp_path / "t.csv").open()))
+    assert rows[:2] == [["x", "y", "square", "third"], ["-", "-", "m2", "-"]]
+    assert float(rows[2][3]) == 1 / 3
+    assert len(found.where(x=2)) == 2
+
+
+def test_sweep_goes_on_after_an_error(tmp_path):
+    store = tmp_path / "rows.jsonl"
+    with pytest.raises(RuntimeError, match="seven"):
+        study.sweep(square, {"x": (5, 6, 7, 8)}, store=store, key="squares")
+    lines = []
+    found = study.sweep(lambda x: {"square": x * x, "third": x / 3}, {"x": (5, 6, 7, 8)}, store=store, key="squares",
+                        progress=lines.append)  # fmt: skip
+    assert len(lines) == 3  # what was there, then 7 and 8
+    assert found == study.sweep(lambda x: {"square": x * x, "third": x / 3}, {"x": (5, 6, 7, 8)})
+
+
+@pytest.mark.parametrize("workers", [2, 3])
+def test_same_seed_same_table_whatever_the_number_of_workers(workers, table):
+    assert study.monte_carlo(make_wall(), 6, joints=DRAWS, seed=3, workers=workers) == table
+
+
+def test_threads_of_the_standard_library_give_the_same_table(table):
+    with concurrent.futures.ThreadPoolExecutor(2) as pool:
+        assert study.monte_carlo(make_wall(), 6, joints=DRAWS, seed=3, executor=pool) == table
+
+
+def test_a_dask_cluster_gives_the_same_table(table):
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        assert study.monte_carlo(make_wall(), 6, joints=DRAWS, seed=3, executor=client) == table
+
+
+def test_another_seed_gives_another_table(table):
+    assert study.monte_carlo(make_wall(), 6, joints=DRAWS, seed=4) != table
+
+
+@pytest.mark.parametrize("cut", [0, 15])
+def test_resumed_after_a_kill_the_table_is_identical(cut, tmp_path, table):
+    store = tmp_path / "mc.jsonl"
+    assert study.monte_carlo(make_wall(), 6, joints=DRAWS, seed=3, store=store) == table
+    lines = store.read_text().splitlines(keepends=True)
+    store.write_text("".join(lines[:4]) + lines[4][:cut])
+    done = []
+    again = study.monte_carlo(make_wall(), 6, joints=DRAWS, seed=3, store=store, progress=done.append)
+    assert again == table
+    assert len(done) == 1 + 3
+    assert len(store.read_text().splitlines()) == 7
+
+
+def test_a_store_of_another_study_is_refused(tmp_path):
+    store = tmp_path / "mc.jsonl"
+    study.monte_carlo(make_wall(), 2, joints=DRAWS, store=store)
+    for change in ({"seed": 1}, {"options": {"contact_model": "grid"}}):
+        with pytest.raises(ValueError, match="another study"):
+            study.monte_carlo(make_wall(), 2, joints=DRAWS, store=store, **change)
+    with pytest.raises(ValueError, match="another study"):
+        study.monte_carlo(make_wall(courses=4), 2, joints=DRAWS, store=store)
+    other = tmp_path / "other.txt"
+    other.write_text("some text\nmore\n")
+    with pytest.raises(ValueError, match="not a store"):
+        study.monte_carlo(make_wall(), 2, joints=DRAWS, store=other)
+
+
+def test_multiplier_of_a_sliding_block_has_the_distribution_of_its_friction():
+    # one flat block slides at its coefficient: lambda = tan(phi), sample by sample
+    block = on_slab([((0, 0, 0), (1.0, 1.0, 0.2))], mu=0.5)
+    found = study.monte_carlo(
+        (block, lm.Loads.horizontal(block)), 40, joints={"friction_coefficient": DRAWS["friction_coefficient"]}
+    )
+    assert found["multiplier"] == pytest.approx(found["friction_coefficient"], abs=1e-6)
+    # a Latin hypercube has one sample in each fortieth of the probability
+    shares = stats.norm(0.65, 0.065).cdf(found["friction_coefficient"].astype(float))
+    assert sorted((shares * 40).astype(int)) == list(range(40))
+
+
+def test_longer_random_runs_begin_with_the_shorter_ones():
+    short, long = (study.monte_carlo(make_wall(), n, joints=DRAWS, scheme="random") for n in (2, 4))
+    assert short.rows == long.rows[:2]
+    for column in ("friction_coefficient", "cohesion mean", "multiplier"):
+        assert len(set(long[column])) == 4, column
+
+
+def test_draws_stay_within_physical_bounds_and_dilatancy_below_friction():
+    wall, _ = make_wall()
+    joints = {
+        "friction_angle_deg": study.Random(study.normal(30.0, 0.3), per="interface", low=10.0),
+        "dilatancy_angle_deg": study.Random(study.uniform(0.0, 60.0), per="interface"),
+        "cohesion": study.Random(study.normal(100.0, 3.0), per="kind"),
+    }
+    for sample in range(5):
+        drawn, record = draw_joints(wall, joints, sample, 0, {})
+        laws = [i.joint for i in drawn.interfaces]
+        assert all(j.friction_angle_deg >= 10.0 and j.dilatancy_angle_deg <= j.friction_angle_deg for j in laws)
+        assert all(j.cohesion >= 0.0 for j in laws)
+        assert len({j.friction_angle_deg for j in laws}) == len(laws)
+        assert len({(i.kind, i.joint.cohesion) for i in drawn.interfaces}) == len({i.kind for i in drawn.interfaces})
+        assert record["cohesion deviation"] > 0.0
+    # truncated, not clipped: half the probability of what is left lies below the conditional median
+    half = study.Random(study.normal(1.0, 1.0), low=1.0).value(0.5)
+    assert half == pytest.approx(stats.norm(1.0, 1.0).ppf(0.75))
+
+
+def test_correlation_length_makes_neighbours_alike():
+    wall, _ = make_wall(courses=8)
+    centre = wall.arrays.centre
+    near = np.linalg.norm(centre[:, None] - centre[None], axis=2)
+    first, second = np.nonzero((near > 0) & (near < 0.12))
+    differences = []
+    for length in (0.0, 5.0):
+        random = study.Random(study.normal(30.0, 0.1), per="interface", correlation_length=length)
+        joints = {"friction_angle_deg": random}
+        steps = []
+        for sample in range(5):
+            drawn = draw_joints(wall, joints, sample, 0, {})[0]
+            phi = np.array([i.joint.friction_angle_deg for i in drawn.interfaces])
+            steps.append(np.abs(phi[first] - phi[second]).mean())
+        differences.append(np.mean(steps))
+    assert differences[1] < 0.4 * differences[0]
+
+
+def test_sobol_gives_all_variance_to_what_the_multiplier_depends_on():
+    # a slender block overturns at 1 / slenderness: friction is without effect
+    found = study.sobol(
+        stacked, 64, joints={"friction_coefficient": study.Random(study.uniform(0.8, 1.0))},
+        parameters={"slenderness": study.Random(study.uniform(3.0, 6.0))},
+    )  # fmt: skip
+    shares = dict(zip(found.names, zip(found.first, found.total, strict=True), strict=True))
+    assert shares["friction_coefficient"] == pytest.approx((0.0, 0.0), abs=1e-6)
+    assert shares["slenderness"] == pytest.approx((1.0, 1.0), abs=0.06)
+    assert len(found.table) == 64 * 4
+
+
+@pytest.mark.parametrize("call, message", [
+    (lambda: study.monte_carlo(make_wall(), 2), "nothing is random"),
+    (lambda: study.monte_carlo(make_wall(), 2, joints={"phi": DRAWS["cohesion"]}), "unknown joint property 'phi'"),
+    (lambda: study.monte_carlo(make_wall(), 0, joints=DRAWS), "samples"),
+    (lambda: study.monte_carlo(make_wall(), 2, joints=DRAWS, scheme="sobol"), "scheme"),
+    (lambda: study.monte_carlo(make_wall(), 2, parameters={"width": DRAWS["friction_coefficient"]}), "fixed model"),
+    (lambda: study.sobol(make_wall(), 8, joints=DRAWS), "per assembly"),
+    (lambda: study.sobol(make_wall(), 6, joints={"cohesion": study.Random(study.normal(9, 0.1))}), "power of two"),
+    (lambda: study.Random(study.normal(1, 0.1), per="block"), "per must be"),
+    (lambda: study.Random(3.0), "frozen"),
+    (lambda: study.sweep(square, {}), "no parameters"),
+    (lambda: study.sweep(square, []), "no points"),
+    (lambda: study.dilatancy_study(*make_wall(), (0.0, 1.1)), "psi / phi"),
+    (lambda: study.dilatancy_study(*make_wall(), methods=("fem",)), "unknown method"),
+    (lambda: study.contact_point_study(*make_wall(), (1, 2)), "at least 2"),
+    (lambda: scaled_unit((1, 1, 1), 1.0, "height"), "vary"),
+])  # fmt: skip
+def test_mistakes_are_named(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+def test_dilatancy_never_lowers_the_multiplier_and_ends_at_the_associative_value():
+    wall, loads = make_wall(courses=4)
+    options = {"dem": {"contact_points": (2, 2)}, "non-associative": {"search": "quick"}}
+    found = study.dilatancy_study(wall, loads, (0.0, 1.0), options=options)
+    exact = lm.limit_analysis(wall, loads).collapse_multiplier
+    for method, tolerance in (("non-associative", 1e-6), ("dem", 0.01)):
+        own = found.where(method=method)
+        assert own["multiplier"][0] < own["multiplier"][1] * (1.0 + 1e-6)
+        assert own["multiplier"][1] == pytest.approx(exact, rel=tolerance)
+        assert own["ratio"] == pytest.approx(own["multiplier"] / own["multiplier"][1])
+        assert own["change"][1] == pytest.approx(100.0 * abs(1.0 - 1.0 / own["ratio"][0]))
+    low = found.where(method="non-associative")["multiplier"][0]
+    dem = found.where(method="dem", share=0.0).rows[0]
+    assert dem["high"] >= low * (1 - 1e-6)
+    assert dem["low"] <= exact
+
+
+def test_more_contact_points_lower_the_torsion_of_the_dem_but_not_that_of_the_program():
+    # Godio et al. 2017, Figs 3 and 11: a fall that converges; the program keeps the corners
+    found = study.contact_point_study(*twisted_block(), (2, 4, 8), (0.0,), along=8)
+    dem = found.where(method="dem")["multiplier"]
+    assert dem[0] > dem[1] > dem[2] > 0.37
+    assert found.where(method="associative")["multiplier"] == pytest.approx([math.sqrt(0.5)] * 3, rel=1e-6)
+
+
+def test_block_size_in_plane_keeps_the_slenderness_and_whole_block_moves_it():
+    arguments = {"length": 0.4, "height": 0.4, "unit": (0.2, 0.1, 0.1), "joint": lm.Joint(40.0)}
+    flat, whole = (study.block_size_study(arguments, (0.5, 1.0, 2.0), vary=v) for v in ("in plane", "whole block"))
+    # a straight wall overturns in one piece at t / H, whatever its blocks
+    for size, value in zip(flat["size"], flat["multiplier"], strict=True):
+        assert value == pytest.approx(0.1 / 0.4, abs=1e-6), size
+    for row in whole:
+        assert row["multiplier"] == pytest.approx(0.1 * row["size"] / 0.4, abs=1e-6)
+    assert set(whole["status"]) == {"solved"}
+    assert list(flat.where(method="associative")["status"]) == ["extrapolated", "solved", "solved", "solved"]
+
+
+def test_shares_of_the_gap_of_a_twisted_block_add_up_and_act_together(tmp_path):
+    block, twist = twisted_block()
+    found = study.attribute_gap(block, twist, contact_points=(8, 8), store=tmp_path / "gap.jsonl")
+    # torsion over mu N a: 0.7071 with the weight in the corners, 0.3826 with uniform pressure (points: 2 % more)
+    assert found.associative == pytest.approx(math.sqrt(0.5), rel=1e-6)
+    assert found.dem == pytest.approx(0.3826, rel=0.03)
+    for order in ("forward", "backward", "mean"):
+        total = sum(getattr(s, order) for s in found.shares)
+        assert total + found.remainder == pytest.approx(found.gap, abs=1e-12)
+    assert abs(found.remainder) < 2e-3 * found.associative
+    by = {s.assumption: s for s in found.shares}
+    # alone neither flow rule nor pressure takes anything, the second one switched takes all
+    for first, second in ((by["flow rule"].forward, by["pressure in the faces"].forward),
+                          (by["pressure in the faces"].backward, by["flow rule"].backward)):  # fmt: skip
+        assert abs(first) < 2.0 * found.resolution
+        assert second == pytest.approx(found.gap, rel=0.01)
+    assert by["shear softness"].mean == 0.0
+    assert "remainder" in str(found)
+    drawn = [p for p in lm.figures.gap(found).axes[0].patches if p.get_gid() == "share"]
+    assert sum(p.get_height() for p in drawn) == pytest.approx(-found.gap)
+    lines = []
+    assert study.attribute_gap(
+        block, twist, contact_points=(8, 8), store=tmp_path / "gap.jsonl", progress=lines.append
+    ).shares == found.shares  # fmt: skip
+    assert len(lines) == 1
+
+
+def test_lines_show_every_row_and_refuse_an_empty_table(table):
+    figure = lm.figures.study_lines(table, "friction_coefficient", by=("status",), published={"test": [(0.6, 0.7)]})
+    lines = {line.get_gid(): line for line in figure.axes[0].lines}
+    assert sorted(lines["line"].get_ydata()) == pytest.approx(sorted(table["multiplier"]))
+    assert lines["published"].get_xdata() == pytest.approx([0.6])
+    with pytest.raises(ValueError, match="nothing to draw"):
+        lm.figures.study_lines([{"a": 1.0, "multiplier": math.nan}], "a")
