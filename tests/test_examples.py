@@ -81,12 +81,62 @@ def minho_shear_walls(g):
     assert abs(sum(g["ratios"]["WS"]) / len(g["ratios"]["WS"]) - 1) < 0.1
 
 
+def three_theories_one_wall(g):
+    result, gap = g["result"], g["gap"]
+    assert all(line.startswith("holds") for line in result.findings())
+    assert len(result.findings()) == 3
+    # the program's associative value, the same as without the DEM
+    assert result["associative"].multiplier == pytest.approx(0.36197, abs=1e-4)
+    assert result["non-associative"].multiplier <= result["dem"].high <= result["associative"].multiplier
+    shares = {s.assumption: s for s in gap.shares}
+    assert shares["flow rule"].forward < 0.1 * shares["flow rule"].backward
+    assert gap.associative == pytest.approx(math.sqrt(0.5), rel=1e-6)
+    assert gap.dem == pytest.approx(0.3826, rel=0.03)
+    assert abs(gap.remainder) < 0.01 * gap.associative
+
+
+def dilatancy_and_block_size(g):
+    ratios = g["dilatancy"].where(share=0.0)["ratio"]
+    assert all(ratios < 0.95)
+    sizes = g["by_size"]["whole block"].where(method="associative")["multiplier"]
+    assert sizes[0] < sizes[1] < sizes[2]
+    monolith = g["by_size"]["in plane"].where(method="monolith")["multiplier"]
+    assert monolith == pytest.approx(monolith[0])
+    program = g["converging"].where(method="associative")["multiplier"]
+    assert program == pytest.approx(program[0], rel=1e-5)
+
+
+def four_point_bending(g):
+    strength, bed = g["strength"], g["bed_part"]
+    # a straight bed joint is elastic until its edge breaks: f = ft times the section modulus of the contact points
+    assert strength[90.0] == pytest.approx(g["straight"], rel=0.02)
+    assert strength[0.0] > strength[45.0] > strength[75.0] > strength[90.0]
+    # stepped failure through bed and head joints, or debonding of bed joints, as in the tests
+    assert all(0.3 < bed[theta] < 0.7 for theta in (0.0, 15.0))
+    assert all(bed[theta] > 0.99 for theta in (75.0, 90.0))
+    # sudden drop of the reaction
+    assert all(g["ends"][theta] < 0.25 * strength[theta] for theta in strength)
+
+
+def minho_pushover(g):
+    # elastic joints and second-order effects lower the peak, and a contact never gives more than rigid-plastic joints
+    assert 0.85 * g["non_associative"] < g["peak"] < 1.01 * g["associative"]
+    measured = sum(g["measured"]) / len(g["measured"])
+    assert g["peak"] == pytest.approx(measured, rel=0.15)
+    assert g["effective"] < g["initial"]
+    assert g["stiffness"] == sorted(g["stiffness"], reverse=True)
+    assert 0 < g["dissipated"][0] < g["dissipated"][1] < g["dissipated"][2]
+    # friction dissipates at most what the drive puts in
+    assert abs(g["cycles"].energy_error).max() < 1e-3 * g["cycles"]["support"].max()
+
+
 CHECKS = {
     f.__name__: f
     for f in (
         block_on_slope, stack, semicircular_arch, wall_with_opening, corner_walls_out_of_plane, traced_drawing,
         ferris_tin_loi_walls, wall_flow_rules, minho_shear_walls, two_mechanisms,
-        mechanisms_of_a_u_shaped_wall,
+        mechanisms_of_a_u_shaped_wall, three_theories_one_wall, dilatancy_and_block_size,
+        four_point_bending, minho_pushover,
     )
 }  # fmt: skip
 

@@ -33,7 +33,8 @@ def test_summary_table_is_what_the_packaged_cases_give(source):
 
 def test_every_packaged_case_with_a_model_is_in_the_summary():
     shown = README.split("<!-- summary")[1].split("<!-- end of summary -->")[0]
-    for source in {case.source.name for case in experiments.all_cases(with_model=True)}:
+    cases = [c for c in experiments.all_cases(with_model=True) if c.measured or c.published]
+    for source in {case.source.name for case in cases}:
         assert source in shown
 
 

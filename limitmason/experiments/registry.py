@@ -15,6 +15,7 @@ _MODULES = MappingProxyType(
         "pavia-tilting": "limitmason.experiments.pavia",
         "bnw-walls": "limitmason.experiments.bnw",
         "brick-panels-opening": "limitmason.experiments.brick_panels",
+        "mcmaster-bending": "limitmason.experiments.mcmaster",
     }
 )
 
