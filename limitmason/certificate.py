@@ -275,6 +275,9 @@ def certify(
     slip = np.linalg.norm(state.sliding, axis=1)
     size = max(float(np.abs(state.opening).max(initial=0.0)), float(slip.max(initial=0.0)))
     rate = float((loads.live * twists).sum())
+    if prediction.provenance.get("flow_rule") == "non-associative" and not rate > 0.0:
+        unknown = float("nan")  # a motion on which the live load does no work is no collapse mechanism
+        return Certificate(residual, excess, unknown, unknown, prediction.collapse_multiplier, confinement=confinement)
     if prediction.provenance.get("flow_rule") == "non-associative":
         gap = state.opening - state.tan_psi * slip
         capacity = state.cohesion + state.tan_phi * state.normal_force
@@ -297,20 +300,25 @@ def certify(
     unit = max(abs(rate), 1e-300) * scale / max(_live_size(assembly, loads), 1e-300)
     slack = np.abs(used + power) if pairs is None else np.full(1, np.nan)  # a stress block's two ends act together
     static = prediction.collapse_multiplier
-    gap = (kinematic - static) / max(scale / max(_live_size(assembly, loads), 1e-300), abs(static))
+    # relative to the multiplier itself, unless that is next to nothing beside the one at which live equals dead load
+    gap = (kinematic - static) / max(1e-3 * scale / max(_live_size(assembly, loads), 1e-300), abs(static))
     return Certificate(
         residual, excess, flow, float(slack.max() / unit), static, kinematic, gap, confinement, force_cap
     )
 
 
 def _live_size(assembly: Assembly, loads: Loads) -> float:
-    return float(np.linalg.norm(loads.live[~assembly.fixed, :3], axis=1).sum())
+    """Sum of the live forces, and of the live couples over the size of their block [N]."""
+    free = ~assembly.fixed
+    force = np.linalg.norm(loads.live[free, :3], axis=1)
+    couple = np.linalg.norm(loads.live[free, 3:], axis=1) / np.cbrt(assembly.volumes[free])
+    return float(np.maximum(force, couple).sum())
 
 
 def scaled_mechanism(
     assembly: Assembly, loads: Loads, twists: Array, position: Array, interface: NDArray
 ) -> Mechanism | None:
-    """Mechanism scaled so that w_live . v is the sum of the live forces; None when the live load does no work."""
+    """Mechanism scaled so that the live power is the size of the live load; None when the live load does no work."""
     v = np.where(assembly.held, 0.0, twists)
     rate = float((loads.live * v).sum())
     if not rate > 0:

@@ -208,7 +208,9 @@ def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:
         if axis is None:
             continue
         across = np.cross(axis, (0.0, 0.0, 1.0))
-        if np.linalg.norm(across) > 1e-6:
+        if np.linalg.norm(across) <= 1e-6:
+            across = np.array([0.0, 1.0, 0.0])  # an upright unit: its thickness is taken along y, as in a wall in x-z
+        if max(abs(e1[k] @ across), abs(e2[k] @ across)) > 1e-6:
             turn[k] = abs(e1[k] @ across) > abs(e2[k] @ across)
     return np.where(turn[:, None, None], np.roll(corners, -1, axis=1), corners)
 

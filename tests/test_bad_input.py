@@ -206,3 +206,40 @@ def test_analysis_mistakes():
         lm.Assembly.from_polyhedra([], joint=JOINT)
     with pytest.raises(ValueError, match="not wider than twice the inset"):
         wall.with_contact_ends_pulled_in(0.2)
+
+
+def test_overlapping_pieces_of_one_block():
+    with pytest.raises(ValueError, match="two pieces of block 'block-1' overlap by 0.5 m"):
+        assemble([GROUND, [CUBE, box((0.5, 0, 0), (1.5, 1, 1))]])
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"fixed": "block-0"}, "fixed must be a list"),
+        ({"fixed": 0}, "fixed must be a list"),
+        ({"fixed": [0.5]}, "fixed: 0.5 is neither"),
+        ({"joint": None}, "joint must be a limitmason.Joint"),
+        ({"density": "heavy"}, "density must be a number"),
+        ({"tolerance": float("nan")}, "tolerance must be a finite number"),
+    ],
+)
+def test_arguments_of_the_wrong_kind(options, message):
+    with pytest.raises(ValueError, match=message):
+        assemble([GROUND, CUBE], **options)
+
+
+def test_arguments_of_loads_of_the_wrong_kind():
+    assembly = stack([(1, 1)])
+    weight = lm.Loads.weight(assembly)
+    for call, message in (
+        (lambda: lm.Loads.horizontal(assembly, "x"), "direction"),
+        (lambda: weight.with_pressure(assembly, 1, pressure=1.0, face=(0, 0, 0)), "face"),
+        (lambda: weight.with_pressure(assembly, 1, pressure=1.0, face="upper"), "face 'upper'"),
+        (lambda: weight.with_pressure(assembly, 1, pressure=float("nan")), "pressure"),
+        (lambda: weight.with_pressure(assembly, 1, traction=(1.0, 2.0)), "traction"),
+        (lambda: weight.with_point_load(assembly, 1, (1, 0, 0), at=(0, 1)), "at must be"),
+        (lambda: weight.with_body_force(assembly, (1, 0)), "direction"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            call()

@@ -150,3 +150,34 @@ def test_wedged_blocks_are_reported_as_resting_on_confining_forces():
     prediction = lm.limit_analysis(assembly, lm.Loads.horizontal(assembly, (0, 1, 0)))
     assert prediction.status == "unbounded"
     assert not np.isfinite(prediction.collapse_multiplier)
+
+
+def test_gap_is_not_blind_to_a_couple_or_a_long_lever():
+    # the live load is a couple without any force: a wrong mechanism must still open the gap
+    assembly = on_slab([((0, 0, 0), (1, 1, 0.2))])
+    live = np.zeros((2, 6))
+    live[1, 5] = 1.0
+    loads = lm.Loads(lm.Loads.weight(assembly).dead, live)
+    good = lm.limit_analysis(assembly, loads)
+    assert abs(good.certificate.gap) < 1e-6
+    loose = lm.limit_analysis(assembly, loads, tolerance=1e-2, solver="clarabel")
+    c = loose.certificate
+    assert c.gap == pytest.approx(c.kinematic_multiplier / c.static_multiplier - 1, rel=1e-6)
+    low = dataclasses.replace(good, collapse_multiplier=0.9 * good.collapse_multiplier)
+    assert certify(assembly, loads, low).gap > 0.05
+
+
+def test_a_mechanism_that_does_not_move_is_no_mechanism():
+    wall = running_bond(3, 3)
+    loads = lm.Loads.horizontal(wall)
+    good = lm.limit_analysis(wall, loads, flow_rule="non-associative", search="quick")
+    still = dataclasses.replace(good, mechanism=dataclasses.replace(good.mechanism, twists=0 * good.mechanism.twists))
+    assert np.isnan(certify(wall, loads, still).complementarity)
+
+
+def test_torsion_limit_settles_and_claims_no_gap():
+    prediction = lm.limit_analysis(corner(), lm.Loads.horizontal(corner(), (0, -1, 0)), torsion_limit=True)
+    assert prediction.status == "solved"
+    assert prediction.details["torsion_spread"] <= 2e-3
+    assert np.isnan(prediction.certificate.gap)
+    assert not any("torsion_limit=True" in w for w in prediction.warnings)

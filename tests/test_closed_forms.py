@@ -107,3 +107,6 @@ def test_settling_support_keeps_the_least_reaction_that_carries_the_lintel():
     prediction = lm.settlement_analysis(assembly, "block-1")
     assert prediction.details["support_reaction"] == pytest.approx(lintel * (2 - 1) / (4 - 1), rel=1e-6)
     assert prediction.mechanism.twists[1, 2] < 0
+    assert prediction.details["stands_without_support"] is False
+    with pytest.raises(ValueError, match="associative flow rule only"):
+        lm.settlement_analysis(assembly, "block-1", flow_rule="non-associative")

@@ -103,7 +103,7 @@ def _with_grid_error(prediction: Prediction, coarser: Prediction) -> Prediction:
     change = (other - value) / abs(value) if value else np.nan
     warning = (
         f"crushing is checked point by point on a grid, which errs on the high side: half as many points give "
-        f"{other:.6g} ({change:+.2%}); the remaining error is expected below that difference"
+        f"{other:.6g} ({change:+.2%}), an indication of the error, not a bound; refine the grid until it stays"
     )
     return replace(
         prediction,

@@ -33,7 +33,8 @@ def settlement_analysis(
     -------
     Prediction
         ``collapse_multiplier`` is lambda [-], relative to the total weight W; ``details["support_reaction"]`` is R [N],
-        R <= 0 means that the structure stands without this support's help. "cannot stand" means that no reaction keeps
+        ``details["stands_without_support"]`` whether the structure stands without it (R <= 0 within 1e-6 of the
+        weight); else it moves with the support by the mechanism returned. "cannot stand" means that no reaction keeps
         it in equilibrium: already unstable. "unbounded": the support cannot move that way.
 
     Raises
@@ -43,6 +44,8 @@ def settlement_analysis(
     """
     if direction not in _DIRECTIONS:
         raise ValueError(f"direction must be one of {sorted(_DIRECTIONS)}, got {direction!r}")
+    if options.get("flow_rule", "associative") != "associative":
+        raise ValueError("settlement analysis knows the associative flow rule only: its multipliers may be negative")
     axis, sign = _DIRECTIONS[direction]
     i = assembly.block_index(support)
     held = assembly.held[i]
@@ -65,5 +68,8 @@ def settlement_analysis(
     prediction = limit_analysis(guided, settling, check_dead_load=False, **options)
     details = dict(prediction.details)
     if np.isfinite(prediction.collapse_multiplier):
-        details["support_reaction"] = -prediction.collapse_multiplier * total
+        reaction = -prediction.collapse_multiplier * total
+        details["support_reaction"] = reaction
+        # rounding leaves a reaction of zero a little to either side
+        details["stands_without_support"] = bool(reaction <= 1e-6 * total)
     return replace(prediction, method=f"settlement of {name} along {direction}", details=details)

@@ -14,7 +14,7 @@ from limitmason.geometry.polygon import clean_outline, convex_pieces
 from limitmason.geometry.polyhedron import Solid, check_solids, mass_properties, prism
 from limitmason.model.arrays import AssemblyArrays, face_arrays
 from limitmason.model.block import Block
-from limitmason.model.input import JointChoice, JointTable, read_densities, read_pieces
+from limitmason.model.input import JointChoice, JointTable, read_densities, read_fixed, read_number, read_pieces
 from limitmason.model.interface import Interface, interface_kind, pulled_in
 from limitmason.model.joint import Joint
 from limitmason.model.support import Support
@@ -95,12 +95,12 @@ class Assembly:
             Block(n, p, d, None if a is None else np.asarray(a, dtype=float))
             for n, p, d, a in zip(names, pieces, densities, axes, strict=True)
         )
-        supports = tuple(Support.fixed(f) for f in fixed)
+        supports = tuple(Support.fixed(f) for f in read_fixed(fixed))
         if tolerance is None:
             extent = np.array([np.ptp(np.vstack([s.vertices for s in p]), axis=0).min() for p in pieces])
             tolerance = RELATIVE_TOLERANCE * float(np.nanmedian(extent))
             tolerance = tolerance if np.isfinite(tolerance) and tolerance > 0 else RELATIVE_TOLERANCE
-        elif not tolerance > 0:
+        elif not read_number("tolerance", tolerance) > 0:
             raise ValueError(f"tolerance must be positive [m], got {tolerance!r}")
         assembly = cls(blocks, (), supports, dict(recipe or {}), float(tolerance))
         return assembly._with_contacts(joint, joints or {})
@@ -132,8 +132,12 @@ class Assembly:
         ValueError
             As :meth:`from_polyhedra`, and for outlines that cross themselves or enclose no area.
         """
-        if not (np.isfinite(thickness) and thickness > 0):
+        if not read_number("thickness", thickness) > 0:
             raise ValueError(f"thickness must be positive [m], got {thickness!r}")
+        if names is not None and len(names) != len(outlines):
+            raise ValueError(f"{len(names)} names are given for {len(outlines)} outlines")
+        if tolerance is not None:
+            read_number("tolerance", tolerance)
         names = tuple(f"block-{i}" for i in range(len(outlines))) if names is None else tuple(names)
         arrays = [np.asarray(o, dtype=float) for o in outlines]
         sizes = [np.ptp(o, axis=0).min() for o in arrays if o.ndim == 2 and o.shape[0] > 2 and np.isfinite(o).all()]
@@ -155,6 +159,7 @@ class Assembly:
         owner = np.repeat(np.arange(self.n_blocks), [len(b.parts) for b in self.blocks])
         labels = [self.blocks[i].name for i in owner]
         check_solids(pieces, labels, self.tolerance)
+        self._check_pieces(pieces, owner)
         found = find_contacts(pieces, owner, self.tolerance)
         if found.overlaps:
             i, j, depth = max(found.overlaps, key=lambda o: o[2])
@@ -177,6 +182,20 @@ class Assembly:
             assembly.check_connected()
         return assembly
 
+    def _check_pieces(self, pieces: list[Solid], owner: NDArray[np.intp]) -> None:
+        """Pieces of one block may touch but not overlap: their volumes are added up."""
+        several = np.bincount(owner)[owner] > 1
+        if not several.any():
+            return
+        rows = np.flatnonzero(several)
+        among = find_contacts([pieces[i] for i in rows], np.arange(len(rows)), self.tolerance)
+        for i, j, depth in among.overlaps:
+            if owner[rows[i]] == owner[rows[j]]:
+                raise ValueError(
+                    f"two pieces of block {self.blocks[owner[rows[i]]].name!r} overlap by {depth:.3g} m; the convex "
+                    "pieces of a block must fill it without overlapping"
+                )
+
     # ---- variants -----------------------------------------------------------------------------------------------
 
     def with_supports(self, supports: Iterable[Support]) -> "Assembly":
@@ -194,7 +213,7 @@ class Assembly:
         if isinstance(joints, Joint):
             changed = tuple(replace(i, joint=joints) for i in self.interfaces)
         else:
-            choose = JointChoice(None, joints, names)
+            choose = JointChoice(None, joints, names, required=False)
             changed = tuple(replace(i, joint=choose(i.block_a, i.block_b, i.kind) or i.joint) for i in self.interfaces)
             choose.check_all_used()
         return replace(self, interfaces=changed)

@@ -13,7 +13,10 @@ JointTable = Mapping[Any, Joint]
 
 def read_densities(density: Any, names: Sequence[str]) -> list[float]:
     """Density of every block [kg/m3] from one number or one per block; a wrong one is an error naming the block."""
-    values = np.asarray(density, dtype=float)
+    try:
+        values = np.asarray(density, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"density must be a number [kg/m3] or one per block, got {density!r}") from None
     if values.shape not in ((), (len(names),)):
         raise ValueError(f"density must be one number or one per block ({len(names)}), got shape {values.shape}")
     values = np.broadcast_to(values, (len(names),))
@@ -48,11 +51,46 @@ def read_pieces(solid: Any, name: str) -> tuple[Solid, ...]:
     return tuple(out)
 
 
+def read_number(name: str, value: Any) -> float:
+    """A finite number, or an error that names the argument."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = float("nan")
+    if not np.isfinite(number) or isinstance(value, str):
+        raise ValueError(f"{name} must be a finite number, got {value!r}")
+    return number
+
+
+def read_vector(name: str, value: Any) -> np.ndarray:
+    """Three finite numbers, or an error that names the argument."""
+    try:
+        vector = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        vector = np.empty(0)
+    if vector.shape != (3,) or not np.isfinite(vector).all():
+        raise ValueError(f"{name} must be three finite numbers, got {value!r}")
+    return vector
+
+
+def read_fixed(fixed: Any) -> tuple[int | str, ...]:
+    """Names or numbers of held blocks; a single one is an error that says how to write it."""
+    if isinstance(fixed, str | int | np.integer):
+        raise ValueError(f"fixed must be a list of block names or numbers: write fixed=[{fixed!r}]")
+    out = tuple(fixed)
+    for item in out:
+        if not isinstance(item, str | int | np.integer) or isinstance(item, bool):
+            raise ValueError(f"fixed: {item!r} is neither a block name nor a whole number")
+    return out
+
+
 class JointChoice:
     """Picks a joint by pair of block names, then by kind, then the default; remembers which keys were used."""
 
-    def __init__(self, default: Joint | None, table: JointTable, names: Sequence[str]) -> None:
-        if default is not None and not isinstance(default, Joint):
+    def __init__(
+        self, default: Joint | None, table: JointTable, names: Sequence[str], *, required: bool = True
+    ) -> None:
+        if not isinstance(default, Joint) and (required or default is not None):
             raise ValueError(f"joint must be a limitmason.Joint, got {default!r}")
         self.default = default
         self.kinds: dict[str, Joint] = {}

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from limitmason.geometry.polyhedron import face_planes
+from limitmason.model.input import read_number, read_vector
 
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
@@ -73,8 +74,8 @@ class Loads:
         ----------
         direction : any vector but zero, shape (3,); only its direction counts
         """
-        d = np.asarray(direction, dtype=float)
-        if d.shape != (3,) or not np.isfinite(d).all() or not np.linalg.norm(d) > 0:
+        d = read_vector("direction", direction)
+        if not np.linalg.norm(d) > 0:
             raise ValueError(f"direction must be a vector of three finite numbers that is not zero, got {direction!r}")
         d = d / np.linalg.norm(d)
         base = cls.weight(assembly)
@@ -97,8 +98,8 @@ class Loads:
         ValueError
             When the direction is zero, not finite or not horizontal.
         """
-        d = np.asarray(direction, dtype=float)
-        if d.shape == (3,) and abs(d[2]) > 1e-9 * np.linalg.norm(d):
+        d = read_vector("direction", direction)
+        if abs(d[2]) > 1e-9 * np.linalg.norm(d):
             raise ValueError(
                 f"direction {tuple(float(x) for x in d)} is not horizontal; use Loads.body_force for an inclined one"
             )
@@ -125,8 +126,8 @@ class Loads:
         With cohesion, tension or crushing the common factor cos(alpha) does not cancel: lambda is then the multiplier
         of the horizontal load on an upright structure, not the tangent of the angle.
         """
-        a = np.asarray(axis, dtype=float)
-        if a.shape != (3,) or not np.isfinite(a).all() or not np.linalg.norm(a) > 0:
+        a = read_vector("axis", axis)
+        if not np.linalg.norm(a) > 0:
             raise ValueError(f"axis must be a vector of three finite numbers that is not zero, got {axis!r}")
         a = a / np.linalg.norm(a)
         if abs(a[2]) > 1e-9:
@@ -158,11 +159,7 @@ class Loads:
         f = np.asarray(force, dtype=float)
         if f.shape != (3,) or not np.isfinite(f).all():
             raise ValueError(f"force on block {block!r} must be three finite numbers [N], got {force!r}")
-        arm = np.zeros(3) if at is None else np.asarray(at, dtype=float) - assembly.centroids[i]
-        if arm.shape != (3,) or not np.isfinite(arm).all():
-            raise ValueError(
-                f"the point of application on block {block!r} must be three finite numbers [m], got {at!r}"
-            )
+        arm = np.zeros(3) if at is None else read_vector("at", at) - assembly.centroids[i]
         wrench = np.zeros((assembly.n_blocks, 6))
         wrench[i] = np.concatenate([f, np.cross(arm, f)])
         return self._plus(assembly, wrench, case)
@@ -195,9 +192,14 @@ class Loads:
         i = assembly.block_index(block)
         if (pressure is None) == (traction is None):
             raise ValueError(f"load on block {block!r}: give either pressure or traction")
-        outward = np.asarray(_SIDES.get(face, face) if isinstance(face, str) else face, dtype=float)
-        if outward.shape != (3,):
+        if isinstance(face, str) and face not in _SIDES:
             raise ValueError(f"face {face!r} is not one of {tuple(_SIDES)} or a direction of three numbers")
+        outward = read_vector("face", _SIDES[face] if isinstance(face, str) else face)
+        if not np.linalg.norm(outward) > 0:
+            raise ValueError("face must be a direction that is not zero")
+        if pressure is not None:
+            read_number("pressure", pressure)
+        per_unit = None if traction is None else read_vector("traction", traction)
         outward = outward / np.linalg.norm(outward)
         wrench = np.zeros((assembly.n_blocks, 6))
         found = False
@@ -211,7 +213,7 @@ class Loads:
                 r = corners - corners[0]
                 triangle = 0.5 * np.cross(r[1:-1], r[2:]) @ normal
                 centre = corners[0] + (triangle[:, None] * (r[1:-1] + r[2:]) / 3.0).sum(axis=0) / triangle.sum()
-                per_area = np.asarray(traction, dtype=float) if pressure is None else -pressure * normal
+                per_area = -float(pressure or 0.0) * normal if per_unit is None else per_unit
                 force = per_area * triangle.sum()
                 wrench[i] += np.concatenate([force, np.cross(centre - assembly.centroids[i], force)])
         if not found:
@@ -248,7 +250,7 @@ class Loads:
         rows: Iterable[int] = range(assembly.n_blocks) if blocks is None else [assembly.block_index(b) for b in blocks]
         wrench = np.zeros((assembly.n_blocks, 6))
         for i in rows:
-            wrench[i, :3] = assembly.weights[i] * np.asarray(direction, dtype=float)
+            wrench[i, :3] = assembly.weights[i] * read_vector("direction", direction)
         return self._plus(assembly, wrench, case)
 
     def _plus(self, assembly: "Assembly", wrench: Array, case: str) -> "Loads":
