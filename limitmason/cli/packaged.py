@@ -32,7 +32,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     analysis_options(run, flow_default=None)
     run.set_defaults(run=_run)
 
-    summary = actions.add_parser("summary", help="all packaged cases as one Markdown table (a minute)")
+    summary = actions.add_parser("summary", help="all packaged cases as one Markdown table (some minutes)")
     summary.set_defaults(run=_summary)
 
 
