@@ -379,6 +379,9 @@ def advance(
         _joint_forces(points, joints, bodies, dt, total)
         kinetic = applied = support = damping = 0.0
         viscosity = total[E_VISCOSITY] if adaptive > 0.0 else 0.0
+        # a stop is at a whole step: only half a step leads from there to the first velocity. A whole one starts a mode
+        # of frequency w from an amplitude 1 / cos(w dt / 2) too large, which grows from stop to stop in the fast modes
+        kick = 0.5 * dt if kinetic_stop and total[E_STEPS] == total[E_STOP] + 1.0 else dt
         lag = 1.0 / (1.0 + 0.5 * viscosity * dt)
         keep = 1.0 - 0.5 * viscosity * dt
         for i in range(n):
@@ -406,7 +409,7 @@ def advance(
                     f = net[i, k]
                     v = vel[i, k]
                     brake = local * abs(f) * ((v > 0.0) - (v < 0.0))
-                    vel[i, k] = (v * keep + (f - brake) * bodies.inv_mass[i] * dt) * lag
+                    vel[i, k] = (v * keep + (f - brake) * bodies.inv_mass[i] * kick) * lag
                     damping += brake * 0.5 * (v + vel[i, k]) * dt
                     damping += viscosity * bodies.mass[i] * (0.5 * (v + vel[i, k])) ** 2 * dt
                 if held[i, 3 + k]:
@@ -415,7 +418,7 @@ def advance(
                     f = net[i, 3 + k]
                     w = spin[i, k]
                     brake = local * abs(f) * ((w > 0.0) - (w < 0.0))
-                    ang[i, k] = (ang[i, k] * keep + (f - brake) * dt) * lag
+                    ang[i, k] = (ang[i, k] * keep + (f - brake) * kick) * lag
                     damping += brake * w * dt
             if still and not moving:
                 drive_turns = False

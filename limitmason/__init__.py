@@ -21,6 +21,7 @@ __version__ = "0.1.0"
 _MODULES = (
     "build",
     "certificate",
+    "diagnosis",
     "equilibrium",
     "experiments",
     "figures",

@@ -1,0 +1,126 @@
+"""Everything that the rule needs of one design and one list of causes: whitened grids, trends, likelihood."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from limitmason.diagnosis.cause import Cause
+from limitmason.diagnosis.grid import Grid
+from limitmason.diagnosis.likelihood import Likelihood
+from limitmason.diagnosis.noise import Noise
+from limitmason.diagnosis.shapes import Shapes
+from limitmason.diagnosis.tabulate import Table
+
+Names = tuple[str, ...]
+
+
+@dataclass
+class Design:
+    """Tables of one design in units of its noise, measured from the baseline prediction at the measured inputs.
+
+    Parameters
+    ----------
+    causes : the list
+    noise : what is stated of it
+    scale : standard deviation per specimen, shape (n,)
+    origin : log prediction of the baseline at the measured inputs, shape (n,)
+    null : the baseline model on the nuisance inputs
+    singles : one grid per cause
+    shapes : trends of the covariates
+    pair_table : makes the table of a pair of causes, by their names
+    """
+
+    causes: tuple[Cause, ...]
+    noise: Noise
+    scale: np.ndarray
+    origin: np.ndarray
+    null: Grid
+    singles: Mapping[str, Grid]
+    shapes: Shapes
+    pair_table: Callable[[Names], Table]
+    pair_names: tuple[Names, ...] = ()
+    _pairs: dict[Names, Grid] = field(default_factory=dict)
+
+    @property
+    def n(self) -> int:
+        """Number of specimens."""
+        return len(self.scale)
+
+    @property
+    def inputs(self) -> int:
+        """Number of measured inputs with an error."""
+        return len(self.null.z)
+
+    @property
+    def like(self) -> Likelihood:
+        """How sums of squares become log-likelihoods."""
+        return Likelihood.of(self.noise)
+
+    def whiten(self, values: np.ndarray) -> np.ndarray:
+        """Measured values as log differences from the baseline in units of the noise, shape (..., n)."""
+        return (np.log(values) - self.origin) / self.scale
+
+    def grid(self, names: Names) -> Grid:
+        """Grid of the baseline (no name), a cause or a pair."""
+        if not names:
+            return self.null
+        if len(names) == 1:
+            return self.singles[names[0]]
+        if names not in self._pairs:
+            self._pairs[names] = whitened(self.pair_table(names), self.origin, self.scale)
+        return self._pairs[names]
+
+    def forget_pair(self, names: Names) -> None:
+        """Drop the grid of a pair whose table was replaced."""
+        self._pairs.pop(names, None)
+
+    def without(self, chosen: np.ndarray, covariates: Mapping) -> "Design":
+        """The design with the chosen specimens only.
+
+        Parameters
+        ----------
+        chosen : boolean, shape (n,)
+        covariates : name to values of all specimens
+        """
+        kept = {k: [v for v, keep in zip(column, chosen, strict=True) if keep] for k, column in covariates.items()}
+        noise = self.noise
+        if isinstance(noise.sd, tuple):
+            noise = Noise(tuple(s for s, keep in zip(noise.sd, chosen, strict=True) if keep), noise.dof, noise.tails)
+        return Design(
+            self.causes,
+            noise,
+            self.scale[chosen],
+            self.origin[chosen],
+            self.null.columns(chosen),
+            {k: g.columns(chosen) for k, g in self.singles.items()},
+            Shapes(kept, self.scale[chosen]),
+            self.pair_table,
+            self.pair_names,
+            {k: g.columns(chosen) for k, g in self._pairs.items()},
+        )
+
+    def with_noise(self, noise: Noise, scale: np.ndarray, covariates: Mapping) -> "Design":
+        """The same tables under another statement of the noise."""
+        ratio = self.scale / scale
+
+        def again(grid: Grid) -> Grid:
+            return Grid(grid.sizes, grid.z, grid.values * ratio)
+
+        return Design(
+            self.causes,
+            noise,
+            scale,
+            self.origin,
+            again(self.null),
+            {k: again(g) for k, g in self.singles.items()},
+            Shapes(covariates, scale),
+            self.pair_table,
+            self.pair_names,
+            {k: again(g) for k, g in self._pairs.items()},
+        )
+
+
+def whitened(table: Table, origin: np.ndarray, scale: np.ndarray) -> Grid:
+    """A table as a grid in units of the noise, measured from ``origin``."""
+    return Grid(table.sizes, table.z, (table.values - origin) / scale)

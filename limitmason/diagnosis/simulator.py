@@ -1,0 +1,173 @@
+"""Calls of the user's simulator: checked, counted, never repeated, in parallel, and kept on disk if asked."""
+
+import hashlib
+import inspect
+import json
+from collections.abc import Callable, Iterable, Sequence
+from math import isfinite
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from joblib import Parallel, delayed
+
+from limitmason.diagnosis.cause import Cause, Extension
+
+
+class Job(NamedTuple):
+    """One call: specimen number, keyword parameters, and causes with ``apply`` at their sizes."""
+
+    specimen: int
+    parameters: tuple[tuple[str, float], ...]
+    steps: tuple[tuple[Cause, float], ...] = ()
+
+
+class Simulator:
+    """A plain function ``simulate(specimen, **parameters)`` with a memory.
+
+    Parameters
+    ----------
+    simulate : returns a positive prediction of what was measured
+    specimens : what is passed to it, one per measured value
+    cache : file that keeps every value, one line each; an interrupted study goes on where it stopped
+    n_jobs : processes
+    version : part of the key on disk; change it when ``simulate`` changes, or old values are read back
+
+    Notes
+    -----
+    The key on disk holds the function's name, ``version``, the specimen (as JSON, other objects by their ``repr``) and
+    the parameters. It does not see an edit of the function's body.
+    """
+
+    def __init__(
+        self,
+        simulate: Callable[..., float],
+        specimens: Sequence[Any],
+        *,
+        cache: str | Path | None = None,
+        n_jobs: int = 1,
+        version: str = "",
+    ):
+        if not callable(simulate):
+            raise TypeError(f"simulate must be a function simulate(specimen, **parameters), got {simulate!r}")
+        self.simulate = simulate
+        self.specimens = list(specimens)
+        self.cache = None if cache is None else Path(cache)
+        self.n_jobs = n_jobs
+        self.version = version
+        self.calls = 0
+        self._known: dict[tuple, float] = {}
+        self._disk: dict[str, float] = {}
+        self._names: list[str] | None = None
+        if self.cache is not None and self.cache.exists():
+            self._disk = _read(self.cache)
+
+    def check_parameters(self, names: Iterable[str], of: str) -> None:
+        """Refuse parameters that ``simulate`` does not take.
+
+        Raises
+        ------
+        ValueError
+            The message lists what it takes.
+        """
+        try:
+            signature = inspect.signature(self.simulate).parameters
+        except (TypeError, ValueError):  # a compiled function without signature: its own error will do
+            return
+        if any(p.kind is p.VAR_KEYWORD for p in signature.values()):
+            return
+        takes = [n for n, p in signature.items() if p.kind in (p.KEYWORD_ONLY, p.POSITIONAL_OR_KEYWORD)]
+        for name in names:
+            if name not in takes:
+                known = ", ".join(takes[1:]) or "none"
+                raise ValueError(f"simulate does not take the parameter {name!r} of {of}; it takes: {known}")
+
+    def predict(self, jobs: Sequence[Job]) -> np.ndarray:
+        """Predictions of all jobs, computing only those never computed before.
+
+        Raises
+        ------
+        ValueError
+            For a prediction that is not a positive finite number; the message names specimen and parameters.
+        """
+        keys = [(j.specimen, j.parameters, j.steps) for j in jobs]
+        missing: dict[tuple, Job] = {}
+        for key, job in zip(keys, jobs, strict=True):
+            if key not in self._known and key not in missing:
+                missing[key] = job
+        if missing and self.cache is not None:
+            for key in [k for k in missing if self._text(missing[k]) in self._disk]:
+                self._known[key] = self._disk[self._text(missing.pop(key))]
+        if missing:
+            self._run(missing)
+        return np.array([self._known[key] for key in keys])
+
+    def _run(self, missing: dict[tuple, Job]) -> None:
+        if self.n_jobs == 1:
+            values = (_call(self.simulate, self.specimens[j.specimen], j) for j in missing.values())
+        else:
+            values = Parallel(n_jobs=self.n_jobs, return_as="generator")(
+                delayed(_call)(self.simulate, self.specimens[j.specimen], j) for j in missing.values()
+            )
+        if self.cache is None:
+            for (key, job), value in zip(missing.items(), values, strict=True):
+                self._known[key] = self._checked(job, value)
+            return
+        self.cache.parent.mkdir(parents=True, exist_ok=True)
+        torn = self.cache.exists() and not self.cache.read_bytes().endswith(b"\n")
+        with self.cache.open("a", encoding="utf-8") as out:
+            out.write("\n" if torn else "")  # a line cut short by a kill must not swallow the next
+            for (key, job), value in zip(missing.items(), values, strict=True):
+                self._known[key] = self._checked(job, value)
+                out.write(json.dumps([self._text(job), self._known[key]]) + "\n")
+                out.flush()
+
+    def _checked(self, job: Job, value) -> float:
+        self.calls += 1
+        return positive(value, lambda: f"simulate for specimen {job.specimen} with {_show(job)}")
+
+    def _text(self, job: Job) -> str:
+        if self._names is None:
+            texts = [json.dumps(s, sort_keys=True, default=repr) for s in self.specimens]
+            where = f"{getattr(self.simulate, '__module__', '')}.{getattr(self.simulate, '__qualname__', '')}"
+            self._names = [f"{where} {self.version} {t}" for t in texts]
+        text = f"{self._names[job.specimen]} {_show(job)}"
+        return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def positive(value: Any, what: Callable[[], str]) -> float:
+    """The value as a float, refused unless it is finite and positive."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{what()} gave {value!r}; a positive number is needed") from None
+    if not isfinite(number) or number <= 0.0:
+        raise ValueError(
+            f"{what()} gave {number!r}; a positive finite number is needed: narrow the bounds of the cause, give the "
+            "measured input bounds, or return a small positive number for a model that cannot stand"
+        )
+    return number
+
+
+def _call(simulate, specimen, job: Job):
+    parameters = dict(job.parameters)
+    if job.steps:
+        parameters["extend"] = Extension(job.steps)
+    return simulate(specimen, **parameters)
+
+
+def _show(job: Job) -> str:
+    given = [f"{k}={v!r}" for k, v in job.parameters] + [f"{c.name}={v!r}" for c, v in job.steps]
+    return ", ".join(given) or "no parameters"
+
+
+def _read(path: Path) -> dict[str, float]:
+    """Values on disk; a line cut short by a kill is skipped."""
+    out: dict[str, float] = {}
+    for line in path.read_text(encoding="utf-8").splitlines():
+        try:
+            key, value = json.loads(line)
+            out[str(key)] = float(value)
+        except (ValueError, TypeError):
+            continue
+    return out

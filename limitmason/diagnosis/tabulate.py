@@ -1,0 +1,251 @@
+"""Tables of log predictions on (cause size x nuisance): few simulator calls, refined where the curve bends."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise, product
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
+
+from limitmason.diagnosis.cause import Cause
+from limitmason.diagnosis.noise import Measured
+from limitmason.diagnosis.simulator import Job, Simulator, positive
+
+REACH = 4.0  # standard deviations of a measured input that the refit may use
+TOLERANCE = 0.1  # of the noise: largest interpolation error that needs no further level
+NODES = {0: (), 1: (9,), 2: (5, 5), 3: (3, 3, 3)}
+CELL = 0.75  # distance of neighbouring size nodes in units of the noise, all specimens together
+FEWEST, MOST = 6, 30  # size nodes on each side of the baseline
+PAIR_NODES = 6  # size nodes on each side of the baseline in the table of a pair
+
+
+@dataclass(frozen=True)
+class Table:
+    """Log predictions of a model.
+
+    Parameters
+    ----------
+    causes : none for the baseline, one, or two
+    sizes : node sizes of each cause
+    z : node values of each measured input in standard deviations
+    values : shape (len of every axis ..., n)
+    levels : sizes at which the simulator was called, per cause
+    error : largest interpolation error found between levels, in units of the noise
+    """
+
+    causes: tuple[Cause, ...]
+    sizes: tuple[np.ndarray, ...]
+    z: tuple[np.ndarray, ...]
+    values: np.ndarray
+    levels: tuple[np.ndarray, ...] = ()
+    error: float = 0.0
+
+
+class Tabulator:
+    """Makes tables for one design.
+
+    Parameters
+    ----------
+    simulator : the calls
+    nuisance : measured inputs by name; those with error 0 are passed on as exact
+    noise : noise per specimen that levels and nodes are placed by, shape (n,)
+    levels : most sizes per cause at which the simulator is called
+    nuisance_levels : values of each measured input at which it is called
+
+    Raises
+    ------
+    ValueError
+        For more than three measured inputs with an error.
+    """
+
+    def __init__(
+        self,
+        simulator: Simulator,
+        nuisance: dict[str, Measured],
+        noise: np.ndarray,
+        *,
+        levels: int = 17,
+        nuisance_levels: int | None = None,
+    ):
+        self.simulator = simulator
+        self.fixed = tuple((k, m.value) for k, m in nuisance.items() if m.sd == 0)
+        self.free = {k: m for k, m in nuisance.items() if m.sd > 0}
+        if len(self.free) not in NODES:
+            raise ValueError(f"at most {max(NODES)} measured inputs can have an error, got {', '.join(self.free)}")
+        self.noise = noise
+        self.levels = levels
+        count = nuisance_levels or (5 if len(self.free) == 1 else 3)
+        reaches = [m.reach(REACH) for m in self.free.values()]
+        self.z_levels = tuple(_through_zero(*reach, count) for reach in reaches)
+        counts = [max(m, count) for m in NODES[len(reaches)]]
+        self.z_nodes = tuple(_through_zero(*r, m) for r, m in zip(reaches, counts, strict=True))
+
+    @property
+    def n(self) -> int:
+        """Number of specimens."""
+        return len(self.simulator.specimens)
+
+    def evaluate(self, causes: Sequence[Cause], points: Sequence[tuple[tuple[float, ...], tuple[float, ...]]]):
+        """Log predictions of all specimens at given sizes and nuisance values.
+
+        Parameters
+        ----------
+        causes : none, one or two; a measurement cause with ``apply`` transforms the prediction after the others
+        points : pairs of sizes (one per cause) and nuisance inputs in standard deviations
+
+        Returns
+        -------
+        ndarray, shape (len of points, n)
+        """
+        jobs = []
+        for sizes, z in points:
+            parameters = list(self.fixed) + [(k, m.at(v)) for (k, m), v in zip(self.free.items(), z, strict=True)]
+            steps = []
+            for cause, size in zip(causes, sizes, strict=True):
+                if cause.transforms or size == cause.baseline:
+                    continue
+                if cause.apply is None:
+                    parameters.append((cause.parameter, float(size)))
+                else:
+                    steps.append((cause, float(size)))
+            jobs += [Job(i, tuple(parameters), tuple(steps)) for i in range(self.n)]
+        values = self.simulator.predict(jobs).reshape(len(points), self.n)
+        for index, (sizes, _) in enumerate(points):
+            for cause, size in zip(causes, sizes, strict=True):
+                if cause.transforms and size != cause.baseline:
+                    values[index] = [
+                        transformed(cause, size, value, specimen, i)
+                        for i, (value, specimen) in enumerate(zip(values[index], self.simulator.specimens, strict=True))
+                    ]
+        return np.log(values)
+
+    def baseline(self) -> Table:
+        """The model without any cause."""
+        values = self.evaluate((), [((), z) for z in product(*self.z_levels)])
+        values = self._to_nodes(values.reshape(*map(len, self.z_levels), self.n), 0)
+        return Table((), (), self.z_nodes, values)
+
+    def single(self, cause: Cause, like: Table | None = None) -> Table:
+        """The model with one cause; ``like`` gives the levels and nodes of another design to be shared.
+
+        Raises
+        ------
+        ValueError
+            When the cause at its baseline size does not recover the baseline model, or for an unknown parameter.
+        """
+        self._check(cause)
+        levels, error = (like.levels[0], like.error) if like is not None else self._levels(cause)
+        values = self.evaluate((cause,), [((s,), z) for s in levels for z in product(*self.z_levels)])
+        values = self._to_nodes(values.reshape(len(levels), *map(len, self.z_levels), self.n), 1)
+        curve = PchipInterpolator(levels, values, axis=0)
+        nodes = like.sizes[0] if like is not None else self._nodes(cause, levels, curve)
+        return Table((cause,), (nodes,), self.z_nodes, curve(nodes), (levels,), error)
+
+    def pair(self, first: Table, second: Table, base: Table, *, exact: bool) -> Table:
+        """The model with two causes.
+
+        Parameters
+        ----------
+        first, second, base : tables of each alone and of the baseline
+        exact : call the simulator for every pair of sizes; otherwise log f12 = log f1 + log f2 - log f0, to be verified
+        """
+        pick = [_thin(t.sizes[0], t.causes[0].baseline) for t in (first, second)]
+        sizes = tuple(t.sizes[0][p] for t, p in zip((first, second), pick, strict=True))
+        thin = tuple(_thin(a, 0.0, 2) if len(a) > 5 else np.arange(len(a)) for a in base.z)
+        z = tuple(a[t] for a, t in zip(base.z, thin, strict=True))
+        causes = (first.causes[0], second.causes[0])
+        if exact:
+            values = self.evaluate(causes, [((a, b), p) for a in sizes[0] for b in sizes[1] for p in product(*z)])
+            return Table(causes, sizes, z, values.reshape(len(sizes[0]), len(sizes[1]), *map(len, z), self.n))
+        one, two = (t.values[np.ix_(p, *thin)] for t, p in zip((first, second), pick, strict=True))
+        return Table(causes, sizes, z, one[:, None] + two[None] - (base.values[np.ix_(*thin)] if thin else base.values))
+
+    def pair_error(self, table: Table, at: tuple[float, float], z: Sequence[float]) -> float:
+        """Largest error of an additive pair table at one point, in units of the noise: true pair minus table."""
+        true = self.evaluate(table.causes, [(tuple(at), tuple(z))])[0]
+        axes = (*table.sizes, *(a for a in table.z))
+        shown = RegularGridInterpolator(axes, table.values)(np.array([[*at, *z]]))[0]
+        return float(np.max(np.abs(true - shown) / self.noise))
+
+    def _check(self, cause: Cause) -> None:
+        if cause.apply is None:
+            self.simulator.check_parameters([cause.parameter], f"cause {cause.name!r}")
+        elif not cause.transforms:
+            self.simulator.check_parameters(["extend"], f"cause {cause.name!r} (it has apply= and acts on the model)")
+        self.simulator.check_parameters([k for k, _ in self.fixed] + list(self.free), "the nuisance")
+        parameters = self.fixed + tuple((k, m.value) for k, m in self.free.items())
+        plain = self.simulator.predict([Job(0, parameters)])[0]
+        if cause.transforms:
+            value = transformed(cause, cause.baseline, plain, self.simulator.specimens[0], 0)
+        elif cause.apply is None:
+            value = self.simulator.predict([Job(0, (*parameters, (cause.parameter, cause.baseline)))])[0]
+        else:
+            value = self.simulator.predict([Job(0, parameters, ((cause, cause.baseline),))])[0]
+        if abs(np.log(value / plain)) > 0.02 * self.noise[0]:
+            raise ValueError(
+                f"cause {cause.name!r} at its baseline {cause.baseline:g} predicts {value:.6g} for specimen 0, the "
+                f"baseline model {plain:.6g}: a cause must be nested in the baseline"
+            )
+
+    def _levels(self, cause: Cause) -> tuple[np.ndarray, float]:
+        """Sizes to call the simulator at: halve every interval whose midpoint the curve misses."""
+        rest = tuple(0.0 for _ in self.free)
+        ends = sorted({cause.baseline, *cause.sides})
+        x = np.array(sorted({v for a, b in pairwise(ends) for v in (a, 0.5 * (a + b), b)}))
+        y = self.evaluate((cause,), [((v,), rest) for v in x])
+        intervals = list(pairwise(x))
+        worst = 0.0
+        while intervals and len(x) + len(intervals) <= max(self.levels, 5):
+            middle = np.array([0.5 * (a + b) for a, b in intervals])
+            true = self.evaluate((cause,), [((v,), rest) for v in middle])
+            miss = np.max(np.abs(PchipInterpolator(x, y, axis=0)(middle) - true) / self.noise, axis=1)
+            order = np.argsort(np.concatenate([x, middle]))
+            x, y = np.concatenate([x, middle])[order], np.concatenate([y, true])[order]
+            bad = [(ab, m, e) for ab, m, e in zip(intervals, middle, miss, strict=True) if e > TOLERANCE]
+            # the curve through twice as many levels misses about a quarter as much, half beside a kink
+            worst = 0.5 * float(miss.max())
+            intervals = [half for (a, b), m, _ in bad for half in ((a, m), (m, b))]
+        return x, worst
+
+    def _nodes(self, cause: Cause, levels: np.ndarray, curve: PchipInterpolator) -> np.ndarray:
+        """Size nodes evenly spaced along the curve in units of the noise, on each side of the baseline."""
+        out = [cause.baseline]
+        for side in cause.sides:
+            fine = np.linspace(cause.baseline, side, 65)
+            steps = np.diff(curve(fine), axis=0) / self.noise
+            length = np.sqrt((steps**2).sum(axis=-1)).reshape(len(fine) - 1, -1).max(axis=1)
+            length += 0.15 * length.sum() / len(length) + 1e-12  # keep nodes where the cause does nothing
+            along = np.concatenate([[0.0], np.cumsum(length)])
+            count = int(np.clip(np.ceil(along[-1] / CELL), FEWEST, MOST))
+            out += list(np.interp(np.linspace(0.0, along[-1], count + 1)[1:], along, fine))
+        return np.array(sorted(out))
+
+    def _to_nodes(self, values: np.ndarray, first: int) -> np.ndarray:
+        for axis, (level, node) in enumerate(zip(self.z_levels, self.z_nodes, strict=True), start=first):
+            if len(level) != len(node):
+                values = PchipInterpolator(level, values, axis=axis)(node)
+        return values
+
+
+def transformed(cause: Cause, size: float, prediction: float, specimen, index: int) -> float:
+    """A prediction as a measurement cause lets it be read."""
+    value = cause.apply(float(size), float(prediction), specimen)
+    return positive(value, lambda: f"cause {cause.name!r} of size {size:g} applied to specimen {index}")
+
+
+def _through_zero(low: float, high: float, count: int) -> np.ndarray:
+    """Values from low to high with 0 among them."""
+    if low == 0.0 or high == 0.0:
+        return np.linspace(low, high, count)
+    below = max(1, round((count - 1) * -low / (high - low)))
+    below = min(below, count - 2)
+    return np.concatenate([np.linspace(low, 0.0, below + 1), np.linspace(0.0, high, count - below)[1:]])
+
+
+def _thin(nodes: np.ndarray, keep: float, each: int = PAIR_NODES) -> np.ndarray:
+    """Indices of at most ``each`` nodes on both sides of the one kept."""
+    middle = int(np.argmin(np.abs(nodes - keep)))
+    last = len(nodes) - 1
+    below = np.round(np.linspace(0, middle, min(each, middle) + 1)).astype(int)
+    above = np.round(np.linspace(middle, last, min(each, last - middle) + 1)).astype(int)
+    return np.unique(np.concatenate([below, above]))

@@ -1,0 +1,313 @@
+"""Laws of the diagnosis: contract, nesting, exact fits, invariance, known statistics, honest errors."""
+
+import math
+
+import numpy as np
+import pytest
+
+from limitmason.diagnosis import Cause, Measured, Noise, Study, binomial_interval
+
+HEIGHTS = np.array([0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 0.35, 0.55])
+WIDTHS = np.array([0.10, 0.14, 0.10, 0.14, 0.10, 0.14, 0.10, 0.14, 0.10, 0.14, 0.14, 0.14])
+FRICTION = {"friction_coefficient": Measured(0.70, 0.03)}
+
+
+def blocks(specimen, *, friction_coefficient=0.7, rounding=0.0, slope=0.0):
+    """Rocking or sliding block, b/h against f; the edge is pulled in by ``rounding`` [m]."""
+    rocking = (specimen["width"] - 2.0 * rounding) / specimen["height"] * math.exp(slope * specimen["height"])
+    return min(friction_coefficient, rocking) if specimen.get("slides") else rocking * friction_coefficient**0.1
+
+
+def specimens(n=12):
+    return [
+        {"height": float(h), "width": float(w), "batch": "AB"[i % 2]}
+        for i, (h, w) in enumerate(zip(HEIGHTS[:n], WIDTHS[:n], strict=True))
+    ]
+
+
+ROUNDING = Cause("edge rounding", "rounding", 0.0, (0.0, 0.02), "edges pulled in", unit="m")
+GAIN = Cause("gain", "gain", 1.0, (0.7, 1.4), "sensor", "measurement", apply=lambda size, p, s: size * p)
+
+
+def second_batch(size, prediction, specimen):
+    return prediction * size if specimen["batch"] == "B" else prediction
+
+
+BATCH = Cause("batch", "batch", 1.0, (0.7, 1.4), "other sensor", "measurement", second_batch)
+CAUSES = (ROUNDING, GAIN, BATCH)
+
+
+def study(values=None, noise=None, **options):
+    options = {"nuisance": FRICTION, "covariates": ["height", "width", "batch"]} | options
+    return Study(specimens(), blocks, values, noise or Noise(0.04), **options)
+
+
+def data(cause=None, size=0.0, seed=0, sd=0.04):
+    expected = study().baseline() if cause is None else study().predicted([cause], [size])
+    return expected * np.exp(sd * np.random.default_rng(seed).standard_normal(len(expected)))
+
+
+def test_contract_of_the_issue():
+    diagnosis = study(data(ROUNDING, 0.012)).diagnose(CAUSES, seed=0)
+    assert diagnosis.kind == "cause"
+    assert diagnosis.causes == ("edge rounding",)
+    assert diagnosis.estimates["edge rounding"].size == pytest.approx(0.012, rel=0.15)
+    assert diagnosis.gain.leave_one_out.total > 0
+    assert "edge rounding" in diagnosis.report()
+    assert [row["cause"] for row in diagnosis.table()] == [c.name for c in CAUSES]
+    assert diagnosis.next_tests(specimens(), k=2).indices
+
+
+def test_the_same_seed_gives_the_same_verdict_and_another_order_of_causes_too():
+    one = study(data(BATCH, 1.12, seed=4)).diagnose(CAUSES, seed=3)
+    two = study(data(BATCH, 1.12, seed=4)).diagnose(CAUSES, seed=3)
+    turned = study(data(BATCH, 1.12, seed=4)).diagnose(CAUSES[::-1], seed=3)
+    assert one.report(checks=False) == two.report(checks=False)
+    assert (one.kind, set(one.causes)) == (turned.kind, set(turned.causes))
+
+
+def test_no_effect_is_none_with_the_sizes_that_would_have_been_seen():
+    diagnosis = study(data(seed=1)).diagnose(CAUSES)
+    assert diagnosis.kind == "none"
+    assert diagnosis.gain is None
+    (smallest,) = diagnosis.detectable["edge rounding"]
+    # at that size nine in ten data sets raise an alarm
+    studies = [study(data(ROUNDING, smallest, seed=s)) for s in range(60)]
+    alarms = [s.diagnose(CAUSES, draws=699, pairs=False).kind != "none" for s in studies]
+    low, high = binomial_interval(sum(alarms), len(alarms), 0.99)
+    assert low <= 0.9 <= high
+
+
+def test_twins_are_never_told_apart_and_listed_without_data():
+    twin = Cause("thickness loss", "loss", 0.0, (0.0, 0.02), "same thing", apply=None)
+
+    def simulate(s, *, friction_coefficient, rounding=0.0, loss=0.0):
+        return blocks(s, friction_coefficient=friction_coefficient, rounding=rounding + loss)
+
+    made = Study(specimens(), simulate, data(ROUNDING, 0.012), Noise(0.04), FRICTION, ["height"])
+    diagnosis = made.diagnose((ROUNDING, twin, GAIN))
+    assert diagnosis.kind == "either"
+    assert set(diagnosis.causes) == {"edge rounding", "thickness loss"}
+    assert ("edge rounding", "thickness loss") in made.confusable((ROUNDING, twin, GAIN)).twins
+
+
+def test_an_effect_outside_the_list_is_unexplained_with_its_covariate():
+    wet = np.linspace(-1, 1, 12)[np.random.default_rng(0).permutation(12)]
+    values = data(seed=5) * np.exp(0.2 * wet)
+    made = study(values, covariates={"height": HEIGHTS, "humidity": wet})
+    diagnosis = made.diagnose(CAUSES)
+    assert (diagnosis.kind, diagnosis.covariate) == ("unexplained", "humidity")
+    assert "humidity" in str(diagnosis)
+
+
+def test_more_scatter_than_stated_is_no_cause():
+    kinds = [study(data(seed=s, sd=0.10)).diagnose(CAUSES).kind for s in range(12)]
+    assert kinds.count("scatter") >= 8
+    assert kinds.count("cause") <= 1
+
+
+def test_two_causes_are_found_together_and_the_additive_table_agrees_with_the_true_pair():
+    made = study()
+    expected = made.predicted((ROUNDING, BATCH), (0.012, 1.25))
+    values = expected * np.exp(0.02 * np.random.default_rng(2).standard_normal(12))
+    kinds = {}
+    for mode in ("verified", "exact"):
+        diagnosis = study(values, Noise(0.02), pair_tables=mode).diagnose(CAUSES)
+        kinds[mode] = (diagnosis.kind, diagnosis.pairs)
+        assert diagnosis.estimates["batch"].size == pytest.approx(1.25, rel=0.03)
+    assert kinds["verified"] == kinds["exact"] == ("two", (("edge rounding", "batch"),))
+
+
+def test_an_additive_pair_table_that_is_wrong_is_replaced_by_the_true_pair():
+    def simulate(s, *, a=0.0, b=0.0):
+        return s["width"] / s["height"] * math.exp(a * s["height"] + b * s["width"] * 5 + 3.0 * a * b)
+
+    causes = (Cause("a", "a", 0.0, (0.0, 1.0)), Cause("b", "b", 0.0, (0.0, 1.0)), GAIN)
+    values = np.array([simulate(s, a=0.6, b=0.7) for s in specimens()])
+    values *= np.exp(0.02 * np.random.default_rng(0).standard_normal(12))
+    found = {}
+    for mode in ("verified", "exact"):
+        diagnosis = Study(specimens(), simulate, values, Noise(0.02), pair_tables=mode).diagnose(causes)
+        found[mode] = (diagnosis.kind, {n: t.gain for n, t in diagnosis.verdict.tested.items() if t.kept})
+    assert found["verified"] == found["exact"]
+
+
+@pytest.mark.parametrize("noise", [Noise.unknown(), Noise(0.04, 6), Noise(0.04, tails=5)])
+def test_other_statements_of_the_noise_find_a_clear_effect_and_keep_the_null(noise):
+    assert study(data(ROUNDING, 0.014), noise).diagnose(CAUSES).causes[:1] == ("edge rounding",)
+    alarms = [study(data(seed=100 + s), noise).diagnose(CAUSES, pairs=False).kind != "none" for s in range(25)]
+    assert sum(alarms) <= 5  # at 5 % more than five of 25 occur once in 800
+
+
+def test_student_tails_take_the_sting_out_of_a_blunder():
+    values = data(seed=8)
+    values[3] *= math.exp(7 * 0.04)
+    gaussian = study(values).diagnose(CAUSES, pairs=False)
+    student = study(values, Noise(0.04, tails=4)).diagnose(CAUSES, pairs=False)
+    assert gaussian.kind != "none"
+    assert gaussian.checks.hangs_on == (3,)
+    assert student.verdict.p["scatter"] > gaussian.verdict.p["scatter"]
+
+
+def test_scaling_all_values_and_predictions_changes_nothing():
+    values = data(ROUNDING, 0.012)
+    one = study(values).diagnose(CAUSES)
+    covariates = ["height", "width", "batch"]
+    other = Study(specimens(), lambda s, **p: 9.81 * blocks(s, **p), 9.81 * values, Noise(0.04), FRICTION, covariates)
+    two = other.diagnose(CAUSES)
+    assert one.causes == two.causes
+    assert one.estimates["edge rounding"].size == pytest.approx(two.estimates["edge rounding"].size, rel=1e-6)
+
+
+def test_a_measured_input_is_a_datum_not_a_free_knob():
+    # friction enters as f^0.1: an error of the input of three standard deviations cannot explain 20 % of the multiplier
+    values = data(GAIN, 1.2, seed=2)
+    diagnosis = study(values).diagnose(CAUSES)
+    assert diagnosis.causes == ("gain",)
+    assert abs(diagnosis.verdict.tested[("gain",)].z[0]) < 0.5
+
+
+def test_leaving_out_pure_noise_gains_nothing_once_the_choice_is_repeated():
+    from limitmason.diagnosis.gain import measure_gain
+
+    chosen, repeated = [], []
+    for seed in range(60):
+        diagnosis = study(data(seed=300 + seed)).diagnose(CAUSES, pairs=False)
+        best = min(diagnosis.verdict.tested, key=lambda n: diagnosis.verdict.tested[n].deficit)
+        gain = measure_gain(diagnosis.design, best, diagnosis.y, None, diagnosis.verdict.critical_gain)
+        chosen.append(diagnosis.verdict.tested[best].gain)
+        repeated.append(gain.selected.total)
+    assert np.mean(chosen) > 0.5  # the gain of the best fit is optimistic
+    assert np.mean(repeated) <= 0.1
+
+
+def test_leave_group_out_equals_an_honest_refit():
+    from limitmason.diagnosis.gain import left_out
+
+    values = data(ROUNDING, 0.012)
+    groups = ["a", "a", "b", "b", "c", "c", "d", "d", "e", "e", "f", "f"]
+    made = study(values, groups=groups)
+    diagnosis = made.diagnose(CAUSES)
+    design, y = diagnosis.design, diagnosis.y
+    folds = np.repeat(np.arange(6), 2)
+    _, residual = left_out(design, ("edge rounding",), y, folds)
+    for fold in range(6):
+        kept = folds != fold
+        part = design.singles["edge rounding"].columns(kept)
+        fit = part.fit(y[kept], np.zeros(1), design.like)
+        size, z = part.sizes_at(fit.position)[0, 0], part.z_at(fit.position)[0]
+        true = np.log(values / made.predicted([ROUNDING], [size], z))[~kept] / 0.04
+        assert residual[~kept] == pytest.approx(true, abs=0.05)
+    assert diagnosis.gain.leave_group_out.each.shape == (12,)
+
+
+def test_rehearsal_counts_every_trial():
+    rehearsal = study().rehearse(CAUSES, n=40, seed=2)
+    assert sum(row["trials"] for row in rehearsal.table()) == 40
+    assert rehearsal.rate("named")[0] > 0.6
+    assert "edge rounding" in rehearsal.report()
+
+
+def test_simulation_cause_with_apply_extends_the_model_itself():
+    def simulate(s, *, friction_coefficient, extend=None):
+        model = {"width": s["width"], "height": s["height"]}
+        model = extend(model) if extend else model
+        return blocks(model, friction_coefficient=friction_coefficient)
+
+    def pull_in(size, model):
+        return {**model, "width": model["width"] - 2.0 * size}
+
+    causes = (Cause("pulled in", "size", 0.0, (0.0, 0.02), apply=pull_in), GAIN, BATCH)
+    diagnosis = Study(specimens(), simulate, data(ROUNDING, 0.012), Noise(0.04), FRICTION, ["height"]).diagnose(causes)
+    assert diagnosis.causes == ("pulled in",)
+    assert causes[0].apply(0.01, {"width": 0.1, "height": 1.0})["width"] == pytest.approx(0.08)
+
+
+def test_next_tests_separate_twins_where_the_pool_can():
+    # rounding and a proportional loss of width are twins on one width, not on two
+    narrow = [{**s, "width": 0.10} for s in specimens()]
+
+    def simulate(s, *, friction_coefficient=0.7, rounding=0.0, loss=0.0):
+        return blocks(
+            {**s, "width": s["width"] * (1.0 - loss)}, friction_coefficient=friction_coefficient, rounding=rounding
+        )
+
+    causes = (ROUNDING, Cause("loss", "loss", 0.0, (0.0, 0.4)), BATCH)
+    values = np.array([simulate(s, rounding=0.012) for s in narrow])
+    values *= np.exp(0.04 * np.random.default_rng(1).standard_normal(12))
+    diagnosis = Study(narrow, simulate, values, Noise(0.04), FRICTION, ["height"]).diagnose(causes)
+    assert set(diagnosis.causes) == {"edge rounding", "loss"}
+    pool = [{"height": 0.5, "width": w, "batch": "A"} for w in (0.10, 0.11, 0.10, 0.30, 0.09, 0.05)]
+    tests = diagnosis.next_tests(pool, k=2)
+    assert 0.05 in {pool[i]["width"] for i in tests.indices}  # where the rounding weighs most
+    assert tests.after > tests.before + 10
+
+
+def test_binomial_interval_clopper_pearson():
+    # exact by definition: P(X >= 3 | low) = P(X <= 3 | high) = 0.025
+    low, high = binomial_interval(3, 20)
+    tail = sum(math.comb(20, k) * low**k * (1 - low) ** (20 - k) for k in range(3, 21))
+    head = sum(math.comb(20, k) * high**k * (1 - high) ** (20 - k) for k in range(4))
+    assert tail == pytest.approx(0.025, rel=1e-6)
+    assert head == pytest.approx(0.025, rel=1e-6)
+
+
+def wet_and_dry():
+    return np.linspace(-1, 1, 12)[np.random.default_rng(0).permutation(12)]
+
+
+def kinds():
+    two = study().predicted((ROUNDING, BATCH), (0.012, 1.25)) * np.exp(
+        0.02 * np.random.default_rng(2).standard_normal(12)
+    )
+    wet = {"height": HEIGHTS, "humidity": wet_and_dry()}
+    return {
+        "none": study(data(seed=1)),
+        "cause": study(data(ROUNDING, 0.012)),
+        "either": study(data(ROUNDING, 0.012), Noise.unknown(), groups=list("aabbccddeeff")),
+        "two": study(two, Noise(0.02)),
+        "unexplained": study(data(seed=5) * np.exp(0.2 * wet["humidity"]), covariates=wet),
+        "scatter": study(data(seed=0, sd=0.10)),
+    }
+
+
+@pytest.mark.parametrize("kind", ["none", "cause", "either", "two", "unexplained", "scatter"])
+def test_every_kind_of_answer_reports_tabulates_and_suggests(kind):
+    twin = Cause("twin", "twin", 0.0, (0.0, 0.02), "the same", "measurement", pulled)
+    causes = (*CAUSES, twin) if kind == "either" else CAUSES
+    diagnosis = kinds()[kind].diagnose(causes)
+    assert diagnosis.kind == kind
+    text = diagnosis.report()
+    assert text.lower().startswith(kind)
+    assert all(name in text for name in (c.name for c in causes))  # the verdict is conditional on the list
+    assert len(diagnosis.table()) == len(causes) + len(diagnosis.pairs)
+    assert (diagnosis.gain is None) == (kind in ("none", "unexplained", "scatter"))
+    assert set(diagnosis.estimates) == set(diagnosis.causes)
+    pool = [{**s, "humidity": 0.1 * i} for i, s in enumerate(specimens())]
+    assert len(diagnosis.next_tests(pool, k=3).indices) == 3
+    before = np.sqrt(np.mean(diagnosis.residuals["baseline"] ** 2))
+    after = np.sqrt(np.mean(np.log(diagnosis.study.measured / diagnosis.predicted()) ** 2))
+    assert after <= before + 1e-12
+
+
+def pulled(size, prediction, specimen):
+    return prediction * (specimen["width"] - 2.0 * size) / specimen["width"]
+
+
+def test_planning_needs_no_measured_values():
+    made = study(noise=Noise.unknown())
+    tests = made.plan(CAUSES, specimens(), k=3)
+    assert len(set(tests.indices)) == 3
+    assert tests.after >= tests.before
+    map_ = made.confusable(CAUSES, sd=0.04)
+    assert "edge rounding" in map_.report()
+    assert np.all(np.diag(map_.d2) == 0.0)
+    # half the noise: four times the distance
+    half = made.confusable(CAUSES, sd=0.01)
+    assert set(half.names) == set(map_.names)
+    assert sum(made.rehearse(CAUSES, n=8, sd=0.04).counts["(none)"].values()) <= 8
+
+
+def test_a_list_without_measurement_causes_is_warned_about():
+    diagnosis = study(data(ROUNDING, 0.012)).diagnose([ROUNDING])
+    assert any("measurement" in note for note in diagnosis.warnings)
