@@ -150,3 +150,13 @@ def test_structure_that_cannot_stand_has_its_own_status(tmp_path, capsys):
     status, out, _ = run("solve", model, capsys=capsys)
     assert status == 3
     assert "cannot stand under dead load" in out
+
+
+@pytest.mark.parametrize("name, word", [("wall.txt", ".png"), ("missing/wall.png", "no folder")])
+def test_a_figure_that_cannot_be_written_is_refused_before_the_analysis(name, word, tmp_path, capsys):
+    with pytest.raises(SystemExit) as stop:
+        run("solve", "ferris-tin-loi-2001/wall-1", "--figure", tmp_path / name, capsys=capsys)
+    out, err = capsys.readouterr()
+    assert stop.value.code == 2
+    assert word in err
+    assert not out

@@ -3,10 +3,12 @@
 import hashlib
 import math
 import re
+from itertools import pairwise
 
 import pytest
 
 from limitmason.experiments import sources
+from limitmason.experiments.minho import measured_curve
 from limitmason.experiments.tables import (
     checksum,
     folder,
@@ -214,3 +216,16 @@ def test_udec_parametric_runs_cover_the_grid_of_strengths_once():
     grid = {(r["friction"], float(r["cohesion"]), float(r["tension"])) for r in rows}
     assert grid == {(f, c, t) for f in ("25", "35") for c in (0.05, 0.1, 0.15) for t in (0.05, 0.1, 0.15)}
     assert [r["specimen"] for r in rows if r["suspect"] == "1"] == ["udec-13"]
+
+
+def test_minho_curves_reach_the_peaks_of_the_table():
+    # the database's own curve files differ from its table by up to 0.6 kN; thinning loses at most as much again
+    rows = {r["specimen"]: r for r in read_table("minho-dry-stone-2005-2009", "tests.csv").rows}
+    names = dict.fromkeys(r["specimen"] for r in read_table("minho-dry-stone-2005-2009", "curves.csv").rows)
+    assert len(names) == 7
+    for name in names:
+        displacement, force = measured_curve(name)
+        assert all(b >= a for a, b in pairwise(displacement))
+        assert max(force) == pytest.approx(float(rows[name]["V_max_pos"]), abs=0.7)
+    with pytest.raises(ValueError, match="SW.250.1"):
+        measured_curve("SW.30.1")

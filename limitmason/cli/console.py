@@ -24,6 +24,22 @@ def show_text(text: str) -> None:
     sys.stdout.flush()
 
 
+def figure_file(text: str) -> Path:
+    """A path that a figure can be written to, checked before an analysis begins."""
+    path = Path(text)
+    if path.suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise argparse.ArgumentTypeError(f"{text!r} must end in .png, .pdf or .svg")
+    return writable(text)
+
+
+def writable(text: str) -> Path:
+    """A path whose folder exists, checked before an analysis begins."""
+    path = Path(text)
+    if not path.parent.is_dir():
+        raise argparse.ArgumentTypeError(f"there is no folder {str(path.parent)!r}: make it first")
+    return path
+
+
 def load_target(target: str) -> tuple[Assembly, Loads, str]:
     """Assembly, loads and title of a model file or a packaged experiment."""
     path = Path(target)

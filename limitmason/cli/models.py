@@ -7,7 +7,7 @@ import json
 from itertools import pairwise
 from pathlib import Path
 
-from limitmason.cli.console import analysis_options, load_target, report, say, settings_of
+from limitmason.cli.console import analysis_options, figure_file, load_target, report, say, settings_of, writable
 from limitmason.methods import predict
 from limitmason.model.assembly import Assembly
 from limitmason.results import Prediction
@@ -35,16 +35,16 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``solve``, ``figure`` and ``template``."""
     solve = commands.add_parser("solve", help="collapse multiplier of a model with its certificate")
     solve.add_argument("target", metavar="TARGET")
-    solve.add_argument("--output", type=Path, metavar="FILE", help="write the whole prediction as JSON")
-    solve.add_argument("--figure", type=Path, metavar="FILE", help="draw the mechanism (.png, .pdf, .svg)")
-    solve.add_argument("--vtu", type=Path, metavar="FILE", help="write blocks and mechanism for ParaView")
+    solve.add_argument("--output", type=writable, metavar="FILE", help="write the whole prediction as JSON")
+    solve.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the mechanism (.png, .pdf, .svg)")
+    solve.add_argument("--vtu", type=writable, metavar="FILE", help="write blocks and mechanism for ParaView")
     analysis_options(solve)
     solve.set_defaults(run=_solve)
 
     figure = commands.add_parser("figure", help="draw an assembly, its mechanism or its contact forces")
     figure.add_argument("kind", choices=("assembly", "mechanism", "forces"))
     figure.add_argument("target", metavar="TARGET")
-    figure.add_argument("-o", "--output", type=Path, metavar="FILE", help="default: KIND.png")
+    figure.add_argument("-o", "--output", type=figure_file, metavar="FILE", help="default: KIND.png")
     figure.add_argument("--view", choices=("auto", "elevation", "3d"), default="auto")
     figure.add_argument("--dpi", type=int, default=200)
     analysis_options(figure)

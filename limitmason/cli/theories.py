@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from limitmason.cli.console import load_target, say, show_text
+from limitmason.cli.console import figure_file, load_target, say, show_text
 from limitmason.methods import available_methods
 
 
@@ -20,7 +20,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     command.add_argument("--measured", type=float, nargs="+", metavar="LAMBDA",
                          help="multiplier of the test: one value, low and high, or low, value and high")  # fmt: skip
     command.add_argument("--store", type=Path, metavar="FOLDER", help="keep answers here and go on after a kill")
-    command.add_argument("--figure", type=Path, metavar="FILE", help="draw them (.png, .pdf, .svg)")
+    command.add_argument("--figure", type=figure_file, metavar="FILE", help="draw them (.png, .pdf, .svg)")
     command.add_argument("--points", type=int, nargs=2, metavar=("ALONG", "ACROSS"),
                          help="contact points of the DEM; default: 4 8")  # fmt: skip
     command.add_argument("--no-budget", action="store_true", help="DEM without its error budget: four times as fast")

@@ -48,6 +48,22 @@ def specimens() -> tuple[str, ...]:
     return tuple(r["specimen"] for r in read_table(NAME, "tests.csv").rows)
 
 
+def measured_curve(specimen: str) -> tuple[list[float], list[float]]:
+    """Measured force-displacement curve of a monotonic test: displacement of the top [mm] and force [kN].
+
+    Raises
+    ------
+    ValueError
+        For tests whose curve was not found; the message names those that have one.
+    """
+    rows = read_table(NAME, "curves.csv").rows
+    own = [r for r in rows if r["specimen"] == specimen]
+    if not own:
+        known = ", ".join(dict.fromkeys(r["specimen"] for r in rows))
+        raise ValueError(f"no curve of {specimen!r} was found; there are those of {known}")
+    return [float(r["displacement"]) for r in own], [float(r["force"]) for r in own]
+
+
 def load(specimen: str, **options: Any) -> Experiment:
     """One of the 21 tests by its test unit name, for example "SW.30.1" or "WS1.100"; see ``OPTIONS``."""
     table, series_table = read_table(NAME, "tests.csv"), read_table(NAME, "series.csv")

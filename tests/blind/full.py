@@ -7,17 +7,18 @@ table for two broken rules. From the root of the source tree; about a quarter of
 import argparse
 import sys
 import time
+from collections import Counter
+from dataclasses import fields
 from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
+from joblib import Parallel, delayed
 
-from limitmason.diagnosis import Noise, binomial_interval
+from limitmason.diagnosis import Rule, binomial_interval
 
-from . import hide, score, surrogate, trials
-
-ALL = ("12", "24", "24 alike", "40")
-BARE = tuple(c for c in surrogate.COVARIATES if c not in ("age", "operator"))
+from . import score, surrogate, trials
+from .portions import ALL, jobs, work
 
 DRAWN = (
     "- d2: distance to the nearest rival after refitting it and the friction. Clear 25 to 150, middle 9 to 25, twins "
@@ -44,74 +45,34 @@ def main(arguments=None):
     parser.add_argument("--seed", type=int, default=20261121)
     parser.add_argument("--scale", type=float, default=1.0, help="multiplies the number of trials")
     parser.add_argument("--only", nargs="*", help="classes of single effects to run, and nothing else")
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--rule", nargs="*", default=[], help="other thresholds, for example gain=0.04")
     parser.add_argument("--out", type=Path, default=Path(__file__).with_name("report.md"))
     given = parser.parse_args(arguments)
     start = time.perf_counter()
-    record, notes = trial_all(given.seed, given.scale, given.only)
-    text = report(record, notes, given.seed, time.perf_counter() - start)
+    kinds = {f.name: type(f.default) for f in fields(Rule)}
+    changed = {k: kinds[k](v) for k, v in (r.split("=") for r in given.rule)}
+    record, notes = trial_all(given.seed, given.scale, given.only, given.workers, Rule(**changed))
+    text = report(record, notes, given.seed, time.perf_counter() - start, given.workers, given.rule)
     given.out.write_text(text, encoding="utf-8")
     sys.stdout.write(text)
 
 
-def trial_all(seed, scale, only=None):
-    """All classes on all designs, or some of the classes of single effects."""
-
-    def many(n):
-        return max(2, round(scale * n))
-
-    record, notes = trials.Record(), []
-
-    def timed(name, begin, count):
-        notes.append(f"{name}: {(time.perf_counter() - begin) / max(count, 1):.2f} s a trial")
-        sys.stderr.write(f"{name} {time.perf_counter() - begin:.0f} s\n")
-
-    places = {name: hide.campaign(name) for name in ALL}
-    plan = {"null": 150, "clear": 60, "middle": 75, "twins": 75, "unlisted": 30, "unlisted weak": 25, "scatter": 60}
-    for kind, n in plan.items():
-        if only and kind not in only:
-            continue
-        begin, number = time.perf_counter(), list(hide.CLASSES).index(kind)
-        for i, where in enumerate(places.values()):
-            trials.run(record, where, kind, [seed, i, number], many(n))
-        timed(kind, begin, record.sheet.trials(kind))
-    if only:
-        return record, notes
-    begin = time.perf_counter()
-    for i, name in enumerate(("24", "40")):
-        trials.run(record, places[name], "pair", [seed, i, 7], many(50))
-    timed("pair", begin, record.sheet.trials("pair"))
-    begin = time.perf_counter()
-    for i, where in enumerate(places.values()):
-        for sd in (0.05, 0.03):
-            label = f"null, noise {100 * sd:.0f} % against 4 % stated"
-            trials.run(record, where, "null", [seed, i, 8], many(50), noise=sd, label=label)
-    timed("wrong noise", begin, many(50) * 8)
-    for number, (text, noise) in enumerate((("unknown", Noise()), ("8 dof", Noise(0.04, 8))), start=9):
-        begin = time.perf_counter()
-        for i, name in enumerate(("12", "24")):
-            where = hide.campaign(name, noise)
-            for kind in ("null", "clear"):
-                trials.run(record, where, kind, [seed, i, number], many(60), label=f"{kind}, noise {text}")
-        timed(f"noise {text}", begin, many(60) * 4)
-    begin = time.perf_counter()
-    for i, name in enumerate(("12", "24", "40")):
-        where = hide.campaign(name, covariates=BARE)
-        trials.run(record, where, "unlisted", [seed, i, 11], many(25), label="unlisted, not recorded")
-        trials.blunders(record, places[name], [seed, i, 12], many(30))
-    timed("not recorded, blunders", begin, many(25) * 3 + many(30) * 3)
-    begin = time.perf_counter()
-    for i, name in enumerate(("24", "40")):
-        trials.crossed(record, hide.campaign(name, trials.CROSS), [seed, i, 13], many(50))
-    timed("other code", begin, many(50) * 6)
-    begin = time.perf_counter()
-    for i, (name, kind) in enumerate((("12", "twins"), ("24 alike", "twins"), ("12", "middle"))):
-        trials.next_tests(record, places[name], kind, [seed, i, 14], many(20), "plain")
-        trials.next_tests(record, places[name], kind, [seed, i, 15], many(12), "rich")
-    timed("next tests", begin, sum(map(len, record.resolved.values())))
-    return record, notes
+def trial_all(seed, scale, only=None, workers=1, rule=None):
+    """Record of all trials and notes on their time; the same trials whatever the number of workers."""
+    todo = jobs(seed, scale, only)
+    record, seconds, counts = trials.Record(), Counter(), Counter()
+    answers = Parallel(n_jobs=workers, return_as="generator")(delayed(work)(job, rule) for job in todo)
+    for done, (job, (more, spent)) in enumerate(zip(todo, answers, strict=True), start=1):
+        record.add(more)
+        seconds[job.title] += spent
+        counts[job.title] += job.count
+        sys.stderr.write(f"\r{done} of {len(todo)}  {job.title:<20}")
+    sys.stderr.write("\n")
+    return record, [f"{title}: {spent / counts[title]:.2f} s a trial" for title, spent in seconds.items()]
 
 
-def report(record, notes, seed, seconds):
+def report(record, notes, seed, seconds, workers, changed):
     """The report as markdown."""
 
     def share(hits, bound, text):
@@ -128,7 +89,10 @@ def report(record, notes, seed, seconds):
     lines = [
         "# Blind trials of the diagnosis",
         "",
-        f"{datetime.now(UTC).date()}, seed {seed}, {seconds:.0f} s on one core. Surrogate: closed forms of dry-joint "
+        f"{datetime.now(UTC).date()}, seed {seed}, {seconds:.0f} s with {workers} "
+        f"worker{'s' * (workers > 1)}. "
+        + (f"Thresholds changed: {', '.join(changed)}. " if changed else "")
+        + "Surrogate: closed forms of dry-joint "
         f"masonry, {len(surrogate.CAUSES)} causes, designs {', '.join(ALL)}, noise {100 * surrogate.NOISE:.0f} %, "
         f"friction {surrogate.FRICTION} +- {surrogate.FRICTION_ERROR}. Written by `python -m tests.blind.full`.",
         "",

@@ -24,11 +24,23 @@ class Record:
     resolved: dict = field(default_factory=dict)
     flagged: list = field(default_factory=list)
 
+    def add(self, more):
+        """Take over what another record has collected."""
+        for own, other_sheet in [(self.sheet, more.sheet), *((self.broken[n], more.broken[n]) for n in self.broken)]:
+            for label, row in other_sheet.counts.items():
+                own.counts[label].update(row)
+        for name in ("size_errors", "covered", "gain_signs", "flagged"):
+            getattr(self, name).extend(getattr(more, name))
+        for label, pairs in more.resolved.items():
+            self.resolved.setdefault(label, []).extend(pairs)
+
 
 CROSS = Noise(float(np.hypot(surrogate.NOISE, CROSS_ERROR)))
 
 
-def run(record, where, kind, seed, count, *, label=None, causes=surrogate.CAUSES, noise=surrogate.NOISE, **how):
+def run(
+    record, where, kind, seed, count, *, label=None, causes=surrogate.CAUSES, noise=surrogate.NOISE, rule=None, **how
+):
     """Hide and diagnose ``count`` times; designs that have no truth of the class are left out.
 
     Parameters
@@ -38,6 +50,7 @@ def run(record, where, kind, seed, count, *, label=None, causes=surrogate.CAUSES
     kind : class of truths
     seed : integers; the trial number is appended
     label : class in the record; None is ``kind``
+    rule : thresholds; None are those of the toolkit
     noise, how : see :func:`hide.hide`
     """
     for k in range(count):
@@ -45,15 +58,15 @@ def run(record, where, kind, seed, count, *, label=None, causes=surrogate.CAUSES
             values, truth = hide.hide(where, kind, [*seed, k], noise=noise, **how)
         except LookupError:
             return
-        diagnosis = where.study.with_measured(values).diagnose(causes, seed=k)
+        diagnosis = where.study.with_measured(values).diagnose(causes, seed=k, rule=rule)
         result = score.outcome(*score.ours(diagnosis), truth)
         record.sheet.add(label or kind, result)
         if kind == "middle" and label is None:
             record.sheet.add(
                 f"middle, {'less' if truth.seen < hide.SEEN else 'more'} than {hide.SEEN:.0f} seen", result
             )
-        for name, rule in (("best fit", score.best_fit), ("abstain", score.abstain)):
-            record.broken[name].add(label or kind, score.outcome(*rule(diagnosis), truth))
+        for name, broken in (("best fit", score.best_fit), ("abstain", score.abstain)):
+            record.broken[name].add(label or kind, score.outcome(*broken(diagnosis), truth))
         if result == "named":
             _named(record, where, diagnosis, truth, noise, [*seed, k])
 
