@@ -1,12 +1,12 @@
 """Speed of the distinct element kernel: contact updates against the machine's limit, steps, growth, two at a time.
 
 The machine's limit is measured in the same run by two sweeps over arrays that stay in the first-level cache: one of
-multiply-adds, one of a square root and a division. A contact point of the plain law takes about 60 arithmetic
+multiply-adds, one of a square root and a division. A contact point of the plain law takes about 42 arithmetic
 instructions (a multiply-add counts as one), one square root and one division; the limit is the slower of the two units
 at work all the time, with loads, stores, joint kinematics and block motion for nothing. One thread; processor seconds,
 best of several; the two processes side by side are timed in elapsed seconds too.
 
-    python benchmarks/dem_speed.py             # about a minute
+    python benchmarks/dem_speed.py             # 1 to 2 minutes
     python benchmarks/dem_speed.py --quick     # up to 1,000 blocks
 """
 
@@ -25,7 +25,7 @@ import limitmason as lm
 from dem import make_state
 from dem.stepping import Damping, run_constant
 
-INSTRUCTIONS_PER_POINT = 60  # of the plain law, counted in dem/kernels.py: _sum_plain
+INSTRUCTIONS_PER_POINT = 42  # of the plain law without dilation and crushing, counted in dem/kernels.py: _sum_plain
 CHAIN = 16  # multiply-adds per element of the sweep
 GRIDS = {8: (4, 2), 32: (8, 4), 128: (16, 8)}
 SIZES = {104: (9, 11), 420: (20, 20), 1040: (32, 32), 2080: (45, 45), 4095: (63, 64)}

@@ -3,10 +3,12 @@
 from dem.collapse import collapse
 from dem.history import History
 from dem.joints import JointOptions
-from dem.loading import BaseMotion, Drive, Hold, Ramp, Settle, Stage, Tilt
+from dem.loading import BaseMotion, Drive, Hold, Ramp, Servo, Settle, Stage, Tilt
+from dem.modes import Modes, natural_frequencies, stiffness_matrix
 from dem.simulate import simulate
 from dem.state import State, UnstableError, make_state
 from dem.stepping import Damping
+from dem.tilt import TiltTest, tilt_test
 
 __all__ = [
     "BaseMotion",
@@ -15,13 +17,19 @@ __all__ = [
     "History",
     "Hold",
     "JointOptions",
+    "Modes",
     "Ramp",
+    "Servo",
     "Settle",
     "Stage",
     "State",
     "Tilt",
+    "TiltTest",
     "UnstableError",
     "collapse",
     "make_state",
+    "natural_frequencies",
     "simulate",
+    "stiffness_matrix",
+    "tilt_test",
 ]

@@ -341,5 +341,3 @@ def _keep_stable(assembly: Assembly, state: State) -> list[str]:
             bodies.inv_inertia[i] /= top
             bodies.ang[i] *= top
     return []
-
-

@@ -22,6 +22,7 @@ COLUMNS = {
     "kinetic": "J",
     "elastic": "J",
     "friction": "J",
+    "fracture": "J",
     "viscous": "J",
     "damping": "J",
     "applied": "J",
@@ -107,9 +108,9 @@ class History:
 
     @property
     def energy_error(self) -> Array:
-        """Energy from nowhere [J]: kinetic + elastic + friction + viscous + damping - applied - support."""
+        """Energy from nowhere [J]: kinetic + elastic + friction + fracture + viscous + damping - applied - support."""
         s = self.scalars
-        stored = s["kinetic"] + s["elastic"] + s["friction"] + s["viscous"] + s["damping"]
+        stored = s["kinetic"] + s["elastic"] + s["friction"] + s["fracture"] + s["viscous"] + s["damping"]
         return stored - s["applied"] - s["support"]
 
     @property

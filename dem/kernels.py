@@ -75,22 +75,26 @@ class Bodies(NamedTuple):
 
 # entries of the vector of accumulated scalars
 E_FRICTION, E_VISCOUS, E_DAMPING, E_APPLIED, E_SUPPORT = 0, 1, 2, 3, 4
-E_KINETIC, E_VISCOSITY, E_STEPS, E_STOP = 5, 6, 7, 8
-E_SIZE = 9
+E_KINETIC, E_VISCOSITY, E_STEPS, E_STOP, E_FRACTURE = 5, 6, 7, 8, 9
+E_SIZE = 10
 STOP_EVERY = 10.0  # fewest steps between two stops: fast modes are left to local damping
 
 
 @njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
-def _sum_plain(s, t, area, gap, slip_1, slip_2, lift, d, g, j, law):
-    """Sum of forces (t1, t2, n), moments about block a's joint origin and plastic work; perfectly plastic law."""
-    d1, d2, d3 = d[0], d[1], d[2]
-    g11, g12, g21, g22, g31, g32 = g[0], g[1], g[2], g[3], g[4], g[5]
+def _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, lifts):
+    """Sum of forces (t1, t2, n), moments about block a's joint origin and plastic work; perfectly plastic law.
+
+    ``lifts`` is a constant in each call: without dilation and crushing the lift stays: a quarter less work.
+    """
+    d1, d2, d3 = d
+    g11, g12, g21, g22, g31, g32 = g
     kn, ks, mu, dil, c, ft, fc = law[j, 0], law[j, 1], law[j, 2], law[j, 3], law[j, 4], law[j, 5], law[j, 6]
     highest = law[j, 7]
     flow = dil / (ks + kn * mu * dil)
     inv_ks = 1.0 / ks
     f1 = f2 = f3 = m1 = m2 = m3 = work = 0.0
-    for k in range(s.size):
+    # unsigned: no index from the end to allow for, so that the loop over part of the arrays vectorises without views
+    for k in range(np.uint64(p0), np.uint64(p1)):
         x, y = s[k], t[k]
         e1 = d1 + g11 * x + g12 * y
         e2 = d2 + g21 * x + g22 * y
@@ -101,23 +105,27 @@ def _sum_plain(s, t, area, gap, slip_1, slip_2, lift, d, g, j, law):
         a2 = slip_2[k] - e2
         trial = ks * np.sqrt(a1 * a1 + a2 * a2)
         n0 = kn * (old - w)
-        # dilation in a closed joint, consistent with the friction it mobilises; crushing closes what exceeds fc
-        over = max(trial - c - mu * n0, 0.0)
-        grow = min(flow * over, max(highest - old, 0.0))
-        grow = grow if n0 > -ft else 0.0
-        new = min(old + grow, w + fc)
-        n = max(kn * (new - w), -ft)
+        if lifts:
+            # dilation in a closed joint, consistent with the friction it mobilises; crushing closes what exceeds fc
+            over = max(trial - c - mu * n0, 0.0)
+            grow = min(flow * over, max(highest - old, 0.0))
+            grow = grow if n0 > -ft else 0.0
+            new = min(old + grow, w + fc)
+            n = max(kn * (new - w), -ft)
+            lift[k] = new
+            work -= area[k] * n * (new - old)
+        else:
+            n = max(n0, -ft)
         cap = max(c + mu * n, 0.0)
         ratio = min(cap / max(trial, 1e-300), 1.0)
         p = (1.0 - ratio) * trial * inv_ks
         da = area[k]
         slip_1[k] -= (1.0 - ratio) * a1
         slip_2[k] -= (1.0 - ratio) * a2
-        lift[k] = new
         q1 = ks * ratio * a1 * da
         q2 = ks * ratio * a2 * da
         q3 = n * da
-        work += da * (cap * p - n * (new - old))
+        work += da * cap * p
         f1 += q1
         f2 += q2
         f3 += q3
@@ -126,23 +134,23 @@ def _sum_plain(s, t, area, gap, slip_1, slip_2, lift, d, g, j, law):
         m1 += y * q3 - e3 * q2
         m2 += e3 * q1 - x * q3
         m3 += x * q2 - y * q1
-    return f1, f2, f3, m1, m2, m3, work, 0.0
+    return f1, f2, f3, m1, m2, m3, work, 0.0, 0.0
 
 
 @njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
-def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, d, g, rate, turn, j, law):
+def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate, turn, j, law):
     """As :func:`_sum_plain`, with softening to residual values and dashpots that only act where the joint is closed."""
-    d1, d2, d3 = d[0], d[1], d[2]
-    g11, g12, g21, g22, g31, g32 = g[0], g[1], g[2], g[3], g[4], g[5]
+    d1, d2, d3 = d
+    g11, g12, g21, g22, g31, g32 = g
     kn, ks, mu0, dil0, c0, ft0, fc = law[j, 0], law[j, 1], law[j, 2], law[j, 3], law[j, 4], law[j, 5], law[j, 6]
     highest = law[j, 7]
     mu1, dil1, c1, ft1 = law[j, 8] - mu0, law[j, 9] - dil0, law[j, 10] - c0, law[j, 11] - ft0
     soften, dash = law[j, 12], law[j, 13]
     inv_ks = 1.0 / ks
-    v1, v2, v3 = rate[0], rate[1], rate[2]
-    o1, o2, o3 = turn[0], turn[1], turn[2]
-    f1 = f2 = f3 = m1 = m2 = m3 = work = lost = 0.0
-    for k in range(s.size):
+    v1, v2, v3 = rate
+    o1, o2, o3 = turn
+    f1 = f2 = f3 = m1 = m2 = m3 = work = lost = broken = 0.0
+    for k in range(np.uint64(p0), np.uint64(p1)):
         x, y = s[k], t[k]
         e1 = d1 + g11 * x + g12 * y
         e2 = d2 + g21 * x + g22 * y
@@ -153,7 +161,7 @@ def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, d, g, rate, turn, j
         a2 = slip_2[k] - e2
         trial = ks * np.sqrt(a1 * a1 + a2 * a2)
         n0 = kn * (old - w)
-        h = damage[k]
+        h0 = h = damage[k]
         # damage by opening beyond the tension cut-off (not cumulative), then by slip (cumulative)
         h = min(max(h, soften * max(-n0 - (ft0 + h * ft1), 0.0) / kn), 1.0)
         mu, dil = mu0 + h * mu1, dil0 + h * dil1
@@ -174,6 +182,14 @@ def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, d, g, rate, turn, j
         lift[k] = new
         damage[k] = h
         work += da * (cap * p - n * (new - old))
+        # what damage releases at this opening and slip: stored energy under the strength before less that under the new
+        pull, held = max(-n0, 0.0), ft0 + h0 * ft1
+        before, after = min(pull, held), min(pull, ft)
+        drop = max(min(trial, max(c0 + h0 * c1 + (mu0 + h0 * mu1) * max(n0, -held), 0.0)) - cap, 0.0)
+        drop = drop if h > h0 else 0.0
+        broken += da * (
+            ((before - after) * pull - 0.5 * (before * before - after * after)) / kn + 0.5 * drop * drop * inv_ks
+        )
         x += e1
         y += e2
         # dashpots: velocity of b against a at the point, no pull in an open joint, none along a sliding one
@@ -194,98 +210,116 @@ def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, d, g, rate, turn, j
         m1 += y * q3 - e3 * q2
         m2 += e3 * q1 - x * q3
         m3 += x * q2 - y * q1
-    return f1, f2, f3, m1, m2, m3, work, lost
+    return f1, f2, f3, m1, m2, m3, work, lost, broken
 
 
-@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
-def _kinematics(j, joints, bodies, axes, d, g, ra, rb):
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True, inline="always")
+def _kinematics(j, joints, bodies):
     """Frame of joint j in global axes (rows), relative displacement d of its origin, G = R_rel - I, and both arms.
 
-    Writes ``axes`` (3, 3), ``d`` (3) in the frame, ``g`` (6) = (G11, G12, G21, G22, G31, G32), ``ra``, ``rb`` (3): from
-    the centroids to block a's joint origin, global axes.
+    Returns tuples, inlined so that they stay in registers: the frame's rows t1, t2, n; d (3) in the frame;
+    g (6) = (G11, G12, G21, G22, G31, G32); ra and rb (3), from the centroids to block a's joint origin, global axes.
     """
-    a, b = joints.block_a[j], joints.block_b[j]
+    a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
     # indices instead of views: a view costs a reference count, and there are thousands of joints per millisecond
     rot, ca, cb, frame = bodies.rot, joints.arm_a, joints.arm_b, joints.frame
-    gap0 = joints.offset[j, 0] + (bodies.shift[b, 0] - bodies.shift[a, 0])
-    gap1 = joints.offset[j, 1] + (bodies.shift[b, 1] - bodies.shift[a, 1])
-    gap2 = joints.offset[j, 2] + (bodies.shift[b, 2] - bodies.shift[a, 2])
-    wa0 = rot[a, 0, 0] * ca[j, 0] + rot[a, 0, 1] * ca[j, 1] + rot[a, 0, 2] * ca[j, 2]
-    wa1 = rot[a, 1, 0] * ca[j, 0] + rot[a, 1, 1] * ca[j, 1] + rot[a, 1, 2] * ca[j, 2]
-    wa2 = rot[a, 2, 0] * ca[j, 0] + rot[a, 2, 1] * ca[j, 1] + rot[a, 2, 2] * ca[j, 2]
-    wb0 = rot[b, 0, 0] * cb[j, 0] + rot[b, 0, 1] * cb[j, 1] + rot[b, 0, 2] * cb[j, 2]
-    wb1 = rot[b, 1, 0] * cb[j, 0] + rot[b, 1, 1] * cb[j, 1] + rot[b, 1, 2] * cb[j, 2]
-    wb2 = rot[b, 2, 0] * cb[j, 0] + rot[b, 2, 1] * cb[j, 1] + rot[b, 2, 2] * cb[j, 2]
-    gap0 += wb0 - wa0
-    gap1 += wb1 - wa1
-    gap2 += wb2 - wa2
-    ra[0], ra[1], ra[2] = ca[j, 0] + wa0, ca[j, 1] + wa1, ca[j, 2] + wa2
-    rb[0], rb[1], rb[2] = cb[j, 0] + wb0 - gap0, cb[j, 1] + wb1 - gap1, cb[j, 2] + wb2 - gap2
-    for r in range(3):
-        e0, e1, e2 = frame[j, r, 0], frame[j, r, 1], frame[j, r, 2]
-        x0 = e0 + rot[a, 0, 0] * e0 + rot[a, 0, 1] * e1 + rot[a, 0, 2] * e2
-        x1 = e1 + rot[a, 1, 0] * e0 + rot[a, 1, 1] * e1 + rot[a, 1, 2] * e2
-        x2 = e2 + rot[a, 2, 0] * e0 + rot[a, 2, 1] * e1 + rot[a, 2, 2] * e2
-        axes[r, 0], axes[r, 1], axes[r, 2] = x0, x1, x2
-        d[r] = x0 * gap0 + x1 * gap1 + x2 * gap2
+    shift, offset = bodies.shift, joints.offset
+    r00, r01, r02 = rot[a, 0, 0], rot[a, 0, 1], rot[a, 0, 2]
+    r10, r11, r12 = rot[a, 1, 0], rot[a, 1, 1], rot[a, 1, 2]
+    r20, r21, r22 = rot[a, 2, 0], rot[a, 2, 1], rot[a, 2, 2]
+    c0, c1, c2 = ca[j, 0], ca[j, 1], ca[j, 2]
+    wa0 = r00 * c0 + r01 * c1 + r02 * c2
+    wa1 = r10 * c0 + r11 * c1 + r12 * c2
+    wa2 = r20 * c0 + r21 * c1 + r22 * c2
+    ra = (c0 + wa0, c1 + wa1, c2 + wa2)
+    c0, c1, c2 = cb[j, 0], cb[j, 1], cb[j, 2]
+    wb0 = rot[b, 0, 0] * c0 + rot[b, 0, 1] * c1 + rot[b, 0, 2] * c2
+    wb1 = rot[b, 1, 0] * c0 + rot[b, 1, 1] * c1 + rot[b, 1, 2] * c2
+    wb2 = rot[b, 2, 0] * c0 + rot[b, 2, 1] * c1 + rot[b, 2, 2] * c2
+    gap0 = offset[j, 0] + (shift[b, 0] - shift[a, 0]) + (wb0 - wa0)
+    gap1 = offset[j, 1] + (shift[b, 1] - shift[a, 1]) + (wb1 - wa1)
+    gap2 = offset[j, 2] + (shift[b, 2] - shift[a, 2]) + (wb2 - wa2)
+    rb = (c0 + wb0 - gap0, c1 + wb1 - gap1, c2 + wb2 - gap2)
+    e0, e1, e2 = frame[j, 0, 0], frame[j, 0, 1], frame[j, 0, 2]
+    p0, p1, p2 = frame[j, 1, 0], frame[j, 1, 1], frame[j, 1, 2]
+    n0, n1, n2 = frame[j, 2, 0], frame[j, 2, 1], frame[j, 2, 2]
+    t1 = (e0 + r00 * e0 + r01 * e1 + r02 * e2, e1 + r10 * e0 + r11 * e1 + r12 * e2, e2 + r20 * e0 + r21 * e1 + r22 * e2)
+    t2 = (p0 + r00 * p0 + r01 * p1 + r02 * p2, p1 + r10 * p0 + r11 * p1 + r12 * p2, p2 + r20 * p0 + r21 * p1 + r22 * p2)
+    n = (n0 + r00 * n0 + r01 * n1 + r02 * n2, n1 + r10 * n0 + r11 * n1 + r12 * n2, n2 + r20 * n0 + r21 * n1 + r22 * n2)
+    d = (
+        t1[0] * gap0 + t1[1] * gap1 + t1[2] * gap2,
+        t2[0] * gap0 + t2[1] * gap1 + t2[2] * gap2,
+        n[0] * gap0 + n[1] * gap1 + n[2] * gap2,
+    )
     quat, turn = bodies.quat, joints.turn
+    a0, a1, a2, a3 = quat[a, 0], quat[a, 1], quat[a, 2], quat[a, 3]
+    b0, b1, b2, b3 = quat[b, 0], quat[b, 1], quat[b, 2], quat[b, 3]
+    k0, k1, k2, k3 = turn[j, 0], turn[j, 1], turn[j, 2], turn[j, 3]
     # conj(p) q, then times k
-    h0 = quat[a, 0] * quat[b, 0] + quat[a, 1] * quat[b, 1] + quat[a, 2] * quat[b, 2] + quat[a, 3] * quat[b, 3]
-    h1 = quat[a, 0] * quat[b, 1] - quat[a, 1] * quat[b, 0] - (quat[a, 2] * quat[b, 3] - quat[a, 3] * quat[b, 2])
-    h2 = quat[a, 0] * quat[b, 2] - quat[a, 2] * quat[b, 0] - (quat[a, 3] * quat[b, 1] - quat[a, 1] * quat[b, 3])
-    h3 = quat[a, 0] * quat[b, 3] - quat[a, 3] * quat[b, 0] - (quat[a, 1] * quat[b, 2] - quat[a, 2] * quat[b, 1])
-    s0 = h0 * turn[j, 0] - h1 * turn[j, 1] - h2 * turn[j, 2] - h3 * turn[j, 3]
-    y0 = h0 * turn[j, 1] + h1 * turn[j, 0] + h2 * turn[j, 3] - h3 * turn[j, 2]
-    y1 = h0 * turn[j, 2] + h2 * turn[j, 0] + h3 * turn[j, 1] - h1 * turn[j, 3]
-    y2 = h0 * turn[j, 3] + h3 * turn[j, 0] + h1 * turn[j, 2] - h2 * turn[j, 1]
-    v1 = frame[j, 0, 0] * y0 + frame[j, 0, 1] * y1 + frame[j, 0, 2] * y2
-    v2 = frame[j, 1, 0] * y0 + frame[j, 1, 1] * y1 + frame[j, 1, 2] * y2
-    v3 = frame[j, 2, 0] * y0 + frame[j, 2, 1] * y1 + frame[j, 2, 2] * y2
-    g[0] = -2.0 * (v2 * v2 + v3 * v3)
-    g[1] = 2.0 * (v1 * v2 - s0 * v3)
-    g[2] = 2.0 * (v1 * v2 + s0 * v3)
-    g[3] = -2.0 * (v1 * v1 + v3 * v3)
-    g[4] = 2.0 * (v3 * v1 - s0 * v2)
-    g[5] = 2.0 * (v3 * v2 + s0 * v1)
+    h0 = a0 * b0 + a1 * b1 + a2 * b2 + a3 * b3
+    h1 = a0 * b1 - a1 * b0 - (a2 * b3 - a3 * b2)
+    h2 = a0 * b2 - a2 * b0 - (a3 * b1 - a1 * b3)
+    h3 = a0 * b3 - a3 * b0 - (a1 * b2 - a2 * b1)
+    s0 = h0 * k0 - h1 * k1 - h2 * k2 - h3 * k3
+    y0 = h0 * k1 + h1 * k0 + h2 * k3 - h3 * k2
+    y1 = h0 * k2 + h2 * k0 + h3 * k1 - h1 * k3
+    y2 = h0 * k3 + h3 * k0 + h1 * k2 - h2 * k1
+    v1 = e0 * y0 + e1 * y1 + e2 * y2
+    v2 = p0 * y0 + p1 * y1 + p2 * y2
+    v3 = n0 * y0 + n1 * y1 + n2 * y2
+    g = (
+        -2.0 * (v2 * v2 + v3 * v3), 2.0 * (v1 * v2 - s0 * v3), 2.0 * (v1 * v2 + s0 * v3),
+        -2.0 * (v1 * v1 + v3 * v3), 2.0 * (v3 * v1 - s0 * v2), 2.0 * (v3 * v2 + s0 * v1),
+    )  # fmt: skip
+    return (t1, t2, n), d, g, ra, rb
 
 
 @njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
 def _joint_forces(points, joints, bodies, dt, total):
     """Fill ``bodies.contact`` from all joints and update the plastic state of their points."""
-    contact = bodies.contact
+    contact, vel, spin = bodies.contact, bodies.vel, bodies.spin
     contact[:] = 0.0
     law = joints.law
-    axes, d, g = np.empty((3, 3)), np.empty(3), np.empty(6)
-    ra, rb, rate, turn = np.empty(3), np.empty(3), np.zeros(3), np.zeros(3)
-    friction = viscous = 0.0
+    s, t, area, gap, damage = points.s, points.t, points.area, points.gap, points.damage
+    slip_1, slip_2, lift = points.slip_1, points.slip_2, points.lift
+    friction = viscous = fracture = 0.0
     for j in range(joints.block_a.size):
-        a, b = joints.block_a[j], joints.block_b[j]
+        a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
         p0, p1 = joints.start[j], joints.start[j + 1]
-        _kinematics(j, joints, bodies, axes, d, g, ra, rb)
-        s, t, area, gap = points.s[p0:p1], points.t[p0:p1], points.area[p0:p1], points.gap[p0:p1]
-        slip_1, slip_2, lift = points.slip_1[p0:p1], points.slip_2[p0:p1], points.lift[p0:p1]
+        axes, d, g, ra, rb = _kinematics(j, joints, bodies)
         if law[j, LAW_RATE] == 0.0 and law[j, LAW_DASH] == 0.0:
-            out = _sum_plain(s, t, area, gap, slip_1, slip_2, lift, d, g, j, law)
+            if law[j, LAW_DIL] == 0.0 and law[j, LAW_FC] == np.inf:
+                out = _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, False)
+            else:
+                out = _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, True)
         else:
-            va, vb, oa, ob = bodies.vel[a], bodies.vel[b], bodies.spin[a], bodies.spin[b]
+            va, oa = (vel[a, 0], vel[a, 1], vel[a, 2]), (spin[a, 0], spin[a, 1], spin[a, 2])
+            vb, ob = (vel[b, 0], vel[b, 1], vel[b, 2]), (spin[b, 0], spin[b, 1], spin[b, 2])
             j0 = vb[0] - va[0] + ob[1] * rb[2] - ob[2] * rb[1] - oa[1] * ra[2] + oa[2] * ra[1]
             j1 = vb[1] - va[1] + ob[2] * rb[0] - ob[0] * rb[2] - oa[2] * ra[0] + oa[0] * ra[2]
             j2 = vb[2] - va[2] + ob[0] * rb[1] - ob[1] * rb[0] - oa[0] * ra[1] + oa[1] * ra[0]
-            for r in range(3):
-                rate[r] = axes[r, 0] * j0 + axes[r, 1] * j1 + axes[r, 2] * j2
-                turn[r] = (
-                    axes[r, 0] * (ob[0] - oa[0]) + axes[r, 1] * (ob[1] - oa[1]) + axes[r, 2] * (ob[2] - oa[2])
-                )
-            damage = points.damage[p0:p1]
-            out = _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, d, g, rate, turn, j, law)
+            o0, o1, o2 = ob[0] - oa[0], ob[1] - oa[1], ob[2] - oa[2]
+            t1, t2, n = axes
+            rate = (
+                t1[0] * j0 + t1[1] * j1 + t1[2] * j2,
+                t2[0] * j0 + t2[1] * j1 + t2[2] * j2,
+                n[0] * j0 + n[1] * j1 + n[2] * j2,
+            )
+            turn = (
+                t1[0] * o0 + t1[1] * o1 + t1[2] * o2,
+                t2[0] * o0 + t2[1] * o1 + t2[2] * o2,
+                n[0] * o0 + n[1] * o1 + n[2] * o2,
+            )
+            out = _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate, turn, j, law)
         friction += out[6]
         viscous += out[7] * dt
-        f0 = axes[0, 0] * out[0] + axes[1, 0] * out[1] + axes[2, 0] * out[2]
-        f1 = axes[0, 1] * out[0] + axes[1, 1] * out[1] + axes[2, 1] * out[2]
-        f2 = axes[0, 2] * out[0] + axes[1, 2] * out[1] + axes[2, 2] * out[2]
-        m0 = axes[0, 0] * out[3] + axes[1, 0] * out[4] + axes[2, 0] * out[5]
-        m1 = axes[0, 1] * out[3] + axes[1, 1] * out[4] + axes[2, 1] * out[5]
-        m2 = axes[0, 2] * out[3] + axes[1, 2] * out[4] + axes[2, 2] * out[5]
+        fracture += out[8]
+        f0 = axes[0][0] * out[0] + axes[1][0] * out[1] + axes[2][0] * out[2]
+        f1 = axes[0][1] * out[0] + axes[1][1] * out[1] + axes[2][1] * out[2]
+        f2 = axes[0][2] * out[0] + axes[1][2] * out[1] + axes[2][2] * out[2]
+        m0 = axes[0][0] * out[3] + axes[1][0] * out[4] + axes[2][0] * out[5]
+        m1 = axes[0][1] * out[3] + axes[1][1] * out[4] + axes[2][1] * out[5]
+        m2 = axes[0][2] * out[3] + axes[1][2] * out[4] + axes[2][2] * out[5]
         contact[a, 0] -= f0
         contact[a, 1] -= f1
         contact[a, 2] -= f2
@@ -300,6 +334,7 @@ def _joint_forces(points, joints, bodies, dt, total):
         contact[b, 5] += m2 + rb[0] * f1 - rb[1] * f0
     total[E_FRICTION] += friction
     total[E_VISCOUS] += viscous
+    total[E_FRACTURE] += fracture
 
 
 @njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
@@ -498,13 +533,12 @@ def measure(points, joints, bodies, position, force, opening, slip):
 
     Returns
     -------
-    elastic energy : sum of (N^2 / kn + T^2 / ks) A / 2 [J]
+    elastic energy : sum of (N^2 / kn + T^2 / ks) A / 2, and ft A times the opening beyond the tension cut-off [J]
     """
-    axes, d, g, ra, rb = np.empty((3, 3)), np.empty(3), np.empty(6), np.empty(3), np.empty(3)
     energy = 0.0
     for j in range(joints.block_a.size):
         b = joints.block_b[j]
-        _kinematics(j, joints, bodies, axes, d, g, ra, rb)
+        axes, d, g, _, rb = _kinematics(j, joints, bodies)
         law = joints.law[j]
         kn, ks, fc = law[0], law[1], law[6]
         for k in range(joints.start[j], joints.start[j + 1]):
@@ -523,13 +557,13 @@ def measure(points, joints, bodies, position, force, opening, slip):
             t1, t2 = ks * ratio * a1, ks * ratio * a2
             opening[k] = w - points.lift[k]
             slip[k, 0], slip[k, 1] = e1, e2
-            energy += 0.5 * points.area[k] * (n * n / kn + (t1 * t1 + t2 * t2) / ks)
+            # tension at its cut-off is a constant force: it gives back what it took
+            more = max(w - points.lift[k] - ft / kn, 0.0)
+            energy += points.area[k] * (0.5 * (n * n / kn + (t1 * t1 + t2 * t2) / ks) + ft * more)
             px, py = x + e1, y + e2
             for r in range(3):
-                force[k, r] = points.area[k] * (axes[0, r] * t1 + axes[1, r] * t2 + axes[2, r] * n)
-                position[k, r] = (
-                    rb[r] + bodies.shift[b, r] + axes[0, r] * px + axes[1, r] * py + axes[2, r] * e3
-                )
+                force[k, r] = points.area[k] * (axes[0][r] * t1 + axes[1][r] * t2 + axes[2][r] * n)
+                position[k, r] = rb[r] + bodies.shift[b, r] + axes[0][r] * px + axes[1][r] * py + axes[2][r] * e3
     return energy
 
 

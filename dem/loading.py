@@ -15,6 +15,37 @@ from limitmason.model import DEGREES_OF_FREEDOM, Assembly
 Array = NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class Servo:
+    """Jack that keeps the vertical push on a block constant while the block moves.
+
+    v = gain / (K dt) (e + gain / 4 sum(e)), e = force - push: the block's vertical velocity is prescribed from what the
+    push lacks and has lacked in every step so far, as a test rig closes its loop; K is the vertical stiffness of the
+    block's own joints. A dead force does the same to a block that is free; a servo also does it to one that must stay
+    parallel or is driven.
+
+    Parameters
+    ----------
+    force : push downwards beyond the block's own loads [N]
+    parallel : hold the rotations too, as a pair of jacks does (double bending); False leaves them free (cantilever)
+    gain : part of the difference that is made up per step if nothing but the block's own joints gave way [-]; a tall
+        soft wall below answers late: lower it where the force swings
+    """
+
+    force: float
+    parallel: bool = True
+    gain: float = 2e-2
+
+    def __post_init__(self) -> None:
+        """Check the range."""
+        if not (np.isfinite(self.force) and 0.0 < self.gain <= 0.5):
+            raise ValueError(f"a servo needs a finite force and 0 < gain <= 0.5, got {self.force!r} and {self.gain!r}")
+
+
+SERVO_EVERY = 10
+"""Steps between two corrections of a servo's velocity."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Stage:
     """What all stages share.
@@ -24,11 +55,14 @@ class Stage:
     damping : None takes the simulation's own
     stop_when_moved : end the stage when a block has moved this far since the stage began [m]
     name : label in the history
+    servo : by block name or number: what keeps its vertical push constant in this stage; its degrees of freedom are
+        released after it
     """
 
     damping: Damping | None = None
     stop_when_moved: float | None = None
     name: str = ""
+    servo: Mapping[int | str, Servo] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -141,6 +175,27 @@ class BaseMotion(Stage):
         k = np.clip((times / h).astype(int), 0, len(a) - 2)
         r = np.clip(times - k * h, 0.0, h)
         return nodes[k] + a[k] * r + 0.5 * (a[k + 1] - a[k]) / h * r * r
+
+
+def servo_holds(stage: Stage, assembly: Assembly) -> NDArray[np.bool_]:
+    """Degrees of freedom that the servos of a stage hold, shape (n, 6).
+
+    Raises
+    ------
+    ValueError
+        Where a support or a Drive already prescribes the vertical of the block.
+    """
+    held = np.zeros((assembly.n_blocks, 6), dtype=bool)
+    for block, servo in stage.servo.items():
+        i = assembly.block_index(block)
+        driven = isinstance(stage, Drive) and any(
+            assembly.block_index(b) == i and "z" in moves for b, moves in stage.displacement.items()
+        )
+        if assembly.held[i, 2] or driven:
+            raise ValueError(f"servo on block {block!r}: its vertical is held or driven already; leave z to the servo")
+        held[i, 2] = True
+        held[i, 3:] = servo.parallel
+    return held
 
 
 def stage_length(stage: Stage) -> tuple[int | None, float | None]:

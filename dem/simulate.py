@@ -10,7 +10,8 @@ from dem import kernels
 from dem.detection import near_margin, redetect, travel_per_step
 from dem.history import COLUMNS, History
 from dem.joints import JointOptions
-from dem.loading import BaseMotion, Drive, Ramp, Settle, Stage, Tilt, stage_length
+from dem.loading import SERVO_EVERY, BaseMotion, Drive, Ramp, Servo, Settle, Stage, Tilt, servo_holds, stage_length
+from dem.stability import block_stiffness
 from dem.state import DYNAMIC, QUASI_STATIC, State, UnstableError, make_state
 from dem.stepping import Damping, Scale, displacement_since, run, unbalance
 from limitmason.model import Assembly, Loads
@@ -102,13 +103,22 @@ def simulate(
 
 
 def _run_stage(
-    assembly: Assembly, state: State, stage: Stage, number: int, rec: "_Recorder", damping: Damping | None,
-    sample: int, progress: Callable[[Mapping[str, Any]], object] | None, detect_every: int | None,
+    assembly: Assembly,
+    state: State,
+    stage: Stage,
+    number: int,
+    rec: "_Recorder",
+    damping: Damping | None,
+    sample: int,
+    progress: Callable[[Mapping[str, Any]], object] | None,
+    detect_every: int | None,
 ) -> str:
     """One stage in chunks of ``sample`` steps; the last may be shorter."""
     dynamic = state.mode == DYNAMIC
-    brake = stage.damping or damping or (
-        _SETTLING if isinstance(stage, Settle) and not dynamic else _FREE if dynamic else _LOADING
+    brake = (
+        stage.damping
+        or damping
+        or (_SETTLING if isinstance(stage, Settle) and not dynamic else _FREE if dynamic else _LOADING)
     )
     settle = isinstance(stage, Settle)
     steps, duration = (stage.max_steps, None) if settle else stage_length(stage)
@@ -132,6 +142,13 @@ def _run_stage(
         travel, hold = stage.twists(assembly)
         drives = travel[None] / (duration if steps is None else steps * state.dt)
         state.bodies.held[hold] = True
+    servos = [_Jack(assembly, state, block, servo) for block, servo in stage.servo.items()]
+    if servos:
+        state.bodies.held[servo_holds(stage, assembly)] = True
+        jacks = np.zeros((len(servos), assembly.n_blocks, 6))
+        for row, servo in zip(jacks, servos, strict=True):
+            row[servo.block, 2] = -1.0
+        drives = np.concatenate([drives, jacks])
     shift, quat = state.bodies.shift.copy(), state.bodies.quat.copy()
     factors0, target = rec.factors.copy(), rec.target(stage)
     quiet, outcome = 0, "finished" if not settle else "not settled"
@@ -139,6 +156,8 @@ def _run_stage(
         count = min(sample - done % sample, left)
         if detect_every:
             count = min(count, rec.steps_to_detection(state, detect_every))
+        if servos:
+            count = min(count, SERVO_EVERY)
         ahead = np.arange(1, count + 1)
         elapsed = state.time - begun
         part = (done + ahead) / steps if steps is not None else np.minimum((elapsed + ahead * state.dt) / duration, 1.0)
@@ -146,7 +165,10 @@ def _run_stage(
         if isinstance(stage, BaseMotion):
             speeds = stage.velocity(elapsed + (ahead - 0.5) * state.dt)[:, None]
         else:
-            speeds = np.ones((count, len(drives)))
+            speeds = np.ones((count, len(drives) - len(servos)))
+        if servos:
+            descent = np.array([servo.velocity(state, count) for servo in servos])
+            speeds = np.concatenate([speeds, np.tile(descent, (count, 1))], axis=1)
         run(state, rec.cases, table, brake, drives, speeds)
         rec.factors = table[-1].copy()
         done += count
@@ -159,7 +181,9 @@ def _run_stage(
             outcome = "interrupted"
             break
         if settle:
-            quiet = quiet + 1 if max(sampled["unbalanced force"], sampled["unbalanced moment"]) < stage.tolerance else 0
+            off = max((abs(servo.lacking(state)) for servo in servos), default=0.0)
+            worst = max(sampled["unbalanced force"], sampled["unbalanced moment"], off / rec.scale.force)
+            quiet = quiet + 1 if worst < stage.tolerance else 0
             if quiet >= 4:
                 outcome = "finished"
                 break
@@ -167,16 +191,43 @@ def _run_stage(
             moved = displacement_since(state, shift, quat, rec.scale)
             if moved > stage.stop_when_moved:
                 break
-    if not (isinstance(stage, Drive) and stage.keep):
-        state.bodies.held[:] = held
+    if isinstance(stage, Drive) and stage.keep:
+        held |= stage.twists(assembly)[1]
+    state.bodies.held[:] = held
     return outcome
+
+
+class _Jack:
+    """A servo at work: block, wanted push [N], gain over the vertical stiffness of the block's joints [m/N]."""
+
+    def __init__(self, assembly: Assembly, state: State, block: int | str, servo: Servo) -> None:
+        self.block, self.force, self.gain = assembly.block_index(block), servo.force, servo.gain
+        stiffness = block_stiffness(state.points, state.joints, assembly.n_blocks)[self.block, 2, 2]
+        if not stiffness > 0.0:
+            raise ValueError(f"servo on block {block!r}: no joint of it carries a vertical force")
+        self.give, self.sum = servo.gain / stiffness, 0.0
+
+    def lacking(self, state: State) -> float:
+        """Force wanted less the push in the last step [N]."""
+        return float(self.force - state.bodies.net[self.block, 2])
+
+    def velocity(self, state: State, steps: int) -> float:
+        """Downward velocity for the next steps [m/s]."""
+        off = self.lacking(state)
+        # out of contact there is nothing to learn a speed from
+        self.sum = self.sum + steps * off if off < self.force else 0.0
+        return self.give * (off + 0.25 * self.gain * self.sum) / state.dt
 
 
 class _Recorder:
     """Load cases with their present factors, and the samples taken so far."""
 
     def __init__(
-        self, assembly: Assembly, loads: Loads, state: State, stages: Sequence[Stage],
+        self,
+        assembly: Assembly,
+        loads: Loads,
+        state: State,
+        stages: Sequence[Stage],
         factors: Sequence[float] | None,
     ) -> None:
         n = assembly.n_blocks
@@ -197,7 +248,10 @@ class _Recorder:
         self.scale = Scale.of(assembly, dead if dead.any() else live)
         self.drives = np.zeros((0, n, 6))
         driven = [assembly.block_index(b) for s in stages if isinstance(s, Drive) for b in s.displacement]
-        self.blocks = np.array(sorted({*np.flatnonzero(assembly.held.any(axis=1)).tolist(), *driven}), dtype=np.intp)
+        driven += [assembly.block_index(b) for s in stages for b in s.servo]
+        # an earlier run may have left blocks held by a Drive
+        held = (assembly.held | state.bodies.held).any(axis=1)
+        self.blocks = np.array(sorted({*np.flatnonzero(held).tolist(), *driven}), dtype=np.intp)
         self.rows: list[list[float]] = []
         self.reaction: list[Array] = []
         self.shift: list[Array] = []
@@ -267,6 +321,7 @@ class _Recorder:
             "kinetic": float(e[kernels.E_KINETIC]),
             "elastic": now.elastic_energy,
             "friction": float(e[kernels.E_FRICTION]),
+            "fracture": float(e[kernels.E_FRACTURE]),
             "viscous": float(e[kernels.E_VISCOUS]),
             "damping": float(e[kernels.E_DAMPING]),
             "applied": float(e[kernels.E_APPLIED]),
@@ -280,8 +335,8 @@ class _Recorder:
         self.shift.append(state.bodies.shift.copy())
         self.quaternion.append(state.bodies.quat.copy())
         self.opening.append(opening)
-        created = row["kinetic"] + row["elastic"] + row["friction"] + row["viscous"] + row["damping"]
-        created -= row["applied"] + row["support"]
+        created = row["kinetic"] + row["elastic"] + row["friction"] + row["fracture"] + row["viscous"]
+        created += row["damping"] - row["applied"] - row["support"]
         if self.first_energy is None:
             self.first_energy = created
         size = max(row["elastic"], abs(row["applied"]) + abs(row["support"]), 1e-300)
@@ -304,5 +359,3 @@ class _Recorder:
             tuple(s.name or type(s).__name__ for s in self.stages), tuple(dict.fromkeys(self.notes)),
             tuple(self.factors.tolist()),
         )  # fmt: skip
-
-

@@ -54,6 +54,7 @@ class State:
 
     def copy(self) -> "State":
         """A state that shares nothing with this one."""
+
         def twin(x: Any) -> Any:
             return type(x)(*(v.copy() for v in x))
 
@@ -77,12 +78,16 @@ class State:
     def load(cls, path: str | Path) -> "State":
         """Read a state written by :meth:`save`."""
         with np.load(path, allow_pickle=False) as file:
+
             def group(kind: Any, name: str) -> Any:
                 return kind(*(file[f"{name}.{key}"] for key in kind._fields))
 
+            total = file["total"]
+            if len(total) != kernels.E_SIZE:
+                raise ValueError(f"{path} was written by another version of this package: its sums of energy differ")
             return cls(
                 group(Points, "points"), group(Joints, "joints"), group(Bodies, "bodies"), file["interface"],
-                file["total"], float(file["clock"][0]), float(file["clock"][1]), str(file["mode"]), file["laws"],
+                total, float(file["clock"][0]), float(file["clock"][1]), str(file["mode"]), file["laws"],
                 tuple(str(w) for w in file["warnings"]),
             )  # fmt: skip
 
@@ -146,7 +151,8 @@ def make_state(
     Parameters
     ----------
     loads : its dead loads set the default stiffness
-    contact_points : points along the unit and across the thickness, one pair or one per kind of joint
+    contact_points : points along the unit and across the thickness, one pair or one per kind of joint or per wall; see
+        :func:`limitmason.equilibrium.contact_points`
     contact_model : "grid", or "vertices" for the corners of every interface
     mode : "quasi-static" scales mass and inertia so that every block is as fast as the step allows; "dynamic" keeps
         the real ones

@@ -145,6 +145,12 @@ class Prediction:
     details: Mapping[str, Any] = field(default_factory=dict)
 
     @property
+    def interval(self) -> tuple[float, float] | None:
+        """Low and high end about the multiplier by the method's own error budget [-]; None where it has none."""
+        ends = self.details.get("interval")
+        return None if ends is None else (float(ends[0]), float(ends[1]))
+
+    @property
     def tilt_angle_deg(self) -> float:
         """Angle whose tangent is the multiplier [deg]: the tilt at collapse for cohesionless joints."""
         return float(np.degrees(np.arctan(self.collapse_multiplier)))
@@ -152,6 +158,11 @@ class Prediction:
     def __str__(self) -> str:
         """Multiplier, what it is, and its certificate."""
         lines = [f"{self.method}: lambda = {self.collapse_multiplier:.6g} ({self.status}; {self.bound})"]
+        if self.interval is not None:
+            budget = self.details.get("error budget", {})
+            parts = [f"{name} {100 * row['change']:+.1f} %" for name, row in budget.items()]
+            low, high = self.interval
+            lines.append(f"  interval {low:.6g} to {high:.6g}: {', '.join(['bracket', *parts])}")
         if self.certificate is not None:
             lines += ["  " + row for row in str(self.certificate).splitlines()]
         lines += [f"  warning: {w}" for w in self.warnings]

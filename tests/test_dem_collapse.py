@@ -1,5 +1,7 @@
 """Collapse multipliers of the DEM against exact values, published programs and its own honesty."""
 
+import functools
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize
@@ -8,12 +10,14 @@ from walls import on_slab, running_bond, stack
 import dem
 import limitmason as lm
 
+collapse = functools.partial(dem.collapse, error_budget=())
+
 PAVIA_WALL = dict(size=(0.08, 0.04, 0.028), joint=lm.Joint(33.82))
 
 
 def test_block_on_a_slope_slides_at_the_friction_angle():
     b = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], mu=0.4)
-    p = dem.collapse(b, lm.Loads.tilting(b), tolerance=1e-3)
+    p = collapse(b, lm.Loads.tilting(b), tolerance=1e-3)
     assert p.collapse_multiplier == pytest.approx(0.4, rel=5e-3)
     assert p.details["largest stable"] <= 0.4 * (1 + 1e-4) <= p.details["smallest moving"] * (1 + 1e-3)
 
@@ -21,13 +25,13 @@ def test_block_on_a_slope_slides_at_the_friction_angle():
 @pytest.mark.parametrize("grid", [(2, 2), (4, 8), (8, 8)])
 def test_slender_block_overturns_at_its_slenderness_with_any_number_of_edge_points(grid):
     b = on_slab([((0, 0, 0), (0.2, 0.3, 0.8))], mu=0.7)
-    p = dem.collapse(b, lm.Loads.horizontal(b), contact_points=grid, tolerance=1e-3)
+    p = collapse(b, lm.Loads.horizontal(b), contact_points=grid, tolerance=1e-3)
     assert p.collapse_multiplier == pytest.approx(0.25, rel=5e-3)
 
 
 def test_stack_of_five_equal_blocks_overturns_at_a_fifth_of_its_slenderness():
     b = stack([(0.2, 0.2)] * 5, mu=0.7)
-    p = dem.collapse(b, lm.Loads.horizontal(b), tolerance=1e-3)
+    p = collapse(b, lm.Loads.horizontal(b), tolerance=1e-3)
     assert p.collapse_multiplier == pytest.approx(0.2, rel=5e-3)
     assert p.certificate.equilibrium_residual < 1e-4
     assert p.certificate.yield_violation < 1e-12
@@ -36,7 +40,7 @@ def test_stack_of_five_equal_blocks_overturns_at_a_fifth_of_its_slenderness():
 def test_free_wall_of_104_blocks_overturns_out_of_plane_at_thickness_over_height():
     wall = running_bond(9, 11, **PAVIA_WALL)
     assert wall.n_blocks - 1 == 104
-    p = dem.collapse(wall, lm.Loads.horizontal(wall, (0, 1, 0)), contact_points=(2, 4))
+    p = collapse(wall, lm.Loads.horizontal(wall, (0, 1, 0)), contact_points=(2, 4))
     assert p.status == "solved"
     assert p.collapse_multiplier == pytest.approx(0.028 / 0.44, rel=0.03)
     # blocks turn about the foot: the top moves most, out of plane
@@ -48,24 +52,72 @@ def test_the_ramp_reads_the_friction_coefficient_at_the_supports():
     b = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], mu=0.4)
     p = dem.collapse(b, lm.Loads.horizontal(b), method="ramp", contact_points=(2, 2), ramp_steps=5000)
     assert p.collapse_multiplier == pytest.approx(0.4, rel=1e-2)
-    ramps = p.details["ramps"]
-    assert abs(ramps[-1][1] / ramps[-2][1] - 1.0) < 0.01
+    assert set(p.details["error budget"]) == {"stiffness", "contact points", "rate"}
+    assert p.interval == pytest.approx((0.4, 0.4), rel=1e-2)
+    slower = p.details["at no speed"]
+    assert abs(slower[-1] / slower[-2] - 1.0) < 0.01
 
 
-def test_error_budget_repeats_the_search_stiffer_finer_and_slower():
-    b = on_slab([((0, 0, 0), (0.2, 0.3, 0.8))], mu=0.7)
+def test_ramps_read_the_overturning_load_at_no_speed():
+    # measured values lie above it in proportion to the speed: 8 % and 4 % here
+    wall = running_bond(3, 6, **PAVIA_WALL)
     p = dem.collapse(
-        b, lm.Loads.horizontal(b), contact_points=(2, 2), tolerance=2e-3,
-        error_budget=("stiffness", "contact points", "rate"),
+        wall, lm.Loads.horizontal(wall, (0, 1, 0)), method="ramp", contact_points=(2, 4), ramp_steps=8000,
+        error_budget=("rate",),
     )  # fmt: skip
+    assert p.details["ramps"][-1][1] > 1.03 * 0.028 / 0.24
+    assert p.collapse_multiplier == pytest.approx(0.028 / 0.24, rel=0.01)
+    assert p.interval[0] <= p.collapse_multiplier < p.interval[1]
+
+
+def test_every_multiplier_comes_with_its_error_budget_and_an_interval():
+    b = on_slab([((0, 0, 0), (0.2, 0.3, 0.8))], mu=0.7)
+    p = lm.predict(b, lm.Loads.horizontal(b), "dem", contact_points=(2, 2), tolerance=2e-3)
     budget = p.details["error budget"]
     assert set(budget) == {"stiffness", "contact points", "rate"}
-    assert all(abs(row["change"]) < 4e-3 for row in budget.values())
+    # edge points overturn at the same load whatever their number and stiffness
+    assert all(abs(row["change"]) <= 4e-3 and row["status"] == "solved" for row in budget.values())
+    low, high = p.interval
+    assert low <= p.collapse_multiplier < high
+    assert low <= 0.25 * (1 + 1e-3)
+    assert high >= 0.25 * (1 - 1e-3)
+    assert f"interval {low:.6g} to {high:.6g}: bracket, stiffness" in str(p)
+
+
+def test_the_error_budget_finds_the_torsion_that_more_points_lose_at_the_price_of_a_search():
+    # two points across carry a torque in the corners, 0.7071 mu N a; more share it with the middle
+    b = on_slab([((0, 0, 0), (0.4, 0.4, 0.4))], mu=0.5)
+    live = np.zeros((2, 6))
+    live[1, 5] = 0.5 * b.weights[1] * 0.4
+    twist = lm.Loads(lm.Loads.weight(b).dead, live)
+    p = dem.collapse(b, twist, contact_points=(2, 2))
+    direct = collapse(b, twist, contact_points=(4, 4))
+    assert p.collapse_multiplier == pytest.approx(np.sqrt(0.5), rel=5e-3)
+    change = p.details["error budget"]["contact points"]
+    # the repeat starts from nine tenths of the value found, far above its own: it must come down all the way
+    assert change["multiplier"] == pytest.approx(direct.collapse_multiplier, rel=1.5e-2)
+    assert change["change"] < -0.2
+    assert p.interval[0] == pytest.approx(change["multiplier"], rel=1e-2)
+    assert any("not converged in this respect" in w for w in p.warnings)
+
+
+def test_loads_that_stay_undecided_widen_the_bracket_and_the_status_says_so():
+    a = lm.experiments.load("ferris-tin-loi-2001", "wall-3", rounding=0.02).assembly()
+    p = collapse(a, lm.Loads.horizontal(a), contact_points=(2, 2), max_steps=3000)
+    inside = [u for u in p.details["undecided"] if p.interval[0] < u < p.interval[1]]
+    assert inside
+    assert p.status != "solved"
+    # what is in equilibrium is so also with more time, and what moves does not stand
+    longer = collapse(
+        a, lm.Loads.horizontal(a), contact_points=(2, 2), joint_options=dem.JointOptions(stiffness_factor=0.1)
+    )
+    assert p.interval[0] <= longer.collapse_multiplier * 1.005
+    assert longer.collapse_multiplier <= p.interval[1] * 1.005
 
 
 def test_a_block_past_its_support_cannot_stand_under_dead_load():
     b = on_slab([((0, 0, 0), (0.2, 0.2, 0.2)), ((0.15, 0, 0.2), (0.45, 0.2, 0.4))], mu=0.7)
-    p = dem.collapse(b, lm.Loads.horizontal(b))
+    p = collapse(b, lm.Loads.horizontal(b))
     assert p.status == "cannot stand under dead load"
     assert np.isnan(p.collapse_multiplier)
 
@@ -73,12 +125,12 @@ def test_a_block_past_its_support_cannot_stand_under_dead_load():
 def test_a_load_that_cannot_collapse_the_block_is_unbounded():
     b = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], mu=0.7)
     loads = lm.Loads.body_force(b, (0, 0, -1))
-    assert dem.collapse(b, loads, contact_points=(2, 2)).status == "unbounded"
+    assert collapse(b, loads, contact_points=(2, 2)).status == "unbounded"
 
 
 def test_a_short_budget_is_undecided_and_never_counted_as_stable():
     wall = running_bond(3, 6, **PAVIA_WALL)
-    p = dem.collapse(wall, lm.Loads.horizontal(wall, (0, 1, 0)), contact_points=(2, 4), max_steps=1700)
+    p = collapse(wall, lm.Loads.horizontal(wall, (0, 1, 0)), contact_points=(2, 4), max_steps=1700)
     assert p.details["undecided"]
     assert p.collapse_multiplier < 0.028 / 0.24
     assert p.status == "not converged" or any("undecided" in w for w in p.warnings)
@@ -93,7 +145,7 @@ def test_an_interrupted_search_returns_the_loads_found_in_equilibrium():
         if len(tried) == 3:
             raise KeyboardInterrupt
 
-    p = dem.collapse(b, lm.Loads.horizontal(b), progress=stop)
+    p = collapse(b, lm.Loads.horizontal(b), progress=stop)
     assert p.status == "not converged"
     assert p.collapse_multiplier == tried[1]
     assert any("interrupted" in w for w in p.warnings)
@@ -129,7 +181,7 @@ def test_a_stone_pushed_off_its_centre_turns_and_slides_at_the_exact_load_of_eve
 
     values = []
     for grid in ((2, 2), (2, 4), (4, 4), (8, 8)):
-        p = dem.collapse(b, loads, contact_points=grid, tolerance=1e-3, max_steps=30_000)
+        p = collapse(b, loads, contact_points=grid, tolerance=1e-3, max_steps=30_000)
         assert p.status == "solved"
         assert p.collapse_multiplier == pytest.approx(exact(grid), rel=2e-3)
         assert all(u > 0.9 * p.collapse_multiplier for u in p.details["undecided"])
@@ -140,9 +192,9 @@ def test_a_stone_pushed_off_its_centre_turns_and_slides_at_the_exact_load_of_eve
 
 def test_joints_without_stiffness_get_a_default_and_the_user_is_told():
     b = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], mu=0.4)
-    assert any("no stiffness" in w for w in dem.collapse(b, lm.Loads.horizontal(b)).warnings)
+    assert any("no stiffness" in w for w in collapse(b, lm.Loads.horizontal(b)).warnings)
     given = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], joint=lm.Joint(20.0, normal_stiffness=1e10))
-    assert not dem.collapse(given, lm.Loads.horizontal(given)).warnings
+    assert not collapse(given, lm.Loads.horizontal(given)).warnings
 
 
 def test_cohesion_and_tension_carry_a_glued_block_to_its_brittle_moment():
@@ -151,7 +203,7 @@ def test_cohesion_and_tension_carry_a_glued_block_to_its_brittle_moment():
     joint = lm.Joint(35.0, cohesion=1e5, tensile_strength=ft, residual_tensile_strength=0.0, residual_cohesion=0.0)
     b = on_slab([((0, 0, 0), (side, side, side))], joint=joint, density=2000.0)
     loads = lm.Loads.weight(b).with_point_load(b, 1, (1.0, 0.0, 0.0), at=(0.1, 0.1, 2.0))
-    p = dem.collapse(b, loads, contact_points=(20, 20), tolerance=1e-3)
+    p = collapse(b, loads, contact_points=(20, 20), tolerance=1e-3)
     weight, section = b.weights[1], side**3 / 6.0
     exact = (ft + weight / side**2) * section / 2.0
     # the same section as rows of points: the load at which the outermost row left reaches ft, whichever k rows are gone
@@ -172,19 +224,22 @@ def test_cohesion_and_tension_carry_a_glued_block_to_its_brittle_moment():
     assert p.collapse_multiplier == pytest.approx(discrete, rel=5e-3)
 
 
-def test_ferris_tin_loi_wall_5_with_rounded_ends_agrees_with_our_non_associative_value():
-    a = lm.experiments.load("ferris-tin-loi-2001", "wall-5", rounding=0.02).assembly()
+@pytest.mark.parametrize(("wall", "bracket"), [("wall-5", 1e-2), ("wall-6", 5e-2)])
+def test_ferris_tin_loi_walls_5_and_6_with_rounded_ends_agree_with_our_non_associative_value(wall, bracket):
+    # wall 6 read 5 % low while loads that settle after 60,000 to 170,000 steps were given up. Of a bracket its lower
+    # end counts, so a wide one does
+    a = lm.experiments.load("ferris-tin-loi-2001", wall, rounding=0.02).assembly()
     loads = lm.Loads.horizontal(a)
     softer = dem.JointOptions(stiffness_factor=0.1)
-    p = dem.collapse(a, loads, contact_points=(2, 2), joint_options=softer)
-    exact = lm.limit_analysis(a, loads, "non-associative").collapse_multiplier
+    p = collapse(a, loads, contact_points=(2, 2), joint_options=softer, tolerance=bracket)
+    exact = lm.limit_analysis(a, loads, "non-associative", search="quick").collapse_multiplier
     assert p.collapse_multiplier == pytest.approx(exact, rel=0.03)
 
 
 def test_a_load_refused_after_a_long_stride_is_tried_again_from_close_by():
     # wall 6 read 0.265 at every dilatancy angle: refused from 0.2125, it stands when reached in small steps
     a = lm.experiments.load("ferris-tin-loi-2001", "wall-6", rounding=0.02, dilatancy_deg=33.0).assembly()
-    p = dem.collapse(
+    p = collapse(
         a, lm.Loads.horizontal(a), contact_points=(2, 2), first_increment=0.02, tolerance=1e-2,
         damping=dem.Damping(0.8), joint_options=dem.JointOptions(stiffness_factor=0.1),
     )  # fmt: skip
@@ -200,5 +255,5 @@ def test_ferris_tin_loi_walls_with_rounded_ends_agree_with_lmgc90_or_udec(wall, 
     a = lm.experiments.load("ferris-tin-loi-2001", wall, rounding=0.02).assembly()
     # the stiffness does not show (x 0.1 and x 1 agree to 0.4 %), the softer one gets there in half the steps
     softer = dem.JointOptions(stiffness_factor=0.1)
-    p = dem.collapse(a, lm.Loads.horizontal(a), contact_points=(2, 2), joint_options=softer)
+    p = collapse(a, lm.Loads.horizontal(a), contact_points=(2, 2), joint_options=softer)
     assert min(abs(p.collapse_multiplier / lmgc90 - 1.0), abs(p.collapse_multiplier / udec - 1.0)) < 0.04

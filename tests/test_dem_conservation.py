@@ -7,6 +7,7 @@ from walls import on_slab, running_bond, stack
 import dem
 import limitmason as lm
 from dem import kernels
+from dem.stepping import run_constant
 from limitmason.equilibrium import contact_points, equilibrium_matrix
 
 UNDAMPED = dem.JointOptions(dashpot=0.0)
@@ -149,7 +150,11 @@ def rocking(dt_factor, steps, sample, grid=(2, 2)):
     b = slender()
     loads = lm.Loads.weight(b)
     rest = dem.simulate(
-        b, dem.Settle(damping=dem.Damping(0.8), tolerance=1e-11), loads=loads, mode="dynamic", contact_points=grid,
+        b,
+        dem.Settle(damping=dem.Damping(0.8), tolerance=1e-11),
+        loads=loads,
+        mode="dynamic",
+        contact_points=grid,
         joint_options=UNDAMPED,
     ).state
     rest.stop()
@@ -227,7 +232,11 @@ def test_energy_is_accounted_when_a_block_slides_to_rest():
     b = on_slab([((0, 0, 0), (0.3, 0.3, 0.1))], joint=lm.Joint(30.0, normal_stiffness=1e8))
     loads = lm.Loads.weight(b)
     rest = dem.simulate(
-        b, dem.Settle(damping=dem.Damping(0.8), tolerance=1e-10), loads=loads, mode="dynamic", dt=2e-5,
+        b,
+        dem.Settle(damping=dem.Damping(0.8), tolerance=1e-10),
+        loads=loads,
+        mode="dynamic",
+        dt=2e-5,
         joint_options=UNDAMPED,
     ).state
     rest.stop()
@@ -238,3 +247,15 @@ def test_energy_is_accounted_when_a_block_slides_to_rest():
     stop = 0.2**2 / (2.0 * 9.81 * np.tan(np.deg2rad(30.0)))
     assert h.state.bodies.shift[1, 0] == pytest.approx(stop, rel=5e-3)
     assert h["friction"][-1] == pytest.approx(energy, rel=5e-3)
+
+
+def test_stops_at_peaks_of_the_kinetic_energy_take_energy_from_every_mode():
+    # a stop that restarts with a whole step's kick starts fast modes from 1 / cos(w dt / 2) times their amplitude
+    b = stack([(0.4, 0.2), (0.4, 0.2)], mu=0.6)
+    loads = lm.Loads.horizontal(b)
+    state = dem.make_state(b, loads, contact_points=(4, 4))
+    force = []
+    for _ in range(8):
+        run_constant(state, loads.dead + 0.1 * loads.live, 250, dem.Damping(kinetic=True))
+        force.append(np.abs(state.bodies.net[~b.fixed]).max())
+    assert force[-1] < 1e-3 * b.weights[1]

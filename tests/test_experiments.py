@@ -15,7 +15,7 @@ from limitmason.limit import limit_analysis
 from limitmason.model.assembly import Assembly
 
 FERRIS, MINHO, WALLETTE = "ferris-tin-loi-2001", "minho-dry-stone-2005-2009", "rondelet-wallette"
-BENDING = "mcmaster-bending"
+BENDING, MURANO = "mcmaster-bending", "murano-u-walls"
 WALLS = experiments.specimens(FERRIS)
 TESTS = experiments.specimens(MINHO)
 MODELLED = experiments.all_cases(with_model=True)
@@ -58,7 +58,7 @@ def test_unknown_source_specimen_and_option_name_the_culprit_and_what_there_is()
 def test_all_cases_covers_every_specimen_of_every_source_once():
     names = [c.name for c in experiments.all_cases()]
     assert len(names) == len(set(names)) == sum(len(experiments.specimens(s)) for s in experiments.sources())
-    assert {c.source.name for c in MODELLED} == {FERRIS, MINHO, WALLETTE, BENDING}
+    assert {c.source.name for c in MODELLED} == {FERRIS, MINHO, WALLETTE, BENDING, MURANO}
 
 
 def test_quantity_is_its_number_with_a_unit_frozen_and_copied_whole():

@@ -1,6 +1,7 @@
 """Mutants: physics broken on purpose must make the named tests fail; a test that lets one pass has no teeth."""
 
 import dataclasses
+import inspect
 
 import numpy as np
 import pytest
@@ -8,15 +9,20 @@ import test_bounds
 import test_certificate
 import test_closed_forms
 import test_contacts
+import test_dem_collapse
+import test_dem_conservation
+import test_dem_fracture
 import test_joint_law
 
+import dem
 import limitmason as lm
+from dem import kernels, state
 from limitmason.equilibrium import equilibrium_matrix
 from limitmason.limit import associative, problem
 
 
 def caught(test, *arguments):
-    with pytest.raises((AssertionError, ValueError)):
+    with pytest.raises((AssertionError, ValueError, dem.UnstableError)):
         test(*arguments)
 
 
@@ -125,3 +131,72 @@ def test_mechanism_of_another_wall(monkeypatch):
 
     monkeypatch.setattr(Problem, "twists", torn)
     caught(test_certificate.test_associative_prediction_is_certified, "wall in plane")
+
+
+def joints_changed(monkeypatch, change):
+    """Every state of the DEM is made with joints that ``change`` has worked on."""
+    original = state.make_joints
+
+    def changed(*arguments, **options):
+        points, joints, *rest = original(*arguments, **options)
+        return (points, change(joints), *rest)
+
+    monkeypatch.setattr(state, "make_joints", changed)
+
+
+def test_dem_with_a_flipped_normal(monkeypatch):
+    def flip(joints):
+        frame = joints.frame.copy()
+        frame[-1, 2] *= -1.0
+        return joints._replace(frame=frame)
+
+    joints_changed(monkeypatch, flip)
+    caught(
+        test_dem_conservation.test_one_statics_block_wrenches_equal_the_equilibrium_matrix_times_contact_forces, (2, 2)
+    )
+    caught(test_dem_collapse.test_slender_block_overturns_at_its_slenderness_with_any_number_of_edge_points, (2, 2))
+
+
+def test_dem_with_a_dropped_lever_arm(monkeypatch):
+    joints_changed(monkeypatch, lambda joints: joints._replace(arm_b=np.zeros_like(joints.arm_b)))
+    caught(
+        test_dem_conservation.test_one_statics_block_wrenches_equal_the_equilibrium_matrix_times_contact_forces, (2, 2)
+    )
+    caught(test_dem_collapse.test_stack_of_five_equal_blocks_overturns_at_a_fifth_of_its_slenderness)
+
+
+def test_dem_with_friction_five_per_cent_high(monkeypatch):
+    monkeypatch.setattr(lm.Joint, "tan_phi", property(lambda self: 1.05 * np.tan(np.radians(self.friction_angle_deg))))
+    caught(test_dem_collapse.test_block_on_a_slope_slides_at_the_friction_angle)
+
+
+def test_dem_with_three_times_the_stable_step(monkeypatch):
+    steps, masses = state.stable_step, state.scaled_masses
+    monkeypatch.setattr(state, "stable_step", lambda *a: 3.0 * steps(*a))
+    monkeypatch.setattr(state, "scaled_masses", lambda k, dt, safety: masses(k, dt, 3.0 * safety))
+    caught(test_dem_conservation.test_halving_the_time_step_quarters_the_error_of_the_position)
+    caught(test_dem_collapse.test_slender_block_overturns_at_its_slenderness_with_any_number_of_edge_points, (2, 2))
+
+
+def test_dem_that_restarts_from_a_stop_with_a_whole_kick(monkeypatch):
+    # interpreted, which needs no compilation; there booleans do not subtract
+    source = inspect.getsource(kernels.advance.py_func).split("\n", 1)[1]
+    source = source.replace("((v > 0.0) - (v < 0.0))", "np.sign(v)").replace("((w > 0.0) - (w < 0.0))", "np.sign(w)")
+    assert source.count("0.5 * dt if kinetic_stop") == 1
+    space = dict(vars(kernels))
+    exec(source.replace("0.5 * dt if kinetic_stop", "dt if kinetic_stop"), space)
+    monkeypatch.setattr(kernels, "advance", space["advance"])
+    caught(test_dem_conservation.test_stops_at_peaks_of_the_kinetic_energy_take_energy_from_every_mode)
+
+
+def test_dem_whose_breaking_joints_release_half_of_what_they_stored(monkeypatch):
+    original = kernels.advance
+
+    def forgetful(points, joints, bodies, total, *rest):
+        before = total[kernels.E_FRACTURE]
+        original(points, joints, bodies, total, *rest)
+        total[kernels.E_FRACTURE] = 0.5 * (before + total[kernels.E_FRACTURE])
+
+    monkeypatch.setattr(kernels, "advance", forgetful)
+    caught(test_dem_fracture.test_pulling_a_softening_joint_apart_costs_the_area_below_its_curve)
+    caught(test_dem_fracture.test_energy_balances_while_joints_break_in_bending_shear_and_both, 0.0, {"ry": 2e-3})

@@ -16,6 +16,7 @@ _MODULES = MappingProxyType(
         "bnw-walls": "limitmason.experiments.bnw",
         "brick-panels-opening": "limitmason.experiments.brick_panels",
         "mcmaster-bending": "limitmason.experiments.mcmaster",
+        "murano-u-walls": "limitmason.experiments.murano",
     }
 )
 

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from limitmason.geometry.polyhedron import face_planes
 from limitmason.model.input import read_number, read_vector
+from limitmason.model.patch import patch_wrenches
 
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
@@ -218,6 +219,37 @@ class Loads:
                 wrench[i] += np.concatenate([force, np.cross(centre - assembly.centroids[i], force)])
         if not found:
             raise ValueError(f"block {assembly.blocks[i].name!r} has no face towards {face!r}")
+        return self._plus(assembly, wrench, case)
+
+    def with_patch_pressure(
+        self,
+        assembly: "Assembly",
+        corners: ArrayLike,
+        *,
+        pressure: float | None = None,
+        force: float | None = None,
+        case: str = "live",
+    ) -> "Loads":
+        """These loads and an even pressure on a flat patch across several blocks, such as an airbag.
+
+        Parameters
+        ----------
+        corners : of the patch, counter-clockwise seen from outside [m], shape (k, 3); see
+            :func:`limitmason.model.patch.patch_wrenches`
+        pressure : pushes into the faces [Pa]
+        force : resultant of the pressure on the faces instead [N]
+        case : "live" or "dead"
+
+        Raises
+        ------
+        ValueError
+            When not exactly one of pressure and force is given, or no face lies in the patch.
+        """
+        if (pressure is None) == (force is None):
+            raise ValueError("load on a patch: give either pressure or force")
+        wrench, area = patch_wrenches(assembly, corners, pressure=1.0 if pressure is None else pressure)
+        if force is not None:
+            wrench = wrench * (read_number("force", force) / area)
         return self._plus(assembly, wrench, case)
 
     def with_precompression(self, assembly: "Assembly", force: float, *, block: int | str = "beam") -> "Loads":

@@ -34,6 +34,11 @@ def check_method(method: str) -> None:
         raise ValueError(f"unknown method {method!r}; available: {', '.join(sorted(known))}")
 
 
+def one_of_many(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Options of one run of a study: the DEM without its error budget, dearer than its answer, unless asked."""
+    return {"error_budget": (), **options} if method == DEM else dict(options)
+
+
 def solve(assembly: Assembly, loads: Loads, method: str, options: Mapping[str, Any]) -> Prediction:
     """Prediction by a flow rule of limit analysis ("associative", "non-associative") or any method by its name."""
     if method in _LIMIT:
@@ -54,9 +59,7 @@ def range_of(found: Prediction) -> Range:
         ends = [e for e in (*details["interval_at_mechanism"], *details["spread"], value) if math.isfinite(e)]
         return Range(min(ends), max(ends), "certified states found")
     if "smallest moving" in details:
-        changes = [b["multiplier"] - value for b in details["error budget"].values()]
-        low = value + sum(min(c, 0.0) for c in changes)
-        high = details["smallest moving"] + sum(max(c, 0.0) for c in changes)
+        low, high = found.interval or (_NAN, _NAN)
         return Range(low, high, ", ".join(["error budget: bracket", *details["error budget"]]))
     if "omega_bracket" in details:
         ends = [*details["omega_bracket"], value]

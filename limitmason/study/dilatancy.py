@@ -12,7 +12,7 @@ import numpy as np
 
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.study.answers import ASSOCIATIVE, DEM, NON_ASSOCIATIVE, as_row, check_method, solve
+from limitmason.study.answers import ASSOCIATIVE, DEM, NON_ASSOCIATIVE, as_row, check_method, one_of_many, solve
 from limitmason.study.store import fingerprint
 from limitmason.study.sweep import Progress, sweep
 from limitmason.study.table import Table
@@ -95,7 +95,7 @@ def _at_dilatancy(
     assembly: Assembly, loads: Loads, options: Mapping[str, Mapping[str, Any]], *, method: str, share: float, psi: float
 ) -> dict[str, Any]:
     del psi
-    return as_row(solve(with_dilatancy(assembly, share), loads, method, options[method]))
+    return as_row(solve(with_dilatancy(assembly, share), loads, method, one_of_many(method, options[method])))
 
 
 def contact_point_study(
@@ -154,4 +154,5 @@ def _at_points(
     if method == ASSOCIATIVE:
         grid = {"contact_model": "grid", "grid": (along, points), "in_plane": False}
         return as_row(solve(assembly, loads, method, grid))
-    return as_row(solve(with_dilatancy(assembly, share), loads, method, {"contact_points": (along, points), **options}))
+    settings = one_of_many(method, {"contact_points": (along, points), **options})
+    return as_row(solve(with_dilatancy(assembly, share), loads, method, settings))

@@ -12,7 +12,7 @@ import numpy as np
 
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import SOLVED
+from limitmason.results import ALMOST_SOLVED, SOLVED
 from limitmason.study.answers import ASSOCIATIVE, DEM, as_row, solve
 from limitmason.study.dilatancy import with_dilatancy
 from limitmason.study.store import fingerprint
@@ -174,7 +174,7 @@ def attribute_gap(
     table = sweep(run, jobs, executor=executor, workers=workers, store=store, key=key, progress=progress)
     value = {}
     for state, row in zip(states, table, strict=True):
-        if row["status"] != SOLVED:
+        if row["status"] not in (SOLVED, ALMOST_SOLVED):
             changed = ", ".join(a for a, s in zip(ASSUMPTIONS, state, strict=True) if s) or "none"
             raise ValueError(f"the DEM with these assumptions as given: {changed}; says {row['status']!r}")
         value[state] = row["multiplier"]
@@ -238,6 +238,7 @@ def _at_state(
         first = {"first_increment": (0.1 if rate else 0.05) * stride * upper}
         pace = {} if rate else {"equilibrium": 2e-5}
         settings = {
+            "error_budget": (),
             "tolerance": tolerance,
             "max_steps": _MOST_STEPS,
             "moved_limit": moved,
@@ -250,6 +251,6 @@ def _at_state(
         row = as_row(found)
         refused = [row["high"], *(u for u in found.details.get("undecided", ()) if u > row["multiplier"])]
         row |= {"refused": float(min(refused)), "undecided": len(refused) - 1}
-        if row["status"] == SOLVED:
+        if row["status"] in (SOLVED, ALMOST_SOLVED):
             break
     return row

@@ -16,6 +16,7 @@ from scipy.stats import qmc
 from limitmason.methods import predict
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.study.answers import one_of_many
 from limitmason.study.draws import BOUNDS, UNITS, Random, check_joint_draws, draw_joints
 from limitmason.study.store import fingerprint
 from limitmason.study.sweep import Progress, sweep
@@ -129,7 +130,7 @@ def _sample(
     record: dict[str, float] = {}
     if joints:
         assembly, record = draw_joints(assembly, joints, sample, seed, shares)
-    found = predict(assembly, loads, method, **options)
+    found = predict(assembly, loads, method, **one_of_many(method, options))
     return {**drawn, **record, "multiplier": float(found.collapse_multiplier), "status": found.status}
 
 

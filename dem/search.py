@@ -1,0 +1,251 @@
+"""Searches for the collapse multiplier: loads held one after the other, or a slow ramp read at the supports."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem.state import State
+from dem.stepping import (
+    EQUILIBRIUM,
+    MOVING,
+    UNDECIDED,
+    Damping,
+    Scale,
+    Verdict,
+    displacement_since,
+    hold,
+    run,
+)
+from limitmason.certificate import scaled_mechanism
+from limitmason.model import Assembly, Loads
+from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Mechanism
+
+Array = NDArray[np.float64]
+
+SETTLING = Damping(local=0.8)
+
+
+@dataclass(frozen=True)
+class Controls:
+    """Numerical settings of a search; see :func:`dem.collapse` for those not explained here."""
+
+    tolerance: float
+    max_steps: int
+    moved_limit: float  # of the smallest block dimension [-]
+    equilibrium: float  # largest tolerance of unbalanced forces over the mean block load [-]
+    damping: Damping
+    ramp_steps: int
+    unit: float  # multiplier at which the live load equals the dead load
+    first: float  # first increment of the multiplier, or what a ramp adds in a tenth of its steps
+    progress: Callable[[float, Verdict], object] | None = None
+
+
+@dataclass
+class Search:
+    """Outcome of a search: bracket, where it ended, and the record of every load tried.
+
+    Parameters
+    ----------
+    stable, moving : largest load in equilibrium, smallest one at which the blocks kept moving; infinite if none did
+    near : load of about nine tenths of ``stable`` or less, and the state held there, from which to come near again
+    """
+
+    stable: float
+    moving: float
+    status: str
+    state: State
+    mechanism: Mechanism | None
+    record: list[tuple[float, Verdict]]
+    steps: int
+    details: dict[str, Any] = field(default_factory=dict)
+    near: tuple[float, State] | None = None
+
+
+def settle(assembly: Assembly, loads: Loads, state: State, scale: Scale, c: Controls) -> Verdict:
+    """Bring the state to rest under the dead load."""
+    return hold(
+        state, loads.dead, scale, SETTLING, tolerance=min(1e-6, c.equilibrium),
+        limit=2.5 * c.moved_limit * scale.smallest, max_steps=c.max_steps,
+    )  # fmt: skip
+
+
+def increments(
+    assembly: Assembly,
+    loads: Loads,
+    state: State,
+    c: Controls,
+    *,
+    through: Sequence[float] = (),
+    settled: float | None = None,
+    patience: int = 0,
+) -> Search:
+    """Bracket of the multiplier by loads held one after the other.
+
+    Parameters
+    ----------
+    state : at rest without load, or in equilibrium under ``settled``
+    through : loads to be held first; above the last one in steps of the bracket's width. Without them the climb starts
+        with the first increment and its strides grow to a quarter of the load
+    settled : load at which ``state`` is in equilibrium; None settles it under the dead load
+    patience : steps that loads took to settle in an earlier search
+    """
+    scale = Scale.of(assembly, loads.dead if loads.dead.any() else loads.live * c.unit)
+    record: list[tuple[float, Verdict]] = []
+    used = 0
+    if settled is None:
+        verdict = settle(assembly, loads, state, scale, c)
+        record.append((0.0, verdict))
+        used, patience = verdict.steps, max(patience, verdict.steps)
+        if verdict.outcome != EQUILIBRIUM:
+            status = CANNOT_STAND if verdict.outcome == MOVING else NOT_CONVERGED
+            return Search(float("nan"), 0.0, status, state, None, record, used)
+    stable, refused, moving, refused_from = settled or 0.0, np.inf, np.inf, 0.0
+    queue = [x for x in through if x > stable]
+    step, last = (c.tolerance * queue[-1], queue[-1]) if queue else (c.first, stable)
+    mechanism, kept = None, [(stable, state.copy())]
+    limit, settling = c.moved_limit * scale.smallest, 0.0
+    while True:
+        width = c.tolerance * max(abs(stable), 1e-3 * c.unit)
+        if np.isfinite(refused):
+            if refused - stable <= width * (1.0 + 1e-9):
+                if stable - refused_from <= 4.0 * width:
+                    break
+                # the load was refused after a long stride: from close by it may hold after all
+                new = refused
+            else:
+                new = 0.5 * (stable + refused)
+        elif queue:
+            new = queue.pop(0)
+        else:
+            new = stable + step
+            if new > 1e3 * c.unit:
+                return Search(stable, np.inf, UNBOUNDED, state, None, record, used)
+        keep = state.copy()
+        gap = new - stable
+        try:
+            # stiff joints settle within microns: no need to wait for a collapse to be seen by eye
+            verdict = hold(
+                state, loads.dead + new * loads.live, scale, c.damping,
+                tolerance=min(c.equilibrium, 0.05 * gap / c.unit), limit=limit, max_steps=c.max_steps,
+                patience=patience, early=min(0.2 * limit, max(20.0 * settling, 0.02 * limit)),
+            )  # fmt: skip
+            used += verdict.steps
+            record.append((float(new), verdict))
+            if c.progress is not None:
+                c.progress(float(new), verdict)
+        except KeyboardInterrupt:
+            # what was found so far stands: the largest load in equilibrium, and a bracket that is not closed
+            note = {"interrupted": float(new)}
+            return Search(float(stable), float(moving), NOT_CONVERGED, keep, mechanism, record, used, note)
+        if verdict.outcome == EQUILIBRIUM:
+            patience, settling = max(patience, verdict.steps), max(settling, verdict.moved)
+            if new >= refused:
+                # reopen the bracket: up to the next refused load, or upwards again
+                above = [x for x, v in record if v.outcome != EQUILIBRIUM and x > new]
+                refused, step = min(above, default=np.inf), gap
+                moving = min((x for x, v in record if v.outcome == MOVING and x > new), default=np.inf)
+                refused_from = 0.0
+            stable = new
+            queue = [x for x in queue if x > stable]
+            if not np.isfinite(refused) and stable > last:
+                # the first climb takes longer strides, to a quarter of the load
+                step = 2.0 * step if through else min(1.5 * step, max(2.0 * c.first, 0.25 * stable))
+            state.stop()
+            kept.append((float(stable), state.copy()))
+            while len(kept) > 1 and kept[1][0] <= 0.9 * stable:
+                kept.pop(0)
+        else:
+            if verdict.outcome == MOVING:
+                moving = min(moving, new)
+                mechanism = _mechanism(assembly, loads, state)
+            refused, refused_from = new, stable
+            state = keep
+    # loads that stay undecided leave a bracket wider than was asked for
+    status = NOT_CONVERGED if not np.isfinite(moving) else SOLVED if moving - stable <= 2.0 * width else ALMOST_SOLVED
+    return Search(float(stable), float(moving), status, state, mechanism, record, used, near=kept[0])
+
+
+def _mechanism(assembly: Assembly, loads: Loads, state: State) -> Mechanism | None:
+    """Velocities of the moving state as a mechanism; None when it does not move along the live load."""
+    now = state.resultants(assembly)
+    twists = np.concatenate([state.bodies.vel, state.bodies.spin], axis=1)
+    if not twists.any():
+        return None
+    return scaled_mechanism(assembly, loads, twists, now.point_position, now.point_interface)
+
+
+def ramps(assembly: Assembly, loads: Loads, start: State, c: Controls, rate: float | None = None) -> Search:
+    """Ramps at falling speed; the multiplier at no speed, when another half of the speed changes it by less than 1 %.
+
+    The largest multiplier at the supports exceeds the static one by inertia, in proportion to the speed r at the end:
+    lambda = l2 - r2 (l1 - l2) / (r1 - r2) from the last two ramps. ``moving`` is the largest one measured in the last.
+
+    Parameters
+    ----------
+    start : at rest without load
+    rate : of the first ramp, multiplier per step; None takes ten first increments in ``ramp_steps``
+    """
+    scale = Scale.of(assembly, loads.dead if loads.dead.any() else loads.live * c.unit)
+    verdict = settle(assembly, loads, start, scale, c)
+    record, used = [(0.0, verdict)], verdict.steps
+    if verdict.outcome != EQUILIBRIUM:
+        status = CANNOT_STAND if verdict.outcome == MOVING else NOT_CONVERGED
+        return Search(float("nan"), 0.0, status, start, None, record, used)
+    values: list[tuple[float, float]] = []
+    still: list[float] = []
+    status = NOT_CONVERGED
+    rate = 10.0 * c.first / c.ramp_steps if rate is None else rate
+    for _ in range(8):
+        state = start.copy()
+        peak, taken, moved = _one_ramp(assembly, loads, state, scale, c, rate)
+        used += taken
+        values.append((rate, peak))
+        record.append((peak, Verdict(MOVING if moved else UNDECIDED, taken, (np.nan, np.nan), c.moved_limit)))
+        if not moved:
+            break
+        if len(values) > 1:
+            (fast, high), (slow, low) = values[-2:]
+            still.append(low - slow * (high - low) / (fast - slow))
+        if len(still) > 1 and abs(still[-1] / still[-2] - 1.0) < 0.01:
+            status = SOLVED
+            break
+        # the first ramp finds the scale: from then on the multiplier is reached in ramp_steps, and twice as many
+        rate = peak / c.ramp_steps if len(values) == 1 and rate > peak / c.ramp_steps else 0.5 * rate
+    details = {"ramps": values, "at no speed": still}
+    if status == NOT_CONVERGED:
+        return Search(values[-1][1], np.inf, NOT_CONVERGED, state, None, record, used, details)
+    mechanism = _mechanism(assembly, loads, state)
+    return Search(float(min(still[-1], peak)), peak, SOLVED, state, mechanism, record, used, details)
+
+
+def _one_ramp(
+    assembly: Assembly, loads: Loads, state: State, scale: Scale, c: Controls, rate: float
+) -> tuple[float, int, bool]:
+    """Largest multiplier at the supports while the live load rises by ``rate`` per step until the blocks have moved."""
+    cases = np.stack([loads.dead, loads.live])
+    moves = ~assembly.held[:, :3]
+    dead = (loads.dead[:, :3] * moves).sum(axis=0)
+    live = (loads.live[:, :3] * moves).sum(axis=0)
+    if not np.linalg.norm(live) > 1e-9 * np.abs(loads.live[:, :3]).sum():
+        raise ValueError("the live loads have no resultant: a ramp cannot read the multiplier at the supports")
+    shift, quat = state.bodies.shift.copy(), state.bodies.quat.copy()
+    value, taken, chunk = 0.0, 0, 50
+    window: list[float] = []
+    peak = 0.0
+    for _ in range(int(c.max_steps * 20 / chunk)):
+        factors = np.ones((chunk, 2))
+        factors[:, 1] = value + rate * np.arange(1, chunk + 1)
+        value = factors[-1, 1]
+        run(state, cases, factors, c.damping)
+        taken += chunk
+        # what the joints hand to the supports, less the dead load, along the live load
+        support = (state.bodies.contact[:, :3] * ~moves).sum(axis=0)
+        window.append(float((support - dead) @ live / (live @ live)))
+        if len(window) >= 5:
+            peak = max(peak, float(np.median(window[-5:])))
+        if displacement_since(state, shift, quat, scale) > 5.0 * c.moved_limit * scale.smallest:
+            return peak, taken, True
+    return peak, taken, False

@@ -1,0 +1,162 @@
+"""Tilting tests: path of the reactions at the table, and their ratio while the table turns."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Mapping
+from itertools import cycle
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from limitmason.figures import style
+
+_WIDTH, _PANEL, _FOOT = style.FULL_WIDTH, 2.35, 0.46
+_FIELDS = ("vertical", "horizontal", "ratio", "steps", "tilt_deg", "collapse", "collapse_multiplier")
+
+
+@style.in_print_style
+def tilt_test(
+    tests: Any,
+    *,
+    measured: float | tuple[float, float] | None = None,
+    title: str | None = None,
+    caption: str | None = None,
+) -> Figure:
+    """Path of the reactions Rh / Rv0 over Rv / Rv0, and Rh / Rv against steps, of one or several tilting tests.
+
+    The dashed lines are what the table imposes, a circle on the left and tan(alpha) on the right; the dotted lines are
+    the multiplier lambda, a ray on the left; the point is the collapse. Left of it the wall follows the table.
+
+    Parameters
+    ----------
+    tests : a tilting test (such as ``dem.TiltTest``) or a mapping of labels to several; what is read are the arrays
+        ``vertical`` = Rv / Rv0, ``horizontal`` = Rh / Rv0, ``ratio`` = Rh / Rv, ``steps`` and ``tilt_deg`` [deg], and
+        ``collapse`` (sample) and ``collapse_multiplier``
+    measured : angle of the table at which a test fell [deg], or the (lowest, highest) of several; drawn as its tangent
+    title, caption : heading and the small text under it
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ValueError
+        When nothing is given, a test lacks one of the arrays, or they differ in length.
+
+    Notes
+    -----
+    Form of the diagrams: Godio, Stefanou and Sab 2017, Figs 5 and 6.
+    """
+    named = dict(tests) if isinstance(tests, Mapping) else {"wall": tests}
+    if not named:
+        raise ValueError("no tilting test to draw")
+    for label, test in named.items():
+        _check(label, test)
+    figure = Figure(figsize=(_WIDTH, _PANEL + 1.0), dpi=200)
+    FigureCanvasAgg(figure)
+    left, right = figure.add_axes((0.1, 0.2, 0.35, 0.7)), figure.add_axes((0.6, 0.2, 0.35, 0.7))
+    top = max(float(np.nanmax(t.horizontal)) for t in named.values())
+    steepest = max(float(np.nanmax(t.tilt_deg)) for t in named.values())
+    if measured is not None:
+        steepest = max(steepest, np.max(measured))
+    low, high = _bounds(measured)
+    if measured is not None:
+        _band(left, right, low, high)
+    angle = np.deg2rad(np.linspace(0.0, 1.05 * steepest, 200))
+    left.plot(np.cos(angle), np.sin(angle), color=style.FAINT, linewidth=0.8, linestyle=(0, (4, 2)), gid="imposed path")
+    entries: list[Any] = []
+    for (label, test), colour, marker in zip(named.items(), cycle(style.SERIES), cycle(style.MARKERS), strict=False):
+        k, lam = int(test.collapse), float(test.collapse_multiplier)
+        left.plot(test.vertical, test.horizontal, color=colour, linewidth=1.1, gid=f"path {label}")
+        ray = np.array([0.0, 1.0]) / math.hypot(1.0, lam)
+        left.plot(ray, lam * ray, color=colour, linewidth=0.8, linestyle=(0, (1, 1.5)), gid=f"ray {label}")
+        left.plot(test.vertical[k], test.horizontal[k], marker, color=colour, markersize=4.5, gid=f"collapse {label}")
+        steps = np.asarray(test.steps) / 1e3
+        imposed = np.tan(np.deg2rad(test.tilt_deg))
+        right.plot(steps, imposed, color=style.FAINT, linewidth=0.8, linestyle=(0, (4, 2)), gid=f"imposed {label}")
+        right.plot(steps, test.ratio, color=colour, linewidth=1.1, gid=f"ratio {label}")
+        right.axhline(lam, color=colour, linewidth=0.8, linestyle=(0, (1, 1.5)), gid=f"lambda {label}")
+        right.plot(steps[k], test.ratio[k], marker, color=colour, markersize=4.5, zorder=4)
+        text = f"{label}: λ = {lam:.3f} ({math.degrees(math.atan(lam)):.1f}°)"
+        entries.append(Line2D([], [], color=colour, linewidth=1.1, marker=marker, markersize=4.5, label=text))
+    entries.append(
+        Line2D([], [], color=style.FAINT, linewidth=0.8, linestyle=(0, (4, 2)), label="imposed by the table, tan α")
+    )
+    entries.append(Line2D([], [], color=style.FAINT, linewidth=0.8, linestyle=(0, (1, 1.5)), label="λ = max(Rh / Rv)"))
+    if measured is not None:
+        values = f"{low:.1f}°" if low == high else f"{low:.1f}° to {high:.1f}°"
+        band = {"color": style.BLACK, "label": f"measured, {values}"}
+        entries.append(Line2D([], [], linewidth=0.9, **band) if low == high else Patch(alpha=0.15, **band))
+    largest = max(float(t.collapse_multiplier) for t in named.values())
+    largest = max(largest, math.tan(math.radians(high)) if measured is not None else 0.0)
+    left.set(xlim=(0.0, 1.05), ylim=(min(0.0, *(float(np.nanmin(t.horizontal)) for t in named.values())), 1.15 * top),
+             xlabel="Rv / Rv0 [-]", ylabel="Rh / Rv0 [-]")  # fmt: skip
+    right.set(ylim=(0.0, 1.3 * largest), xlabel="time steps [thousand]", ylabel="Rh / Rv [-]")
+    right.set_xlim(left=0.0)
+    for axes, letter in ((left, "a"), (right, "b")):
+        axes.tick_params(labelsize=7.5, width=0.5, length=2.5)
+        axes.set_title(letter, loc="left", fontsize=8.5, fontweight="bold", pad=3.0)
+    return _laid_out(figure, left, right, entries, title, caption)
+
+
+def _check(label: str, test: Any) -> None:
+    missing = [name for name in _FIELDS if not hasattr(test, name)]
+    if missing:
+        raise ValueError(f"tilting test {label!r} has no {missing[0]!r}; it must carry {', '.join(_FIELDS)}")
+    shapes = {name: np.shape(getattr(test, name)) for name in _FIELDS[:5]}
+    if len(set(shapes.values())) != 1 or len(shapes["ratio"]) != 1 or not shapes["ratio"][0]:
+        raise ValueError(f"tilting test {label!r}: arrays of different or no length: {shapes}")
+
+
+def _bounds(measured: float | tuple[float, float] | None) -> tuple[float, float]:
+    if measured is None:
+        return math.nan, math.nan
+    values = np.atleast_1d(np.asarray(measured, dtype=float))
+    if not (np.isfinite(values).all() and (values > 0.0).all() and (values < 90.0).all()):
+        raise ValueError(f"measured must be angles between 0 and 90 degrees, got {measured!r}")
+    return float(values.min()), float(values.max())
+
+
+def _band(left: Axes, right: Axes, low: float, high: float) -> None:
+    """The measured angle as rays on the left and a level on the right."""
+    for angle in {low, high}:
+        a = math.radians(angle)
+        left.plot([0.0, math.cos(a)], [0.0, math.sin(a)], color=style.BLACK, linewidth=0.6, alpha=0.6, gid="measured")
+    a, b = math.tan(math.radians(low)), math.tan(math.radians(high))
+    if low == high:
+        right.axhline(a, color=style.BLACK, linewidth=0.9, gid="measured level")
+    else:
+        right.axhspan(a, b, color=style.BLACK, alpha=0.15, linewidth=0.0, gid="measured level")
+
+
+def _laid_out(
+    figure: Figure, left: Axes, right: Axes, entries: list[Any], title: str | None, caption: str | None
+) -> Figure:
+    """Two panels side by side, heading above, legend below."""
+    columns, rows = style._legend_shape(entries, _WIDTH)
+    lines = textwrap.wrap(caption, int((_WIDTH - 0.24) / 0.0555)) if caption else []
+    head = 0.34 + (0.21 if title else 0.0) + 0.145 * len(lines)
+    foot = _FOOT + 0.19 * rows + 0.06
+    total = head + _PANEL + foot
+    figure.set_size_inches(_WIDTH, total)
+    wide = 0.5 * (_WIDTH - 0.62 - 0.72 - 0.14)
+    left.set_position((0.62 / _WIDTH, foot / total, wide / _WIDTH, _PANEL / total))
+    right.set_position(((0.62 + wide + 0.72) / _WIDTH, foot / total, wide / _WIDTH, _PANEL / total))
+    at = 1.0 - 0.09 / total
+    if title:
+        figure.text(0.12 / _WIDTH, at, title, fontsize=9.5, fontweight="bold", va="top", gid="title")
+        at -= 0.21 / total
+    if lines:
+        figure.text(0.12 / _WIDTH, at, "\n".join(lines), fontsize=7.5, color=style.FAINT, va="top", linespacing=1.3,
+                    gid="caption")  # fmt: skip
+    figure.legend(handles=entries, loc="lower center", bbox_to_anchor=(0.5, 0.03 / total), ncols=columns, fontsize=7.5,
+                  frameon=False, borderpad=0.0, borderaxespad=0.0)  # fmt: skip
+    return figure
