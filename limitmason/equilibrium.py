@@ -18,6 +18,7 @@ from limitmason.model.load import Loads
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Grid = tuple[int, int]
+KINDS = ("bed", "head", "base")
 
 
 class Plane(NamedTuple):
@@ -130,7 +131,9 @@ def contact_points(
     contact_model : "vertices", the polygon's corners, exact for rocking of rigid no-tension blocks; or "grid", points
         on a lattice that includes the edges, with trapezoid weights (cell centres would lose 1/n of the lever arm)
     grid : points along the unit's length (or the height of a head joint) and across the thickness, one pair for all
-        interfaces or one per kind of joint ("bed", "head", "base"); at least 2 each
+        interfaces, or one per kind of joint ("bed", "head", "base") or per wall, which is how the names of its blocks
+        begin ("facade", "return-left"); at least 2 each. Walls go before kinds, and a joint between two walls takes
+        the finer of both
     plane : from :func:`find_plane`; points then lie on the plane
 
     Returns
@@ -143,7 +146,7 @@ def contact_points(
     x = assembly.arrays
     kinds = np.array([i.kind for i in assembly.interfaces])
     active = np.flatnonzero(~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b]))
-    sizes = _grid_sizes(kinds, contact_model, grid)
+    sizes = _grid_sizes(assembly, kinds, contact_model, grid)
     n_corners = np.diff(x.corner_start)
     position, interface, area = [], [], []
     key = np.column_stack([n_corners, sizes])
@@ -182,17 +185,29 @@ def contact_points(
     )  # fmt: skip
 
 
-def _grid_sizes(kinds: NDArray, contact_model: str, grid: Grid | Mapping[str, Grid]) -> Index:
+def _grid_sizes(assembly: Assembly, kinds: NDArray, contact_model: str, grid: Grid | Mapping[str, Grid]) -> Index:
     if contact_model == "vertices":
         return np.full((len(kinds), 2), 2, dtype=np.intp)
     table = grid if isinstance(grid, Mapping) else dict.fromkeys(set(kinds.tolist()), grid)
-    missing = set(kinds.tolist()) - set(table)
-    if missing:
-        raise ValueError(f"grid has no entry for joints of kind {sorted(missing)[0]!r}")
-    for kind, size in table.items():
+    for name, size in table.items():
         if np.shape(size) != (2,) or min(size) < 2 or any(int(s) != s for s in size):
-            raise ValueError(f"grid for {kind!r} must be two whole numbers of at least 2, got {size!r}")
-    return np.array([table[k] for k in kinds.tolist()], dtype=np.intp).reshape(-1, 2)
+            raise ValueError(f"grid for {name!r} must be two whole numbers of at least 2, got {size!r}")
+    walls = [name for name in table if name not in KINDS]
+    names = [block.name for block in assembly.blocks]
+    for wall in walls:
+        if not any(name.startswith(wall) for name in names):
+            raise ValueError(
+                f"grid has an entry {wall!r}, which is no kind of joint ({', '.join(KINDS)}) and begins the name of no "
+                "block"
+            )
+    sizes = np.empty((len(kinds), 2), np.intp)
+    for k, kind in enumerate(kinds.tolist()):
+        ends = (assembly.interfaces[k].block_a, assembly.interfaces[k].block_b) if walls else ()
+        own = [table[wall] for wall in walls if any(names[block].startswith(wall) for block in ends)]
+        if not own and kind not in table:
+            raise ValueError(f"grid has no entry for joints of kind {kind!r}")
+        sizes[k] = np.max(own, axis=0) if own else table[kind]
+    return sizes
 
 
 def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:

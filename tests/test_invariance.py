@@ -1,5 +1,7 @@
 """The multiplier does not depend on how the same structure is written down."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,6 +11,10 @@ from test_certificate import corner
 from walls import running_bond
 
 import limitmason as lm
+from limitmason.limit import make_problem
+from limitmason.limit.joint_law import joint_law
+from limitmason.limit.numbering import numbering
+from limitmason.limit.search import EFFORTS
 
 WALLS = {"wall": lambda: running_bond(3, 4), "corner": corner}
 
@@ -59,3 +65,91 @@ def test_cohesion_breaks_scale_invariance():
     joint = lm.Joint(33.0, cohesion=1e3)
     wall = running_bond(3, 4, joint=joint)
     assert value(wall.transformed(2.0 * np.eye(3)), (1, 0, 0)) < value(wall, (1, 0, 0)) - 1e-3
+
+
+# ---- smallest non-associative multiplier: a local search, whose end must not hang on numbers ------------------------
+
+
+def rewritten(assembly, loads, seed):
+    """The same structure with other numbers of blocks and joints, blocks of joints exchanged, corners from another."""
+    random = np.random.default_rng(seed)
+    order = random.permutation(assembly.n_blocks)
+    other = assembly.renumbered(order)
+    interfaces = []
+    for k in random.permutation(len(other.interfaces)):
+        i = other.interfaces[k]
+        polygon = np.roll(i.polygon, random.integers(len(i.polygon)), axis=0)
+        if random.random() < 0.5:
+            i = replace(i, block_a=i.block_b, block_b=i.block_a, normal=-i.normal, polygon=polygon[::-1])
+        else:
+            i = replace(i, polygon=polygon)
+        interfaces.append(i)
+    return other.with_interfaces(interfaces), lm.Loads(loads.dead[order], loads.live[order])
+
+
+def ferris(number):
+    test = lm.experiments.load("ferris-tin-loi-2001", f"wall-{number}")
+    return test.assembly(), test.loads()
+
+
+def small_corner():
+    unit = {"length": 0.24, "courses": 3, "unit": (0.08, 0.04, 0.04)}
+    wall = lm.build.wall(**unit, plan="L", return_length=0.12, joint=lm.Joint(33.0, dilatancy_angle_deg=10.0))
+    return wall, lm.Loads.horizontal(wall, (0, -1, 0))
+
+
+def smallest(assembly, loads, search="quick"):
+    found = lm.limit_analysis(assembly, loads, "non-associative", search=search, measure_jump=False)
+    assert found.status == "solved"
+    return found.collapse_multiplier
+
+
+@pytest.mark.parametrize("make", [lambda: ferris(2), lambda: ferris(4), small_corner], ids=["2", "4", "corner"])
+def test_smallest_non_associative_multiplier_does_not_depend_on_numbering(make):
+    assembly, loads = make()
+    values = [smallest(*rewritten(assembly, loads, seed)) for seed in (0, 1)]
+    assert values == pytest.approx([smallest(assembly, loads)] * 2, abs=1e-6)
+
+
+def test_smallest_non_associative_multiplier_of_a_plane_wall_and_its_mirror_image():
+    wall, loads = ferris(4)
+    both = EFFORTS["quick"]._replace(mirrored=True)
+    turn = Rotation.from_euler("z", 30.0, degrees=True).as_matrix()
+    pushed_back = lm.Loads.horizontal(wall, (-1, 0, 0))
+    turned = wall.transformed(turn)
+    expected = smallest(wall, loads, both)
+    assert smallest(wall, pushed_back, both) == pytest.approx(expected, abs=1e-6)
+    assert smallest(turned, lm.Loads.horizontal(turned, turn @ (1, 0, 0)), both) == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_wall_with_several_local_ends_gives_one_value_under_other_numbers_and_in_the_mirror():
+    # wall 6 ends at 0.2922, 0.2958 or 0.2960 depending on where the search is led
+    wall, loads = ferris(6)
+    expected = smallest(wall, loads, "standard")
+    assert smallest(*rewritten(wall, loads, 0), "standard") == pytest.approx(expected, abs=1e-6)
+    assert smallest(wall, lm.Loads.horizontal(wall, (-1, 0, 0)), "standard") == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("make", [lambda: ferris(3), small_corner], ids=["plane", "space"])
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_order_of_geometry_gives_the_same_arrays_and_leads_back(make, mirrored):
+    assembly, loads = make()
+    laws = []
+    for a, x in ((assembly, loads), rewritten(assembly, loads, 5)):
+        problem = make_problem(a, x)
+        law, order = joint_law(problem), numbering(problem, mirrored=mirrored)
+        laws.append(order.law(law))
+        # a state of the ordered law is a state of the problem's own: same residual, same power
+        random = np.random.default_rng(1)
+        force, velocity = random.random(law.matrix.shape[1]), random.random(law.matrix.shape[0])
+        here = lm.limit.joint_law.State(0.3, force, velocity, "any")
+        there = order.back(law, here)
+        residual = law.matrix @ there.force + law.dead + 0.3 * law.live
+        ordered = laws[-1].matrix @ force + laws[-1].dead + 0.3 * laws[-1].live
+        assert residual @ there.velocity == pytest.approx(ordered @ velocity, rel=1e-9)
+        assert np.linalg.norm(residual) == pytest.approx(np.linalg.norm(ordered), rel=1e-9)
+    one, other = laws
+    assert np.array_equal(one.matrix.toarray(), other.matrix.toarray())
+    assert np.array_equal(one.dead, other.dead)
+    assert np.array_equal(one.live, other.live)

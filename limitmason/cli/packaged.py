@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from math import isfinite
 from pathlib import Path
 
-from limitmason.cli.console import analysis_options, say, settings_of, show_text
+from limitmason.cli.console import analysis_options, figure_file, say, settings_of, show_text, writable
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
@@ -27,13 +27,32 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     run.add_argument("source", nargs="?", help="a source, or SOURCE/SPECIMEN")
     run.add_argument("specimens", nargs="*", help="only these specimens")
     run.add_argument("--all", action="store_true", help="every packaged experiment that has a model")
-    run.add_argument("--csv", type=Path, metavar="FILE", help="also write the table to a file")
-    run.add_argument("--figure", type=Path, metavar="FILE", help="also draw predicted against measured or published")
+    run.add_argument("--csv", type=writable, metavar="FILE", help="also write the table to a file")
+    run.add_argument(
+        "--figure", type=figure_file, metavar="FILE", help="also draw predicted against measured or published"
+    )
     analysis_options(run, flow_default=None)
     run.set_defaults(run=_run)
 
     summary = actions.add_parser("summary", help="all packaged cases as one Markdown table (some minutes)")
     summary.set_defaults(run=_summary)
+    _add_methods(actions)
+
+
+def _add_methods(actions: argparse._SubParsersAction) -> None:
+    methods = actions.add_parser("methods", help="all packaged cases by all theories as one page (an hour; resumable)")
+    methods.add_argument("--source", help="only this source")
+    methods.add_argument("--specimen", help="only cases of this specimen")
+    known = ("associative", "non-associative", "dem", "mechanisms")
+    methods.add_argument("--methods", nargs="+", choices=known, default=known, metavar="METHOD",
+                         help=f"out of {', '.join(known)}; default: all")  # fmt: skip
+    methods.add_argument("--thorough", action="store_true",
+                         help="whole error budgets, longer search, proven ranges (hours)")  # fmt: skip
+    methods.add_argument("--store", type=Path, metavar="FOLDER", help="keep answers here and go on after a kill")
+    methods.add_argument("--workers", type=int, default=1, help="processes, one case each; needs --store")
+    methods.add_argument("--markdown", type=writable, metavar="FILE", help="write the page here, not to the terminal")
+    methods.add_argument("--csv", type=writable, metavar="FILE", help="also write one line per case and theory")
+    methods.set_defaults(run=_methods)
 
 
 def _list(options: argparse.Namespace) -> int:
@@ -110,6 +129,27 @@ def _summary(options: argparse.Namespace) -> int:
     from limitmason import experiments
 
     show_text(experiments.summary_table(progress=say))
+    return 0
+
+
+def _methods(options: argparse.Namespace) -> int:
+    import limitmason
+    from limitmason import packaged
+
+    found = packaged.solve_cases(
+        packaged.cases(options.source, specimen=options.specimen), options.methods, thorough=options.thorough,
+        store=options.store, workers=options.workers, progress=say,
+    )  # fmt: skip
+    missing = () if options.source or options.specimen else packaged.not_covered()
+    page = packaged.as_markdown(found, missing, version=limitmason.__version__, thorough=options.thorough)
+    if options.markdown:
+        options.markdown.write_text(page, encoding="utf-8")
+        say(f"wrote {options.markdown}")
+    else:
+        show_text(page)
+    if options.csv:
+        packaged.write_csv(found, options.csv)
+        say(f"wrote {options.csv}")
     return 0
 
 

@@ -22,7 +22,7 @@ def limit_analysis(
     *,
     contact_model: str = "vertices",
     grid: Grid | Mapping[str, Grid] = (5, 5),
-    torsion_limit: bool = False,
+    torsion_limit: bool | float = False,
     in_plane: bool | None = None,
     solver: str = "auto",
     tolerance: float = 1e-10,
@@ -41,7 +41,8 @@ def limit_analysis(
         returns the smallest admissible multiplier that its search finds
     contact_model : "vertices" or "grid" (needed for crushing in 3-D)
     grid : points along and across each interface
-    torsion_limit : limit the torsion of each face to that of uniform pressure about its centre of pressure
+    torsion_limit : limit the torsion of each face to that of uniform pressure about its centre of pressure; a number is
+        the torsion of uniform pressure over the strength: True is 1, 2 halves the strength, 0 limits nothing
     in_plane : True demands, False forbids the reduction to a plane problem; None uses it where it is exact
     solver : "clarabel"; "interior-point", this package's own, for walls of thousands of blocks; "auto" takes the own
         one for large problems that it covers, falls back on Clarabel, and ``provenance["solver"]`` names the one used;
@@ -70,6 +71,8 @@ def limit_analysis(
     """
     if flow_rule not in FLOW_RULES:
         raise ValueError(f"flow_rule must be one of {FLOW_RULES}, got {flow_rule!r}")
+    if not 0.0 <= float(torsion_limit) < np.inf:
+        raise ValueError(f"torsion_limit must be True, False or a number >= 0, got {torsion_limit!r}")
     problem = make_problem(assembly, loads, contact_model=contact_model, grid=grid, in_plane=in_plane)
     if flow_rule == "associative":
         if options:

@@ -32,7 +32,7 @@ CONFINEMENT_WARNING = 10.0
 def solve_associative(
     problem: Problem,
     *,
-    torsion_limit: bool = False,
+    torsion_limit: bool | float = False,
     solver: str = "auto",
     tolerance: float = 1e-10,
     check_dead_load: bool = True,
@@ -45,7 +45,8 @@ def solve_associative(
     Parameters
     ----------
     problem : from :func:`limitmason.limit.problem.make_problem`
-    torsion_limit : limit each face's torsion about its centre of pressure to that of uniform pressure (an estimate)
+    torsion_limit : limit each face's torsion about its centre of pressure to that of uniform pressure over this number
+        (an estimate)
     solver : "auto", "clarabel" or "interior-point", see :mod:`limitmason.limit.solvers`
     tolerance : of the interior-point method [-]
     check_dead_load : also find out whether the structure stands without live load
@@ -67,7 +68,7 @@ def solve_associative(
     solver_seconds = solution.seconds
     details: dict = {}
     if torsion_limit and solution.status in (SOLVED, ALMOST_SOLVED):
-        solution, seconds, details = _with_torsion(problem, solution, tolerance)
+        solution, seconds, details = _with_torsion(problem, solution, tolerance, float(torsion_limit))
         solver_seconds += seconds
     if solution.status == CANNOT_STAND or (check_dead_load and solution.status in (SOLVED, ALMOST_SOLVED)):
         stands, seconds = (False, 0.0) if solution.multiplier < -1e-9 else (solution.stands, 0.0)
@@ -79,7 +80,7 @@ def solve_associative(
         elif stands and solution.status == CANNOT_STAND:
             # the interior point called a problem infeasible that has a solution at zero live load
             solution = solution._replace(status=NOT_CONVERGED)
-    return prediction_from(problem, solution, torsion_limit, details, start, solver_seconds, tolerance)
+    return prediction_from(problem, solution, bool(torsion_limit), details, start, solver_seconds, tolerance)
 
 
 def prediction_from(
@@ -198,7 +199,9 @@ def _warnings(problem: Problem, prediction: Prediction, confinement: float) -> l
     return out
 
 
-def _with_torsion(problem: Problem, solution: Solution, tolerance: float) -> tuple[Solution, float, dict]:
+def _with_torsion(
+    problem: Problem, solution: Solution, tolerance: float, reduction: float
+) -> tuple[Solution, float, dict]:
     """Repeat with every face's torsion limited about the centre of pressure of the last iterate.
 
     The step towards the new forces shrinks (successive averages), so that faces whose pressure jumps from corner to
@@ -209,7 +212,9 @@ def _with_torsion(problem: Problem, solution: Solution, tolerance: float) -> tup
         return solution, 0.0, {"torsion_iterations": 0}
     values, seconds, force, last = [], 0.0, solution.force, None
     for k in range(MAX_TORSION_ITERATIONS):
-        answer = solve_static(problem, make_cones(problem, torsion=torsion_limits(problem, force)), tolerance=tolerance)
+        limits = torsion_limits(problem, force)
+        limits = limits._replace(radius=limits.radius / reduction)
+        answer = solve_static(problem, make_cones(problem, torsion=limits), tolerance=tolerance)
         seconds += answer.seconds
         if answer.status not in (SOLVED, ALMOST_SOLVED):
             if last is None:

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from limitmason.certificate import certify, resultants_from_points, scaled_mechanism
 from limitmason.limit.associative import CONFINEMENT_WARNING, solve_associative
-from limitmason.limit.joint_law import JointLaw, State, from_corner, joint_law, true_forces, violation
+from limitmason.limit.joint_law import JointLaw, State, joint_law, split, true_forces, violation
+from limitmason.limit.numbering import Numbering, numbering
 from limitmason.limit.problem import Problem
 from limitmason.limit.search import EFFORTS, Effort, Polisher, Search, Trial, search_smallest
 from limitmason.limit.sequential import FrozenCones
@@ -76,6 +77,8 @@ def solve_nonassociative(
     (2006) for the sequential idea. The multiplier is not unique: joint forces are statically indeterminate and their
     friction is not worked out from how they came about. The value is admissible (see the certificate), hence an upper
     bound of the smallest admissible one; for small plane walls :func:`limitmason.limit.proven_range` settles the rest.
+    The search goes in an order read off the geometry: other numbers of blocks and joints end at the same value, and by
+    the standard and the thorough search a plane wall and its mirror image do too.
     Wrong as a prediction where the least favourable joint forces never come about: in 3-D the smallest admissible
     multiplier at psi = 0 can be zero, a block at a free end turning about one corner that carries all its load.
     """
@@ -97,14 +100,13 @@ def solve_nonassociative(
         return replace(upper, method=f"{METHOD} (psi = phi: associative)", provenance=provenance)
     if upper.status not in (SOLVED, ALMOST_SOLVED, UNBOUNDED):
         return replace(upper, method=METHOD, provenance=provenance)
-    found = search_smallest(
-        law, _starting_forces(problem, law, upper), effort=effort, seed=seed, accuracy=accuracy, budget=budget,
-        progress=progress,
-    )  # fmt: skip
+    order, ordered, found = _in_order_of_geometry(
+        problem, law, effort, seed=seed, accuracy=accuracy, budget=budget, progress=progress
+    )
     low = radenkovic_lower(law)
     details = _details(problem, found, low, upper.collapse_multiplier)
     state, status = found.best, SOLVED
-    if state is None and found.nearest is not None and violation(law, found.nearest).worst <= LOOSE:
+    if state is None and found.nearest is not None and violation(ordered, found.nearest).worst <= LOOSE:
         state, status = found.nearest, ALMOST_SOLVED
     if state is None:
         provenance["seconds"] = time.perf_counter() - start
@@ -114,13 +116,13 @@ def solve_nonassociative(
         return Prediction(
             METHOD, float("nan"), "none", NOT_CONVERGED, provenance=provenance, details=details, warnings=(reason,)
         )
-    ends = Polisher(law, accuracy).interval(state) if status == SOLVED else (state.multiplier, state.multiplier)
+    ends = Polisher(ordered, accuracy).interval(state) if status == SOLVED else (state.multiplier, state.multiplier)
     details["interval_at_mechanism"] = tuple(e * problem.live_scale for e in ends)
     if measure_jump is None:
         measure_jump = problem.plane is not None and problem.points.count <= JUMP_POINTS
     if measure_jump and status == SOLVED and (law.tan_psi[law.tan_phi > 0] == 0).any():
-        details["at_small_dilatancy"] = _at_small_dilatancy(problem, law, state, accuracy)
-    prediction = _prediction(problem, law, state, status, details, provenance)
+        details["at_small_dilatancy"] = _at_small_dilatancy(problem, ordered, state, accuracy)
+    prediction = _prediction(problem, law, order.back(law, state), status, details, provenance)
     certificate = certify(problem.assembly, problem.loads, prediction)
     provenance["seconds"] = time.perf_counter() - start
     prediction = replace(prediction, certificate=certificate)
@@ -142,12 +144,35 @@ def radenkovic_lower(law: JointLaw) -> float:
     return 0.0 if abs(state.multiplier) < 1e-9 else state.multiplier
 
 
-def _starting_forces(problem: Problem, law: JointLaw, upper: Prediction) -> Array:
-    """Normal forces of the associative state, or equal ones where that has no bound."""
-    if upper.resultants is None:
+def _in_order_of_geometry(
+    problem: Problem, law: JointLaw, effort: Effort, *, budget: float | None, **options
+) -> tuple[Numbering, JointLaw, Search]:
+    """Search in an order that does not depend on how blocks are numbered: order, law and outcome of the lower end.
+
+    A search is local, and a mirrored order of a symmetric wall ends elsewhere: where the effort asks for it both are
+    searched, so that a plane wall and its mirror image give one value.
+    """
+    tried: list[tuple[Numbering, JointLaw, Search]] = []
+    for mirrored in (False, True) if effort.mirrored else (False,):
+        order = numbering(problem, mirrored=mirrored)
+        ordered = order.law(law)
+        share = None if budget is None else budget / (2 if effort.mirrored else 1)
+        found = search_smallest(ordered, _starting_forces(ordered), effort=effort, budget=share, **options)
+        tried.append((order, ordered, found))
+
+    def height(one: tuple[Numbering, JointLaw, Search]) -> float:
+        return np.inf if one[2].best is None else one[2].best.multiplier
+
+    order, ordered, best = min(tried, key=height)
+    return order, ordered, best._replace(trials=tuple(t for one in tried for t in one[2].trials))
+
+
+def _starting_forces(law: JointLaw) -> Array:
+    """Normal forces N' of the associative state, or equal ones where that has no bound."""
+    _, state = FrozenCones(law, law.tan_phi).solve(law.cohesion)
+    if state is None:
         return np.full(len(law.tan_phi), law.total / len(law.tan_phi))
-    normal = (upper.resultants.point_force * problem.points.directions[:, 0]).sum(axis=1) / problem.force_scale
-    return from_corner(law, normal)
+    return np.maximum(split(law, state.force)[0], 0.0)
 
 
 def _at_small_dilatancy(problem: Problem, law: JointLaw, state: State, accuracy: float) -> float:

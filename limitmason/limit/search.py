@@ -28,12 +28,15 @@ class Effort(NamedTuple):
     pushes: tuple[float, ...]
     lower_each: bool  # in 3-D: push every candidate down, not only the best
     descents: int = 0  # in plane: disturbed descents of every candidate
+    mirrored: bool = False  # also in the order of the mirror image, with as many random starts
 
 
 EFFORTS = {
     "quick": Effort((0.005, 0.05), (0.6,), 0, (), False),
-    "standard": Effort((0.005, 0.02, 0.05, 0.1), (0.6,), 8, (), True, 4),
-    "thorough": Effort((0.001, 0.005, 0.02, 0.05, 0.1), (0.3, 0.6, 0.9), 60, (0.01, 0.03, 0.1, 0.3, 1.0), True, 8),
+    "standard": Effort((0.005, 0.02, 0.05, 0.1), (0.6,), 4, (), True, 4, True),
+    "thorough": Effort(
+        (0.001, 0.005, 0.02, 0.05, 0.1), (0.3, 0.6, 0.9), 30, (0.01, 0.03, 0.1, 0.3, 1.0), True, 8, True
+    ),
 }
 
 

@@ -7,25 +7,36 @@ from limitmason.study.block_size import block_size_study
 from limitmason.study.dilatancy import contact_point_study, dilatancy_study, with_dilatancy
 from limitmason.study.draws import Random, lognormal, normal, uniform
 from limitmason.study.gap import GapAttribution, attribute_gap
+from limitmason.study.layout_catalogue import COLUMNS as CATALOGUE_COLUMNS
+from limitmason.study.layout_catalogue import compute_layouts
+from limitmason.study.layout_search import Finding, LayoutSearch, search_layouts
 from limitmason.study.montecarlo import SobolIndices, monte_carlo, sobol
+from limitmason.study.search_report import layout_report
 from limitmason.study.store import RowStore, fingerprint
-from limitmason.study.sweep import sweep
+from limitmason.study.sweep import Unfinished, sweep
 from limitmason.study.table import Table
 
 __all__ = [
+    "CATALOGUE_COLUMNS",
+    "Finding",
     "GapAttribution",
+    "LayoutSearch",
     "Random",
     "RowStore",
     "SobolIndices",
     "Table",
+    "Unfinished",
     "attribute_gap",
     "block_size_study",
+    "compute_layouts",
     "contact_point_study",
     "dilatancy_study",
     "fingerprint",
+    "layout_report",
     "lognormal",
     "monte_carlo",
     "normal",
+    "search_layouts",
     "sobol",
     "sweep",
     "uniform",

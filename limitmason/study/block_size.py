@@ -12,7 +12,7 @@ import numpy as np
 from limitmason.build.wall import wall
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.study.answers import ASSOCIATIVE, MECHANISMS, as_row, check_method, solve
+from limitmason.study.answers import ASSOCIATIVE, MECHANISMS, as_row, check_method, one_of_many, solve
 from limitmason.study.store import fingerprint
 from limitmason.study.sweep import Progress, sweep
 from limitmason.study.table import Table
@@ -38,8 +38,8 @@ def scaled_unit(unit: Unit, size: float, vary: str) -> Unit:
 
 def block_size_study(
     build: Mapping[str, Any] | Build,
-    sizes: Sequence[float] = SIZES,
-    methods: Sequence[str] = (ASSOCIATIVE,),
+    sizes: Sequence[float] | Mapping[str, Sequence[float]] = SIZES,
+    methods: Sequence[str] | None = None,
     *,
     unit: Unit | None = None,
     vary: str = IN_PLANE,
@@ -55,8 +55,8 @@ def block_size_study(
     Parameters
     ----------
     build : arguments of ``limitmason.build.wall``, or a function of the unit that returns assembly and loads
-    sizes : of the blocks over the reference unit [-]
-    methods : "associative", "non-associative", "dem", ...
+    sizes : of the blocks over the reference unit [-], for all methods or by method (the DEM is slow on small blocks)
+    methods : "associative" (the default), "non-associative", "dem", ...; the keys of ``sizes`` where that is a mapping
     unit : reference unit (length, height, thickness) [m]; taken from the wall's arguments when they are given
     vary : "in plane" scales length and height of the units at fixed wall thickness; "whole block" scales the thickness
         too, and with it t / H of the wall
@@ -75,7 +75,7 @@ def block_size_study(
     Raises
     ------
     ValueError
-        For an unknown ``vary``, and for a size that does not fit the height.
+        For an unknown ``vary``, a size that does not fit the height, and methods given beside sizes by method.
 
     Notes
     -----
@@ -93,10 +93,13 @@ def block_size_study(
         build = functools.partial(_wall, arguments, direction)
     elif unit is None:
         raise ValueError("give the reference unit=(length, height, thickness) with a building function")
+    by_method = _sizes_by_method(sizes, methods)
+    methods = tuple(by_method)
     for method in methods:
         check_method(method)
-    jobs = [{"vary": vary, "method": m, "size": float(s)} for m in (*methods, MONOLITH) for s in sizes]
-    for size in sizes:
+    by_method[MONOLITH] = sorted({s for own in by_method.values() for s in own})
+    jobs = [{"vary": vary, "method": m, "size": s} for m, own in by_method.items() for s in own]
+    for size in by_method[MONOLITH]:
         scaled_unit(unit, size, vary)
     chosen = {m: dict((options or {}).get(m, {})) for m in methods}
     chosen[MONOLITH] = {"include": _PIECES}
@@ -115,6 +118,16 @@ def block_size_study(
     return Table(tuple(rows), table.units)
 
 
+def _sizes_by_method(
+    sizes: Sequence[float] | Mapping[str, Sequence[float]], methods: Sequence[str] | None
+) -> dict[str, list[float]]:
+    if isinstance(sizes, Mapping):
+        if methods is not None:
+            raise ValueError("sizes are given by method: leave methods out")
+        return {m: [float(s) for s in own] for m, own in sizes.items()}
+    return {m: [float(s) for s in sizes] for m in methods or (ASSOCIATIVE,)}
+
+
 def _wall(arguments: Mapping[str, Any], direction: tuple[float, float, float], unit: Unit) -> tuple[Assembly, Loads]:
     built = wall(unit=unit, **arguments)
     return built, Loads.horizontal(built, direction)
@@ -125,7 +138,8 @@ def _at_size(
 ) -> dict[str, Any]:
     scaled = scaled_unit(unit, size, vary)
     assembly, loads = build(scaled)
-    found = solve(assembly, loads, MECHANISMS if method == MONOLITH else method, options[method])
+    settings = one_of_many(method, options[method])
+    found = solve(assembly, loads, MECHANISMS if method == MONOLITH else method, settings)
     return {
         "unit_length": scaled[0], "unit_height": scaled[1], "unit_thickness": scaled[2],
         "blocks": int((~assembly.fixed).sum()), **as_row(found),

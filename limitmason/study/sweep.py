@@ -14,6 +14,10 @@ from limitmason.study.table import Table
 Progress = Callable[[str], object]
 
 
+class Unfinished(Exception):
+    """Raised by a function that stops before its answer, out of time: the run is left out and done the next time."""
+
+
 def sweep(
     function: Callable[..., Any],
     parameters: Mapping[str, Iterable[Any]] | Iterable[Mapping[str, Any]],
@@ -43,7 +47,8 @@ def sweep(
     Returns
     -------
     Table
-        One row per point in the order given, whatever the number of workers.
+        One row per point in the order given, whatever the number of workers; none for a point whose function raised
+        :class:`Unfinished`.
 
     Raises
     ------
@@ -61,6 +66,8 @@ def sweep(
     if rows and progress is not None:
         progress(f"{len(rows)} of {len(points)} runs are in {kept.path if kept else 'the store'}")
     for number, result in _run(function, [(k, points[k]) for k in missing], executor, workers):
+        if isinstance(result, Unfinished):
+            continue
         # through the same form as the store's, so that a resumed table equals an uninterrupted one
         rows[number] = plain({**_shown(points[number]), **_as_row(result)})
         if kept is not None:
@@ -69,7 +76,9 @@ def sweep(
             progress(
                 f"[{len(rows)}/{len(points)}] {', '.join(f'{k} = {v}' for k, v in _shown(points[number]).items())}"
             )
-    return Table(tuple(rows[k] for k in range(len(points))), dict(units or {}))
+    left = len(points) - len(rows)
+    notes = (f"{left} of {len(points)} runs are not finished: call again with the same store",) if left else ()
+    return Table(tuple(rows[k] for k in sorted(rows)), dict(units or {}), notes)
 
 
 def _points(parameters: Any) -> list[dict[str, Any]]:
@@ -106,7 +115,10 @@ def _as_row(result: Any) -> Mapping[str, Any]:
 
 
 def _call(function: Callable[..., Any], number: int, point: Mapping[str, Any]) -> tuple[int, Any]:
-    result = function(**point)
+    try:
+        result = function(**point)
+    except Unfinished as stopped:
+        return number, stopped
     # a whole prediction is heavy to send between processes
     return number, _as_row(result) if isinstance(result, Prediction) else result
 

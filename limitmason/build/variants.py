@@ -1,0 +1,231 @@
+"""Imperfect variants of an assembly: contact over part of a face, open joints, other sizes, displaced blocks.
+
+Each returns a new assembly and leaves loads alone. The recipe is dropped wherever the geometry changes, so that closed
+forms that read lengths from it refuse instead of using lengths that no longer hold.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from limitmason.geometry.polyhedron import Solid
+from limitmason.geometry.rotation import rotation_matrices
+from limitmason.model.assembly import Assembly
+from limitmason.model.block import Block
+from limitmason.model.input import read_number, read_vector
+from limitmason.model.interface import Interface
+from limitmason.model.joint import Joint
+
+Array = NDArray[np.float64]
+
+
+def with_joint_law(
+    assembly: Assembly, change: Callable[[Joint], Joint], kinds: Iterable[str] = ("bed", "head", "base")
+) -> Assembly:
+    """This assembly with every joint of some kinds changed by a function of its law.
+
+    Parameters
+    ----------
+    change : returns the new law of a joint
+    kinds : "bed", "head", "base"; the others keep their law
+    """
+    kinds = tuple(kinds)
+    new: dict[int, Joint] = {}
+    interfaces = []
+    for i in assembly.interfaces:
+        if i.kind in kinds:
+            if id(i.joint) not in new:
+                new[id(i.joint)] = change(i.joint)
+            i = replace(i, joint=new[id(i.joint)])
+        interfaces.append(i)
+    return assembly.with_interfaces(interfaces)
+
+
+def with_part_of_thickness(assembly: Assembly, share: float, direction: ArrayLike = (0.0, 1.0, 0.0)) -> Assembly:
+    """This assembly with every face in contact over the middle part of its width across the wall only.
+
+    Parameters
+    ----------
+    share : width in contact over the full width [-], 0 < share <= 1
+    direction : across the wall, shape (3,); faces that stand across it (between two leaves) keep their whole area
+
+    Raises
+    ------
+    ValueError
+        For a share outside its range.
+    """
+    if not 0.0 < read_number("share", share) <= 1.0:
+        raise ValueError(f"share of the thickness in contact must be above 0 and at most 1, got {share!r}")
+    d = _unit("direction", direction)
+    changed = []
+    for i in assembly.interfaces:
+        across = d - (d @ i.normal) * i.normal
+        size = float(np.linalg.norm(across))
+        if size > np.sqrt(0.5):
+            across = across / size
+            middle = 0.5 * (np.max(i.polygon @ across) + np.min(i.polygon @ across))
+            shift = (share - 1.0) * (i.polygon @ across - middle)
+            i = replace(i, polygon=i.polygon + shift[:, None] * across)
+        changed.append(i)
+    return replace(assembly, interfaces=tuple(changed), recipe={})
+
+
+def with_head_joints_gaping(assembly: Assembly, gap: float) -> Assembly:
+    """This assembly with units that stop half a gap short of every head joint, so that bed joints lose overlap.
+
+    An edge of a bed or base joint that ends at a head joint is moved inwards by gap / 2; edges at the free end of a
+    wall and along its faces stay. In running bond an overlap v between two head joints becomes v - gap. The faces in
+    the head joints themselves stay in contact: wedged by mortar dust or chips; take them away with
+    :func:`without_head_joints`.
+
+    Parameters
+    ----------
+    gap : [m], >= 0
+
+    Raises
+    ------
+    ValueError
+        When a bed joint is not longer than what it loses.
+    """
+    if not read_number("gap", gap) >= 0.0:
+        raise ValueError(f"gap must be >= 0 m, got {gap!r}")
+    heads = [i for i in assembly.interfaces if abs(i.normal[2]) < np.sqrt(0.5)]
+    low = np.array([h.polygon.min(axis=0) for h in heads]).reshape(-1, 3) - 2.0 * assembly.tolerance
+    high = np.array([h.polygon.max(axis=0) for h in heads]).reshape(-1, 3) + 2.0 * assembly.tolerance
+    normals = np.array([h.normal for h in heads]).reshape(-1, 3)
+    changed = []
+    for i in assembly.interfaces:
+        polygon = i.polygon
+        if abs(i.normal[2]) >= np.sqrt(0.5) and len(heads):
+            following = np.roll(polygon, -1, axis=0)
+            middle = 0.5 * (polygon + following)
+            along = following - polygon
+            inward = np.cross(i.normal, along / np.linalg.norm(along, axis=1)[:, None])
+            at = ((middle[:, None] >= low) & (middle[:, None] <= high)).all(axis=2)
+            at &= np.abs(inward @ normals.T) > 0.9
+            for edge in np.flatnonzero(at.any(axis=1)):
+                polygon = _cut_edge(assembly, i, polygon, inward[edge], middle[edge], 0.5 * gap)
+        changed.append(i if polygon is i.polygon else replace(i, polygon=polygon))
+    return replace(assembly, interfaces=tuple(changed), recipe={})
+
+
+def without_head_joints(assembly: Assembly, share: float = 1.0) -> Assembly:
+    """This assembly without contact in a share of its head joints.
+
+    Which joints go is fixed by their number (a golden-ratio sequence spreads them over the wall), and those open at a
+    small share stay open at a larger one: the answer is the same every time and falls with the share.
+
+    Parameters
+    ----------
+    share : of the head joints [-], 0 to 1
+
+    Raises
+    ------
+    ValueError
+        For a share outside its range, and when a block then hangs on nothing.
+    """
+    if not 0.0 <= read_number("share", share) <= 1.0:
+        raise ValueError(f"share of open head joints must be 0 to 1, got {share!r}")
+    heads = [k for k, i in enumerate(assembly.interfaces) if i.kind == "head"]
+    rank = np.argsort(np.argsort((np.arange(1, len(heads) + 1) * 0.6180339887498949) % 1.0))
+    removed = {k for k, r in zip(heads, rank.tolist(), strict=True) if r < round(share * len(heads))}
+    kept = tuple(i for k, i in enumerate(assembly.interfaces) if k not in removed)
+    out = replace(assembly, interfaces=kept, recipe={})
+    out.check_connected()
+    return out
+
+
+def resized(assembly: Assembly, factors: ArrayLike) -> Assembly:
+    """This assembly stretched along the axes about the origin; densities stay, so weights follow the volumes.
+
+    Parameters
+    ----------
+    factors : along x, y and z [-], > 0, shape (3,)
+    """
+    f = read_vector("factors", factors)
+    if not (f > 0).all():
+        raise ValueError(f"factors must be positive, got {tuple(f.tolist())}")
+    blocks = tuple(replace(b, parts=tuple(Solid(p.vertices * f, p.faces) for p in b.parts)) for b in assembly.blocks)
+    interfaces = []
+    for i in assembly.interfaces:
+        n = i.normal / f  # a normal goes with the inverse transpose
+        interfaces.append(replace(i, polygon=i.polygon * f, normal=n / np.linalg.norm(n)))
+    return replace(assembly, blocks=blocks, interfaces=tuple(interfaces), recipe={})
+
+
+def with_density_factor(assembly: Assembly, factor: float, blocks: Iterable[int | str] | None = None) -> Assembly:
+    """This assembly with the density of all blocks, or of those named, times a factor [-], >= 0."""
+    if not read_number("factor", factor) >= 0.0:
+        raise ValueError(f"density factor must be >= 0, got {factor!r}")
+    chosen = set(range(assembly.n_blocks)) if blocks is None else {assembly.block_index(b) for b in blocks}
+    recipe = dict(assembly.recipe)
+    if blocks is None and "density" in recipe:
+        recipe["density"] = recipe["density"] * factor
+    elif blocks is not None:
+        recipe = {}
+    new = tuple(replace(b, density=b.density * factor) if k in chosen else b for k, b in enumerate(assembly.blocks))
+    return replace(assembly, blocks=new, recipe=recipe)
+
+
+def displaced(assembly: Assembly, displacements: Sequence[Array] | Array) -> Assembly:
+    """This assembly with every block moved and turned by a finite rigid displacement; joints go along.
+
+    An interface moves with its free block where the other is held, else by the mean motion of its two blocks, as a
+    joint of springs between them does.
+
+    Parameters
+    ----------
+    displacements : translation of the centroid [m] and rotation vector [rad] of every block, shape (n_blocks, 6)
+    """
+    u = np.asarray(displacements, dtype=float)
+    if u.shape != (assembly.n_blocks, 6) or not np.isfinite(u).all():
+        raise ValueError(f"displacements must be finite and of shape ({assembly.n_blocks}, 6), got shape {u.shape}")
+    turn, centre = rotation_matrices(u[:, 3:]), assembly.centroids
+
+    def moved(points: Array, block: int) -> Array:
+        return (points - centre[block]) @ turn[block].T + centre[block] + u[block, :3]
+
+    blocks = tuple(
+        Block(
+            b.name,
+            tuple(Solid(moved(p.vertices, k), p.faces) for p in b.parts),
+            b.density,
+            None if b.axis is None else turn[k] @ b.axis,
+        )
+        for k, b in enumerate(assembly.blocks)
+    )
+    fixed, interfaces = assembly.fixed, []
+    for i in assembly.interfaces:
+        sides = [k for k in (i.block_a, i.block_b) if not fixed[k]] or [i.block_a]
+        half = rotation_matrices(u[sides, 3:].mean(axis=0))
+        middle = i.polygon.mean(axis=0)
+        at = np.mean([moved(middle, k) for k in sides], axis=0)
+        interfaces.append(replace(i, polygon=(i.polygon - middle) @ half.T + at, normal=half @ i.normal))
+    return replace(assembly, blocks=blocks, interfaces=tuple(interfaces), recipe={})
+
+
+def _cut_edge(
+    assembly: Assembly, interface: Interface, polygon: Array, inward: Array, at: Array, depth: float
+) -> Array:
+    """The polygon without a strip of some depth along one of its edges."""
+    distance = (polygon - at) @ inward - depth
+    out = []
+    for k in range(len(polygon)):
+        j = (k + 1) % len(polygon)
+        if distance[k] >= 0.0:
+            out.append(polygon[k])
+        if distance[k] * distance[j] < 0.0:
+            out.append(polygon[k] + (polygon[j] - polygon[k]) * distance[k] / (distance[k] - distance[j]))
+    if len(out) >= 3:
+        return np.array(out)
+    a, b = assembly.blocks[interface.block_a].name, assembly.blocks[interface.block_b].name
+    raise ValueError(f"the joint between {a!r} and {b!r} is not longer than the {depth:.3g} m it loses at a head joint")
+
+
+def _unit(name: str, vector: ArrayLike) -> Array:
+    v = read_vector(name, vector)
+    if not np.linalg.norm(v) > 0:
+        raise ValueError(f"{name} must not be zero")
+    return v / np.linalg.norm(v)

@@ -1,0 +1,209 @@
+"""The table of all cases by all theories as Markdown and as tidy CSV, with what theory demands of it checked."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping, Sequence
+from itertools import groupby
+from pathlib import Path
+
+from limitmason.packaged.answers import dem_verdict, settings_of
+from limitmason.packaged.cases import ASSUMED, Case, Reference
+from limitmason.packaged.explained import reason_for
+from limitmason.side_by_side import Answer, SideBySide
+from limitmason.study.answers import ASSOCIATIVE, DEM, MECHANISMS, NON_ASSOCIATIVE
+
+Found = Mapping[Case, SideBySide]
+
+_HEAD = {ASSOCIATIVE: "associative", NON_ASSOCIATIVE: "non-associative", DEM: "DEM", MECHANISMS: "mechanisms"}
+
+
+def references_for(case: Case, method: str) -> tuple[Reference, ...]:
+    """Values to divide an answer by: measured ones, and published ones of the answer's own flow rule.
+
+    The DEM and the non-associative analysis of joints with psi = phi follow the associative rule; a mechanism is held
+    against associative values.
+    """
+    dilatant = all(i.joint.tan_psi >= i.joint.tan_phi - 1e-12 for i in case.test.assembly().interfaces)
+    rule = "associative" if method in (ASSOCIATIVE, MECHANISMS) or dilatant else "non-associative"
+    return tuple(r for r in case.references if r.flow_rule in (None, rule))
+
+
+def as_markdown(
+    found: Found, missing: Sequence[tuple[str, tuple[str, ...], str]], *, version: str, thorough: bool = False
+) -> str:
+    """The whole page.
+
+    Parameters
+    ----------
+    found : from :func:`limitmason.packaged.solve_cases`
+    missing : from :func:`limitmason.packaged.not_covered`
+    version : of limitmason, for the line on where the page comes from
+    thorough : whether the answers are those of a thorough run
+    """
+    lines = [
+        "# Every packaged case by every theory",
+        "",
+        f"Made by `limitmason experiments methods{' --thorough' if thorough else ''}`, version {version}; nothing is "
+        "tuned. In brackets after a value: "
+        "its range, and after × its ratio to the test or to the published value of the same flow rule.",
+        "",
+        "- associative: exact for psi = phi, an upper bound for every psi.",
+        "- non-associative: the smallest admissible multiplier found at the case's own psi; in brackets the "
+        "multipliers of all certified states found, or, where it says *proven*, an interval outside which there is "
+        "none.",
+        "- DEM: at the case's own psi; in brackets the bracket of its search or, where it says *budget*, that with the "
+        "changes by ten times the stiffness, twice the contact points and half the rate, summed on each side.",
+        "- mechanisms: the smallest of the closed forms and its name; *bound* where it is admissible on these blocks.",
+    ]
+    for source, group in groupby(found, key=lambda c: c.source):
+        own = {c: found[c] for c in group}
+        lines += ["", f"## {source}", "", next(iter(own)).test.source.title, ""]
+        if source in ASSUMED:
+            lines += [ASSUMED[source], ""]
+        lines += _settings(own, thorough)
+        methods = [m for m in _HEAD if any(m in r for r in own.values())]
+        unit = next(iter(own)).unit
+        head = ["case", "test or published", *(_HEAD[m] for m in methods)]
+        lines += ["", f"Values in {unit}." if unit != "-" else "Values are multipliers of the weight.", ""]
+        lines += [_row(head), _row(["---"] * len(head))]
+        lines += [_row([c.name, _span_of(c), *(_cell(c, r, m) for m in methods)]) for c, r in own.items()]
+        lines += [*_refusals(own), *_checks(own)]
+    if any(name not in r for r in found.values() for name in _HEAD):
+        lines.insert(3, "An empty cell was not computed.")
+    lines += ["", "## Not in the table", ""]
+    lines += [f"- {source} {_names(names)}: {reason}." for source, names, reason in missing]
+    return "\n".join(lines) + "\n"
+
+
+def _settings(own: Found, thorough: bool) -> list[str]:
+    kinds = {settings_of(c, thorough=thorough)._replace(proven=None) for c in own}
+    out = []
+    for s in sorted(kinds, key=str):
+        grid = "" if s.grid is None else f"; limit analysis on a grid of {s.grid[0]} x {s.grid[1]}, for crushing"
+        points = f"{s.contact_points[0]} x {s.contact_points[1]}"
+        out.append(f"DEM: {points} contact points along and across a joint{grid}. Search: {s.search}.")
+    return out
+
+
+def _row(cells: Sequence[str]) -> str:
+    return "| " + " | ".join(cells) + " |"
+
+
+def _names(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{names[0]} ... {names[-1]} ({len(names)})"
+
+
+def _span(low: float, high: float, form: str = ".4g") -> str:
+    return f"{low:{form}}" if f"{low:{form}}" == f"{high:{form}}" else f"{low:{form}} to {high:{form}}"
+
+
+def _span_of(case: Case) -> str:
+    out = []
+    for label, group in groupby(sorted(case.references, key=_label), key=_label):
+        values = [r.value for r in group]
+        out.append(f"{label} {_span(min(values), max(values))}" + (f" ({len(values)})" if len(values) > 2 else ""))
+    return "; ".join(out) or "none"
+
+
+def _label(reference: Reference) -> str:
+    words = reference.label.split(maxsplit=1)[1]
+    # both senses of a cyclic test stand in one row
+    return words.rstrip("+-") if reference.kind == "measured" else words
+
+
+def ratio_span(case: Case, answer: Answer) -> tuple[float, float]:
+    """Smallest and largest ratio of an answer to its references, NaN without any."""
+    value = answer.multiplier * float(case.test.multiplier_to_measured)
+    ratios = [value / r.value for r in references_for(case, answer.method)]
+    return (min(ratios), max(ratios)) if ratios and answer.solved else (math.nan, math.nan)
+
+
+def _cell(case: Case, result: SideBySide, method: str) -> str:
+    if method not in result:
+        return ""
+    answer, factor = result[method], float(case.test.multiplier_to_measured)
+    if answer.status.startswith("does not apply"):
+        return "does not apply"
+    if not answer.solved:
+        known = math.isfinite(answer.multiplier)
+        return f"{answer.multiplier * factor:.4g} ({answer.status})" if known else answer.status
+    text = f"{answer.multiplier * factor:.4g}"
+    if math.isfinite(answer.low) and math.isfinite(answer.high):
+        proven = "proven " if answer.range_is.startswith("no admissible") else ""
+        budget = "budget " if len(answer.details.get("error budget") or ()) else ""
+        text += f" ({proven}{budget}{_span(answer.low * factor, answer.high * factor)})"
+    low, high = ratio_span(case, answer)
+    if math.isfinite(low):
+        text += f" × {_span(low, high, '.2f')}"
+    if method == MECHANISMS:
+        name, bound = answer.details.get("governing", ""), answer.details.get("smallest_upper_bound", math.nan)
+        least = bound is not None and math.isfinite(bound) and bound <= answer.multiplier * (1.0 + 1e-9)
+        text += f" {name}, {'bound' if least else 'estimate'}"
+    return text
+
+
+def _refusals(own: Found) -> list[str]:
+    refused: dict[str, list[str]] = {}
+    for case, result in own.items():
+        for row in result.rows:
+            if row.status.startswith("does not apply"):
+                reason = row.status.removeprefix("does not apply: ")
+                refused.setdefault(f"not covered by {_HEAD[row.method]}: {reason}", []).append(case.name)
+    return ["", *(f"- {_names(names)}: {reason}" for reason, names in refused.items())] if refused else []
+
+
+def _checks(own: Found) -> list[str]:
+    """What theory demands, counted, and every case that needs an explanation with it."""
+    kept, broken, outside, silent, inside = 0, [], [], [], 0
+    for case, result in own.items():
+        for line in result.findings():
+            kept += line.startswith("holds") and "DEM" not in line
+            broken += [f"- BROKEN, {case.name}: {line}"] if line.startswith("BROKEN") else []
+        verdict = dem_verdict(result)
+        inside += verdict == "inside"
+        if verdict and verdict != "inside":
+            outside.append(f"- {case.name}: the DEM lies {verdict}. {reason_for(case, verdict)}")
+        if DEM in result and not result[DEM].solved and not result[DEM].status.startswith("does not apply"):
+            silent.append(f"- {case.name}: DEM {result[DEM].status}. {reason_for(case, result[DEM].status)}")
+    total = inside + len(outside)
+    out = [""]
+    if kept or broken:
+        text = "Orders that theory demands (non-associative <= associative <= admissible mechanism)"
+        out.append(f"{text}: {kept} hold, {len(broken)} broken.")
+    if total:
+        out.append(f"The DEM lies inside the admissible range within its error bar in {inside} of {total} cases.")
+    return [*(out if len(out) > 1 else []), *([""] if broken or outside or silent else []), *broken, *outside, *silent]
+
+
+_COLUMNS = (
+    "source", "specimens", "variant", "sense", "method", "unit", "value", "low", "high", "range is", "bound", "status",
+    "mechanism", "references", "reference low", "reference high", "ratio low", "ratio high", "DEM is",
+)  # fmt: skip
+
+
+def write_csv(found: Found, path: str | Path) -> None:
+    """Write one line per case and method, with a line of units below the names."""
+    with Path(path).open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(_COLUMNS)
+        own_unit = {"value", "low", "high", "reference low", "reference high"}
+        writer.writerow(["column unit" if c in own_unit else "-" for c in _COLUMNS])
+        for case, result in found.items():
+            factor = float(case.test.multiplier_to_measured)
+            for row in result.rows:
+                references = references_for(case, row.method)
+                values = [r.value for r in references]
+                ends = (min(values), max(values)) if values else (math.nan, math.nan)
+                writer.writerow([
+                    case.source, " ".join(case.specimens), case.variant, case.direction, row.method, case.unit,
+                    *(_number(v * factor) for v in (row.multiplier, row.low, row.high)), row.range_is, row.bound,
+                    row.status, row.details.get("governing", ""), "; ".join(dict.fromkeys(r.label for r in references)),
+                    *map(_number, ends), *map(_number, ratio_span(case, row)),
+                    dem_verdict(result) if row.method == DEM else "",
+                ])  # fmt: skip
+
+
+def _number(value: float) -> str:
+    return f"{value:.6g}" if math.isfinite(value) else ""
