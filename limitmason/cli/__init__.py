@@ -1,4 +1,4 @@
-"""The command line: packaged experiments, models from files, theories side by side, figures.
+"""The command line: packaged experiments, models from files, theories side by side, diagnosis, figures.
 
 Answers go to standard output, progress and errors to standard error; a mistake in the input ends with exit status 2
 and one line that names it, an analysis without a finite multiplier with exit status 3.
@@ -8,7 +8,7 @@ import argparse
 from collections.abc import Sequence
 
 from limitmason import __version__
-from limitmason.cli import models, packaged, theories
+from limitmason.cli import diagnosis, models, packaged, theories
 from limitmason.cli.console import say
 
 _DESCRIPTION = """\
@@ -28,6 +28,8 @@ examples:
   limitmason template wall.json                        a small wall to edit
   limitmason solve wall.json --flow-rule non-associative --output answer.json
   limitmason compare wall.json --figure theories.png   every theory side by side
+  limitmason diagnose --template data.csv              measured values to fill in, then
+  limitmason diagnose data.csv --noise 0.04 --out result
   limitmason figure mechanism wall.json -o wall.pdf    also: assembly, forces; .png, .pdf or .svg
 
 units: SI (m, kg, N, Pa), angles in degrees where a name ends in _deg; z is up, compression positive.
@@ -73,4 +75,5 @@ def _parser() -> argparse.ArgumentParser:
     packaged.add_commands(commands)
     models.add_commands(commands)
     theories.add_commands(commands)
+    diagnosis.add_commands(commands)
     return top

@@ -27,6 +27,9 @@ class Cause:
     unit : unit of the size, for reports
     source : where the physics comes from
     isolate : the experiment that would show this cause alone
+    hidden_when : when data cannot show it, or cannot tell it from another cause
+    methods : names of the methods that feel it; empty is all
+    reads_specimen : ``apply`` of a simulation cause also takes ``specimen=``, for what differs from test to test
 
     Raises
     ------
@@ -48,6 +51,9 @@ class Cause:
     unit: str = "-"
     source: str = ""
     isolate: str = ""
+    hidden_when: str = ""
+    methods: tuple[str, ...] = ()
+    reads_specimen: bool = False
 
     def __post_init__(self):
         low, high = (float(b) for b in self.bounds)
@@ -88,14 +94,17 @@ class Extension:
     Parameters
     ----------
     steps : pairs of a cause with ``apply`` and its size, in the order of application
+    specimen : passed on to causes that read it
     """
 
     steps: tuple[tuple[Cause, float], ...]
+    specimen: Any = None
 
     def __call__(self, *model):
         """Apply all steps to the model."""
         for cause, size in self.steps:
-            changed = cause.apply(size, *model)
+            more = {"specimen": self.specimen} if cause.reads_specimen else {}
+            changed = cause.apply(size, *model, **more)
             model = changed if len(model) != 1 and isinstance(changed, tuple) else (changed,)
         return model[0] if len(model) == 1 else model
 

@@ -1,7 +1,7 @@
 """The rule: a gate for "none", a guard for scatter, and a bootstrap confidence set of causes, then of pairs."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.special import chdtrc
@@ -83,6 +83,8 @@ class Verdict:
     critical_gain : log-likelihood gain over the whole list that noise alone reaches with probability ``Rule.gain``
     tested : all explanations that were held against the data, by names
     null : fit of the baseline
+    tried_pairs : whether pairs were held against the data
+    withdrawn : explanations that fit but predict whole groups left out worse than the baseline does
     """
 
     kind: str
@@ -94,6 +96,26 @@ class Verdict:
     critical_gain: float
     tested: dict[Names, Tested] = field(default_factory=dict)
     null: Fit | None = None
+    tried_pairs: bool = False
+    withdrawn: tuple[Names, ...] = ()
+
+    @property
+    def kept(self) -> tuple[Names, ...]:
+        """Explanations that are not rejected: single causes or pairs, best first."""
+        return self.pairs or tuple((name,) for name in self.causes)
+
+    def without(self, names: Sequence[Names]) -> "Verdict":
+        """The verdict after explanations are withdrawn: fewer of them, or "unexplained" when none is left."""
+        left = tuple(n for n in self.kept if n not in set(names))
+        kind = self.kind if self.kind == "two" else "cause" if len(left) == 1 else "either"
+        causes = left[0] if left and self.kind == "two" else tuple(n[0] for n in left)
+        return replace(
+            self,
+            kind=kind if left else "unexplained",
+            causes=causes,
+            pairs=left if self.kind == "two" else (),
+            withdrawn=tuple(names),
+        )
 
 
 def decide(design: Design, y: np.ndarray, draws: Draws, rule: Rule | None = None, pairs: bool = True) -> Verdict:
@@ -142,6 +164,7 @@ def decide(design: Design, y: np.ndarray, draws: Draws, rule: Rule | None = None
         both = confidence_set(design, fits, base, draws, rule)
         kept_pairs = _ranked(both)
         tested = {**tested, **both}
+        about["tried_pairs"] = True
     if kept_pairs:
         return Verdict("two", kept_pairs[0], tuple(kept_pairs), tested=tested, **about)
     return Verdict("unexplained", (), (), tested=tested, **about)

@@ -6,14 +6,11 @@ from functools import cached_property
 
 import numpy as np
 
+from limitmason.diagnosis.cells import WALK, Cells, descend, fit_many
 from limitmason.diagnosis.likelihood import Likelihood
 
-SWEEPS = 8  # of coordinate descent inside one cell of three and more axes
-TINY = 1e-30  # keeps the step finite along an axis without effect
-WALK = 3  # cells that a fit may go on beyond that of the best node
 FIELDS = ("loglik", "loss", "penalty", "position", "residuals", "node")
 CHUNK = 4_000_000  # entries of a work array
-_NONE = np.zeros((2, 1, 0, 1))
 
 
 @dataclass(frozen=True)
@@ -78,7 +75,9 @@ class Grid:
     @cached_property
     def _slopes(self) -> np.ndarray:
         """Change of the values towards the node before and after, per cell and axis, shape (2, g, d, n)."""
-        return np.stack([self._steps(self.values, a) for a in range(len(self.shape))], axis=2) if self.shape else _NONE
+        if not self.shape:
+            return np.zeros((2, 1, 0, self.n))
+        return np.stack([self._steps(self.values, a) for a in range(len(self.shape))], axis=2)
 
     @cached_property
     def _z_steps(self) -> np.ndarray:
@@ -108,10 +107,9 @@ class Grid:
         return np.where(index == 0, 0.0, -0.5), np.where(index == last, 0.0, 0.5)
 
     @cached_property
-    def _rows(self) -> np.ndarray:
-        """Nodes, nuisance and minus half their squares: one product with (y, z, 1) ranks all nodes."""
-        half = -0.5 * (np.einsum("gn,gn->g", self.nodes, self.nodes) + np.einsum("gk,gk->g", self.node_z, self.node_z))
-        return np.ascontiguousarray(np.concatenate([self.nodes, self.node_z, half[:, None]], axis=1).T)
+    def cells(self) -> Cells:
+        """Inner products of the nodes, by which fits with Gaussian errors are found."""
+        return Cells(self.values, self.z)
 
     def fit(self, y, z, like: Likelihood, replicate=1.0, weights=None) -> Fit:
         """Best fit to each data set.
@@ -124,6 +122,8 @@ class Grid:
         replicate : redrawn replicate variance, a number or shape (b,)
         weights : 1 for values that are used, 0 for values left out, shape (b, n); None uses all
         """
+        if like.tails is None and weights is None:
+            return fit_many([self], y, z, like, replicate)[0]
         y, z = np.atleast_2d(y), np.atleast_2d(z)
         replicate = np.broadcast_to(np.asarray(replicate, dtype=float), (len(y),))
         step = max(1, CHUNK // max(1, len(self.nodes) * (self.n if like.tails is not None else 1)))
@@ -160,8 +160,6 @@ class Grid:
         return fit
 
     def _best_node(self, y, z, like, replicate, weights):
-        if like.quadratic and weights is None:
-            return np.argmax(np.concatenate([y, z, np.ones((len(y), 1))], axis=1) @ self._rows, axis=1)
         used = np.ones_like(y) if weights is None else weights
         if like.tails is None:
             loss = ((used * y * y).sum(axis=1)[:, None] - 2.0 * (used * y) @ self.nodes.T) + used @ (self.nodes**2).T
@@ -190,12 +188,12 @@ class Grid:
         inner = np.where((low < 0) & (high > 0), 0.5, 1.0)  # at an end only one side has a change
         slopes = (self._slopes[0][node] + self._slopes[1][node]) * inner[..., None]
         z_step = (self._z_steps[0][node] + self._z_steps[1][node]) * inner[:, first:]
-        move = _descend(*_normal(slopes, z_step, residuals, off, used, variance), low, high)
+        move = _step(*_normal(slopes, z_step, residuals, off, used, variance), low, high)
         after = (move > 0.0) | (low == 0.0)
         slopes = self._towards(self._slopes, node, after)
         z_step = self._towards(self._z_steps, node, after[:, first:])
         low, high = np.where(after, 0.0, low), np.where(after, high, 0.0)
-        move = _descend(*_normal(slopes, z_step, residuals, off, used, variance), low, high)
+        move = _step(*_normal(slopes, z_step, residuals, off, used, variance), low, high)
         left = residuals - np.einsum("bd,bdn->bn", move, slopes)
         off = off - move[:, first:] * z_step
         penalty = (off**2).sum(axis=1)
@@ -205,11 +203,22 @@ class Grid:
 
     def values_at(self, fit: Fit) -> np.ndarray:
         """Whitened predictions of fits (of this grid or of one with as many nodes), shape (b, n)."""
+        return self.values_from(fit.node, fit.position)
+
+    def values_from(self, node: np.ndarray, position: np.ndarray) -> np.ndarray:
+        """Whitened predictions at grid positions, linear from the node of each, shape (b, n)."""
+        out = self.nodes[node]
         if not self.shape:
-            return np.repeat(self.nodes, len(fit.node), axis=0)
-        move = fit.position - np.stack(np.unravel_index(fit.node, self.shape), axis=-1)
-        after = (move > 0.0) | (self._reach[0][fit.node] == 0.0)
-        return self.nodes[fit.node] + np.einsum("bd,bdn->bn", move, self._towards(self._slopes, fit.node, after))
+            return out
+        index = np.unravel_index(node, self.shape)
+        for axis, (i, length) in enumerate(zip(index, self.shape, strict=True)):
+            move = position[:, axis] - i
+            way = np.where((move > 0.0) | (i == 0), 1, -1)
+            beside = list(index)
+            beside[axis] = np.clip(i + way, 0, length - 1)
+            change = self.nodes[np.ravel_multi_index(tuple(beside), self.shape)] - self.nodes[node]
+            out = out + (way * move)[:, None] * change
+        return out
 
     def sizes_at(self, position: np.ndarray) -> np.ndarray:
         """Sizes of the causes at grid positions, shape (b, p)."""
@@ -277,34 +286,6 @@ def _normal(slopes, z_step, residuals, off, used, variance):
     return gram, gradient
 
 
-def _descend(gram, gradient, low, high):
-    """Minimiser of m'Gm/2 - g'm within a box, all data sets at once: closed form up to two axes, else by sweeps."""
-    d = gradient.shape[1]
-    if d == 2:
-        return _descend_two(gram, gradient, low, high)
-    move = np.zeros_like(gradient)
-    for _ in range(SWEEPS if d > 1 else 1):
-        for i in range(d):
-            diagonal = gram[:, i, i]
-            rest = gradient[:, i] - (gram[:, i, :] * move).sum(axis=1) + diagonal * move[:, i]
-            move[:, i] = _clip(rest / (diagonal + TINY), low[:, i], high[:, i])
-    return move
-
-
-def _descend_two(gram, gradient, low, high):
-    """The same for two axes: the free minimum, or the better of the two with one axis held at its violated end."""
-    a, b, c = gram[:, 0, 0] + TINY, gram[:, 0, 1], gram[:, 1, 1] + TINY
-    g, h = gradient[:, 0], gradient[:, 1]
-    determinant = np.maximum(a * c - b * b, 1e-10 * a * c)
-    first = _clip((c * g - b * h) / determinant, low[:, 0], high[:, 0])
-    second = _clip((a * h - b * g) / determinant, low[:, 1], high[:, 1])
-    answer = _clip((h - b * first) / c, low[:, 1], high[:, 1])
-    other = _clip((g - b * second) / a, low[:, 0], high[:, 0])
-    one = first * (0.5 * a * first + b * answer - g) + answer * (0.5 * c * answer - h)
-    two = other * (0.5 * a * other + b * second - g) + second * (0.5 * c * second - h)
-    swap = two < one
-    return np.stack([np.where(swap, other, first), np.where(swap, second, answer)], axis=1)
-
-
-def _clip(values, low, high):
-    return np.minimum(np.maximum(values, low), high)
+def _step(gram, gradient, low, high):
+    """Linear step of many data sets within their boxes, shape (b, d)."""
+    return descend(gram.transpose(1, 2, 0), gradient.T, low.T, high.T).T

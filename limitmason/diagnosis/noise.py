@@ -75,6 +75,8 @@ class Noise:
             sd = np.asarray(self.sd, dtype=float)
             if sd.ndim > 1 or not np.all(np.isfinite(sd)) or np.any(sd <= 0):
                 raise ValueError(f"noise must be a positive relative standard deviation, got {self.sd!r}")
+            if np.any(sd >= 1.0):
+                raise ValueError(f"noise is relative: 0.04 is 4 %; got {self.sd!r}, which is 100 % or more")
             object.__setattr__(self, "sd", float(sd) if sd.ndim == 0 else tuple(float(s) for s in sd))
         if self.dof is not None and (self.sd is None or not self.dof >= 1):
             raise ValueError("degrees of freedom need a standard deviation from replicates and must be at least 1")
@@ -85,6 +87,38 @@ class Noise:
     def unknown(cls) -> "Noise":
         """Nothing is known: the scatter about the fit is the only measure of noise."""
         return cls()
+
+    @classmethod
+    def from_replicates(cls, values: Sequence[float], configurations: Sequence) -> "Noise":
+        """Noise from repeated tests of one configuration: sd^2 = sum over repeats of (log v - mean)^2 / dof.
+
+        Parameters
+        ----------
+        values : measured values, positive, shape (n,)
+        configurations : label of the configuration of each value; dof = values in repeated ones minus their number
+
+        Raises
+        ------
+        ValueError
+            Where no configuration was tested twice.
+
+        Notes
+        -----
+        Wrong where the repeats share an error that the configurations do not share, such as one batch of blocks: the
+        noise is then too small.
+        """
+        logs = np.log(np.asarray(values, dtype=float))
+        labels = [str(c) for c in configurations]
+        if len(labels) != len(logs):
+            raise ValueError(f"{len(labels)} configurations are given for {len(logs)} values")
+        total, dof = 0.0, 0
+        for name in set(labels):
+            part = logs[[c == name for c in labels]]
+            total += float(((part - part.mean()) ** 2).sum())
+            dof += len(part) - 1
+        if dof < 1 or total <= 0.0:
+            raise ValueError("the noise cannot be taken from replicates: no configuration has two different values")
+        return cls(float(np.sqrt(total / dof)), float(dof))
 
     @property
     def kind(self) -> str:

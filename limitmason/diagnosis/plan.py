@@ -34,6 +34,9 @@ class Confusable:
     seen: Mapping[str, float]
     d2: np.ndarray
 
+    def __str__(self) -> str:
+        return self.report()
+
     @property
     def twins(self) -> tuple[tuple[str, str], ...]:
         """Pairs of visible causes that this design cannot tell apart (d2 < 1 one way)."""

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,10 +39,15 @@ class Rehearsal:
     ----------
     counts : per hidden cause ("(none)" for nulls) how often each outcome occurred
     n : trials
+    answers : per hidden cause how often each cause was named alone: the confusion matrix
     """
 
     counts: Mapping[str, Mapping[str, int]]
     n: int
+    answers: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        return self.report()
 
     def table(self) -> list[dict]:
         """One row per hidden cause."""
@@ -93,6 +98,7 @@ def rehearse(study: "Study", causes: tuple[Cause, ...], n: int, seed: int, sd: f
     rng = np.random.default_rng([seed, 77, study.n])
     chances = Draws.make([seed, study.n], study.n, design.inputs, study.noise, DRAWS)
     counts: dict[str, Counter] = {NULL: Counter(), **{c.name: Counter() for c in causes}}
+    answers: dict[str, Counter] = {name: Counter() for name in counts}
     visible = {c.name: _visible(known, c) for c in causes}
     for _ in range(n):
         hidden = None if rng.random() < 0.25 else causes[int(rng.integers(len(causes)))]
@@ -108,8 +114,11 @@ def rehearse(study: "Study", causes: tuple[Cause, ...], n: int, seed: int, sd: f
             position[first + axis] = np.interp(true, nodes, np.arange(len(nodes)))
         y = _between(grid, position) + spread * rng.standard_normal(study.n)
         verdict = decide(design, y, chances)
-        counts[NULL if hidden is None else hidden.name][outcome(verdict, hidden.name if hidden else None)] += 1
-    return Rehearsal({k: dict(v) for k, v in counts.items()}, n)
+        row = NULL if hidden is None else hidden.name
+        counts[row][outcome(verdict, hidden.name if hidden else None)] += 1
+        if verdict.kind == "cause":
+            answers[row][verdict.causes[0]] += 1
+    return Rehearsal({k: dict(v) for k, v in counts.items()}, n, {k: dict(v) for k, v in answers.items()})
 
 
 def _visible(design: Design, cause: Cause) -> list[tuple[float, float]]:

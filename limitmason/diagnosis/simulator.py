@@ -4,6 +4,7 @@ import hashlib
 import inspect
 import json
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import fields, is_dataclass
 from math import isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,6 +13,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from limitmason.diagnosis.cause import Cause, Extension
+from limitmason.study.store import fingerprint
 
 
 class Job(NamedTuple):
@@ -35,8 +37,9 @@ class Simulator:
 
     Notes
     -----
-    The key on disk holds the function's name, ``version``, the specimen (as JSON, other objects by their ``repr``) and
-    the parameters. It does not see an edit of the function's body.
+    The key on disk holds the function (name, code, what it closes over), ``version``, the specimen, the parameters and
+    the causes with their options. It does not see an edit of what the function calls: change ``version`` then.
+    Values are written as they come, in any order; a kill loses only the calls under way.
     """
 
     def __init__(
@@ -56,6 +59,7 @@ class Simulator:
         self.n_jobs = n_jobs
         self.version = version
         self.calls = 0
+        self.progress: Callable[[int], None] | None = None  # told the number of calls after each
         self._known: dict[tuple, float] = {}
         self._disk: dict[str, float] = {}
         self._names: list[str] | None = None
@@ -103,36 +107,59 @@ class Simulator:
         return np.array([self._known[key] for key in keys])
 
     def _run(self, missing: dict[tuple, Job]) -> None:
+        keys, jobs = list(missing), list(missing.values())
         if self.n_jobs == 1:
-            values = (_call(self.simulate, self.specimens[j.specimen], j) for j in missing.values())
+            values = (_call(k, self.simulate, self.specimens[j.specimen], j) for k, j in enumerate(jobs))
         else:
-            values = Parallel(n_jobs=self.n_jobs, return_as="generator")(
-                delayed(_call)(self.simulate, self.specimens[j.specimen], j) for j in missing.values()
+            values = Parallel(n_jobs=self.n_jobs, return_as="generator_unordered")(
+                delayed(_call)(k, self.simulate, self.specimens[j.specimen], j) for k, j in enumerate(jobs)
             )
         if self.cache is None:
-            for (key, job), value in zip(missing.items(), values, strict=True):
-                self._known[key] = self._checked(job, value)
+            for k, value in values:
+                self._known[keys[k]] = self._checked(jobs[k], value)
             return
         self.cache.parent.mkdir(parents=True, exist_ok=True)
         torn = self.cache.exists() and not self.cache.read_bytes().endswith(b"\n")
         with self.cache.open("a", encoding="utf-8") as out:
             out.write("\n" if torn else "")  # a line cut short by a kill must not swallow the next
-            for (key, job), value in zip(missing.items(), values, strict=True):
-                self._known[key] = self._checked(job, value)
-                out.write(json.dumps([self._text(job), self._known[key]]) + "\n")
+            for k, value in values:
+                self._known[keys[k]] = self._checked(jobs[k], value)
+                out.write(json.dumps([self._text(jobs[k]), self._known[keys[k]]]) + "\n")
                 out.flush()
 
     def _checked(self, job: Job, value) -> float:
         self.calls += 1
+        if self.progress is not None:
+            self.progress(self.calls)
         return positive(value, lambda: f"simulate for specimen {job.specimen} with {_show(job)}")
 
     def _text(self, job: Job) -> str:
         if self._names is None:
-            texts = [json.dumps(s, sort_keys=True, default=repr) for s in self.specimens]
-            where = f"{getattr(self.simulate, '__module__', '')}.{getattr(self.simulate, '__qualname__', '')}"
-            self._names = [f"{where} {self.version} {t}" for t in texts]
-        text = f"{self._names[job.specimen]} {_show(job)}"
+            whose = f"{_identity(self.simulate)} {self.version}"
+            self._names = [f"{whose} {_identity(s)}" for s in self.specimens]
+        steps = [f"{c.name} {c.parameter} {_identity(c.apply)} {size!r}" for c, size in job.steps]
+        text = f"{self._names[job.specimen]} {job.parameters!r} {steps!r}"
         return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def _identity(thing: Any) -> str:
+    """What a value on disk belongs to, the same in every process: content where there is one, else the ``repr``."""
+    inside = [c.cell_contents for c in getattr(thing, "__closure__", None) or () if _filled(c)]
+    plain = [v for v in inside if isinstance(v, bool | int | float | str | tuple)]
+    if is_dataclass(thing) and not isinstance(thing, type):
+        parts = [f"{f.name}={_identity(getattr(thing, f.name))}" for f in fields(thing)]
+        return f"{type(thing).__module__}.{type(thing).__qualname__}({', '.join(parts)})"
+    try:
+        return fingerprint(getattr(thing, "__module__", ""), thing, plain)
+    except (TypeError, ValueError):
+        return json.dumps(thing, sort_keys=True, default=repr)
+
+
+def _filled(cell: Any) -> bool:
+    try:
+        return cell.cell_contents is not cell
+    except ValueError:
+        return False
 
 
 def positive(value: Any, what: Callable[[], str]) -> float:
@@ -149,11 +176,11 @@ def positive(value: Any, what: Callable[[], str]) -> float:
     return number
 
 
-def _call(simulate, specimen, job: Job):
+def _call(number: int, simulate, specimen, job: Job):
     parameters = dict(job.parameters)
     if job.steps:
-        parameters["extend"] = Extension(job.steps)
-    return simulate(specimen, **parameters)
+        parameters["extend"] = Extension(job.steps, specimen)
+    return number, simulate(specimen, **parameters)
 
 
 def _show(job: Job) -> str:

@@ -20,7 +20,7 @@ from limitmason.diagnosis.tabulate import Table, Tabulator
 from limitmason.diagnosis.verdict import Diagnosis
 
 ASSUMED_NOISE = 0.04  # places levels and nodes, and scales distances, where the noise is unknown
-PAIR_TABLES = ("verified", "exact")
+PAIR_TABLES = ("verified", "exact", "additive")
 PAIR_ERROR = 0.25  # of the noise: largest error of an additive pair table
 PAIR_NEAR = 6.0  # log-likelihood deficit within which a pair is verified
 ROUNDS = 6
@@ -42,7 +42,9 @@ class Study:
     nuisance_levels : values of each measured input at which it is called; None is 5 for one input, 3 for more
     cache, n_jobs, version : see :class:`~limitmason.diagnosis.simulator.Simulator`
     pair_tables : "verified" adds the logarithms of single effects, checks every pair that comes near and tabulates it
-        truly where that fails; "exact" tabulates every pair truly
+        truly where that fails; "exact" tabulates every pair truly; "additive" never calls the simulator for a pair
+    crossed : "full", or "corners" for few calls of a slow simulator: cause and measured inputs are then combined from
+        their own effects and the corners; ``limitmason.diagnosis.simulate.SLOW`` sets all options of that kind
 
     Raises
     ------
@@ -70,6 +72,7 @@ class Study:
         n_jobs: int = 1,
         version: str = "",
         pair_tables: str = "verified",
+        crossed: str = "full",
     ):
         self.specimens = list(specimens)
         n = len(self.specimens)
@@ -92,7 +95,7 @@ class Study:
         self.simulator = Simulator(simulate, self.specimens, cache=cache, n_jobs=n_jobs, version=version)
         placing = self.scale if self.noise.kind != "unknown" else np.full(n, ASSUMED_NOISE)
         self.tabulator = Tabulator(
-            self.simulator, self.nuisance, placing, levels=levels, nuisance_levels=nuisance_levels
+            self.simulator, self.nuisance, placing, levels=levels, nuisance_levels=nuisance_levels, crossed=crossed
         )
         self._tables: dict[Any, Table] = {}
         self._true_pairs: set[frozenset] = set()
@@ -201,7 +204,7 @@ class Study:
                 if not self._verify(design, verdict):
                     break
                 verdict = decide(design, y, chances, rule, pairs)
-        return Diagnosis(self, causes, design, y, verdict, seed, chances, rule or Rule())
+        return Diagnosis(self, causes, design, y, verdict, seed, chances, rule or Rule()).checked_by_group()
 
     def confusable(self, causes: Iterable[Cause], *, sd: float | None = None) -> Confusable:
         """Which causes this design tells apart, without any data.
@@ -259,8 +262,9 @@ class Study:
         placing = out.scale if noise.kind != "unknown" else np.full(out.n, ASSUMED_NOISE)
         count = len(self.tabulator.z_levels[0]) if self.tabulator.z_levels else None
         out.tabulator = Tabulator(
-            out.simulator, self.nuisance, placing, levels=self.tabulator.levels, nuisance_levels=count
-        )
+            out.simulator, self.nuisance, placing, levels=self.tabulator.levels, nuisance_levels=count,
+            crossed=self.tabulator.crossed,
+        )  # fmt: skip
         out._tables, out._true_pairs, out._designs = {}, set(), {}
         return out
 
@@ -322,10 +326,12 @@ def _covariates(given: Iterable[str] | Mapping[str, Sequence], specimens: list) 
     else:
         out = {}
         for name in given:
-            try:
-                out[name] = [s[name] if isinstance(s, Mapping) else getattr(s, name) for s in specimens]
-            except (KeyError, AttributeError):
-                raise ValueError(f"covariate {name!r} is not recorded for every specimen") from None
+            out[name] = []
+            for i, s in enumerate(specimens):
+                try:
+                    out[name].append(s[name] if isinstance(s, Mapping) else getattr(s, name))
+                except (KeyError, AttributeError):
+                    raise ValueError(f"covariate {name!r} is not recorded for specimen {i}") from None
     for name, column in out.items():
         if len(column) != len(specimens):
             raise ValueError(f"covariate {name!r} has {len(column)} values for {len(specimens)} specimens")

@@ -1,6 +1,6 @@
 """Which specimens of a pool to test next, from a verdict or from the list of causes alone."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -136,7 +136,12 @@ def _spread(covariate: str | None, pool: list, k: int) -> NextTests:
     if covariate is None:
         indices = tuple(int(i) for i in np.round(np.linspace(0, len(pool) - 1, k)).astype(int))
         return NextTests(indices, tuple(pool[i] for i in indices), "to measure the scatter: repeat each several times")
-    column = [s[covariate] if isinstance(s, dict) else getattr(s, covariate, None) for s in pool]
+    column = [s.get(covariate) if isinstance(s, Mapping) else getattr(s, covariate, None) for s in pool]
+    if any(v is None for v in column):
+        raise ValueError(
+            f"the residuals vary with {covariate}: give it for every specimen of the pool, number "
+            f"{next(i for i, v in enumerate(column) if v is None)} lacks it"
+        )
     if is_numeric(column):
         order = np.argsort(np.asarray(column, dtype=float), kind="stable")
         picks = order[np.round(np.linspace(0, len(pool) - 1, k)).astype(int)]

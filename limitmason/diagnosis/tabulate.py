@@ -16,6 +16,8 @@ TOLERANCE = 0.1  # of the noise: largest interpolation error that needs no furth
 NODES = {0: (), 1: (9,), 2: (5, 5), 3: (3, 3, 3)}
 CELL = 0.75  # distance of neighbouring size nodes in units of the noise, all specimens together
 FEWEST, MOST = 6, 30  # size nodes on each side of the baseline
+CROSSED = ("full", "corners")
+INTERACTION = 0.5  # of the noise: effect of size and inputs on each other above which a specimen is tabulated in full
 PAIR_NODES = 6  # size nodes on each side of the baseline in the table of a pair
 
 
@@ -51,6 +53,8 @@ class Tabulator:
     noise : noise per specimen that levels and nodes are placed by, shape (n,)
     levels : most sizes per cause at which the simulator is called
     nuisance_levels : values of each measured input at which it is called
+    crossed : "full" calls it at every size with every value of the inputs; "corners" at the ends only, see
+        :meth:`Tabulator.single`
 
     Raises
     ------
@@ -66,7 +70,11 @@ class Tabulator:
         *,
         levels: int = 17,
         nuisance_levels: int | None = None,
+        crossed: str = "full",
     ):
+        if crossed not in CROSSED:
+            raise ValueError(f"crossed must be one of {CROSSED}, got {crossed!r}")
+        self.crossed = crossed
         self.simulator = simulator
         self.fixed = tuple((k, m.value) for k, m in nuisance.items() if m.sd == 0)
         self.free = {k: m for k, m in nuisance.items() if m.sd > 0}
@@ -85,18 +93,25 @@ class Tabulator:
         """Number of specimens."""
         return len(self.simulator.specimens)
 
-    def evaluate(self, causes: Sequence[Cause], points: Sequence[tuple[tuple[float, ...], tuple[float, ...]]]):
-        """Log predictions of all specimens at given sizes and nuisance values.
+    def evaluate(
+        self,
+        causes: Sequence[Cause],
+        points: Sequence[tuple[tuple[float, ...], tuple[float, ...]]],
+        rows: Sequence[int] | None = None,
+    ):
+        """Log predictions of specimens at given sizes and nuisance values.
 
         Parameters
         ----------
         causes : none, one or two; a measurement cause with ``apply`` transforms the prediction after the others
         points : pairs of sizes (one per cause) and nuisance inputs in standard deviations
+        rows : numbers of the specimens; None is all
 
         Returns
         -------
-        ndarray, shape (len of points, n)
+        ndarray, shape (len of points, len of rows)
         """
+        rows = range(self.n) if rows is None else rows
         jobs = []
         for sizes, z in points:
             parameters = list(self.fixed) + [(k, m.at(v)) for (k, m), v in zip(self.free.items(), z, strict=True)]
@@ -108,14 +123,14 @@ class Tabulator:
                     parameters.append((cause.parameter, float(size)))
                 else:
                     steps.append((cause, float(size)))
-            jobs += [Job(i, tuple(parameters), tuple(steps)) for i in range(self.n)]
-        values = self.simulator.predict(jobs).reshape(len(points), self.n)
+            jobs += [Job(int(i), tuple(parameters), tuple(steps)) for i in rows]
+        values = self.simulator.predict(jobs).reshape(len(points), len(rows))
         for index, (sizes, _) in enumerate(points):
             for cause, size in zip(causes, sizes, strict=True):
                 if cause.transforms and size != cause.baseline:
                     values[index] = [
-                        transformed(cause, size, value, specimen, i)
-                        for i, (value, specimen) in enumerate(zip(values[index], self.simulator.specimens, strict=True))
+                        transformed(cause, size, value, self.simulator.specimens[i], i)
+                        for i, value in zip(rows, values[index], strict=True)
                     ]
         return np.log(values)
 
@@ -128,6 +143,10 @@ class Tabulator:
     def single(self, cause: Cause, like: Table | None = None) -> Table:
         """The model with one cause; ``like`` gives the levels and nodes of another design to be shared.
 
+        With ``crossed="corners"`` log f(s, z) = log f(s, 0) + log f(0, z) - log f(0, 0) + what is missing at the
+        largest sizes with the outermost inputs, in proportion to size and input. Specimens for which much is missing
+        there or at a point half-way, as where one mechanism takes over from another, are tabulated in full.
+
         Raises
         ------
         ValueError
@@ -135,7 +154,11 @@ class Tabulator:
         """
         self._check(cause)
         levels, error = (like.levels[0], like.error) if like is not None else self._levels(cause)
-        values = self.evaluate((cause,), [((s,), z) for s in levels for z in product(*self.z_levels)])
+        if self.crossed == "corners" and self.free:
+            values, missed = self._from_corners(cause, levels)
+            error = max(error, missed)
+        else:
+            values = self.evaluate((cause,), [((s,), z) for s in levels for z in product(*self.z_levels)])
         values = self._to_nodes(values.reshape(len(levels), *map(len, self.z_levels), self.n), 1)
         curve = PchipInterpolator(levels, values, axis=0)
         nodes = like.sizes[0] if like is not None else self._nodes(cause, levels, curve)
@@ -206,6 +229,46 @@ class Tabulator:
             worst = 0.5 * float(miss.max())
             intervals = [half for (a, b), m, _ in bad for half in ((a, m), (m, b))]
         return x, worst
+
+    def _from_corners(self, cause: Cause, levels: np.ndarray) -> tuple[np.ndarray, float]:
+        """Values on all levels from those on the axes and at the corners, and the error at one point half-way."""
+        zero = tuple(0.0 for _ in self.free)
+        points = list(product(*self.z_levels))
+        line = self.evaluate((cause,), [((s,), zero) for s in levels])
+        base = self.evaluate((), [((), z) for z in points])
+        origin = line[int(np.argmin(np.abs(levels - cause.baseline)))]
+        ends = []  # one input at an end, the others at their measured values
+        for axis, level in enumerate(self.z_levels):
+            ends += [tuple(float(v) if k == axis else 0.0 for k in range(len(zero))) for v in level[[0, -1]] if v]
+        sides = cause.sides
+        alone = self.evaluate((), [((), z) for z in ends])
+        both = self.evaluate((cause,), [((s,), z) for s in sides for z in ends]).reshape(len(sides), len(ends), self.n)
+        at_side = line[[int(np.argmin(np.abs(levels - s))) for s in sides]]
+        missing = both - at_side[:, None] - alone[None] + origin
+        reach = np.array(ends)
+
+        def cross(size: float, z: Sequence[float]) -> np.ndarray:
+            out = np.zeros(self.n)
+            for s, rows in zip(sides, missing, strict=True):
+                part = (size - cause.baseline) / (s - cause.baseline)
+                for end, row in zip(reach, rows, strict=True):
+                    axis = int(np.argmax(np.abs(end)))
+                    out += max(part, 0.0) * max(z[axis] / end[axis], 0.0) * row
+            return out
+
+        values = np.array([[line[i] + base[j] - origin + cross(s, z) for j, z in enumerate(points)]
+                           for i, s in enumerate(levels)])  # fmt: skip
+        # the level nearest half-way to the bound at an outermost input: where a bend shows most
+        i = int(np.argmin(np.abs(levels - 0.5 * (cause.baseline + sides[-1]))))
+        true = self.evaluate((cause,), [((levels[i],), ends[0])])[0]
+        missed = np.abs(true - (line[i] + alone[0] - origin + cross(levels[i], ends[0]))) / self.noise
+        # where size and inputs act on each other, one mechanism takes over from another: call for every pair there
+        apart = np.abs(missing).max(axis=(0, 1)) > INTERACTION * self.noise
+        rows = np.flatnonzero(apart | (missed > INTERACTION))
+        if len(rows):
+            exact = self.evaluate((cause,), [((s,), z) for s in levels for z in points], rows)
+            values[:, :, rows] = exact.reshape(len(levels), len(points), len(rows))
+        return values, float(max(np.delete(missed, rows), default=0.0))
 
     def _nodes(self, cause: Cause, levels: np.ndarray, curve: PchipInterpolator) -> np.ndarray:
         """Size nodes evenly spaced along the curve in units of the noise, on each side of the baseline."""

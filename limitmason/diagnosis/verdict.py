@@ -1,7 +1,7 @@
 """The answer of a study: what kind it is, which causes, how large, what they gain, and what it hangs on."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +21,7 @@ from limitmason.diagnosis.suggest import suggest
 if TYPE_CHECKING:
     from limitmason.diagnosis.study import Study
 
+TAILS = 4.0  # degrees of freedom of the Student errors tried as a check
 QUICK = 299  # draws of the repeated verdicts that check what a verdict hangs on
 
 
@@ -30,17 +31,19 @@ class Checks:
 
     Parameters
     ----------
-    unknown_noise : kind and causes with the noise taken as unknown
+    unknown_noise : kind and causes with the noise taken as unknown (relative sizes between specimens as stated)
+    student : the same with Student errors, which forgive blunders; None unless the noise is known and Gaussian
     dropped : per specimen the kind and causes without it
     hangs_on : specimens without which the verdict is another
     """
 
     unknown_noise: tuple[str, Names]
+    student: tuple[str, Names] | None
     dropped: tuple[tuple[str, Names], ...]
     hangs_on: tuple[int, ...]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
     """Verdict of a study, conditional on its list of causes.
 
@@ -84,7 +87,7 @@ class Diagnosis:
     @property
     def kept(self) -> tuple[Names, ...]:
         """Explanations that are not rejected: single causes or pairs, best first."""
-        return self.pairs or tuple((name,) for name in self.causes)
+        return self.verdict.kept
 
     @cached_property
     def estimates(self) -> dict[str, Estimate]:
@@ -101,6 +104,18 @@ class Diagnosis:
         """Gain of each kept explanation."""
         critical = self.verdict.critical_gain
         return {n: measure_gain(self.design, n, self.y, self.study.groups, critical) for n in self.kept[:8]}
+
+    def checked_by_group(self) -> "Diagnosis":
+        """The diagnosis without explanations that predict whole groups left out worse than the baseline does.
+
+        With few repeats the noise is too uncertain to reject a bad fit; what is left out as a whole still tells: an
+        explanation is withdrawn when its score by group is negative by more than its standard error.
+        """
+        if not self.kept or self.study.groups is None:
+            return self
+        scores = {n: g.leave_group_out for n, g in self.gains.items()}
+        worse = [n for n, s in scores.items() if s is not None and s.total + s.error < 0.0]
+        return replace(self, verdict=self.verdict.without(worse)) if worse else self
 
     @property
     def gain(self) -> Gain | None:
@@ -140,10 +155,17 @@ class Diagnosis:
     def checks(self) -> Checks:
         """The verdict under unknown noise, and without each specimen in turn (quick; the latter without pairs)."""
         study = self.study
-        draws = Draws.make([self.seed, study.n], study.n, self.design.inputs, study.noise, QUICK)
+        draws = self._quick(study.noise)
         plain = decide(self.design, self.y, draws, self.rule, pairs=False)
-        blind = self.design.with_noise(Noise.unknown(), np.ones(study.n), study.covariates)
-        other = decide(blind, self.y * self.design.scale, draws, self.rule, pairs=self.kind == "two")
+        pairs = self.kind == "two"
+        blind = self.design.with_noise(Noise.unknown(), self.design.scale, study.covariates)
+        other = decide(blind, self.y, self._quick(Noise.unknown()), self.rule, pairs=pairs)
+        student = None
+        if study.noise.kind == "known" and study.noise.tails is None:
+            noise = Noise(study.noise.sd, tails=TAILS)
+            heavy = self.design.with_noise(noise, self.design.scale, study.covariates)
+            verdict = decide(heavy, self.y, self._quick(noise), self.rule, pairs=pairs)
+            student = (verdict.kind, verdict.causes)
         dropped = []
         for i in range(study.n):
             kept = np.arange(study.n) != i
@@ -151,7 +173,10 @@ class Diagnosis:
             verdict = decide(part, self.y[kept], draws.columns(kept), self.rule, pairs=False)
             dropped.append((verdict.kind, verdict.causes))
         hangs = [i for i, (k, c) in enumerate(dropped) if _other(plain, k, c)]
-        return Checks((other.kind, other.causes), tuple(dropped), tuple(hangs))
+        return Checks((other.kind, other.causes), student, tuple(dropped), tuple(hangs))
+
+    def _quick(self, noise: Noise) -> Draws:
+        return Draws.make([self.seed, self.study.n], self.study.n, self.design.inputs, noise, QUICK)
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
@@ -163,7 +188,8 @@ class Diagnosis:
 
         Parameters
         ----------
-        checks : also judge the data again under unknown noise and without each specimen (some seconds)
+        checks : also judge the data again under other statements of the noise and without each specimen (seconds;
+            half a minute for 16 causes and 24 specimens)
         """
         return text.report(self, checks)
 
@@ -177,6 +203,9 @@ class Diagnosis:
 
     def __str__(self) -> str:
         return text.headline(self)
+
+    def __repr__(self) -> str:
+        return f"<Diagnosis of {self.study.n} specimens, {text.headline(self)}>"
 
 
 def _other(plain: Verdict, kind: str, causes: Names) -> bool:

@@ -1,28 +1,39 @@
-"""Figures ready for print: assembly, mechanism, joint forces, predicted against published, simulations.
+"""Figures ready for print: assembly, mechanism, joint forces, predicted against published, simulations, diagnoses.
 
-Every function returns a ``matplotlib.figure.Figure`` made without pyplot (``animate`` writes a film): no window opens,
-no global state changes.
+Every function returns a ``matplotlib.figure.Figure`` made without pyplot (``animate`` writes a film, ``diagnosis_page``
+a page): no window opens, no global state changes.
 """
 
 from limitmason.figures.comparison import predicted_against_published
+from limitmason.figures.confusion import confusable, rehearsal
 from limitmason.figures.deformation import animate, deformed
+from limitmason.figures.diagnosis import diagnosis
+from limitmason.figures.diagnosis_page import diagnosis_page
 from limitmason.figures.forces import contact_forces
 from limitmason.figures.history import history_curves, load_displacement
+from limitmason.figures.layouts import layout_search
 from limitmason.figures.mechanism import assembly, mechanism
 from limitmason.figures.studies import gap, side_by_side, study_lines
 from limitmason.figures.style import print_style
+from limitmason.figures.tilt import tilt_test
 
 __all__ = [
     "animate",
     "assembly",
+    "confusable",
     "contact_forces",
     "deformed",
+    "diagnosis",
+    "diagnosis_page",
     "gap",
     "history_curves",
+    "layout_search",
     "load_displacement",
     "mechanism",
     "predicted_against_published",
     "print_style",
+    "rehearsal",
     "side_by_side",
     "study_lines",
+    "tilt_test",
 ]

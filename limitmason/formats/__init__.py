@@ -7,6 +7,7 @@ from typing import Any
 
 from limitmason.formats.answers import read_prediction, write_prediction
 from limitmason.formats.dxf import Outlines, read_dxf
+from limitmason.formats.measured import MeasuredTable, read_measured, write_measured
 from limitmason.formats.native import Model, read_json, write_json
 from limitmason.formats.obj import Solids, read_obj, write_obj
 from limitmason.formats.pvd import write_pvd
@@ -15,16 +16,19 @@ from limitmason.model import Assembly, Loads
 from limitmason.results import Prediction
 
 __all__ = [
+    "MeasuredTable",
     "Model",
     "Outlines",
     "Solids",
     "read",
     "read_dxf",
     "read_json",
+    "read_measured",
     "read_obj",
     "read_prediction",
     "write",
     "write_json",
+    "write_measured",
     "write_obj",
     "write_prediction",
     "write_pvd",

@@ -1,0 +1,180 @@
+"""Ready simulators for a study: the collapse multiplier of an assembly by any method, extended by causes."""
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from limitmason import experiments
+from limitmason.methods import available_methods, predict
+from limitmason.model import Assembly, Loads
+from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED
+
+Build = Callable[..., tuple[Assembly, Loads]]
+FLOOR = 1e-3
+SLOW: Mapping[str, Any] = MappingProxyType(
+    {"levels": 5, "nuisance_levels": 3, "crossed": "corners", "pair_tables": "additive"}
+)
+"""Options of ``Study`` for a slow simulator: 5 sizes per cause, 3 values per input, no calls for pairs.
+
+For one measured input and n specimens 7 n calls per cause with one side, 9 n with two, 3 n for the baseline, none for
+causes of the measurement: some 1,700 for 24 specimens and 12 causes.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Collapse:
+    """A simulator ``simulate(specimen, extend=None, **parameters)``; make one with :func:`collapse`."""
+
+    build: Build
+    method: str = "limit"
+    measured_as: float | Callable[[Any, float], float] | None = None
+    floor: float = FLOOR
+    accept: tuple[str, ...] = (SOLVED, ALMOST_SOLVED)
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self):
+        if self.method not in available_methods():
+            raise ValueError(f"unknown method {self.method!r}; available: {', '.join(sorted(available_methods()))}")
+        if not self.floor > 0:
+            raise ValueError(f"floor must be positive, got {self.floor!r}: a prediction needs a logarithm")
+
+    @property
+    def __signature__(self) -> inspect.Signature:
+        """What it takes: the specimen, ``extend``, the parameters of ``build`` and the options of the method."""
+        kind = inspect.Parameter
+        names, any_name = _keywords(self.build, first=1)
+        names += [n for n in _keywords(_function(self.method), first=2)[0] if n not in (*names, *self.options)]
+        out = [kind("specimen", kind.POSITIONAL_OR_KEYWORD), kind("extend", kind.KEYWORD_ONLY, default=None)]
+        out += [kind(n, kind.KEYWORD_ONLY, default=None) for n in names if n not in ("specimen", "extend")]
+        if any_name:
+            out.append(kind("parameters", kind.VAR_KEYWORD))
+        return inspect.Signature(out)
+
+    def model(self, specimen: Any, *, extend: Callable | None = None, **parameters) -> tuple[Assembly, Loads, dict]:
+        """Assembly, loads and options of the method, extended.
+
+        Raises
+        ------
+        TypeError
+            For a parameter that neither ``build`` nor the method takes.
+        """
+        takes, any_name = _keywords(self.build, first=1)
+        method_takes, _ = _keywords(_function(self.method), first=2)
+        # a diagnosis asks thousands of times: no error budget with each answer of the DEM
+        to_build, options = {}, {**({"error_budget": ()} if self.method == "dem" else {}), **self.options}
+        for name, value in parameters.items():
+            if name in takes:
+                to_build[name] = value
+            elif name in method_takes:
+                options[name] = value
+            elif any_name:
+                to_build[name] = value
+            else:
+                known = ", ".join([*takes, *method_takes])
+                raise TypeError(f"neither build nor method {self.method!r} takes {name!r}; they take: {known}")
+        assembly, loads = self.build(specimen, **to_build)
+        if extend is not None:
+            assembly, loads = extend(assembly, loads)
+        return assembly, loads, options
+
+    def __call__(self, specimen: Any, *, extend: Callable | None = None, **parameters) -> float:
+        """Prediction of what was measured on one specimen."""
+        assembly, loads, options = self.model(specimen, extend=extend, **parameters)
+        prediction = predict(assembly, loads, self.method, **options)
+        value = prediction.collapse_multiplier
+        if prediction.status == CANNOT_STAND or (prediction.status in self.accept and value <= self.floor):
+            value = self.floor
+        elif prediction.status not in self.accept or not np.isfinite(value):
+            raise ValueError(
+                f"method {self.method!r} ended {prediction.status!r} (multiplier {value:.4g}) for specimen {specimen!r}"
+                "; narrow the bounds of the cause, change the method's options, or list the status in accept="
+            )
+        if self.measured_as is None:
+            return float(value)
+        if callable(self.measured_as):
+            return float(self.measured_as(specimen, float(value)))
+        return float(self.measured_as) * float(value)
+
+
+def collapse(
+    build: Build,
+    method: str = "limit",
+    *,
+    measured_as: float | Callable[[Any, float], float] | None = None,
+    floor: float = FLOOR,
+    accept: tuple[str, ...] = (SOLVED, ALMOST_SOLVED),
+    **options,
+) -> Collapse:
+    """A simulator for ``Study``: build the specimen, extend it by the causes, find its collapse multiplier.
+
+    Parameters
+    ----------
+    build : ``build(specimen, **parameters)`` returns (assembly, loads); it takes the measured inputs, such as
+        ``friction_coefficient``, and the parameters of causes without ``apply``
+    method : "limit", "dem", "mechanisms", or another of ``limitmason.methods``
+    measured_as : factor from the multiplier to what was measured, or ``measured_as(specimen, multiplier)``
+    floor : multiplier of a structure that cannot stand, and the least one returned [-]
+    accept : statuses of a prediction that count; "not converged" of the DEM is left out unless it is listed
+    options : passed to the method, for example ``flow_rule="non-associative"``; a parameter of a study with the name of
+        an option goes to the method as well (the cause "torsion strength" does)
+
+    Returns
+    -------
+    Collapse
+        ``simulate(specimen, extend=None, **parameters)``; ``.model(...)`` returns the extended model itself.
+    """
+    return Collapse(build, method, measured_as, floor, tuple(accept), options)
+
+
+@dataclass(frozen=True)
+class _Packaged:
+    """Builds packaged experiments from {"specimen": name, "direction": "+"}."""
+
+    source: str
+
+    def __call__(self, specimen: Mapping[str, Any], **parameters) -> tuple[Assembly, Loads]:
+        test = experiments.load(self.source, specimen["specimen"], **parameters)
+        return test.assembly(), test.loads(specimen.get("direction", "+"))
+
+
+@dataclass(frozen=True)
+class _PackagedUnit:
+    """From the multiplier to the unit of the measured value of a packaged experiment."""
+
+    source: str
+
+    def __call__(self, specimen: Mapping[str, Any], multiplier: float) -> float:
+        return multiplier * float(experiments.load(self.source, specimen["specimen"]).multiplier_to_measured)
+
+
+def packaged(source: str, method: str = "limit", *, floor: float = FLOOR, **options) -> Collapse:
+    """A simulator of packaged experiments, in the unit of their measured values.
+
+    Parameters
+    ----------
+    source : name in ``limitmason.experiments.sources()``; a specimen of the study is a mapping with "specimen", its
+        name there, "direction" ("+" or "-", "+" when left out), and covariates. The study's parameters are options of
+        the source's assemblies (``friction``, ``force_height``, ...)
+    method, floor, options : as in :func:`collapse`
+    """
+    if source not in experiments.sources():
+        raise ValueError(f"unknown experiment source {source!r}; known: {', '.join(experiments.sources())}")
+    return Collapse(_Packaged(source), method, _PackagedUnit(source), floor, options=options)
+
+
+def _function(method: str) -> Callable:
+    module, _, name = available_methods()[method].partition(":")
+    return getattr(import_module(module), name)
+
+
+def _keywords(function: Callable, first: int) -> tuple[list[str], bool]:
+    """Names of the keywords after the first positional ones, and whether any keyword is taken."""
+    parameters = list(inspect.signature(function).parameters.values())
+    any_name = any(p.kind is p.VAR_KEYWORD for p in parameters)
+    named = [p for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
+    return [p.name for p in named[first:]], any_name

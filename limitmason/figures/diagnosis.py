@@ -1,0 +1,349 @@
+"""The picture of a diagnosis: residuals before and after, sizes of the causes, distances between them, the gain."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+
+from limitmason.diagnosis.report import headline
+from limitmason.diagnosis.shapes import is_numeric
+from limitmason.figures import style
+from limitmason.figures.confusion import distance_legend, draw_distances
+from limitmason.figures.residuals import few_labels, ordered_covariates, residual_panel
+
+MOST_COLUMNS = 4  # kept explanations that get a column of residuals
+MOST_ROWS = 5  # covariates shown
+
+_PAGE = style.FULL_WIDTH
+_LEFT, _RIGHT, _GAP = 0.5, 0.12, 0.17
+_CHARACTER = 0.066  # width of a bold one at 7 pt [in]
+_PANEL = 1.05  # height of a residual panel [in]
+_BASE = style.BLACK
+_KEPT = (style.BLUE, style.GREEN, style.PURPLE, style.ORANGE)
+
+
+class _Sheet:
+    """A page that grows downwards: blocks ask for a height [in], axes are placed once the whole height is known."""
+
+    def __init__(self) -> None:
+        self.figure = Figure(figsize=(_PAGE, 1.0), dpi=200)
+        FigureCanvasAgg(self.figure)
+        self.depth = 0.08
+        self._axes: list[tuple[Axes, tuple[float, float, float, float]]] = []
+        self._texts: list[tuple[Any, float, float]] = []
+
+    def text(self, x: float, y: float, text: str, **options: Any) -> None:
+        """Text at x from the left and y from the top [in]."""
+        self._texts.append((self.figure.text(0, 0, text, **{"va": "top", **options}), x, y))
+
+    def axes(self, x: float, y: float, width: float, height: float) -> Axes:
+        """Axes whose upper left corner lies at x, y [in]."""
+        ax = self.figure.add_axes((0, 0, 0.1, 0.1), label=f"axes {len(self._axes)}")
+        self._axes.append((ax, (x, y, width, height)))
+        ax.tick_params(labelsize=6.5, width=0.5, length=2.5, colors=style.FAINT)
+        for spine in ax.spines.values():
+            spine.set_linewidth(0.5)
+        return ax
+
+    def heading(self, text: str, note: str = "") -> None:
+        """Heading of a block with a small note under it."""
+        self.text(0.12, self.depth, text, fontsize=style._FONT, fontweight="bold")
+        self.depth += 0.19
+        lines = textwrap.wrap(note, int((_PAGE - 0.24) / 0.0525))
+        if lines:
+            self.text(0.12, self.depth - 0.02, "\n".join(lines), fontsize=7, color=style.FAINT, linespacing=1.25,
+                      gid="caption")  # fmt: skip
+            self.depth += 0.135 * len(lines)
+
+    def close(self) -> Figure:
+        """Place everything on the final page."""
+        total = self.depth + 0.08
+        self.figure.set_size_inches(_PAGE, total)
+        for ax, (x, y, width, height) in self._axes:
+            ax.set_position((x / _PAGE, 1.0 - (y + height) / total, width / _PAGE, height / total))
+        for text, x, y in self._texts:
+            text.set_position((x / _PAGE, 1.0 - y / total))
+        return self.figure
+
+
+@style.in_print_style
+def diagnosis(
+    result: Any, *, units: Mapping[str, str] | None = None, quantity: str = "", title: str | None = None
+) -> Figure:
+    """The picture of a verdict: residuals, sizes, distances between the causes, predicted against measured.
+
+    Parameters
+    ----------
+    result : from ``Study.diagnose(causes)``
+    units : unit of each covariate, for the axes
+    quantity : what was measured, with its unit, for example "collapse multiplier [-]"
+    title : heading above the verdict
+
+    Returns
+    -------
+    Figure
+        From above: the verdict; measured / predicted - 1 [%] against each covariate, one column for the baseline and
+        one per kept explanation (four at most), the covariate that the verdict names framed, twice the noise shaded;
+        the size of every listed cause between its bounds, kept ones with their 95 % interval, and where nothing is
+        named the sizes that would have been seen; squared distances d2 between the causes on this design; predicted
+        against measured before and after.
+    """
+    sheet = _Sheet()
+    _head(sheet, result, title)
+    _residuals(sheet, result, units or {})
+    _sizes(sheet, result)
+    _design_and_fit(sheet, result, quantity)
+    return sheet.close()
+
+
+def _colours(result: Any) -> dict[tuple[str, ...], str]:
+    return {names: _KEPT[k] for k, names in enumerate(result.kept[:MOST_COLUMNS])}
+
+
+def _head(sheet: _Sheet, result: Any, title: str | None) -> None:
+    if title:
+        sheet.text(0.12, sheet.depth, title, fontsize=style._FONT, color=style.FAINT, gid="title")
+        sheet.depth += 0.2
+    words = headline(result)
+    lines = textwrap.wrap(words[0].upper() + words[1:] + ".", int((_PAGE - 0.24) / 0.08))
+    sheet.text(0.12, sheet.depth, "\n".join(lines), fontsize=10, fontweight="bold", linespacing=1.2, gid="verdict")
+    sheet.depth += 0.19 * len(lines) + 0.05
+    study = result.study
+    inputs = ", ".join(f"{k} {v.value:.3g} ± {v.sd:.2g}" for k, v in study.nuisance.items())
+    note = (
+        f"{study.n} specimens, noise {study.noise}{', measured input ' + inputs if inputs else ''}; conditional on a "
+        f"list of {len(result.listed)} cause{'s' * (len(result.listed) != 1)}."
+    )
+    lines = textwrap.wrap(note, int((_PAGE - 0.24) / 0.0555))
+    sheet.text(0.12, sheet.depth, "\n".join(lines), fontsize=style._SMALL, color=style.FAINT, linespacing=1.3,
+               gid="caption")  # fmt: skip
+    sheet.depth += 0.145 * len(lines) + 0.12
+
+
+def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
+    study = result.study
+    covariates = study.covariates or {"number of the specimen": list(range(1, study.n + 1))}
+    names = ordered_covariates(result, covariates)
+    shown, left_out = names[:MOST_ROWS], names[MOST_ROWS:]
+    columns: list[tuple[str, ...]] = [(), *result.kept[:MOST_COLUMNS]]
+    colours = {(): _BASE, **_colours(result)}
+    values = {n: 100.0 * np.expm1(_residual(result, n)) for n in columns}
+    top = max(float(np.abs(v).max()) for v in values.values()) * 1.18
+    noise = _noise_band(result)
+    limits = (-max(top, 3.5 * noise), max(top, 3.5 * noise))
+    note = _residual_note(result, noise, left_out)
+    sheet.heading("What the simulation leaves: measured / predicted − 1 [%]", note)
+    if len(columns) == 1:  # nothing kept: the covariates stand side by side
+        per_row = min(3, len(shown))
+        width = (_PAGE - _LEFT - _RIGHT - (per_row - 1) * _GAP) / per_row
+        width = min(width, 2.9)
+        for start in range(0, len(shown), per_row):
+            for k, name in enumerate(shown[start : start + per_row]):
+                ax = sheet.axes(_LEFT + k * (width + _GAP), sheet.depth + 0.03, width, 1.25 * _PANEL)
+                trend = _trend_of(result, name)
+                residual_panel(ax, width, covariates[name], values[()], limits, noise, _BASE, trend, first=k == 0)
+                ax.set_xlabel(_with_unit(name, units), fontsize=7, color=style.BLACK, labelpad=1.5)
+            sheet.depth += 1.25 * _PANEL + 0.48
+        return
+    width = (_PAGE - _LEFT - _RIGHT - (len(columns) - 1) * _GAP) / len(columns)
+    titles = [textwrap.wrap(_column_title(result, n), max(int(width / 0.062), 12)) for n in columns]
+    deepest = max(map(len, titles))
+    for k, (names_, lines) in enumerate(zip(columns, titles, strict=True)):
+        text = "\n".join([""] * (deepest - len(lines)) + lines)
+        sheet.text(_LEFT + k * (width + _GAP) + 0.5 * width, sheet.depth, text, fontsize=7, ha="center",
+                   color=colours[names_], linespacing=1.2, fontweight="bold")  # fmt: skip
+    sheet.depth += 0.13 * deepest + 0.05
+    high = _PANEL if len(shown) <= 3 else 0.8 * _PANEL
+    for name in shown:
+        for k, names_ in enumerate(columns):
+            ax = sheet.axes(_LEFT + k * (width + _GAP), sheet.depth, width, high)
+            trend = None if names_ else _trend_of(result, name)
+            residual_panel(
+                ax, width, covariates[name], values[names_], limits, noise, colours[names_], trend, first=k == 0
+            )
+        x = _LEFT + 0.5 * (_PAGE - _LEFT - _RIGHT)
+        sheet.depth += high + (0.19 if is_numeric(covariates[name]) or few_labels(covariates[name]) else 0.05)
+        sheet.text(x, sheet.depth, _with_unit(name, units), fontsize=7, ha="center")
+        sheet.depth += 0.24
+
+
+def _residual_note(result: Any, noise: float, left_out: Sequence[str]) -> str:
+    parts = ["Points: specimens; line: trend along the covariate"]
+    stated = result.study.noise.kind != "unknown"
+    parts.append(f"shaded: twice the noise {'stated' if stated else 'estimated from the best fit'}, {noise:.1f} %")
+    if result.covariate:
+        parts.append(f"framed: {result.covariate}, which the baseline's residuals vary with (a pointer, not a cause)")
+    if len(result.kept) > MOST_COLUMNS:
+        parts.append(f"{len(result.kept) - MOST_COLUMNS} more explanations are not rejected")
+    if left_out:
+        parts.append(f"not shown, weaker: {', '.join(left_out)}")
+    return "; ".join(parts) + "."
+
+
+def _residual(result: Any, names: tuple[str, ...]) -> np.ndarray:
+    return result.residuals[" + ".join(names) if names else "baseline"]
+
+
+def _noise_band(result: Any) -> float:
+    sd = result.noise_sd if result.study.noise.kind == "unknown" else float(np.mean(result.design.scale))
+    return 100.0 * sd
+
+
+def _column_title(result: Any, names: tuple[str, ...]) -> str:
+    error = 100.0 * float(np.sqrt(np.mean(_residual(result, names) ** 2)))
+    return f"{' + '.join(names) if names else 'baseline'}: error {error:.1f} %"
+
+
+def _trend_of(result: Any, name: str) -> str | None:
+    return result.verdict.trend if name == result.covariate else None
+
+
+def _with_unit(name: str, units: Mapping[str, str]) -> str:
+    unit = units.get(name, "")
+    return f"{name} [{unit}]" if unit and unit != "-" else name
+
+
+def _sizes(sheet: _Sheet, result: Any) -> None:
+    """Every listed cause between its bounds: fitted size, interval, what would have been seen."""
+    listed = result.listed
+    row = 0.205 if len(listed) <= 12 else 0.165
+    named = bool(result.kept)
+    left = 0.32 + _CHARACTER * max(len(c.name) for c in listed)
+    right = 2.25
+    width = _PAGE - left - right - _RIGHT
+    note = "Each cause within its own bounds (ends of the grey line); tick: baseline, no effect. " + (
+        "Filled: not rejected, with its 95 % interval; open: rejected." if named else
+        "Open: best fit, rejected." if result.kind == "unexplained" else
+        "Open: best fit, not needed; shaded: sizes that nine times in ten would not have been seen."
+    )  # fmt: skip
+    sheet.heading("How large: sizes of the causes on the list", note)
+    ax = sheet.axes(left, sheet.depth + 0.02, width, row * len(listed))
+    colours = {n: c for names, c in _colours(result).items() for n in names} if named else {}
+    if result.kind == "two":
+        colours = dict.fromkeys(result.causes, style.BLUE)
+    show_seen = result.kind in ("none", "scatter")
+    for k, cause in enumerate(listed):
+        low, high = cause.bounds
+        tested = result.verdict.tested[(cause.name,)]
+
+        def at(size: float, low: float = low, high: float = high) -> float:
+            return (size - low) / (high - low)
+
+        ax.plot([0, 1], [k, k], color="#cfcfcf", linewidth=0.8, zorder=1)
+        ax.plot([at(cause.baseline)] * 2, [k - 0.3, k + 0.3], color=style.FAINT, linewidth=1.0, zorder=2)
+        estimate = result.estimates.get(cause.name)
+        if estimate is not None:
+            colour = colours.get(cause.name, style.BLACK)
+            ax.plot([at(estimate.low), at(estimate.high)], [k, k], color=colour, linewidth=2.6, zorder=3,
+                    gid="interval", solid_capstyle="butt")  # fmt: skip
+            ax.plot([at(estimate.size)], [k], "o", color=colour, markersize=5, markeredgecolor="white",
+                    markeredgewidth=0.5, zorder=4, gid="estimate")  # fmt: skip
+            text = f"{cause.show(estimate.size)}  [{estimate.low:.3g}, {estimate.high:.3g}]"
+            text += " at its bound" if estimate.at_bound else ""
+        else:
+            if show_seen:
+                ends = _unseen(cause, result.detectable[cause.name])
+                ax.add_patch(Rectangle((at(ends[0]), k - 0.26), at(ends[1]) - at(ends[0]), 0.52, color="#e4e4e4",
+                                       linewidth=0, zorder=0.6, gid="unseen"))  # fmt: skip
+                text = _seen_text(cause, result.detectable[cause.name])
+            else:
+                text = f"rejected (fits best at {cause.show(tested.sizes[0])})"
+            ax.plot([at(tested.sizes[0])], [k], "o", color=style.GHOST, markerfacecolor="white", markersize=4,
+                    zorder=3, gid="fit")  # fmt: skip
+            colour = style.FAINT
+        sheet.text(left + width + 0.12, sheet.depth + 0.02 + row * (k + 0.5), text, fontsize=7, va="center",
+                   color=colour, gid="size")  # fmt: skip
+    ax.set_xlim(-0.03, 1.03)
+    ax.set_ylim(len(listed) - 0.5, -0.5)
+    ax.set_xticks([])
+    ax.set_yticks(range(len(listed)), [f"{c.name}  {k}" for k, c in enumerate(listed, 1)], fontsize=7)
+    ax.tick_params(length=0, colors=style.BLACK)
+    for cause, label in zip(listed, ax.get_yticklabels(), strict=True):
+        label.set_fontweight("bold" if cause.name in result.estimates else "normal")
+    for spine in ax.spines.values():
+        spine.set_visible(False)
+    sheet.depth += row * len(listed) + 0.16
+
+
+def _unseen(cause: Any, seen: Sequence[float | None]) -> tuple[float, float]:
+    """Range of sizes about the baseline that would have stayed unseen; the bound where none is seen."""
+    low = high = cause.baseline
+    for side, size in zip(cause.sides, seen, strict=True):
+        end = side if size is None else size
+        low, high = min(low, end), max(high, end)
+    return low, high
+
+
+def _seen_text(cause: Any, seen: Sequence[float | None]) -> str:
+    if all(s is None for s in seen):
+        return "never seen within its bounds"
+    parts = [f"{s:.3g}" for s in seen if s is not None]
+    unit = "" if cause.unit == "-" else f" {cause.unit}"
+    return f"seen from {' or '.join(parts)}{unit}" + ("" if all(s is not None for s in seen) else ", one side only")
+
+
+def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
+    """Left the map of d2, right predicted against measured."""
+    listed = result.listed
+    square, left = 1.95, 0.45
+    room = _PAGE - square - _RIGHT - 0.75  # left of the second drawing
+    cell = min(0.34, (room - left) / len(listed))
+    side = cell * len(listed)
+    sheet.heading("What this design can tell apart, and what the better model gains")
+    top = sheet.depth
+    distances = result.study.confusable(listed, sd=result.noise_sd)
+    text = "d2 of a true cause (row) to a rival (column), numbers as above"
+    sheet.text(0.12, top, text, fontsize=7, color=style.FAINT)
+    ax = sheet.axes(left, top + 0.3, side, side)
+    draw_distances(ax, distances, cell, kept=[n for names in result.kept for n in names], named=False)
+    beside = left + side + 1.6 < room
+    place = {"bbox_to_anchor": (1.06, 1.02)} if beside else {"bbox_to_anchor": (0.0, 0.0), "ncols": 2}
+    ax.legend(handles=distance_legend(), loc="upper left", fontsize=6.5, frameon=False, borderpad=0.2,
+              labelspacing=0.25, columnspacing=1.0, **place)  # fmt: skip
+    fit = sheet.axes(_PAGE - square - _RIGHT, top + 0.1, square, square)
+    lines = _predicted(fit, result, quantity)
+    sheet.depth = top + max(0.3 + side + (0.05 if beside else 0.5), 0.1 + square + 0.38 + 0.13 * lines)
+
+
+def _predicted(ax: Axes, result: Any, quantity: str) -> int:
+    """Predicted against measured before and after; returns the lines of its legend."""
+    measured = np.asarray(result.study.measured)
+    sets = [((), result.predicted(()), _BASE, "baseline")]
+    for names, colour in list(_colours(result).items())[:1]:
+        sets.append((names, result.predicted(names), colour, " + ".join(names)))
+    handles: list[Any] = []
+    everything = np.concatenate([measured, *(s[1] for s in sets)])
+    low, high = float(everything.min()), float(everything.max())
+    low, high = (0.0, 1.06 * high) if low < 0.4 * high else (low - 0.08 * (high - low), high + 0.08 * (high - low))
+    ends = np.array([low, high])
+    noise = _noise_band(result) / 100.0
+    ax.fill_between(ends, ends * np.exp(-2 * noise), ends * np.exp(2 * noise), color="#ececec", linewidth=0, zorder=0.5)
+    ax.plot(ends, ends, color=style.FAINT, linewidth=0.7, zorder=1, gid="1:1")
+    for names, predicted, colour, label in sets:
+        error = 100.0 * float(np.sqrt(np.mean(_residual(result, names) ** 2)))
+        face = colour if names else "white"
+        ax.plot(measured, predicted, "o" if names else "s", color=colour, markerfacecolor=face, markersize=3.8,
+                markeredgewidth=0.7, zorder=3 if names else 2, gid="after" if names else "before")  # fmt: skip
+        label = label if len(label) < 30 else label[:28] + "…"
+        handles.append(Line2D([], [], color=colour, marker="o" if names else "s", markerfacecolor=face, markersize=3.8,
+                              linestyle="none", label=f"{label}: {error:.1f} %"))  # fmt: skip
+    if result.gain is not None:
+        left_out = 100.0 * result.gain.error_left_out
+        handles.append(Line2D([], [], linestyle="none", label=f"each specimen left out: {left_out:.1f} %"))
+    handles.append(Patch(facecolor="#ececec", label="twice the noise"))
+    ax.set_xlim(low, high)
+    ax.set_ylim(low, high)
+    ax.locator_params(nbins=5)
+    ax.set_xlabel(f"measured {quantity}".strip(), fontsize=7, labelpad=1.5)
+    ax.set_ylabel(f"predicted {quantity}".strip(), fontsize=7, labelpad=1.5)
+    ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.42, -0.17), fontsize=6.5, frameon=False,
+              labelspacing=0.25)  # fmt: skip
+    return len(handles)

@@ -1,0 +1,246 @@
+"""A diagnosis as one self-contained HTML page: verdict first, then what it means, what it rests on, what to do next."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from limitmason.diagnosis.report import basis, check_lines, headline, meaning, shown_p, specimen_name, state_of
+from limitmason.figures.diagnosis import diagnosis as diagnosis_figure
+
+_STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff; max-width: 62rem; margin: 2rem auto;
+       padding: 0 1rem; }
+h1 { font-size: 1.6rem; line-height: 1.25; margin: .2rem 0 1rem; }
+h2 { font-size: 1.15rem; margin: 2.2rem 0 .5rem; border-bottom: 1px solid #ccc; padding-bottom: .2rem; }
+.title { color: #666; margin: 0; }
+.list { background: #fff4e8; border-left: 4px solid #d55e00; padding: .6rem 1rem; }
+table { border-collapse: collapse; font-size: .88rem; margin: .6rem 0; }
+th, td { text-align: left; vertical-align: top; padding: .25rem .7rem .25rem 0; border-bottom: 1px solid #ddd; }
+th { border-bottom: 2px solid #888; }
+td.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+tr.kept td { font-weight: 600; }
+.wide { overflow-x: auto; }
+img { max-width: 100%; height: auto; }
+small, .small { color: #666; font-size: .85rem; }
+"""
+
+
+def diagnosis_page(
+    result: Any,
+    path: str | Path,
+    *,
+    title: str = "Diagnosis",
+    units: Mapping[str, str] | None = None,
+    quantity: str = "",
+    next_tests: Any = None,
+    rehearsal: Any = None,
+    notes: Sequence[str] = (),
+    checks: bool = True,
+    figure: Figure | None = None,
+) -> Path:
+    """Write a verdict with its figures and tables as one HTML file that needs nothing else.
+
+    Parameters
+    ----------
+    result : from ``Study.diagnose(causes)``
+    path : file to write
+    title : of the page
+    units, quantity : as for :func:`~limitmason.figures.diagnosis.diagnosis`
+    next_tests : from ``Diagnosis.next_tests(pool)`` or ``Study.plan``; left out where None
+    rehearsal : from ``Study.rehearse(causes)``; left out where None
+    notes : sentences on the data and the simulator, such as what is assumed
+    checks : judge the data again under other statements and without each specimen (some seconds)
+    figure : the picture, where it is drawn already
+
+    Returns
+    -------
+    Path
+        The file.
+    """
+    units = units or {}
+    words = headline(result)
+    count = len(result.listed)
+    picture = figure if figure is not None else diagnosis_figure(result, units=units, quantity=quantity)
+    parts = [
+        f'<p class="title">{escape(title)}</p><h1>{escape(words[0].upper() + words[1:])}.</h1>',
+        f'<p class="list"><strong>Conditional on the list.</strong> The verdict chooses among the {count} '
+        f"cause{'s' * (count != 1)} listed below, alone and in pairs. A cause that is not on the list cannot be named; "
+        "a p beside a cause means that it is not rejected, not that it is true.</p>",
+        "<h2>What it means</h2>" + _paragraphs(meaning(result)),
+        "<h2>The picture</h2>" + _image(picture, "residuals, sizes, distances and predictions"),
+    ]
+    if result.kept:
+        parts.append("<h2>What the better model gains</h2>" + _gains(result))
+    parts.append("<h2>The causes considered</h2>" + _causes(result))
+    parts.append("<h2>What it rests on</h2>" + _bullets([*basis(result), *notes]))
+    if result.covariate:
+        trend = f"The residuals of the baseline vary with {result.covariate} ({result.verdict.trend}). "
+        parts.append(f"<p>{escape(trend)}A pointer, not a cause.</p>")
+    gate = ", ".join(f"{k} p {shown_p(v)}" for k, v in result.verdict.p.items())
+    parts.append(f'<p class="small">Gate for &ldquo;none&rdquo;: {escape(gate)}. Seed {result.seed}.</p>')
+    hangs = check_lines(result) if checks else []
+    parts.append("<h2>What to keep in mind</h2>" + _bullets([*hangs, *result.warnings]))
+    parts.append("<h2>What this design can tell apart</h2>" + _distances(result))
+    if next_tests is not None:
+        parts.append("<h2>Next tests</h2>" + _next_tests(next_tests, units))
+    if rehearsal is not None:
+        from limitmason.figures.confusion import rehearsal as draw
+
+        parts.append("<h2>Blind trials on this design</h2>" + _image(draw(rehearsal), "confusion matrix"))
+    parts.append("<h2>The specimens</h2>" + _specimens(result, units, quantity))
+    text = (
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{escape(title)}</title><style>{_STYLE}</style></head><body>\n"
+        + "\n".join(parts)
+        + "\n</body></html>\n"
+    )
+    path = Path(path)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def _image(figure: Figure, description: str) -> str:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=160)
+    data = base64.b64encode(buffer.getvalue()).decode("ascii")
+    width = round(figure.get_size_inches()[0] * 130)
+    return f'<img alt="{escape(description)}" width="{width}" src="data:image/png;base64,{data}">'
+
+
+def _paragraphs(sentences: Iterable[str]) -> str:
+    return "".join(f"<p>{escape(s)}</p>" for s in sentences)
+
+
+def _bullets(sentences: Iterable[str]) -> str:
+    return "<ul>" + "".join(f"<li>{escape(s)}</li>" for s in sentences) + "</ul>"
+
+
+def _table(header: Sequence[str], rows: Iterable[tuple[str, Sequence[Any]]]) -> str:
+    """A table; a row is its class and its cells, numbers as text in a one-tuple are set flush right."""
+    lines = ["<tr>" + "".join(f"<th>{escape(h)}</th>" for h in header) + "</tr>"]
+    for kind, cells in rows:
+        shown = [
+            f'<td class="n">{escape(c[0])}</td>' if isinstance(c, tuple) else f"<td>{escape(str(c))}</td>"
+            for c in cells
+        ]
+        lines.append(f'<tr class="{kind}">' + "".join(shown) + "</tr>")
+    return '<div class="wide"><table>' + "\n".join(lines) + "</table></div>"
+
+
+def _gains(result: Any) -> str:
+    by_name = {c.name: c for c in result.listed}
+    rows = []
+    for names in result.kept[:8]:
+        gain = result.gains[names]
+        sizes = []
+        for name, size in zip(names, result.verdict.tested[names].sizes, strict=True):
+            known = result.estimates.get(name) if len(names) == 1 or names == result.kept[0] else None
+            ends = f" [{known.low:.3g}, {known.high:.3g}]" if known else ""
+            sizes.append(f"{name} = {by_name[name].show(size)}{ends}")
+        by_group = "no groups given" if gain.leave_group_out is None else str(gain.leave_group_out)
+        rows.append(("kept" if names == result.kept[0] else "", [
+            " and ".join(sizes), (f"{100 * gain.error_before:.1f} %",), (f"{100 * gain.error_after:.1f} %",),
+            (f"{100 * gain.error_left_out:.1f} %",), (str(gain.leave_one_out),), (by_group,), (str(gain.selected),),
+        ]))  # fmt: skip
+    header = ["extension, size [95 % interval]", "error before", "after", "specimens left out",
+              "log score, leave one out", "leave group out", "choice repeated in each fold"]  # fmt: skip
+    more = len(result.kept) - len(rows)
+    text = (
+        "Errors are root mean squares of log(measured / predicted). Log scores are of left-out values, extension minus "
+        "baseline, with standard error; above 0 the extension predicts better. A score quoted after the choice is "
+        "optimistic; the last column makes the choice again without the part left out."
+    )
+    if more > 0:
+        text += f" {more} more explanations are not rejected."
+    return _table(header, rows) + f'<p class="small">{escape(text)}</p>'
+
+
+def _causes(result: Any) -> str:
+    rows = []
+    for cause in result.listed:
+        tested = result.verdict.tested[(cause.name,)]
+        seen = " or ".join(
+            "not within its bound" if s is None else cause.show(s) for s in result.detectable[cause.name]
+        )
+        physics = "; ".join(
+            p for p in (cause.physics, f"source: {cause.source}" if cause.source else "",
+                        f"shown alone by: {cause.isolate}" if cause.isolate else "") if p
+        )  # fmt: skip
+        bounds = f"{cause.bounds[0]:g} to {cause.bounds[1]:g}" + ("" if cause.unit == "-" else f" {cause.unit}")
+        rows.append(("kept" if tested.kept else "", [
+            cause.name, cause.acts_on, physics, (f"{cause.baseline:g}; {bounds}",), (cause.show(tested.sizes[0]),),
+            (f"{tested.gain:+.1f}",), state_of(result, (cause.name,)), seen,
+        ]))  # fmt: skip
+    header = ["cause", "acts on", "physics", "baseline; bounds", "best fit", "log-likelihood", "verdict",
+              "would have been seen from"]  # fmt: skip
+    return _table(header, rows)
+
+
+def _distances(result: Any) -> str:
+    distances = result.study.confusable(result.listed, sd=result.noise_sd)
+    rows = []
+    for row in distances.table():
+        rows.append(("", [row["cause"], (f"{row['d2_baseline']:.0f}",), row["rival"], (f"{row['d2']:.1f}",)]))
+    text = (
+        "d2: squared distance in units of the noise after the rival and the measured inputs are refitted, at a clearly "
+        "visible size. 25 and more: told apart nearly always; below 1: twins, no data of this design can decide."
+    )
+    header = ["true cause", "d2 to the baseline", "nearest rival", "d2 to it"]
+    return _table(header, rows) + f'<p class="small">{escape(text)}</p>'
+
+
+def _next_tests(tests: Any, units: Mapping[str, str]) -> str:
+    first = tests.specimens[0]
+    names = list(first) if isinstance(first, Mapping) else []
+    header = ["number in the pool", *(_with_unit(n, units) for n in names)] if names else ["number", "specimen"]
+    rows = []
+    for i, s in zip(tests.indices, tests.specimens, strict=True):
+        rows.append(("", [(str(i + 1),), *([_number(s.get(n)) for n in names] if names else [repr(s)])]))
+    told = f" Smallest d2 over the pairs {tests.before:.1f} before, {tests.after:.1f} after." if tests.pairs else ""
+    return f"<p>{escape(tests.reason[0].upper() + tests.reason[1:])}.{escape(told)}</p>" + _table(header, rows)
+
+
+def _specimens(result: Any, units: Mapping[str, str], quantity: str) -> str:
+    study = result.study
+    before, best = result.predicted(()), result.predicted() if result.kept else None
+    named = [specimen_name(study, i).removeprefix("specimen ") for i in range(study.n)]
+    shown = [n for n in study.covariates if [str(v) for v in study.covariates[n]] != named]
+    header = [
+        "specimen",
+        *(_with_unit(n, units) for n in shown),
+        f"measured {quantity}".strip(),
+        "baseline",
+        "left [%]",
+    ]
+    if best is not None:
+        header += [" + ".join(result.kept[0]), "left [%]"]
+    rows = []
+    for i in range(study.n):
+        cells: list[Any] = [named[i], *(_number(study.covariates[n][i]) for n in shown)]
+        value = float(study.measured[i])
+        for predicted in [None, before, best]:
+            if predicted is None:
+                cells += [(f"{value:.4g}",)] if len(cells) == 1 + len(shown) else []
+                continue
+            left = 100.0 * float(np.expm1(np.log(value / predicted[i])))
+            cells += [(f"{predicted[i]:.4g}",), (f"{left:+.1f}",)]
+        rows.append(("", cells))
+    return _table(header, rows)
+
+
+def _number(value: Any) -> Any:
+    return (f"{value:.4g}",) if isinstance(value, (int, float)) and not isinstance(value, bool) else str(value)
+
+
+def _with_unit(name: str, units: Mapping[str, str]) -> str:
+    unit = units.get(name, "")
+    return f"{name} [{unit}]" if unit and unit != "-" else name

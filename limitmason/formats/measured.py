@@ -1,0 +1,179 @@
+"""Tables of measured specimens: CSV with a header row and a units row, read with errors that name the cell."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6}
+
+
+@dataclass(frozen=True)
+class MeasuredTable:
+    """One row per measured value, columns with units.
+
+    Parameters
+    ----------
+    name : of the file, for messages
+    units : unit of every column, "-" for pure numbers and words
+    columns : values of every column, numbers or words
+    lines : line of each row in the file
+    """
+
+    name: str
+    units: Mapping[str, str]
+    columns: Mapping[str, tuple]
+    lines: tuple[int, ...]
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """One mapping per row, column to value."""
+        return [{k: c[i] for k, c in self.columns.items()} for i in range(len(self))]
+
+    def column(self, name: str, what: str = "") -> tuple:
+        """Values of a column.
+
+        Raises
+        ------
+        ValueError
+            Where there is none of that name; the message lists the columns.
+        """
+        if name not in self.columns:
+            for_ = f" for {what}" if what else ""
+            raise ValueError(
+                f"{self.name}: there is no column {name!r}{for_}; the columns are {', '.join(self.columns)}"
+            )
+        return self.columns[name]
+
+    def positive(self, name: str, what: str = "") -> list[float]:
+        """Values of a column of positive numbers.
+
+        Raises
+        ------
+        ValueError
+            Naming row and column of the first value that is no positive number.
+        """
+        for line, value in zip(self.lines, self.column(name, what), strict=True):
+            if isinstance(value, str) or not (isfinite(value) and value > 0):
+                raise ValueError(
+                    f"{self.name}: row {line}, column {name!r}: a positive number is needed, got {value!r}"
+                )
+        return [float(v) for v in self.columns[name]]
+
+
+def read_measured(path: str | Path) -> MeasuredTable:
+    """Read a CSV file of specimens: names of the columns, their units, then one row per measured value.
+
+    Lines that begin with # are comments. A column holds numbers, or words where its unit is "-"; no cell may be blank.
+
+    Raises
+    ------
+    ValueError
+        Naming row, column and unit of what is wrong.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: the file is not UTF-8 text ({error.reason} at byte {error.start})") from None
+    kept = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+    numbers = [n for n, _ in kept]
+    rows = [[cell.strip() for cell in row] for row in csv.reader([line for _, line in kept])]
+    if len(rows) < 3:
+        raise ValueError(f"{path}: a row of column names, a row of units and rows of values are needed; `limitmason "
+                         "diagnose --template FILE` writes a file to start from")  # fmt: skip
+    header, units = rows[0], rows[1]
+    twice = next((h for i, h in enumerate(header) if h in header[:i]), None)
+    if twice is not None or "" in header:
+        raise ValueError(f"{path}: row {numbers[0]}: " + (f"the column {twice!r} is there twice" if twice else
+                         f"column {header.index('') + 1} has no name"))  # fmt: skip
+    for number, row in zip(numbers, rows, strict=True):
+        if len(row) != len(header):
+            raise ValueError(f"{path}: row {number} has {len(row)} cells, the header has {len(header)}")
+    for name, unit in zip(header, units, strict=True):
+        if not unit or _number(unit) is not None:
+            raise ValueError(
+                f"{path}: row {numbers[1]} must give the unit of every column; {name!r} has {unit!r} ('-' for pure "
+                "numbers and words)"
+            )
+    lines = numbers[2:]
+    columns = {
+        name: _column(str(path), name, units[k], lines, [row[k] for row in rows[2:]]) for k, name in enumerate(header)
+    }
+    return MeasuredTable(str(path), dict(zip(header, units, strict=True)), columns, tuple(lines))
+
+
+def write_measured(
+    path: str | Path, units: Mapping[str, str], rows: Sequence[Mapping[str, Any]], note: str = ""
+) -> None:
+    """Write a table that :func:`read_measured` reads.
+
+    Parameters
+    ----------
+    units : columns in order with their units
+    rows : one mapping per row
+    note : comment lines above the table
+
+    Raises
+    ------
+    ValueError
+        Where the file exists already.
+    """
+    path = Path(path)
+    if path.exists():
+        raise ValueError(f"{path} exists already; choose another name")
+    out = io.StringIO()
+    out.writelines(f"# {line}\n" for line in note.splitlines())
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(units)
+    writer.writerow(units.values())
+    for row in rows:
+        writer.writerow([f"{v:.10g}" if isinstance(v, float) else v for v in (row[name] for name in units)])
+    path.write_text(out.getvalue(), encoding="utf-8")
+
+
+def force_factor(given: str, wanted: str, where: str) -> float:
+    """Factor from one unit of force to another, 1 for equal units.
+
+    Raises
+    ------
+    ValueError
+        For units that do not convert, naming both.
+    """
+    if given == wanted:
+        return 1.0
+    if given in FORCES and wanted in FORCES:
+        return FORCES[given] / FORCES[wanted]
+    raise ValueError(f"{where} has the unit {given!r}, but the predictions come in {wanted!r}")
+
+
+def _column(path: str, name: str, unit: str, lines: Sequence[int], cells: Sequence[str]) -> tuple:
+    for line, cell in zip(lines, cells, strict=True):
+        if not cell:
+            raise ValueError(f"{path}: row {line}, column {name!r} is blank; fill it, or leave the row or column out")
+    values = [_number(cell) for cell in cells]
+    bad = [k for k, value in enumerate(values) if value is None]
+    if not bad:
+        return tuple(values)
+    if unit == "-" and len(bad) == len(cells):
+        return tuple(cells)
+    if unit == "-" and len(bad) >= len(cells) / 2:
+        return tuple(cells)
+    why = f"its unit is {unit!r}" if unit != "-" else "most of the column are numbers"
+    raise ValueError(f"{path}: row {lines[bad[0]]}, column {name!r}: {cells[bad[0]]!r} is not a number, but {why}")
+
+
+def _number(cell: str) -> float | None:
+    try:
+        value = float(cell)
+    except ValueError:
+        return None
+    return value if isfinite(value) else None
