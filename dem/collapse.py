@@ -11,7 +11,7 @@ import numpy as np
 from dem.joints import JointOptions
 from dem.search import Controls, Search, increments, ramps
 from dem.state import QUASI_STATIC, State, make_state
-from dem.stepping import EQUILIBRIUM, UNDECIDED, Damping, Verdict
+from dem.stepping import EQUILIBRIUM, UNDECIDED, Damping, Verdict, smallest_edge
 from limitmason.certificate import certify
 from limitmason.model import Assembly, Loads
 from limitmason.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED, UNBOUNDED, Prediction
@@ -94,6 +94,8 @@ def collapse(
     """
     if method not in (INCREMENTS, RAMP):
         raise ValueError(f"method must be {INCREMENTS!r} or {RAMP!r}, got {method!r}")
+    if isinstance(error_budget, str):
+        raise ValueError(f"error_budget must be several of {', '.join(CHECKS)}, such as ({error_budget!r},)")
     for check in error_budget:
         if check not in CHECKS:
             raise ValueError(f"unknown check {check!r} in error_budget; known: {', '.join(CHECKS)}")
@@ -135,9 +137,11 @@ def collapse(
             else:
                 guess = found.stable
                 again = increments(assembly, loads, changed, near, through=[0.5 * guess, 0.9 * guess, guess])
+            decided = again.status in (SOLVED, ALMOST_SOLVED)
             budget[check] = {
                 "multiplier": again.stable,
-                "change": again.stable / found.stable - 1.0 if found.stable else float("nan"),
+                "change": again.stable / found.stable - 1.0 if found.stable and decided else float("nan"),
+                "smallest moving": again.moving,
                 "steps": again.steps,
                 "status": again.status,
             }
@@ -160,6 +164,13 @@ def collapse(
         warnings.append(
             f"undecided after {max_steps} steps and more at {', '.join(f'{u:.5g}' for u in between)}; not counted as "
             "stable"
+        )
+    swayed = max((v.moved for load, v in found.record if load and v.outcome == EQUILIBRIUM), default=0.0)
+    share = swayed / (moved_limit * smallest_edge(assembly))
+    if method == INCREMENTS and share > 0.5:
+        warnings.append(
+            f"a load in equilibrium moved a block by {swayed:.2g} m, {share:.0%} of what counts as collapse: with "
+            f"joints as soft as these raise moved_limit ({moved_limit:g})"
         )
     answered = found.status in (SOLVED, ALMOST_SOLVED, NOT_CONVERGED)
     prediction = Prediction(
@@ -212,6 +223,9 @@ def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]]) -> tuple[f
     if found.status not in (SOLVED, ALMOST_SOLVED, NOT_CONVERGED) or not np.isfinite(found.stable):
         return None
     changes = [b["multiplier"] - found.stable for b in budget.values() if np.isfinite(b["multiplier"])]
+    # of an undecided repeat only the loads that stood and those that moved are known
+    open_ended = [b["smallest moving"] - found.moving for b in budget.values() if not np.isfinite(b["change"])]
+    changes += [x for x in open_ended if np.isfinite(x) and x > 0.0]
     return found.stable + sum(min(x, 0.0) for x in changes), found.moving + sum(max(x, 0.0) for x in changes)
 
 

@@ -9,7 +9,8 @@ delta = d + G (s, t, 0): exact at any rotation, without drift. Forces act at blo
 on a, so that elastic contact conserves energy and momentum exactly in continuous time.
 
 Stress at a point, compression positive, w the opening, w_p plastic opening (dilation) and g the initial gap:
-N = kn (w_p - g - w), T = ks (plastic slip - slip), N >= -ft, |T| <= c + tan(phi) N; slip by p opens w_p by tan(psi) p.
+N = kn (w_p - g - w), T = ks (plastic slip - slip), N >= -ft, |T| <= c + tan(phi) N; slip by p opens w_p by tan(psi) p,
+in an open point as far as it is open: limit analysis demands the same, opening >= tan(psi) slip.
 """
 
 from typing import NamedTuple
@@ -92,6 +93,7 @@ def _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, lift
     highest = law[j, 7]
     flow = dil / (ks + kn * mu * dil)
     inv_ks = 1.0 / ks
+    edge, cut = max(c - mu * ft, 0.0), ft / kn  # shear strength and opening of a point pulled to its strength
     f1 = f2 = f3 = m1 = m2 = m3 = work = 0.0
     # unsigned: no index from the end to allow for, so that the loop over part of the arrays vectorises without views
     for k in range(np.uint64(p0), np.uint64(p1)):
@@ -108,8 +110,9 @@ def _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, lift
         if lifts:
             # dilation in a closed joint, consistent with the friction it mobilises; crushing closes what exceeds fc
             over = max(trial - c - mu * n0, 0.0)
-            grow = min(flow * over, max(highest - old, 0.0))
-            grow = grow if n0 > -ft else 0.0
+            # the flow rule holds at the apex too: an open point that slides keeps the opening that goes with its slip
+            apart = min(dil * max(trial - edge, 0.0) * inv_ks, max(w - cut - old, 0.0))
+            grow = min(flow * over if n0 > -ft else apart, max(highest - old, 0.0))
             new = min(old + grow, w + fc)
             n = max(kn * (new - w), -ft)
             lift[k] = new
@@ -169,8 +172,8 @@ def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate,
         h = min(h + soften * over * inv_ks, 1.0)
         mu, dil, c, ft = mu0 + h * mu1, dil0 + h * dil1, c0 + h * c1, ft0 + h * ft1
         over = max(trial - c - mu * n0, 0.0)
-        grow = min(dil * over / (ks + kn * mu * dil), max(highest - old, 0.0))
-        grow = grow if n0 > -ft else 0.0
+        apart = min(dil * max(trial - max(c - mu * ft, 0.0), 0.0) * inv_ks, max(w - ft / kn - old, 0.0))
+        grow = min(dil * over / (ks + kn * mu * dil) if n0 > -ft else apart, max(highest - old, 0.0))
         new = min(old + grow, w + fc)
         n = max(kn * (new - w), -ft)
         cap = max(c + mu * n, 0.0)

@@ -52,9 +52,13 @@ class Scale:
         some = load > 1e-9 * max(float(load.max(initial=0.0)), 1e-300)
         weight = assembly.weights[~assembly.fixed]
         force = float(load[some].mean()) if some.any() else float(weight.mean())
-        edge = [float(np.ptp(b.vertices, axis=0).min()) for b, f in zip(assembly.blocks, assembly.fixed, strict=True)
-                if not f]  # fmt: skip
-        return cls(max(force, 1e-300), np.cbrt(assembly.arrays.volume), moves, min(edge))
+        return cls(max(force, 1e-300), np.cbrt(assembly.arrays.volume), moves, smallest_edge(assembly))
+
+
+def smallest_edge(assembly: Assembly) -> float:
+    """Smallest dimension of a free block along the axes [m], against which displacements are large or small."""
+    blocks = zip(assembly.blocks, assembly.fixed, strict=True)
+    return min(float(np.ptp(block.vertices, axis=0).min()) for block, fixed in blocks if not fixed)
 
 
 def run(

@@ -12,12 +12,15 @@ from dem.loading import Settle, Tilt
 from dem.simulate import simulate
 from dem.stepping import Damping, Scale
 from limitmason.model import Assembly, Loads
-from limitmason.results import CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Prediction
+from limitmason.results import CANNOT_STAND, NOT_CONVERGED, SOLVED, Prediction
 
 Array = NDArray[np.float64]
 
 _WINDOW = 5  # samples of the running median: a single sample may ride on a vibration
 _WITHIN = 1e-3  # the peak counts as reached where the ratio comes this near to it [-]
+
+
+DID_NOT_FALL = "did not fall"
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +29,7 @@ class TiltTest:
 
     Parameters
     ----------
-    status : "solved", "not converged" (the rate still matters), "unbounded" (did not fall up to the last angle) or
+    status : "solved", "not converged" (the rate still matters), "did not fall" (up to the last angle) or
         "cannot stand under dead load"
     collapse_multiplier : lambda = max(Rh / Rv) of the slowest run [-]; that of the last angle where it did not fall
     tilt_deg : angle of the table at the samples [deg], shape (samples,)
@@ -71,13 +74,16 @@ class TiltTest:
     @property
     def at_rest(self) -> float:
         """Multiplier extrapolated to a table that turns infinitely slowly [-]: the lag is linear in the rate."""
-        if len(self.runs) < 2:
+        if len(self.runs) < 2 or self.status == DID_NOT_FALL:
             return float("nan")
         (fast, high), (slow, low) = self.runs[-2:]
         return low - (high - low) * slow / (fast - slow)
 
     def __str__(self) -> str:
         """Multiplier, angle, rate check and, where it was asked for, the comparison with held loads."""
+        if self.status == DID_NOT_FALL:
+            text = f"tilting test: {self.status}, lambda above {self.collapse_multiplier:.4f}"
+            return "\n".join([text, *(f"  {w}" for w in self.warnings)])
         lines = [
             f"tilting test: {self.status}, lambda = max(Rh / Rv) = {self.collapse_multiplier:.4f}, "
             f"angle {self.collapse_angle_deg:.2f} deg",
@@ -184,7 +190,7 @@ def tilt_test(
         # at the end of the tilt the wall still follows the table, in a run and in one at half its rate
         stood.append(history["step"][-1] - begun >= stage.steps and peak > 0.98 * np.tan(np.deg2rad(to_deg)))
         if all(stood[-2:]) and k:
-            status = UNBOUNDED
+            status = DID_NOT_FALL
             notes.append(f"it did not fall up to {to_deg:g} degrees: give a larger to_deg")
             break
         if k and abs(runs[-1][1] / runs[-2][1] - 1.0) < tolerance:

@@ -160,7 +160,10 @@ class Prediction:
         lines = [f"{self.method}: lambda = {self.collapse_multiplier:.6g} ({self.status}; {self.bound})"]
         if self.interval is not None:
             budget = self.details.get("error budget", {})
-            parts = [f"{name} {100 * row['change']:+.1f} %" for name, row in budget.items()]
+            parts = [
+                f"{name} {100 * row['change']:+.1f} %" if np.isfinite(row["change"]) else f"{name} undecided"
+                for name, row in budget.items()
+            ]
             low, high = self.interval
             lines.append(f"  interval {low:.6g} to {high:.6g}: {', '.join(['bracket', *parts])}")
         if self.certificate is not None:

@@ -8,7 +8,7 @@ import pytest
 from limitmason import cli, experiments
 from limitmason.cli.diagnosis_data import read_case
 from limitmason.cli.series import packaged_table
-from limitmason.diagnosis.cause import Extension
+from limitmason.diagnosis.simulator import Job, Simulator
 from limitmason.formats import read_measured, write_measured
 
 OWN = """
@@ -137,9 +137,10 @@ def test_a_packaged_series_with_our_simulator(tmp_path, capsys):
     options = cli._parser().parse_args(["diagnose", str(path), "--model", "minho", "--causes", "gain"])
     case = read_case(options, {"contact_model": "vertices", "flow_rule": "associative"})
     row = {r["specimen"]: r for r in case.specimens}
-    value = case.simulate(row["SW.100.1"])
-    assert case.simulate(row["SW.100.2"], extend=Extension(())) == value
-    assert len(case.simulate._known) == 1
+    known = Simulator(case.simulate, [row["SW.100.1"], row["SW.100.2"], row["SW.200.1"]])
+    value, repeat, other = known.predict([Job(0, ()), Job(1, ()), Job(2, ())])
+    assert value == repeat != other
+    assert known.calls == 2
     assert " at 0x" not in repr(case.simulate)  # values on disk are found again by another process
     (wanted,) = [r.predicted for r in experiments.run(experiments.load("minho-dry-stone-2005-2009", "SW.100.1"))]
     assert value == pytest.approx(wanted, rel=1e-9)

@@ -311,3 +311,19 @@ def test_planning_needs_no_measured_values():
 def test_a_list_without_measurement_causes_is_warned_about():
     diagnosis = study(data(ROUNDING, 0.012)).diagnose([ROUNDING])
     assert any("measurement" in note for note in diagnosis.warnings)
+
+
+def test_a_study_without_measured_inputs_gets_verdict_gain_and_report():
+    causes = [Cause("gain", "factor", 1.0, (0.7, 1.3)), Cause("drift", "rate", 0.0, (-0.2, 0.2))]
+    specimens = [{"x": float(k)} for k in range(12)]
+
+    def simulate(specimen, factor=1.0, rate=0.0):
+        return factor * (1.0 + 0.1 * specimen["x"]) * np.exp(rate * (specimen["x"] - 5.5) / 5.5)
+
+    noise = 0.02 * np.array([1, -1, -1, 1, 1, -1, -1, 1, 1, -1, -1, 1])  # as large as stated, without trend
+    values = [simulate(s, factor=1.2) * np.exp(e) for s, e in zip(specimens, noise, strict=True)]
+    made = Study(specimens, simulate, values, Noise(0.02), covariates=["x"], groups=list("aabbccddeeff"))
+    diagnosis = made.diagnose(causes)
+    assert diagnosis.causes == ("gain",)
+    assert diagnosis.gain.leave_group_out.total > 0
+    assert "gain" in diagnosis.report()

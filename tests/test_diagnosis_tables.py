@@ -9,9 +9,11 @@ from scipy.optimize import minimize
 
 from limitmason.diagnosis import Cause, Measured, Noise, Study
 from limitmason.diagnosis.bootstrap import Draws, Tally, run
+from limitmason.diagnosis.cells import fit_many
 from limitmason.diagnosis.grid import Grid
 from limitmason.diagnosis.likelihood import Likelihood
 from limitmason.diagnosis.shapes import Shapes
+from limitmason.diagnosis.simulator import Job, Simulator
 
 RNG = np.random.default_rng(0)
 X = np.linspace(0.2, 1.0, 10)
@@ -72,12 +74,12 @@ def test_a_cause_never_fits_worse_than_the_baseline(like):
 def test_box_step_is_the_bounded_least_squares_solution(d):
     from scipy.optimize import lsq_linear
 
-    from limitmason.diagnosis.grid import _descend
+    from limitmason.diagnosis.grid import _step
 
     rng = np.random.default_rng(d)
     slopes, target = rng.standard_normal((60, 8, d)), 2.0 * rng.standard_normal((60, 8))
     low, high = np.where(rng.random((60, d)) < 0.5, -0.5, 0.0), np.full((60, d), 0.5)
-    moves = _descend(
+    moves = _step(
         np.einsum("bni,bnj->bij", slopes, slopes), np.einsum("bni,bn->bi", slopes, target), low.copy(), high.copy()
     )
     for move, s, t, a, b in zip(moves, slopes, target, low, high, strict=True):
@@ -125,6 +127,42 @@ def test_shape_p_is_uniform_on_noise():
         assert stats.kstest(column, "uniform").pvalue > 1e-4
 
 
+NOISES = [Likelihood(), Likelihood("unknown"), Likelihood("replicates", 8.0)]
+
+
+@pytest.mark.parametrize("like", NOISES, ids=lambda like: like.kind)
+@pytest.mark.parametrize("inputs", [0, 1, 2])
+def test_fits_by_inner_products_are_those_by_residuals(like, inputs):
+    # weights of 1 go the long way over residuals; one axis has a stretch, another nothing at all, without effect
+    rng = np.random.default_rng(5)
+    grids = []
+    for length in (7, 11):
+        size = np.linspace(0.0, 1.0, length)
+        z = [np.linspace(-4.0, 4.0, 5)] * inputs
+        flat = np.maximum(size - 0.4, 0.0)[(...,) + (None,) * (inputs + 1)] * rng.standard_normal(12) * 6.0
+        values = flat + np.zeros((length,) + (5,) * inputs + (12,))
+        for axis, a in enumerate(z[:1]):
+            along = np.expand_dims(a, tuple(i for i in range(inputs + 2) if i != 1 + axis))
+            values = values + (along + 0.05 * along**2) * rng.standard_normal(12)
+        grids.append(Grid([size], z, values))
+    y = grids[0].nodes[-1] + rng.standard_normal((200, 12))
+    z, replicate = rng.standard_normal((200, inputs)), rng.chisquare(8, 200) / 8
+    short = fit_many(grids, y, z, like, replicate)
+    bare = fit_many(grids, y, z, like, replicate, residuals=False)
+    for grid, fit, quick in zip(grids, short, bare, strict=True):
+        long = grid.fit(y, z, like, replicate, np.ones_like(y))
+        for name in ("loglik", "loss", "penalty", "residuals"):
+            assert getattr(fit, name) == pytest.approx(getattr(long, name), rel=1e-9, abs=1e-9)
+        assert quick.loglik == pytest.approx(fit.loglik, rel=1e-9, abs=1e-9)
+        assert grid.values_at(fit) == pytest.approx(y - fit.residuals, abs=1e-12)
+
+
+def test_data_that_a_model_fits_exactly_leave_no_rounding_behind():
+    grid = Grid([np.linspace(0.0, 1.0, 9)], [], np.linspace(0.0, 1.0, 9)[:, None] * np.arange(1.0, 7.0) * 1e3)
+    (fit,) = fit_many([grid], grid.nodes[5:6], np.zeros((1, 0)), Likelihood("unknown"), residuals=False)
+    assert fit.loss[0] < 1e-20
+
+
 def test_bootstrap_p_of_a_known_statistic_and_its_early_stop():
     draws = Draws.make(1, 10, 1, Noise(0.04))
     quiet, loud = (Tally({"chi2": v}, {"chi2": 0.01}) for v in (stats.chi2.isf(0.3, 10), stats.chi2.isf(0.001, 10)))
@@ -145,6 +183,63 @@ def test_calls_are_counted_and_never_repeated():
     assert made.simulator.calls == calls
     # at most 17 sizes x 5 inputs x 10 specimens per cause, the baseline, and one check of nesting per cause
     assert calls <= 10 * 5 * (2 * 17 + 1) + 2
+
+
+REPEATS = [{"x": 0.5, "measured": 0.3}, {"x": 0.5, "measured": 0.4}, {"x": 0.7, "measured": 0.3}]
+
+
+class Counted:
+    """The simulator with its calls counted; with ``told`` it says by "x" alone which specimens are equal."""
+
+    def __init__(self, told=False):
+        self.asked = []
+        if told:
+            self.identity = lambda specimen: str(specimen["x"])
+
+    def __repr__(self):
+        return "Counted()"
+
+    def __call__(self, s, *, mu=0.7, bend=0.0, extend=None):
+        self.asked.append(s)
+        return simulate(s, mu=extend(mu) if extend else mu, bend=bend)
+
+
+@pytest.mark.parametrize("told", [False, True])
+def test_equal_specimens_are_simulated_once(told, tmp_path):
+    specimens = [dict(s, order=i) for i, s in enumerate(REPEATS)] if told else REPEATS
+    jobs = [Job(i, (("mu", mu),)) for mu in (0.6, 0.7) for i in range(3)]
+    wanted = [simulate({"x": s["x"]}, mu=mu) for mu in (0.6, 0.7) for s in REPEATS]
+    path = tmp_path / "kept.jsonl"
+    first = Simulator(Counted(told), specimens, cache=path)
+    assert first.predict(jobs) == pytest.approx(wanted)
+    assert first.calls == len(first.simulate.asked) == 4
+    assert len(path.read_text().splitlines()) == 4
+    again = Simulator(Counted(told), specimens[1:], cache=path)  # the repeat alone finds what the other left on disk
+    assert again.predict([Job(0, (("mu", 0.6),))])[0] == pytest.approx(wanted[0])
+    assert again.calls == 0
+    other = first.on([{"x": 0.7, "order": 9} if told else {"x": 0.7}])
+    assert other.predict([Job(0, (("mu", 0.7),))])[0] == pytest.approx(wanted[-1])
+    assert other.calls == 0
+
+
+def test_specimens_that_differ_or_are_read_by_a_cause_are_not_shared():
+    specimens = [dict(s, order=i) for i, s in enumerate(REPEATS)]
+    apart = Simulator(Counted(), specimens)
+    apart.predict([Job(i, ()) for i in range(3)])
+    assert apart.calls == 3  # the order of the tests might matter to the function
+    wear = Cause("wear", "wear", 0.0, (0.0, 1.0), reads_specimen=True,
+                 apply=lambda size, mu, specimen: mu * math.exp(-size * specimen["order"]))  # fmt: skip
+    told = Simulator(Counted(told=True), specimens)
+    values = told.predict([Job(i, (), ((wear, 0.2),)) for i in range(3)])
+    assert told.calls == 3
+    assert values[1] < values[0]
+
+
+def test_equal_specimens_are_simulated_once_by_workers_too():
+    several = Simulator(simulate, REPEATS, n_jobs=2)
+    jobs = [Job(i, (("mu", 0.6),)) for i in range(3)]
+    assert np.array_equal(several.predict(jobs), Simulator(simulate, REPEATS).predict(jobs))
+    assert several.calls == 2
 
 
 def test_a_measurement_cause_needs_no_simulation():
@@ -252,3 +347,15 @@ def test_an_input_without_error_and_no_input_at_all():
         made = Study(SPECIMENS, simulate, None, Noise(0.04), nuisance, ["x"])
         values = made.predicted([BEND], [0.8]) * np.exp(0.04 * np.random.default_rng(1).standard_normal(10))
         assert made.with_measured(values).diagnose([BEND, KINK]).causes == ("bend",)
+
+
+def test_long_work_tells_how_far_it_is():
+    made, lines = make(), []
+    rehearsed = made.rehearse([BEND, KINK], 3, pairs=False, progress=lines.append)
+    assert len(lines) == rehearsed.n == 3
+    assert lines[-1].startswith("trial 3 of 3: hidden ")
+    diagnosis = made.with_measured(made.predicted([BEND], [1.0])).diagnose([BEND, KINK])
+    told = []
+    text = diagnosis.report(progress=told.append)
+    assert sum("without specimen" in line for line in told) == len(SPECIMENS)
+    assert diagnosis.study.diagnose([BEND, KINK]).report() == text

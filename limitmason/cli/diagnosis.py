@@ -53,7 +53,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     known.add_argument("--input", action="append", default=[], metavar="NAME=VALUE,SD", help="input of the "
                        "simulation that was measured, with its error")  # fmt: skip
     known.add_argument("--causes", metavar="LIST", help="module:LIST or file.py:LIST, or names of the catalogue "
-                       "between commas; default: the catalogue's list for the model")  # fmt: skip
+                       "between commas; default for a packaged series: the catalogue's list")  # fmt: skip
     known.add_argument("--towards", nargs="+", default=[], metavar="COLUMN", help="with --predicted: predictions of a "
                        "second model; tried as a cause, from one to the other")  # fmt: skip
     known.add_argument("--tilting", action="store_true", help="the values are tangents of a tilt angle")

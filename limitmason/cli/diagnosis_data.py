@@ -16,11 +16,9 @@ import numpy as np
 
 from limitmason import __version__, experiments
 from limitmason.cli.series import (
-    OneOfEach,
     cases_of,
     check_names,
     check_specimens,
-    one_of_each,
     overloaded,
     packaged_table,
     series_notes,
@@ -28,7 +26,7 @@ from limitmason.cli.series import (
     tilted,
 )  # fmt: skip
 from limitmason.diagnosis import Cause, Measured, Noise, catalogue
-from limitmason.diagnosis.simulate import packaged
+from limitmason.diagnosis.simulate import Collapse, packaged
 from limitmason.formats.measured import MeasuredTable, read_measured
 
 ROLES = ("specimen", "direction", "group", "noise", "predicted")
@@ -91,7 +89,7 @@ def read_case(options: argparse.Namespace, settings: dict[str, Any]) -> Case:
     predicted = options.predicted or ("predicted" if "predicted" in table.columns else None)
     if model is not None and options.predicted is None:
         factor, quantity_unit = check_specimens(table, model, options.measured)
-        simulate: Any = one_of_each(packaged(model, options.method, **settings), model, rows)
+        simulate: Any = packaged(model, options.method, **settings)
         notes = series_notes(model, table, options.input)
     elif options.model and series is None:
         simulate = load_object(options.model, "--model")
@@ -112,6 +110,9 @@ def read_case(options: argparse.Namespace, settings: dict[str, Any]) -> Case:
         where = f"the series {series} has no model that could be built" if series else "no --model is given"
         raise ValueError(f"{table.name}: {where} and there is no column 'predicted'; name one by --predicted")
     tabulated = isinstance(simulate, Tabulated)
+    inputs = dict(_input(text) for text in options.input)
+    if inputs and tabulated:
+        raise ValueError("--input needs a model that takes it (--model): predictions in a column are fixed")
     if options.towards and not tabulated:
         raise ValueError("--towards goes with --predicted: it leads from one column of predictions to another")
     measured = [factor * v for v in table.positive(options.measured, "the measured values")]
@@ -121,16 +122,15 @@ def read_case(options: argparse.Namespace, settings: dict[str, Any]) -> Case:
     pool = read_measured(options.pool) if options.pool else None
     for name in (*covariates, *(("specimen",) if model else ())) if pool is not None else ():
         pool.column(name, "a covariate of the data")
-    if pool is not None and isinstance(simulate, OneOfEach):
+    if pool is not None and isinstance(simulate, Collapse):
         check_names(pool, model)
-        simulate = one_of_each(simulate.simulate, model, [*rows, *pool.rows])
     return Case(
         title=options.title or (Path(table.name).stem if options.data is not None else series),
         specimens=rows,
         simulate=simulate,
         measured=measured,
         noise=_noise(options, table, measured, groups),
-        nuisance=dict(_input(text) for text in options.input),
+        nuisance=inputs,
         covariates=covariates,
         groups=groups,
         causes=causes,
@@ -170,7 +170,7 @@ def load_object(text: str, what: str) -> Any:
 def _version(simulate: Any) -> str:
     """What makes simulated values on disk obsolete: another version of this package, an edit of the user's module."""
     source = getattr(sys.modules.get(getattr(simulate, "__module__", "")), "__file__", None)
-    own = isinstance(simulate, OneOfEach | Tabulated) or source is None
+    own = isinstance(simulate, Collapse | Tabulated) or source is None
     return __version__ if own else hashlib.sha256(Path(source).read_bytes()).hexdigest()[:16]
 
 

@@ -1,10 +1,8 @@
-"""Packaged series for ``limitmason diagnose``: measured values as a table, equal models solved once."""
+"""Packaged series for ``limitmason diagnose``: measured values as a table."""
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +10,6 @@ import numpy as np
 
 from limitmason import experiments
 from limitmason.formats.measured import MeasuredTable, force_factor, write_measured
-from limitmason.study.store import fingerprint
 
 WORDS = ("stone", "loading")  # of a packaged row, beside its parameters
 RESULTS = ("failure type", "failure")  # parameters that are outcomes, not covariates
@@ -24,56 +21,6 @@ def series_of(name: str) -> str | None:
     if len(found) > 1:
         raise ValueError(f"--model {name!r} could be {' or '.join(found)}")
     return found[0] if found else None
-
-
-class OneOfEach:
-    """A packaged simulator that solves equal models once: repeats of one configuration share their predictions.
-
-    Parameters
-    ----------
-    simulate : the simulator
-    same : per specimen and direction a hash of its blocks, joints and loads
-    """
-
-    def __init__(self, simulate: Callable[..., float], same: Mapping[str, str]) -> None:
-        self.simulate, self.same = simulate, same
-        self._known: dict[tuple, float] = {}
-
-    def __repr__(self) -> str:  # the key of simulated values on disk: the same in every run
-        return f"OneOfEach({self.simulate!r})"
-
-    @property
-    def __signature__(self) -> inspect.Signature:
-        """That of the simulator."""
-        return inspect.signature(self.simulate)
-
-    def __call__(self, specimen: Mapping[str, Any], extend: Any = None, **parameters: float) -> float:
-        """Prediction of one specimen."""
-        steps = extend.steps if extend is not None else ()
-        if any(cause.reads_specimen for cause, _ in steps):
-            return self.simulate(specimen, extend=extend, **parameters)
-        key = (self.same[_whose(specimen)], tuple((c.name, v) for c, v in steps), tuple(sorted(parameters.items())))
-        if key not in self._known:
-            self._known[key] = self.simulate(specimen, extend=extend, **parameters)
-        return self._known[key]
-
-    def __reduce__(self) -> tuple:
-        return OneOfEach, (self.simulate, self.same)
-
-
-def one_of_each(simulate: Callable[..., float], series: str, rows: Iterable[Mapping[str, Any]]) -> OneOfEach:
-    """The simulator with equal models of the rows found out."""
-    same = {}
-    for row in rows:
-        test = experiments.load(series, row["specimen"])
-        wall = test.assembly()
-        bare = replace(wall, recipe={})  # which names the specimen
-        same[_whose(row)] = fingerprint(bare, test.loads(row.get("direction", "+")))
-    return OneOfEach(simulate, same)
-
-
-def _whose(row: Mapping[str, Any]) -> str:
-    return f"{row['specimen']} {row.get('direction', '+')}"
 
 
 def cases_of(series: str) -> list:

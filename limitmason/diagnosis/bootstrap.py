@@ -70,9 +70,12 @@ class Tally:
     def add(self, drawn: Mapping[str, np.ndarray]) -> None:
         """Count a batch."""
         for name, values in drawn.items():
-            least = self.observed[name] - 1e-9 * (1.0 + abs(self.observed[name]))
-            self.reached[name] = self.reached.get(name, 0) + int(np.count_nonzero(values >= least))
+            self.reached[name] = self.reached.get(name, 0) + int(np.count_nonzero(values >= self.least(name)))
         self.draws += len(next(iter(drawn.values())))
+
+    def least(self, name: str) -> float:
+        """Value from which a draw counts as having reached the observed one."""
+        return self.observed[name] - 1e-9 * (1.0 + abs(self.observed[name]))
 
     def p(self, name: str) -> float:
         """Bootstrap p, (1 + reached) / (1 + draws)."""

@@ -53,7 +53,7 @@ class Cells:
         some = np.array([index > 0, index < self.last[:, None]])
         columns = np.arange(self.count)
         ways = np.array([-1, 1])[:, None, None] * self.stride[None, :, None]
-        self.beside = np.where(some, columns + ways, columns).reshape(2 * self.d, -1).T.copy()
+        self.beside = np.where(some, columns + ways, columns).reshape(2 * self.d, self.count).T.copy()
         sides = np.stack([self.nodes - self.nodes[self.beside[:, i]] for i in range(self.d)]
                          + [self.nodes[self.beside[:, self.d + i]] - self.nodes for i in range(self.d)]
                          ) if self.d else np.zeros((0, 1, n))  # fmt: skip
@@ -69,7 +69,7 @@ class Cells:
         # one row per node, so that one look-up fetches all that a step needs
         self.table = np.concatenate([
             index.T, np.where(some[0], -0.5, 0.0).T, np.where(some[1], 0.5, 0.0).T,
-            np.einsum("dgn,gn->gd", sides, self.nodes), gram.reshape(self.count, -1), squares[:, None],
+            np.einsum("dgn,gn->gd", sides, self.nodes), gram.reshape(self.count, 4 * self.d**2), squares[:, None],
             half[:, None], *(v[:, None] for v in (*node_z, *z_sides)), np.tile(flat, (self.count, 1)),
         ], axis=1)  # fmt: skip
         columns_z = np.stack(node_z, axis=1) if self.k else np.zeros((self.count, 0))
@@ -90,9 +90,9 @@ class Looked:
         self.index, self.low, self.high, self.cross, gram, squares, half, self.z, z_sides, self.flat = np.split(
             rows, ends
         )
-        self.gram = gram.reshape(2 * d, 2 * d, -1)
+        self.gram = gram.reshape(2 * d, 2 * d, len(table))
         self.squares, self.half = squares[0], half[0]
-        self.z_sides = z_sides.reshape(2, k, -1)
+        self.z_sides = z_sides.reshape(2, k, len(table))
 
 
 def fit_many(
@@ -173,9 +173,7 @@ def _fit_rows(grids, y, z, like, replicate, residuals):
         part = slice(g * b, (g + 1) * b)
         node = grid.cells.number[state["column"][part]]
         position = (state["index"][:, part] + state["move"][:, part]).T
-        fit = Fit(
-            state["loglik"][part], state["loss"][part], state["penalty"][part], position, np.zeros((b, 0)), node
-        )
+        fit = Fit(state["loglik"][part], state["loss"][part], state["penalty"][part], position, np.zeros((b, 0)), node)
         poor = np.flatnonzero(fit.loss < CANCELLED * squares[part])
         if residuals or len(poor):
             chosen = rows if residuals else poor
@@ -320,7 +318,8 @@ def descend(gram, gradient, low, high):
     d = len(gradient)
     if d == 2:
         return _descend_two(gram, gradient, low, high)
-    move = np.zeros((d, len(gradient[0]) if d else 0))
+    # an array of no rows still says how many data sets there are
+    move = np.zeros((d, np.shape(gradient)[1] if np.ndim(gradient) == 2 else 0))
     for _ in range(SWEEPS if d > 1 else 1):
         for i in range(d):
             rest = gradient[i]

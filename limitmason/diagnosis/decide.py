@@ -7,12 +7,16 @@ import numpy as np
 from scipy.special import chdtrc
 
 from limitmason.diagnosis.bootstrap import DRAWS, Draws, Tally, run
+from limitmason.diagnosis.cells import fit_many
 from limitmason.diagnosis.design import Design, Names
 from limitmason.diagnosis.grid import Fit
+from limitmason.diagnosis.likelihood import Likelihood
 
 KINDS = ("none", "cause", "either", "two", "unexplained", "scatter")
 
 GATE_DRAWS = 699  # fewest: the critical gain is a quantile of them
+RIVALS = 4  # refitted to a draw at first, then twice as many more at a time
+SURE = 1e6  # degrees of freedom of a noise that is as good as known
 
 
 @dataclass(frozen=True)
@@ -26,6 +30,9 @@ class Rule:
     deficit, kept_shape, kept_scatter : a cause below any of them is rejected under its own fit
     hopeless : log-likelihood deficit at which a pair is rejected without bootstrap
     hopeless_tail : nominal tail probability of trend or scatter at which a pair is rejected without bootstrap
+    far : log-likelihood by which a rival misses what an explanation predicts, beyond which it is not refitted to the
+        data drawn from that explanation (a chance of less than 1e-7 a draw)
+    screen : whether single causes that are hopeless are rejected without bootstrap as well
     draws : most draws
     """
 
@@ -38,6 +45,8 @@ class Rule:
     kept_scatter: float = 0.005
     hopeless: float = 15.0
     hopeless_tail: float = 1e-5
+    far: float = 60.0
+    screen: bool = False
     draws: int = DRAWS
 
 
@@ -136,7 +145,8 @@ def decide(design: Design, y: np.ndarray, draws: Draws, rule: Rule | None = None
     rule = rule or Rule()
     z = np.zeros(design.inputs)
     null = design.null.fit(y, z, design.like)
-    singles = {(c.name,): design.singles[c.name].fit(y, z, design.like) for c in design.causes}
+    names = [(c.name,) for c in design.causes]
+    singles = dict(zip(names, design.fits(names, y, z, residuals=True), strict=True))
     tally, critical = _gate(design, null, singles, draws, rule)
     p = {name: tally.p(name) for name in tally.observed}
     trend = design.shapes.best(null.residuals)
@@ -160,7 +170,7 @@ def decide(design: Design, y: np.ndarray, draws: Draws, rule: Rule | None = None
         return Verdict("cause" if len(kept) == 1 else "either", tuple(k[0] for k in kept), (), tested=tested, **about)
     kept_pairs: list[Names] = []
     if pairs and design.pair_names:
-        fits = {names: design.grid(names).fit(y, z, design.like) for names in design.pair_names}
+        fits = dict(zip(design.pair_names, design.fits(design.pair_names, y, z, residuals=True), strict=True))
         both = confidence_set(design, fits, base, draws, rule)
         kept_pairs = _ranked(both)
         tested = {**tested, **both}
@@ -193,7 +203,7 @@ def confidence_set(
         grid = design.grid(names)
         p: dict[str, float] = {}
         used = 0
-        kept = len(names) == 1 or not _hopeless(design, fit, deficit, rule)
+        kept = (len(names) == 1 and not rule.screen) or not _hopeless(design, fit, deficit, rule)
         if kept:
             own = _adequate(design, names, fit, draws, rule)
             p = {name: own.p(name) for name in own.observed}
@@ -226,7 +236,7 @@ def _gate(design: Design, null: Fit, singles: dict[Names, Fit], draws: Draws, ru
     def draw(rows: slice):
         y, z, replicate = drawn_data(design, (), null, draws, rows)
         base = design.null.fit(y, z, design.like, replicate)
-        fits = [design.singles[c.name].fit(y, z, design.like, replicate) for c in design.causes]
+        fits = design.fits(list(singles), y, z, replicate)
         drawn = _gate_statistics(design, base, fits, replicate)
         gains.append(drawn["gain"])
         return drawn
@@ -271,9 +281,13 @@ def _hopeless(design: Design, fit: Fit, deficit: float, rule: Rule) -> bool:
 def drawn_data(design: Design, names: Names, fit: Fit, draws: Draws, rows: slice):
     """Values, measured inputs and replicate variances drawn from a fitted explanation."""
     grid = design.grid(names)
+    return draws.data(grid.values_at(fit)[0], grid.z_at(fit.position)[0], noise_of(design, names, fit), rows)
+
+
+def noise_of(design: Design, names: Names, fit: Fit) -> float:
+    """Noise of the draws from a fitted explanation, in stated units."""
     squares = float((fit.residuals[0] ** 2).sum())
-    sd = float(np.sqrt(design.like.variance(squares, design.n, 1.0, len(names))))
-    return draws.data(grid.values_at(fit)[0], grid.z_at(fit.position)[0], sd, rows)
+    return float(np.sqrt(design.like.variance(squares, design.n, 1.0, len(names))))
 
 
 def _adequate(design: Design, names: Names, fit: Fit, draws: Draws, rule: Rule) -> Tally:
@@ -303,17 +317,46 @@ def _deficit(
     design: Design, names: Names, fit: Fit, observed: float, rivals: Iterable[Names], draws: Draws, rule: Rule
 ) -> Tally:
     """Log-likelihood deficit against the best rival, on data drawn from the explanation's own fit."""
-
-    def draw(rows: slice):
-        y, z, replicate = drawn_data(design, names, fit, draws, rows)
-        logliks = {r: design.grid(r).fit(y, z, design.like, replicate).loglik for r in rivals}
-        return {"deficit": np.max(list(logliks.values()), axis=0) - logliks[names]}
-
     tally = Tally({"deficit": observed}, {"deficit": rule.deficit})
     if observed <= 0.0:  # the best itself: every draw reaches a deficit of 0
         tally.reached, tally.draws = {"deficit": 1}, 1
         return tally
+    near = _near(design, names, fit, rivals, rule)
+    least = tally.least("deficit")
+
+    def draw(rows: slice):
+        y, z, replicate = drawn_data(design, names, fit, draws, rows)
+        own = design.fits([names], y, z, replicate)[0].loglik
+        out = np.zeros(len(y))
+        start, stop = 0, RIVALS
+        while start < len(near):  # nearest first: a draw that has reached the observed deficit is done
+            left = np.flatnonzero(out < least)
+            if not len(left):
+                break
+            fits = design.fits(near[start:stop], y[left], z[left], replicate[left])
+            out[left] = np.maximum(out[left], np.max([f.loglik for f in fits], axis=0) - own[left])
+            start, stop = stop, stop + 2 * (stop - start)
+        return {"deficit": out}
+
     return run(tally, draw, lambda t: t.settled("deficit"), min(rule.draws, len(draws.errors)))
+
+
+def _near(design: Design, names: Names, fit: Fit, rivals: Iterable[Names], rule: Rule) -> list[Names]:
+    """Rivals that can pass for an explanation, nearest first, by how well they fit what it predicts without errors."""
+    others = [r for r in rivals if r != names]
+    if not others:
+        return []
+    grid = design.grid(names)
+    y, z = grid.values_at(fit), grid.z_at(fit.position)
+    if design.like.tails is not None:  # a large error counts for less: so does a distance
+        apart = [0.25 * float(f.loss[0] + f.penalty[0]) for f in design.fits(others, y, z)]
+    else:
+        sd = noise_of(design, names, fit)
+        # the likelihood of a noise that is as good as known
+        like = Likelihood() if design.like.kind == "known" else Likelihood("replicates", SURE)
+        fits = fit_many([design.grid(r) for r in others], y, z, like, sd**2, residuals=False)
+        apart = [0.5 * float(f.loss[0] / sd**2 + f.penalty[0]) for f in fits]
+    return [others[i] for i in np.argsort(apart, kind="stable") if apart[i] <= rule.far]
 
 
 def _untested(design: Design, fits: dict[Names, Fit], base: float) -> dict[Names, Tested]:

@@ -1,12 +1,13 @@
 """Everything that the rule needs of one design and one list of causes: whitened grids, trends, likelihood."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from limitmason.diagnosis.cause import Cause
-from limitmason.diagnosis.grid import Grid
+from limitmason.diagnosis.cells import fit_many
+from limitmason.diagnosis.grid import Fit, Grid
 from limitmason.diagnosis.likelihood import Likelihood
 from limitmason.diagnosis.noise import Noise
 from limitmason.diagnosis.shapes import Shapes
@@ -70,6 +71,22 @@ class Design:
         if names not in self._pairs:
             self._pairs[names] = whitened(self.pair_table(names), self.origin, self.scale)
         return self._pairs[names]
+
+    def fits(
+        self, names: Sequence[Names], y: np.ndarray, z: np.ndarray, replicate=1.0, residuals: bool = False
+    ) -> list[Fit]:
+        """Fits of explanations with as many causes each to every data set.
+
+        Parameters
+        ----------
+        names : of the explanations
+        y, z, replicate : as for :meth:`Grid.fit`
+        residuals : whether those of the fits are wanted
+        """
+        grids = [self.grid(n) for n in names]
+        if self.like.tails is None:
+            return fit_many(grids, y, z, self.like, replicate, residuals)
+        return [g.fit(y, z, self.like, replicate) for g in grids]
 
     def forget_pair(self, names: Names) -> None:
         """Drop the grid of a pair whose table was replaced."""

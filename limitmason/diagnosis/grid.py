@@ -10,7 +10,8 @@ from limitmason.diagnosis.cells import WALK, Cells, descend, fit_many
 from limitmason.diagnosis.likelihood import Likelihood
 
 FIELDS = ("loglik", "loss", "penalty", "position", "residuals", "node")
-CHUNK = 4_000_000  # entries of a work array
+CHUNK = 2_000_000  # entries of a work array
+FACTORS = 4  # of 1 + r^2 / tau under one logarithm: no overflow for residuals below 1e4 in single precision
 
 
 @dataclass(frozen=True)
@@ -126,7 +127,7 @@ class Grid:
             return fit_many([self], y, z, like, replicate)[0]
         y, z = np.atleast_2d(y), np.atleast_2d(z)
         replicate = np.broadcast_to(np.asarray(replicate, dtype=float), (len(y),))
-        step = max(1, CHUNK // max(1, len(self.nodes) * (self.n if like.tails is not None else 1)))
+        step = max(1, CHUNK // max(1, len(self.nodes)))
         parts = []
         for start in range(0, len(y), step):
             rows = slice(start, start + step)
@@ -161,14 +162,14 @@ class Grid:
 
     def _best_node(self, y, z, like, replicate, weights):
         used = np.ones_like(y) if weights is None else weights
+        count = used.sum(axis=1)[:, None]
         if like.tails is None:
             loss = ((used * y * y).sum(axis=1)[:, None] - 2.0 * (used * y) @ self.nodes.T) + used @ (self.nodes**2).T
-            loss = np.maximum(loss, 0.0)
-        else:
-            terms = np.log1p((y[:, None, :] - self.nodes[None]) ** 2 / like.tails)
-            loss = (like.tails + 1.0) * np.einsum("bgn,bn->bg", terms, used)
+            penalty = ((z[:, None, :] - self.node_z[None]) ** 2).sum(axis=-1)
+            return np.argmax(like.loglik(np.maximum(loss, 0.0), penalty, count, replicate[:, None]), axis=1)
+        loss = (like.tails + 1.0) * _log_terms(y, used, self.nodes, like.tails)
         penalty = ((z[:, None, :] - self.node_z[None]) ** 2).sum(axis=-1)
-        return np.argmax(like.loglik(loss, penalty, used.sum(axis=1)[:, None], replicate[:, None]), axis=1)
+        return np.argmax(like.loglik(loss, penalty, count, replicate[:, None]), axis=1)
 
     def _refine(self, node, y, z, like, replicate, weights):
         residuals, off = y - self.nodes[node], z - self.node_z[node]
@@ -260,6 +261,23 @@ class Grid:
     def columns(self, chosen: np.ndarray) -> "Grid":
         """The same grid for some of the specimens."""
         return Grid(self.sizes, self.z, self.values[..., chosen])
+
+
+def _log_terms(y, used, nodes, tails) -> np.ndarray:
+    """Sum of log(1 + r^2 / tau) over the values used, shape (b, g), by one logarithm for several; to rank nodes."""
+    y, scaled, columns = y.astype(np.float32), (used / tails).astype(np.float32), nodes.T.astype(np.float32)
+    out = np.zeros((len(y), columns.shape[1]), dtype=np.float32)
+    factor = np.ones_like(out)
+    for i, column in enumerate(columns):
+        term = y[:, i, None] - column
+        term *= term
+        term *= scaled[:, i, None]
+        term += 1.0
+        factor *= term
+        if i % FACTORS == FACTORS - 1 or i == len(columns) - 1:
+            out += np.log(factor)
+            factor[...] = 1.0
+    return out
 
 
 def _loss(residuals, like: Likelihood, weights):

@@ -1,7 +1,7 @@
 """Blind trials on the user's own design: how often the rule would name, confuse or miss each cause."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -10,7 +10,7 @@ from scipy.special import betaincinv
 
 from limitmason.diagnosis.bootstrap import DRAWS, Draws
 from limitmason.diagnosis.cause import Cause
-from limitmason.diagnosis.decide import Verdict, decide
+from limitmason.diagnosis.decide import Rule, Verdict, decide
 from limitmason.diagnosis.design import Design
 from limitmason.diagnosis.plan import NINE_IN_TEN, at_measured, distances
 
@@ -86,7 +86,15 @@ def outcome(verdict: Verdict, hidden: str | None) -> str:
     return "set with it" if hidden in verdict.causes else "set without it"
 
 
-def rehearse(study: "Study", causes: tuple[Cause, ...], n: int, seed: int, sd: float | None) -> Rehearsal:
+def rehearse(
+    study: "Study",
+    causes: tuple[Cause, ...],
+    n: int,
+    seed: int,
+    sd: float | None,
+    pairs: bool = True,
+    progress: Callable[[str], None] | None = None,
+) -> Rehearsal:
     """Hide nothing (one trial in four) or a cause of random size, draw noise and inputs, and apply the rule.
 
     Sizes are uniform between the smallest that is seen nine times in ten and the bound (the bound itself where none
@@ -99,8 +107,9 @@ def rehearse(study: "Study", causes: tuple[Cause, ...], n: int, seed: int, sd: f
     chances = Draws.make([seed, study.n], study.n, design.inputs, study.noise, DRAWS)
     counts: dict[str, Counter] = {NULL: Counter(), **{c.name: Counter() for c in causes}}
     answers: dict[str, Counter] = {name: Counter() for name in counts}
+    rule = Rule(screen=True)  # only verdicts are counted: no p of a hopeless cause is wanted
     visible = {c.name: _visible(known, c) for c in causes}
-    for _ in range(n):
+    for trial in range(n):
         hidden = None if rng.random() < 0.25 else causes[int(rng.integers(len(causes)))]
         grid = design.null if hidden is None else design.singles[hidden.name]
         position = np.zeros(len(grid.shape))
@@ -113,11 +122,14 @@ def rehearse(study: "Study", causes: tuple[Cause, ...], n: int, seed: int, sd: f
             true = np.clip(rng.standard_normal(), nodes[0], nodes[-1])
             position[first + axis] = np.interp(true, nodes, np.arange(len(nodes)))
         y = _between(grid, position) + spread * rng.standard_normal(study.n)
-        verdict = decide(design, y, chances)
+        verdict = decide(design, y, chances, rule, pairs)
         row = NULL if hidden is None else hidden.name
         counts[row][outcome(verdict, hidden.name if hidden else None)] += 1
         if verdict.kind == "cause":
             answers[row][verdict.causes[0]] += 1
+        if progress is not None:
+            said = " or ".join(verdict.causes) if verdict.causes else verdict.kind
+            progress(f"trial {trial + 1} of {n}: hidden {row}, found {said}")
     return Rehearsal({k: dict(v) for k, v in counts.items()}, n, {k: dict(v) for k, v in answers.items()})
 
 

@@ -64,21 +64,28 @@ class Shapes:
 
     def tails(self, residuals: np.ndarray) -> np.ndarray:
         """Tail probability of each trend's F, shape (b, number of trends)."""
-        residuals = np.atleast_2d(residuals)
+        ratios, k, free = self._ratios(np.atleast_2d(residuals))
+        return np.maximum(fdtrc(k[None], free[None], ratios), FLOOR)
+
+    def _ratios(self, residuals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """F of each trend, shape (b, number of trends), and its degrees of freedom."""
+        k = np.diff(self._starts).astype(float)
+        free = self.n - 1.0 - k
         if not self.shapes:
-            return np.ones((len(residuals), 0))
+            return np.ones((len(residuals), 0)), k, free
         centred = residuals - (residuals @ self.mean) @ self.mean.T
         total = np.einsum("bn,bn->b", centred, centred)
         along = np.add.reduceat((centred @ self._stack) ** 2, self._starts[:-1], axis=1)
-        k = np.diff(self._starts)[None, :].astype(float)
-        free = self.n - 1.0 - k
-        f = (along / k) / (np.maximum(total[:, None] - along, 1e-12 * total[:, None] + FLOOR) / free)
-        return np.maximum(fdtrc(k, free, f), FLOOR)
+        return (along / k) / (np.maximum(total[:, None] - along, 1e-12 * total[:, None] + FLOOR) / free), k, free
 
     def statistic(self, residuals: np.ndarray) -> np.ndarray:
         """Best trend of each data set, -log of its tail probability, shape (b,); zeros without covariates."""
-        tails = self.tails(residuals)
-        return -np.log(tails.min(axis=1)) if tails.shape[1] else np.zeros(len(tails))
+        ratios, k, _ = self._ratios(np.atleast_2d(residuals))
+        tails = np.ones(len(ratios))
+        for count in np.unique(k):  # among trends of as many columns the largest F has the smallest tail
+            largest = ratios[:, k == count].max(axis=1)
+            tails = np.minimum(tails, np.maximum(fdtrc(count, self.n - 1.0 - count, largest), FLOOR))
+        return -np.log(tails) if len(k) else np.zeros(len(ratios))
 
     def best(self, residuals: np.ndarray) -> Shape | None:
         """Trend with the smallest tail probability in one data set."""

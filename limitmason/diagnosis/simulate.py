@@ -2,7 +2,7 @@
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from types import MappingProxyType
 from typing import Any
@@ -13,6 +13,7 @@ from limitmason import experiments
 from limitmason.methods import available_methods, predict
 from limitmason.model import Assembly, Loads
 from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED
+from limitmason.study.store import fingerprint
 
 Build = Callable[..., tuple[Assembly, Loads]]
 FLOOR = 1e-3
@@ -36,6 +37,11 @@ class Collapse:
     floor: float = FLOOR
     accept: tuple[str, ...] = (SOLVED, ALMOST_SOLVED)
     options: Mapping[str, Any] = field(default_factory=dict)
+    same: Callable[[Any], str] | None = field(default=None, repr=False)
+
+    def identity(self, specimen: Any) -> str | None:
+        """Text that is the same for specimens with the same predictions whatever the parameters; None: not known."""
+        return None if self.same is None else self.same(specimen)
 
     def __post_init__(self):
         if self.method not in available_methods():
@@ -152,6 +158,19 @@ class _PackagedUnit:
         return multiplier * float(experiments.load(self.source, specimen["specimen"]).multiplier_to_measured)
 
 
+@dataclass(frozen=True)
+class _PackagedModel:
+    """What a packaged experiment is to a simulator: repeats of one configuration are the same."""
+
+    source: str
+
+    def __call__(self, specimen: Mapping[str, Any]) -> str:
+        test = experiments.load(self.source, specimen["specimen"])
+        bare = replace(test.assembly(), recipe={})  # which names the specimen
+        factor = float(test.multiplier_to_measured)
+        return fingerprint(self.source, bare, test.loads(specimen.get("direction", "+")), factor)
+
+
 def packaged(source: str, method: str = "limit", *, floor: float = FLOOR, **options) -> Collapse:
     """A simulator of packaged experiments, in the unit of their measured values.
 
@@ -164,7 +183,8 @@ def packaged(source: str, method: str = "limit", *, floor: float = FLOOR, **opti
     """
     if source not in experiments.sources():
         raise ValueError(f"unknown experiment source {source!r}; known: {', '.join(experiments.sources())}")
-    return Collapse(_Packaged(source), method, _PackagedUnit(source), floor, options=options)
+    unit, same = _PackagedUnit(source), _PackagedModel(source)
+    return Collapse(_Packaged(source), method, unit, floor, options=options, same=same)
 
 
 def _function(method: str) -> Callable:

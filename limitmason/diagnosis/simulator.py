@@ -3,7 +3,7 @@
 import hashlib
 import inspect
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from math import isfinite
 from pathlib import Path
@@ -14,6 +14,8 @@ from joblib import Parallel, delayed
 
 from limitmason.diagnosis.cause import Cause, Extension
 from limitmason.study.store import fingerprint
+
+NUMBERED = "number "  # begins what is known of a specimen only by its place in the list
 
 
 class Job(NamedTuple):
@@ -37,6 +39,10 @@ class Simulator:
 
     Notes
     -----
+    Specimens that are equal are simulated once: those to which ``simulate.identity(specimen)`` gives the same text, if
+    the function has such an attribute (None is no statement), else mappings with equal content but for "measured".
+    Causes that read the specimen are still simulated for each.
+
     The key on disk holds the function (name, code, what it closes over), ``version``, the specimen, the parameters and
     the causes with their options. It does not see an edit of what the function calls: change ``version`` then.
     Values are written as they come, in any order; a kill loses only the calls under way.
@@ -60,9 +66,10 @@ class Simulator:
         self.version = version
         self.calls = 0
         self.progress: Callable[[int], None] | None = None  # told the number of calls after each
-        self._known: dict[tuple, float] = {}
+        self._known: dict[tuple[str, tuple, tuple], float] = {}  # by what the specimen is
         self._disk: dict[str, float] = {}
-        self._names: list[str] | None = None
+        self._equal: list[str] | None = None
+        self._names: dict[str, str] = {}  # on disk
         if self.cache is not None and self.cache.exists():
             self._disk = _read(self.cache)
 
@@ -94,7 +101,7 @@ class Simulator:
         ValueError
             For a prediction that is not a positive finite number; the message names specimen and parameters.
         """
-        keys = [(j.specimen, j.parameters, j.steps) for j in jobs]
+        keys = [(self._who(j), j.parameters, j.steps) for j in jobs]
         missing: dict[tuple, Job] = {}
         for key, job in zip(keys, jobs, strict=True):
             if key not in self._known and key not in missing:
@@ -133,12 +140,36 @@ class Simulator:
             self.progress(self.calls)
         return positive(value, lambda: f"simulate for specimen {job.specimen} with {_show(job)}")
 
+    def on(self, specimens: Sequence[Any]) -> "Simulator":
+        """A simulator of other specimens that knows what is known of those equal to these."""
+        out = Simulator(self.simulate, specimens, cache=self.cache, n_jobs=self.n_jobs, version=self.version)
+        out._known = {key: value for key, value in self._known.items() if not key[0].startswith(NUMBERED)}
+        return out
+
+    def _who(self, job: Job) -> str:
+        """What tells the specimen of a call from others: equal for specimens that are equal."""
+        if any(cause.reads_specimen for cause, _ in job.steps):
+            return f"{NUMBERED}{job.specimen}"
+        if self._equal is None:
+            self._equal = [self._equal_to(i) for i in range(len(self.specimens))]
+        return self._equal[job.specimen]
+
+    def _equal_to(self, number: int) -> str:
+        specimen, identity = self.specimens[number], getattr(self.simulate, "identity", None)
+        said = identity(specimen) if callable(identity) else None
+        if said is not None:
+            return f"identity {said}"
+        if isinstance(specimen, Mapping):
+            return f"equal {_identity({k: v for k, v in specimen.items() if k != 'measured'})}"
+        return f"{NUMBERED}{number}"
+
     def _text(self, job: Job) -> str:
-        if self._names is None:
-            whose = f"{_identity(self.simulate)} {self.version}"
-            self._names = [f"{whose} {_identity(s)}" for s in self.specimens]
+        who = self._who(job)
+        if who not in self._names:
+            specimen = _identity(self.specimens[job.specimen]) if who.startswith(NUMBERED) else who
+            self._names[who] = f"{_identity(self.simulate)} {self.version} {specimen}"
         steps = [f"{c.name} {c.parameter} {_identity(c.apply)} {size!r}" for c, size in job.steps]
-        text = f"{self._names[job.specimen]} {job.parameters!r} {steps!r}"
+        text = f"{self._names[who]} {job.parameters!r} {steps!r}"
         return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 

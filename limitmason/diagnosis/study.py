@@ -224,7 +224,16 @@ class Study:
         noise = Noise(sd if sd is not None else ASSUMED_NOISE)
         return design.with_noise(noise, noise.scale(self.n), self.covariates)
 
-    def rehearse(self, causes: Iterable[Cause], n: int = 200, *, seed: int = 0, sd: float | None = None) -> Rehearsal:
+    def rehearse(
+        self,
+        causes: Iterable[Cause],
+        n: int = 200,
+        *,
+        seed: int = 0,
+        sd: float | None = None,
+        pairs: bool = True,
+        progress: Callable[[str], None] | None = None,
+    ) -> Rehearsal:
         """Confusion matrix of blind trials on this very design.
 
         Parameters
@@ -233,8 +242,11 @@ class Study:
         n : trials
         seed : of truths, noise and bootstrap
         sd : relative noise to draw where the study does not state it
+        pairs : whether two causes are tried when no single one is left, as ``diagnose`` does; without, no table of a
+            pair is made and such trials end as "unexplained"
+        progress : told after each trial in a line what was hidden and what was found
         """
-        return rehearse(self, check_causes(causes, self.nuisance), n, seed, sd)
+        return rehearse(self, check_causes(causes, self.nuisance), n, seed, sd, pairs, progress)
 
     def plan(self, causes: Iterable[Cause], pool: Sequence[Any], k: int = 4) -> NextTests:
         """Specimens of a pool that would tell the causes of the list apart, before anything is measured."""
@@ -252,13 +264,7 @@ class Study:
         out.__dict__.update(self.__dict__)
         out.specimens, out.measured, out.noise = list(specimens), None, noise
         out.scale, out.groups, out.covariates = noise.scale(len(specimens)), None, {}
-        out.simulator = Simulator(
-            self.simulator.simulate,
-            out.specimens,
-            cache=self.simulator.cache,
-            n_jobs=self.simulator.n_jobs,
-            version=self.simulator.version,
-        )
+        out.simulator = self.simulator.on(out.specimens)
         placing = out.scale if noise.kind != "unknown" else np.full(out.n, ASSUMED_NOISE)
         count = len(self.tabulator.z_levels[0]) if self.tabulator.z_levels else None
         out.tabulator = Tabulator(

@@ -1,6 +1,6 @@
 """The answer of a study: what kind it is, which causes, how large, what they gain, and what it hangs on."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from limitmason.diagnosis.study import Study
 
 TAILS = 4.0  # degrees of freedom of the Student errors tried as a check
+NEAR = 25.0  # as ``Rule.far`` in these: a rival beyond it wins fewer than one draw in a thousand
 QUICK = 299  # draws of the repeated verdicts that check what a verdict hangs on
 
 
@@ -154,23 +155,29 @@ class Diagnosis:
     @cached_property
     def checks(self) -> Checks:
         """The verdict under unknown noise, and without each specimen in turn (quick; the latter without pairs)."""
+        return self._check(lambda line: None)
+
+    def _check(self, progress: Callable[[str], None]) -> Checks:
         study = self.study
-        draws = self._quick(study.noise)
-        plain = decide(self.design, self.y, draws, self.rule, pairs=False)
+        progress("the verdict with the noise taken as unknown")
+        draws, rule = self._quick(study.noise), replace(self.rule, screen=True, far=NEAR)
+        plain = decide(self.design, self.y, draws, rule, pairs=False)
         pairs = self.kind == "two"
         blind = self.design.with_noise(Noise.unknown(), self.design.scale, study.covariates)
-        other = decide(blind, self.y, self._quick(Noise.unknown()), self.rule, pairs=pairs)
+        other = decide(blind, self.y, self._quick(Noise.unknown()), rule, pairs=pairs)
         student = None
         if study.noise.kind == "known" and study.noise.tails is None:
+            progress("the verdict with Student errors")
             noise = Noise(study.noise.sd, tails=TAILS)
             heavy = self.design.with_noise(noise, self.design.scale, study.covariates)
-            verdict = decide(heavy, self.y, self._quick(noise), self.rule, pairs=pairs)
+            verdict = decide(heavy, self.y, self._quick(noise), rule, pairs=pairs)
             student = (verdict.kind, verdict.causes)
         dropped = []
         for i in range(study.n):
+            progress(f"the verdict without specimen {i + 1} of {study.n}")
             kept = np.arange(study.n) != i
             part = self.design.without(kept, study.covariates)
-            verdict = decide(part, self.y[kept], draws.columns(kept), self.rule, pairs=False)
+            verdict = decide(part, self.y[kept], draws.columns(kept), rule, pairs=False)
             dropped.append((verdict.kind, verdict.causes))
         hangs = [i for i, (k, c) in enumerate(dropped) if _other(plain, k, c)]
         return Checks((other.kind, other.causes), student, tuple(dropped), tuple(hangs))
@@ -183,14 +190,17 @@ class Diagnosis:
         """What limits the verdict."""
         return text.warnings(self)
 
-    def report(self, *, checks: bool = True) -> str:
+    def report(self, *, checks: bool = True, progress: Callable[[str], None] | None = None) -> str:
         """The verdict as text.
 
         Parameters
         ----------
-        checks : also judge the data again under other statements of the noise and without each specimen (seconds;
-            half a minute for 16 causes and 24 specimens)
+        checks : also judge the data again under other statements of the noise and without each specimen (some seconds
+            for 16 causes and 24 specimens)
+        progress : told in a line what is judged again
         """
+        if checks and progress is not None and "checks" not in self.__dict__:
+            self.__dict__["checks"] = self._check(progress)  # where the cached property keeps it
         return text.report(self, checks)
 
     def table(self) -> list[dict[str, Any]]:

@@ -78,15 +78,22 @@ def tilt_test(
         left.plot(test.vertical, test.horizontal, color=colour, linewidth=1.1, gid=f"path {label}")
         ray = np.array([0.0, 1.0]) / math.hypot(1.0, lam)
         left.plot(ray, lam * ray, color=colour, linewidth=0.8, linestyle=(0, (1, 1.5)), gid=f"ray {label}")
-        left.plot(test.vertical[k], test.horizontal[k], marker, color=colour, markersize=4.5, gid=f"collapse {label}")
+        fell = getattr(test, "status", "") != "did not fall"
+        if fell:
+            left.plot(
+                test.vertical[k], test.horizontal[k], marker, color=colour, markersize=4.5, gid=f"collapse {label}"
+            )
         steps = np.asarray(test.steps) / 1e3
         imposed = np.tan(np.deg2rad(test.tilt_deg))
         right.plot(steps, imposed, color=style.FAINT, linewidth=0.8, linestyle=(0, (4, 2)), gid=f"imposed {label}")
         right.plot(steps, test.ratio, color=colour, linewidth=1.1, gid=f"ratio {label}")
-        right.axhline(lam, color=colour, linewidth=0.8, linestyle=(0, (1, 1.5)), gid=f"lambda {label}")
-        right.plot(steps[k], test.ratio[k], marker, color=colour, markersize=4.5, zorder=4)
-        text = f"{label}: λ = {lam:.3f} ({math.degrees(math.atan(lam)):.1f}°)"
-        entries.append(Line2D([], [], color=colour, linewidth=1.1, marker=marker, markersize=4.5, label=text))
+        if fell:
+            right.axhline(lam, color=colour, linewidth=0.8, linestyle=(0, (1, 1.5)), gid=f"lambda {label}")
+            right.plot(steps[k], test.ratio[k], marker, color=colour, markersize=4.5, zorder=4)
+        degrees = math.degrees(math.atan(lam))
+        text = f"{label}: λ = {lam:.3f} ({degrees:.1f}°)" if fell else f"{label}: did not fall, λ > {lam:.3f}"
+        shown = marker if fell else None
+        entries.append(Line2D([], [], color=colour, linewidth=1.1, marker=shown, markersize=4.5, label=text))
     entries.append(
         Line2D([], [], color=style.FAINT, linewidth=0.8, linestyle=(0, (4, 2)), label="imposed by the table, tan α")
     )

@@ -232,6 +232,9 @@ class Loads:
     ) -> "Loads":
         """These loads and an even pressure on a flat patch across several blocks, such as an airbag.
 
+        Faces in the plane of the patch are loaded wherever they lie within it, those that another block covers too:
+        draw the patch over what is exposed.
+
         Parameters
         ----------
         corners : of the patch, counter-clockwise seen from outside [m], shape (k, 3); see

@@ -60,7 +60,10 @@ def range_of(found: Prediction) -> Range:
         return Range(min(ends), max(ends), "certified states found")
     if "smallest moving" in details:
         low, high = found.interval or (_NAN, _NAN)
-        return Range(low, high, ", ".join(["error budget: bracket", *details["error budget"]]))
+        budget = details["error budget"]
+        undecided = [f"{name} undecided" for name, row in budget.items() if not math.isfinite(row["change"])]
+        parts = ["bracket", *(name for name, row in budget.items() if math.isfinite(row["change"])), *undecided]
+        return Range(low, high, f"error budget: {', '.join(parts)}" if budget else "bracket of the search")
     if "omega_bracket" in details:
         ends = [*details["omega_bracket"], value]
         if max(ends) - min(ends) > 1e-9 * max(map(abs, ends)):
