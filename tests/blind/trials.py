@@ -23,13 +23,14 @@ class Record:
     gain_signs: list = field(default_factory=list)
     resolved: dict = field(default_factory=dict)
     flagged: list = field(default_factory=list)
+    missed: list = field(default_factory=list)
 
     def add(self, more):
         """Take over what another record has collected."""
         for own, other_sheet in [(self.sheet, more.sheet), *((self.broken[n], more.broken[n]) for n in self.broken)]:
             for label, row in other_sheet.counts.items():
                 own.counts[label].update(row)
-        for name in ("size_errors", "covered", "gain_signs", "flagged"):
+        for name in ("size_errors", "covered", "gain_signs", "flagged", "missed"):
             getattr(self, name).extend(getattr(more, name))
         for label, pairs in more.resolved.items():
             self.resolved.setdefault(label, []).extend(pairs)

@@ -12,7 +12,7 @@ import csv
 import functools
 import sys
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from itertools import zip_longest
@@ -26,6 +26,7 @@ from limitmason.diagnosis.plan import distances
 
 from . import hide, score, small_walls, surrogate
 from .small_walls import CAUSES, DEM, LIMIT, SPECIMENS, STORE, Simulator
+from .trials import Record
 
 NOISE = surrogate.NOISE
 SLOW = {"levels": 5, "nuisance_levels": 3, "crossed": "corners", "pair_tables": "additive"}
@@ -161,26 +162,6 @@ def method_error():
 def ready(code, noise=NOISE, declared=True):
     """The design with one code as the candidates, the method error declared or not."""
     return place(codes()[code], float(np.hypot(noise, method_error())) if declared else noise)
-
-
-@dataclass
-class Record:
-    """Outcomes of our rule and of broken ones, and errors of named sizes, for one code of the truth."""
-
-    sheet: score.Sheet = field(default_factory=score.Sheet)
-    broken: dict = field(default_factory=lambda: {"best fit": score.Sheet(), "abstain": score.Sheet()})
-    size_errors: list = field(default_factory=list)
-    covered: list = field(default_factory=list)
-    missed: list = field(default_factory=list)
-
-    def add(self, more):
-        """Take over what another record has collected."""
-        for own, new in [(self.sheet, more.sheet), *((self.broken[n], more.broken[n]) for n in self.broken)]:
-            for label, row in new.counts.items():
-                own.counts[label].update(row)
-        self.size_errors += more.size_errors
-        self.covered += more.covered
-        self.missed += more.missed
 
 
 def hidden(truth_code, kind, seed, noise=NOISE):

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import atan, degrees, exp, isfinite, tan
+from typing import ClassVar
 
 import numpy as np
 
@@ -30,16 +31,32 @@ def with_friction_factor(joint: Joint, factor: float) -> Joint:
 
 
 @dataclass(frozen=True)
-class FrictionFactor:
+class JointChange:
+    """A change in the law of the joints of some kinds; a subclass says what becomes of one joint at a size."""
+
+    kinds: tuple[str, ...] = KINDS
+    baseline: ClassVar[float] = 0.0
+
+    def changed(self, joint: Joint, size: float) -> Joint:
+        """The law of one joint at a size other than the baseline."""
+        raise NotImplementedError
+
+    def __call__(self, size: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+        """Extended model."""
+        if size == self.baseline:
+            return assembly, loads
+        return with_joint_law(assembly, lambda joint: self.changed(joint, size), self.kinds), loads
+
+
+@dataclass(frozen=True)
+class FrictionFactor(JointChange):
     """tan(phi) of the joints of some kinds times a factor."""
 
-    kinds: tuple[str, ...]
+    baseline: ClassVar[float] = 1.0
 
-    def __call__(self, factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
-        """Extended model."""
-        if factor == 1.0:
-            return assembly, loads
-        return with_joint_law(assembly, lambda j: with_friction_factor(j, factor), self.kinds), loads
+    def changed(self, joint: Joint, size: float) -> Joint:
+        """Friction coefficient times the size."""
+        return with_friction_factor(joint, size)
 
 
 def weak_base_joint(bounds: Bounds = (0.3, 1.0)) -> Cause:
@@ -115,16 +132,12 @@ def stress_dependent_friction(
 
 
 @dataclass(frozen=True)
-class AddedCohesion:
+class AddedCohesion(JointChange):
     """c + size, in kPa."""
 
-    kinds: tuple[str, ...]
-
-    def __call__(self, size: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
-        """Extended model."""
-        if size == 0.0:
-            return assembly, loads
-        return with_joint_law(assembly, lambda j: replace(j, cohesion=j.cohesion + 1e3 * size), self.kinds), loads
+    def changed(self, joint: Joint, size: float) -> Joint:
+        """Cohesion raised."""
+        return replace(joint, cohesion=joint.cohesion + 1e3 * size)
 
 
 def cohesion(bounds: Bounds = (0.0, 5.0), *, kinds: Iterable[str] = KINDS) -> Cause:
@@ -142,21 +155,13 @@ def cohesion(bounds: Bounds = (0.0, 5.0), *, kinds: Iterable[str] = KINDS) -> Ca
 
 
 @dataclass(frozen=True)
-class AddedTension:
+class AddedTension(JointChange):
     """ft + size in kPa, with the cohesion that the Coulomb cone needs for it."""
 
-    kinds: tuple[str, ...]
-
-    def __call__(self, size: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
-        """Extended model."""
-        if size == 0.0:
-            return assembly, loads
-
-        def change(joint: Joint) -> Joint:
-            ft = joint.tensile_strength + 1e3 * size
-            return replace(joint, tensile_strength=ft, cohesion=max(joint.cohesion, ft * joint.tan_phi))
-
-        return with_joint_law(assembly, change, self.kinds), loads
+    def changed(self, joint: Joint, size: float) -> Joint:
+        """Tensile strength raised, and cohesion where the cone would end before it."""
+        ft = joint.tensile_strength + 1e3 * size
+        return replace(joint, tensile_strength=ft, cohesion=max(joint.cohesion, ft * joint.tan_phi))
 
 
 def tension(bounds: Bounds = (0.0, 5.0), *, kinds: Iterable[str] = KINDS) -> Cause:
@@ -172,21 +177,13 @@ def tension(bounds: Bounds = (0.0, 5.0), *, kinds: Iterable[str] = KINDS) -> Cau
 
 
 @dataclass(frozen=True)
-class DilatancyShare:
+class DilatancyShare(JointChange):
     """psi moved from its value towards phi by a share."""
 
-    kinds: tuple[str, ...]
-
-    def __call__(self, share: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
-        """Extended model."""
-        if share == 0.0:
-            return assembly, loads
-
-        def change(joint: Joint) -> Joint:
-            phi, psi = joint.friction_angle_deg, joint.dilatancy_angle_deg
-            return replace(joint, dilatancy_angle_deg=min(psi + share * (phi - psi), phi))
-
-        return with_joint_law(assembly, change, self.kinds), loads
+    def changed(self, joint: Joint, size: float) -> Joint:
+        """Dilatancy angle raised."""
+        phi, psi = joint.friction_angle_deg, joint.dilatancy_angle_deg
+        return replace(joint, dilatancy_angle_deg=min(psi + size * (phi - psi), phi))
 
 
 def dilatancy(bounds: Bounds = (0.0, 1.0), *, kinds: Iterable[str] = KINDS) -> Cause:
@@ -203,19 +200,13 @@ def dilatancy(bounds: Bounds = (0.0, 1.0), *, kinds: Iterable[str] = KINDS) -> C
 
 
 @dataclass(frozen=True)
-class AddedCrushing:
+class AddedCrushing(JointChange):
     """1 / fc + size, in 1/MPa."""
 
-    def __call__(self, size: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
-        """Extended model."""
-        if size == 0.0:
-            return assembly, loads
-
-        def change(joint: Joint) -> Joint:
-            old = 1.0 / joint.compressive_strength if isfinite(joint.compressive_strength) else 0.0
-            return replace(joint, compressive_strength=1.0 / (old + 1e-6 * size))
-
-        return with_joint_law(assembly, change), loads
+    def changed(self, joint: Joint, size: float) -> Joint:
+        """Inverse of the compressive strength raised."""
+        old = 1.0 / joint.compressive_strength if isfinite(joint.compressive_strength) else 0.0
+        return replace(joint, compressive_strength=1.0 / (old + 1e-6 * size))
 
 
 def finite_compressive_strength(bounds: Bounds = (0.0, 1.0)) -> Cause:
