@@ -93,8 +93,8 @@ def test_tilting_table_turns_the_weight_towards_the_lower_side():
     assert about_x.collapse_multiplier == pytest.approx(0.4, abs=1e-8)
     assert about_y.tilt_angle_deg == pytest.approx(45.0, abs=1e-6)
     # a right-handed turn about +y lowers the +x side
-    assert (about_y.mechanism.twists[1, 0] > 0)
-    assert (about_y.mechanism.twists[1, 4] > 0)
+    assert about_y.mechanism.twists[1, 0] > 0
+    assert about_y.mechanism.twists[1, 4] > 0
 
 
 def test_settling_support_keeps_the_least_reaction_that_carries_the_lintel():

@@ -52,10 +52,7 @@ def arch_blocks(radius, thickness, voussoirs, *, depth=0.5, mu=10.0):
     def ray(angle, r):
         return [r * np.cos(angle), r * np.sin(angle)]
 
-    outlines = [
-        [ray(a, inner), ray(a, outer), ray(b, outer), ray(b, inner)]
-        for a, b in itertools.pairwise(angles)
-    ]
+    outlines = [[ray(a, inner), ray(a, outer), ray(b, outer), ray(b, inner)] for a, b in itertools.pairwise(angles)]
     base = [[[s * inner, -0.2], [s * outer, -0.2], [s * outer, 0.0], [s * inner, 0.0]] for s in (-1.0, 1.0)]
     return lm.Assembly.from_polygons(
         [*base, *outlines], thickness=depth, joint=lm.Joint.from_friction_coefficient(mu), fixed=[0, 1], tolerance=1e-5
