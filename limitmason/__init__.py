@@ -6,6 +6,7 @@ Units are SI, axes right-handed with z up, compression positive; angles are radi
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from limitmason.curve import Curve
 from limitmason.model import Assembly, Block, Interface, Joint, Loads, Support
 from limitmason.results import Certificate, Mechanism, Prediction, Resultants
 
@@ -45,6 +46,7 @@ __all__ = [
     "Assembly",
     "Block",
     "Certificate",
+    "Curve",
     "Interface",
     "Joint",
     "Loads",

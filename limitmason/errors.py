@@ -1,0 +1,17 @@
+"""What can go wrong by name: wrong input, a theory that does not apply, a run that found no answer.
+
+All are ``ValueError`` too, so that a caller may catch them together; code that goes on after a refusal catches
+:class:`NotApplicable` alone, and a mistake elsewhere then stays visible.
+"""
+
+
+class InputError(ValueError):
+    """A value that a user gave is wrong; the message names the block, joint, field or option and what to do."""
+
+
+class NotApplicable(ValueError):
+    """A theory refuses this structure, joint law or load: another one may take it; the message says why."""
+
+
+class NotConverged(ValueError):
+    """A run ended without an answer that could be certified; the message says what was tried."""

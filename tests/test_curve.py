@@ -1,0 +1,88 @@
+"""One curve for every method and test: peak, limit points, stiffness and work of curves known in closed form."""
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from limitmason.curve import Event
+
+
+def rocking(n=401):
+    """lambda = tan(alpha - theta) of a rigid block against its top's travel, with a steep elastic start."""
+    u = np.linspace(0.0, 0.2, n)
+    return lm.Curve(np.r_[0.0, u + 1e-4], np.r_[0.0, 0.2 - u], load_unit="-")
+
+
+def test_peak_and_ultimate_of_a_rocking_block():
+    curve = rocking()
+    assert curve.peak.load == pytest.approx(0.2)
+    assert curve.peak.displacement == pytest.approx(1e-4)
+    assert curve.ultimate(0.5).displacement == pytest.approx(0.1 + 1e-4, abs=1e-3)
+    assert curve.ultimate(0.0).load == pytest.approx(0.0, abs=1e-12)
+
+
+def test_work_of_a_straight_line_is_half_its_rectangle():
+    curve = lm.Curve([0.0, 1.0, 3.0], [0.0, 2.0, 6.0])
+    assert curve.work == pytest.approx([0.0, 1.0, 9.0])
+    assert curve.stiffness() == pytest.approx(2.0)
+    assert curve.at([0.5, 2.0]) == pytest.approx([1.0, 4.0])
+    assert np.isnan(curve.at([3.5])).all()
+
+
+def test_stiffness_between_shares_of_the_peak_is_a_secant():
+    # a parabola f = 2 u - u^2 with its peak of 1 at u = 1: f = s at u = 1 - sqrt(1 - s)
+    u = np.linspace(0.0, 1.0, 20001)
+    secant = lm.Curve(u, 2 * u - u**2).stiffness(0.1, 0.4)
+    assert secant == pytest.approx(0.3 / (np.sqrt(0.9) - np.sqrt(0.6)), rel=1e-6)
+
+
+def test_a_second_branch_may_climb_above_the_first_limit_point():
+    curve = lm.Curve([0, 1, 2, 3, 4], [0.0, 0.33, 0.32, 0.34, 0.30])
+    assert curve.first_limit_point.load == 0.33
+    assert curve.peak.load == 0.34
+    assert lm.Curve([0, 1], [0, 1]).first_limit_point is None
+
+
+def test_cycles_have_work_but_no_single_load_at_a_displacement():
+    # a rectangle of friction passed round once dissipates 4 F u
+    curve = lm.Curve([0, 1, 1, -1, -1, 0], [3, 3, -3, -3, 3, 3])
+    assert curve.work[-1] == pytest.approx(4 * 3 * 1)
+    with pytest.raises(ValueError, match="turns back"):
+        curve.at(0.5)
+
+
+def test_events_point_at_samples():
+    curve = lm.Curve([0, 1, 2], [0, 5, 4], events=(Event("peak", 1), Event("first crack", 0, "bed-3", 1.5e-4)))
+    assert [e.name for e in curve.events] == ["first crack", "peak"]
+    assert curve.event("peak").load == 5
+    assert curve.event("jump") is None
+
+
+def test_units_change_values_and_names():
+    curve = lm.Curve([0.0, 0.002], [0.0, 5e3]).in_units("mm", 1e3, "kN", 1e-3)
+    assert (curve.displacement[-1], curve.load[-1], curve.load_unit) == (2.0, 5.0, "kN")
+    u, f = curve
+    assert u is curve.displacement
+    assert f is curve.load
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (dict(displacement=[0, 1], load=[0.0]), "2 displacements and 1 loads"),
+        (dict(displacement=[0, np.nan], load=[0, 1]), "displacement is not finite at sample 1"),
+        (dict(displacement=[], load=[]), "at least one number"),
+        (dict(displacement=[0, 1], load=[0, 1], errors={"energy": [0.0]}), "'energy' has shape"),
+        (dict(displacement=[0, 1], load=[0, 1], states=(1,)), "1 states for 2 samples"),
+        (dict(displacement=[0, 1], load=[0, 1], events=(Event("jump", 2),)), "'jump' is at sample 2"),
+    ],
+)
+def test_columns_that_do_not_fit_are_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        lm.Curve(**arguments)
+
+
+def test_a_curve_is_frozen():
+    curve = rocking()
+    with pytest.raises(ValueError, match="read-only"):
+        curve.load[0] = 1.0
