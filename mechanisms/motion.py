@@ -32,6 +32,8 @@ THIS_MOTION = "estimate: exact for this motion without friction, which is not ad
 FREE_WALL = "estimate: exact for the facade without its side walls; with them no bound"
 NOT_ADMISSIBLE = "estimate: the motion of these blocks is not admissible as a contact field; no bound of limit analysis"
 
+ON_BLOCKS = "the motion is admissible on these blocks and gives the upper bound"
+
 _SAME = 1e-6  # relative difference up to which a formula and the power balance on the blocks are the same number
 
 
@@ -176,10 +178,7 @@ def answer(
             bound = UPPER
         elif check.admissible:
             bound = "estimate: the closed form is not the power balance of these blocks"
-            notes.append(
-                f"the motion is admissible on these blocks and gives the upper bound {kinematic:.6g} there "
-                "(details['kinematic_multiplier'])"
-            )
+            notes.append(f"{ON_BLOCKS} {kinematic:.6g} there (details['kinematic_multiplier'])")
         elif ideal_bound == UPPER_IDEAL:
             bound = NOT_ADMISSIBLE
         cohesion = [i.joint.name or "a joint" for i in assembly.interfaces if not i.joint.is_cohesionless]

@@ -80,7 +80,8 @@ def mechanisms_of_a_u_shaped_wall(g):
     for name, prediction in found.items():
         low, high = prediction.details.get("omega_bracket", (0.0, 1.0))
         assert low - 1e-9 <= prediction.collapse_multiplier <= high + 1e-9, name
-    assert g["associative"].collapse_multiplier <= g["bound"] + 1e-7
+    assert g["associative"].collapse_multiplier <= g["smallest"].collapse_multiplier + 1e-7
+    assert g["smallest"].bound.startswith("upper")
 
 
 def diagnose_pavia(g):
