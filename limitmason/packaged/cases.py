@@ -36,8 +36,8 @@ ASSUMED: Mapping[str, str] = {
     "bnw-walls": "Friction of the joints is not in the sources at hand; the database has an initial shear strength of "
     "0.25 MPa. Assumed here: 0.4 and 0.2 MPa, the characteristic values of EN 1996-1-1:2005 (3.6.2 and Table 3.4, clay "
     "units, general purpose mortar M2.5 to M9), and, to show what they do, 0.6 without cohesion; no tension. Joints "
-    "crush at the masonry strength of the database. Units are rigid: cracks through them, seen in the tests of BNW2 and BNW3, cannot appear. The UDEC "
-    "run was calibrated on these walls.",
+    "crush at the masonry strength of the database. Units are rigid: cracks through them, seen in the tests of BNW2 "
+    "and BNW3, cannot appear. The UDEC run was calibrated on these walls.",
     "murano-u-walls": "Stone layout, headers and span of the roof load are assumed; joints as calibrated in 3DEC on "
     "these tests by the source, so no prediction is independent of them. Limit analysis lets the mortar of REGW "
     "hold tension and cohesion for ever; the DEM drops both where a joint breaks.",
