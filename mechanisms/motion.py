@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from limitmason.certificate import scaled_mechanism
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import SOLVED, Certificate, Mechanism, Prediction
+from limitmason.results import NO_TILT, SOLVED, Certificate, Mechanism, Prediction
+from limitmason.tilt_angle import why_no_tilt_angle
 from mechanisms.parameters import Facade, load_direction, wall_recipe
 from mechanisms.virtual_work import ContactCheck, check_contacts
 
@@ -173,6 +174,7 @@ def answer(
         kinematic = check.multiplier if check.admissible else math.nan
         certificate = Certificate(math.nan, math.nan, flow_residual=check.violation, kinematic_multiplier=kinematic)
         extra |= {"admissible": check.admissible, "kinematic_multiplier": kinematic}
+        extra[NO_TILT] = why_no_tilt_angle(assembly, loads)
         bound = ESTIMATE_INADMISSIBLE if ideal_bound == ESTIMATE else ideal_bound
         if check.admissible and kinematic <= multiplier * (1.0 + _SAME):
             bound = UPPER

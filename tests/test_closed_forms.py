@@ -149,6 +149,17 @@ def test_settling_support_keeps_the_least_reaction_that_carries_the_lintel():
     prediction = lm.settlement_analysis(assembly, "block-1")
     assert prediction.details["support_reaction"] == pytest.approx(lintel * (2 - 1) / (4 - 1), rel=1e-6)
     assert prediction.mechanism.twists[1, 2] < 0
+    assert prediction.details["reaction_bounds"] == pytest.approx((lintel / 3, lintel / 3), rel=1e-6)
     assert prediction.details["stands_without_support"] is False
+    # no load is multiplied: nothing here is called lambda
+    assert np.isnan(prediction.collapse_multiplier)
+    assert "lambda" not in str(prediction)
+    assert "multiplier" not in str(prediction)
+    assert f"least reaction {lintel / 3:.4g}" in str(prediction).replace(f"{lintel / 3:.6g}", f"{lintel / 3:.4g}")
+    assert "λ" not in lm.figures.style.prediction_text(prediction)
+    with pytest.raises(ValueError, match="reaction of a support is no multiplier"):
+        _ = prediction.tilt_angle_deg
+    with pytest.raises(ValueError, match="the live part has no role"):
+        lm.settlement_analysis(assembly, "block-1", loads=lm.Loads.horizontal(assembly))
     with pytest.raises(ValueError, match="associative flow rule only"):
         lm.settlement_analysis(assembly, "block-1", flow_rule="non-associative")
