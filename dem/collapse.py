@@ -15,6 +15,7 @@ from dem.stepping import EQUILIBRIUM, UNDECIDED, Damping, Verdict, smallest_edge
 from limitmason.certificate import certify
 from limitmason.model import Assembly, Loads
 from limitmason.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED, UNBOUNDED, Prediction
+from limitmason.tilt_angle import states_tilt_angle
 
 Grid = tuple[int, int]
 
@@ -25,6 +26,7 @@ LOADING = Damping(local=0.4, kinetic=True)
 RAMPING = Damping(local=0.5)
 
 
+@states_tilt_angle
 def collapse(
     assembly: Assembly,
     loads: Loads,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import csv
 import time
+import traceback
 from pathlib import Path
 from typing import Any
 
@@ -75,6 +76,19 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _diagnose(options: argparse.Namespace) -> int:
+    from limitmason.diagnosis.simulator import is_own
+
+    try:
+        return _run(options)
+    except Exception as error:
+        if options.debug or not is_own(error) or ":" not in f"{options.model}{options.causes}":
+            raise
+        # an error of the user's own function: where it happened stands in its traceback, never in one line
+        say("".join(traceback.format_exception(error)).rstrip())
+        return 2
+
+
+def _run(options: argparse.Namespace) -> int:
     from limitmason.cli import diagnosis_data as data
     from limitmason.cli.series import write_template
 

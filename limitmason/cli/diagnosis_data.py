@@ -27,6 +27,7 @@ from limitmason.cli.series import (
 )  # fmt: skip
 from limitmason.diagnosis import Cause, Measured, Noise, catalogue
 from limitmason.diagnosis.simulate import Collapse, packaged
+from limitmason.diagnosis.simulator import note_own
 from limitmason.formats.measured import MeasuredTable, read_measured
 
 ROLES = ("specimen", "direction", "group", "noise", "predicted")
@@ -149,7 +150,7 @@ def load_object(text: str, what: str) -> Any:
     Raises
     ------
     ValueError
-        Naming what is not found.
+        Naming what is not found. An error of the module itself comes through as it is, with a note.
     """
     module, _, name = text.rpartition(":")
     path = Path(module)
@@ -161,7 +162,13 @@ def load_object(text: str, what: str) -> Any:
     try:
         found = import_module(path.stem if path.suffix == ".py" else module)
     except ModuleNotFoundError as error:
+        if error.name is None or error.name.split(".")[0] != module.split(".")[0]:
+            note_own(error, f"{what} {text}: {path} needs a module that is not there")
+            raise
         raise ValueError(f"{what} {text}: {error}; give module:name or file.py:name") from None
+    except Exception as error:  # whatever the user's module may raise
+        note_own(error, f"{what} {text}: {path} fails when it is imported")
+        raise
     if not hasattr(found, name):
         raise ValueError(f"{what} {text}: {module} has no {name!r}")
     return getattr(found, name)
@@ -235,7 +242,7 @@ def _causes(
     """The list: the user's, or the catalogue's for the model; with a table only what acts on the predicted value."""
     if options.causes and ":" in options.causes:
         chosen = load_object(options.causes, "--causes")
-        chosen = list(chosen() if callable(chosen) else chosen)
+        chosen = _made(chosen, options.causes) if callable(chosen) else list(chosen)
         if bad := next((c for c in chosen if not isinstance(c, Cause)), None):
             raise ValueError(f"--causes {options.causes}: a list of Cause is needed, it holds {bad!r}")
         if tabulated and (inside := [c.name for c in chosen if not c.transforms]):
@@ -269,6 +276,15 @@ def _causes(
                 raise ValueError(f"--causes: there is no cause {name!r}; known here: {', '.join(by_name)}")
         known = [by_name[n] for n in names]
     return known + _towards(options)
+
+
+def _made(function: Callable, text: str) -> list:
+    """What the user's function of causes returns."""
+    try:
+        return list(function())
+    except Exception as error:
+        note_own(error, f"--causes {text} failed")
+        raise
 
 
 def _labels(table: MeasuredTable, column: str) -> list:

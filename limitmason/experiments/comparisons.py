@@ -22,7 +22,8 @@ class Comparison:
     Parameters
     ----------
     source, specimen : which experiment
-    quantity, kind : which of its values; kind is "measured", "published" or "recomputed"
+    quantity, kind : which of its values; kind is "measured", "published", "recomputed", or "derived" where the source
+        states something that the value follows from
     reference : that value
     predicted : in the unit of ``reference``; NaN without a prediction
     low, high : smallest and largest prediction over what the sources leave open; NaN where not asked for
@@ -113,8 +114,8 @@ def run(
         others = [solve({**c, **target.options}, target.direction, rule)[0] for c in combinations]
         found = [value] + [p.collapse_multiplier * factor for p in others if p is not None]
         row = Comparison(
-            test.source.name, test.specimen, target.quantity, target.kind, test.value(target), value, method, rule,
-            status, seconds, min(found) if combinations else nan, max(found) if combinations else nan,
+            test.source.name, test.specimen, target.quantity, test.standing(target), test.value(target), value, method,
+            rule, status, seconds, min(found) if combinations else nan, max(found) if combinations else nan,
             dict(target.options), prediction,
         )  # fmt: skip
         rows.append(row)

@@ -11,10 +11,12 @@ from limitmason.limit.problem import make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import Prediction
+from limitmason.tilt_angle import states_tilt_angle
 
 FLOW_RULES = ("associative", "non-associative")
 
 
+@states_tilt_angle
 def limit_analysis(
     assembly: Assembly,
     loads: Loads,
@@ -66,8 +68,9 @@ def limit_analysis(
     Notes
     -----
     The associative value is an upper bound for every dilatancy angle (Radenkovic's theorem). lambda equals the tangent
-    of the tilt angle exactly only without cohesion, tension and crushing. Wrong when blocks deform, when the geometry
-    changes before collapse, and when the answer rests on self-stress (see the warnings).
+    of the tilt angle exactly only without cohesion, tension and crushing; ``Prediction.tilt_angle_deg`` refuses others.
+    Wrong when blocks deform, when the geometry changes before collapse, and when the answer rests on self-stress (see
+    the warnings).
     """
     if flow_rule not in FLOW_RULES:
         raise ValueError(f"flow_rule must be one of {FLOW_RULES}, got {flow_rule!r}")
