@@ -1,20 +1,29 @@
-"""Methods by name, so that a caller names a theory without importing it."""
+"""Methods by name: one vocabulary for ``predict``, ``compare``, studies, causes and the command line."""
 
 from collections.abc import Mapping
 from importlib import import_module
 from importlib.metadata import entry_points
+from typing import Any
 
+from limitmason.method import Look, Method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import Prediction
+from limitmason.results import FlowRule, Prediction
 from limitmason.tilt_angle import with_tilt_statement
 
 METHODS: Mapping[str, str] = {
-    "limit": "limitmason.limit:limit_analysis",
-    "dem": "dem:collapse",
-    "mechanisms": "mechanisms:smallest",
+    "associative": "limitmason.limit.method:ASSOCIATIVE",
+    "non-associative": "limitmason.limit.method:NON_ASSOCIATIVE",
+    "dem": "dem.method:DEM",
+    "mechanisms": "mechanisms.method:MECHANISMS",
 }
-"""Method name to "module:function"; other packages add theirs through the entry-point group "limitmason.methods"."""
+"""Method name to "module:object"; other packages add theirs through the entry-point group "limitmason.methods", as a
+:class:`limitmason.method.Method` or as a plain function of assembly and loads."""
+
+LIMIT = "limit"
+"""Limit analysis with the flow rule as an option, for ``predict`` and the command line: one of the first two."""
+
+ASSOCIATIVE, NON_ASSOCIATIVE, DEM, MECHANISMS = THEORIES = tuple(METHODS)
 
 ENTRY_POINT_GROUP = "limitmason.methods"
 
@@ -25,29 +34,57 @@ def available_methods() -> dict[str, str]:
     return {**found, **METHODS}
 
 
-def predict(assembly: Assembly, loads: Loads, method: str = "limit", **options) -> Prediction:
+def get_method(name: str, flow_rule: str | None = None) -> Method:
+    """The method of a name.
+
+    Parameters
+    ----------
+    name : of :func:`available_methods`; "limit" is the associative or non-associative method by ``flow_rule``
+    flow_rule : for "limit" only, associative by default
+
+    Raises
+    ------
+    ValueError
+        For an unknown method or flow rule, and for a flow rule with a method that has its own; the message lists the
+        known ones.
+    """
+    if name == LIMIT:
+        rules = tuple(str(rule) for rule in FlowRule)
+        name = FlowRule.ASSOCIATIVE if flow_rule is None else flow_rule
+        if name not in rules:
+            raise ValueError(f"flow_rule must be one of {rules}, got {flow_rule!r}")
+    elif flow_rule is not None:
+        raise ValueError(f"flow_rule is an option of method 'limit'; method {name!r} has its own")
+    table = available_methods()
+    if name not in table:
+        raise ValueError(f"unknown method {name!r}; available: {', '.join(sorted({LIMIT, *table}))}")
+    module, _, attribute = table[name].partition(":")
+    found = getattr(import_module(module), attribute)
+    return found if isinstance(found, Method) else Method(name, found, look=Look(name))
+
+
+def predict(assembly: Assembly, loads: Loads, method: str = "associative", **options: Any) -> Prediction:
     """Collapse multiplier by a method given by name.
 
     Parameters
     ----------
     assembly, loads : the problem
-    method : "limit", or a name of :func:`available_methods`
-    options : passed to the method
+    method : a name of :func:`available_methods`; "limit" takes the flow rule as option ``flow_rule``
+    options : of the method
 
     Raises
     ------
     ValueError
         For an unknown method; the message lists the known ones.
+    TypeError
+        For an option that the method does not take.
     """
-    table = available_methods()
-    if method not in table:
-        raise ValueError(f"unknown method {method!r}; available: {', '.join(sorted(table))}")
-    module, _, function = table[method].partition(":")
-    return with_tilt_statement(getattr(import_module(module), function)(assembly, loads, **options), assembly, loads)
+    chosen = get_method(method, options.pop("flow_rule", None))
+    return with_tilt_statement(chosen.predict(assembly, loads, **options), assembly, loads)
 
 
 def predict_cases(
-    assembly: Assembly, cases: Mapping[str, Loads], method: str = "limit", **options
+    assembly: Assembly, cases: Mapping[str, Loads], method: str = "associative", **options: Any
 ) -> dict[str, Prediction]:
     """One prediction per load case.
 

@@ -12,29 +12,15 @@ from pathlib import Path
 from typing import Any
 
 from limitmason.limit.proven_range import proven_range
+from limitmason.methods import THEORIES, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction
-from limitmason.study.answers import (
-    ASSOCIATIVE,
-    BUDGET,
-    DEM,
-    MECHANISMS,
-    NON_ASSOCIATIVE,
-    THEORIES,
-    check_method,
-    range_of,
-    solve,
-)
 from limitmason.study.store import fingerprint
 from limitmason.study.table import aligned
 
 _STORED = ("method", "multiplier", "low", "high", "range_is", "bound", "status", "seconds", "details", "warnings")
 _SCHEMA = "limitmason-answer"
-_KEPT = (
-    "governing", "catalogue", "smallest_upper_bound", "smallest_upper_bound_of", "smallest_estimate",
-    "smallest_estimate_of", "error budget", "radenkovic",
-)  # fmt: skip
 _NAN = float("nan")
 
 
@@ -77,8 +63,7 @@ class Answer:
     @property
     def beside(self) -> str:
         """What stands beside the multiplier and must not be taken for it: the smallest estimate below a bound."""
-        name, bound = self.details.get("smallest_estimate_of"), self.details.get("smallest_upper_bound_of")
-        return f"smallest estimate {self.details['smallest_estimate']:.5f} ({name})" if name and bound else ""
+        return get_method(self.method).beside(self.details)
 
     @property
     def solved(self) -> bool:
@@ -152,17 +137,18 @@ class SideBySide:
         theorems. The DEM must lie inside the range of the non-associative law within its own error budget; its finite
         stiffness and its pressure in the faces may take it out, so that is "open" and needs an explanation.
         """
+        solved = {get_method(r.method).theorem: r for r in reversed(self.rows) if r.solved}
+        upper, lower, mechanism = (solved.get(t) for t in ("upper", "admissible", "mechanism"))
         out = []
-        solved = {r.method: r for r in self.rows if r.solved}
-        upper, lower = solved.get(ASSOCIATIVE), solved.get(NON_ASSOCIATIVE)
         if upper and lower:
             good = lower.multiplier <= upper.multiplier * (1.0 + 1e-6) + 1e-9
             out.append(f"{'holds' if good else 'BROKEN'}: non-associative <= associative ({_pair(lower, upper)})")
-        if upper and DEM in solved:
-            out.append(self._dem(solved[DEM], lower, upper))
-        if upper and MECHANISMS in solved:
-            bound = solved[MECHANISMS].details.get("smallest_upper_bound", _NAN)
-            name = solved[MECHANISMS].details.get("smallest_upper_bound_of")
+        for row in self.rows if upper else ():
+            if row.solved and get_method(row.method).theorem == "simulation":
+                out.append(self._simulation(row, lower, upper))
+        if upper and mechanism:
+            bound = mechanism.details.get("smallest_upper_bound", _NAN)
+            name = mechanism.details.get("smallest_upper_bound_of")
             if math.isfinite(bound):
                 good = upper.multiplier <= bound * (1.0 + 1e-6) + 1e-9
                 out.append(
@@ -172,14 +158,17 @@ class SideBySide:
         return tuple(out)
 
     @staticmethod
-    def _dem(dem: Answer, lower: Answer | None, upper: Answer) -> str:
+    def _simulation(row: Answer, lower: Answer | None, upper: Answer) -> str:
+        name = get_method(row.method).look.name
+        known = math.isfinite(row.low) and math.isfinite(row.high)
+        low, high = (row.low, row.high) if known else (row.multiplier, row.multiplier)
         floor = lower.multiplier if lower else 0.0
-        text = f"DEM {dem.low:.5f} to {dem.high:.5f}, admissible {floor:.5f} to {upper.multiplier:.5f}"
-        if dem.low > upper.multiplier:
-            return f"open: the DEM lies above the associative value beyond its error budget ({text})"
-        if dem.high < floor:
-            return f"open: the DEM lies below the smallest admissible multiplier found ({text})"
-        return f"holds: the DEM lies inside the admissible range within its error budget ({text})"
+        text = f"{name} {low:.5f} to {high:.5f}, admissible {floor:.5f} to {upper.multiplier:.5f}"
+        if low > upper.multiplier:
+            return f"open: the {name} lies above the associative value beyond its error budget ({text})"
+        if high < floor:
+            return f"open: the {name} lies below the smallest admissible multiplier found ({text})"
+        return f"holds: the {name} lies inside the admissible range within its error budget ({text})"
 
 
 def _pair(a: Answer, b: Answer) -> str:
@@ -235,8 +224,6 @@ def compare(
     """
     methods = (methods,) if isinstance(methods, str) else tuple(methods)
     settings = _settings(methods, options)
-    for method in methods:
-        check_method(method)
     test = measured_range(measured)
     say = progress or (lambda _: None)
     rows = []
@@ -244,7 +231,7 @@ def compare(
         # without a store there is nothing to identify, and options may be any objects
         path = None
         if store is not None:
-            limit = proven if method == NON_ASSOCIATIVE else None
+            limit = proven if get_method(method).theorem == "admissible" else None
             path = Path(store) / f"{method}-{fingerprint(assembly, loads, method, settings[method], limit)[:24]}.json"
         row = None if path is None else _read(path)
         where = f"[{k}/{len(methods)}] {method}"
@@ -266,8 +253,9 @@ def _settings(methods: Sequence[str], options: Mapping[str, Mapping[str, Any]]) 
         given = options.get(method.replace("-", "_"), options.get(method, {}))
         if not isinstance(given, Mapping):
             raise ValueError(f"options of {method!r} must be a mapping, got {given!r}")
-        base: dict[str, Any] = {"error_budget": BUDGET} if method == DEM else {}
-        out[method] = {**base, **given}
+        chosen = get_method(method)
+        chosen.check_options(given)
+        out[method] = {**chosen.stated, **given}
     names = {m.replace("-", "_") for m in methods} | set(methods)
     unused = sorted(set(options) - names)
     if unused:
@@ -289,14 +277,14 @@ def measured_range(measured: float | Sequence[float] | None) -> tuple[float, flo
 
 
 def _solve(assembly: Assembly, loads: Loads, method: str, settings: Mapping[str, Any], proven: float | None) -> Answer:
-    begun = time.perf_counter()
+    chosen, begun = get_method(method), time.perf_counter()
     try:
-        found = solve(assembly, loads, method, settings)
+        found = chosen.predict(assembly, loads, **settings)
     except ValueError as error:
         return Answer(method, _NAN, _NAN, _NAN, "", "", f"does not apply: {error}", time.perf_counter() - begun)
-    low, high, range_is = range_of(found)
+    low, high, range_is = chosen.range_of(found)
     warnings = list(found.warnings)
-    if method == NON_ASSOCIATIVE and proven is not None:
+    if chosen.theorem == "admissible" and proven is not None:
         try:
             ends = proven_range(assembly, loads, time_limit=proven)
             low, high = (ends.ends[e].bound for e in ("smallest", "largest"))
@@ -304,7 +292,7 @@ def _solve(assembly: Assembly, loads: Loads, method: str, settings: Mapping[str,
             range_is = "no admissible multiplier lies outside" if ends.proven else "bounds, not met by states"
         except ValueError as error:
             warnings.append(f"no proven range: {error}")
-    details = {k: found.details[k] for k in _KEPT if k in found.details}
+    details = {k: found.details[k] for k in chosen.kept if k in found.details}
     bound = f"{details['governing']}: {found.bound}" if "governing" in details else found.bound
     return Answer(
         method, float(found.collapse_multiplier), float(low), float(high), range_is, bound, found.status,

@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from limitmason.methods import available_methods
+from limitmason.methods import LIMIT, available_methods
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction
@@ -73,7 +73,8 @@ def report(prediction: Prediction) -> int:
 def analysis_options(parser: argparse.ArgumentParser, flow_default: str | None = "associative") -> None:
     """Add the options of an analysis to a command."""
     group = parser.add_argument_group("analysis")
-    group.add_argument("--method", default="limit", choices=sorted(available_methods()), help="default: limit")
+    known = (LIMIT, *sorted(available_methods()))
+    group.add_argument("--method", default=LIMIT, choices=known, help=f"default: {LIMIT}")
     flow_help = "associative ignores the dilatancy angle" + ("" if flow_default else "; default: as published")
     rules = ("associative", "non-associative")
     group.add_argument("--flow-rule", choices=rules, default=flow_default, help=flow_help)
@@ -88,7 +89,7 @@ def analysis_options(parser: argparse.ArgumentParser, flow_default: str | None =
 
 def settings_of(options: argparse.Namespace) -> dict:
     """Settings of limit analysis out of the options; none for other methods."""
-    if options.method != "limit":
+    if options.method != LIMIT:
         return {}
     out: dict = {"contact_model": options.contact_model}
     if options.grid:

@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from limitmason.cli.console import figure_file, load_target, say, show_text
-from limitmason.methods import available_methods
+from limitmason.methods import THEORIES, available_methods
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``compare``."""
-    known = ("associative", "non-associative", *sorted(set(available_methods()) - {"limit"}))
+    known = (*THEORIES, *sorted(set(available_methods()) - set(THEORIES)))
     command = commands.add_parser("compare", help="several theories, and a test, side by side")
     command.add_argument("target", metavar="TARGET")
-    command.add_argument("--methods", nargs="+", choices=known, default=list(known[:2]) + ["dem", "mechanisms"],
+    command.add_argument("--methods", nargs="+", choices=known, default=list(THEORIES),
                          metavar="METHOD", help=f"out of {', '.join(known)}; default: the four theories")  # fmt: skip
     command.add_argument("--measured", type=float, nargs="+", metavar="LAMBDA",
                          help="multiplier of the test: one value, low and high, or low, value and high")  # fmt: skip

@@ -9,7 +9,7 @@ from typing import Any
 
 from limitmason.experiments.record import Experiment, Quantity, Target
 from limitmason.experiments.registry import all_cases, sources
-from limitmason.methods import predict
+from limitmason.methods import LIMIT, get_method, predict
 from limitmason.results import Prediction
 
 NO_MODEL = "no assembly"
@@ -124,7 +124,7 @@ def run(
 
 def _flow_rule(target: Target, method: str, asked: str | None) -> str | None:
     """Flow rule to predict a target with, empty where the method has none, None to leave the target out."""
-    if method != "limit":
+    if method != LIMIT:
         return ""
     if asked is None:
         return target.flow_rule or "associative"
@@ -145,9 +145,8 @@ def _solve(
     case = test.with_options(**options) if options else test
     assembly, loads = case.assembly(), case.loads(direction)
     start = time.perf_counter()
-    # one run of many: the DEM's error budget would cost as much again
-    single = {"error_budget": (), **settings} if method == "dem" else settings
-    prediction = predict(assembly, loads, method, **single)
+    chosen = get_method(method, settings.get("flow_rule"))
+    prediction = predict(assembly, loads, method, **chosen.one_of_many(settings))
     return prediction, prediction.status, time.perf_counter() - start
 
 

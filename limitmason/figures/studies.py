@@ -13,16 +13,27 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from limitmason.figures import style
+from limitmason.method import Look
+from limitmason.methods import available_methods, get_method
 
-_COLOUR = {
-    "associative": style.BLUE, "non-associative": style.SKY, "dem": style.VERMILION, "mechanisms": style.GREEN,
-    "monolith": style.BLACK,
-}  # fmt: skip
-_MARKER = {"associative": "v", "non-associative": "^", "dem": "o", "mechanisms": "D", "monolith": "s"}
-_NAME = {
-    "associative": "limit analysis,\nassociative", "non-associative": "limit analysis,\nnon-associative",
-    "dem": "DEM", "mechanisms": "mechanism", "monolith": "in one piece",
-}  # fmt: skip
+_MONOLITH = Look("in one piece", "BLACK", "s")
+"""Of block-size studies: the structure without joints, no method of its own."""
+
+
+def _look(method: str) -> Look:
+    """How a method is drawn; a plain look for a name that no method has, such as a series of another program."""
+    if method == "monolith":
+        return _MONOLITH
+    return get_method(method).look if _known(method) else Look(method)
+
+
+def _known(method: Any) -> bool:
+    return method == "monolith" or method in available_methods()
+
+
+def _colour(method: str) -> str:
+    return getattr(style, _look(method).colour)
+
 
 _ORDERS = {"switched in this order": ("v", style.BLACK), "in the reverse order": ("^", "white")}
 
@@ -85,12 +96,12 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
         ax.axvline(value, color=style.BLACK, linewidth=1.0, dashes=(4, 2), zorder=1, gid="test")
     for k, r in enumerate(rows):
         y = len(rows) - 1 - k
-        colour = _COLOUR.get(r.method, style.PURPLE)
+        colour = _colour(r.method)
         if math.isfinite(r.low) and r.high > r.low:
             # taller than the marker, so that a narrow range still shows
             ax.barh([y], [r.high - r.low], 0.28, left=r.low, color=style.pale(colour, 0.45), edgecolor=colour,
                     linewidth=0.6, zorder=2, gid="range")  # fmt: skip
-        ax.plot([r.multiplier], [y], _MARKER.get(r.method, "P"), color=colour, markersize=6.5, zorder=4,
+        ax.plot([r.multiplier], [y], _look(r.method).marker, color=colour, markersize=6.5, zorder=4,
                 markeredgecolor="white", markeredgewidth=0.6, gid="value")  # fmt: skip
         text = f"{r.multiplier:.4f}" + (f"   {r.ratio:.2f} × test" if math.isfinite(r.ratio) else "")
         ax.annotate(text, (r.multiplier, y), (0, 10), textcoords="offset points", ha="center", fontsize=style._SMALL,
@@ -114,8 +125,7 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
 
 
 def _row_name(row: Any) -> str:
-    name = _NAME.get(row.method, row.method)
-    governing = row.details.get("governing") if row.method == "mechanisms" else None
+    name, governing = _look(row.method).name, row.details.get("governing")
     return f"{name}:\n{governing}" if governing else name
 
 
@@ -176,11 +186,12 @@ def study_lines(
         # groups of one method are told apart by fill and line, methods by colour and marker
         second = [g for g in groups if g[:1] == group[:1]].index(group) if by[0] == "method" else 0
         colour = (
-            _COLOUR.get(method, style.SERIES[(methods.index(method) + 3) % 7])
+            _colour(method) if _known(method) else style.SERIES[(methods.index(method) + 3) % 7]
             if by[0] == "method"
             else (style.SERIES[number % 7])
         )
-        marker = _MARKER.get(method, style.MARKERS[number % 7]) if by[0] == "method" else style.MARKERS[number % 7]
+        named = by[0] == "method" and _known(method)
+        marker = _look(method).marker if named else style.MARKERS[number % 7]
         line = ("-", "--", ":", "-.")[second % 4]
         face = "white" if second else colour
         if y == "multiplier":
@@ -223,7 +234,7 @@ def _group_name(by: Sequence[str], group: Sequence[Any]) -> str:
     parts = []
     for name, value in zip(by, group, strict=True):
         if name == "method":
-            parts.append(_NAME.get(value, str(value)).replace("\n", " "))
+            parts.append((_look(value).name if _known(value) else str(value)).replace("\n", " "))
         elif name == "share":
             parts.append({0.0: "ψ = 0", 1.0: "ψ = φ"}.get(value, f"ψ = {value:g} φ"))
         else:

@@ -8,9 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from limitmason.methods import ASSOCIATIVE, DEM, MECHANISMS, NON_ASSOCIATIVE, THEORIES, get_method
 from limitmason.packaged.cases import Case
 from limitmason.side_by_side import Answer, SideBySide, compare
-from limitmason.study.answers import ASSOCIATIVE, BUDGET, DEM, MECHANISMS, NON_ASSOCIATIVE, THEORIES
 
 Progress = Callable[[str], object]
 
@@ -141,30 +141,30 @@ def _solve(case: Case, methods: Sequence[str], thorough: bool, store: str | Path
     title = f"{case.source} {case.name}"
     settings = settings_of(case, thorough=thorough)
 
-    def ask(names: Sequence[str], budget: tuple[str, ...]) -> SideBySide:
-        options = {k: v for k, v in _options(settings, budget).items() if k in names or k.replace("_", "-") in names}
+    def ask(names: Sequence[str], *, whole: bool) -> SideBySide:
+        options = {k: v for k, v in _options(settings, whole).items() if k in names or k.replace("_", "-") in names}
         return compare(
             case.test.assembly(), case.test.loads(case.direction), names, store=store, proven=settings.proven,
             progress=lambda line: say(f"{title}: {line}"), title=title, **options,
         )  # fmt: skip
 
     left_out = {m: LEFT_OUT[case.source, m] for m in methods if (case.source, m) in LEFT_OUT}
-    result = ask([m for m in methods if m not in left_out], BUDGET if thorough else ())
+    result = ask([m for m in methods if m not in left_out], whole=thorough)
     if left_out:
         nothing = {m: Answer(m, *3 * (math.nan,), "", "", f"does not apply: {why}", 0.0) for m, why in left_out.items()}
         own = {r.method: r for r in result.rows} | nothing
         result = replace(result, rows=tuple(own[m] for m in methods))
     if not thorough and dem_verdict(result) not in ("", "inside"):
-        whole = ask((DEM,), BUDGET)[DEM]
+        whole = ask((DEM,), whole=True)[DEM]
         result = replace(result, rows=tuple(whole if r.method == DEM else r for r in result.rows))
     return result
 
 
-def _options(settings: Settings, budget: tuple[str, ...]) -> dict[str, dict[str, Any]]:
+def _options(settings: Settings, whole: bool) -> dict[str, dict[str, Any]]:
     grid = {} if settings.grid is None else {"contact_model": "grid", "grid": settings.grid}
     return {
         ASSOCIATIVE: dict(grid),
         NON_ASSOCIATIVE.replace("-", "_"): {**grid, "search": settings.search},
-        DEM: {"contact_points": settings.contact_points, "error_budget": budget},
+        DEM: {"contact_points": settings.contact_points, **({} if whole else get_method(DEM).cheap)},
         MECHANISMS: {},
     }

@@ -8,15 +8,14 @@ from collections.abc import Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 
+from limitmason.methods import ASSOCIATIVE, DEM, MECHANISMS, THEORIES, get_method
 from limitmason.packaged.answers import dem_verdict, settings_of
 from limitmason.packaged.cases import ASSUMED, Case, Reference
 from limitmason.packaged.explained import reason_for
 from limitmason.side_by_side import Answer, SideBySide
-from limitmason.study.answers import ASSOCIATIVE, DEM, MECHANISMS, NON_ASSOCIATIVE
 
 Found = Mapping[Case, SideBySide]
 
-_HEAD = {ASSOCIATIVE: "associative", NON_ASSOCIATIVE: "non-associative", DEM: "DEM", MECHANISMS: "mechanisms"}
 
 
 def references_for(case: Case, method: str) -> tuple[Reference, ...]:
@@ -64,14 +63,14 @@ def as_markdown(
         if source in ASSUMED:
             lines += [ASSUMED[source], ""]
         lines += _settings(own, thorough)
-        methods = [m for m in _HEAD if any(m in r for r in own.values())]
+        methods = [m for m in THEORIES if any(m in r for r in own.values())]
         unit = next(iter(own)).unit
-        head = ["case", "test or published", *(_HEAD[m] for m in methods)]
+        head = ["case", "test or published", *(get_method(m).heading for m in methods)]
         lines += ["", f"Values in {unit}." if unit != "-" else "Values are multipliers of the weight.", ""]
         lines += [_row(head), _row(["---"] * len(head))]
         lines += [_row([c.name, _span_of(c), *(_cell(c, r, m) for m in methods)]) for c, r in own.items()]
         lines += [*_refusals(own), *_checks(own)]
-    if any(name not in r for r in found.values() for name in _HEAD):
+    if any(name not in r for r in found.values() for name in THEORIES):
         lines.insert(3, "An empty cell was not computed.")
     lines += ["", "## Not in the table", ""]
     lines += [f"- {source} {_names(names)}: {reason}." for source, names, reason in missing]
@@ -152,7 +151,7 @@ def _refusals(own: Found) -> list[str]:
         for row in result.rows:
             if row.status.startswith("does not apply"):
                 reason = row.status.removeprefix("does not apply: ")
-                refused.setdefault(f"not covered by {_HEAD[row.method]}: {reason}", []).append(case.name)
+                refused.setdefault(f"not covered by {get_method(row.method).heading}: {reason}", []).append(case.name)
     return ["", *(f"- {_names(names)}: {reason}" for reason, names in refused.items())] if refused else []
 
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from limitmason.build.wall import wall
+from limitmason.methods import ASSOCIATIVE, MECHANISMS, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.study.answers import ASSOCIATIVE, MECHANISMS, as_row, check_method, one_of_many, solve
 from limitmason.study.store import fingerprint
 from limitmason.study.sweep import Progress, sweep
 from limitmason.study.table import Table
@@ -96,7 +96,7 @@ def block_size_study(
     by_method = _sizes_by_method(sizes, methods)
     methods = tuple(by_method)
     for method in methods:
-        check_method(method)
+        get_method(method)
     by_method[MONOLITH] = sorted({s for own in by_method.values() for s in own})
     jobs = [{"vary": vary, "method": m, "size": s} for m, own in by_method.items() for s in own]
     for size in by_method[MONOLITH]:
@@ -138,11 +138,11 @@ def _at_size(
 ) -> dict[str, Any]:
     scaled = scaled_unit(unit, size, vary)
     assembly, loads = build(scaled)
-    settings = one_of_many(method, options[method])
-    found = solve(assembly, loads, MECHANISMS if method == MONOLITH else method, settings)
+    chosen = get_method(MECHANISMS if method == MONOLITH else method)
+    found = chosen.predict(assembly, loads, **chosen.one_of_many(options[method]))
     return {
         "unit_length": scaled[0], "unit_height": scaled[1], "unit_thickness": scaled[2],
-        "blocks": int((~assembly.fixed).sum()), **as_row(found),
+        "blocks": int((~assembly.fixed).sum()), **chosen.row_of(found),
     }  # fmt: skip
 
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.methods import ASSOCIATIVE, DEM, NON_ASSOCIATIVE, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.study.answers import ASSOCIATIVE, DEM, NON_ASSOCIATIVE, as_row, check_method, one_of_many, solve
 from limitmason.study.store import fingerprint
 from limitmason.study.sweep import Progress, sweep
 from limitmason.study.table import Table
@@ -70,7 +70,7 @@ def dilatancy_study(
     and 15. Between 0 and phi the limit analysis finds the smallest admissible multiplier: it may stay below the DEM.
     """
     for method in methods:
-        check_method(method)
+        get_method(method)
     chosen = {m: dict((options or {}).get(m, {})) for m in methods}
     phi = max((i.joint.friction_angle_deg for i in assembly.interfaces), default=0.0)
     for share in shares:
@@ -95,7 +95,10 @@ def _at_dilatancy(
     assembly: Assembly, loads: Loads, options: Mapping[str, Mapping[str, Any]], *, method: str, share: float, psi: float
 ) -> dict[str, Any]:
     del psi
-    return as_row(solve(with_dilatancy(assembly, share), loads, method, one_of_many(method, options[method])))
+    chosen = get_method(method)
+    return chosen.row_of(
+        chosen.predict(with_dilatancy(assembly, share), loads, **chosen.one_of_many(options[method]))
+    )
 
 
 def contact_point_study(
@@ -151,8 +154,9 @@ def contact_point_study(
 def _at_points(
     assembly: Assembly, loads: Loads, along: int, options: Mapping[str, Any], *, method: str, share: float, points: int
 ) -> dict[str, Any]:
+    chosen = get_method(method)
     if method == ASSOCIATIVE:
         grid = {"contact_model": "grid", "grid": (along, points), "in_plane": False}
-        return as_row(solve(assembly, loads, method, grid))
-    settings = one_of_many(method, {"contact_points": (along, points), **options})
-    return as_row(solve(with_dilatancy(assembly, share), loads, method, settings))
+        return chosen.row_of(chosen.predict(assembly, loads, **grid))
+    settings = chosen.one_of_many({"contact_points": (along, points), **options})
+    return chosen.row_of(chosen.predict(with_dilatancy(assembly, share), loads, **settings))

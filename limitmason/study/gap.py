@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.methods import ASSOCIATIVE, DEM, get_method, predict
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import ALMOST_SOLVED, SOLVED
-from limitmason.study.answers import ASSOCIATIVE, DEM, as_row, solve
 from limitmason.study.dilatancy import with_dilatancy
 from limitmason.study.store import fingerprint
 from limitmason.study.sweep import Progress, sweep
@@ -160,7 +160,7 @@ def attribute_gap(
     which is numerical: the share of the geometry then is too. Rate is what the search's steps leave out of equilibrium.
     """
     given = with_stiffness(assembly, loads)
-    top = solve(assembly, loads, ASSOCIATIVE, {})
+    top = predict(assembly, loads, ASSOCIATIVE)
     if top.status != SOLVED:
         raise ValueError(f"there is no gap to split: associative limit analysis says {top.status!r}")
     upper = top.collapse_multiplier
@@ -247,8 +247,9 @@ def _at_state(
             **pace,
             **options,
         }
-        found = solve(assembly, loads, DEM, settings)
-        row = as_row(found)
+        dem = get_method(DEM)
+        found = dem.predict(assembly, loads, **settings)
+        row = dem.row_of(found)
         refused = [row["high"], *(u for u in found.details.get("undecided", ()) if u > row["multiplier"])]
         row |= {"refused": float(min(refused)), "undecided": len(refused) - 1}
         if row["status"] in (SOLVED, ALMOST_SOLVED):

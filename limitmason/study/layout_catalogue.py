@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.methods import ASSOCIATIVE, DEM, predict
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.study.answers import ASSOCIATIVE, DEM, solve
 from limitmason.study.store import fingerprint
 from limitmason.study.sweep import Progress, Unfinished, sweep
 from limitmason.study.table import Table
@@ -78,10 +78,10 @@ def compute_layouts(
 
     def study(function: Callable[..., Any], points: list[dict[str, Any]], name: str) -> Table:
         file = None if folder is None else folder / f"{name}.jsonl"
-        key = fingerprint(name, build, layouts, given if name == "dem" else None, points)
+        key = fingerprint(name, build, layouts, given if name == DEM else None, points)
         return sweep(function, points, workers=workers, store=file, key=key, progress=progress)
 
-    screened = study(functools.partial(associative_row, build), [dict(x) for x in layouts], "associative")
+    screened = study(functools.partial(associative_row, build), [dict(x) for x in layouts], ASSOCIATIVE)
     by_size = sorted(range(len(layouts)), key=lambda k: screened.rows[k]["blocks"])
     low, high = window
     in_turn = zip_longest(*(
@@ -92,7 +92,7 @@ def compute_layouts(
         return Table(())
     angles = (0.0, friction_angle_deg)
     runs = [{**layouts[k], "psi": psi} for k in near for psi in angles]
-    found = study(functools.partial(_by_dem, build, given, deadline), runs, "dem")
+    found = study(functools.partial(_by_dem, build, given, deadline), runs, DEM)
     names = tuple(layouts[0])
     value = {tuple(row[c] for c in (*names, "psi")): row["multiplier"] for row in found}
     rows = []
@@ -106,7 +106,7 @@ def compute_layouts(
 def associative_row(build: Build, **layout: Any) -> dict[str, Any]:
     """Number of blocks and associative multiplier [-] of one layout."""
     wall, loads = build(**layout)
-    found = solve(wall, loads, ASSOCIATIVE, {})
+    found = predict(wall, loads, ASSOCIATIVE)
     return {"blocks": int((~wall.fixed).sum()), ASSOCIATIVE: found.collapse_multiplier, "status": found.status}
 
 
@@ -119,7 +119,7 @@ def _by_dem(build: Build, options: Mapping[str, Any], deadline: float, *, psi: f
 
     in_time()
     wall, loads = build(**layout, dilatancy_angle_deg=psi)
-    found = solve(wall, loads, DEM, {**options, "progress": in_time})
+    found = predict(wall, loads, DEM, **{**options, "progress": in_time})
     low = found.details.get("largest stable", np.nan)
     high = found.details.get("smallest moving", np.nan)
     return {

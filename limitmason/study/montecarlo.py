@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from scipy import stats
 from scipy.stats import qmc
 
-from limitmason.methods import predict
+from limitmason.methods import get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.study.answers import one_of_many
 from limitmason.study.draws import BOUNDS, UNITS, Random, check_joint_draws, draw_joints
 from limitmason.study.store import fingerprint
 from limitmason.study.sweep import Progress, sweep
@@ -130,7 +129,8 @@ def _sample(
     record: dict[str, float] = {}
     if joints:
         assembly, record = draw_joints(assembly, joints, sample, seed, shares)
-    found = predict(assembly, loads, method, **one_of_many(method, options))
+    chosen = get_method(method)
+    found = chosen.predict(assembly, loads, **chosen.one_of_many(options))
     return {**drawn, **record, "multiplier": float(found.collapse_multiplier), "status": found.status}
 
 

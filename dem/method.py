@@ -1,0 +1,31 @@
+"""The distinct element method as a method: ``limitmason.predict(..., "dem")``."""
+
+import math
+
+from dem.collapse import CHECKS, collapse
+from limitmason.method import Look, Method, settings_of
+from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction, Range
+
+
+def _bracket_and_budget(found: Prediction) -> Range:
+    """The bracket of the search, widened by the changes of its error budget, summed on each side."""
+    if found.status not in (SOLVED, ALMOST_SOLVED) or not math.isfinite(found.collapse_multiplier):
+        return Range()
+    low, high = found.interval or (math.nan, math.nan)
+    budget = found.details["error budget"]
+    undecided = [f"{name} undecided" for name, row in budget.items() if not math.isfinite(row["change"])]
+    parts = ["bracket", *(name for name, row in budget.items() if math.isfinite(row["change"])), *undecided]
+    return Range(low, high, f"error budget: {', '.join(parts)}" if budget else "bracket of the search")
+
+
+DEM = Method(
+    "dem",
+    collapse,
+    settings_of("DemSettings", collapse),
+    range_of=_bracket_and_budget,
+    look=Look("DEM", "VERMILION", "o"),
+    cheap={"error_budget": ()},  # dearer than the answer itself
+    stated={"error_budget": CHECKS},
+    kept=("error budget",),
+    theorem="simulation",
+)

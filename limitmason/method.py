@@ -1,0 +1,129 @@
+"""What a method says of itself, so that tables, figures, the command line and the diagnosis ask it instead of its name.
+
+A method is one object in one file beside its theory: name, settings, solve, what its range and its bound mean, and how
+it looks beside others. ``limitmason.methods`` finds it by name.
+"""
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, make_dataclass
+from difflib import get_close_matches
+from types import MappingProxyType
+from typing import Any
+
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.results import Prediction, Range
+
+Solve = Callable[..., Prediction]
+
+_NOTHING: Mapping[str, Any] = MappingProxyType({})
+
+
+def settings_of(name: str, *functions: Callable, without: tuple[str, ...] = ()) -> type:
+    """A frozen dataclass of the keyword-only parameters of functions, with their defaults.
+
+    The functions stay the one home of names and defaults; of two that share a name the first counts.
+
+    Parameters
+    ----------
+    name : of the dataclass
+    functions : whose keyword-only parameters become fields
+    without : parameters that this method does not take
+    """
+    entries: dict[str, tuple[str, Any, Any]] = {}
+    for function in functions:
+        for p in inspect.signature(function).parameters.values():
+            if p.kind is p.KEYWORD_ONLY and p.name not in without and p.name not in entries:
+                fixed = p.default
+                entries[p.name] = (p.name, p.annotation, field(default_factory=lambda fixed=fixed: fixed))
+    return make_dataclass(name, entries.values(), frozen=True)
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a method is drawn beside others: a name for axes, one of the colours of ``figures.style``, and a marker."""
+
+    name: str
+    colour: str = "PURPLE"
+    marker: str = "P"
+
+
+@dataclass(frozen=True, eq=False)
+class Method:
+    """A theory or program that predicts a collapse multiplier.
+
+    Parameters
+    ----------
+    name : by which ``predict``, ``compare``, the command line and causes know it
+    solve : called with assembly, loads and the settings as keywords
+    settings : frozen dataclass of its options; None for a function of another package, which checks its own
+    range_of : low and high end of one of its predictions, and what they are
+    look : how it is drawn
+    cheap : settings of one run of many, in a study or a diagnosis, unless the user says otherwise
+    stated : defaults that a comparison writes into its store, so that answers with and without them are told apart
+    beside : what of a prediction's details stands beside its multiplier in a comparison, in words; "" for nothing
+    kept : keys of a prediction's details that a comparison keeps
+    theorem : "upper" where its answer bounds the structure's own law from above, "admissible" where it is a multiplier
+        that law admits, "mechanism" where it bounds the associative value from above, "simulation" for others
+    """
+
+    name: str
+    solve: Solve
+    settings: type | None = None
+    range_of: Callable[[Prediction], Range] = lambda _: Range()
+    look: Look = field(default_factory=lambda: Look("other"))
+    cheap: Mapping[str, Any] = field(default_factory=lambda: _NOTHING)
+    stated: Mapping[str, Any] = field(default_factory=lambda: _NOTHING)
+    beside: Callable[[Mapping[str, Any]], str] = lambda _: ""
+    kept: tuple[str, ...] = ()
+    theorem: str = "simulation"
+
+    @property
+    def heading(self) -> str:
+        """Name in the head of a table: capitals for an abbreviation, as in figures, else as everywhere."""
+        return self.look.name if self.look.name.isupper() else self.name
+
+    @property
+    def takes(self) -> tuple[str, ...]:
+        """Names of its options; empty where it does not tell."""
+        return () if self.settings is None else tuple(f.name for f in fields(self.settings))
+
+    def one_of_many(self, options: Mapping[str, Any]) -> dict[str, Any]:
+        """Options of one run of a study or diagnosis: without what costs more than the answer, unless asked for."""
+        return {**self.cheap, **options}
+
+    def row_of(self, found: Prediction) -> dict[str, Any]:
+        """Multiplier, range and status of one of its predictions as columns of a table."""
+        low, high, _ = self.range_of(found)
+        return {
+            "multiplier": float(found.collapse_multiplier), "low": float(low), "high": float(high),
+            "status": found.status,
+        }  # fmt: skip
+
+    def check_options(self, options: Mapping[str, Any]) -> None:
+        """Refuse an option that the method does not take.
+
+        Raises
+        ------
+        TypeError
+            Naming the option, and the nearest one it may have meant.
+        """
+        unknown = sorted(set(options) - set(self.takes)) if self.settings is not None else []
+        if unknown:
+            near = get_close_matches(unknown[0], self.takes, n=1, cutoff=0.6)
+            hint = f"; did you mean {near[0]!r}?" if near else f"; it takes {', '.join(self.takes)}"
+            raise TypeError(f"method {self.name!r} has no option {unknown[0]!r}{hint}")
+
+    def predict(self, assembly: Assembly, loads: Loads, **options: Any) -> Prediction:
+        """Its prediction, with options by name.
+
+        Raises
+        ------
+        TypeError
+            For an option that it does not take.
+        ValueError
+            As the method itself.
+        """
+        self.check_options(options)
+        return self.solve(assembly, loads, **options)

@@ -1,0 +1,42 @@
+"""Analytical mechanisms as a method: ``limitmason.predict(..., "mechanisms")``."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from limitmason.method import Look, Method, settings_of
+from limitmason.results import Prediction, Range
+from mechanisms.catalogue import smallest
+
+
+def _friction_factor(found: Prediction) -> Range:
+    """Friction factor omega = 0 and 1 of an estimate; a bound has no prescribed friction and no range."""
+    details, value = found.details, found.collapse_multiplier
+    if "omega_bracket" not in details or details.get("smallest_upper_bound_of") is not None:
+        return Range()
+    ends = [*details["omega_bracket"], value]
+    if max(ends) - min(ends) <= 1e-9 * max(map(abs, ends)):
+        return Range()
+    return Range(min(ends), max(ends), "friction factor omega 0 to 1")
+
+
+def _smallest_estimate(details: Mapping[str, Any]) -> str:
+    """The smallest estimate of the catalogue where a bound leads: it must not be taken for one."""
+    name = details.get("smallest_estimate_of")
+    if not name or not details.get("smallest_upper_bound_of"):
+        return ""
+    return f"smallest estimate {details['smallest_estimate']:.5f} ({name})"
+
+
+MECHANISMS = Method(
+    "mechanisms",
+    smallest,
+    settings_of("MechanismSettings", smallest),
+    range_of=_friction_factor,
+    look=Look("mechanism", "GREEN", "D"),
+    beside=_smallest_estimate,
+    kept=(
+        "governing", "catalogue", "smallest_upper_bound", "smallest_upper_bound_of", "smallest_estimate",
+        "smallest_estimate_of",
+    ),
+    theorem="mechanism",
+)  # fmt: skip

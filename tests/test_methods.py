@@ -1,0 +1,102 @@
+"""Methods by name: one vocabulary everywhere, and a method of one file is a full member."""
+
+import math
+import re
+from dataclasses import FrozenInstanceError, fields
+from pathlib import Path
+
+import pytest
+
+import limitmason as lm
+from limitmason import cli, methods
+from limitmason.method import Look, Method, settings_of
+from limitmason.results import SOLVED, Bound, BoundKind, Prediction, Range
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def toy(assembly, loads, *, factor: float = 2.0):
+    """A method that knows one number."""
+    return Prediction("toy", factor * 0.1, Bound(BoundKind.ESTIMATE, "estimate: a toy"), SOLVED)
+
+
+TOY = Method(
+    "toy", toy, settings_of("ToySettings", toy), range_of=lambda p: Range(0.9 * p.collapse_multiplier, 0.3, "toy's own"),
+    look=Look("TOY", "PURPLE", "X"), cheap={"factor": 3.0}, kept=(), beside=lambda _: "a word beside",
+)  # fmt: skip
+
+
+@pytest.fixture
+def wall():
+    built = lm.build.wall(length=0.8, courses=2, unit=(0.4, 0.2, 0.2), joint=lm.Joint(friction_angle_deg=33.0))
+    return built, lm.Loads.horizontal(built)
+
+
+@pytest.fixture
+def with_toy(monkeypatch):
+    monkeypatch.setattr(methods, "METHODS", {**methods.METHODS, "toy": f"{__name__}:TOY"})
+
+
+@pytest.mark.parametrize("name", methods.THEORIES)
+def test_every_theory_has_the_same_name_in_predict_and_compare(name, wall):
+    options = {"error_budget": ()} if name == "dem" else {}
+    found = lm.predict(*wall, name, **options)
+    again = lm.compare(*wall, (name,), **({name: options} if options else {}))[name]
+    assert again.multiplier == found.collapse_multiplier
+    assert again.bound.endswith(found.bound)
+
+
+def test_limit_takes_the_flow_rule_as_an_option(wall):
+    by_rule = lm.predict(*wall, "limit", flow_rule="non-associative", search="quick")
+    assert by_rule.collapse_multiplier == lm.predict(*wall, "non-associative", search="quick").collapse_multiplier
+    with pytest.raises(ValueError, match="flow_rule must be one of"):
+        lm.predict(*wall, "limit", flow_rule="dilatant")
+    with pytest.raises(ValueError, match="method 'dem' has its own"):
+        lm.predict(*wall, "dem", flow_rule="associative")
+
+
+@pytest.mark.parametrize("name", methods.THEORIES)
+def test_an_unknown_option_is_refused_with_the_nearest_name(name, wall):
+    with pytest.raises(TypeError, match=f"method '{name}' has no option 'no_such_thing'"):
+        lm.predict(*wall, name, no_such_thing=1)
+    known = methods.get_method(name).takes[0]
+    with pytest.raises(TypeError, match=f"did you mean '{known}'"):
+        lm.predict(*wall, name, **{known + "x": 1})
+
+
+@pytest.mark.parametrize("name", methods.THEORIES)
+def test_settings_are_a_frozen_dataclass_with_the_defaults_of_the_solver(name):
+    settings = methods.get_method(name).settings()
+    with pytest.raises(FrozenInstanceError):
+        setattr(settings, fields(settings)[0].name, None)
+
+
+def test_a_method_of_one_file_is_a_full_member(wall, with_toy, capsys, tmp_path):
+    assert lm.predict(*wall, "toy").collapse_multiplier == pytest.approx(0.2)
+    result = lm.compare(*wall, ("associative", "toy"), store=tmp_path / "store")
+    row = result["toy"]
+    assert (row.low, row.high, row.range_is, row.beside) == (pytest.approx(0.18), 0.3, "toy's own", "a word beside")
+    assert any("TOY" in line for line in result.findings())
+    figure = lm.figures.side_by_side(result)
+    assert any("TOY" in t.get_text() for t in figure.axes[0].get_yticklabels())
+    model = tmp_path / "wall.json"
+    lm.formats.write_json(model, wall[0], wall[1])
+    assert cli.main(["compare", str(model), "--methods", "associative", "toy"]) == 0
+    assert "toy" in capsys.readouterr().out
+    assert cli.main(["solve", str(model), "--method", "toy"]) == 0
+    study = lm.study.dilatancy_study(*wall, shares=(0.0,), methods=("toy",))
+    assert study.rows[0]["multiplier"] == pytest.approx(0.3)  # the settings of one run of many
+    simulate = lm.diagnosis.simulate.collapse(lambda specimen: wall, "toy")
+    assert simulate("one") == pytest.approx(0.3)
+    assert math.isclose(simulate("one", factor=4.0), 0.4)
+
+
+def test_no_method_is_told_apart_by_its_name_outside_its_file():
+    pattern = re.compile(r"[=!]= *['\"](dem|mechanisms|associative|non-associative)['\"]")
+    guilty = [
+        f"{path.relative_to(ROOT)}:{n}"
+        for path in sorted((ROOT / "limitmason").rglob("*.py"))
+        for n, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+        if pattern.search(line) and "flow_rule" not in line
+    ]
+    assert guilty == []
