@@ -118,7 +118,7 @@ def collapse(
     search = increments if method == INCREMENTS else ramps
     found = search(assembly, loads, start(), controls)
     budget: dict[str, dict[str, Any]] = {}
-    warnings = list(found.state.warnings)
+    warnings = [*found.state.warnings, *assembly.contact_warnings]
     if found.status in (SOLVED, ALMOST_SOLVED):
         for check in error_budget:
             changed = start()

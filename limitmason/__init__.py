@@ -6,7 +6,17 @@ Units are SI, axes right-handed with z up, compression positive; angles are radi
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from limitmason.model import Assembly, Block, Interface, Joint, Loads, Support
+from limitmason.model import (
+    Assembly,
+    Block,
+    ContactError,
+    ContactWarning,
+    Interface,
+    Joint,
+    Loads,
+    PlausibilityWarning,
+    Support,
+)
 from limitmason.results import Certificate, Mechanism, Prediction, Resultants
 
 if TYPE_CHECKING:
@@ -45,10 +55,13 @@ __all__ = [
     "Assembly",
     "Block",
     "Certificate",
+    "ContactError",
+    "ContactWarning",
     "Interface",
     "Joint",
     "Loads",
     "Mechanism",
+    "PlausibilityWarning",
     "Prediction",
     "Resultants",
     "Support",

@@ -7,6 +7,7 @@ import numpy as np
 
 from limitmason.equilibrium import Grid
 from limitmason.limit.associative import solve_associative
+from limitmason.limit.contact_notes import with_contact_warnings
 from limitmason.limit.problem import make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -15,6 +16,7 @@ from limitmason.results import Prediction
 FLOW_RULES = ("associative", "non-associative")
 
 
+@with_contact_warnings
 def limit_analysis(
     assembly: Assembly,
     loads: Loads,
