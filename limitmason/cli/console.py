@@ -9,7 +9,10 @@ from pathlib import Path
 from limitmason.methods import available_methods
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction
+from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED, Prediction
+
+_NAMED = 20
+"""So many falling blocks are named; a figure shows the rest."""
 
 
 def say(text: str) -> None:
@@ -40,7 +43,7 @@ def writable(text: str) -> Path:
     return path
 
 
-def load_target(target: str) -> tuple[Assembly, Loads, str]:
+def load_target(target: str, *, needs_live_load: bool = True) -> tuple[Assembly, Loads, str]:
     """Assembly, loads and title of a model file or a packaged experiment."""
     path = Path(target)
     if path.exists() or path.suffix.lower() in (".json", ".obj", ".dxf"):
@@ -52,7 +55,7 @@ def load_target(target: str) -> tuple[Assembly, Loads, str]:
                 "loads, and write the model as .json (see examples/traced_drawing.py)"
             )
         model = formats.read_json(path)
-        if not model.loads.live.any():
+        if needs_live_load and not model.loads.live.any():
             raise ValueError(f"{path}: the file holds no live load; add a 'loads' entry, see `limitmason template`")
         return model.assembly, model.loads, path.stem
     from limitmason import experiments
@@ -64,9 +67,13 @@ def load_target(target: str) -> tuple[Assembly, Loads, str]:
     return test.assembly(), test.loads(), f"{source} {specimen}"
 
 
-def report(prediction: Prediction) -> int:
-    """Print a prediction and return the exit status that belongs to it."""
+def report(prediction: Prediction, assembly: Assembly | None = None) -> int:
+    """Print a prediction, with the blocks that fall where it cannot stand, and return its exit status."""
     show_text(str(prediction))
+    if assembly is not None and prediction.status == CANNOT_STAND and prediction.mechanism is not None:
+        names = [assembly.blocks[i].name for i in prediction.mechanism.moving_blocks(0.01) if not assembly.fixed[i]]
+        more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+        show_text(f"  blocks that fall under dead load: {', '.join(names[:_NAMED])}{more}")
     return 0 if prediction.status in (SOLVED, ALMOST_SOLVED) else 3
 
 

@@ -59,7 +59,7 @@ def _solve(options: argparse.Namespace) -> int:
     assembly, loads, title = load_target(options.target)
     say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces, {loads.name}")
     prediction = predict(assembly, loads, options.method, **settings_of(options))
-    status = report(prediction)
+    status = report(prediction, assembly)
     from limitmason import formats
 
     if options.output:
@@ -80,8 +80,8 @@ def _figure(options: argparse.Namespace) -> int:
         _draw(output, "assembly", assembly, None, title, view=options.view, dpi=options.dpi)
         return 0
     prediction = predict(assembly, loads, options.method, **settings_of(options))
-    status = report(prediction)
-    if status == 0:
+    status = report(prediction, assembly)
+    if status == 0 or (options.kind == "mechanism" and prediction.mechanism is not None):
         _draw(output, options.kind, assembly, prediction, title, view=options.view, dpi=options.dpi)
     return status
 
@@ -92,7 +92,7 @@ def _draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | No
 
     if kind == "assembly":
         figure = figures.assembly(assembly, title=title, view=view)
-    elif prediction is None or prediction.resultants is None:
+    elif prediction is None or (prediction.mechanism if kind == "mechanism" else prediction.resultants) is None:
         say(f"no figure: {'without an answer' if prediction is None else prediction.status}")
         return
     elif kind == "mechanism":

@@ -209,7 +209,10 @@ def force_text(force: float) -> str:
 
 def prediction_text(prediction: Any) -> str:
     """Caption of a prediction: multiplier, bound, method with its flow rule, and the status where it is not solved."""
-    parts = [f"λ = {prediction.collapse_multiplier:.4g}", str(prediction.bound), str(prediction.method)]
+    value = prediction.collapse_multiplier
+    # without a multiplier the status says what there is to say
+    parts = [] if math.isnan(value) else [f"λ = {value:.4g}", str(prediction.bound)]
+    parts.append(str(prediction.method))
     rule = prediction.details.get("flow_rule") or prediction.provenance.get("flow_rule")
     if rule and not _mentions(prediction.method, str(rule)):
         parts.append(f"{rule} flow rule")
