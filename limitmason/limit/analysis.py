@@ -93,7 +93,9 @@ def limit_analysis(
         raise ValueError("torsion_limit is available with the associative flow rule only")
     if solver == "interior-point":
         raise ValueError("solver='interior-point' is available with the associative flow rule only")
-    return solve_nonassociative(problem, tolerance=tolerance, check_dead_load=check_dead_load, **options)
+    return solve_nonassociative(
+        problem, tolerance=tolerance, check_dead_load=check_dead_load, solver=solver, verbose=verbose, **options
+    )
 
 
 def _half_as_fine(assembly: Assembly, grid: Grid | Mapping[str, Grid]) -> dict[str, Grid]:
