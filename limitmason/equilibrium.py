@@ -123,6 +123,7 @@ def contact_points(
     contact_model: str = "vertices",
     grid: Grid | Mapping[str, Grid] = (5, 5),
     plane: Plane | None = None,
+    elastic: bool = False,
 ) -> ContactPoints:
     """Contact points of all interfaces that touch a free block.
 
@@ -135,12 +136,14 @@ def contact_points(
         begin ("facade", "return-left"); at least 2 each. Walls go before kinds, and a joint between two walls takes
         the finer of both
     plane : from :func:`find_plane`; points then lie on the plane
+    elastic : areas of a grid that bend as the face does, for stiffness (the DEM); False for areas that carry what the
+        face carries, for strength: the points are the same
 
     Returns
     -------
     ContactPoints
-        Tributary areas add up to the interface's area and keep its centroid, and from 3 points on a side its second
-        moment: with 2 it is three times too large, which nothing with points at the edges alone can better.
+        Tributary areas add up to the interface's area and keep its centroid; elastic ones, from 3 points on a side, its
+        second moment too. With 2 it is three times too large, which no points at the edges alone can better.
     """
     if contact_model not in ("vertices", "grid"):
         raise ValueError(f"contact_model must be 'vertices' or 'grid', got {contact_model!r}")
@@ -157,13 +160,13 @@ def contact_points(
         if contact_model == "grid" and group[0] == 4:
             corners = _turned(assembly, rows, corners)
         if plane is not None:
-            points, weight = _plane_points(corners, x, rows, plane, int(group[1]))
+            points, weight = _plane_points(corners, x, rows, plane, int(group[1]), elastic)
         elif contact_model == "vertices":
             points, weight = corners, _corner_areas(corners, x.normal[rows])
         elif group[0] == 4:
-            points, weight = _lattice(corners, int(group[1]), int(group[2]), x.normal[rows])
+            points, weight = _lattice(corners, int(group[1]), int(group[2]), x.normal[rows], elastic)
         else:
-            points, weight = _fan_lattice(corners, int(max(group[1:])), x.normal[rows])
+            points, weight = _fan_lattice(corners, int(max(group[1:])), x.normal[rows], elastic)
         position.append(points.reshape(-1, 3))
         area.append(weight.ravel())
         interface.append(np.repeat(rows, points.shape[1]))
@@ -245,8 +248,12 @@ def _corner_areas(corners: Array, normal: Array) -> Array:
     return 0.5 * (triangle + np.roll(triangle, 1, axis=1))
 
 
-def _edge_points(n: int) -> tuple[Array, Array]:
+def _edge_points(n: int, elastic: bool) -> tuple[Array, Array]:
     """Evenly spaced points on 0 .. 1, ends included, and their weights times 1 - s and s.
+
+    Parameters
+    ----------
+    elastic : weights with the second moment of the face from n = 3 on; False for the integrals of hat functions
 
     Returns
     -------
@@ -255,31 +262,34 @@ def _edge_points(n: int) -> tuple[Array, Array]:
 
     Notes
     -----
-    The trapezoid rule makes the second moment 1 + 2 / (n - 1)^2 too large. Handing h / (12 (1 - h)) of each end, h the
-    spacing, to its neighbour makes it right: Simpson's rule for n = 3, the 3/8 rule for 4, Gregory's for many; exact up
-    to cubics. Gauss-Lobatto points are exact to higher powers but leave an edge 1 / (n (n - 1)) of the area: blocks
-    that overturn stand on it, and it gives way. With n = 2 area and centroid are kept; the second moment is then three
-    times too large with any weights.
+    Any stress below a strength, handed to the points by hat functions, stays below strength times their integrals: what
+    limit analysis finds on them comes from above. Their second moment, though, is 1 + 2 / (n - 1)^2 too large, which
+    elastic points must not have: handing h / (12 (1 - h)) of each end, h the spacing, to its neighbour makes it right
+    (Simpson's rule for n = 3, the 3/8 rule for 4, Gregory's for many; exact up to cubics). Gauss-Lobatto points are
+    exact to higher powers but leave an edge 1 / (n (n - 1)) of the area: blocks that overturn stand on it, and it gives
+    way. With n = 2 area and centroid are kept; the second moment is then three times too large with any weights.
     """
-    s = np.linspace(0.0, 1.0, n)
-    if n == 2:
-        return s, np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0
-    h = 1.0 / (n - 1)
+    s, h = np.linspace(0.0, 1.0, n), 1.0 / (n - 1)
     weight = np.full(n, h)
     weight[[0, -1]] *= 0.5
-    handed = h / (12.0 * (1.0 - h))
-    weight[[0, -1]] -= handed
-    weight[1] += handed
-    weight[-2] += handed
-    return s, np.stack([weight * (1.0 - s), weight * s])
+    if elastic and n > 2:
+        handed = h / (12.0 * (1.0 - h))
+        weight[[0, -1]] -= handed
+        weight[1] += handed
+        weight[-2] += handed
+        return s, np.stack([weight * (1.0 - s), weight * s])
+    share = np.stack([weight * (1.0 - s), weight * s])
+    share[:, 0] += np.array([-1.0, 1.0]) * h * h / 6.0
+    share[:, -1] += np.array([1.0, -1.0]) * h * h / 6.0
+    return s, share
 
 
-def _lattice(corners: Array, n1: int, n2: int, normal: Array) -> tuple[Array, Array]:
+def _lattice(corners: Array, n1: int, n2: int, normal: Array, elastic: bool) -> tuple[Array, Array]:
     """Even lattice of a quadrilateral mapped from the unit square.
 
     The ratio of areas is linear in either coordinate, so that its values at the corners give the weights exactly.
     """
-    (s, along), (t, across) = _edge_points(n1), _edge_points(n2)
+    (s, along), (t, across) = _edge_points(n1, elastic), _edge_points(n2, elastic)
     a, b, c, d = corners[:, 0], corners[:, 1], corners[:, 2], corners[:, 3]
     low = a[:, None] + s[None, :, None] * (b - a)[:, None]
     high = d[:, None] + s[None, :, None] * (c - d)[:, None]
@@ -294,17 +304,17 @@ def _lattice(corners: Array, n1: int, n2: int, normal: Array) -> tuple[Array, Ar
     return points.reshape(m, -1, 3), weight.reshape(m, -1)
 
 
-def _fan_lattice(corners: Array, n: int, normal: Array) -> tuple[Array, Array]:
+def _fan_lattice(corners: Array, n: int, normal: Array, elastic: bool) -> tuple[Array, Array]:
     """Rings of points between the centroid and the boundary of a polygon that is no quadrilateral.
 
     Every triangle from the centroid to a side is mapped from the unit square, s from the centroid outwards and t along
-    the side; its ratio of areas grows as s, so that the centroid itself counts only where n = 2.
+    the side; its ratio of areas grows as s, so that the centroid itself counts for nothing in exact weights.
     """
     m = len(corners)
     r = corners - corners[:, :1]
     part = 0.5 * np.einsum("mti,mi->mt", np.cross(r[:, 1:-1], r[:, 2:]), normal)
     centre = corners[:, 0] + (part[..., None] * (r[:, 1:-1] + r[:, 2:]) / 3.0).sum(axis=1) / part.sum(axis=1)[:, None]
-    s, share = _edge_points(n)
+    s, share = _edge_points(n, elastic)
     outwards, along = share[1], share.sum(axis=0)
     following = np.roll(corners, -1, axis=1)
     side = following - corners
@@ -322,12 +332,12 @@ def _fan_lattice(corners: Array, n: int, normal: Array) -> tuple[Array, Array]:
     return np.concatenate(points, axis=1), np.concatenate(weight, axis=1)
 
 
-def _plane_points(corners: Array, x, rows: Index, plane: Plane, n: int) -> tuple[Array, Array]:
+def _plane_points(corners: Array, x, rows: Index, plane: Plane, n: int, elastic: bool) -> tuple[Array, Array]:
     """Points along each interface on the plane of symmetry, ends included."""
     tangent = np.cross(plane.normal, x.normal[rows])
     s = np.einsum("mki,mi->mk", corners - x.centre[rows][:, None], tangent)
     low, high = s.min(axis=1), s.max(axis=1)
-    t, share = _edge_points(n)
+    t, share = _edge_points(n, elastic)
     along = low[:, None] + t * (high - low)[:, None]
     weight = share.sum(axis=0)
     return x.centre[rows][:, None] + along[..., None] * tangent[:, None], x.area[rows][:, None] * weight

@@ -163,8 +163,8 @@ def test_compressed_area_is_centred_on_the_pressure():
 
 
 @pytest.mark.parametrize("corners", [3, 4, 5, 6])
-@pytest.mark.parametrize("model", ["vertices", "grid"])
-def test_tributary_areas_keep_area_and_centroid(corners, model):
+@pytest.mark.parametrize(("model", "elastic"), [("vertices", False), ("grid", False), ("grid", True)])
+def test_tributary_areas_keep_area_and_centroid(corners, model, elastic):
     angle = np.linspace(0, 2 * np.pi, corners, endpoint=False) + 0.3
     ring = np.column_stack([np.cos(angle), 0.7 * np.sin(angle)])
     ring[0] *= 1.3
@@ -176,7 +176,7 @@ def test_tributary_areas_keep_area_and_centroid(corners, model):
         return v, (tuple(range(n - 1, -1, -1)), tuple(range(n, 2 * n)), *sides)
 
     assembly = lm.Assembly.from_polyhedra([column(0, 1), column(1, 2)], joint=JOINT, fixed=[0])
-    points = contact_points(assembly, contact_model=model, grid=(5, 4))
+    points = contact_points(assembly, contact_model=model, grid=(5, 4), elastic=elastic)
     area, centre = polygon_area_centroid(ring)
     assert points.area.sum() == pytest.approx(area)
     assert (points.area > 0).all()
@@ -199,7 +199,7 @@ def test_grid_points_have_the_second_moments_of_the_face_from_three_on(corners, 
         return v, (tuple(range(n - 1, -1, -1)), tuple(range(n, 2 * n)), *sides)
 
     assembly = lm.Assembly.from_polyhedra([column(0, 1), column(1, 2)], joint=JOINT, fixed=[0])
-    points = contact_points(assembly, contact_model="grid", grid=grid)
+    points = contact_points(assembly, contact_model="grid", grid=grid, elastic=True)
     # of a polygon about the origin, by its triangles: integral of x x^T = A / 12 (p p^T + q q^T + (p + q) (p + q)^T)
     exact = np.zeros((2, 2))
     for p, q in zip(ring, np.roll(ring, -1, axis=0), strict=True):
@@ -227,11 +227,12 @@ def test_block_on_an_elastic_bed_rocks_at_the_frequency_of_the_closed_form(n):
     assert found == pytest.approx(np.sqrt(lowest) / (2.0 * np.pi), rel=1e-9)
 
 
+@pytest.mark.parametrize("elastic", [False, True])
 @pytest.mark.parametrize("n", [2, 3, 4, 8])
-def test_plastic_tension_and_crushing_turn_about_the_edge_with_the_whole_lever_arm(n):
+def test_plastic_tension_and_crushing_turn_about_the_edge_with_the_whole_lever_arm(n, elastic):
     # every point at its strength: force ft A, moment about the edge ft A width / 2, whatever the number of points
     face = on_slab([((0, 0, 0), (0.2, 0.3, 0.5))])
-    points = contact_points(face, contact_model="grid", grid=(n, n))
+    points = contact_points(face, contact_model="grid", grid=(n, n), elastic=elastic)
     arm = points.position[:, 0] - points.position[:, 0].min()
     assert arm.max() == pytest.approx(0.2, rel=1e-15)
     assert points.area @ arm == pytest.approx(0.06 * 0.1, rel=1e-14)
