@@ -75,6 +75,21 @@ class Scale:
         """The same under more load: a block's own load is the larger of both."""
         return replace(self, load=np.maximum(self.load, _own_load(wrench, self.free, self.arm)))
 
+    def above_rounding(self, state: State) -> "Scale":
+        """The same, but of a block that others press at least 1e-7 of that, below which no balance can be told."""
+        if not (self.load < 1e-6 * self.load.max()).any():
+            return self
+        m = len(state.points.s)
+        force = np.empty((m, 3))
+        kernels.measure(
+            state.points, state.joints, state.bodies, np.empty((m, 3)), force, np.empty(m), np.empty((m, 2))
+        )
+        owner = np.repeat(np.arange(len(state.joints.block_a)), np.diff(state.joints.start))
+        pressed = np.zeros(len(self.load))
+        for block in (state.joints.block_a, state.joints.block_b):
+            np.add.at(pressed, block[owner], np.linalg.norm(force, axis=1))
+        return replace(self, load=np.maximum(self.load, 1e-7 * pressed))
+
 
 def _own_load(wrench: Array, moves: NDArray[np.bool_], arm: Array) -> Array:
     """Applied force, or moment over the arm where that is more, on the free degrees of freedom of every block [N]."""
@@ -146,7 +161,7 @@ def run_constant(state: State, wrench: Array, steps: int, damping: Damping) -> N
 
 def unbalance(state: State, scale: Scale) -> tuple[float, float]:
     """Largest unbalanced force over a block's own load, and moment over that load times the block's least thickness."""
-    force, moment = unbalance_of_blocks(state, scale)
+    force, moment = unbalance_of_blocks(state, scale.above_rounding(state))
     return float(force.max(initial=0.0)), float(moment.max(initial=0.0))
 
 
@@ -232,7 +247,7 @@ def hold(
             damping = Damping(max(damping.local, 0.6), damping.adaptive)
         run_constant(state, wrench, steps, damping)
         used += steps
-        force, moment = unbalance_of_blocks(state, scale)
+        force, moment = unbalance_of_blocks(state, scale.above_rounding(state))
         last, worst = (float(force.max()), float(moment.max())), int(np.argmax(np.maximum(force, moment)))
         moved = displacement_since(state, shift, quat, scale)
         path.append((moved, max(last)))

@@ -154,6 +154,18 @@ def test_small_stack_beside_a_large_block_in_other_units(scale, density):
     assert p.collapse_multiplier == pytest.approx(0.25, rel=6e-3)
 
 
+@pytest.mark.parametrize("density", [0.0, 1e-3])
+def test_a_weightless_stone_between_heavy_ones_is_no_obstacle(density):
+    # a billionth of the load that presses it: its own load is below the rounding of the forces on it
+    column = on_slab(
+        [((0, 0, 0), (0.2, 0.2, 0.002)), ((0, 0, 0.002), (0.2, 0.2, 0.602))], mu=0.75, density=[2000.0, density, 2000.0]
+    )
+    p = collapse(column, lm.Loads.horizontal(column), contact_points=(2, 2))
+    assert p.status == "solved"
+    # the weight acts 0.302 above the slab, and turns about the foot or the shim's upper edge
+    assert p.collapse_multiplier == pytest.approx(0.1 / 0.302, rel=1e-2)
+
+
 def test_balanced_forces_of_a_block_that_slides_on_are_no_equilibrium():
     # at tan(phi) a block that was given a push slides on at a steady pace under forces that balance
     b = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], mu=0.4)
