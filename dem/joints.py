@@ -83,7 +83,7 @@ def make_points(
     assembly: Assembly, grid: tuple[int, int] | Mapping[str, tuple[int, int]], contact_model: str
 ) -> ContactPoints:
     """Contact points of the interfaces that touch a free block, in the order of the interfaces."""
-    return contact_points(assembly, contact_model=contact_model, grid=grid)
+    return contact_points(assembly, contact_model=contact_model, grid=grid, elastic=True)
 
 
 def make_joints(

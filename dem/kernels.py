@@ -81,7 +81,7 @@ E_SIZE = 10
 STOP_EVERY = 10.0  # fewest steps between two stops: fast modes are left to local damping
 
 
-@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True, forceinline=True)
 def _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, lifts):
     """Sum of forces (t1, t2, n), moments about block a's joint origin and plastic work; perfectly plastic law.
 
@@ -140,7 +140,7 @@ def _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, lift
     return f1, f2, f3, m1, m2, m3, work, 0.0, 0.0
 
 
-@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True, forceinline=True)
 def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate, turn, j, law):
     """As :func:`_sum_plain`, with softening to residual values and dashpots that only act where the joint is closed."""
     d1, d2, d3 = d
@@ -277,7 +277,7 @@ def _kinematics(j, joints, bodies):
     return (t1, t2, n), d, g, ra, rb
 
 
-@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True, forceinline=True)
 def _joint_forces(points, joints, bodies, dt, total):
     """Fill ``bodies.contact`` from all joints and update the plastic state of their points."""
     contact, vel, spin = bodies.contact, bodies.vel, bodies.spin
@@ -346,7 +346,7 @@ def contact_wrenches(points, joints, bodies):
     _joint_forces(points, joints, bodies, 0.0, np.zeros(E_SIZE))
 
 
-@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True, forceinline=True)
 def _spin_of(rot, inv_inertia, ang, out):
     """Omega = R J^-1 R^T L, with ``rot`` = R - I."""
     b0 = ang[0] + rot[0, 0] * ang[0] + rot[1, 0] * ang[1] + rot[2, 0] * ang[2]
@@ -360,7 +360,7 @@ def _spin_of(rot, inv_inertia, ang, out):
     out[2] = w2 + rot[2, 0] * w0 + rot[2, 1] * w1 + rot[2, 2] * w2
 
 
-@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True, forceinline=True)
 def _turned(q, spin, h, out):
     """Quaternion q after the rotation spin h (Cayley form, exactly of unit length), written to ``out``."""
     x, y, z = 0.5 * h * spin[0], 0.5 * h * spin[1], 0.5 * h * spin[2]
@@ -373,7 +373,7 @@ def _turned(q, spin, h, out):
     out[0], out[1], out[2], out[3] = r0 * size, r1 * size, r2 * size, r3 * size
 
 
-@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True, forceinline=True)
 def rotation_of(q, out):
     """R - I of a unit quaternion, without cancellation at small angles, written to ``out`` (3, 3)."""
     s, x, y, z = q[0], q[1], q[2], q[3]

@@ -71,7 +71,7 @@ class Settle(Stage):
 
     Parameters
     ----------
-    tolerance : largest unbalanced force and moment over the mean block load [-]
+    tolerance : largest unbalanced force and moment over every block's own load [-]
     max_steps : the stage ends there in any case; the history then says "not settled"
     """
 

@@ -45,8 +45,14 @@ def line(bond, along, method, share):
 
 
 def mean_radius(length, width, along, across):
-    """Mean distance of the contact points from the centre of a face, weighted by their areas (trapezoid rule) [m]."""
-    ends = [np.r_[0.5, np.ones(n - 2), 0.5] / (n - 1) for n in (along, across)]
+    """Mean distance of the contact points from the centre of a face, weighted by their areas [m]."""
+    ends = []
+    for n in (along, across):
+        # equal shares but for two points at each end, so that the second moment is that of the face
+        h, weight = 1.0 / (n - 1), np.r_[0.5, np.ones(n - 2), 0.5] / (n - 1)
+        if n > 2:
+            weight -= h / (12.0 * (1.0 - h)) * np.convolve([1.0, *np.zeros(n - 2), 1.0], [-1.0, 1.0, -1.0], "same")
+        ends.append(weight)
     x, y = (np.linspace(-0.5, 0.5, n) * size for n, size in ((along, length), (across, width)))
     return float((np.outer(*ends) * np.hypot(x[:, None], y[None, :])).sum())
 

@@ -226,7 +226,9 @@ class Prediction:
         if self.interval is not None:
             budget = self.details.get("error budget", {})
             parts = [
-                f"{name} {100 * row['change']:+.1f} %" if np.isfinite(row["change"]) else f"{name} undecided"
+                f"{name} {100 * row['change']:+.1f} % (resolved to {100 * row['resolution']:.1g} %)"
+                if np.isfinite(row["change"])
+                else f"{name} undecided"
                 for name, row in budget.items()
             ]
             low, high = self.interval

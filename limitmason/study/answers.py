@@ -49,8 +49,8 @@ def solve(assembly: Assembly, loads: Loads, method: str, options: Mapping[str, A
 def range_of(found: Prediction) -> Range:
     """Range of a prediction from what its method recorded.
 
-    Non-associative: multipliers of the certified states found. DEM: the bracket of the search, widened by the changes
-    of its error budget, summed on each side. Mechanisms: friction factor omega = 0 and 1.
+    Non-associative: multipliers of the certified states found. DEM: the bracket of the search, widened by what
+    the repeats of its error budget reach beyond it, summed on each side. Mechanisms: friction factor omega = 0 and 1.
     """
     value, details = found.collapse_multiplier, found.details
     if found.status not in (SOLVED, ALMOST_SOLVED) or not math.isfinite(value):
