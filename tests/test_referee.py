@@ -66,9 +66,13 @@ def enclosed(case, cells):
     if low.status != plane.NUMBER:
         assert answer.status == {"cannot stand": "cannot stand under dead load"}.get(low.status, low.status)
         return True
-    # what the package may take more coarsely than the referee: half the width again on either side
-    slack = 0.5 * (high.value - low.value) + 1e-6 * high.value
-    assert low.value - slack <= answer.collapse_multiplier <= high.value + slack, case.seed
+    # both enclose the true value: the two intervals overlap, and what the package states is not wide
+    certificate = answer.certificate
+    assert certificate.static_multiplier <= high.value * (1 + 1e-6), case.seed
+    assert certificate.kinematic_multiplier >= low.value * (1 - 1e-6), case.seed
+    assert certificate.gap <= 0.02
+    ends = certificate.static_multiplier, certificate.kinematic_multiplier
+    assert min(ends) * (1 - 1e-6) <= answer.collapse_multiplier <= max(ends) * (1 + 1e-6)
     return True
 
 
