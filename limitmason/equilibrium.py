@@ -76,11 +76,12 @@ def find_plane(assembly: Assembly, loads: Loads) -> Plane | None:
     vectors = np.concatenate([x.normal[active], wrench[:, :3] / size])
     corners = x.corners[(x.corner_start[:-1][active, None] + np.arange(4))]
     edge = corners[:, 1] - corners[:, 0]
-    value, vector = np.linalg.eigh(vectors.T @ vectors)
-    if value[0] > 1e-16 * value[2]:
+    # singular values: those of vectors.T @ vectors would be the squares, whose rounding hides a plane that is turned
+    _, singular, axes = np.linalg.svd(vectors, full_matrices=False)  # at least three rows: a joint, dead and live load
+    if singular[2] > 1e-8 * singular[0]:
         return None
-    candidates = [vector[:, 0]]
-    if value[1] <= 1e-12 * value[2]:  # every normal and force is parallel: any of the two edge directions may do
+    candidates = [axes[2]]
+    if singular[1] <= 1e-6 * singular[0]:  # every normal and force is parallel: any of the two edge directions may do
         e = edge[0] / np.linalg.norm(edge[0])
         candidates = [e, np.cross(x.normal[active][0], e)]
     length = np.linalg.norm(corners.max(axis=(0, 1)) - corners.min(axis=(0, 1)))
