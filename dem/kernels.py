@@ -141,8 +141,13 @@ def _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, lift
 
 
 @njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
-def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate, turn, j, law):
-    """As :func:`_sum_plain`, with softening to residual values and dashpots that only act where the joint is closed."""
+def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate, turn, j, law, dt):
+    """As :func:`_sum_plain`, with softening to residual values and dashpots that only act where the joint is closed.
+
+    A dashpot lies beside the spring and both in line with the slider (Kelvin and Voigt's element, then Coulomb's): the
+    law limits what spring and dashpot carry together, |T| <= c + tan(phi) N with the N of both, and the dashpot feels
+    the rate of the elastic part, not the slip. A step dt adds dash / dt to the stiffness against plastic slip.
+    """
     d1, d2, d3 = d
     g11, g12, g21, g22, g31, g32 = g
     kn, ks, mu0, dil0, c0, ft0, fc = law[j, 0], law[j, 1], law[j, 2], law[j, 3], law[j, 4], law[j, 5], law[j, 6]
@@ -150,6 +155,9 @@ def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate,
     mu1, dil1, c1, ft1 = law[j, 8] - mu0, law[j, 9] - dil0, law[j, 10] - c0, law[j, 11] - ft0
     soften, dash = law[j, 12], law[j, 13]
     inv_ks = 1.0 / ks
+    # without a step there is no motion to brake
+    per_dt = 1.0 / dt if dt > 0.0 else 0.0
+    dash = dash if dt > 0.0 else 0.0
     v1, v2, v3 = rate
     o1, o2, o3 = turn
     f1 = f2 = f3 = m1 = m2 = m3 = work = lost = broken = 0.0
@@ -164,48 +172,57 @@ def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate,
         a2 = slip_2[k] - e2
         trial = ks * np.sqrt(a1 * a1 + a2 * a2)
         n0 = kn * (old - w)
+        # dashpots: velocity of b against a at the point, none in an open joint
+        y1, y2 = x + e1, y + e2
+        z = dash if n0 > -(ft0 + damage[k] * ft1) else 0.0
+        r1 = v1 + o2 * e3 - o3 * y2
+        r2 = v2 + o3 * y1 - o1 * e3
+        r3 = v3 + o1 * y2 - o2 * y1
+        b1, b2 = ks * (a1 - z * r1), ks * (a2 - z * r2)
+        stiffer = 1.0 + z * per_dt
         h0 = h = damage[k]
         # damage by opening beyond the tension cut-off (not cumulative), then by slip (cumulative)
         h = min(max(h, soften * max(-n0 - (ft0 + h * ft1), 0.0) / kn), 1.0)
         mu, dil = mu0 + h * mu1, dil0 + h * dil1
-        over = max(trial - (c0 + h * c1) - mu * max(n0, -(ft0 + h * ft1)), 0.0)
+        total = np.sqrt(b1 * b1 + b2 * b2)
+        pressed = n0 - z * kn * r3
+        over = max(total - (c0 + h * c1) - mu * max(pressed, -(ft0 + h * ft1)), 0.0) / stiffer
         h = min(h + soften * over * inv_ks, 1.0)
         mu, dil, c, ft = mu0 + h * mu1, dil0 + h * dil1, c0 + h * c1, ft0 + h * ft1
-        over = max(trial - c - mu * n0, 0.0)
+        over = max(total - c - mu * pressed, 0.0)
         apart = min(dil * max(trial - max(c - mu * ft, 0.0), 0.0) * inv_ks, max(w - ft / kn - old, 0.0))
-        grow = min(dil * over / (ks + kn * mu * dil) if n0 > -ft else apart, max(highest - old, 0.0))
+        rise = dil * over / (stiffer * (ks + kn * mu * dil)) if n0 > -ft else apart
+        grow = min(rise, max(highest - old, 0.0))
         new = min(old + grow, w + fc)
         n = max(kn * (new - w), -ft)
-        cap = max(c + mu * n, 0.0)
-        ratio = min(cap / max(trial, 1e-300), 1.0)
-        p = (1.0 - ratio) * trial * inv_ks
+        # no pull beyond the strength
+        z3 = max(z * kn * ((new - old) * per_dt - r3), -ft - n)
+        cap = max(c + mu * (n + z3), 0.0)
+        ratio = min(cap / max(total, 1e-300), 1.0)
+        p = (1.0 - ratio) * total * inv_ks / stiffer
         da = area[k]
-        slip_1[k] -= (1.0 - ratio) * a1
-        slip_2[k] -= (1.0 - ratio) * a2
+        back = (1.0 - ratio) / (ks * stiffer)
+        slip_1[k] -= back * b1
+        slip_2[k] -= back * b2
         lift[k] = new
         damage[k] = h
-        work += da * (cap * p - n * (new - old))
+        # the normal stress that the slip's opening works against is that of spring and dashpot
+        work += da * (cap * p - (n + z3) * (new - old))
         # what damage releases at this opening and slip: stored energy under the strength before less that under the new
         pull, held = max(-n0, 0.0), ft0 + h0 * ft1
         before, after = min(pull, held), min(pull, ft)
-        drop = max(min(trial, max(c0 + h0 * c1 + (mu0 + h0 * mu1) * max(n0, -held), 0.0)) - cap, 0.0)
-        drop = drop if h > h0 else 0.0
+        drop = min(trial, max(c0 + h0 * c1 + (mu0 + h0 * mu1) * max(n0, -held), 0.0)) - max(c + mu * n, 0.0)
+        drop = max(drop, 0.0) if h > h0 else 0.0
         broken += da * (
             ((before - after) * pull - 0.5 * (before * before - after * after)) / kn + 0.5 * drop * drop * inv_ks
         )
-        x += e1
-        y += e2
-        # dashpots: velocity of b against a at the point, no pull in an open joint, none along a sliding one
-        r1 = v1 + o2 * e3 - o3 * y
-        r2 = v2 + o3 * x - o1 * e3
-        r3 = v3 + o1 * y - o2 * x
-        closed = dash * kn if n0 > -ft else 0.0
-        stick = dash * ks if (n0 > -ft and ratio >= 1.0) else 0.0
-        z3 = max(-closed * r3, -ft - n)
-        z1, z2 = -stick * r1, -stick * r2
-        lost -= da * (z1 * r1 + z2 * r2 + z3 * r3)
-        q1 = (ks * ratio * a1 + z1) * da
-        q2 = (ks * ratio * a2 + z2) * da
+        x, y = y1, y2
+        # force of the dashpots times the rate of the elastic part
+        r1 += back * b1 * per_dt
+        r2 += back * b2 * per_dt
+        lost += da * (z * ks * (r1 * r1 + r2 * r2) + z3 * ((new - old) * per_dt - r3))
+        q1 = ratio * b1 * da
+        q2 = ratio * b2 * da
         q3 = (n + z3) * da
         f1 += q1
         f2 += q2
@@ -313,7 +330,7 @@ def _joint_forces(points, joints, bodies, dt, total):
                 t2[0] * o0 + t2[1] * o1 + t2[2] * o2,
                 n[0] * o0 + n[1] * o1 + n[2] * o2,
             )
-            out = _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate, turn, j, law)
+            out = _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate, turn, j, law, dt)
         friction += out[6]
         viscous += out[7] * dt
         fracture += out[8]
