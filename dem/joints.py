@@ -116,6 +116,7 @@ def make_joints(
     joints = Joints(
         a, b, start, np.ascontiguousarray(frame), turn, x.centre[interface] - x.centroid[a],
         x.centre[interface] - x.centroid[b], np.zeros((len(interface), 3)), np.ascontiguousarray(law[interface]),
+        np.zeros((len(interface), 3)),
     )  # fmt: skip
     return points, joints, interface.astype(np.int64), law, warnings
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.detection import near_margin, redetect, travel_per_step
+from dem.detection import SOONEST, Pieces, near_margin, reaches, redetect, travel_per_step
 from dem.history import COLUMNS, History
 from dem.joints import JointOptions
 from dem.loading import SERVO_EVERY, BaseMotion, Drive, Ramp, Servo, Settle, Stage, Tilt, servo_holds, stage_length
@@ -86,6 +86,8 @@ def simulate(
         raise ValueError(f"sample must be at least 1 step, got {sample}")
     recorder = _Recorder(assembly, loads, state, todo, factors)
     status = "finished"
+    if detect_every:
+        recorder.detect(state, detect_every)
     try:
         for number, stage in enumerate(todo):
             outcome = _run_stage(assembly, state, stage, number, recorder, damping, sample, progress, detect_every)
@@ -219,6 +221,12 @@ class _Jack:
         return self.give * (off + 0.25 * self.gain * self.sum) / state.dt
 
 
+_SUMS = {
+    "friction": kernels.E_FRICTION, "fracture": kernels.E_FRACTURE, "viscous": kernels.E_VISCOUS,
+    "damping": kernels.E_DAMPING, "applied": kernels.E_APPLIED, "support": kernels.E_SUPPORT,
+}  # fmt: skip
+
+
 class _Recorder:
     """Load cases with their present factors, and the samples taken so far."""
 
@@ -257,8 +265,11 @@ class _Recorder:
         self.shift: list[Array] = []
         self.quaternion: list[Array] = []
         self.opening: list[Array] = []
-        self.margin, self.since, self.travelled = near_margin(assembly), 0, 0.0
-        self.first_energy: float | None = None
+        self.margin, self.since, self.travelled, self.due = near_margin(assembly), 0, 0.0, SOONEST
+        self.pieces, self.reach = Pieces.of(assembly), reaches(assembly)
+        elastic = state.measured(assembly).elastic_energy
+        self.begun = {"kinetic": state.energy_of_motion(), "elastic": elastic}
+        self.begun |= {c: float(state.total[k]) for c, k in _SUMS.items()}
         self.notes: list[str] = list(state.warnings)
 
     def target(self, stage: Stage) -> float:
@@ -287,16 +298,23 @@ class _Recorder:
     def steps_to_detection(self, state: State, every: int) -> int:
         """Steps until contacts must be searched: no corner may travel more than half the margin in between."""
         left = 0.5 * self.margin - self.travelled
-        step = travel_per_step(self.assembly, state)
-        return max(1, min(every - self.since, int(left / step) if step > 0 else every))
+        step = travel_per_step(state, self.reach)
+        steps = min(every - self.since, int(left / step) if step > 0 else every)
+        return max(1, min(steps, self.due - self.since))
 
     def maybe_detect(self, state: State, steps: int, every: int) -> None:
         """Search for contacts when it is time to."""
         self.since += steps
-        self.travelled += steps * travel_per_step(self.assembly, state)
-        if self.since >= every or self.travelled > 0.45 * self.margin:
-            self.notes += redetect(self.assembly, state, margin=self.margin)
-            self.since, self.travelled = 0, 0.0
+        self.travelled += steps * travel_per_step(state, self.reach)
+        if self.since >= min(every, self.due) or self.travelled > 0.45 * self.margin:
+            self.detect(state, every)
+
+    def detect(self, state: State, every: int) -> None:
+        """Search for contacts now."""
+        notes, soonest = redetect(self.assembly, state, self.pieces, margin=self.margin)
+        self.notes += notes
+        self.since, self.travelled = 0, 0.0
+        self.due = max(SOONEST, int(min(soonest / state.dt, every)))
 
     def add(self, state: State, stage: int) -> dict[str, float]:
         """Record a sample; refuse a state in which energy appears from nowhere."""
@@ -320,12 +338,7 @@ class _Recorder:
             "unbalanced moment": moment,
             "kinetic": float(e[kernels.E_KINETIC]),
             "elastic": now.elastic_energy,
-            "friction": float(e[kernels.E_FRICTION]),
-            "fracture": float(e[kernels.E_FRACTURE]),
-            "viscous": float(e[kernels.E_VISCOUS]),
-            "damping": float(e[kernels.E_DAMPING]),
-            "applied": float(e[kernels.E_APPLIED]),
-            "support": float(e[kernels.E_SUPPORT]),
+            **{c: float(e[k]) for c, k in _SUMS.items()},
             "largest opening": float(now.opening.max(initial=0.0)),
             "largest slip": float(np.linalg.norm(now.slip, axis=1).max(initial=0.0)),
         }
@@ -335,15 +348,14 @@ class _Recorder:
         self.shift.append(state.bodies.shift.copy())
         self.quaternion.append(state.bodies.quat.copy())
         self.opening.append(opening)
-        created = row["kinetic"] + row["elastic"] + row["friction"] + row["fracture"] + row["viscous"]
-        created += row["damping"] - row["applied"] - row["support"]
-        if self.first_energy is None:
-            self.first_energy = created
-        size = max(row["elastic"], abs(row["applied"]) + abs(row["support"]), 1e-300)
-        if row["kinetic"] > 10.0 * size and created - self.first_energy > 10.0 * size:
+        worked = abs(row["applied"] - self.begun["applied"]) + abs(row["support"] - self.begun["support"])
+        size = max(self.begun["kinetic"] + self.begun["elastic"] + worked, 1e-300)
+        created = sum((row[c] - self.begun[c]) * (-1.0 if c in ("applied", "support") else 1.0) for c in self.begun)
+        if row["kinetic"] > 10.0 * size and created > 10.0 * size:
             raise UnstableError(
-                f"energy explodes at step {row['step']:.0f}: kinetic {row['kinetic']:.3g} J against {size:.3g} J done "
-                "by the loads; the time step is too long for the stiffness of the joints"
+                f"energy explodes at step {row['step']:.0f}: kinetic {row['kinetic']:.3g} J against {size:.3g} J that "
+                "the run began with or was given by the loads; the time step is too long for the stiffness of the "
+                "joints"
             )
         return row
 

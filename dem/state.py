@@ -39,6 +39,7 @@ class State:
     dt : [s]
     mode : "quasi-static" or "dynamic"
     laws : kernel law of every interface of the assembly, for contacts found later, shape (k, LAW_SIZE)
+    contact : how the blocks of every joint meet: 1 face on face, 2 edge or corner on a face, 3 two edges, shape (k,)
     """
 
     points: Points
@@ -50,6 +51,7 @@ class State:
     dt: float
     mode: str
     laws: Array
+    contact: NDArray[np.int64]
     warnings: tuple[str, ...] = field(default_factory=tuple)
 
     def copy(self) -> "State":
@@ -60,7 +62,8 @@ class State:
 
         return State(
             twin(self.points), twin(self.joints), twin(self.bodies), self.interface.copy(), self.total.copy(),
-            self.time, self.dt, self.mode, self.laws.copy(), self.warnings,
+            self.time, self.dt, self.mode, self.laws.copy(), self.contact.copy(),
+            self.warnings,
         )  # fmt: skip
 
     def save(self, path: str | Path) -> None:
@@ -71,6 +74,7 @@ class State:
             np.savez(
                 file, **arrays, interface=self.interface, total=self.total,
                 clock=np.array([self.time, self.dt]), mode=np.array(self.mode), laws=self.laws,
+                contact=self.contact,
                 warnings=np.array(self.warnings, str),
             )  # fmt: skip
 
@@ -88,6 +92,7 @@ class State:
             return cls(
                 group(Points, "points"), group(Joints, "joints"), group(Bodies, "bodies"), file["interface"],
                 total, float(file["clock"][0]), float(file["clock"][1]), str(file["mode"]), file["laws"],
+                file["contact"],
                 tuple(str(w) for w in file["warnings"]),
             )  # fmt: skip
 
@@ -95,6 +100,14 @@ class State:
     def kinetic_energy(self) -> float:
         """Kinetic energy of the free degrees of freedom at the last half step [J] (of scaled mass if quasi-static)."""
         return float(self.total[kernels.E_KINETIC])
+
+    def energy_of_motion(self) -> float:
+        """Kinetic energy of the free degrees of freedom from the velocities and angular momenta as they are now [J]."""
+        b = self.bodies
+        rot = b.rot + np.eye(3)
+        spin = np.einsum("nij,njk,nlk,nl->ni", rot, b.inv_inertia, rot, b.ang)
+        twice = b.mass[:, None] * b.vel**2 * ~b.held[:, :3] + b.ang * spin * ~b.held[:, 3:]
+        return 0.5 * float(twice.sum())
 
     def stop(self) -> None:
         """Set all velocities to zero."""
@@ -209,4 +222,5 @@ def make_state(
     )  # fmt: skip
     total = np.zeros(kernels.E_SIZE)
     total[kernels.E_VISCOSITY] = 0.01 / dt
-    return State(points, joints, bodies, interface, total, 0.0, float(dt), mode, laws, warnings)
+    whole_faces = np.ones(len(interface), dtype=np.int64)
+    return State(points, joints, bodies, interface, total, 0.0, float(dt), mode, laws, whole_faces, warnings)
