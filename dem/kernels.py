@@ -347,49 +347,50 @@ def _crossing(j, joints, bodies):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _crossing_force(j, points, joints, bodies, dt):
-    """Add the force of two crossing edges to both blocks; friction and viscous work of the step.
+def _crossing_forces(points, joints, bodies, dt, total):
+    """Add the forces of all crossing edges; a call from the loop of :func:`_joint_forces` would slow that by half.
 
-    The law of :func:`_sum_full` without cohesion, tension, dilation. Shear is summed from the velocity at the point,
-    because the point moves along both edges.
+    The law of :func:`_sum_full` without cohesion, tension, dilation. The point moves along both edges: shear is summed.
     """
-    a, b, k = joints.block_a[j], joints.block_b[j], joints.start[j]
-    law, contact = joints.law, bodies.contact
-    (t1, t2, n), distance, ra, rb = _crossing(j, joints, bodies)
-    kn, ks = law[j, LAW_KN], law[j, LAW_KS]
-    mu = law[j, LAW_MU] + points.damage[k] * (law[j, LAW_MU_R] - law[j, LAW_MU])
-    w, old = distance + points.gap[k], points.lift[k]
-    if not w < old:
-        points.slip_1[k] = points.slip_2[k] = 0.0
-        return 0.0, 0.0
-    vel, spin = bodies.vel, bodies.spin
-    wa, wb = _cross((spin[a, 0], spin[a, 1], spin[a, 2]), ra), _cross((spin[b, 0], spin[b, 1], spin[b, 2]), rb)
-    va = (vel[a, 0] + wa[0], vel[a, 1] + wa[1], vel[a, 2] + wa[2])
-    vb = (vel[b, 0] + wb[0], vel[b, 1] + wb[1], vel[b, 2] + wb[2])
-    r1, r2, r3 = _dot(vb, t1) - _dot(va, t1), _dot(vb, t2) - _dot(va, t2), _dot(vb, n) - _dot(va, n)
+    law, contact, vel, spin = joints.law, bodies.contact, bodies.vel, bodies.spin
     per_dt = 1.0 / dt if dt > 0.0 else 0.0
-    z = law[j, LAW_DASH] if dt > 0.0 else 0.0
-    stiffer = 1.0 + z * per_dt
-    new = min(old, w + law[j, LAW_FC])
-    z3 = max(z * kn * ((new - old) * per_dt - r3), -kn * (new - w))
-    press = kn * (new - w) + z3
-    a1, a2 = points.slip_1[k] - dt * r1, points.slip_2[k] - dt * r2
-    b1, b2 = ks * (a1 - z * r1), ks * (a2 - z * r2)
-    trial = np.sqrt(b1 * b1 + b2 * b2)
-    ratio = min(mu * press / max(trial, 1e-300), 1.0)
-    back = (1.0 - ratio) / (ks * stiffer)
-    points.slip_1[k], points.slip_2[k], points.lift[k] = a1 - back * b1, a2 - back * b2, new
-    da = points.area[k]
-    q = (ratio * b1 * da, ratio * b2 * da, press * da)
-    f = _dot((t1[0], t2[0], n[0]), q), _dot((t1[1], t2[1], n[1]), q), _dot((t1[2], t2[2], n[2]), q)
-    ma, mb = _cross(ra, f), _cross(rb, f)
-    for i in range(3):
-        contact[a, i] -= f[i]
-        contact[a, 3 + i] -= ma[i]
-        contact[b, i] += f[i]
-        contact[b, 3 + i] += mb[i]
-    lost = z * ks * ((r1 + back * b1 * per_dt) ** 2 + (r2 + back * b2 * per_dt) ** 2) + z3 * ((new - old) * per_dt - r3)
-    return da * (mu * press * back * trial - press * (new - old)), da * lost * dt
+    for j in range(joints.block_a.size):
+        if law[j, LAW_CROSS] == 0.0:
+            continue
+        a, b, k = joints.block_a[j], joints.block_b[j], joints.start[j]
+        (t1, t2, n), distance, ra, rb = _crossing(j, joints, bodies)
+        kn, ks = law[j, LAW_KN], law[j, LAW_KS]
+        mu = law[j, LAW_MU] + points.damage[k] * (law[j, LAW_MU_R] - law[j, LAW_MU])
+        w, old = distance + points.gap[k], points.lift[k]
+        if not w < old:
+            points.slip_1[k] = points.slip_2[k] = 0.0
+            continue
+        wa, wb = _cross((spin[a, 0], spin[a, 1], spin[a, 2]), ra), _cross((spin[b, 0], spin[b, 1], spin[b, 2]), rb)
+        va = (vel[a, 0] + wa[0], vel[a, 1] + wa[1], vel[a, 2] + wa[2])
+        vb = (vel[b, 0] + wb[0], vel[b, 1] + wb[1], vel[b, 2] + wb[2])
+        r1, r2, r3 = _dot(vb, t1) - _dot(va, t1), _dot(vb, t2) - _dot(va, t2), _dot(vb, n) - _dot(va, n)
+        z = law[j, LAW_DASH] if dt > 0.0 else 0.0
+        new = min(old, w + law[j, LAW_FC])
+        z3 = max(z * kn * ((new - old) * per_dt - r3), -kn * (new - w))
+        press = kn * (new - w) + z3
+        a1, a2 = points.slip_1[k] - dt * r1, points.slip_2[k] - dt * r2
+        b1, b2 = ks * (a1 - z * r1), ks * (a2 - z * r2)
+        trial = np.sqrt(b1 * b1 + b2 * b2)
+        ratio = min(mu * press / max(trial, 1e-300), 1.0)
+        back = (1.0 - ratio) / (ks * (1.0 + z * per_dt))
+        points.slip_1[k], points.slip_2[k], points.lift[k] = a1 - back * b1, a2 - back * b2, new
+        da = points.area[k]
+        q = (ratio * b1 * da, ratio * b2 * da, press * da)
+        f = _dot((t1[0], t2[0], n[0]), q), _dot((t1[1], t2[1], n[1]), q), _dot((t1[2], t2[2], n[2]), q)
+        ma, mb = _cross(ra, f), _cross(rb, f)
+        for i in range(3):
+            contact[a, i] -= f[i]
+            contact[a, 3 + i] -= ma[i]
+            contact[b, i] += f[i]
+            contact[b, 3 + i] += mb[i]
+        braked = z * ks * ((r1 + back * b1 * per_dt) ** 2 + (r2 + back * b2 * per_dt) ** 2)
+        total[E_VISCOUS] += da * (braked + z3 * ((new - old) * per_dt - r3)) * dt
+        total[E_FRICTION] += da * press * (mu * back * trial - (new - old))
 
 
 @njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
@@ -403,9 +404,6 @@ def _joint_forces(points, joints, bodies, dt, total):
     friction = viscous = fracture = 0.0
     for j in range(joints.block_a.size):
         if law[j, LAW_CROSS] != 0.0:
-            rubbed, braked = _crossing_force(j, points, joints, bodies, dt)
-            friction += rubbed
-            viscous += braked
             continue
         a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
         p0, p1 = joints.start[j], joints.start[j + 1]
@@ -464,6 +462,7 @@ def _joint_forces(points, joints, bodies, dt, total):
 def contact_wrenches(points, joints, bodies):
     """Wrench of the joints on every block in the present position, shape (n, 6), written to ``bodies.contact``."""
     _joint_forces(points, joints, bodies, 0.0, np.zeros(E_SIZE))
+    _crossing_forces(points, joints, bodies, 0.0, np.zeros(E_SIZE))
 
 
 @njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
@@ -533,8 +532,11 @@ def advance(
     n = bodies.mass.size
     vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
     force, old, half, trot, new = np.empty(6), np.empty(6), np.empty(4), np.empty((3, 3)), np.empty(3)
+    crossings = (joints.law[:, LAW_CROSS] != 0.0).any()
     for step in range(factors.shape[0]):
         _joint_forces(points, joints, bodies, dt, total)
+        if crossings:
+            _crossing_forces(points, joints, bodies, dt, total)
         kinetic = applied = support = damping = 0.0
         viscosity = total[E_VISCOSITY] if adaptive > 0.0 else 0.0
         # a stop is at a whole step: only half a step leads from there to the first velocity. A whole one starts a mode
@@ -735,8 +737,7 @@ def _widest_gap(corners, n_corners, planes, n_faces, p, q, best):
                 gap, low = h, k
         if gap > best[4]:
             found, nearest, best[4] = f, low, gap
-            for r in range(4):
-                best[r] = planes[p, f, r]
+            best[:4] = planes[p, f]
     return found, nearest
 
 
@@ -825,8 +826,7 @@ def contact_shapes(
                 known[i] = True
                 for f in range(n_faces[i]):
                     _plane_of(corners, faces, size, i, f, plane)
-                    for r in range(4):
-                        planes[i, f, r] = plane[r]
+                    planes[i, f] = plane
         fp, low_q = _widest_gap(corners, n_corners, planes, n_faces, p, q, best_p)
         if best_p[4] > margin:
             continue
