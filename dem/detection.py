@@ -27,7 +27,7 @@ SLIP_FRACTION = 0.25
 """A joint is cut anew when it has slipped this fraction of its point spacing since it was made [-]."""
 
 TURN_LIMIT = np.deg2rad(3.0)
-"""A joint is cut anew when its blocks have turned this far against each other since it was made [rad]."""
+"""Turn of its blocks since it was made from which a joint is cut anew where they touch elsewhere [rad]."""
 
 MARGIN = 0.05
 """Gap up to which two blocks count as near, over the smallest block dimension [-]."""
@@ -103,12 +103,13 @@ class Found(NamedTuple):
 def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float) -> Found:
     """Cut outworn joints anew, drop open ones, add new pairs; changes ``state``.
 
-    A joint between faces stays while it has slipped less than a quarter of its point spacing and turned less than 3
-    degrees. The crossing of two edges follows them at any slip and turn and stays while it is where the pieces overlap
-    least. A corner, an edge or a crossing that carries nothing is looked for anew each time, so that what touches
-    first is what the joint is made for. New pairs take the law of a joint of one of their blocks without cohesion and
-    tension: they were never bonded. A new joint starts with the shear force and the dilation of the nearest old point
-    of its pair, and never with more elastic energy than the pair had: its gap is widened where it would.
+    A joint between faces stays while it has slipped less than a quarter of its point spacing and, turned by more than 3
+    degrees, while its nearest point is the nearest of the blocks: a rocking block keeps its points. The crossing of two
+    edges follows them at any slip and turn and stays while it is where the pieces overlap least. A corner, an edge or a
+    crossing that carries nothing is looked for anew each time, so that what touches first is what the joint is made
+    for. New pairs take the law of a joint of one of their blocks without cohesion and tension: they were never bonded.
+    A new joint starts with the shear force and the dilation of the nearest old point of its pair, and never with more
+    elastic energy than the pair had: its gap is widened where it would.
 
     Parameters
     ----------
@@ -171,11 +172,10 @@ def _outworn(
     nearest = np.minimum.reduceat(now.opening, first)
     spacing = np.sqrt(np.add.reduceat(points.area, first) / np.diff(joints.start))
     carries = np.maximum.reduceat(np.abs(now.force).max(axis=1), first) > 0.0
-    turned = _turned_since(state)
     sharp = state.contact > FACES
     # one point on a plane, or two edges, are right at any slip and turn
     single = sharp & (np.add.reduceat((now.opening < 0.0).astype(int), first) == 1)
-    worn = ~single & ((slip > SLIP_FRACTION * spacing) | ((turned > TURN_LIMIT) & ~sharp))
+    worn = ~single & (slip > SLIP_FRACTION * spacing)
     # the piece of the other block that is nearest decides: its kind and gap
     order = np.lexsort((gap, key))
     one, at = np.unique(key[order], return_index=True)
@@ -183,10 +183,12 @@ def _outworn(
     near = np.isin(code, one)
     shape, apart = np.zeros(len(code), dtype=np.int64), np.full(len(code), np.inf)
     shape[near], apart[near] = kind[order][at[where[near]]], gap[order][at[where[near]]]
-    loose = ~carries & (sharp | ((shape > FACES) & (turned > 0.2 * TURN_LIMIT)))
-    # least overlap elsewhere: the edges no longer cross within their lengths, or a corner has left its face
-    elsewhere = carries & sharp & (np.abs(apart - nearest) > 0.01 * margin + 0.1 * np.abs(nearest))
-    return worn | loose | elsewhere | (nearest > 1.5 * margin)
+    # the nearest points are others: a block has come to lie on another face, a corner has left its face, the edges no
+    # longer cross within their lengths. As long as they are the same, a joint between faces is right at any turn
+    elsewhere = np.abs(apart - nearest) > 0.01 * margin + 0.1 * np.abs(nearest)
+    turned = _turned_since(state) > TURN_LIMIT
+    loose = ~carries & (sharp | ((shape > FACES) & elsewhere))
+    return worn | loose | (elsewhere & carries & sharp) | (elsewhere & turned) | (nearest > 1.5 * margin)
 
 
 def _soonest_touch(assembly: Assembly, state: State, blocks: Array, gap: Array, use: NDArray[np.bool_]) -> float:

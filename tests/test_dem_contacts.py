@@ -181,3 +181,65 @@ def test_a_run_without_loads_in_which_energy_falls_is_not_called_an_explosion():
         energy = state.energy_of_motion()
         h = dem.simulate(a, dem.Hold(duration=0.02), loads=none, start=state, mode="dynamic", sample=3)
         assert h["kinetic"].max() <= energy * (1.0 + 1e-9)
+
+
+def toppling():
+    """A slender block on a floor with a spin about its right foot that turns it over."""
+    solids = [box((-3, -3, -0.1), (3, 3, 0.0)), box((0, 0, 0), (0.2, 0.3, 0.8))]
+    a = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(35.0, normal_stiffness=1e8), fixed=[0])
+    state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic", joint_options=dem.JointOptions(dashpot=3e-4))
+    spin = np.array([0.0, 1.2, 0.0])
+    state.bodies.ang[1] = np.linalg.inv(state.bodies.inv_inertia[1]) @ spin
+    state.bodies.vel[1] = np.cross(spin, a.centroids[1] - (0.2, 0.15, 0.0))
+    return a, state
+
+
+def test_a_toppled_block_lies_on_the_floor_without_being_asked_to_look_for_contacts():
+    a, state = toppling()
+    h = dem.simulate(a, dem.Hold(duration=3.5), start=state)
+    assert a.centroids[1, 2] + h.shift[-1, 1, 2] == pytest.approx(0.1, rel=2e-3)  # half its thickness
+    assert any("'block-1'" in w and "small displacement" in w for w in h.warnings)
+    assert min(c[:, 2].min() for c in (h.corners(k)[1] for k in range(0, len(h["time"]), 5))) > -0.02
+
+
+def test_kept_contacts_that_a_block_has_left_are_named():
+    a, state = toppling()
+    h = dem.simulate(a, dem.Hold(duration=1.0), start=state, detect_every=None)
+    assert any("'block-1'" in w and "detect_every=None" in w and "wrong" in w for w in h.warnings)
+    settled = dem.simulate(a, dem.Settle())
+    assert not any("small displacement" in w for w in settled.warnings)
+
+
+def shaken(record, step, **options):
+    """A block glued by friction to a floor that follows a record."""
+    solids = [box((-1, -1, -0.1), (1, 1, 0)), box((0, 0, 0), (0.3, 0.3, 0.1))]
+    joint = lm.Joint.from_friction_coefficient(0.2, normal_stiffness=1e9)
+    a = lm.Assembly.from_polyhedra(solids, joint=joint, fixed=[0])
+    return a, dem.BaseMotion(acceleration=record, sample_step=step, **options)
+
+
+def test_a_record_that_ends_with_velocity_must_say_what_the_ground_does_then():
+    push = [0.05 * GRAVITY] * 11  # ends at 0.05 g 0.1 s
+    end = 0.05 * GRAVITY * 0.1
+    a, silent = shaken(push, 0.01)
+    settle, later = dem.Hold(duration=0.05, damping=dem.Damping(0.8)), dem.Hold(duration=0.2)
+    with pytest.raises(ValueError, match=r"stage 1 \(BaseMotion\).*0.049.*coast.*hold"):
+        dem.simulate(a, [settle, silent, later], mode="dynamic")
+    last = dem.simulate(a, [settle, silent], mode="dynamic")
+    assert any("ends with a ground velocity of 0.049" in w for w in last.warnings)
+    for after, velocity in (("coast", end), ("hold", 0.0)):
+        a, motion = shaken(push, 0.01, after=after)
+        h = dem.simulate(a, [settle, motion, later], mode="dynamic")
+        at = np.interp(0.155, h["time"], h.shift[:, 0, 0])  # the ground at the end of the record
+        assert h.shift[-1, 0, 0] - at == pytest.approx(velocity * (h["time"][-1] - 0.155), abs=1e-4)
+        # below the friction limit nothing slides while the ground coasts; stopped dead, the block slides on by
+        # v^2 / (2 mu g)
+        apart = h.shift[-1, 1, 0] - h.shift[-1, 0, 0]
+        assert apart == pytest.approx(0.0 if after == "coast" else end**2 / (2 * 0.2 * GRAVITY), abs=2e-5)
+        # a run continued from the history goes on the same way
+        more = dem.simulate(a, dem.Hold(duration=0.1), start=h)
+        assert more.shift[-1, 0, 0] - h.shift[-1, 0, 0] == pytest.approx(velocity * 0.1, abs=2e-4)
+    with pytest.raises(ValueError, match="after must be"):
+        shaken(push, 0.01, after="stop")
+    with pytest.raises(ValueError, match="not finite"):
+        shaken([0.0, np.nan], 0.01)
