@@ -33,7 +33,18 @@ class JointOptions:
     stiffness_factor : multiplies kn and ks of every joint [-]
     dashpot : viscous over elastic contact stiffness [s], 0 for none. None is none in quasi-static runs and, with real
         masses, what damps the fastest motion of a block by a tenth of critical. It acts in closed joints only, so that
-        free flight loses nothing
+        free flight loses nothing, and together with the spring inside Coulomb's law
+
+    Notes
+    -----
+    Restitution is no number of its own here but follows from the dashpot. A face that lands flat rebounds with
+    e = exp(-2 z / s atan2(s, z)), s = sqrt(1 - z^2), z = dashpot / 2 sqrt(kn A / m), for z < 1 (spring and dashpot
+    that do not pull). A block that rocks from edge to edge (half base b, half height h) keeps the part
+    r(x) = (J - m b x) / (J + m b x), J = m (b^2 + h^2) / 3 + m h^2, of its spin, x the place of the impulse: angular
+    momentum about it is kept. Housner's 1 - 3/2 sin^2(alpha) is r(b), the impulse all at the new edge, the least that
+    can be left. Points between the edges take a part of it, so that x < b and more is left, never more than r(0) = 1:
+    with two points across the rocking direction, or contact_model="vertices", and z of 1 or so the impact is
+    Housner's. In between it depends on the points and the dashpot, as it does on the unevenness of a real joint.
     """
 
     dilatant_slip: PerJoint = np.inf
@@ -116,6 +127,7 @@ def make_joints(
     joints = Joints(
         a, b, start, np.ascontiguousarray(frame), turn, x.centre[interface] - x.centroid[a],
         x.centre[interface] - x.centroid[b], np.zeros((len(interface), 3)), np.ascontiguousarray(law[interface]),
+        np.zeros((len(interface), 3)),
     )  # fmt: skip
     return points, joints, interface.astype(np.int64), law, warnings
 
