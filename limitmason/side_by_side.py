@@ -237,6 +237,8 @@ def compare(
     settings = _settings(methods, options)
     for method in methods:
         check_method(method)
+    if proven is not None and NON_ASSOCIATIVE not in methods:
+        raise ValueError(f"proven is for {NON_ASSOCIATIVE!r}, which is not among the methods {', '.join(methods)}")
     test = measured_range(measured)
     say = progress or (lambda _: None)
     rows = []
