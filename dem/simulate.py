@@ -23,14 +23,18 @@ _LOADING = Damping(local=0.5)
 _FREE = Damping()
 
 
+POINTS = (4, 8)
+"""Contact points along and across a joint, where none are given."""
+
+
 def simulate(
     assembly: Assembly,
     stages: Stage | Sequence[Stage],
     *,
     loads: Loads | None = None,
-    mode: str = QUASI_STATIC,
-    contact_points: tuple[int, int] | Mapping[str, tuple[int, int]] = (4, 8),
-    contact_model: str = "grid",
+    mode: str | None = None,
+    contact_points: tuple[int, int] | Mapping[str, tuple[int, int]] | None = None,
+    contact_model: str | None = None,
     joint_options: JointOptions | None = None,
     dt: float | None = None,
     damping: Damping | None = None,
@@ -46,14 +50,16 @@ def simulate(
     ----------
     stages : ``Settle``, ``Ramp``, ``Tilt``, ``Drive``, ``BaseMotion``, ``Hold``
     loads : dead and live loads; self weight alone by default. Blocks' weights are part of the dead loads
-    mode : "quasi-static" (scaled masses, local damping) or "dynamic" (real masses, no damping but the joints')
+    mode : "quasi-static" (scaled masses, local damping), the default, or "dynamic" (real masses, no damping but the
+        joints')
     contact_points, contact_model, joint_options : see :func:`dem.make_state`; give ``JointOptions(dashpot=...)`` for
         stiffness-proportional damping, which leaves free flight alone
     dt : time step [s]; None takes the stable one
     damping : of every stage without its own; local 0.8 to settle and 0.5 to load (quasi-static), none (dynamic)
     sample : steps between samples, and between two calls of ``progress``
     progress : called with the last sample as a mapping; return True to stop ("interrupted")
-    start : a history, or a state, to continue from; ``loads`` must be the same
+    start : a history, or a state, to continue from; ``loads`` must be the same. Mode, contact points, joint options and
+        time step are those of the state: others are refused
     factors : of the load cases at the start, ``history.factors`` of the run that wrote the state; taken over from a
         history, dead loads alone for a state
     detect_every : most steps between searches for new contacts (large displacement); fewer where blocks move fast.
@@ -69,7 +75,8 @@ def simulate(
     UnstableError
         When the state is no longer finite or energy appears from nowhere; ``error.history`` holds what was recorded.
     ValueError
-        For stages that the mode does not allow, and what :func:`dem.make_state` refuses.
+        For stages that the mode does not allow, settings that a state to start from has already, and what
+        :func:`dem.make_state` refuses.
     """
     todo = [stages] if isinstance(stages, Stage) else list(stages)
     loads = loads if loads is not None else Loads.weight(assembly)
@@ -79,9 +86,16 @@ def simulate(
         state = start.copy()
     else:
         state = make_state(
-            assembly, loads, contact_points=contact_points, contact_model=contact_model, joint_options=joint_options,
-            mode=mode, dt=dt,
+            assembly, loads, contact_points=contact_points or POINTS, contact_model=contact_model or "grid",
+            joint_options=joint_options, mode=mode or QUASI_STATIC, dt=dt,
         )  # fmt: skip
+    if start is not None:
+        given = {"contact_points": contact_points, "contact_model": contact_model, "joint_options": joint_options}
+        given["mode"] = None if mode == state.mode else mode
+        given["dt"] = None if dt == state.dt else dt
+        for name, value in given.items():
+            if value is not None:
+                raise ValueError(f"{name} is that of the state to start from: leave {name}={value!r} out")
     if sample < 1:
         raise ValueError(f"sample must be at least 1 step, got {sample}")
     recorder = _Recorder(assembly, loads, state, todo, factors)

@@ -91,11 +91,6 @@ class State:
                 tuple(str(w) for w in file["warnings"]),
             )  # fmt: skip
 
-    @property
-    def kinetic_energy(self) -> float:
-        """Kinetic energy of the free degrees of freedom at the last half step [J] (of scaled mass if quasi-static)."""
-        return float(self.total[kernels.E_KINETIC])
-
     def stop(self) -> None:
         """Set all velocities to zero."""
         for array in (self.bodies.vel, self.bodies.spin, self.bodies.ang):

@@ -41,7 +41,7 @@ def push(wall, loads, settled, *travels):
     stages = [
         dem.Drive(displacement={"beam": {"x": 1e-3 * d}}, steps=int(abs(d) * STEPS_PER_MM), keep=True) for d in travels
     ]
-    return dem.simulate(wall, stages, loads=loads, contact_points=(6, 2), start=settled, sample=STEPS_PER_MM // 10)
+    return dem.simulate(wall, stages, loads=loads, start=settled, sample=STEPS_PER_MM // 10)
 
 
 def stiffness(u, f, low=0.1, high=0.4):

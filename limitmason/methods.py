@@ -7,7 +7,7 @@ from importlib.metadata import entry_points
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import Prediction
-from limitmason.tilt_angle import with_tilt_statement
+from limitmason.stated import with_statements
 
 METHODS: Mapping[str, str] = {
     "limit": "limitmason.limit:limit_analysis",
@@ -43,7 +43,7 @@ def predict(assembly: Assembly, loads: Loads, method: str = "limit", **options) 
     if method not in table:
         raise ValueError(f"unknown method {method!r}; available: {', '.join(sorted(table))}")
     module, _, function = table[method].partition(":")
-    return with_tilt_statement(getattr(import_module(module), function)(assembly, loads, **options), assembly, loads)
+    return with_statements(getattr(import_module(module), function)(assembly, loads, **options), assembly, loads)
 
 
 def predict_cases(

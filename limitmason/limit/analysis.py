@@ -7,23 +7,23 @@ import numpy as np
 
 from limitmason.equilibrium import Grid
 from limitmason.limit.associative import solve_associative
-from limitmason.limit.problem import make_problem
+from limitmason.limit.problem import chosen_grid, make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import Prediction
-from limitmason.tilt_angle import states_tilt_angle
+from limitmason.stated import states
 
 FLOW_RULES = ("associative", "non-associative")
 
 
-@states_tilt_angle
+@states
 def limit_analysis(
     assembly: Assembly,
     loads: Loads,
     flow_rule: str = "associative",
     *,
     contact_model: str = "vertices",
-    grid: Grid | Mapping[str, Grid] = (5, 5),
+    grid: Grid | Mapping[str, Grid] | None = None,
     torsion_limit: bool | float = False,
     in_plane: bool | None = None,
     solver: str = "auto",
@@ -42,7 +42,7 @@ def limit_analysis(
     flow_rule : "associative" ignores the dilatancy angle psi and takes psi = phi; "non-associative" uses psi and
         returns the smallest admissible multiplier that its search finds
     contact_model : "vertices" or "grid" (needed for crushing in 3-D)
-    grid : points along and across each interface
+    grid : points along and across each interface of contact_model "grid", (5, 5) by default
     torsion_limit : limit the torsion of each face to that of uniform pressure about its centre of pressure; a number is
         the torsion of uniform pressure over the strength: True is 1, 2 halves the strength, 0 limits nothing
     in_plane : True demands, False forbids the reduction to a plane problem; None uses it where it is exact
@@ -76,6 +76,7 @@ def limit_analysis(
         raise ValueError(f"flow_rule must be one of {FLOW_RULES}, got {flow_rule!r}")
     if not 0.0 <= float(torsion_limit) < np.inf:
         raise ValueError(f"torsion_limit must be True, False or a number >= 0, got {torsion_limit!r}")
+    grid = chosen_grid(contact_model, grid)
     problem = make_problem(assembly, loads, contact_model=contact_model, grid=grid, in_plane=in_plane)
     if flow_rule == "associative":
         if options:

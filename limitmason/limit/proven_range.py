@@ -14,7 +14,7 @@ from limitmason.limit.lifted import MAX_ROWS, lifted_bound, lifted_rows
 from limitmason.limit.mixed_integer import BoundedProgram
 from limitmason.limit.nonassociative import radenkovic_lower
 from limitmason.limit.polish import ACTIVE, PlanePrograms
-from limitmason.limit.problem import Problem, make_problem
+from limitmason.limit.problem import Problem, chosen_grid, make_problem
 from limitmason.limit.search import EFFORTS, search_smallest
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -25,7 +25,6 @@ Array = NDArray[np.float64]
 ASSOCIATIVE = "associative"
 LIFTED = "lifted linear program"
 MIXED_INTEGER = "mixed-integer program"
-SEARCH = "search"
 
 ENDS = ("smallest", "largest")
 
@@ -120,7 +119,7 @@ def proven_range(
     which: tuple[str, ...] = ENDS,
     tolerance: float = 1e-5,
     contact_model: str = "vertices",
-    grid: Grid | Mapping[str, Grid] = (5, 5),
+    grid: Grid | Mapping[str, Grid] | None = None,
     search: str = "quick",
     seed: int = 0,
 ) -> ProvenRange:
@@ -167,7 +166,7 @@ def proven_range(
         raise ValueError(f"which must hold names of {ENDS}, got {which!r}")
     if not velocity_bound > 1:
         raise ValueError(f"velocity_bound must exceed the mean live velocity, 1, got {velocity_bound}")
-    problem = make_problem(assembly, loads, contact_model=contact_model, grid=grid)
+    problem = make_problem(assembly, loads, contact_model=contact_model, grid=chosen_grid(contact_model, grid))
     if problem.plane is None:
         raise ValueError("a proven range needs a plane problem: blocks, interfaces and loads symmetric about one plane")
     if np.isfinite(assembly.arrays.compressive_strength[problem.points.interface]).any():
