@@ -33,6 +33,7 @@ from limitmason.formats.measured import MeasuredTable, read_measured
 
 ROLES = ("specimen", "direction", "group", "noise", "predicted")
 BATCHES = ("batch", "sensor", "operator", "laboratory")
+SPATIAL = ("edge rounding", "effective thickness", "torsion strength")  # causes that --spatial adds or changes
 OFF_RIG = 0.3  # largest friction of the rig, as a share of the median measured value
 
 
@@ -159,7 +160,7 @@ def refuse_unused(options: argparse.Namespace, *, own: bool, packaged: bool) -> 
     if own:
         refuse(options, ("predicted",), f"with --model {options.model}, which predicts itself")
     if not packaged:
-        what = f"--model {options.model}" if own else "predictions in a column"
+        what = f"--model {options.model}" if own else "predictions in a column (--predicted)"
         refuse(options, ("method", *ANALYSIS), f"with {what}: no analysis is made here")
         refuse(options, ("spatial",), f"with {what}: it chooses among causes inside a packaged model")
     if not own and options.data and options.model and options.predicted and any(
@@ -303,6 +304,8 @@ def _causes(
             if name not in by_name:
                 raise ValueError(f"--causes: there is no cause {name!r}; known here: {', '.join(by_name)}")
         known = [by_name[n] for n in names]
+    if options.spatial and not any(c.name in SPATIAL for c in known):
+        raise ValueError(f"--spatial changes {', '.join(SPATIAL)}, and none of them is tried here: leave it out")
     return known + _towards(options)
 
 
