@@ -9,11 +9,14 @@ and its torsional strength mu N r with the mean radius r of the pressure stays f
 """
 
 import sys
+from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from limitmason import experiments, study
+
+OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 
 FULL = "--full" in sys.argv
 BONDS = experiments.specimens("rondelet-wallette") if FULL else ("toothed-odd-ragged",)
@@ -65,7 +68,7 @@ for ax, bond in zip(figure.subplots(1, len(standing), sharey=True, squeeze=False
     ax.set(xlabel="contact points across the thickness", ylim=(0.2, 0.46))
 figure.axes[0].set_ylabel("collapse multiplier [-]")
 figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside right center", fontsize=7, frameon=False)
-figure.savefig("rondelet_contact_points.png")
+figure.savefig(OUT / "rondelet_contact_points.png")
 
 block, n = test.parameters, ACROSS[-1]
 half_lap = (0.5e-3 * float(block["block width"]), 1e-3 * float(block["block thickness"]))
