@@ -16,6 +16,20 @@ from limitmason.results import Certificate, Mechanism, Prediction, Resultants
 
 Array = NDArray[np.float64]
 
+__all__ = [
+    "FORCE_CAP",
+    "PointState",
+    "certify",
+    "equilibrium_residual",
+    "kinematic_multiplier",
+    "point_rates",
+    "point_state",
+    "resultants_from_points",
+    "scaled_mechanism",
+    "total_load",
+    "yield_violation",
+]
+
 FORCE_CAP = 10.0
 """Joint force over the total load up to which a mechanism that cannot be repaired still gives a bound."""
 

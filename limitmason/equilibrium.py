@@ -18,6 +18,17 @@ from limitmason.model.load import Loads
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Grid = tuple[int, int]
+__all__ = [
+    "KINDS",
+    "ContactPoints",
+    "Plane",
+    "contact_points",
+    "degrees_of_freedom",
+    "equilibrium_matrix",
+    "find_plane",
+    "project",
+]
+
 KINDS = ("bed", "head", "base")
 
 

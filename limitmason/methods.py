@@ -9,6 +9,14 @@ from limitmason.model.load import Loads
 from limitmason.results import Prediction
 from limitmason.stated import with_statements
 
+__all__ = [
+    "ENTRY_POINT_GROUP",
+    "METHODS",
+    "available_methods",
+    "predict",
+    "predict_cases",
+]
+
 METHODS: Mapping[str, str] = {
     "limit": "limitmason.limit:limit_analysis",
     "dem": "dem:collapse",

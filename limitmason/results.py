@@ -10,6 +10,20 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+__all__ = [
+    "ALMOST_SOLVED",
+    "CANNOT_STAND",
+    "NOT_CONVERGED",
+    "NO_TILT",
+    "SOLVED",
+    "STATUSES",
+    "UNBOUNDED",
+    "Certificate",
+    "Mechanism",
+    "Prediction",
+    "Resultants",
+]
+
 SOLVED = "solved"
 ALMOST_SOLVED = "almost solved"
 CANNOT_STAND = "cannot stand under dead load"
