@@ -15,6 +15,7 @@ from dem.stepping import EQUILIBRIUM, UNDECIDED, Damping, Verdict, smallest_edge
 from limitmason.certificate import certify
 from limitmason.model import Assembly, Loads
 from limitmason.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED, UNBOUNDED, Prediction
+from limitmason.stated import states
 
 Grid = tuple[int, int]
 
@@ -25,6 +26,7 @@ LOADING = Damping(local=0.4, kinetic=True)
 RAMPING = Damping(local=0.5)
 
 
+@states
 def collapse(
     assembly: Assembly,
     loads: Loads,
@@ -32,14 +34,14 @@ def collapse(
     contact_points: Grid | Mapping[str, Grid] = (4, 8),
     contact_model: str = "grid",
     method: str = INCREMENTS,
-    tolerance: float = 5e-3,
+    tolerance: float | None = None,
     error_budget: tuple[str, ...] = CHECKS,
     joint_options: JointOptions | None = None,
     first_increment: float | None = None,
     max_steps: int = 60_000,
     moved_limit: float = 0.02,
     equilibrium: float = 1e-4,
-    ramp_steps: int = 40_000,
+    ramp_steps: int | None = None,
     damping: Damping | None = None,
     progress: Callable[[float, Verdict], object] | None = None,
 ) -> Prediction:
@@ -57,7 +59,7 @@ def collapse(
         equilibrium when the blocks keep moving and halves the increment; "ramp" raises the load steadily, reads the
         largest multiplier at the supports as max(Rh / Rv) does, repeats at half speed and extrapolates to none, until
         that changes by < 1 %
-    tolerance : width of the final bracket over the multiplier [-]
+    tolerance : width of the final bracket over the multiplier [-], 0.005 by default; increments only
     error_budget : what to repeat the search with: "stiffness" (kn, ks x 10), "contact points" (x 2) and "rate"
         (increments half as long; a ramp at half speed). The repeats start near the multiplier found and close in on it
         to twice ``tolerance``; all three together take two to four times as long as the search. () for none
@@ -68,7 +70,7 @@ def collapse(
     moved_limit : displacement that counts as collapse, over the smallest block dimension [-]
     equilibrium : largest unbalanced force of every block over its own load, and moment over that load times its least
         thickness [-]; a twentieth of the load increment where that is less
-    ramp_steps : steps in which a ramp reaches the estimate of the multiplier
+    ramp_steps : steps in which a ramp reaches the estimate of the multiplier, 40,000 by default; ramps only
     progress : called with every load tried and its verdict
     damping : while loading; local 0.4 with stops at peaks of the kinetic energy, given up for local 0.6 in a load that
         has not settled after 8000 steps (increments), or 0.5 (ramp)
@@ -94,6 +96,11 @@ def collapse(
     """
     if method not in (INCREMENTS, RAMP):
         raise ValueError(f"method must be {INCREMENTS!r} or {RAMP!r}, got {method!r}")
+    if tolerance is not None and method == RAMP:
+        raise ValueError(f"tolerance is for method={INCREMENTS!r}; ramps are slowed until lambda changes by under 1 %")
+    tolerance = 5e-3 if tolerance is None else tolerance
+    if ramp_steps is not None and method != RAMP:
+        raise ValueError(f"ramp_steps is for method={RAMP!r}; {method!r} holds loads one after the other")
     if isinstance(error_budget, str):
         raise ValueError(f"error_budget must be several of {', '.join(CHECKS)}, such as ({error_budget!r},)")
     for check in error_budget:
@@ -106,7 +113,7 @@ def collapse(
     first = first_increment if first_increment is not None else 0.05 * unit
     controls = Controls(
         tolerance, max_steps, moved_limit, equilibrium, damping or (LOADING if method == INCREMENTS else RAMPING),
-        ramp_steps, unit, first, progress,
+        40_000 if ramp_steps is None else ramp_steps, unit, first, progress,
     )  # fmt: skip
     options = joint_options or JointOptions()
 

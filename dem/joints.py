@@ -10,6 +10,7 @@ from dem import kernels
 from dem.kernels import Joints, Points
 from limitmason.equilibrium import ContactPoints, contact_points
 from limitmason.model import Assembly, Joint
+from limitmason.stated import tension_cut
 
 Array = NDArray[np.float64]
 PerJoint = float | Mapping[str, float] | Sequence[float] | Array
@@ -135,7 +136,8 @@ def make_joints(
 def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[Array, tuple[str, ...]]:
     """Law rows of the kernel for all interfaces, shape (k, LAW_SIZE), and what a user should know about them.
 
-    Where ft > c / tan(phi) the apex of the Coulomb cone is the tension cut-off, as in limit analysis.
+    Where ft > c / tan(phi) the apex of the Coulomb cone is the tension cut-off, as in limit analysis; the warnings name
+    it, since other codes do not cut it.
     """
     kinds = [i.kind for i in assembly.interfaces]
     laws: list[Joint] = [i.joint for i in assembly.interfaces]
@@ -147,6 +149,8 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
             f"{without} of {len(laws)} joints name no stiffness: kn = ks = {standard:.3g} Pa/m is used, chosen so that "
             f"the foot shortens by {SETTLEMENT:g} of a block under the dead load; it is not a material property"
         )
+    if cut := tension_cut(assembly):
+        warnings.append(cut)
     dilatant = per_interface(options.dilatant_slip, kinds, "dilatant_slip")
     softening = per_interface(options.softening_slip, kinds, "softening_slip")
     dash = per_interface(0.0 if options.dashpot is None else options.dashpot, kinds, "dashpot")

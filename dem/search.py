@@ -64,7 +64,7 @@ class Search:
     near: tuple[float, State] | None = None
 
 
-def settle(assembly: Assembly, loads: Loads, state: State, scale: Scale, c: Controls) -> Verdict:
+def settle(loads: Loads, state: State, scale: Scale, c: Controls) -> Verdict:
     """Bring the state to rest under the dead load."""
     return hold(
         state, loads.dead, scale, SETTLING, tolerance=min(1e-6, c.equilibrium),
@@ -101,7 +101,7 @@ def increments(
     record: list[tuple[float, Verdict]] = []
     used = 0
     if settled is None:
-        verdict = settle(assembly, loads, state, scale, c)
+        verdict = settle(loads, state, scale, c)
         record.append((0.0, verdict))
         used, patience = verdict.steps, max(patience, verdict.steps)
         if verdict.outcome != EQUILIBRIUM:
@@ -194,7 +194,7 @@ def ramps(assembly: Assembly, loads: Loads, start: State, c: Controls, rate: flo
     rate : of the first ramp, multiplier per step; None takes ten first increments in ``ramp_steps``
     """
     scale = Scale.of(assembly, loads.dead if loads.dead.any() else loads.live * c.unit)
-    verdict = settle(assembly, loads, start, scale, c)
+    verdict = settle(loads, start, scale, c)
     record, used = [(0.0, verdict)], verdict.steps
     if verdict.outcome != EQUILIBRIUM:
         status = CANNOT_STAND if verdict.outcome == MOVING else NOT_CONVERGED
@@ -209,6 +209,8 @@ def ramps(assembly: Assembly, loads: Loads, start: State, c: Controls, rate: flo
         used += taken
         values.append((rate, peak))
         record.append((peak, Verdict(MOVING if moved else UNDECIDED, taken, (np.nan, np.nan), c.moved_limit)))
+        if c.progress is not None:
+            c.progress(*record[-1])
         if not moved:
             break
         if len(values) > 1:

@@ -36,6 +36,10 @@ _LOADING = Damping(local=0.5)
 _FREE = Damping()
 
 
+POINTS = (4, 8)
+"""Contact points along and across a joint, where none are given."""
+
+
 def simulate(
     assembly: Assembly,
     stages: Stage | Sequence[Stage],

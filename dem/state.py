@@ -145,11 +145,6 @@ class State:
         with np.load(path, allow_pickle=False) as file:
             return cls.from_arrays(file, path)
 
-    @property
-    def kinetic_energy(self) -> float:
-        """Kinetic energy of the free degrees of freedom at the last half step [J] (of scaled mass if quasi-static)."""
-        return float(self.total[kernels.E_KINETIC])
-
     def energy_of_motion(self) -> float:
         """Kinetic energy of the free degrees of freedom from the velocities and angular momenta as they are now [J]."""
         b = self.bodies

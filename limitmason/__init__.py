@@ -20,7 +20,19 @@ from limitmason.model import (
 from limitmason.results import Certificate, Mechanism, Prediction, Resultants
 
 if TYPE_CHECKING:
-    from limitmason import build, experiments, figures, formats, study
+    from limitmason import (
+        build,
+        certificate,
+        diagnosis,
+        equilibrium,
+        experiments,
+        figures,
+        formats,
+        limit,
+        methods,
+        results,
+        study,
+    )
     from limitmason.limit import limit_analysis, limit_bracket, proven_range, settlement_analysis
     from limitmason.methods import predict, predict_cases
     from limitmason.side_by_side import compare

@@ -29,6 +29,18 @@ from limitmason.results import GAP, Certificate, Mechanism, Prediction, Resultan
 
 Array = NDArray[np.float64]
 
+__all__ = [
+    "FORCE_CAP",
+    "PointState",
+    "certify",
+    "kinematic_multiplier",
+    "point_rates",
+    "point_state",
+    "resultants_from_points",
+    "scaled_mechanism",
+    "total_load",
+]
+
 FORCE_CAP = 10.0
 """Joint force over the total load up to which a mechanism that cannot be repaired still gives a bound."""
 

@@ -18,6 +18,17 @@ from limitmason.model.load import Loads
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Grid = tuple[int, int]
+__all__ = [
+    "KINDS",
+    "ContactPoints",
+    "Plane",
+    "contact_points",
+    "degrees_of_freedom",
+    "equilibrium_matrix",
+    "find_plane",
+    "project",
+]
+
 KINDS = ("bed", "head", "base")
 
 
@@ -32,9 +43,14 @@ class Plane(NamedTuple):
 class ContactPoints(NamedTuple):
     """Points at which an interface transmits forces.
 
-    ``directions`` holds the unit vectors of the force components: (n, t1, t2), or (n, t) in plane; shape
-    ``area`` is the tributary area [m2].
-
+    Parameters
+    ----------
+    position : [m], shape (m, 3)
+    interface : number of the interface each point belongs to, shape (m,)
+    area : tributary area [m2], shape (m,)
+    directions : unit vectors of the force components, normal and two tangents, or normal and one in plane,
+        shape (m, 3, 3) or (m, 2, 3)
+    block_a, block_b : numbers of the blocks each point lies between; its force acts on b, shape (m,)
     """
 
     position: Array

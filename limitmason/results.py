@@ -10,6 +10,20 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+__all__ = [
+    "ALMOST_SOLVED",
+    "CANNOT_STAND",
+    "NOT_CONVERGED",
+    "NO_TILT",
+    "SOLVED",
+    "STATUSES",
+    "UNBOUNDED",
+    "Certificate",
+    "Mechanism",
+    "Prediction",
+    "Resultants",
+]
+
 SOLVED = "solved"
 ALMOST_SOLVED = "almost solved"
 CANNOT_STAND = "cannot stand under dead load"
@@ -26,6 +40,8 @@ GAP = 1e-6
 
 CELL_GAP = 5e-3
 """Gap that the cells of cohesive faces may leave in an accepted answer."""
+NO_TILT = "no tilt angle because"
+"""Key of ``Prediction.details``: why the multiplier is not the tangent of a tilt angle, empty where it is."""
 
 STATUSES = (SOLVED, ALMOST_SOLVED, CANNOT_STAND, UNBOUNDED, NOT_CONVERGED)
 
@@ -217,12 +233,31 @@ class Prediction:
 
     @property
     def tilt_angle_deg(self) -> float:
-        """Angle whose tangent is the multiplier [deg]: the tilt at collapse for cohesionless joints."""
+        """Tilt at collapse, the angle whose tangent is the multiplier [deg].
+
+        Raises
+        ------
+        ValueError
+            Where the multiplier is not the tangent of a tilt angle: dead loads besides the own weight, live loads other
+            than the weights turned to one horizontal direction, or joints with cohesion, tensile or compressive
+            strength; the message says which. Also where the method did not say what its loads were.
+        """
+        reason = self.details.get(NO_TILT, "it does not say which loads it is for; lm.predict and lm.limit_analysis do")
+        if reason:
+            raise ValueError(f"no tilt angle belongs to the multiplier of {self.method!r}: {reason}")
         return float(np.degrees(np.arctan(self.collapse_multiplier)))
+
+    @property
+    def answer(self) -> str:
+        """The number and its name: "lambda = ...", or of a support that settles its reaction."""
+        if "support_reaction" not in self.details:
+            return f"lambda = {self.collapse_multiplier:.6g}"
+        reaction = float(self.details["support_reaction"])
+        return "no reaction" if np.isnan(reaction) else f"least reaction {reaction:.6g} N"
 
     def __str__(self) -> str:
         """Multiplier, what it is, and its certificate."""
-        lines = [f"{self.method}: lambda = {self.collapse_multiplier:.6g} ({self.status}; {self.bound})"]
+        lines = [f"{self.method}: {self.answer} ({self.status}; {self.bound})"]
         if self.interval is not None:
             budget = self.details.get("error budget", {})
             parts = [
@@ -234,6 +269,14 @@ class Prediction:
             low, high = self.interval
             lines.append(f"  interval {low:.6g} to {high:.6g}: {', '.join(['bracket', *parts])}")
         if self.certificate is not None:
-            lines += ["  " + row for row in str(self.certificate).splitlines()]
+            lines += ["  " + row for row in self._certificate_rows()]
         lines += [f"  warning: {w}" for w in self.warnings]
         return "\n".join(lines)
+
+    def _certificate_rows(self) -> list[str]:
+        rows = str(self.certificate).splitlines()
+        if "reaction_bounds" not in self.details:
+            return rows
+        low, high = self.details["reaction_bounds"]
+        own = [f"{'reaction by the mechanism':<33}{low:.8g} N", f"{'reaction by the forces':<33}{high:.8g} N"]
+        return [r for r in rows if " multiplier" not in r] + own

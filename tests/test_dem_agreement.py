@@ -109,16 +109,18 @@ def test_rondelet_wallette_reaches_the_associative_program_when_its_joints_are_s
     assert errors[2] < 0.01
 
 
-@pytest.mark.parametrize(("psi", "published"), [(35.0, 0.40), (0.0, 0.32)])
-def test_rondelet_wallette_at_the_published_stiffness_lies_near_3dec(psi, published):
-    # the bond is not published: the plausible variants must hold the published value between them within 5 %
+@pytest.mark.parametrize(("psi", "published"), [(35.0, 0.40), (0.0, 0.40 / 1.25)])
+def test_three_assumed_bonds_of_rondelets_wallette_lie_within_a_tenth_of_3dec_at_two_points_along(psi, published):
+    # the bond is not published, so three that stand are tried. 0.40 is printed for psi = phi; 0.32 follows from a
+    # difference "of the order of 25 %". Two points along a unit are too strong in torsion at psi = 0: the agreement
+    # there is one of this discretisation (examples/rondelet_contact_points.py: 0.254 at eight)
     found = []
     for bond in ("toothed-odd-flush", "toothed-even-flush", "toothed-odd-ragged"):
         a = lm.experiments.load("rondelet-wallette", bond, dilatancy_deg=psi).assembly()
         p = collapse(a, lm.Loads.horizontal(a, (0, 1, 0)), contact_points=(2, 8))
         found.append(p.collapse_multiplier)
-    assert min(found) < 1.05 * published
-    assert max(found) > 0.95 * published
+    assert found == [pytest.approx(published, rel=0.1)] * 3
+    assert min(abs(value / published - 1.0) for value in found) < 0.03
 
 
 @pytest.mark.parametrize("points", [(2, 2), (3, 2), (8, 2)])

@@ -74,8 +74,8 @@ def test_where_the_search_alone_ends_high_the_proof_finds_the_smallest(seed, sea
 
 @pytest.mark.parametrize("seed", [10, 13])
 def test_a_state_is_found_where_the_search_finds_none(seed):
-    # no finite associative multiplier, no state by the quick search, yet the live load holds the blocks at 8 to 10 times
-    # itself; without it they cannot stand, which the check of the dead load says first
+    # no finite associative multiplier, no state by the quick search, yet 8 to 10 times the live load holds the blocks;
+    # without it they cannot stand, which the check of the dead load says first
     assembly, loads = wedged(seed)
     assert smallest(assembly, loads).status == "cannot stand under dead load"
     loaded = {"check_dead_load": False}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 from limitmason.methods import available_methods
@@ -13,6 +14,8 @@ from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED, Prediction
 
 _NAMED = 20
 """So many falling blocks are named; a figure shows the rest."""
+
+METHOD = "limit"
 
 
 def say(text: str) -> None:
@@ -77,14 +80,18 @@ def report(prediction: Prediction, assembly: Assembly | None = None) -> int:
     return 0 if prediction.status in (SOLVED, ALMOST_SOLVED) else 3
 
 
-def analysis_options(parser: argparse.ArgumentParser, flow_default: str | None = "associative") -> None:
-    """Add the options of an analysis to a command."""
+ANALYSIS = ("flow_rule", "contact_model", "grid", "torsion_limit")
+"""Options of limit analysis, which other methods do not have."""
+
+
+def analysis_options(parser: argparse.ArgumentParser, flow_default: str = "associative") -> None:
+    """Add the options of an analysis to a command; all are None or False unless typed, so that none is lost unseen."""
     group = parser.add_argument_group("analysis")
-    group.add_argument("--method", default="limit", choices=sorted(available_methods()), help="default: limit")
-    flow_help = "associative ignores the dilatancy angle" + ("" if flow_default else "; default: as published")
+    group.add_argument("--method", choices=sorted(available_methods()), help=f"default: {METHOD}")
     rules = ("associative", "non-associative")
-    group.add_argument("--flow-rule", choices=rules, default=flow_default, help=flow_help)
-    group.add_argument("--contact-model", choices=("vertices", "grid"), default="vertices")
+    group.add_argument("--flow-rule", choices=rules,
+                       help=f"associative ignores the dilatancy angle; default: {flow_default}")  # fmt: skip
+    group.add_argument("--contact-model", choices=("vertices", "grid"), help="default: vertices")
     group.add_argument(
         "--grid", type=int, nargs=2, metavar=("ALONG", "ACROSS"), help="points per interface; needs grid"
     )
@@ -93,17 +100,34 @@ def analysis_options(parser: argparse.ArgumentParser, flow_default: str | None =
     )
 
 
+def refuse(options: argparse.Namespace, names: Iterable[str], because: str) -> None:
+    """Refuse options that were typed and would not be used.
+
+    Raises
+    ------
+    ValueError
+        Naming the first of them.
+    """
+    for name in names:
+        value = getattr(options, name)
+        if value is not None and value is not False and value != []:
+            shown = name.upper() if name == "data" else f"--{name.replace('_', '-')}"
+            raise ValueError(f"{shown} is not used {because}: leave it out")
+
+
+def method_of(options: argparse.Namespace) -> str:
+    """The method asked for."""
+    return options.method or METHOD
+
+
 def settings_of(options: argparse.Namespace) -> dict:
-    """Settings of limit analysis out of the options; none for other methods."""
-    if options.method != "limit":
+    """Settings of limit analysis out of the options; refused for other methods, which have none here."""
+    method = method_of(options)
+    if method != METHOD:
+        refuse(options, ANALYSIS, f"by --method {method}, it is an option of limit analysis")
         return {}
-    out: dict = {"contact_model": options.contact_model}
-    if options.grid:
-        if options.contact_model != "grid":
-            raise ValueError("--grid needs --contact-model grid")
-        out["grid"] = tuple(options.grid)
-    if options.torsion_limit:
-        out["torsion_limit"] = True
-    if options.flow_rule:
-        out["flow_rule"] = options.flow_rule
-    return out
+    if options.grid and options.contact_model != "grid":
+        raise ValueError("--grid needs --contact-model grid")
+    found = {"contact_model": options.contact_model, "grid": options.grid and tuple(options.grid),
+             "torsion_limit": options.torsion_limit or None, "flow_rule": options.flow_rule}  # fmt: skip
+    return {name: value for name, value in found.items() if value is not None}

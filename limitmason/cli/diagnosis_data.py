@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from limitmason import __version__, experiments
+from limitmason.cli.console import ANALYSIS, method_of, refuse
 from limitmason.cli.series import (
     cases_of,
     check_names,
@@ -27,10 +28,12 @@ from limitmason.cli.series import (
 )  # fmt: skip
 from limitmason.diagnosis import Cause, Measured, Noise, catalogue
 from limitmason.diagnosis.simulate import Collapse, packaged
+from limitmason.diagnosis.simulator import note_own
 from limitmason.formats.measured import MeasuredTable, read_measured
 
 ROLES = ("specimen", "direction", "group", "noise", "predicted")
 BATCHES = ("batch", "sensor", "operator", "laboratory")
+SPATIAL = ("edge rounding", "effective thickness", "torsion strength")  # causes that --spatial adds or changes
 OFF_RIG = 0.3  # largest friction of the rig, as a share of the median measured value
 
 
@@ -73,6 +76,7 @@ class Tabulated:
 
 def read_case(options: argparse.Namespace, settings: dict[str, Any]) -> Case:
     """Everything for a study out of the options of the command."""
+    options.measured = options.measured or "measured"
     series = None
     if options.model and ":" not in options.model:
         series = series_of(options.model)
@@ -87,11 +91,13 @@ def read_case(options: argparse.Namespace, settings: dict[str, Any]) -> Case:
     quantity_unit = table.units.get(options.measured, "-")
     factor, notes, rows = 1.0, [], table.rows
     predicted = options.predicted or ("predicted" if "predicted" in table.columns else None)
+    own = bool(options.model) and series is None
+    refuse_unused(options, own=own, packaged=model is not None and options.predicted is None)
     if model is not None and options.predicted is None:
         factor, quantity_unit = check_specimens(table, model, options.measured)
-        simulate: Any = packaged(model, options.method, **settings)
+        simulate: Any = packaged(model, method_of(options), **settings)
         notes = series_notes(model, table, options.input)
-    elif options.model and series is None:
+    elif own:
         simulate = load_object(options.model, "--model")
         if not callable(simulate):
             raise ValueError(f"--model {options.model}: it is no function")
@@ -143,13 +149,37 @@ def read_case(options: argparse.Namespace, settings: dict[str, Any]) -> Case:
     )
 
 
+def refuse_unused(options: argparse.Namespace, *, own: bool, packaged: bool) -> None:
+    """Refuse options that this kind of model does not use.
+
+    Parameters
+    ----------
+    own : the model is a function of the user
+    packaged : it is that of a packaged series; neither is a column of predictions
+    """
+    if own:
+        refuse(options, ("predicted",), f"with --model {options.model}, which predicts itself")
+    if not packaged:
+        what = f"--model {options.model}" if own else "predictions in a column (--predicted)"
+        refuse(options, ("method", *ANALYSIS), f"with {what}: no analysis is made here")
+        refuse(options, ("spatial",), f"with {what}: it chooses among causes inside a packaged model")
+    if not own and options.data and options.model and options.predicted and any(
+        c.has_model for c in cases_of(series_of(options.model))
+    ):  # fmt: skip
+        refuse(options, ("model",), "with --predicted, which takes the predictions from a column")
+    if options.causes and ":" in options.causes:
+        refuse(options, ("tilting", "batches", "spatial"), "with a list of causes of your own: add them to the list")
+    if options.noise == "replicates":
+        refuse(options, ("dof", "tails"), "with --noise replicates, which counts its own degrees of freedom")
+
+
 def load_object(text: str, what: str) -> Any:
     """The object behind "module:name" or "file.py:name", looked up from the current folder too.
 
     Raises
     ------
     ValueError
-        Naming what is not found.
+        Naming what is not found. An error of the module itself comes through as it is, with a note.
     """
     module, _, name = text.rpartition(":")
     path = Path(module)
@@ -161,7 +191,13 @@ def load_object(text: str, what: str) -> Any:
     try:
         found = import_module(path.stem if path.suffix == ".py" else module)
     except ModuleNotFoundError as error:
+        if error.name is None or error.name.split(".")[0] != module.split(".")[0]:
+            note_own(error, f"{what} {text}: {path} needs a module that is not there")
+            raise
         raise ValueError(f"{what} {text}: {error}; give module:name or file.py:name") from None
+    except Exception as error:  # whatever the user's module may raise
+        note_own(error, f"{what} {text}: {path} fails when it is imported")
+        raise
     if not hasattr(found, name):
         raise ValueError(f"{what} {text}: {module} has no {name!r}")
     return getattr(found, name)
@@ -235,7 +271,7 @@ def _causes(
     """The list: the user's, or the catalogue's for the model; with a table only what acts on the predicted value."""
     if options.causes and ":" in options.causes:
         chosen = load_object(options.causes, "--causes")
-        chosen = list(chosen() if callable(chosen) else chosen)
+        chosen = _made(chosen, options.causes) if callable(chosen) else list(chosen)
         if bad := next((c for c in chosen if not isinstance(c, Cause)), None):
             raise ValueError(f"--causes {options.causes}: a list of Cause is needed, it holds {bad!r}")
         if tabulated and (inside := [c.name for c in chosen if not c.transforms]):
@@ -249,7 +285,7 @@ def _causes(
     if tabulated:
         known = outside
     elif model is not None:
-        method = "limit, non-associative" if settings.get("flow_rule") == "non-associative" else options.method
+        method = "limit, non-associative" if settings.get("flow_rule") == "non-associative" else method_of(options)
         known = catalogue.standard(
             plane=not options.spatial, method=method, tilting=bool(tilting), covariates=covariates,
             overload=overloaded(model, rows), without=["friction of the rig"] * (not tilting),
@@ -268,7 +304,18 @@ def _causes(
             if name not in by_name:
                 raise ValueError(f"--causes: there is no cause {name!r}; known here: {', '.join(by_name)}")
         known = [by_name[n] for n in names]
+    if options.spatial and not any(c.name in SPATIAL for c in known):
+        raise ValueError(f"--spatial changes {', '.join(SPATIAL)}, and none of them is tried here: leave it out")
     return known + _towards(options)
+
+
+def _made(function: Callable, text: str) -> list:
+    """What the user's function of causes returns."""
+    try:
+        return list(function())
+    except Exception as error:
+        note_own(error, f"--causes {text} failed")
+        raise
 
 
 def _labels(table: MeasuredTable, column: str) -> list:

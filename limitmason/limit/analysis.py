@@ -9,14 +9,16 @@ from limitmason.equilibrium import Grid
 from limitmason.limit.associative import analyse
 from limitmason.limit.contact_notes import with_contact_warnings
 from limitmason.limit.parts import governed, independent_parts
-from limitmason.limit.problem import Problem, make_problem
+from limitmason.limit.problem import Problem, chosen_grid, make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction
+from limitmason.stated import states
 
 FLOW_RULES = ("associative", "non-associative")
 
 
+@states
 @with_contact_warnings
 def limit_analysis(
     assembly: Assembly,
@@ -24,7 +26,7 @@ def limit_analysis(
     flow_rule: str = "associative",
     *,
     contact_model: str = "vertices",
-    grid: Grid | Mapping[str, Grid] = (5, 5),
+    grid: Grid | Mapping[str, Grid] | None = None,
     torsion_limit: bool | float = False,
     in_plane: bool | None = None,
     solver: str = "auto",
@@ -43,7 +45,7 @@ def limit_analysis(
     flow_rule : "associative" ignores the dilatancy angle psi and takes psi = phi; "non-associative" uses psi and
         returns the smallest admissible multiplier that its search finds
     contact_model : "vertices" or "grid" (needed for crushing in 3-D)
-    grid : points along and across each interface
+    grid : points along and across each interface of contact_model "grid", (5, 5) by default
     torsion_limit : limit the torsion of each face to that of uniform pressure about its centre of pressure; a number is
         the torsion of uniform pressure over the strength: True is 1, 2 halves the strength, 0 limits nothing
     in_plane : True demands, False forbids the reduction to a plane problem; None uses it where it is exact
@@ -74,8 +76,9 @@ def limit_analysis(
     Notes
     -----
     The associative value is an upper bound for every dilatancy angle (Radenkovic's theorem). lambda equals the tangent
-    of the tilt angle exactly only without cohesion, tension and crushing. Wrong when blocks deform, when the geometry
-    changes before collapse, and when the answer rests on self-stress (see the warnings).
+    of the tilt angle exactly only without cohesion, tension and crushing; ``Prediction.tilt_angle_deg`` refuses others.
+    Wrong when blocks deform, when the geometry changes before collapse, and when the answer rests on self-stress (see
+    the warnings).
     """
     if flow_rule not in FLOW_RULES:
         raise ValueError(f"flow_rule must be one of {FLOW_RULES}, got {flow_rule!r}")
@@ -88,7 +91,7 @@ def limit_analysis(
             raise ValueError("torsion_limit is available with the associative flow rule only")
         if solver != "auto":
             raise ValueError(f"solver={solver!r} is available with the associative flow rule only")
-    model = {"contact_model": contact_model, "grid": grid, "in_plane": in_plane}
+    model = {"contact_model": contact_model, "grid": chosen_grid(contact_model, grid), "in_plane": in_plane}
     settings = {"tolerance": tolerance, "check_dead_load": check_dead_load, "verbose": verbose}
     if flow_rule == "associative":
         settings |= {"torsion_limit": torsion_limit, "solver": solver}

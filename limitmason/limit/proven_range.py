@@ -13,7 +13,7 @@ from limitmason.limit.joint_law import State, exact, from_corner, joint_law
 from limitmason.limit.mixed_integer import BoundedProgram
 from limitmason.limit.nonassociative import radenkovic_lower
 from limitmason.limit.polish import ACTIVE, PlanePrograms
-from limitmason.limit.problem import make_problem
+from limitmason.limit.problem import chosen_grid, make_problem
 from limitmason.limit.search import EFFORTS, search_smallest
 from limitmason.limit.smallest import ASSOCIATIVE, MIXED_INTEGER, close, prove_smallest, velocity_limits
 from limitmason.model.assembly import Assembly
@@ -115,7 +115,7 @@ def proven_range(
     which: tuple[str, ...] = ENDS,
     tolerance: float = 1e-5,
     contact_model: str = "vertices",
-    grid: Grid | Mapping[str, Grid] = (5, 5),
+    grid: Grid | Mapping[str, Grid] | None = None,
     search: str = "quick",
     seed: int = 0,
 ) -> ProvenRange:
@@ -167,7 +167,7 @@ def proven_range(
     for label, number in (("force_bound", force_bound), ("time_limit", time_limit), ("tolerance", tolerance)):
         if not number > 0:
             raise ValueError(f"{label} must be positive, got {number}")
-    problem = make_problem(assembly, loads, contact_model=contact_model, grid=grid)
+    problem = make_problem(assembly, loads, contact_model=contact_model, grid=chosen_grid(contact_model, grid))
     if problem.plane is None:
         raise ValueError("a proven range needs a plane problem: blocks, interfaces and loads symmetric about one plane")
     if np.isfinite(assembly.arrays.compressive_strength[problem.points.interface]).any():
