@@ -183,11 +183,12 @@ def test_a_run_without_loads_in_which_energy_falls_is_not_called_an_explosion():
         assert h["kinetic"].max() <= energy * (1.0 + 1e-9)
 
 
-def toppling():
-    """A slender block on a floor with a spin about its right foot that turns it over."""
+def toppling(stiffness=1e8):
+    """A slender block on a floor with a spin about its right foot that turns it over; damped alike at any stiffness."""
     solids = [box((-3, -3, -0.1), (3, 3, 0.0)), box((0, 0, 0), (0.2, 0.3, 0.8))]
-    a = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(35.0, normal_stiffness=1e8), fixed=[0])
-    state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic", joint_options=dem.JointOptions(dashpot=3e-4))
+    a = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(35.0, normal_stiffness=stiffness), fixed=[0])
+    options = dem.JointOptions(dashpot=3e-4 * np.sqrt(1e8 / stiffness))
+    state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic", joint_options=options)
     spin = np.array([0.0, 1.2, 0.0])
     state.bodies.ang[1] = np.linalg.inv(state.bodies.inv_inertia[1]) @ spin
     state.bodies.vel[1] = np.cross(spin, a.centroids[1] - (0.2, 0.15, 0.0))
@@ -195,11 +196,18 @@ def toppling():
 
 
 def test_a_toppled_block_lies_on_the_floor_without_being_asked_to_look_for_contacts():
-    a, state = toppling()
-    h = dem.simulate(a, dem.Hold(duration=3.5), start=state)
-    assert a.centroids[1, 2] + h.shift[-1, 1, 2] == pytest.approx(0.1, rel=2e-3)  # half its thickness
-    assert any("'block-1'" in w and "small displacement" in w for w in h.warnings)
-    assert min(c[:, 2].min() for c in (h.corners(k)[1] for k in range(0, len(h["time"]), 5))) > -0.02
+    # a face cut while a corner is pressed into the floor may not make energy: it starts with a set-back, which stays and
+    # is a part of the dent of the impact, so that it goes away with growing stiffness
+    rest, dent = {}, {}
+    for stiffness in (1e8, 1e9):
+        a, state = toppling(stiffness)
+        h = dem.simulate(a, dem.Hold(duration=3.5), start=state)
+        rest[stiffness] = a.centroids[1, 2] + h.shift[-1, 1, 2] - 0.1  # above half its thickness
+        dent[stiffness] = max(-c[:, 2].min() for c in (h.corners(k)[1] for k in range(len(h["time"]))))
+        assert any("'block-1'" in w and "small displacement" in w for w in h.warnings)
+    assert rest[1e9] == pytest.approx(0.0, abs=2e-4)
+    assert all(-0.3 * dent[k] < rest[k] <= 0.0 for k in rest)
+    assert dent[1e9] < 0.4 * dent[1e8] < 2e-3  # as the square root of the stiffness, and no sinking in
 
 
 def test_kept_contacts_that_a_block_has_left_are_named():
