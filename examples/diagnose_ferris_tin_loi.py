@@ -9,6 +9,7 @@ again (half an hour).
 """
 
 import csv
+import sys
 from math import hypot
 from pathlib import Path
 
@@ -19,6 +20,8 @@ import limitmason as lm
 from limitmason import experiments, figures
 from limitmason.diagnosis import Cause, Extension, Noise, Study, catalogue
 from limitmason.diagnosis.catalogue.joint_laws import FrictionFactor
+
+OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 
 STORE = Path(__file__).parent / "stored" / "diagnose_ferris_tin_loi.csv"
 SOURCE, FRICTION, IN_PLANE = "ferris-tin-loi-2001", 0.65, (0.0, 1.0, 0.0)
@@ -169,4 +172,4 @@ if __name__ == "__main__":
     for name, verdict in {"published": theirs_verdict, "planted": planted}.items():
         figures.diagnosis(verdict, quantity="collapse multiplier [-]", title=f"Rounded corners, {name}",
                           units={"slenderness": "-", "block": "m"},
-                          ).savefig(f"diagnose_ferris_tin_loi_{name}.png")  # fmt: skip
+                          ).savefig(OUT / f"diagnose_ferris_tin_loi_{name}.png")  # fmt: skip

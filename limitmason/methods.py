@@ -9,7 +9,17 @@ from limitmason.method import Look, Method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import FlowRule, Prediction
-from limitmason.tilt_angle import with_tilt_statement
+from limitmason.stated import with_statements
+
+__all__ = [
+    "ENTRY_POINT_GROUP",
+    "METHODS",
+    "THEORIES",
+    "available_methods",
+    "get_method",
+    "predict",
+    "predict_cases",
+]
 
 METHODS: Mapping[str, str] = {
     "associative": "limitmason.limit.method:ASSOCIATIVE",
@@ -63,7 +73,7 @@ def get_method(name: str, flow_rule: str | None = None) -> Method:
     return found if isinstance(found, Method) else Method(name, found, look=Look(name))
 
 
-def predict(assembly: Assembly, loads: Loads, method: str = "associative", **options: Any) -> Prediction:
+def predict(assembly: Assembly, loads: Loads, method: str = LIMIT, **options: Any) -> Prediction:
     """Collapse multiplier by a method given by name.
 
     Parameters
@@ -80,11 +90,11 @@ def predict(assembly: Assembly, loads: Loads, method: str = "associative", **opt
         For an option that the method does not take.
     """
     chosen = get_method(method, options.pop("flow_rule", None))
-    return with_tilt_statement(chosen.predict(assembly, loads, **options), assembly, loads)
+    return with_statements(chosen.predict(assembly, loads, **options), assembly, loads)
 
 
 def predict_cases(
-    assembly: Assembly, cases: Mapping[str, Loads], method: str = "associative", **options: Any
+    assembly: Assembly, cases: Mapping[str, Loads], method: str = LIMIT, **options: Any
 ) -> dict[str, Prediction]:
     """One prediction per load case.
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from limitmason.limit.proven_range import proven_range
-from limitmason.methods import THEORIES, get_method
+from limitmason.methods import NON_ASSOCIATIVE, THEORIES, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction
@@ -224,6 +224,8 @@ def compare(
     """
     methods = (methods,) if isinstance(methods, str) else tuple(methods)
     settings = _settings(methods, options)
+    if proven is not None and not any(get_method(m).theorem == "admissible" for m in methods):
+        raise ValueError(f"proven is for {NON_ASSOCIATIVE!r}, which is not among the methods {', '.join(methods)}")
     test = measured_range(measured)
     say = progress or (lambda _: None)
     rows = []

@@ -13,7 +13,7 @@ from limitmason.certificate import scaled_mechanism
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import NO_TILT, SOLVED, Certificate, Mechanism, Prediction
-from limitmason.tilt_angle import why_no_tilt_angle
+from limitmason.stated import why_no_tilt_angle
 from mechanisms.parameters import Facade, load_direction, wall_recipe
 from mechanisms.virtual_work import ContactCheck, check_contacts
 

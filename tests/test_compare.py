@@ -83,7 +83,7 @@ def test_a_finished_method_is_not_repeated(wall, tmp_path, monkeypatch):
     next(tmp_path.glob("mechanisms*")).unlink()
     called = []
     solve = side_by_side._solve
-    monkeypatch.setattr(side_by_side, "_solve", lambda a, b, method, *c: called.append(method) or solve(a, b, method, *c))
+    monkeypatch.setattr(side_by_side, "_solve", lambda a, b, name, *c: called.append(name) or solve(a, b, name, *c))
     again = lm.compare(*wall, ("associative", "mechanisms"), store=tmp_path, measured=0.5)
     assert called == ["mechanisms"]
     for a, b in zip(first.rows, again.rows, strict=True):

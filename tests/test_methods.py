@@ -21,7 +21,7 @@ def toy(assembly, loads, *, factor: float = 2.0):
 
 
 TOY = Method(
-    "toy", toy, settings_of("ToySettings", toy), range_of=lambda p: Range(0.9 * p.collapse_multiplier, 0.3, "toy's own"),
+    "toy", toy, settings_of("ToySettings", toy), range_of=lambda p: Range(0.18, 0.3, "toy's own"),
     look=Look("TOY", "PURPLE", "X"), cheap={"factor": 3.0}, kept=(), beside=lambda _: "a word beside",
 )  # fmt: skip
 

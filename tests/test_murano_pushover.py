@@ -249,7 +249,8 @@ def dry():
     test = experiments.load(SOURCE, "DS")
     wall, loads, top = test.assembly(), test.loads(), murano.control_block(test)
     settled = dem.simulate(wall, dem.Settle(tolerance=1e-4), loads=loads, contact_points=(3, 3))
-    ramps = [dem.Ramp(to=2.4, steps=3_000), dem.Ramp(to=3.6, steps=9_000, stop_when_moved=0.01)]
+    # joints that bend as their faces do sway more on the way: at half these steps the ground lags by 0.54 %
+    ramps = [dem.Ramp(to=2.4, steps=6_000), dem.Ramp(to=3.6, steps=18_000, stop_when_moved=0.01)]
     history = dem.simulate(wall, ramps, loads=loads, start=settled, sample=60)
     moved = settled.displacement_of(top)[-1, 1] - history.displacement_of(top)[:, 1]
     return history, history.reaction[..., 1].sum(axis=1) / 1e3, 1e3 * moved

@@ -9,7 +9,7 @@ import traceback
 from pathlib import Path
 from typing import Any
 
-from limitmason.cli.console import analysis_options, say, settings_of, show_text
+from limitmason.cli.console import analysis_options, refuse, say, settings_of, show_text
 
 ABOUT = """\
 Hold a simulation against measured values and say which listed cause explains the difference, or that none does, or that
@@ -25,6 +25,8 @@ The simulation: --model with a packaged series (minho, ...; the file names its s
 with its predictions (--predicted); then only causes that act on the predicted value can be tried.
 """
 
+_DEFAULTS = {"out": Path("diagnosis"), "seed": 0, "jobs": 1, "next": 4, "rehearse": 0}
+
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``diagnose``."""
@@ -37,10 +39,10 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     command.add_argument("--predicted", metavar="COLUMN", help="column with predictions; default: 'predicted'")
     command.add_argument("--template", type=Path, metavar="FILE", help="write a data file to start from (with --model "
                          "SERIES that series) and stop")  # fmt: skip
-    command.add_argument("--out", type=Path, default=Path("diagnosis"), metavar="DIR", help="default: diagnosis")
+    command.add_argument("--out", type=Path, metavar="DIR", help="default: diagnosis")
     command.add_argument("--title", help="of the report; default: the file's name")
     table = command.add_argument_group("columns")
-    table.add_argument("--measured", default="measured", metavar="COLUMN", help="measured values; default: 'measured'")
+    table.add_argument("--measured", metavar="COLUMN", help="measured values; default: 'measured'")
     table.add_argument("--group", metavar="COLUMN", help="configuration; default: 'group' where there is one")
     table.add_argument("--covariates", nargs="+", metavar="COLUMN", help="default: all columns left")
     table.add_argument("--batches", nargs="+", metavar="COLUMN", help="columns of words whose labels may be read by "
@@ -60,16 +62,16 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     known.add_argument("--tilting", action="store_true", help="the values are tangents of a tilt angle")
     known.add_argument("--spatial", action="store_true", help="the walls do not work in one plane")
     run = command.add_argument_group("run")
-    run.add_argument("--seed", type=int, default=0)
+    run.add_argument("--seed", type=int, help="default: 0")
     run.add_argument("--levels", type=int, help="most sizes per cause that are simulated; default: 9, or 17 "
                      "where predictions are tabulated")  # fmt: skip
-    run.add_argument("--jobs", type=int, default=1, help="processes for the simulations")
+    run.add_argument("--jobs", type=int, help="processes for the simulations; default: 1")
     run.add_argument("--fresh", action="store_true", help="forget the simulated values in DIR; they are kept there, so "
                      "that a run goes on after a kill")  # fmt: skip
     run.add_argument("--pool", type=Path, metavar="CSV", help="specimens that could be tested next; default: "
                      "repeats of those in the file")  # fmt: skip
-    run.add_argument("--next", type=int, default=4, metavar="K", help="number of next tests; default: 4")
-    run.add_argument("--rehearse", type=int, default=0, metavar="N", help="blind trials on this design")
+    run.add_argument("--next", type=int, metavar="K", help="number of next tests; default: 4")
+    run.add_argument("--rehearse", type=int, metavar="N", help="blind trials on this design")
     run.add_argument("--no-checks", action="store_true", help="skip judging the data again without each specimen")
     analysis_options(command)
     command.set_defaults(run=_diagnose)
@@ -93,9 +95,16 @@ def _run(options: argparse.Namespace) -> int:
     from limitmason.cli.series import write_template
 
     if options.template:
+        others = [name for name in vars(options) if name not in ("template", "model", "run", "debug")]
+        refuse(options, others, "with --template, which writes a file and stops")
         write_template(options.template, options.model)
         say(f"wrote {options.template}: replace its rows, keep the row of units, then `limitmason diagnose`")
         return 0
+    if options.next == 0:
+        refuse(options, ("pool",), "with --next 0")
+    for name, default in _DEFAULTS.items():
+        if getattr(options, name) is None:
+            setattr(options, name, default)
     case = data.read_case(options, settings_of(options))
     if options.out.exists() and not options.out.is_dir():
         raise ValueError(f"--out {options.out} is a file; name a folder")

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from limitmason import __version__, experiments
+from limitmason.cli.console import ANALYSIS, method_of, refuse
 from limitmason.cli.series import (
     cases_of,
     check_names,
@@ -32,6 +33,7 @@ from limitmason.formats.measured import MeasuredTable, read_measured
 
 ROLES = ("specimen", "direction", "group", "noise", "predicted")
 BATCHES = ("batch", "sensor", "operator", "laboratory")
+SPATIAL = ("edge rounding", "effective thickness", "torsion strength")  # causes that --spatial adds or changes
 OFF_RIG = 0.3  # largest friction of the rig, as a share of the median measured value
 
 
@@ -74,6 +76,7 @@ class Tabulated:
 
 def read_case(options: argparse.Namespace, settings: dict[str, Any]) -> Case:
     """Everything for a study out of the options of the command."""
+    options.measured = options.measured or "measured"
     series = None
     if options.model and ":" not in options.model:
         series = series_of(options.model)
@@ -88,11 +91,13 @@ def read_case(options: argparse.Namespace, settings: dict[str, Any]) -> Case:
     quantity_unit = table.units.get(options.measured, "-")
     factor, notes, rows = 1.0, [], table.rows
     predicted = options.predicted or ("predicted" if "predicted" in table.columns else None)
+    own = bool(options.model) and series is None
+    refuse_unused(options, own=own, packaged=model is not None and options.predicted is None)
     if model is not None and options.predicted is None:
         factor, quantity_unit = check_specimens(table, model, options.measured)
-        simulate: Any = packaged(model, options.method, **settings)
+        simulate: Any = packaged(model, method_of(options), **settings)
         notes = series_notes(model, table, options.input)
-    elif options.model and series is None:
+    elif own:
         simulate = load_object(options.model, "--model")
         if not callable(simulate):
             raise ValueError(f"--model {options.model}: it is no function")
@@ -142,6 +147,30 @@ def read_case(options: argparse.Namespace, settings: dict[str, Any]) -> Case:
         levels=17 if tabulated else 9,
         version=_version(simulate),
     )
+
+
+def refuse_unused(options: argparse.Namespace, *, own: bool, packaged: bool) -> None:
+    """Refuse options that this kind of model does not use.
+
+    Parameters
+    ----------
+    own : the model is a function of the user
+    packaged : it is that of a packaged series; neither is a column of predictions
+    """
+    if own:
+        refuse(options, ("predicted",), f"with --model {options.model}, which predicts itself")
+    if not packaged:
+        what = f"--model {options.model}" if own else "predictions in a column (--predicted)"
+        refuse(options, ("method", *ANALYSIS), f"with {what}: no analysis is made here")
+        refuse(options, ("spatial",), f"with {what}: it chooses among causes inside a packaged model")
+    if not own and options.data and options.model and options.predicted and any(
+        c.has_model for c in cases_of(series_of(options.model))
+    ):  # fmt: skip
+        refuse(options, ("model",), "with --predicted, which takes the predictions from a column")
+    if options.causes and ":" in options.causes:
+        refuse(options, ("tilting", "batches", "spatial"), "with a list of causes of your own: add them to the list")
+    if options.noise == "replicates":
+        refuse(options, ("dof", "tails"), "with --noise replicates, which counts its own degrees of freedom")
 
 
 def load_object(text: str, what: str) -> Any:
@@ -256,7 +285,7 @@ def _causes(
     if tabulated:
         known = outside
     elif model is not None:
-        method = "limit, non-associative" if settings.get("flow_rule") == "non-associative" else options.method
+        method = "limit, non-associative" if settings.get("flow_rule") == "non-associative" else method_of(options)
         known = catalogue.standard(
             plane=not options.spatial, method=method, tilting=bool(tilting), covariates=covariates,
             overload=overloaded(model, rows), without=["friction of the rig"] * (not tilting),
@@ -275,6 +304,8 @@ def _causes(
             if name not in by_name:
                 raise ValueError(f"--causes: there is no cause {name!r}; known here: {', '.join(by_name)}")
         known = [by_name[n] for n in names]
+    if options.spatial and not any(c.name in SPATIAL for c in known):
+        raise ValueError(f"--spatial changes {', '.join(SPATIAL)}, and none of them is tried here: leave it out")
     return known + _towards(options)
 
 

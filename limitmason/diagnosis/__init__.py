@@ -4,6 +4,8 @@ A bootstrap confidence set of physical causes. It works for any ``simulate(speci
 positive prediction of what was measured; see :class:`Study`.
 """
 
+from importlib import import_module
+
 from limitmason.diagnosis.cause import Cause, Extension
 from limitmason.diagnosis.decide import Rule
 from limitmason.diagnosis.noise import Measured, Noise
@@ -24,4 +26,12 @@ __all__ = [
     "Rule",
     "Study",
     "binomial_interval",
+    "catalogue",
 ]
+
+
+def __getattr__(name: str):
+    """Import the catalogue of causes when it is first asked for: it needs the model, the statistics do not."""
+    if name == "catalogue":
+        return import_module("limitmason.diagnosis.catalogue")
+    raise AttributeError(f"module 'limitmason.diagnosis' has no attribute {name!r}")

@@ -168,7 +168,7 @@ class Tabulator:
             _say_if_without_effect(np.ptp(values, axis=0), f"the cause {cause.name!r}", keyword, cause.bounds)
         values = self._to_nodes(values.reshape(len(levels), *map(len, self.z_levels), self.n), 1)
         curve = PchipInterpolator(levels, values, axis=0)
-        nodes = like.sizes[0] if like is not None else self._nodes(cause, levels, curve)
+        nodes = like.sizes[0] if like is not None else self._nodes(cause, curve)
         return Table((cause,), (nodes,), self.z_nodes, curve(nodes), (levels,), error)
 
     def pair(self, first: Table, second: Table, base: Table, *, exact: bool) -> Table:
@@ -277,7 +277,7 @@ class Tabulator:
             values[:, :, rows] = exact.reshape(len(levels), len(points), len(rows))
         return values, float(max(np.delete(missed, rows), default=0.0))
 
-    def _nodes(self, cause: Cause, levels: np.ndarray, curve: PchipInterpolator) -> np.ndarray:
+    def _nodes(self, cause: Cause, curve: PchipInterpolator) -> np.ndarray:
         """Size nodes evenly spaced along the curve in units of the noise, on each side of the baseline."""
         out = [cause.baseline]
         for side in cause.sides:

@@ -7,7 +7,7 @@ from itertools import product
 from math import isfinite, nan
 from typing import Any
 
-from limitmason.experiments.record import Experiment, Quantity, Target
+from limitmason.experiments.record import KINDS, Experiment, Quantity, Target
 from limitmason.experiments.registry import all_cases, sources
 from limitmason.methods import LIMIT, get_method, predict
 from limitmason.results import Prediction
@@ -87,8 +87,17 @@ def run(
     -------
     tuple of Comparison
         One row per value; without an assembly the rows say so and predict NaN.
+
+    Raises
+    ------
+    ValueError
+        For unknown kinds, and a flow rule with a method that has none.
     """
     kinds = (kinds,) if isinstance(kinds, str) else tuple(kinds)
+    if unknown := [k for k in kinds if k not in KINDS]:
+        raise ValueError(f"kinds: there is no {unknown[0]!r}; known are {', '.join(KINDS)}")
+    if flow_rule is not None and method != "limit":
+        raise ValueError(f"flow_rule is an option of limit analysis; method {method!r} takes that of the joints")
     wanted = None if quantities is None else set(quantities)
     solved: dict[tuple, tuple[Prediction | None, str, float]] = {}
 

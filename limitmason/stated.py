@@ -1,4 +1,4 @@
-"""Whether a multiplier is the tangent of a tilt angle, said with every prediction that knows its loads."""
+"""What every prediction says of its model: whether a tilt angle belongs to it, and where tensile strength is cut."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -51,18 +51,42 @@ def why_no_tilt_angle(assembly: Assembly, loads: Loads) -> str:
     return ""
 
 
-def states_tilt_angle(method: Callable[..., Prediction]) -> Callable[..., Prediction]:
-    """Let a method ``(assembly, loads, ...)`` say with its prediction whether a tilt angle belongs to it."""
+def tension_cut(assembly: Assembly) -> str:
+    """Which joints cannot use their tensile strength because c / tan(phi) is less; empty where there are none.
+
+    The Coulomb cone ends at its apex, so ft > c / tan(phi) is never reached. Codes that check ft apart from the cone do
+    not cut it: parameters calibrated in them lose tension here.
+    """
+    joints = [i.joint for i in assembly.interfaces]
+    cut = [j for j in joints if j.tan_phi > 0.0 and j.tensile_strength > (1.0 + _SAME) * j.cohesion / j.tan_phi]
+    if not cut:
+        return ""
+    worst = max(cut, key=lambda j: j.tensile_strength - j.cohesion / j.tan_phi)
+    name = f" ({worst.name})" if worst.name else ""
+    return (
+        f"tension is cut at the apex of the Coulomb cone in {len(cut)} of {len(joints)} joints: a tensile strength of "
+        f"{worst.tensile_strength:.4g} Pa{name} counts as c / tan(phi) = {worst.cohesion / worst.tan_phi:.4g} Pa"
+    )
+
+
+def states(method: Callable[..., Prediction]) -> Callable[..., Prediction]:
+    """Let a method ``(assembly, loads, ...)`` say with its prediction what holds for every method."""
 
     @wraps(method)
     def stated(assembly: Assembly, loads: Loads, *arguments: Any, **options: Any) -> Prediction:
-        return with_tilt_statement(method(assembly, loads, *arguments, **options), assembly, loads)
+        return with_statements(method(assembly, loads, *arguments, **options), assembly, loads)
 
     return stated
 
 
-def with_tilt_statement(prediction: Prediction, assembly: Assembly, loads: Loads) -> Prediction:
-    """The prediction with the reason why it has no tilt angle, empty where it has one, unless it says so already."""
-    if NO_TILT in prediction.details:
-        return prediction
-    return replace(prediction, details={**prediction.details, NO_TILT: why_no_tilt_angle(assembly, loads)})
+def with_statements(prediction: Prediction, assembly: Assembly, loads: Loads) -> Prediction:
+    """The prediction with why it has no tilt angle, empty where it has one, and with a warning of tension that is cut.
+
+    Nothing is added that it says already.
+    """
+    cut = tension_cut(assembly)
+    warnings = prediction.warnings if not cut or cut in prediction.warnings else (*prediction.warnings, cut)
+    details = prediction.details
+    if NO_TILT not in details:
+        details = {**details, NO_TILT: why_no_tilt_angle(assembly, loads)}
+    return replace(prediction, details=details, warnings=warnings)
