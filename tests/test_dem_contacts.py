@@ -196,8 +196,8 @@ def toppling(stiffness=1e8):
 
 
 def test_a_toppled_block_lies_on_the_floor_without_being_asked_to_look_for_contacts():
-    # a face cut while a corner is pressed into the floor may not make energy: it starts with a set-back, which stays and
-    # is a part of the dent of the impact, so that it goes away with growing stiffness
+    # a face cut while a corner is pressed into the floor may not make energy: it starts with a set-back, which stays: a
+    # part of the dent of the impact, which goes away with growing stiffness
     rest, dent = {}, {}
     for stiffness in (1e8, 1e9):
         a, state = toppling(stiffness)

@@ -148,7 +148,7 @@ def find_contacts(
     faces, start = all_faces(solids)
     overlaps = penetrations(solids, owner, faces, start, p, q, np.minimum(distance[owner[p]], distance[owner[q]]))
     looked_at = rules.angle_deg if reach is None else LOOKED_AT_DEG
-    found = candidates(solids, owner, faces, start, p, q, distance, far, rules, looked_at)
+    found = candidates(owner, faces, start, p, q, distance, far, rules, looked_at)
     code = judged(found, rules)
     pairs = found.pairs
     if (doubtful := (code != MADE) & (code != NOTHING)).any():
@@ -169,7 +169,7 @@ def find_contacts(
 
 
 def candidates(
-    solids: Sequence[Solid], owner: Index, faces: Faces, start: Index, p: Index, q: Index, distance: Array,
+    owner: Index, faces: Faces, start: Index, p: Index, q: Index, distance: Array,
     reach: Array, rules: ContactRules, looked_at_deg: float,
 ) -> Candidates:  # fmt: skip
     """Faces of near solids that overlap in projection with a gap within reach; tolerances are given per owner."""

@@ -269,9 +269,7 @@ def contact_report(assembly: Assembly, *, distance: float | None, angle_deg: flo
 def _search(pieces: Pieces, near: Array, reach: Array, rules: ContactRules, looked_at_deg: float) -> Candidates:
     p, q = near_pairs(pieces.solids, pieces.owner, reach)
     faces, start = all_faces(pieces.solids)
-    return candidates(
-        pieces.solids, pieces.owner, faces, start, p, q, near, reach, rules, min(looked_at_deg, 89.0)
-    )  # fmt: skip
+    return candidates(pieces.owner, faces, start, p, q, near, reach, rules, min(looked_at_deg, 89.0))
 
 
 def _within(found: Candidates, reach: Array, angle_deg: float) -> Candidates:
