@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from limitmason.methods import predict, predict_cases
     from limitmason.side_by_side import compare
 
-__version__ = "0.1.0"
+__version__ = "0.2.0.dev0"
 
 # loaded on first use: a script that only builds an assembly waits for neither solver nor matplotlib
 _MODULES = (

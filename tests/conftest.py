@@ -1,5 +1,14 @@
 import os
+from importlib.util import find_spec
+from pathlib import Path
 
 # one thread per process: the runs share two cores, and timings of figures and programs stay comparable
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
+
+# processes that a test starts take the package that is tested: the installed one, or the checkout where that is what
+# was imported; never what lies in the folder in which they happen to start
+os.environ["PYTHONSAFEPATH"] = "1"
+HOME = Path(find_spec("limitmason").origin).parents[1]
+if (HOME / "pyproject.toml").exists():
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(HOME), os.environ.get("PYTHONPATH", "")]))

@@ -9,27 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from walls import running_bond, stack
+from long_runs import JOINT, stages, wall_and_loads
+from walls import stack
 
 import dem
 import limitmason as lm
 from limitmason.geometry import box
-
-JOINT = lm.Joint(30.0, dilatancy_angle_deg=10.0, normal_stiffness=1e9)
-
-
-def wall_and_loads():
-    wall = running_bond(2, 3, joint=JOINT)
-    return wall, lm.Loads.horizontal(wall)
-
-
-def stages():
-    top = 7
-    return [
-        dem.Settle(max_steps=700), dem.Ramp(to=0.3, steps=900),
-        dem.Hold(steps=530, servo={top: dem.Servo(300.0, parallel=False)}),
-        dem.Drive(displacement={top: {"x": 2e-3}}, steps=650, keep=True), dem.Hold(steps=200),
-    ]  # fmt: skip
 
 
 def assert_same(one, two):
@@ -81,11 +66,12 @@ def test_a_fall_with_new_contacts_is_taken_up_to_the_same_bits(tmp_path, calls):
     assert_same(dem.resume(dem.History.load(tmp_path / "cut.npz", a), fall), whole)
 
 
+BUILDERS = Path(__file__).resolve().parents[1] / "builders"
 CHILD = """
     import sys, pathlib
-    sys.path.insert(0, {tests!r})
+    sys.path.insert(0, {builders!r})
     import dem
-    from test_dem_resume import stages, wall_and_loads
+    from long_runs import stages, wall_and_loads
     wall, loads = wall_and_loads()
     if sys.argv[1] == "run":
         def slow(sample):
@@ -100,7 +86,7 @@ CHILD = """
 def test_a_killed_process_is_taken_up_by_a_fresh_one_to_the_same_bits(tmp_path):
     path = tmp_path / "check.npz"
     script = tmp_path / "child.py"
-    script.write_text(textwrap.dedent(CHILD.format(tests=str(Path(__file__).parent), path=str(path))))
+    script.write_text(textwrap.dedent(CHILD.format(builders=str(BUILDERS), path=str(path))))
     child = subprocess.Popen([sys.executable, str(script), "run"])
     until = time.monotonic() + 120.0
     while not path.exists() and child.poll() is None and time.monotonic() < until:

@@ -9,8 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_certificate import corner
-from walls import running_bond
+from walls import corner, running_bond
 
 import limitmason as lm
 import mechanisms

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from facades import JOINT, MU, associative, built, outwards
 
 import limitmason as lm
 import mechanisms as me
@@ -12,28 +13,9 @@ from limitmason.constants import GRAVITY
 from mechanisms.classical import flat_levels
 from mechanisms.motion import ESTIMATE_INADMISSIBLE, UPPER
 
-MU = 0.6
-JOINT = lm.Joint.from_friction_coefficient(MU)
-COMMON = {"length": 2.4, "courses": 6, "unit": (0.4, 0.2, 0.2), "joint": JOINT}
-
-
-def built(plan="straight", **options):
-    extra = {} if plan == "straight" else {"plan": plan, "return_length": 1.6}
-    return lm.build.wall(**{**COMMON, **extra, **options})
-
-
-def outwards(wall):
-    return lm.Loads.horizontal(wall, (0, -1, 0))
-
 
 def without_heads(wall):
     return wall.with_interfaces([i for i in wall.interfaces if i.kind != "head"])
-
-
-def associative(wall, loads):
-    prediction = lm.limit_analysis(wall, loads)
-    assert prediction.status == "solved"
-    return prediction.collapse_multiplier
 
 
 def column():

@@ -2,17 +2,10 @@
 
 import dataclasses
 import inspect
+from pathlib import Path
 
 import numpy as np
 import pytest
-import test_bounds
-import test_certificate
-import test_closed_forms
-import test_contacts
-import test_dem_collapse
-import test_dem_conservation
-import test_dem_fracture
-import test_joint_law
 
 import dem
 import limitmason as lm
@@ -21,10 +14,45 @@ from limitmason.equilibrium import equilibrium_matrix
 from limitmason.limit import associative, problem, torsion
 from limitmason.limit.program import Carried
 
+TESTS = Path(__file__).resolve().parents[1]
+WRENCHES = (
+    "dem/test_dem_conservation.py::"
+    "test_one_statics_block_wrenches_equal_the_equilibrium_matrix_times_contact_forces[grid0]"
+)
+SLENDER = (
+    "dem/test_dem_collapse.py::test_slender_block_overturns_at_its_slenderness_with_any_number_of_edge_points[grid0]"
+)
 
-def caught(test, *arguments):
-    with pytest.raises((AssertionError, ValueError, dem.UnstableError)):
-        test(*arguments)
+
+class Outcome:
+    """What became of the tests that ran: the errors of those that failed, and how many there were."""
+
+    def __init__(self):
+        self.ran, self.errors = 0, []
+
+    def pytest_runtest_makereport(self, item, call):
+        if call.when == "call":
+            self.ran += 1
+        if call.excinfo is not None:
+            self.errors.append(call.excinfo)
+
+
+def caught(*names):
+    """Each test, named by its path below ``tests`` and its case, runs here, with what is broken, and fails."""
+    for name in names:
+        outcome = Outcome()
+        code = pytest.main([str(TESTS / name), "-p", "no:cacheprovider", "-p", "no:xdist"], plugins=[outcome])
+        assert outcome.ran == 1, f"{name}: pytest ended with {code!r} and ran {outcome.ran} tests instead of one"
+        assert len(outcome.errors) == 1, f"{name} lets it pass"
+        # as a test fails, not for an error of the mutant itself
+        assert isinstance(outcome.errors[0].value, (AssertionError, ValueError, dem.UnstableError)), outcome.errors[0]
+
+
+def test_a_test_that_passes_or_does_not_exist_is_not_called_caught():
+    with pytest.raises(AssertionError, match="lets it pass"):
+        caught("limit/test_joint_law.py::test_cohesion_adds_to_sliding")
+    with pytest.raises(AssertionError, match="ran 0 tests"):
+        caught("limit/test_joint_law.py::test_of_that_name_there_is_none")
 
 
 def test_dropped_lever_arm(monkeypatch):
@@ -36,9 +64,9 @@ def test_dropped_lever_arm(monkeypatch):
         return equilibrium_matrix(assembly, moved, plane=plane)
 
     monkeypatch.setattr(problem, "equilibrium_matrix", without_arm)
-    caught(test_closed_forms.test_stack_rocks_about_the_lowest_joint, None)
-    caught(test_certificate.test_associative_prediction_is_certified, "corner")
-    caught(test_certificate.test_associative_prediction_is_certified, "wall in plane")
+    caught("limit/test_closed_forms.py::test_stack_rocks_about_the_lowest_joint[None]")
+    caught("limit/test_certificate.py::test_associative_prediction_is_certified[corner]")
+    caught("limit/test_certificate.py::test_associative_prediction_is_certified[wall in plane]")
 
 
 def test_flipped_normal(monkeypatch):
@@ -48,13 +76,13 @@ def test_flipped_normal(monkeypatch):
         return equilibrium_matrix(assembly, points._replace(directions=directions), plane=plane)
 
     monkeypatch.setattr(problem, "equilibrium_matrix", flipped)
-    caught(test_closed_forms.test_stack_rocks_about_the_lowest_joint, None)
+    caught("limit/test_closed_forms.py::test_stack_rocks_about_the_lowest_joint[None]")
 
 
 def test_friction_five_per_cent_high(monkeypatch):
     monkeypatch.setattr(lm.Joint, "tan_phi", property(lambda self: 1.05 * np.tan(np.radians(self.friction_angle_deg))))
-    caught(test_closed_forms.test_single_block_slides_or_rocks, 0.2, 1.0)
-    caught(test_joint_law.test_cohesion_adds_to_sliding)
+    caught("limit/test_closed_forms.py::test_single_block_slides_or_rocks[1.0-0.2]")
+    caught("limit/test_joint_law.py::test_cohesion_adds_to_sliding")
 
 
 def test_contact_areas_five_per_cent_high(monkeypatch):
@@ -65,8 +93,8 @@ def test_contact_areas_five_per_cent_high(monkeypatch):
         return points._replace(area=1.05 * points.area)
 
     monkeypatch.setattr(problem, "contact_points", larger)
-    caught(test_joint_law.test_cohesion_adds_to_sliding)
-    caught(test_joint_law.test_tension_is_plastic_and_says_so)
+    caught("limit/test_joint_law.py::test_cohesion_adds_to_sliding")
+    caught("limit/test_joint_law.py::test_tension_is_plastic_and_says_so")
 
 
 def test_crushing_strength_left_out(monkeypatch):
@@ -78,24 +106,25 @@ def test_crushing_strength_left_out(monkeypatch):
         return original(problem_._replace(stress_block=np.empty((0, 4))), torsion=torsion)
 
     monkeypatch.setattr(associative, "make_cones", without)
-    caught(test_joint_law.test_crushing_toe_in_plane_is_exact, 5e5, 100e3)
+    caught("limit/test_joint_law.py::test_crushing_toe_in_plane_is_exact[500000.0-100000.0]")
 
 
 def test_tilting_the_wrong_way(monkeypatch):
     original = lm.Loads.tilting.__func__
     monkeypatch.setattr(lm.Loads, "tilting", classmethod(lambda cls, a, axis: original(cls, a, -np.asarray(axis))))
-    caught(test_closed_forms.test_tilting_table_turns_the_weight_towards_the_lower_side)
+    caught("limit/test_closed_forms.py::test_tilting_table_turns_the_weight_towards_the_lower_side")
 
 
 def test_dead_load_not_checked(monkeypatch):
     monkeypatch.setattr(associative, "stands_under_dead_load", lambda *a, **k: Carried(True, None, None, 0.0))
-    caught(test_bounds.test_a_structure_that_topples_by_itself_cannot_stand_even_if_a_push_would_right_it, (-1, 0, 0))
+    topples = "test_a_structure_that_topples_by_itself_cannot_stand_even_if_a_push_would_right_it"
+    caught(f"limit/test_bounds.py::{topples}[direction1]")
 
 
 def test_polar_radius_five_per_cent_high(monkeypatch):
     original = torsion.polar_mean_radius
     monkeypatch.setattr(torsion, "polar_mean_radius", lambda *a: 1.05 * original(*a))
-    caught(test_joint_law.test_torsion_of_a_square_face, {})
+    caught("limit/test_joint_law.py::test_torsion_of_a_square_face[options0]")
 
 
 def test_torsion_about_the_centroid_instead_of_the_pressure(monkeypatch):
@@ -106,7 +135,7 @@ def test_torsion_about_the_centroid_instead_of_the_pressure(monkeypatch):
         return limit._replace(pole=problem_.assembly.arrays.centre[limit.interface])
 
     monkeypatch.setattr(torsion, "torsion_limits", centred)
-    caught(test_joint_law.test_eccentric_block_slides_at_exactly_mu_under_the_torsion_limit)
+    caught("limit/test_joint_law.py::test_eccentric_block_slides_at_exactly_mu_under_the_torsion_limit")
 
 
 def test_a_lost_contact(monkeypatch):
@@ -117,8 +146,8 @@ def test_a_lost_contact(monkeypatch):
         return dataclasses.replace(found, interfaces=found.interfaces[:-1])
 
     monkeypatch.setattr(lm.Assembly, "_with_contacts", losing)
-    caught(test_contacts.test_running_bond_counts, 5, 10, 55, 140)
-    caught(test_contacts.test_t_junction_gives_one_patch_per_neighbour)
+    caught("geometry/test_contacts.py::test_running_bond_counts[5-10-55-140]")
+    caught("geometry/test_contacts.py::test_t_junction_gives_one_patch_per_neighbour")
 
 
 def test_mechanism_of_another_wall(monkeypatch):
@@ -131,7 +160,7 @@ def test_mechanism_of_another_wall(monkeypatch):
         return original(self, dual) * np.linspace(0.9, 1.1, self.assembly.n_blocks)[:, None]
 
     monkeypatch.setattr(Problem, "twists", torn)
-    caught(test_certificate.test_associative_prediction_is_certified, "wall in plane")
+    caught("limit/test_certificate.py::test_associative_prediction_is_certified[wall in plane]")
 
 
 def joints_changed(monkeypatch, change):
@@ -152,31 +181,27 @@ def test_dem_with_a_flipped_normal(monkeypatch):
         return joints._replace(frame=frame)
 
     joints_changed(monkeypatch, flip)
-    caught(
-        test_dem_conservation.test_one_statics_block_wrenches_equal_the_equilibrium_matrix_times_contact_forces, (2, 2)
-    )
-    caught(test_dem_collapse.test_slender_block_overturns_at_its_slenderness_with_any_number_of_edge_points, (2, 2))
+    caught(WRENCHES)
+    caught(SLENDER)
 
 
 def test_dem_with_a_dropped_lever_arm(monkeypatch):
     joints_changed(monkeypatch, lambda joints: joints._replace(arm_b=np.zeros_like(joints.arm_b)))
-    caught(
-        test_dem_conservation.test_one_statics_block_wrenches_equal_the_equilibrium_matrix_times_contact_forces, (2, 2)
-    )
-    caught(test_dem_collapse.test_stack_of_five_equal_blocks_overturns_at_a_fifth_of_its_slenderness)
+    caught(WRENCHES)
+    caught("dem/test_dem_collapse.py::test_stack_of_five_equal_blocks_overturns_at_a_fifth_of_its_slenderness")
 
 
 def test_dem_with_friction_five_per_cent_high(monkeypatch):
     monkeypatch.setattr(lm.Joint, "tan_phi", property(lambda self: 1.05 * np.tan(np.radians(self.friction_angle_deg))))
-    caught(test_dem_collapse.test_block_on_a_slope_slides_at_the_friction_angle)
+    caught("dem/test_dem_collapse.py::test_block_on_a_slope_slides_at_the_friction_angle")
 
 
 def test_dem_with_three_times_the_stable_step(monkeypatch):
     steps, masses = state.stable_step, state.scaled_masses
     monkeypatch.setattr(state, "stable_step", lambda *a: 3.0 * steps(*a))
     monkeypatch.setattr(state, "scaled_masses", lambda k, dt, safety: masses(k, dt, 3.0 * safety))
-    caught(test_dem_conservation.test_halving_the_time_step_quarters_the_error_of_the_position)
-    caught(test_dem_collapse.test_slender_block_overturns_at_its_slenderness_with_any_number_of_edge_points, (2, 2))
+    caught("dem/test_dem_conservation.py::test_halving_the_time_step_quarters_the_error_of_the_position")
+    caught(SLENDER)
 
 
 def test_dem_that_restarts_from_a_stop_with_a_whole_kick(monkeypatch):
@@ -187,7 +212,7 @@ def test_dem_that_restarts_from_a_stop_with_a_whole_kick(monkeypatch):
     space = dict(vars(kernels))
     exec(source.replace("0.5 * dt if kinetic_stop", "dt if kinetic_stop"), space)
     monkeypatch.setattr(kernels, "advance", space["advance"])
-    caught(test_dem_conservation.test_stops_at_peaks_of_the_kinetic_energy_take_energy_from_every_mode)
+    caught("dem/test_dem_conservation.py::test_stops_at_peaks_of_the_kinetic_energy_take_energy_from_every_mode")
 
 
 def test_dem_whose_breaking_joints_release_half_of_what_they_stored(monkeypatch):
@@ -199,5 +224,5 @@ def test_dem_whose_breaking_joints_release_half_of_what_they_stored(monkeypatch)
         total[kernels.E_FRACTURE] = 0.5 * (before + total[kernels.E_FRACTURE])
 
     monkeypatch.setattr(kernels, "advance", forgetful)
-    caught(test_dem_fracture.test_pulling_a_softening_joint_apart_costs_the_area_below_its_curve)
-    caught(test_dem_fracture.test_energy_balances_while_joints_break_in_bending_shear_and_both, 0.0, {"ry": 2e-3})
+    caught("dem/test_dem_fracture.py::test_pulling_a_softening_joint_apart_costs_the_area_below_its_curve")
+    caught("dem/test_dem_fracture.py::test_energy_balances_while_joints_break_in_bending_shear_and_both[0.0-moves0]")

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from walls import arch_blocks, on_slab, running_bond, stack
+from walls import arch_blocks, corner, on_slab, running_bond, stack
 
 import limitmason as lm
 from limitmason.certificate import certify, point_state
@@ -21,19 +21,6 @@ CASES = {
     "corner": lambda: (corner(), (0, -1, 0)),
     "corner along": lambda: (corner(), (1, 0, 0)),
 }
-
-
-def corner():
-    """L-shaped corner, courses interlocking."""
-    boxes = []
-    for j in range(4):
-        z0, z1 = 0.2 * j, 0.2 * (j + 1)
-        if j % 2 == 0:
-            boxes += [((0, 0, z0), (0.4, 0.2, z1)), ((0.4, 0, z0), (0.8, 0.2, z1)), ((0, 0.2, z0), (0.2, 0.6, z1))]
-        else:
-            boxes += [((0, 0, z0), (0.2, 0.4, z1)), ((0.2, 0, z0), (0.6, 0.2, z1)), ((0.6, 0, z0), (0.8, 0.2, z1)),
-                      ((0, 0.4, z0), (0.2, 0.6, z1))]  # fmt: skip
-    return on_slab(boxes)
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from test_mechanisms_on_assemblies import JOINT, MU, associative, built, outwards
+from facades import JOINT, MU, associative, built, outwards
 
 import limitmason as lm
 import mechanisms as me

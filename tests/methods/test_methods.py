@@ -12,7 +12,7 @@ from limitmason import cli, methods
 from limitmason.method import Look, Method, settings_of
 from limitmason.results import SOLVED, Bound, BoundKind, Prediction, Range
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def toy(assembly, loads, *, factor: float = 2.0):

@@ -20,7 +20,7 @@ from limitmason import cli, diagnosis, experiments, packaged, side_by_side
 from limitmason.cli import diagnosis as diagnosis_command
 from limitmason.cli import models
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("limitmason", "dem", "mechanisms")
 
 # ---- every parameter is read ----

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from giants import beside_giant, on_giant
 from walls import running_bond
 
 import limitmason as lm
@@ -14,25 +15,6 @@ from limitmason.limit.face_cells import whole_faces
 from limitmason.limit.problem import make_problem
 from limitmason.limit.program import solve_static
 from limitmason.limit.strength import make_cones
-
-FRICTION = lm.Joint.from_friction_coefficient(0.7)
-
-
-def beside_giant(ratio, courses=3):
-    """A stack of unit cubes on a slab, and a cube of ``ratio`` times the size standing apart from it."""
-    boxes = [box((0, 0, k), (1, 1, k + 1)) for k in range(courses)]
-    far = 3.0 + ratio
-    slab = box((-2, -2, -1), (far + ratio + 2, ratio + 2, 0))
-    giant = box((far, 0, 0), (far + ratio, ratio, ratio))
-    return lm.Assembly.from_polyhedra([slab, *boxes, giant], joint=FRICTION, fixed=[0], tolerance=1e-4)
-
-
-def on_giant(ratio, courses=3):
-    """A stack of unit cubes on a free slab of ``ratio`` times their size, twice as wide as high."""
-    boxes = [box((0, 0, k), (1, 1, k + 1)) for k in range(courses)]
-    slab = box((-2 * ratio, -2 * ratio, -ratio - 1), (2 * ratio, 2 * ratio, -ratio))
-    giant = box((-ratio, -ratio, -ratio), (ratio, ratio, 0))
-    return lm.Assembly.from_polyhedra([slab, *boxes, giant], joint=FRICTION, fixed=[0], tolerance=1e-4)
 
 
 def with_forces(prediction, assembly, change):

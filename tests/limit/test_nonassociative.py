@@ -5,8 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from test_bounds import leaning
-from walls import on_slab, running_bond, stack
+from walls import leaning, on_slab, running_bond, stack
 
 import limitmason as lm
 from limitmason.certificate import certify

@@ -2,11 +2,9 @@
 
 import numpy as np
 import pytest
-from test_certificate import corner
-from walls import on_slab, running_bond, stack
+from walls import corner, leaning, on_slab, running_bond, stack
 
 import limitmason as lm
-from limitmason.geometry import box
 
 
 def value(assembly, direction=(1, 0, 0), **options):
@@ -66,12 +64,6 @@ def test_bracket_holds_the_associative_value_on_top():
     bracket = lm.limit_bracket(wall, lm.Loads.horizontal(wall))
     assert bracket.upper.collapse_multiplier == pytest.approx(value(wall), abs=1e-8)
     assert bracket.lower.collapse_multiplier == pytest.approx(value(wall.with_joints(lm.Joint(20.0))), abs=1e-7)
-
-
-def leaning():
-    """Two blocks, the upper one overhanging by more than half: it topples without any live load."""
-    solids = [box((0, 0, -1), (1, 1, 0)), box((0.6, 0, 0), (1.8, 1, 1))]
-    return lm.Assembly.from_polyhedra(solids, joint=lm.Joint(40.0), fixed=[0])
 
 
 @pytest.mark.parametrize("direction", [(1, 0, 0), (-1, 0, 0)])

@@ -10,7 +10,7 @@ from limitmason import packaged
 from limitmason.cli import main
 from limitmason.packaged.report import ratio_span, references_for
 
-DOCS = Path(__file__).resolve().parents[1] / "docs"
+DOCS = Path(__file__).resolve().parents[2] / "docs"
 FERRIS, MINHO, WALLETTE = "ferris-tin-loi-2001", "minho-dry-stone-2005-2009", "rondelet-wallette"
 QUICK = ("associative", "mechanisms")
 

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from test_certificate import corner
-from walls import running_bond
+from walls import corner, running_bond
 
 import limitmason as lm
 from limitmason.limit import make_problem

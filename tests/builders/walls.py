@@ -78,3 +78,22 @@ def beside_or_on_a_large_block(ratio, *, high, scale=1.0, **options):
     boxes = [((0, 0, 0), (1, 1, 1))]
     boxes += [((x, 0.3, z + k * small), (x + 0.5 * small, 0.3 + small, z + (k + 1) * small)) for k in range(2)]
     return on_slab(scale * np.array(boxes), mu=0.75, **options)
+
+
+def corner():
+    """L-shaped corner, courses interlocking."""
+    boxes = []
+    for j in range(4):
+        z0, z1 = 0.2 * j, 0.2 * (j + 1)
+        if j % 2 == 0:
+            boxes += [((0, 0, z0), (0.4, 0.2, z1)), ((0.4, 0, z0), (0.8, 0.2, z1)), ((0, 0.2, z0), (0.2, 0.6, z1))]
+        else:
+            boxes += [((0, 0, z0), (0.2, 0.4, z1)), ((0.2, 0, z0), (0.6, 0.2, z1)), ((0.6, 0, z0), (0.8, 0.2, z1)),
+                      ((0, 0.4, z0), (0.2, 0.6, z1))]  # fmt: skip
+    return on_slab(boxes)
+
+
+def leaning():
+    """Two blocks, the upper one overhanging by more than half: it topples without any live load."""
+    solids = [box((0, 0, -1), (1, 1, 0)), box((0.6, 0, 0), (1.8, 1, 1))]
+    return lm.Assembly.from_polyhedra(solids, joint=lm.Joint(40.0), fixed=[0])

@@ -10,7 +10,7 @@ import pytest
 from limitmason import experiments
 from limitmason.experiments.summary import table_rows
 
-README = (Path(__file__).resolve().parents[1] / "README.md").read_text(encoding="utf-8")
+README = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
 
 
 def test_python_block_prints_what_the_readme_says(tmp_path):
@@ -50,6 +50,6 @@ def test_commands_of_the_readme_exist():
 
 
 def test_linked_files_exist():
-    root = Path(__file__).resolve().parents[1]
+    root = Path(__file__).resolve().parents[2]
     for target in re.findall(r"\]\(([^)#:]+)\)", README):
         assert (root / target).exists(), target

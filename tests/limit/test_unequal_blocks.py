@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_wrong_answers import FRICTION, beside_giant, on_giant
+from giants import FRICTION, beside_giant, on_giant
 
 import limitmason as lm
 from limitmason.geometry import box

@@ -1,0 +1,22 @@
+"""Straight, L and U walls of one bond that the tests of the mechanisms push outwards, and limit analysis of them."""
+
+import limitmason as lm
+
+MU = 0.6
+JOINT = lm.Joint.from_friction_coefficient(MU)
+COMMON = {"length": 2.4, "courses": 6, "unit": (0.4, 0.2, 0.2), "joint": JOINT}
+
+
+def built(plan="straight", **options):
+    extra = {} if plan == "straight" else {"plan": plan, "return_length": 1.6}
+    return lm.build.wall(**{**COMMON, **extra, **options})
+
+
+def outwards(wall):
+    return lm.Loads.horizontal(wall, (0, -1, 0))
+
+
+def associative(wall, loads):
+    prediction = lm.limit_analysis(wall, loads)
+    assert prediction.status == "solved"
+    return prediction.collapse_multiplier

@@ -1,0 +1,94 @@
+"""The package as it is installed: where it is imported from, what the wheel carries, and one version number."""
+
+import importlib
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+
+import pytest
+
+import limitmason as lm
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("limitmason", "dem", "mechanisms")
+INSTALLED_IN = os.environ.get("LIMITMASON_INSTALLED_IN", "")
+"""Folder of the environment in which the wheel was installed, set where the wheel and not the checkout is tested."""
+
+only_installed = pytest.mark.skipif(not INSTALLED_IN, reason="LIMITMASON_INSTALLED_IN does not name an environment")
+
+
+def shipped() -> set[str]:
+    """What belongs into the wheel: every file of the packages but what running them leaves behind."""
+    return {
+        path.relative_to(ROOT).as_posix()
+        for package in PACKAGES
+        for path in (ROOT / package).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+
+
+@only_installed
+@pytest.mark.parametrize("name", PACKAGES)
+def test_the_installed_package_is_tested_and_not_the_checkout(name):
+    here = Path(importlib.import_module(name).__file__).resolve()
+    assert here.is_relative_to(Path(INSTALLED_IN).resolve())
+    assert not here.is_relative_to(ROOT)
+
+
+@only_installed
+def test_processes_that_tests_start_take_the_installed_package_too():
+    code = "import limitmason, dem, mechanisms; print(limitmason.__file__, dem.__file__, mechanisms.__file__)"
+    out = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    for path in out.split():
+        assert Path(path).resolve().is_relative_to(Path(INSTALLED_IN).resolve()), path
+
+
+@only_installed
+def test_every_file_of_the_packages_is_installed():
+    files = {Path(f).as_posix() for f in distribution("limitmason").files}
+    assert shipped() <= files
+    # and nothing else goes to the top of site-packages
+    tops = {f.split("/")[0] for f in files if not f.startswith("..")}
+    assert {t for t in tops if not t.endswith(".dist-info")} == set(PACKAGES)
+
+
+@only_installed
+def test_licence_and_type_markers_are_installed():
+    files = {Path(f).as_posix() for f in distribution("limitmason").files}
+    assert any(re.fullmatch(r"limitmason-[^/]*\.dist-info/licenses/LICENSE", f) for f in files)
+    assert {f"{package}/py.typed" for package in PACKAGES} <= files
+
+
+def test_packages_declare_that_they_are_typed():
+    for package in PACKAGES:
+        assert (ROOT / package / "py.typed").read_text(encoding="utf-8") == ""
+
+
+def test_there_is_one_version_number():
+    said = re.search(r"^version: (.*)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert said
+    assert said[1].strip('"') == lm.__version__
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    assert project["project"]["dynamic"] == ["version"]
+    assert project["tool"]["hatch"]["version"]["path"] == "limitmason/__init__.py"
+    newest = re.search(r"^## \[(.*?)\]", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert newest
+    assert newest[1] == lm.__version__.partition(".dev")[0]
+    try:
+        installed = distribution("limitmason").version
+    except PackageNotFoundError:
+        return
+    assert not INSTALLED_IN or installed == lm.__version__
+
+
+def test_the_test_command_of_the_readme_is_the_one_that_is_run_before_every_merge():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    command = re.search(r'^pip install "\.\[test\]" && (pytest.*)$', readme, flags=re.MULTILINE)
+    assert command
+    lines = (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
+    assert lines[-1] == command[1]  # last, so that what pytest says at its end is what is seen
+    assert any(line.startswith("export LIMITMASON_INSTALLED_IN=") for line in lines)

@@ -1,0 +1,64 @@
+"""How the tests lie: each in the folder of its subject, none importing another, all collected."""
+
+import ast
+import re
+from fnmatch import fnmatch
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+TESTS = ROOT / "tests"
+MODULES = sorted(TESTS.rglob("test_*.py"))
+
+WAITING = {
+    "test_cause_catalogue.py", "test_cause_catalogue_in_use.py", "test_cli_diagnose.py", "test_diagnosis.py",
+    "test_diagnosis_figures.py", "test_diagnosis_tables.py", "test_real_diagnosis.py",
+}  # fmt: skip
+"""Tests of the diagnosis, not yet in their folder."""
+
+
+def imported(path: Path) -> set[str]:
+    """Last names of the modules that a file imports, wherever in it."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {a.name.rpartition(".")[2] for a in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            names |= {(node.module or "").rpartition(".")[2], *(a.name for a in node.names)}
+    return names
+
+
+def test_every_test_stands_in_the_folder_of_its_subject():
+    assert len(MODULES) > 60
+    assert {path.name for path in TESTS.glob("*.py")} - {"conftest.py"} <= WAITING
+
+
+def test_no_test_module_imports_another():
+    tests = {path.stem for path in MODULES}
+    guilty = {
+        f"{path.relative_to(TESTS)} imports {name}"
+        for path in TESTS.rglob("*.py")
+        if path.name not in WAITING
+        for name in imported(path) & tests
+    }
+    assert guilty == set()
+
+
+def test_what_tests_share_holds_no_test_of_its_own():
+    for path in (TESTS / "builders").glob("*.py"):
+        found = re.findall(r"^def (test_\w+)", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
+        assert not found, (path.name, found)
+
+
+def test_every_test_module_is_collected(pytestconfig: pytest.Config):
+    # a folder called like one that pytest leaves out by default ("build") would be passed over in silence
+    left_out = pytestconfig.getini("norecursedirs")
+    for path in MODULES:
+        for folder in path.relative_to(ROOT).parts[:-1]:
+            assert not any(fnmatch(folder, pattern) for pattern in left_out), path
+
+
+def test_names_of_test_modules_and_builders_are_all_different():
+    names = [path.stem for path in (*MODULES, *(TESTS / "builders").glob("*.py"))]
+    assert sorted(names) == sorted(set(names))
