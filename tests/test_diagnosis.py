@@ -168,7 +168,7 @@ def test_a_measured_input_is_a_datum_not_a_free_knob():
 
 
 def test_leaving_out_pure_noise_gains_nothing_once_the_choice_is_repeated():
-    from limitmason.diagnosis.gain import measure_gain
+    from limitmason.diagnosis.inference.gain import measure_gain
 
     chosen, repeated = [], []
     for seed in range(60):
@@ -182,7 +182,8 @@ def test_leaving_out_pure_noise_gains_nothing_once_the_choice_is_repeated():
 
 
 def test_leave_group_out_equals_an_honest_refit():
-    from limitmason.diagnosis.gain import left_out
+    from limitmason.diagnosis.inference.fit import fit
+    from limitmason.diagnosis.inference.gain import left_out
 
     values = data(ROUNDING, 0.012)
     groups = ["a", "a", "b", "b", "c", "c", "d", "d", "e", "e", "f", "f"]
@@ -194,8 +195,8 @@ def test_leave_group_out_equals_an_honest_refit():
     for fold in range(6):
         kept = folds != fold
         part = design.singles["edge rounding"].columns(kept)
-        fit = part.fit(y[kept], np.zeros(1), design.like)
-        size, z = part.sizes_at(fit.position)[0, 0], part.z_at(fit.position)[0]
+        found = fit(part, y[kept], np.zeros(1), design.like)
+        size, z = part.sizes_at(found.position)[0, 0], part.z_at(found.position)[0]
         true = np.log(values / made.predicted([ROUNDING], [size], z))[~kept] / 0.04
         assert residual[~kept] == pytest.approx(true, abs=0.05)
     assert diagnosis.gain.leave_group_out.each.shape == (12,)

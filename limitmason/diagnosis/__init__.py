@@ -5,9 +5,9 @@ positive prediction of what was measured; see :class:`Study`.
 """
 
 from limitmason.diagnosis.cause import Cause, Extension
-from limitmason.diagnosis.decide import Rule
-from limitmason.diagnosis.noise import Measured, Noise
-from limitmason.diagnosis.plan import Confusable, NextTests
+from limitmason.diagnosis.inference.decide import Rule
+from limitmason.diagnosis.inference.noise import Measured, Noise
+from limitmason.diagnosis.inference.plan import Confusable, NextTests
 from limitmason.diagnosis.rehearse import Rehearsal, binomial_interval
 from limitmason.diagnosis.study import Study
 from limitmason.diagnosis.verdict import Diagnosis

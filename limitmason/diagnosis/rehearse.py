@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import betaincinv
 
-from limitmason.diagnosis.bootstrap import DRAWS, Draws
 from limitmason.diagnosis.cause import Cause
-from limitmason.diagnosis.decide import Rule, Verdict, decide
-from limitmason.diagnosis.design import Design
-from limitmason.diagnosis.plan import NINE_IN_TEN, at_measured, distances
+from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws
+from limitmason.diagnosis.inference.decide import Rule, Verdict, decide
+from limitmason.diagnosis.inference.design import Design
+from limitmason.diagnosis.inference.grid import at_measured
+from limitmason.diagnosis.inference.plan import NINE_IN_TEN, distances
 
 if TYPE_CHECKING:
     from limitmason.diagnosis.study import Study
@@ -121,7 +122,7 @@ def rehearse(
         for axis, nodes in enumerate(grid.z):
             true = np.clip(rng.standard_normal(), nodes[0], nodes[-1])
             position[first + axis] = np.interp(true, nodes, np.arange(len(nodes)))
-        y = _between(grid, position) + spread * rng.standard_normal(study.n)
+        y = grid.between(position) + spread * rng.standard_normal(study.n)
         verdict = decide(design, y, chances, rule, pairs)
         row = NULL if hidden is None else hidden.name
         counts[row][outcome(verdict, hidden.name if hidden else None)] += 1
@@ -146,13 +147,3 @@ def _visible(design: Design, cause: Cause) -> list[tuple[float, float]]:
         low = float(np.interp(least, reach, grid.sizes[0][rows])) if reach[-1] > least else side
         out.append((low, side))
     return out
-
-
-def _between(grid, position: np.ndarray) -> np.ndarray:
-    """Values at a grid position, linear along every axis."""
-    values = grid.values
-    for u in position:
-        low = min(int(u), len(values) - 1)
-        high = min(low + 1, len(values) - 1)
-        values = values[low] + (u - low) * (values[high] - values[low])
-    return values

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from limitmason.diagnosis.cause import Cause
-from limitmason.diagnosis.shapes import is_numeric
+from limitmason.diagnosis.inference.shapes import is_numeric
 
 if TYPE_CHECKING:
     from limitmason.diagnosis.study import Study

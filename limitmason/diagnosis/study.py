@@ -6,17 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.diagnosis.bootstrap import DRAWS, Draws
 from limitmason.diagnosis.cause import Cause, cause_pairs, check_causes
-from limitmason.diagnosis.decide import Rule, Verdict, decide
-from limitmason.diagnosis.design import Design, Names, whitened
-from limitmason.diagnosis.noise import Measured, Noise
-from limitmason.diagnosis.plan import Confusable, NextTests, confusable
+from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws
+from limitmason.diagnosis.inference.decide import Rule, Verdict, decide
+from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.grid import Table, at_measured
+from limitmason.diagnosis.inference.noise import Measured, Noise
+from limitmason.diagnosis.inference.plan import Confusable, NextTests, confusable
+from limitmason.diagnosis.inference.shapes import Shapes
 from limitmason.diagnosis.rehearse import Rehearsal, rehearse
-from limitmason.diagnosis.shapes import Shapes
 from limitmason.diagnosis.simulator import Simulator
 from limitmason.diagnosis.suggest import suggest
-from limitmason.diagnosis.tabulate import Table, Tabulator
+from limitmason.diagnosis.tabulate import Tabulator
 from limitmason.diagnosis.verdict import Diagnosis
 
 ASSUMED_NOISE = 0.04  # places levels and nodes, and scales distances, where the noise is unknown
@@ -123,7 +124,7 @@ class Study:
     def baseline(self) -> np.ndarray:
         """Prediction of the baseline at the measured inputs, shape (n,)."""
         table = self._base()
-        return np.exp(_at_zero(table))
+        return np.exp(at_measured(table))
 
     def predicted(self, causes: Iterable[Cause], sizes: Iterable[float], z: Iterable[float] = ()) -> np.ndarray:
         """Prediction with given causes switched on, by the simulator itself, shape (n,).
@@ -141,9 +142,9 @@ class Study:
         causes = check_causes(causes, self.nuisance)
         if causes not in self._designs:
             base = self._base()
-            origin = _at_zero(base)
+            origin = at_measured(base)
             by_name = {c.name: c for c in causes}
-            singles = {c.name: whitened(self.table(c), origin, self.scale) for c in causes}
+            singles = {c.name: self.table(c).whitened(origin, self.scale) for c in causes}
             pairs = tuple((a.name, b.name) for a, b in cause_pairs(causes))
 
             def pair_table(names: Names) -> Table:
@@ -154,7 +155,7 @@ class Study:
                 self.noise,
                 self.scale,
                 origin,
-                whitened(base, origin, self.scale),
+                base.whitened(origin, self.scale),
                 singles,
                 Shapes(self.covariates, self.scale),
                 pair_table,
@@ -307,13 +308,6 @@ class Study:
                 design.forget_pair(names)
                 replaced = True
         return replaced
-
-
-def _at_zero(table: Table) -> np.ndarray:
-    values = table.values
-    for axis in table.z:
-        values = values[int(np.argmin(np.abs(axis)))]
-    return values
 
 
 def _positive(values: Sequence[float], n: int) -> np.ndarray:

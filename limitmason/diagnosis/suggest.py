@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from limitmason.diagnosis.cause import Cause
-from limitmason.diagnosis.design import Design, Names, whitened
-from limitmason.diagnosis.grid import Grid
-from limitmason.diagnosis.plan import NextTests, at_measured, choose_tests, confusable
-from limitmason.diagnosis.shapes import is_numeric
+from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.fit import values_of
+from limitmason.diagnosis.inference.grid import Grid, at_measured
+from limitmason.diagnosis.inference.plan import NextTests, choose_tests, confusable
+from limitmason.diagnosis.inference.shapes import is_numeric
 
 if TYPE_CHECKING:
     from limitmason.diagnosis.study import Study
@@ -79,9 +80,7 @@ def _pool_grids(study: "Study", design: Design, causes: tuple[Cause, ...], pool:
     other = study.on(pool)
     sd = float(np.mean(design.scale))
     base = other.tabulator.baseline()
-    origin = base.values
-    for axis in base.z:
-        origin = origin[int(np.argmin(np.abs(axis)))]
+    origin = at_measured(base)
     by_name = {c.name: c for c in causes}
 
     def make(names: Names) -> Grid:
@@ -92,7 +91,7 @@ def _pool_grids(study: "Study", design: Design, causes: tuple[Cause, ...], pool:
         else:
             parts = [other.tabulator.single(by_name[n], study.table(by_name[n])) for n in names]
             table = other.tabulator.pair(*parts, base, exact=True)
-        return whitened(table, origin, np.full(len(pool), sd))
+        return table.whitened(origin, np.full(len(pool), sd))
 
     return _PoolGrids(make)
 
@@ -128,7 +127,7 @@ def _hypotheses(design: Design, causes: tuple[Cause, ...], there: _PoolGrids, di
 def _at_fit(design: Design, there: _PoolGrids, names: Names, tested):
     """Predictions of a fitted explanation here and on the pool, by the nearest cell of both grids."""
     grid, pool = design.grid(names), there[names]
-    return grid.values_at(tested.fit)[0], pool.values_at(tested.fit)[0], grid.z_at(tested.fit.position)[0]
+    return values_of(grid, tested.fit)[0], values_of(pool, tested.fit)[0], grid.z_at(tested.fit.position)[0]
 
 
 def _spread(covariate: str | None, pool: list, k: int) -> NextTests:

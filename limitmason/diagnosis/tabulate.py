@@ -1,14 +1,14 @@
 """Tables of log predictions on (cause size x nuisance): few simulator calls, refined where the curve bends."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise, product
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
 
 from limitmason.diagnosis.cause import Cause
-from limitmason.diagnosis.noise import Measured
+from limitmason.diagnosis.inference.grid import Table
+from limitmason.diagnosis.inference.noise import Measured
 from limitmason.diagnosis.simulator import Job, Simulator, positive
 
 REACH = 4.0  # standard deviations of a measured input that the refit may use
@@ -19,28 +19,6 @@ FEWEST, MOST = 6, 30  # size nodes on each side of the baseline
 CROSSED = ("full", "corners")
 INTERACTION = 0.5  # of the noise: effect of size and inputs on each other above which a specimen is tabulated in full
 PAIR_NODES = 6  # size nodes on each side of the baseline in the table of a pair
-
-
-@dataclass(frozen=True)
-class Table:
-    """Log predictions of a model.
-
-    Parameters
-    ----------
-    causes : none for the baseline, one, or two
-    sizes : node sizes of each cause
-    z : node values of each measured input in standard deviations
-    values : shape (len of every axis ..., n)
-    levels : sizes at which the simulator was called, per cause
-    error : largest interpolation error found between levels, in units of the noise
-    """
-
-    causes: tuple[Cause, ...]
-    sizes: tuple[np.ndarray, ...]
-    z: tuple[np.ndarray, ...]
-    values: np.ndarray
-    levels: tuple[np.ndarray, ...] = ()
-    error: float = 0.0
 
 
 class Tabulator:

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from limitmason.diagnosis import report as text
-from limitmason.diagnosis.bootstrap import Draws
 from limitmason.diagnosis.cause import Cause
-from limitmason.diagnosis.decide import Rule, Verdict, decide
-from limitmason.diagnosis.design import Design, Names
-from limitmason.diagnosis.estimate import Estimate, estimate
-from limitmason.diagnosis.gain import Gain, measure_gain
-from limitmason.diagnosis.noise import Noise
-from limitmason.diagnosis.plan import NextTests, detectable
+from limitmason.diagnosis.inference.bootstrap import Draws
+from limitmason.diagnosis.inference.decide import Rule, Verdict, decide
+from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.estimate import Estimate, estimate
+from limitmason.diagnosis.inference.gain import Gain, measure_gain
+from limitmason.diagnosis.inference.noise import Noise
+from limitmason.diagnosis.inference.plan import NextTests, detectable
 from limitmason.diagnosis.suggest import suggest
 
 if TYPE_CHECKING:

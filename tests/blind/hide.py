@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from limitmason.diagnosis import Noise, Study
-from limitmason.diagnosis.plan import at_measured, distances
+from limitmason.diagnosis.inference.grid import at_measured
+from limitmason.diagnosis.inference.plan import distances
 
 from . import surrogate
 

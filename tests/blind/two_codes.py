@@ -22,7 +22,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from limitmason.diagnosis import Noise, Study
-from limitmason.diagnosis.plan import distances
+from limitmason.diagnosis.inference.plan import distances
 
 from . import hide, score, small_walls, surrogate
 from .small_walls import CAUSES, DEM, LIMIT, SPECIMENS, STORE, Simulator

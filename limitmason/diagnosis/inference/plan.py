@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from limitmason.diagnosis.design import Design, Names
-from limitmason.diagnosis.grid import Grid
-from limitmason.diagnosis.likelihood import Likelihood
+from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.fit import fit
+from limitmason.diagnosis.inference.grid import Grid, at_measured
+from limitmason.diagnosis.inference.likelihood import Likelihood
 
 KNOWN = Likelihood()
 CLEAR = 25.0  # d2 at which a cause is named in 98 of 100 data sets
@@ -121,16 +122,8 @@ def distances(truth: np.ndarray, rival: Grid, z: np.ndarray | None = None) -> np
     """
     truth = np.atleast_2d(truth)
     z = np.zeros((len(truth), len(rival.z))) if z is None else z
-    fit = rival.fit(truth, z, KNOWN)
-    return fit.loss + fit.penalty
-
-
-def at_measured(grid: Grid) -> np.ndarray:
-    """Predictions of a single cause at the measured inputs for each node size, shape (sizes, n)."""
-    values = grid.values
-    for axis in grid.z:
-        values = np.take(values, int(np.argmin(np.abs(axis))), axis=1)
-    return values
+    best = fit(rival, truth, z, KNOWN)
+    return best.loss + best.penalty
 
 
 def confusable(design: Design) -> Confusable:

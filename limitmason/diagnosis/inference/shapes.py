@@ -36,7 +36,6 @@ class Shapes:
     ----------
     covariates : name to values, numbers or labels, each of length n
     scale : standard deviation per specimen, shape (n,): residuals come divided by it
-    keep : specimens used, boolean, shape (n,)
 
     Notes
     -----

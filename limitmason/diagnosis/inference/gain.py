@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from limitmason.diagnosis.design import Design, Names
-from limitmason.diagnosis.grid import Fit
+from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.fit import Fit, fit
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def measure_gain(design: Design, names: Names, y: np.ndarray, groups: Sequence |
     singles = np.arange(design.n)
     folds = singles if groups is None else _codes(groups)
     z = np.zeros(design.inputs)
-    fit = design.grid(names).fit(y, z, design.like)
+    best = fit(design.grid(names), y, z, design.like)
     one, left = left_out(design, names, y, singles)
     base, _ = left_out(design, (), y, singles)
     by_group = None
@@ -92,7 +92,7 @@ def measure_gain(design: Design, names: Names, y: np.ndarray, groups: Sequence |
     return Gain(
         names,
         _rms(y * design.scale),
-        _rms(fit.residuals[0] * design.scale),
+        _rms(best.residuals[0] * design.scale),
         _rms(left * design.scale),
         _score(one - base, singles),
         by_group,
@@ -111,8 +111,8 @@ def left_out(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> 
     -------
     score, residual : whitened, shape (n,)
     """
-    fit, weights = _fold_fits(design, names, y, folds)
-    return _read(design, fit, weights, folds, len(names))
+    fits, weights = _fold_fits(design, names, y, folds)
+    return _read(design, fits, weights, folds, len(names))
 
 
 def log_score(design: Design, residuals: np.ndarray, variance) -> np.ndarray:
@@ -127,12 +127,12 @@ def _fold_fits(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -
     count = int(folds.max()) + 1
     weights = (folds[None, :] != np.arange(count)[:, None]).astype(float)
     data = np.broadcast_to(y, weights.shape)
-    return design.grid(names).fit(data, np.zeros((count, design.inputs)), design.like, 1.0, weights), weights
+    return fit(design.grid(names), data, np.zeros((count, design.inputs)), design.like, 1.0, weights), weights
 
 
-def _read(design: Design, fit: Fit, weights: np.ndarray, folds: np.ndarray, spent: int):
-    variance = design.like.variance(fit.loss, weights.sum(axis=1), 1.0, spent)
-    residual = fit.residuals[folds, np.arange(design.n)]
+def _read(design: Design, fits: Fit, weights: np.ndarray, folds: np.ndarray, spent: int):
+    variance = design.like.variance(fits.loss, weights.sum(axis=1), 1.0, spent)
+    residual = fits.residuals[folds, np.arange(design.n)]
     return log_score(design, residual, variance[folds]), residual
 
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.special import chdtrc
 
-from limitmason.diagnosis.bootstrap import DRAWS, Draws, Tally, run
-from limitmason.diagnosis.cells import fit_many
-from limitmason.diagnosis.design import Design, Names
-from limitmason.diagnosis.grid import Fit
-from limitmason.diagnosis.likelihood import Likelihood
+from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws, Tally, run
+from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.fit import Fit, fit_many, values_of
+from limitmason.diagnosis.inference.fit import fit as best_fit
+from limitmason.diagnosis.inference.likelihood import Likelihood
 
 KINDS = ("none", "cause", "either", "two", "unexplained", "scatter")
 
@@ -144,7 +144,7 @@ def decide(design: Design, y: np.ndarray, draws: Draws, rule: Rule | None = None
     """
     rule = rule or Rule()
     z = np.zeros(design.inputs)
-    null = design.null.fit(y, z, design.like)
+    null = best_fit(design.null, y, z, design.like)
     names = [(c.name,) for c in design.causes]
     singles = dict(zip(names, design.fits(names, y, z, residuals=True), strict=True))
     tally, critical = _gate(design, null, singles, draws, rule)
@@ -235,7 +235,7 @@ def _gate(design: Design, null: Fit, singles: dict[Names, Fit], draws: Draws, ru
 
     def draw(rows: slice):
         y, z, replicate = drawn_data(design, (), null, draws, rows)
-        base = design.null.fit(y, z, design.like, replicate)
+        base = best_fit(design.null, y, z, design.like, replicate)
         fits = design.fits(list(singles), y, z, replicate)
         drawn = _gate_statistics(design, base, fits, replicate)
         gains.append(drawn["gain"])
@@ -281,7 +281,7 @@ def _hopeless(design: Design, fit: Fit, deficit: float, rule: Rule) -> bool:
 def drawn_data(design: Design, names: Names, fit: Fit, draws: Draws, rows: slice):
     """Values, measured inputs and replicate variances drawn from a fitted explanation."""
     grid = design.grid(names)
-    return draws.data(grid.values_at(fit)[0], grid.z_at(fit.position)[0], noise_of(design, names, fit), rows)
+    return draws.data(values_of(grid, fit)[0], grid.z_at(fit.position)[0], noise_of(design, names, fit), rows)
 
 
 def noise_of(design: Design, names: Names, fit: Fit) -> float:
@@ -301,7 +301,7 @@ def _adequate(design: Design, names: Names, fit: Fit, draws: Draws, rule: Rule) 
 
     def draw(rows: slice):
         y, z, replicate = drawn_data(design, names, fit, draws, rows)
-        return statistics(design.grid(names).fit(y, z, design.like, replicate), replicate)
+        return statistics(best_fit(design.grid(names), y, z, design.like, replicate), replicate)
 
     thresholds = {"shape": rule.kept_shape, "scatter": rule.kept_scatter}
     tally = Tally({k: float(v[0]) for k, v in statistics(fit, np.ones(1)).items()}, thresholds)
@@ -347,7 +347,7 @@ def _near(design: Design, names: Names, fit: Fit, rivals: Iterable[Names], rule:
     if not others:
         return []
     grid = design.grid(names)
-    y, z = grid.values_at(fit), grid.z_at(fit.position)
+    y, z = values_of(grid, fit), grid.z_at(fit.position)
     if design.like.tails is not None:  # a large error counts for less: so does a distance
         apart = [0.25 * float(f.loss[0] + f.penalty[0]) for f in design.fits(others, y, z)]
     else:

@@ -2,18 +2,41 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
-from limitmason.diagnosis.cause import Cause
-from limitmason.diagnosis.cells import fit_many
-from limitmason.diagnosis.grid import Fit, Grid
-from limitmason.diagnosis.likelihood import Likelihood
-from limitmason.diagnosis.noise import Noise
-from limitmason.diagnosis.shapes import Shapes
-from limitmason.diagnosis.tabulate import Table
+from limitmason.diagnosis.inference.fit import Fit, fit, fit_many
+from limitmason.diagnosis.inference.grid import Grid, Table
+from limitmason.diagnosis.inference.likelihood import Likelihood
+from limitmason.diagnosis.inference.noise import Noise
+from limitmason.diagnosis.inference.shapes import Shapes
 
 Names = tuple[str, ...]
+
+
+class Listed(Protocol):
+    """What the statistics know of a cause: its name, the size that is no effect, and the sizes that are possible."""
+
+    @property
+    def name(self) -> str:
+        """What it is called in a verdict."""
+        ...
+
+    @property
+    def baseline(self) -> float:
+        """Size without effect."""
+        ...
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Smallest and largest size."""
+        ...
+
+    @property
+    def sides(self) -> tuple[float, ...]:
+        """The bounds that differ from the baseline."""
+        ...
 
 
 @dataclass
@@ -32,7 +55,7 @@ class Design:
     pair_table : makes the table of a pair of causes, by their names
     """
 
-    causes: tuple[Cause, ...]
+    causes: tuple[Listed, ...]
     noise: Noise
     scale: np.ndarray
     origin: np.ndarray
@@ -69,7 +92,7 @@ class Design:
         if len(names) == 1:
             return self.singles[names[0]]
         if names not in self._pairs:
-            self._pairs[names] = whitened(self.pair_table(names), self.origin, self.scale)
+            self._pairs[names] = self.pair_table(names).whitened(self.origin, self.scale)
         return self._pairs[names]
 
     def fits(
@@ -80,13 +103,13 @@ class Design:
         Parameters
         ----------
         names : of the explanations
-        y, z, replicate : as for :meth:`Grid.fit`
+        y, z, replicate : as for :func:`~.fit.fit`
         residuals : whether those of the fits are wanted
         """
         grids = [self.grid(n) for n in names]
         if self.like.tails is None:
             return fit_many(grids, y, z, self.like, replicate, residuals)
-        return [g.fit(y, z, self.like, replicate) for g in grids]
+        return [fit(g, y, z, self.like, replicate) for g in grids]
 
     def forget_pair(self, names: Names) -> None:
         """Drop the grid of a pair whose table was replaced."""
@@ -137,7 +160,3 @@ class Design:
             {k: again(g) for k, g in self._pairs.items()},
         )
 
-
-def whitened(table: Table, origin: np.ndarray, scale: np.ndarray) -> Grid:
-    """A table as a grid in units of the noise, measured from ``origin``."""
-    return Grid(table.sizes, table.z, (table.values - origin) / scale)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import bdtr, bdtrc
 
-from limitmason.diagnosis.noise import Noise
+from limitmason.diagnosis.inference.noise import Noise
 
 DRAWS = 1999  # 399 cannot resolve a threshold of 0.005
 BATCHES = (99, 299, 699, 1299, 1999)
