@@ -127,8 +127,7 @@ def _write(options: argparse.Namespace, case: Any, verdict: Any, tests: Any, reh
     (out / "report.txt").write_text(text + "\n", encoding="utf-8")
     picture = figures.diagnosis(verdict, units=case.units, quantity=case.quantity, title=case.title)
     picture.savefig(out / "diagnosis.png", dpi=200)
-    distances = verdict.study.confusable(case.causes, sd=verdict.noise_sd)
-    figures.confusable(distances, title=case.title).savefig(out / "confusable.png", dpi=200)
+    figures.confusable(verdict.distances, title=case.title).savefig(out / "confusable.png", dpi=200)
     if rehearsal is not None:
         figures.rehearsal(rehearsal, title=case.title).savefig(out / "rehearsal.png", dpi=200)
     _write_causes(out / "causes.csv", verdict)

@@ -9,8 +9,8 @@ from limitmason.diagnosis.inference.decide import Rule
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, NextTests
 from limitmason.diagnosis.rehearse import Rehearsal, binomial_interval
+from limitmason.diagnosis.result import Diagnosis
 from limitmason.diagnosis.study import Study
-from limitmason.diagnosis.verdict import Diagnosis
 
 __all__ = [
     "Cause",

@@ -1,7 +1,8 @@
 """Tables of log predictions on (cause size x nuisance): few simulator calls, refined where the curve bends."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise, product
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
@@ -43,7 +44,7 @@ class Tabulator:
     def __init__(
         self,
         simulator: Simulator,
-        nuisance: dict[str, Measured],
+        nuisance: Mapping[str, Measured],
         noise: np.ndarray,
         *,
         levels: int = 17,
@@ -54,6 +55,7 @@ class Tabulator:
             raise ValueError(f"crossed must be one of {CROSSED}, got {crossed!r}")
         self.crossed = crossed
         self.simulator = simulator
+        self.nuisance = dict(nuisance)
         self.fixed = tuple((k, m.value) for k, m in nuisance.items() if m.sd == 0)
         self.free = {k: m for k, m in nuisance.items() if m.sd > 0}
         if len(self.free) not in NODES:
@@ -65,6 +67,14 @@ class Tabulator:
         self.z_levels = tuple(_through_zero(*reach, count) for reach in reaches)
         counts = [max(m, count) for m in NODES[len(reaches)]]
         self.z_nodes = tuple(_through_zero(*r, m) for r, m in zip(reaches, counts, strict=True))
+
+    def on(self, specimens: Sequence[Any], noise: np.ndarray) -> "Tabulator":
+        """The same for other specimens, at the same values of the measured inputs."""
+        count = len(self.z_levels[0]) if self.z_levels else None
+        simulator = self.simulator.on(specimens)
+        return Tabulator(
+            simulator, self.nuisance, noise, levels=self.levels, nuisance_levels=count, crossed=self.crossed
+        )
 
     @property
     def n(self) -> int:

@@ -119,7 +119,7 @@ def _resolved(where, values, truth, extra, seed):
     expected = hide.expected(Extra, truth.names, truth.sizes, truth.friction)
     more = expected * np.exp(surrogate.NOISE * np.random.default_rng([*seed, 6]).standard_normal(len(extra)))
     study = Study(
-        where.study.specimens + extra,
+        [*where.study.specimens, *extra],
         surrogate.simulate,
         np.concatenate([values, more]),
         where.study.noise,

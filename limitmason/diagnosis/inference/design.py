@@ -1,7 +1,7 @@
 """Everything that the rule needs of one design and one list of causes: whitened grids, trends, likelihood."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -39,7 +39,7 @@ class Listed(Protocol):
         ...
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class Design:
     """Tables of one design in units of its noise, measured from the baseline prediction at the measured inputs.
 
@@ -111,6 +111,10 @@ class Design:
             return fit_many(grids, y, z, self.like, replicate, residuals)
         return [fit(g, y, z, self.like, replicate) for g in grids]
 
+    def closed(self) -> "Design":
+        """The design with the tables made so far and no way to make others: numbers only."""
+        return replace(self, pair_table=_no_table, _pairs=dict(self._pairs))
+
     def forget_pair(self, names: Names) -> None:
         """Drop the grid of a pair whose table was replaced."""
         self._pairs.pop(names, None)
@@ -124,12 +128,9 @@ class Design:
         covariates : name to values of all specimens
         """
         kept = {k: [v for v, keep in zip(column, chosen, strict=True) if keep] for k, column in covariates.items()}
-        noise = self.noise
-        if isinstance(noise.sd, tuple):
-            noise = Noise(tuple(s for s, keep in zip(noise.sd, chosen, strict=True) if keep), noise.dof, noise.tails)
         return Design(
             self.causes,
-            noise,
+            self.noise.of_some(chosen),
             self.scale[chosen],
             self.origin[chosen],
             self.null.columns(chosen),
@@ -160,3 +161,6 @@ class Design:
             {k: again(g) for k, g in self._pairs.items()},
         )
 
+
+def _no_table(names: Names) -> Table:
+    raise LookupError(f"{' and '.join(names)} were not tried together: there is no table of the pair")

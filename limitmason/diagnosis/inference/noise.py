@@ -142,6 +142,18 @@ class Noise:
             raise ValueError(f"noise is given for {len(sd)} specimens, but there are {n}")
         return np.broadcast_to(sd, (n,)).copy()
 
+    def for_others(self) -> "Noise":
+        """The same statement for other specimens: its mean where it differs from one to the other."""
+        if not isinstance(self.sd, tuple):
+            return self
+        return Noise(float(np.mean(self.sd)), self.dof, self.tails)
+
+    def of_some(self, chosen: Sequence[bool] | np.ndarray) -> "Noise":
+        """The statement for some of the specimens, boolean, shape (n,)."""
+        if not isinstance(self.sd, tuple):
+            return self
+        return Noise(tuple(s for s, keep in zip(self.sd, chosen, strict=True) if keep), self.dof, self.tails)
+
     def __str__(self) -> str:
         if self.sd is None:
             return "unknown"
