@@ -9,8 +9,9 @@ import math
 
 import numpy as np
 
+from limitmason import causes as catalogue
 from limitmason import experiments, figures
-from limitmason.diagnosis import Cause, Noise, Study, catalogue
+from limitmason.diagnosis import Cause, Noise, Study
 
 SOURCE = "pavia-tilting"
 

@@ -20,6 +20,7 @@ __version__ = "0.1.0"
 # loaded on first use: a script that only builds an assembly waits for neither solver nor matplotlib
 _MODULES = (
     "build",
+    "causes",
     "certificate",
     "diagnosis",
     "equilibrium",

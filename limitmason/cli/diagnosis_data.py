@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from limitmason import __version__, experiments
+from limitmason import causes as catalogue
 from limitmason.cli.series import (
     cases_of,
     check_names,
@@ -25,7 +26,7 @@ from limitmason.cli.series import (
     series_of,
     tilted,
 )  # fmt: skip
-from limitmason.diagnosis import Cause, Measured, Noise, catalogue
+from limitmason.diagnosis import Cause, Measured, Noise
 from limitmason.diagnosis.simulate import Collapse, packaged
 from limitmason.formats.measured import MeasuredTable, read_measured
 

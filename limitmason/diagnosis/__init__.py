@@ -4,7 +4,9 @@ A bootstrap confidence set of physical causes. It works for any ``simulate(speci
 positive prediction of what was measured; see :class:`Study`.
 """
 
-from limitmason.diagnosis.cause import Cause, Extension
+from importlib import import_module
+
+from limitmason.causes import Cause, Extension
 from limitmason.diagnosis.inference.decide import Rule
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, NextTests
@@ -25,3 +27,10 @@ __all__ = [
     "Study",
     "binomial_interval",
 ]
+
+
+def __getattr__(name: str) -> object:
+    """The old name of ``limitmason.causes``, for one release."""
+    if name == "catalogue":
+        return import_module(f"{__name__}.catalogue")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

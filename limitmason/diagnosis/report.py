@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.diagnosis.cause import Cause
+from limitmason.causes.cause import Cause
 from limitmason.diagnosis.inference.checks import Checks
 from limitmason.diagnosis.inference.shapes import is_numeric
 from limitmason.diagnosis.result import Diagnosis

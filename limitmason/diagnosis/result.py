@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from limitmason.diagnosis.cause import Cause
+from limitmason.causes.cause import Cause
 from limitmason.diagnosis.inference.bootstrap import Draws
 from limitmason.diagnosis.inference.checks import Checks, judge_again
 from limitmason.diagnosis.inference.decide import Rule, Verdict

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.diagnosis.cause import Cause, check_causes
+from limitmason.causes.cause import Cause, check_causes
 from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws
 from limitmason.diagnosis.inference.decide import Rule, decide
 from limitmason.diagnosis.inference.design import Design

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.diagnosis.cause import Cause, cause_pairs
+from limitmason.causes.cause import Cause, cause_pairs
 from limitmason.diagnosis.inference.decide import Verdict
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.grid import Grid, Table, at_measured

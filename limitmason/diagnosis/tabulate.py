@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
 
-from limitmason.diagnosis.cause import Cause
+from limitmason.causes.cause import Cause
 from limitmason.diagnosis.inference.grid import Table
 from limitmason.diagnosis.inference.noise import Measured
 from limitmason.diagnosis.simulator import Job, Simulator, positive

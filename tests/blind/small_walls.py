@@ -11,7 +11,8 @@ from math import atan, degrees
 from pathlib import Path
 
 import limitmason as lm
-from limitmason.diagnosis import Extension, Measured, catalogue
+from limitmason import causes as catalogue
+from limitmason.diagnosis import Extension, Measured
 from limitmason.diagnosis.simulate import collapse
 
 STORE = Path(__file__).with_name("two_codes.csv")

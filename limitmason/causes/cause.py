@@ -30,6 +30,7 @@ class Cause:
     hidden_when : when data cannot show it, or cannot tell it from another cause
     methods : names of the methods that feel it; empty is all
     reads_specimen : ``apply`` of a simulation cause also takes ``specimen=``, for what differs from test to test
+    analyses : most limit analyses that ``apply`` itself runs each time; 0 for nearly all causes
 
     Raises
     ------
@@ -54,6 +55,7 @@ class Cause:
     hidden_when: str = ""
     methods: tuple[str, ...] = ()
     reads_specimen: bool = False
+    analyses: int = 0
 
     def __post_init__(self):
         low, high = (float(b) for b in self.bounds)

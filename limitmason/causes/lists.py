@@ -1,45 +1,22 @@
-"""The catalogue as a whole: factories by name, a list for a study, and a table."""
+"""All causes: by name, as a list for a study, and as a table; made from their declarations."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from limitmason.diagnosis.catalogue import faces, joint_laws, loading, measurement, shape
-from limitmason.diagnosis.cause import Cause
+from limitmason.causes import faces, joints, loads, measurement, shape
+from limitmason.causes.cause import Cause
+from limitmason.causes.declare import Declared
 
 METHODS = ("limit", "limit, associative", "limit, non-associative", "dem", "mechanisms")
 """Methods as ``Cause.methods`` names them. Of a cause "limit" covers both flow rules, of a study it is associative."""
 
-ALL: Mapping[str, Callable[..., Cause]] = MappingProxyType(
-    {
-        "weak base joint": joint_laws.weak_base_joint,
-        "head joint friction": joint_laws.head_joint_friction,
-        "stress-dependent friction": joint_laws.stress_dependent_friction,
-        "cohesion": joint_laws.cohesion,
-        "tension": joint_laws.tension,
-        "dilatancy": joint_laws.dilatancy,
-        "finite compressive strength": joint_laws.finite_compressive_strength,
-        "wear": joint_laws.wear,
-        "edge rounding": faces.edge_rounding,
-        "effective thickness": faces.effective_thickness,
-        "lost overlap": faces.lost_overlap,
-        "open head joints": faces.open_head_joints,
-        "torsion strength": faces.torsion_strength,
-        "out-of-plumb": shape.out_of_plumb,
-        "block size": shape.block_size,
-        "block density": shape.block_density,
-        "second-order displacement": shape.second_order_displacement,
-        "joint softness": shape.joint_softness,
-        "eccentric overload": loading.eccentric_overload,
-        "overload magnitude": loading.overload_magnitude,
-        "load direction": loading.load_direction,
-        "angle offset": measurement.angle_offset,
-        "gain": measurement.gain,
-        "batch shift": measurement.batch_shift,
-        "friction of the rig": measurement.rig_friction,
-    }
+TOPICS = (joints, faces, shape, loads, measurement)
+
+ALL: Mapping[str, Declared] = MappingProxyType(
+    {d.name: d for topic in TOPICS for d in vars(topic).values() if isinstance(d, Declared)}
 )
-"""Every factory by the name of its cause."""
+"""Every declared cause by its name."""
 
 
 def acts_on(cause: Cause, method: str) -> bool:
@@ -75,7 +52,7 @@ def standard(
 ) -> list[Cause]:
     """The causes that a study of masonry tests should list, measurement included.
 
-    Bounds are those of the factories: of small dry models, with a multiplier as the measured value. Where a force was
+    Bounds are those declared: of small dry models, with a multiplier as the measured value. Where a force was
     measured, replace "friction of the rig" by one with bounds in its unit.
 
     Parameters
@@ -95,29 +72,29 @@ def standard(
     """
     normal = (0.0, 1.0, 0.0) if plane else None
     causes = [
-        joint_laws.weak_base_joint(),
-        joint_laws.stress_dependent_friction(),
-        joint_laws.cohesion(),
-        joint_laws.dilatancy(),
-        joint_laws.finite_compressive_strength(),
+        joints.weak_base_joint(),
+        joints.stress_dependent_friction(),
+        joints.cohesion(),
+        joints.dilatancy(),
+        joints.finite_compressive_strength(),
         faces.edge_rounding(plane_normal=normal),
         faces.lost_overlap(),
         shape.out_of_plumb(),
         shape.second_order_displacement(),
-        shape.joint_softness(),
-        loading.load_direction(),
+        joints.joint_softness(),
+        loads.load_direction(),
         measurement.gain(),
     ]
     if not plane:
         causes += [faces.effective_thickness(), faces.torsion_strength()]
     if overload:
-        causes += [loading.overload_magnitude(), loading.eccentric_overload(), shape.block_density()]
+        causes += [loads.overload_magnitude(), loads.eccentric_overload(), shape.block_density()]
     if tilting:
         causes.append(measurement.angle_offset())
     else:
         causes.append(measurement.rig_friction())
     if "order" in tuple(covariates):
-        causes.append(joint_laws.wear())
+        causes.append(joints.wear())
     for covariate, label in (batches or {}).items():
         causes.append(measurement.batch_shift(covariate=covariate, label=label))
     names = [c.name for c in causes]
@@ -130,8 +107,8 @@ def standard(
 def table() -> list[dict[str, str]]:
     """One row per cause: name, parameter, unit, baseline, bounds, methods, physics, isolating test, when hidden."""
     rows = []
-    for name, factory in ALL.items():
-        cause = factory()
+    for name, declared in ALL.items():
+        cause = declared()
         methods = ", ".join(cause.methods) or "every method"
         rows.append(
             {
