@@ -329,3 +329,16 @@ def test_a_diagnosis_is_numbers_that_report_without_the_simulator():
     few = (ROUNDING, BATCH)
     alone = dataclasses.replace(plain, listed=few, design=dataclasses.replace(plain.design, causes=few))
     assert pickle.loads(pickle.dumps(alone)).estimates == answer.estimates
+
+
+def test_noise_from_replicates_does_not_hang_on_the_order_in_which_a_process_keeps_words():
+    rng = np.random.default_rng(3)
+    values = rng.uniform(0.2, 0.9, 40)
+    groups = np.repeat(np.arange(13), 4)[:40]
+    wanted, dof = 0.0, 0
+    for g in range(10):
+        logs = np.log(values[groups == g])
+        wanted += float(((logs - logs.mean()) ** 2).sum())
+        dof += len(logs) - 1
+    for rename in ("{}", "wall {}", "{}-a", "configuration {}", "x{}y", "{}{}"):
+        assert Noise.from_replicates(values, [rename.format(g, g) for g in groups]).sd == np.sqrt(wanted / dof)

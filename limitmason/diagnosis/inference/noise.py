@@ -112,7 +112,7 @@ class Noise:
         if len(labels) != len(logs):
             raise ValueError(f"{len(labels)} configurations are given for {len(logs)} values")
         total, dof = 0.0, 0
-        for name in set(labels):
+        for name in dict.fromkeys(labels):  # a set would add them up in another order in every process
             part = logs[[c == name for c in labels]]
             total += float(((part - part.mean()) ** 2).sum())
             dof += len(part) - 1
