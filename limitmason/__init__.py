@@ -6,6 +6,7 @@ Units are SI, axes right-handed with z up, compression positive; angles are radi
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from limitmason.constants import VERSION
 from limitmason.model import Assembly, Block, Interface, Joint, Loads, Support
 from limitmason.results import Certificate, Mechanism, Prediction, Resultants
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from limitmason.methods import predict, predict_cases
     from limitmason.side_by_side import compare
 
-__version__ = "0.1.0"
+__version__ = VERSION
 
 # loaded on first use: a script that only builds an assembly waits for neither solver nor matplotlib
 _MODULES = (

@@ -10,6 +10,7 @@ from limitmason.causes import Cause, Extension
 from limitmason.diagnosis.inference.decide import Rule
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, NextTests
+from limitmason.diagnosis.investigation import Investigation, investigate
 from limitmason.diagnosis.rehearse import Rehearsal, binomial_interval
 from limitmason.diagnosis.result import Diagnosis
 from limitmason.diagnosis.study import Study
@@ -19,6 +20,7 @@ __all__ = [
     "Confusable",
     "Diagnosis",
     "Extension",
+    "Investigation",
     "Measured",
     "NextTests",
     "Noise",
@@ -26,6 +28,7 @@ __all__ = [
     "Rule",
     "Study",
     "binomial_interval",
+    "investigate",
 ]
 
 

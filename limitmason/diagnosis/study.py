@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.causes.cause import Cause, check_causes
+from limitmason.diagnosis.from_table import About, study_arguments
 from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws
 from limitmason.diagnosis.inference.decide import Rule, decide
 from limitmason.diagnosis.inference.design import Design
@@ -20,13 +21,15 @@ from limitmason.diagnosis.report import headline, report, table
 from limitmason.diagnosis.report import warnings as warnings_of
 from limitmason.diagnosis.result import Diagnosis, checked_by_group
 from limitmason.diagnosis.simulator import Simulator
+from limitmason.diagnosis.specimens import called, covariates_of, positive_values
 from limitmason.diagnosis.suggest import suggest
 from limitmason.diagnosis.tables import ASSUMED_NOISE, PoolGrids, Tables, placing_noise
 from limitmason.diagnosis.tabulate import Tabulator
+from limitmason.experiments.measured_table import MeasuredTable
 
 FEWEST = 4  # specimens
 ROUNDS = 6
-STATEMENTS = ("measured", "noise", "groups", "covariates")  # of a study, which its tables do not depend on
+STATEMENTS = ("measured", "noise", "groups", "covariates", "causes", "about")  # no table depends on them
 
 
 @dataclass(frozen=True)
@@ -57,6 +60,8 @@ class Study:
         truly where that fails; "exact" tabulates every pair truly; "additive" never calls the simulator for a pair
     crossed : "full", or "corners" for few calls of a slow simulator: cause and measured inputs are then combined from
         their own effects and the corners; ``limitmason.diagnosis.simulate.SLOW`` sets all options of that kind
+    causes : list that is taken where none is named
+    about : title, units and notes for reports
     made : tables of the study that this one is a variant of; see :meth:`replace`
 
     Raises
@@ -85,6 +90,8 @@ class Study:
     version: str = ""
     pair_tables: str = "verified"
     crossed: str = "full"
+    causes: tuple[Cause, ...] = ()
+    about: About = field(default_factory=About)
     made: InitVar[Made | None] = None
     scale: np.ndarray = field(init=False)
     tables: Tables = field(init=False)
@@ -106,8 +113,8 @@ class Study:
             "specimens": specimens,
             "noise": noise,
             "scale": noise.scale(n),
-            "measured": None if self.measured is None else _positive(self.measured, n),
-            "covariates": _covariates(self.covariates, specimens),
+            "measured": None if self.measured is None else positive_values(self.measured, n),
+            "covariates": covariates_of(self.covariates, specimens),
             "groups": None if self.groups is None else list(self.groups),
             "nuisance": nuisance,
         }
@@ -127,6 +134,42 @@ class Study:
             crossed=self.crossed,
         )  # fmt: skip
         return Tables(tabulator, self.pair_tables)
+
+    @classmethod
+    def from_table(
+        cls,
+        table: str | Path | MeasuredTable | None = None,
+        *,
+        cache: str | Path | None = None,
+        n_jobs: int = 1,
+        **stated: Any,
+    ) -> "Study":
+        """A study of measured values in a table, with its causes, noise and units.
+
+        Parameters
+        ----------
+        table : CSV file with a row of names, a row of units and one row per measured value; None is the packaged series
+            that ``model`` names
+        cache, n_jobs : as for the study
+        stated : ``model``, a packaged series or ``simulate(specimen, **parameters)``; without one the predictions stand
+            in a column (``predicted``, and ``towards`` columns of a second model). Columns: ``measured``, ``group``,
+            ``covariates`` (all that are left) and ``batches``, whose labels may be read by another gain. What is
+            known: ``noise`` (a :class:`Noise`, a relative error, "replicates", "unknown"; else the column "noise"),
+            ``dof`` and ``tails`` of it, ``inputs``, measured inputs of the model by name. ``causes``, causes or their
+            names; else all that fit the model, with ``tilting`` for tangents of a tilt angle and ``spatial`` for walls
+            that do not work in one plane. ``method`` and ``settings`` of a packaged series; ``levels``, ``title``
+
+        Raises
+        ------
+        ValueError
+            Naming file, row and column of what is wrong.
+        """
+        return cls(cache=cache, n_jobs=n_jobs, **study_arguments(table, **stated))
+
+    @classmethod
+    def from_experiments(cls, series: str, **stated: Any) -> "Study":
+        """A study of a packaged series by its own models or published predictions; see :meth:`from_table`."""
+        return cls.from_table(None, model=series, **stated)
 
     @property
     def n(self) -> int:
@@ -154,7 +197,7 @@ class Study:
             changes = {"measured": None, "groups": None, "covariates": tuple(self.covariates), **changes}
         if not set(changes) <= set(STATEMENTS):
             return dataclasses.replace(self, **changes)
-        same = set(changes) <= {"measured", "groups"}
+        same = not set(changes) & {"noise", "covariates"}
         return dataclasses.replace(self, **changes, made=Made(self.tables, self._designs if same else {}))
 
     def with_measured(self, measured: Sequence[float]) -> "Study":
@@ -180,9 +223,12 @@ class Study:
         z = tuple(z) or tuple(0.0 for _ in self.tabulator.free)
         return np.exp(self.tabulator.evaluate(tuple(causes), [(tuple(sizes), z)])[0])
 
-    def design(self, causes: Iterable[Cause]) -> Design:
+    def _listed(self, causes: Iterable[Cause] | None) -> tuple[Cause, ...]:
+        return check_causes(self.causes if causes is None else causes, self.nuisance)
+
+    def design(self, causes: Iterable[Cause] | None = None) -> Design:
         """Tables of the design for a list of causes; made on the first call."""
-        causes = check_causes(causes, self.nuisance)
+        causes = self._listed(causes)
         if causes not in self._designs:
             self._designs[causes] = self.tables.design(causes, self.noise, self.scale, self.covariates)
         return self._designs[causes]
@@ -193,7 +239,7 @@ class Study:
 
     def diagnose(
         self,
-        causes: Iterable[Cause],
+        causes: Iterable[Cause] | None = None,
         seed: int = 0,
         *,
         draws: int = DRAWS,
@@ -204,7 +250,8 @@ class Study:
 
         Parameters
         ----------
-        causes : the list that the verdict is conditional on; measurement causes belong to every list
+        causes : the list that the verdict is conditional on; measurement causes belong to every list. None is that of
+            the study
         seed : of the bootstrap; the same seed gives the same verdict
         draws : most bootstrap draws
         pairs : whether two causes are tried when no single one is left
@@ -217,7 +264,7 @@ class Study:
         """
         if self.measured is None:
             raise ValueError("the study has no measured values: it can plan (confusable, rehearse), not diagnose")
-        causes = check_causes(causes, self.nuisance)
+        causes = self._listed(causes)
         design = self.design(causes)
         chances = Draws.make([seed, self.n], self.n, design.inputs, self.noise, draws)
         y = design.whiten(self.measured)
@@ -235,7 +282,7 @@ class Study:
             seed=seed,
             draws=chances,
             rule=rule or Rule(),
-            specimens=tuple(_called(s, i) for i, s in enumerate(self.specimens)),
+            specimens=tuple(called(s, i) for i, s in enumerate(self.specimens)),
             measured=self.measured,
             noise=self.noise,
             nuisance=self.nuisance,
@@ -247,7 +294,7 @@ class Study:
         )
         return checked_by_group(answer)
 
-    def confusable(self, causes: Iterable[Cause], *, sd: float | None = None) -> Confusable:
+    def confusable(self, causes: Iterable[Cause] | None = None, *, sd: float | None = None) -> Confusable:
         """Which causes this design tells apart, without any data.
 
         Parameters
@@ -257,7 +304,7 @@ class Study:
         """
         return confusable(self.known_design(causes, sd))
 
-    def known_design(self, causes: Iterable[Cause], sd: float | None = None) -> Design:
+    def known_design(self, causes: Iterable[Cause] | None = None, sd: float | None = None) -> Design:
         """The design with a known noise: as stated, or ``sd``, or 4 % where nothing is stated."""
         design = self.design(causes)
         if sd is None and self.noise.kind != "unknown":
@@ -267,7 +314,7 @@ class Study:
 
     def rehearse(
         self,
-        causes: Iterable[Cause],
+        causes: Iterable[Cause] | None = None,
         n: int = 200,
         *,
         seed: int = 0,
@@ -287,7 +334,7 @@ class Study:
             pair is made and such trials end as "unexplained"
         progress : told after each trial in a line what was hidden and what was found
         """
-        causes = check_causes(causes, self.nuisance)
+        causes = self._listed(causes)
         return rehearse(self.design(causes), self.known_design(causes, sd), n, seed, pairs, progress)
 
     def plan(self, causes: Iterable[Cause], pool: Sequence[Any], k: int = 4) -> NextTests:
@@ -317,11 +364,7 @@ class Answer(Diagnosis):
 
     Parameters
     ----------
-    study : what was asked
-
-    Notes
-    -----
-    All others are those of :class:`Diagnosis`, which is the numbers alone.
+    study : what was asked; all others are those of :class:`Diagnosis`, which is the numbers alone
     """
 
     study: Study
@@ -355,42 +398,3 @@ class Answer(Diagnosis):
 
     def __repr__(self) -> str:
         return f"<Diagnosis of {self.n} specimens, {headline(self)}>"
-
-
-def _called(specimen: Any, number: int) -> str:
-    """What a specimen is called: its "specimen" or "name", else its number counted from 0."""
-    for key in ("specimen", "name"):
-        value = specimen.get(key) if isinstance(specimen, Mapping) else getattr(specimen, key, None)
-        if value is not None:
-            direction = specimen.get("direction", "") if isinstance(specimen, Mapping) else ""
-            return f"specimen {value}{direction}"
-    return f"specimen {number}"
-
-
-def _positive(values: Sequence[float] | np.ndarray, n: int) -> np.ndarray:
-    out = np.array(values, dtype=float)
-    if out.shape != (n,):
-        raise ValueError(f"measured must have one value per specimen ({n}), got shape {out.shape}")
-    bad = np.flatnonzero(~(np.isfinite(out) & (out > 0)))
-    if len(bad):
-        raise ValueError(f"measured values must be positive and finite; specimen {bad[0]} has {out[bad[0]]!r}")
-    out.flags.writeable = False
-    return out
-
-
-def _covariates(given: Iterable[str] | Mapping[str, Sequence], specimens: Sequence[Any]) -> dict[str, list]:
-    if isinstance(given, Mapping):
-        out = {str(k): list(v) for k, v in given.items()}
-    else:
-        out = {}
-        for name in given:
-            out[name] = []
-            for i, s in enumerate(specimens):
-                try:
-                    out[name].append(s[name] if isinstance(s, Mapping) else getattr(s, name))
-                except (KeyError, AttributeError):
-                    raise ValueError(f"covariate {name!r} is not recorded for specimen {i}") from None
-    for name, column in out.items():
-        if len(column) != len(specimens):
-            raise ValueError(f"covariate {name!r} has {len(column)} values for {len(specimens)} specimens")
-    return out

@@ -1,15 +1,17 @@
-"""Packaged series for ``limitmason diagnose``: measured values as a table."""
+"""Packaged series: their measured values as a table, and what a study of them has to know."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from limitmason import experiments
-from limitmason.formats.measured import MeasuredTable, force_factor, write_measured
+from limitmason.experiments import registry
+from limitmason.experiments.measured_table import MeasuredTable, force_factor, write_measured
+from limitmason.experiments.record import Experiment
+from limitmason.model import Loads
 
 WORDS = ("stone", "loading")  # of a packaged row, beside its parameters
 RESULTS = ("failure type", "failure")  # parameters that are outcomes, not covariates
@@ -17,28 +19,25 @@ RESULTS = ("failure type", "failure")  # parameters that are outcomes, not covar
 
 def series_of(name: str) -> str | None:
     """The packaged source that a name means: its name or the beginning of one; None where it is none."""
-    found = [s for s in experiments.sources() if s == name] or [s for s in experiments.sources() if s.startswith(name)]
+    found = [s for s in registry.sources() if s == name] or [s for s in registry.sources() if s.startswith(name)]
     if len(found) > 1:
-        raise ValueError(f"--model {name!r} could be {' or '.join(found)}")
+        raise ValueError(f"the series {name!r} could be {' or '.join(found)}")
     return found[0] if found else None
 
 
-def cases_of(series: str) -> list:
+def cases_of(series: str) -> list[Experiment]:
     """All experiments of a series."""
-    return [experiments.load(series, s) for s in experiments.specimens(series)]
+    return [registry.load(series, s) for s in registry.specimens(series)]
 
 
-def tilted(model: str) -> bool:
-    """Whether ``--model`` means a packaged series of tilting tests."""
-    series = series_of(model) if ":" not in model else None
-    return series is not None and "tilt angle" in cases_of(series)[0].measured
+def tilted(series: str) -> bool:
+    """Whether a packaged series consists of tilting tests."""
+    return "tilt angle" in cases_of(series)[0].measured
 
 
 def overloaded(series: str, rows: Sequence[Mapping[str, Any]]) -> bool:
     """Whether the dead load is more than the weight of the blocks."""
-    from limitmason.model import Loads
-
-    test = experiments.load(series, rows[0]["specimen"])
+    test = registry.load(series, rows[0]["specimen"])
     wall = test.assembly()
     return not np.allclose(test.loads().dead, Loads.weight(wall).dead)
 
@@ -47,13 +46,13 @@ def check_specimens(table: MeasuredTable, series: str, measured: str) -> tuple[f
     """Factor from the unit of the measured column to that of the predictions, and the latter."""
     check_names(table, series)
     table.column(measured, "the measured values")
-    unit = experiments.load(series, experiments.specimens(series)[0]).multiplier_to_measured.unit
+    unit = registry.load(series, registry.specimens(series)[0]).multiplier_to_measured.unit
     return force_factor(table.units[measured], unit, f"{table.name}: column {measured!r}"), unit
 
 
 def check_names(table: MeasuredTable, series: str) -> None:
     """Refuse specimens and directions that the series does not have."""
-    known = experiments.specimens(series)
+    known = registry.specimens(series)
     for line, name in zip(table.lines, table.column("specimen", f"the specimens of {series}"), strict=True):
         if name not in known:
             raise ValueError(
@@ -64,19 +63,19 @@ def check_names(table: MeasuredTable, series: str) -> None:
             raise ValueError(f"{table.name}: row {line}, column 'direction' must be + or -, got {sense!r}")
 
 
-def series_notes(series: str, table: MeasuredTable, inputs: Sequence[str]) -> list[str]:
-    """What the models assume, and what the sources leave open that no measured input covers."""
+def series_notes(series: str, table: MeasuredTable, inputs: Iterable[str]) -> list[str]:
+    """What the models assume, and what the sources leave open that no measured input of these names covers."""
     names = list(dict.fromkeys(table.column("specimen")))
     said: dict[str, int] = {}
     for name in names:
-        for sentence in experiments.load(series, name).assumptions:
+        for sentence in registry.load(series, name).assumptions:
             said[sentence] = said.get(sentence, 0) + 1
     notes = [s if k == len(names) else f"{s} (For {k} of the specimens.)" for s, k in said.items()]
-    given = {text.partition("=")[0].strip() for text in inputs}
-    for name, values in experiments.load(series, names[-1]).open_options.items():
+    given = set(inputs)
+    for name, values in registry.load(series, names[-1]).open_options.items():
         if name not in given and all(isinstance(v, float) for v in values):
-            notes.append(f"The sources leave {name} open ({min(values):g} to {max(values):g}); no --input {name}="
-                         "VALUE,SD was given, so it is taken as exact.")  # fmt: skip
+            notes.append(f"The sources leave {name} open ({min(values):g} to {max(values):g}); no measured input of "
+                         "that name is given, so it is taken as exact.")  # fmt: skip
     return notes
 
 
@@ -142,14 +141,21 @@ measured: positive; predicted: of your simulation; group: specimens of one confi
 limitmason diagnose FILE --tilting --noise 0.04 --out result"""
 
 
-def write_template(path: Path, model: str | None) -> None:
-    """Write a data file to start from: an example, or the measured values of a packaged series."""
+def write_template(path: Path, model: str | None = None) -> None:
+    """Write a data file to start from: an example, or the measured values of a packaged series.
+
+    Raises
+    ------
+    ValueError
+        For a series that is not packaged, or a file that exists.
+    """
     series = series_of(model) if model and ":" not in model else None
     if model and series is None:
-        raise ValueError(f"--template with --model needs a packaged series, one of {', '.join(experiments.sources())}")
+        known = ", ".join(registry.sources())
+        raise ValueError(f"a template of {model!r}: that is no packaged series; they are {known}")
     if series is not None:
         table = packaged_table(series)
-        source = experiments.load(series, experiments.specimens(series)[0]).source
+        source = registry.load(series, registry.specimens(series)[0]).source
         write_measured(path, table.units, table.rows, f"{source.title}\n{source}")
         return
     units = {
