@@ -1,4 +1,4 @@
-"""The full blind trial: ``python -m tests.blind.full --seed 20261121 --scale 1 --out tests/blind/report.md``.
+"""The full blind trial: ``python -m validation.blind.full --seed 20261121 --scale 1 --out validation/blind/report.md``.
 
 Writes confusion matrices by class with 95 % binomial (Clopper-Pearson) intervals, the acceptance table, and the same
 table for two broken rules. From the root of the source tree; about a quarter of an hour on one core.
@@ -94,7 +94,7 @@ def report(record, notes, seed, seconds, workers, changed):
         + (f"Thresholds changed: {', '.join(changed)}. " if changed else "")
         + "Surrogate: closed forms of dry-joint "
         f"masonry, {len(surrogate.CAUSES)} causes, designs {', '.join(ALL)}, noise {100 * surrogate.NOISE:.0f} %, "
-        f"friction {surrogate.FRICTION} +- {surrogate.FRICTION_ERROR}. Written by `python -m tests.blind.full`.",
+        f"friction {surrogate.FRICTION} +- {surrogate.FRICTION_ERROR}. Written by `python -m validation.blind.full`.",
         "",
         "## Acceptance",
         "",

@@ -6,11 +6,10 @@ always name the best fit or never name anything, must fail them.
 
 import numpy as np
 import pytest
+from blind import score, small_walls, two_codes
+from blind.small_walls import DEM, LIMIT
 
 from limitmason.diagnosis import Extension
-
-from . import score, small_walls, two_codes
-from .small_walls import DEM, LIMIT
 
 SEED = 815  # not a seed of the full report
 COUNTS = {"null": 40, "clear": 30, "middle": 30}

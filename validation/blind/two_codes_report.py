@@ -38,7 +38,7 @@ def text(records, seed, seconds):
         "(all assumed). "
         f"Stored values: {at[DEM]} of `dem.collapse({distinct})`, {at[LIMIT]} of `limit_analysis({limit})`. Like with "
         "like: every joint has psi = phi, where the multiplier is unique and the same in theory for both codes. "
-        "Written by `python -m tests.blind.two_codes`.",
+        "Written by `python -m validation.blind.two_codes`.",
         "",
         *_null(),
         *_why(),

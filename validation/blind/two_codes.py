@@ -1,7 +1,7 @@
 """Blind trials across two codes: truth in the DEM and candidates in limit analysis, and the reverse.
 
-``python -m tests.blind.two_codes --make`` fills the store (it goes on where it stopped, half an hour on a busy core);
-``python -m tests.blind.two_codes --seed 20261121 --scale 1`` runs the trials and writes `two_codes.md`.
+``python -m validation.blind.two_codes --make`` fills the store (it goes on where it stopped; half an hour of one core);
+``python -m validation.blind.two_codes --seed 20261121 --scale 1`` runs the trials and writes `two_codes.md`.
 
 The diagnosing code sees values only. The null comes first: one code without any effect, measured with noise, diagnosed
 with the other. The difference of the codes is declared as a method error on top of the noise.
@@ -77,7 +77,7 @@ def _provenance():
     used = ", ".join(f"{p} {version(p)}" for p in ("limitmason", "numpy", "numba", "clarabel"))
     limit, dem = (", ".join(f"{k}={v!r}" for k, v in small_walls.OPTIONS[c].items()) for c in (LIMIT, DEM))
     return (
-        "# Collapse multipliers of small_walls.SPECIMENS, computed by python -m tests.blind.two_codes --make\n"
+        "# Collapse multipliers of small_walls.SPECIMENS, computed by python -m validation.blind.two_codes --make\n"
         f"# from {datetime.now(UTC).date()} on with {used}\n"
         f"# limit: limitmason.limit_analysis({limit}); dem: dem.collapse({dem}); all joints with psi = phi\n"
     )
@@ -280,6 +280,6 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    from tests.blind import two_codes  # workers must find it under its own name
+    from validation.blind import two_codes  # workers must find it under its own name
 
     two_codes.main()

@@ -6,8 +6,7 @@ Bounds are those of the acceptance table, loosened by the binomial spread of the
 
 import numpy as np
 import pytest
-
-from . import hide, other, score, surrogate, trials
+from blind import hide, other, score, surrogate, trials
 
 SEED = 4711  # not a seed of the full report
 

@@ -127,7 +127,7 @@ class Simulator:
         name = key(self.code, specimen, friction_coefficient, extend)
         if name not in self.values:
             if self.append is None:
-                raise LookupError(f"no stored value for {name}: run python -m tests.blind.two_codes --make")
+                raise LookupError(f"no stored value for {name}: run python -m validation.blind.two_codes --make")
             self.values[name] = self.compute(specimen, friction_coefficient, extend)
             self.append(name, self.values[name])
         return self.values[name]
