@@ -9,7 +9,8 @@ import dem
 from dem.joints import JointOptions
 from limitmason.diagnosis import binomial_interval
 
-from . import score, small_walls, two_codes
+from . import score, small_walls
+from . import two_codes_trials as two_codes
 from .small_walls import DEM, LIMIT, SPECIMENS
 
 NARROW = {"error_budget": (), "tolerance": 3e-4}
