@@ -125,6 +125,29 @@ def test_a_cause_of_ones_own_is_one_declared_function():
     assert "heavier top" not in catalogue.ALL
 
 
+def test_a_cause_declared_in_a_script_reaches_its_worker_processes(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text("""
+import limitmason as lm
+from limitmason.causes import declare
+from limitmason.diagnosis import Study
+
+@declare("heavier", parameter="factor", lever="weights", baseline=1.0, bounds=(1.0, 2.0), physics="a cap")
+def heavier(size, weight, *, power=1.0):
+    return weight * size**power
+
+def simulate(specimen, *, extend=None):
+    value = 0.1 * specimen["h"]
+    return extend(value) if extend else value
+
+if __name__ == "__main__":
+    study = Study([{"h": float(k)} for k in range(1, 6)], simulate, levels=3, n_jobs=2)
+    print(study.predicted([heavier(power=2.0)], [1.5]))
+""")
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, cwd=tmp_path)
+    assert done.stdout.split() == ["[0.225", "0.45", "0.675", "0.9", "1.125]"], done.stderr
+
+
 def test_joint_laws_change_by_a_function_on_the_kinds_named():
     made, _ = wall()
     asked = []

@@ -95,6 +95,11 @@ class Declared:
             "reads_specimen": lever != "reading" and any(p.name == "specimen" for p in parameters),
         }  # fmt: skip
         self.by_simulator = by_simulator
+        self.arguments: dict[str, Any] = {
+            "name": name, "parameter": parameter, "lever": lever, "baseline": baseline, "bounds": bounds,
+            "physics": physics, "unit": unit, "source": source, "isolate": isolate, "hidden_when": hidden_when,
+            "by_simulator": by_simulator, "analyses": analyses, "variant": variant,
+        }  # fmt: skip
         keyword = inspect.Parameter.KEYWORD_ONLY
         first = inspect.Parameter("bounds", inspect.Parameter.POSITIONAL_OR_KEYWORD, default=bounds)
         rest = [inspect.Parameter(n, keyword, default=v) for n, v in self.options.items()]
@@ -123,7 +128,9 @@ class Declared:
         edit = None if self.by_simulator else Edit(self, tuple(given.items()))
         return Cause(baseline=self.baseline, bounds=self.bounds if bounds is None else bounds, apply=edit, **said)
 
-    def __reduce__(self) -> str:
+    def __reduce__(self) -> str | tuple[Any, ...]:
+        if self.__module__ == "__main__":  # a worker process has another one: the function itself goes along
+            return _made, (self.function, self.arguments)
         return self.__qualname__  # found again by its name, as a function is
 
     def __repr__(self) -> str:
@@ -156,6 +163,10 @@ def declare(
         )  # fmt: skip
 
     return made
+
+
+def _made(function: Callable[..., Any], arguments: Mapping[str, Any]) -> Declared:
+    return Declared(function, **arguments)
 
 
 def _fixed(value: Any) -> Any:

@@ -94,14 +94,14 @@ def study_arguments(
     if isinstance(model, str):
         series = series_of(model)
         if series is None:
-            known = ", ".join(experiments.sources())
-            raise ValueError(f"the model {model!r} is neither module:function nor a packaged series ({known})")
+            packed = ", ".join(experiments.sources())
+            raise ValueError(f"the model {model!r} is neither module:function nor a packaged series ({packed})")
     elif model is not None and not callable(model):
         raise ValueError(f"model must be a function or the name of a packaged series, got {model!r}")
     if table is None and series is None:
         raise ValueError("name a data file, or a packaged series as the model; `limitmason diagnose --template FILE` "
                          "writes a file to start from")  # fmt: skip
-    data = packaged_table(series) if table is None else _read(table)
+    data = _read(table) if table is not None else packaged_table(str(series))
     inside = series if series is not None and any(c.has_model for c in cases_of(series)) else None
     inputs = dict(inputs or {})
     unit = data.units.get(measured, "-")
@@ -270,7 +270,7 @@ def _chosen(wanted: Iterable[Cause] | Iterable[str] | None, known: list[Cause], 
     """The list: the user's causes, those named out of what is known here, or all of that."""
     if wanted is None:
         return known
-    chosen = list(wanted)
+    chosen: list[Any] = list(wanted)
     if not all(isinstance(c, str) for c in chosen):
         if bad := next((c for c in chosen if not isinstance(c, Cause)), None):
             raise ValueError(f"a list of Cause is needed, it holds {bad!r}")

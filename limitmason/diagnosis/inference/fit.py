@@ -332,9 +332,7 @@ def _refine(grid: Grid, node, y, z, like, replicate, weights):
     count = float(grid.n) if weights is None else weights.sum(axis=1)
     variance = None
     if like.kind != "known":
-        variance = like.variance(
-            (residuals**2 if used is None else used * residuals**2).sum(axis=1), count, replicate
-        )
+        variance = like.variance((residuals**2 if used is None else used * residuals**2).sum(axis=1), count, replicate)
     inner = np.where((low < 0) & (high > 0), 0.5, 1.0)  # at an end only one side has a change
     slopes = (grid.changes[0][node] + grid.changes[1][node]) * inner[..., None]
     z_step = (grid.z_changes[0][node] + grid.z_changes[1][node]) * inner[:, first:]
