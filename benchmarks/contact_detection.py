@@ -14,6 +14,7 @@ import numpy as np
 
 import limitmason as lm
 from limitmason.geometry.contact import find_contacts
+from limitmason.model.detection import contact_distances, near_miss_reach, pieces_of
 
 UNITS_AND_COURSES = {210: (10, 20), 820: (20, 40), 3041: (39, 77), 10011: (70, 142)}
 
@@ -25,12 +26,13 @@ def measure(blocks, repeat):
     start = time.perf_counter()
     assembly = lm.build.wall(length=0.4 * units, courses=courses, unit=(0.4, 0.2, 0.2), joint=joint)
     build = time.perf_counter() - start
-    pieces = [part for block in assembly.blocks for part in block.parts]
-    owner = np.repeat(np.arange(assembly.n_blocks), [len(b.parts) for b in assembly.blocks])
+    pieces = pieces_of(assembly.blocks)
+    distances = contact_distances(pieces.widths, assembly.contact_rules)
+    reach = near_miss_reach(pieces.widths, distances)
     seconds = np.inf
     for _ in range(repeat):
         start = time.perf_counter()
-        found = find_contacts(pieces, owner, assembly.tolerance)
+        found = find_contacts(pieces.solids, pieces.owner, distances, rules=assembly.contact_rules, reach=reach)
         seconds = min(seconds, time.perf_counter() - start)
     return assembly.n_blocks, len(found.a), build, seconds
 

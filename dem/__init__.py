@@ -5,7 +5,7 @@ from dem.history import History
 from dem.joints import JointOptions
 from dem.loading import BaseMotion, Drive, Hold, Ramp, Servo, Settle, Stage, Tilt
 from dem.modes import Modes, natural_frequencies, stiffness_matrix
-from dem.simulate import simulate
+from dem.simulate import resume, simulate
 from dem.state import State, UnstableError, make_state
 from dem.stepping import Damping
 from dem.tilt import TiltTest, tilt_test
@@ -29,6 +29,7 @@ __all__ = [
     "collapse",
     "make_state",
     "natural_frequencies",
+    "resume",
     "simulate",
     "stiffness_matrix",
     "tilt_test",

@@ -15,6 +15,7 @@ from dem.stepping import EQUILIBRIUM, UNDECIDED, Damping, Verdict, smallest_edge
 from limitmason.certificate import certify
 from limitmason.model import Assembly, Loads
 from limitmason.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED, UNBOUNDED, Prediction
+from limitmason.stated import states
 
 Grid = tuple[int, int]
 
@@ -25,6 +26,7 @@ LOADING = Damping(local=0.4, kinetic=True)
 RAMPING = Damping(local=0.5)
 
 
+@states
 def collapse(
     assembly: Assembly,
     loads: Loads,
@@ -32,14 +34,14 @@ def collapse(
     contact_points: Grid | Mapping[str, Grid] = (4, 8),
     contact_model: str = "grid",
     method: str = INCREMENTS,
-    tolerance: float = 5e-3,
+    tolerance: float | None = None,
     error_budget: tuple[str, ...] = CHECKS,
     joint_options: JointOptions | None = None,
     first_increment: float | None = None,
     max_steps: int = 60_000,
     moved_limit: float = 0.02,
     equilibrium: float = 1e-4,
-    ramp_steps: int = 40_000,
+    ramp_steps: int | None = None,
     damping: Damping | None = None,
     progress: Callable[[float, Verdict], object] | None = None,
 ) -> Prediction:
@@ -57,7 +59,7 @@ def collapse(
         equilibrium when the blocks keep moving and halves the increment; "ramp" raises the load steadily, reads the
         largest multiplier at the supports as max(Rh / Rv) does, repeats at half speed and extrapolates to none, until
         that changes by < 1 %
-    tolerance : width of the final bracket over the multiplier [-]
+    tolerance : width of the final bracket over the multiplier [-], 0.005 by default; increments only
     error_budget : what to repeat the search with: "stiffness" (kn, ks x 10), "contact points" (x 2) and "rate"
         (increments half as long; a ramp at half speed). The repeats start near the multiplier found and close in on it
         to twice ``tolerance``; all three together take two to four times as long as the search. () for none
@@ -66,9 +68,9 @@ def collapse(
     max_steps : budget for one load, up to three times that while it is still on its way to a verdict; when it runs out
         the load is "undecided", never counted as stable
     moved_limit : displacement that counts as collapse, over the smallest block dimension [-]
-    equilibrium : largest unbalanced force and moment over the mean block load [-]; a twentieth of the load increment
-        where that is less
-    ramp_steps : steps in which a ramp reaches the estimate of the multiplier
+    equilibrium : largest unbalanced force of every block over its own load, and moment over that load times its least
+        thickness [-]; a twentieth of the load increment where that is less
+    ramp_steps : steps in which a ramp reaches the estimate of the multiplier, 40,000 by default; ramps only
     progress : called with every load tried and its verdict
     damping : while loading; local 0.4 with stops at peaks of the kinetic energy, given up for local 0.6 in a load that
         has not settled after 8000 steps (increments), or 0.5 (ramp)
@@ -77,9 +79,9 @@ def collapse(
     -------
     Prediction
         ``collapse_multiplier`` is the largest load found in equilibrium (increments) or the largest one measured at
-        the supports (ramp). ``interval`` is the bracket, widened on each side by the changes of the error budget that
-        point there. ``details`` holds the bracket, every load tried, undecided loads and the error budget. "Almost
-        solved" is a bracket wider than asked for, because loads in it stayed undecided.
+        the supports (ramp). ``interval`` is the bracket, widened on each side by what the brackets of the repeats
+        reach beyond it there. ``details`` holds the bracket, every load tried, undecided loads and the error budget.
+        "Almost solved" is a bracket wider than asked for, because loads in it stayed undecided.
 
     Raises
     ------
@@ -94,6 +96,11 @@ def collapse(
     """
     if method not in (INCREMENTS, RAMP):
         raise ValueError(f"method must be {INCREMENTS!r} or {RAMP!r}, got {method!r}")
+    if tolerance is not None and method == RAMP:
+        raise ValueError(f"tolerance is for method={INCREMENTS!r}; ramps are slowed until lambda changes by under 1 %")
+    tolerance = 5e-3 if tolerance is None else tolerance
+    if ramp_steps is not None and method != RAMP:
+        raise ValueError(f"ramp_steps is for method={RAMP!r}; {method!r} holds loads one after the other")
     if isinstance(error_budget, str):
         raise ValueError(f"error_budget must be several of {', '.join(CHECKS)}, such as ({error_budget!r},)")
     for check in error_budget:
@@ -106,7 +113,7 @@ def collapse(
     first = first_increment if first_increment is not None else 0.05 * unit
     controls = Controls(
         tolerance, max_steps, moved_limit, equilibrium, damping or (LOADING if method == INCREMENTS else RAMPING),
-        ramp_steps, unit, first, progress,
+        40_000 if ramp_steps is None else ramp_steps, unit, first, progress,
     )  # fmt: skip
     options = joint_options or JointOptions()
 
@@ -118,7 +125,7 @@ def collapse(
     search = increments if method == INCREMENTS else ramps
     found = search(assembly, loads, start(), controls)
     budget: dict[str, dict[str, Any]] = {}
-    warnings = list(found.state.warnings)
+    warnings = [*found.state.warnings, *assembly.contact_warnings]
     if found.status in (SOLVED, ALMOST_SOLVED):
         for check in error_budget:
             changed = start()
@@ -142,6 +149,7 @@ def collapse(
                 "multiplier": again.stable,
                 "change": again.stable / found.stable - 1.0 if found.stable and decided else float("nan"),
                 "smallest moving": again.moving,
+                "resolution": again.moving / again.stable - 1.0 if again.stable and method == INCREMENTS else 0.0,
                 "steps": again.steps,
                 "status": again.status,
             }
@@ -163,7 +171,7 @@ def collapse(
     if between and found.status != NOT_CONVERGED:
         warnings.append(
             f"undecided after {max_steps} steps and more at {', '.join(f'{u:.5g}' for u in between)}; not counted as "
-            "stable"
+            f"stable (least balanced: block {_least_balanced(assembly, found, between[-1])})"
         )
     swayed = max((v.moved for load, v in found.record if load and v.outcome == EQUILIBRIUM), default=0.0)
     share = swayed / (moved_limit * smallest_edge(assembly))
@@ -218,15 +226,33 @@ def _at_half_rate(assembly: Assembly, loads: Loads, found: Search, c: Controls) 
     return increments(assembly, loads, state.copy(), c, through=halves, settled=begin, patience=patience)
 
 
+def _least_balanced(assembly: Assembly, found: Search, load: float) -> str:
+    """Name of the block whose forces were farthest from balance when a load was given up."""
+    block = next(v.block for x, v in found.record if x == load)
+    return f"{assembly.blocks[block].name or block!r}"
+
+
 def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]]) -> tuple[float, float] | None:
-    """Bracket, with the changes of the error budget summed on each side; None without a bracket."""
+    """Bracket, with the changes of the error budget summed on each side; None without a bracket.
+
+    A repeat knows its own multiplier only to its own bracket, twice as wide as the search's: what it may lie below or
+    above the bracket found counts, and not the distance of the two largest loads that stood.
+    """
     if found.status not in (SOLVED, ALMOST_SOLVED, NOT_CONVERGED) or not np.isfinite(found.stable):
         return None
-    changes = [b["multiplier"] - found.stable for b in budget.values() if np.isfinite(b["multiplier"])]
-    # of an undecided repeat only the loads that stood and those that moved are known
-    open_ended = [b["smallest moving"] - found.moving for b in budget.values() if not np.isfinite(b["change"])]
-    changes += [x for x in open_ended if np.isfinite(x) and x > 0.0]
-    return found.stable + sum(min(x, 0.0) for x in changes), found.moving + sum(max(x, 0.0) for x in changes)
+    low, high = found.stable, found.moving
+    for check, row in budget.items():
+        # deformation fades as 1 / stiffness: a tenth of it is left at ten times the stiffness
+        share = 10.0 / 9.0 if check == "stiffness" else 1.0
+        least, most = row["multiplier"], row["smallest moving"]
+        if "ramps" in found.details:
+            # what a ramp measures at its own speed is no bracket; its value at no speed is what compares
+            most = found.moving + least - found.stable
+        if np.isfinite(least):
+            low += share * min(least - found.stable, 0.0)
+        if np.isfinite(most):
+            high += share * max(most - found.moving, 0.0)
+    return low, high
 
 
 def _unit(assembly: Assembly, loads: Loads) -> float:

@@ -2,12 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.state import State
-from limitmason.model import Assembly
+from dem.resuming import Position, check_continues
+from dem.state import State, write_archive
+from dem.stepping import Damping
+from limitmason.model import Assembly, Loads
 
 Array = NDArray[np.float64]
 
@@ -33,6 +37,9 @@ COLUMNS = {
 """Recorded scalars and their units; in quasi-static mode time counts steps and kinetic energy is of scaled masses."""
 
 
+_ARRAYS = ("reaction", "reaction_blocks", "shift", "quaternion", "opening")
+
+
 @dataclass(frozen=True, eq=False)
 class History:
     """Record of a simulation.
@@ -47,8 +54,10 @@ class History:
     reaction_blocks : numbers of the recorded blocks
     shift, quaternion : displacement of the centroid [m] and rotation of every block, shapes (samples, n, 3), (.., 4)
     opening : largest opening in every interface [m], shape (samples, k); NaN where contacts were found anew
-    factors : of the load cases at the end, for ``simulate(start=state, factors=...)``
-    state : where the simulation ended; pass it to ``simulate(start=...)`` to continue exactly
+    factors : of the load cases at the end
+    state : where the simulation ended, with its loads, factors and laws; pass it, or the history, to
+        ``simulate(start=...)`` for further stages
+    position, settings : where in its stages a run was cut off, and how it was run, for :func:`dem.resume`
     """
 
     assembly: Assembly
@@ -63,6 +72,60 @@ class History:
     stages: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     factors: tuple[float, ...] = ()
+    position: Position | None = None
+    settings: tuple[int, Damping | None, tuple[str, ...], int | None, str] = (1, None, (), None, "finished")
+
+    def save(self, path: str | Path) -> None:
+        """Write everything but the assembly to a numpy archive; the file is whole, or the one that was there before."""
+        sample, damping, stages, every, status = self.settings
+        arrays: dict[str, Any] = {f"state.{k}": v for k, v in self.state.arrays().items()}
+        arrays |= {f"scalar.{k}": v for k, v in self.scalars.items()} | {k: getattr(self, k) for k in _ARRAYS}
+        arrays |= self.position.arrays() if self.position is not None else {}
+        brake = [np.nan] * 3 if damping is None else [damping.local, damping.adaptive, float(damping.kinetic)]
+        write_archive(path, arrays | {
+            "status": np.array(self.status), "stages": np.array(self.stages, str),
+            "notes": np.array(self.warnings, str),
+            "factors": np.array(self.factors), "settings.sample": np.array(sample), "settings.damping": np.array(brake),
+            "settings.stages": np.array(stages, str), "settings.status": np.array(status),
+            "settings.detect_every": np.array(-1 if every is None else every),
+        })  # fmt: skip
+
+    @classmethod
+    def load(cls, path: str | Path, assembly: Assembly) -> "History":
+        """Read a history written by :meth:`save`, or the checkpoint of a run.
+
+        Parameters
+        ----------
+        assembly : the one that was simulated; files hold no geometry
+
+        Raises
+        ------
+        ValueError
+            For an assembly with other blocks, interfaces or joint laws, and a file that lacks something, by name.
+        """
+        with np.load(path, allow_pickle=False) as file:
+
+            def take(name: str) -> Any:
+                if name not in file:
+                    raise ValueError(f"{path} lacks {name!r}: it is no history, or of another version of this package")
+                return file[name]
+
+            state = State.from_arrays(
+                {k.removeprefix("state."): file[k] for k in file.files if k.startswith("state.")}, path
+            )
+            check_continues(assembly, state, Loads(state.dead, state.live), None)
+            brake, every = take("settings.damping").tolist(), int(take("settings.detect_every"))
+            damping = None if np.isnan(brake[0]) else Damping(brake[0], brake[1], bool(brake[2]))
+            return cls(
+                assembly, str(take("status")), {c: take(f"scalar.{c}") for c in COLUMNS}, state=state,
+                **{k: take(k) for k in _ARRAYS}, stages=tuple(take("stages").tolist()),
+                warnings=tuple(take("notes").tolist()), factors=tuple(take("factors").tolist()),
+                position=Position.from_arrays(file),
+                settings=(
+                    int(take("settings.sample")), damping, tuple(take("settings.stages").tolist()),
+                    None if every < 0 else every, str(take("settings.status")),
+                ),
+            )  # fmt: skip
 
     def __getitem__(self, name: str) -> Array:
         """A recorded scalar by its name in ``COLUMNS``."""

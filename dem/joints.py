@@ -10,6 +10,7 @@ from dem import kernels
 from dem.kernels import Joints, Points
 from limitmason.equilibrium import ContactPoints, contact_points
 from limitmason.model import Assembly, Joint
+from limitmason.stated import tension_cut
 
 Array = NDArray[np.float64]
 PerJoint = float | Mapping[str, float] | Sequence[float] | Array
@@ -33,7 +34,18 @@ class JointOptions:
     stiffness_factor : multiplies kn and ks of every joint [-]
     dashpot : viscous over elastic contact stiffness [s], 0 for none. None is none in quasi-static runs and, with real
         masses, what damps the fastest motion of a block by a tenth of critical. It acts in closed joints only, so that
-        free flight loses nothing
+        free flight loses nothing, and together with the spring inside Coulomb's law
+
+    Notes
+    -----
+    Restitution is no number of its own here but follows from the dashpot. A face that lands flat rebounds with
+    e = exp(-2 z / s atan2(s, z)), s = sqrt(1 - z^2), z = dashpot / 2 sqrt(kn A / m), for z < 1 (spring and dashpot
+    that do not pull). A block that rocks from edge to edge (half base b, half height h) keeps the part
+    r(x) = (J - m b x) / (J + m b x), J = m (b^2 + h^2) / 3 + m h^2, of its spin, x the place of the impulse: angular
+    momentum about it is kept. Housner's 1 - 3/2 sin^2(alpha) is r(b), the impulse all at the new edge, the least that
+    can be left. Points between the edges take a part of it, so that x < b and more is left, never more than r(0) = 1:
+    with two points across the rocking direction, or contact_model="vertices", and z of 1 or so the impact is
+    Housner's. In between it depends on the points and the dashpot, as it does on the unevenness of a real joint.
     """
 
     dilatant_slip: PerJoint = np.inf
@@ -83,7 +95,7 @@ def make_points(
     assembly: Assembly, grid: tuple[int, int] | Mapping[str, tuple[int, int]], contact_model: str
 ) -> ContactPoints:
     """Contact points of the interfaces that touch a free block, in the order of the interfaces."""
-    return contact_points(assembly, contact_model=contact_model, grid=grid)
+    return contact_points(assembly, contact_model=contact_model, grid=grid, elastic=True)
 
 
 def make_joints(
@@ -116,6 +128,7 @@ def make_joints(
     joints = Joints(
         a, b, start, np.ascontiguousarray(frame), turn, x.centre[interface] - x.centroid[a],
         x.centre[interface] - x.centroid[b], np.zeros((len(interface), 3)), np.ascontiguousarray(law[interface]),
+        np.zeros((len(interface), 3)),
     )  # fmt: skip
     return points, joints, interface.astype(np.int64), law, warnings
 
@@ -123,7 +136,8 @@ def make_joints(
 def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[Array, tuple[str, ...]]:
     """Law rows of the kernel for all interfaces, shape (k, LAW_SIZE), and what a user should know about them.
 
-    Where ft > c / tan(phi) the apex of the Coulomb cone is the tension cut-off, as in limit analysis.
+    Where ft > c / tan(phi) the apex of the Coulomb cone is the tension cut-off, as in limit analysis; the warnings name
+    it, since other codes do not cut it.
     """
     kinds = [i.kind for i in assembly.interfaces]
     laws: list[Joint] = [i.joint for i in assembly.interfaces]
@@ -135,6 +149,8 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
             f"{without} of {len(laws)} joints name no stiffness: kn = ks = {standard:.3g} Pa/m is used, chosen so that "
             f"the foot shortens by {SETTLEMENT:g} of a block under the dead load; it is not a material property"
         )
+    if cut := tension_cut(assembly):
+        warnings.append(cut)
     dilatant = per_interface(options.dilatant_slip, kinds, "dilatant_slip")
     softening = per_interface(options.softening_slip, kinds, "softening_slip")
     dash = per_interface(0.0 if options.dashpot is None else options.dashpot, kinds, "dashpot")

@@ -49,11 +49,12 @@ class Joints(NamedTuple):
     arm_a: Array  # joint origin from the centroid of a, reference axes of a [m], (k, 3)
     arm_b: Array  # joint origin from the centroid of b, reference axes of b [m], (k, 3)
     offset: Array  # (X_b + arm_b) - (X_a + arm_a) in the reference position [m], (k, 3)
-    law: Array  # (k, 16), see the LAW_ indices
+    law: Array  # (k, 16), see the LAW_ indices; LAW_CROSS is 1 where two edges cross
+    edge: Array  # direction of b's edge, reference axes of b, where two edges cross (a's is frame row t1), (k, 3)
 
 
 LAW_KN, LAW_KS, LAW_MU, LAW_DIL, LAW_C, LAW_FT, LAW_FC, LAW_LIFT = 0, 1, 2, 3, 4, 5, 6, 7
-LAW_MU_R, LAW_DIL_R, LAW_C_R, LAW_FT_R, LAW_RATE, LAW_DASH = 8, 9, 10, 11, 12, 13
+LAW_MU_R, LAW_DIL_R, LAW_C_R, LAW_FT_R, LAW_RATE, LAW_DASH, LAW_CROSS = 8, 9, 10, 11, 12, 13, 14
 LAW_SIZE = 16
 
 
@@ -81,7 +82,7 @@ E_SIZE = 10
 STOP_EVERY = 10.0  # fewest steps between two stops: fast modes are left to local damping
 
 
-@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True, forceinline=True)
 def _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, lifts):
     """Sum of forces (t1, t2, n), moments about block a's joint origin and plastic work; perfectly plastic law.
 
@@ -140,9 +141,14 @@ def _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, lift
     return f1, f2, f3, m1, m2, m3, work, 0.0, 0.0
 
 
-@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
-def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate, turn, j, law):
-    """As :func:`_sum_plain`, with softening to residual values and dashpots that only act where the joint is closed."""
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True, forceinline=True)
+def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate, turn, j, law, dt):
+    """As :func:`_sum_plain`, with softening to residual values and dashpots that only act where the joint is closed.
+
+    A dashpot lies beside the spring and both in line with the slider (Kelvin and Voigt's element, then Coulomb's): the
+    law limits what spring and dashpot carry together, |T| <= c + tan(phi) N with the N of both, and the dashpot feels
+    the rate of the elastic part, not the slip. A step dt adds dash / dt to the stiffness against plastic slip.
+    """
     d1, d2, d3 = d
     g11, g12, g21, g22, g31, g32 = g
     kn, ks, mu0, dil0, c0, ft0, fc = law[j, 0], law[j, 1], law[j, 2], law[j, 3], law[j, 4], law[j, 5], law[j, 6]
@@ -150,6 +156,9 @@ def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate,
     mu1, dil1, c1, ft1 = law[j, 8] - mu0, law[j, 9] - dil0, law[j, 10] - c0, law[j, 11] - ft0
     soften, dash = law[j, 12], law[j, 13]
     inv_ks = 1.0 / ks
+    # without a step there is no motion to brake
+    per_dt = 1.0 / dt if dt > 0.0 else 0.0
+    dash = dash if dt > 0.0 else 0.0
     v1, v2, v3 = rate
     o1, o2, o3 = turn
     f1 = f2 = f3 = m1 = m2 = m3 = work = lost = broken = 0.0
@@ -164,48 +173,57 @@ def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate,
         a2 = slip_2[k] - e2
         trial = ks * np.sqrt(a1 * a1 + a2 * a2)
         n0 = kn * (old - w)
+        # dashpots: velocity of b against a at the point, none in an open joint
+        y1, y2 = x + e1, y + e2
+        z = dash if n0 > -(ft0 + damage[k] * ft1) else 0.0
+        r1 = v1 + o2 * e3 - o3 * y2
+        r2 = v2 + o3 * y1 - o1 * e3
+        r3 = v3 + o1 * y2 - o2 * y1
+        b1, b2 = ks * (a1 - z * r1), ks * (a2 - z * r2)
+        stiffer = 1.0 + z * per_dt
         h0 = h = damage[k]
         # damage by opening beyond the tension cut-off (not cumulative), then by slip (cumulative)
         h = min(max(h, soften * max(-n0 - (ft0 + h * ft1), 0.0) / kn), 1.0)
         mu, dil = mu0 + h * mu1, dil0 + h * dil1
-        over = max(trial - (c0 + h * c1) - mu * max(n0, -(ft0 + h * ft1)), 0.0)
+        total = np.sqrt(b1 * b1 + b2 * b2)
+        pressed = n0 - z * kn * r3
+        over = max(total - (c0 + h * c1) - mu * max(pressed, -(ft0 + h * ft1)), 0.0) / stiffer
         h = min(h + soften * over * inv_ks, 1.0)
         mu, dil, c, ft = mu0 + h * mu1, dil0 + h * dil1, c0 + h * c1, ft0 + h * ft1
-        over = max(trial - c - mu * n0, 0.0)
+        over = max(total - c - mu * pressed, 0.0)
         apart = min(dil * max(trial - max(c - mu * ft, 0.0), 0.0) * inv_ks, max(w - ft / kn - old, 0.0))
-        grow = min(dil * over / (ks + kn * mu * dil) if n0 > -ft else apart, max(highest - old, 0.0))
+        rise = dil * over / (stiffer * (ks + kn * mu * dil)) if n0 > -ft else apart
+        grow = min(rise, max(highest - old, 0.0))
         new = min(old + grow, w + fc)
         n = max(kn * (new - w), -ft)
-        cap = max(c + mu * n, 0.0)
-        ratio = min(cap / max(trial, 1e-300), 1.0)
-        p = (1.0 - ratio) * trial * inv_ks
+        # no pull beyond the strength
+        z3 = max(z * kn * ((new - old) * per_dt - r3), -ft - n)
+        cap = max(c + mu * (n + z3), 0.0)
+        ratio = min(cap / max(total, 1e-300), 1.0)
+        p = (1.0 - ratio) * total * inv_ks / stiffer
         da = area[k]
-        slip_1[k] -= (1.0 - ratio) * a1
-        slip_2[k] -= (1.0 - ratio) * a2
+        back = (1.0 - ratio) / (ks * stiffer)
+        slip_1[k] -= back * b1
+        slip_2[k] -= back * b2
         lift[k] = new
         damage[k] = h
-        work += da * (cap * p - n * (new - old))
+        # the normal stress that the slip's opening works against is that of spring and dashpot
+        work += da * (cap * p - (n + z3) * (new - old))
         # what damage releases at this opening and slip: stored energy under the strength before less that under the new
         pull, held = max(-n0, 0.0), ft0 + h0 * ft1
         before, after = min(pull, held), min(pull, ft)
-        drop = max(min(trial, max(c0 + h0 * c1 + (mu0 + h0 * mu1) * max(n0, -held), 0.0)) - cap, 0.0)
-        drop = drop if h > h0 else 0.0
+        drop = min(trial, max(c0 + h0 * c1 + (mu0 + h0 * mu1) * max(n0, -held), 0.0)) - max(c + mu * n, 0.0)
+        drop = max(drop, 0.0) if h > h0 else 0.0
         broken += da * (
             ((before - after) * pull - 0.5 * (before * before - after * after)) / kn + 0.5 * drop * drop * inv_ks
         )
-        x += e1
-        y += e2
-        # dashpots: velocity of b against a at the point, no pull in an open joint, none along a sliding one
-        r1 = v1 + o2 * e3 - o3 * y
-        r2 = v2 + o3 * x - o1 * e3
-        r3 = v3 + o1 * y - o2 * x
-        closed = dash * kn if n0 > -ft else 0.0
-        stick = dash * ks if (n0 > -ft and ratio >= 1.0) else 0.0
-        z3 = max(-closed * r3, -ft - n)
-        z1, z2 = -stick * r1, -stick * r2
-        lost -= da * (z1 * r1 + z2 * r2 + z3 * r3)
-        q1 = (ks * ratio * a1 + z1) * da
-        q2 = (ks * ratio * a2 + z2) * da
+        x, y = y1, y2
+        # force of the dashpots times the rate of the elastic part
+        r1 += back * b1 * per_dt
+        r2 += back * b2 * per_dt
+        lost += da * (z * ks * (r1 * r1 + r2 * r2) + z3 * ((new - old) * per_dt - r3))
+        q1 = ratio * b1 * da
+        q2 = ratio * b2 * da
         q3 = (n + z3) * da
         f1 += q1
         f2 += q2
@@ -277,7 +295,105 @@ def _kinematics(j, joints, bodies):
     return (t1, t2, n), d, g, ra, rb
 
 
-@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+@njit(cache=True, error_model="numpy", nogil=True)
+def _turn_row(rot, i, x, y, z):
+    """(I + rot[i]) (x, y, z)."""
+    return (
+        x + rot[i, 0, 0] * x + rot[i, 0, 1] * y + rot[i, 0, 2] * z,
+        y + rot[i, 1, 0] * x + rot[i, 1, 1] * y + rot[i, 1, 2] * z,
+        z + rot[i, 2, 0] * x + rot[i, 2, 1] * y + rot[i, 2, 2] * z,
+    )
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _cross(u, v):
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _dot(u, v):
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _crossing(j, joints, bodies):
+    """Where the edges of joint j pass each other now: axes (t1 along a's edge, t2, n), distance along n, both arms.
+
+    n is the cross product of the edges as they lie now: the normal force is the gradient of an energy of the distance,
+    as n turns without work at the closest points. Both arms end in b's. Infinite distance: the edges became parallel.
+    """
+    a, b = joints.block_a[j], joints.block_b[j]
+    rot, ca, cb, frame, edge = bodies.rot, joints.arm_a, joints.arm_b, joints.frame, joints.edge
+    ea = _turn_row(rot, a, frame[j, 0, 0], frame[j, 0, 1], frame[j, 0, 2])
+    eb = _turn_row(rot, b, edge[j, 0], edge[j, 1], edge[j, 2])
+    pa = _turn_row(rot, a, ca[j, 0], ca[j, 1], ca[j, 2])
+    pb = _turn_row(rot, b, cb[j, 0], cb[j, 1], cb[j, 2])
+    shift, offset = bodies.shift, joints.offset
+    # from a's point to b's: the arms in the reference position are in the offset
+    d = (
+        offset[j, 0] + shift[b, 0] - shift[a, 0] + (pb[0] - cb[j, 0]) - (pa[0] - ca[j, 0]),
+        offset[j, 1] + shift[b, 1] - shift[a, 1] + (pb[1] - cb[j, 1]) - (pa[1] - ca[j, 1]),
+        offset[j, 2] + shift[b, 2] - shift[a, 2] + (pb[2] - cb[j, 2]) - (pa[2] - ca[j, 2]),
+    )
+    m = _cross(ea, eb)
+    size = np.sqrt(_dot(m, m))
+    if size < 1e-9:
+        return (ea, ea, ea), np.inf, pa, pb
+    n = (m[0] / size, m[1] / size, m[2] / size)
+    far = _dot(_cross(d, ea), n) / size
+    rb = (pb[0] + far * eb[0], pb[1] + far * eb[1], pb[2] + far * eb[2])
+    ra = (pa[0] + d[0] + far * eb[0], pa[1] + d[1] + far * eb[1], pa[2] + d[2] + far * eb[2])
+    return (ea, _cross(n, ea), n), _dot(n, d), ra, rb
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _crossing_forces(points, joints, bodies, dt, total):
+    """Add the forces of all crossing edges; a call from the loop of :func:`_joint_forces` would slow that by half.
+
+    The law of :func:`_sum_full` without cohesion, tension, dilation. The point moves along both edges: shear is summed.
+    """
+    law, contact, vel, spin = joints.law, bodies.contact, bodies.vel, bodies.spin
+    per_dt = 1.0 / dt if dt > 0.0 else 0.0
+    for j in range(joints.block_a.size):
+        if law[j, LAW_CROSS] == 0.0:
+            continue
+        a, b, k = joints.block_a[j], joints.block_b[j], joints.start[j]
+        (t1, t2, n), distance, ra, rb = _crossing(j, joints, bodies)
+        kn, ks = law[j, LAW_KN], law[j, LAW_KS]
+        mu = law[j, LAW_MU] + points.damage[k] * (law[j, LAW_MU_R] - law[j, LAW_MU])
+        w, old = distance + points.gap[k], points.lift[k]
+        if not w < old:
+            points.slip_1[k] = points.slip_2[k] = 0.0
+            continue
+        wa, wb = _cross((spin[a, 0], spin[a, 1], spin[a, 2]), ra), _cross((spin[b, 0], spin[b, 1], spin[b, 2]), rb)
+        va = (vel[a, 0] + wa[0], vel[a, 1] + wa[1], vel[a, 2] + wa[2])
+        vb = (vel[b, 0] + wb[0], vel[b, 1] + wb[1], vel[b, 2] + wb[2])
+        r1, r2, r3 = _dot(vb, t1) - _dot(va, t1), _dot(vb, t2) - _dot(va, t2), _dot(vb, n) - _dot(va, n)
+        z = law[j, LAW_DASH] if dt > 0.0 else 0.0
+        new = min(old, w + law[j, LAW_FC])
+        z3 = max(z * kn * ((new - old) * per_dt - r3), -kn * (new - w))
+        press = kn * (new - w) + z3
+        a1, a2 = points.slip_1[k] - dt * r1, points.slip_2[k] - dt * r2
+        b1, b2 = ks * (a1 - z * r1), ks * (a2 - z * r2)
+        trial = np.sqrt(b1 * b1 + b2 * b2)
+        ratio = min(mu * press / max(trial, 1e-300), 1.0)
+        back = (1.0 - ratio) / (ks * (1.0 + z * per_dt))
+        points.slip_1[k], points.slip_2[k], points.lift[k] = a1 - back * b1, a2 - back * b2, new
+        da = points.area[k]
+        q = (ratio * b1 * da, ratio * b2 * da, press * da)
+        f = _dot((t1[0], t2[0], n[0]), q), _dot((t1[1], t2[1], n[1]), q), _dot((t1[2], t2[2], n[2]), q)
+        ma, mb = _cross(ra, f), _cross(rb, f)
+        for i in range(3):
+            contact[a, i] -= f[i]
+            contact[a, 3 + i] -= ma[i]
+            contact[b, i] += f[i]
+            contact[b, 3 + i] += mb[i]
+        braked = z * ks * ((r1 + back * b1 * per_dt) ** 2 + (r2 + back * b2 * per_dt) ** 2)
+        total[E_VISCOUS] += da * (braked + z3 * ((new - old) * per_dt - r3)) * dt
+        total[E_FRICTION] += da * press * (mu * back * trial - (new - old))
+
+
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True, forceinline=True)
 def _joint_forces(points, joints, bodies, dt, total):
     """Fill ``bodies.contact`` from all joints and update the plastic state of their points."""
     contact, vel, spin = bodies.contact, bodies.vel, bodies.spin
@@ -287,6 +403,8 @@ def _joint_forces(points, joints, bodies, dt, total):
     slip_1, slip_2, lift = points.slip_1, points.slip_2, points.lift
     friction = viscous = fracture = 0.0
     for j in range(joints.block_a.size):
+        if law[j, LAW_CROSS] != 0.0:
+            continue
         a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
         p0, p1 = joints.start[j], joints.start[j + 1]
         axes, d, g, ra, rb = _kinematics(j, joints, bodies)
@@ -313,7 +431,7 @@ def _joint_forces(points, joints, bodies, dt, total):
                 t2[0] * o0 + t2[1] * o1 + t2[2] * o2,
                 n[0] * o0 + n[1] * o1 + n[2] * o2,
             )
-            out = _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate, turn, j, law)
+            out = _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate, turn, j, law, dt)
         friction += out[6]
         viscous += out[7] * dt
         fracture += out[8]
@@ -344,9 +462,10 @@ def _joint_forces(points, joints, bodies, dt, total):
 def contact_wrenches(points, joints, bodies):
     """Wrench of the joints on every block in the present position, shape (n, 6), written to ``bodies.contact``."""
     _joint_forces(points, joints, bodies, 0.0, np.zeros(E_SIZE))
+    _crossing_forces(points, joints, bodies, 0.0, np.zeros(E_SIZE))
 
 
-@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True, forceinline=True)
 def _spin_of(rot, inv_inertia, ang, out):
     """Omega = R J^-1 R^T L, with ``rot`` = R - I."""
     b0 = ang[0] + rot[0, 0] * ang[0] + rot[1, 0] * ang[1] + rot[2, 0] * ang[2]
@@ -360,7 +479,7 @@ def _spin_of(rot, inv_inertia, ang, out):
     out[2] = w2 + rot[2, 0] * w0 + rot[2, 1] * w1 + rot[2, 2] * w2
 
 
-@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True, forceinline=True)
 def _turned(q, spin, h, out):
     """Quaternion q after the rotation spin h (Cayley form, exactly of unit length), written to ``out``."""
     x, y, z = 0.5 * h * spin[0], 0.5 * h * spin[1], 0.5 * h * spin[2]
@@ -373,7 +492,7 @@ def _turned(q, spin, h, out):
     out[0], out[1], out[2], out[3] = r0 * size, r1 * size, r2 * size, r3 * size
 
 
-@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True)
+@njit(cache=True, fastmath=FASTMATH, error_model="numpy", nogil=True, forceinline=True)
 def rotation_of(q, out):
     """R - I of a unit quaternion, without cancellation at small angles, written to ``out`` (3, 3)."""
     s, x, y, z = q[0], q[1], q[2], q[3]
@@ -413,8 +532,11 @@ def advance(
     n = bodies.mass.size
     vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
     force, old, half, trot, new = np.empty(6), np.empty(6), np.empty(4), np.empty((3, 3)), np.empty(3)
+    crossings = (joints.law[:, LAW_CROSS] != 0.0).any()
     for step in range(factors.shape[0]):
         _joint_forces(points, joints, bodies, dt, total)
+        if crossings:
+            _crossing_forces(points, joints, bodies, dt, total)
         kinetic = applied = support = damping = 0.0
         viscosity = total[E_VISCOSITY] if adaptive > 0.0 else 0.0
         # a stop is at a whole step: only half a step leads from there to the first velocity. A whole one starts a mode
@@ -541,9 +663,20 @@ def measure(points, joints, bodies, position, force, opening, slip):
     energy = 0.0
     for j in range(joints.block_a.size):
         b = joints.block_b[j]
-        axes, d, g, _, rb = _kinematics(j, joints, bodies)
         law = joints.law[j]
         kn, ks, fc = law[0], law[1], law[6]
+        if law[LAW_CROSS] != 0.0:
+            axes, far, _, rb = _crossing(j, joints, bodies)
+            k = joints.start[j]
+            opening[k], slip[k, 0], slip[k, 1] = far + points.gap[k] - points.lift[k], 0.0, 0.0
+            n = min(max(-kn * opening[k], 0.0), kn * fc)
+            t1, t2 = ks * points.slip_1[k], ks * points.slip_2[k]
+            energy += points.area[k] * 0.5 * (n * n / kn + (t1 * t1 + t2 * t2) / ks)
+            for r in range(3):
+                force[k, r] = points.area[k] * (axes[0][r] * t1 + axes[1][r] * t2 + axes[2][r] * n)
+                position[k, r] = rb[r] + bodies.shift[b, r]
+            continue
+        axes, d, g, _, rb = _kinematics(j, joints, bodies)
         for k in range(joints.start[j], joints.start[j + 1]):
             x, y, h = points.s[k], points.t[k], points.damage[k]
             e1 = d[0] + g[0] * x + g[1] * y
@@ -591,59 +724,133 @@ def _plane_of(corners, faces, size, p, f, out):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _widest_gap(corners, n_corners, faces, size, n_faces, p, q, plane, best):
-    """Face of p that separates q the most: its number; plane and gap written to ``best`` (5)."""
-    found = -1
+def _widest_gap(corners, n_corners, planes, n_faces, p, q, best):
+    """Face of p that separates q the most, and q's corner nearest to it; plane and gap written to ``best`` (5)."""
+    found, nearest = -1, 0
     best[4] = -1e300
     for f in range(n_faces[p]):
-        _plane_of(corners, faces, size, p, f, plane)
-        gap = 1e300
+        gap, low = 1e300, 0
         for k in range(n_corners[q]):
-            h = plane[0] * corners[q, k, 0] + plane[1] * corners[q, k, 1] + plane[2] * corners[q, k, 2] - plane[3]
-            gap = min(gap, h)
+            h = planes[p, f, 0] * corners[q, k, 0] + planes[p, f, 1] * corners[q, k, 1]
+            h += planes[p, f, 2] * corners[q, k, 2] - planes[p, f, 3]
+            if h < gap:
+                gap, low = h, k
         if gap > best[4]:
-            found = f
-            best[0], best[1], best[2], best[3], best[4] = plane[0], plane[1], plane[2], plane[3], gap
-    return found
+            found, nearest, best[4] = f, low, gap
+            best[:4] = planes[p, f]
+    return found, nearest
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def contact_polygons(corners, n_corners, faces, size, n_faces, pairs, margin, polygon, count, plane_out, first_is_base):
-    """Contact polygon of every pair of convex pieces nearer than ``margin``, at any relative rotation.
+def _widest_crossing(corners, edges, n_edges, planes, p, q, out):
+    """Gap along the cross product of edges of p and q that separates them most, -1e300 without any; cosine to a face.
 
-    The base is the face that separates the pieces most (separating axes over faces; two crossing edges are taken by
-    their faces too); the other piece's face most opposed to it is clipped by the base's sides. The polygon lies on
-    that second face: it touches along an edge or a corner when the pieces are turned against each other.
+    Only edges whose arcs on the sphere of normals, from face to face beside the edge, cross: theirs are planes of
+    support (Gottschalk, Lin, Manocha 1996 for the axes; Gregorius 2013 for the arcs).
+
+    Parameters
+    ----------
+    out : a point and the unit direction of either edge [m], and the unit normal from p to q, written, shape (5, 3)
+    """
+    widest, steepest = -1e300, 1.0
+    for e in range(n_edges[p]):
+        i, j = edges[p, e, 0], edges[p, e, 1]
+        x, y = corners[p, i], corners[p, j]
+        u = (y[0] - x[0], y[1] - x[1], y[2] - x[2])
+        one, two = planes[p, edges[p, e, 2]], planes[p, edges[p, e, 3]]
+        a, b = (one[0], one[1], one[2]), (two[0], two[1], two[2])
+        turn = _cross(b, a)
+        for h in range(n_edges[q]):
+            one, two = planes[q, edges[q, h, 2]], planes[q, edges[q, h, 3]]
+            c, d = (-one[0], -one[1], -one[2]), (-two[0], -two[1], -two[2])
+            ct, dt = _dot(c, turn), _dot(d, turn)
+            if not ct * dt < 0.0:
+                continue
+            back = _cross(d, c)
+            at, bt = _dot(a, back), _dot(b, back)
+            if not (at * bt < 0.0 and ct * bt > 0.0):
+                continue
+            o, w = corners[q, edges[q, h, 0]], corners[q, edges[q, h, 1]]
+            v = (w[0] - o[0], w[1] - o[1], w[2] - o[2])
+            m = _cross(u, v)
+            size, lu, lv = np.sqrt(_dot(m, m)), np.sqrt(_dot(u, u)), np.sqrt(_dot(v, v))
+            if size < 1e-6 * lu * lv:
+                continue
+            sign = 1.0 if m[0] * (a[0] + b[0]) + m[1] * (a[1] + b[1]) + m[2] * (a[2] + b[2]) > 0.0 else -1.0
+            gap = sign * (m[0] * (o[0] - x[0]) + m[1] * (o[1] - x[1]) + m[2] * (o[2] - x[2])) / size
+            if gap > widest:
+                widest = gap
+                n = (sign * m[0] / size, sign * m[1] / size, sign * m[2] / size)
+                steepest = max(max(_dot(n, a), _dot(n, b)), max(_dot(n, c), _dot(n, d)))
+                for r in range(3):
+                    out[0, r], out[1, r], out[2, r], out[3, r] = x[r], u[r] / lu, o[r], sign * v[r] / lv
+                    out[4, r] = n[r]
+    return widest, steepest
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def contact_shapes(
+    corners, n_corners, faces, size, n_faces, edges, n_edges, pairs, margin, flat,
+    kind, gap, polygon, count, plane_out, crossing, first_is_base,
+):  # fmt: skip
+    """How every pair of convex pieces nearer than ``margin`` meets, at any relative rotation.
+
+    Of the normals of the faces and the cross products of the edges, the axis of the widest gap (least penetration) is
+    taken. Where it is a cross product that leaves the normals of the faces beside the edges by more than ``flat``, the
+    edges meet in a point. Otherwise a face of one piece, the base, meets of the faces at the other's nearest corner the
+    most opposed one, clipped by the base's sides: the polygon lies on that second face.
 
     Parameters
     ----------
     corners, faces : pieces in their present position [m], padded, shapes (p, v, 3), (p, f, k)
-    n_corners, size, n_faces : numbers in use, shapes (p,), (p, f), (p,)
+    edges : both corners and both faces of every edge, padded, shape (p, e, 4)
+    n_corners, size, n_faces, n_edges : numbers in use, shapes (p,), (p, f), (p,), (p,)
     pairs : shape (m, 2)
     margin : [m]
-    polygon, count : written, shapes (m, 32, 3), (m,), count 0 where there is no contact
-    plane_out : unit normal away from the base and offset [m], written, shape (m, 4)
+    flat : cosine of the angle between the normals of faces that lie on each other
+    kind : written, 0 apart, 1 face on face, 2 edge or corner on a face, 3 two edges, shape (m,)
+    gap : along the axis, negative where the pieces overlap [m], written, shape (m,)
+    polygon, count : of kinds 1 and 2 [m], written, shapes (m, 32, 3), (m,)
+    plane_out : of kinds 1 and 2, unit normal away from the base and offset [m], written, shape (m, 4)
+    crossing : of kind 3, see :func:`_widest_crossing`, first piece first, written, shape (m, 5, 3)
     first_is_base : written, shape (m,)
     """
     plane, best_p, best_q, side = np.empty(4), np.empty(5), np.empty(5), np.empty(4)
     one, two = np.empty((32, 3)), np.empty((32, 3))
+    planes, known = np.empty((len(corners), faces.shape[1], 4)), np.zeros(len(corners), dtype=np.bool_)
     for m in range(len(pairs)):
-        count[m] = 0
+        kind[m] = count[m] = 0
         p, q = pairs[m, 0], pairs[m, 1]
-        fp = _widest_gap(corners, n_corners, faces, size, n_faces, p, q, plane, best_p)
+        for i in (p, q):
+            if not known[i]:
+                known[i] = True
+                for f in range(n_faces[i]):
+                    _plane_of(corners, faces, size, i, f, plane)
+                    planes[i, f] = plane
+        fp, low_q = _widest_gap(corners, n_corners, planes, n_faces, p, q, best_p)
         if best_p[4] > margin:
             continue
-        fq = _widest_gap(corners, n_corners, faces, size, n_faces, q, p, plane, best_q)
+        fq, low_p = _widest_gap(corners, n_corners, planes, n_faces, q, p, best_q)
         if best_q[4] > margin:
             continue
         first = best_p[4] >= best_q[4] - 1e-3 * margin
         base, other, face = (p, q, fp) if first else (q, p, fq)
         ref = best_p if first else best_q
+        lowest = low_q if first else low_p
+        gap[m] = ref[4]
+        wide, steepest = _widest_crossing(corners, edges, n_edges, planes, p, q, crossing[m])
+        if wide > margin:
+            continue
+        if wide > ref[4] + 1e-6 * margin and steepest < flat:
+            kind[m], gap[m], first_is_base[m] = 3, wide, True
+            continue
         opposed, low = 0, 2.0
         for f in range(n_faces[other]):
-            _plane_of(corners, faces, size, other, f, plane)
-            c = plane[0] * ref[0] + plane[1] * ref[1] + plane[2] * ref[2]
-            if c < low:
+            touches = False
+            for k in range(size[other, f]):
+                touches = touches or faces[other, f, k] == lowest
+            c = planes[other, f, 0] * ref[0] + planes[other, f, 1] * ref[1] + planes[other, f, 2] * ref[2]
+            if touches and c < low:
                 low, opposed = c, f
         n = size[other, opposed]
         for k in range(n):
@@ -684,7 +891,7 @@ def contact_polygons(corners, n_corners, faces, size, n_faces, pairs, margin, po
             near = min(near, ref[0] * one[i, 0] + ref[1] * one[i, 1] + ref[2] * one[i, 2] - ref[3])
         if near > margin:
             continue
-        count[m] = n
+        kind[m], count[m] = (1 if low < -flat else 2), n
         first_is_base[m] = first
         for i in range(n):
             for r in range(3):

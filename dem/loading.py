@@ -42,6 +42,11 @@ class Servo:
             raise ValueError(f"a servo needs a finite force and 0 < gain <= 0.5, got {self.force!r} and {self.gain!r}")
 
 
+HOLD, COAST = "hold", "coast"
+
+AT_REST = 0.01
+"""A record ends at rest where its last velocity is below this fraction of its largest [-]."""
+
 SERVO_EVERY = 10
 """Steps between two corrections of a servo's velocity."""
 
@@ -71,7 +76,7 @@ class Settle(Stage):
 
     Parameters
     ----------
-    tolerance : largest unbalanced force and moment over the mean block load [-]
+    tolerance : largest unbalanced force and moment over every block's own load [-]
     max_steps : the stage ends there in any case; the history then says "not settled"
     """
 
@@ -161,11 +166,41 @@ class BaseMotion(Stage):
     acceleration : samples [m/s2], shape (k,)
     sample_step : time between samples [s]; linear between them
     direction : unit vector of the motion, shape (3,)
+    after : what the ground does when the record is over and it still moves. "hold": it stops dead, a blow of its whole
+        velocity on everything that stands on it. "coast": it goes on at that velocity in the stages that follow, also
+        in a run continued from the history. None: a record that ends with more than a hundredth of its largest velocity
+        is refused where another stage follows, and named in the warnings where none does; what is left below that stops
+
+    The displacement of the ground starts from the velocity that an earlier record left it with ("coast").
     """
 
     acceleration: Sequence[float] = ()
     sample_step: float = 0.01
     direction: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    after: str | None = None
+
+    def __post_init__(self) -> None:
+        """Check what can be checked without a model."""
+        if self.after not in (None, HOLD, COAST):
+            raise ValueError(f"BaseMotion: after must be {HOLD!r}, {COAST!r} or None, got {self.after!r}")
+        if not np.isfinite(np.asarray(self.acceleration, dtype=float)).all():
+            raise ValueError("BaseMotion: the record has samples that are not finite")
+        if not (self.sample_step > 0.0 and np.isfinite(self.sample_step)):
+            raise ValueError(f"BaseMotion: sample_step must be positive, got {self.sample_step!r}")
+        if not np.linalg.norm(self.direction) > 0.0:
+            raise ValueError("BaseMotion: direction must not be zero")
+
+    @property
+    def unit(self) -> Array:
+        """Direction of unit length, shape (3,)."""
+        d = np.asarray(self.direction, dtype=float)
+        return d / np.linalg.norm(d)
+
+    def left_over(self) -> tuple[float, bool]:
+        """Velocity at the end of the record [m/s], and whether it is more than a hundredth of the largest."""
+        a = np.asarray(self.acceleration, dtype=float)
+        v = np.cumsum(0.5 * self.sample_step * (a[1:] + a[:-1]))
+        return float(v[-1]), bool(abs(v[-1]) > AT_REST * np.abs(v).max())
 
     def velocity(self, times: Array) -> Array:
         """Ground velocity at times since the stage began [m/s]: exact integral of the piecewise linear record."""
@@ -175,6 +210,34 @@ class BaseMotion(Stage):
         k = np.clip((times / h).astype(int), 0, len(a) - 2)
         r = np.clip(times - k * h, 0.0, h)
         return nodes[k] + a[k] * r + 0.5 * (a[k + 1] - a[k]) / h * r * r
+
+
+def check_base_motions(stages: Sequence[Stage]) -> list[str]:
+    """Notes on records that end with velocity.
+
+    Raises
+    ------
+    ValueError
+        Where such a record is followed by another stage and does not say what the ground does then.
+    """
+    notes = []
+    for number, stage in enumerate(stages):
+        if not isinstance(stage, BaseMotion) or len(stage.acceleration) < 2 or stage.after is not None:
+            continue
+        velocity, moves = stage.left_over()
+        if not moves:
+            continue
+        name = stage.name or f"stage {number} (BaseMotion)"
+        if number + 1 < len(stages):
+            raise ValueError(
+                f"{name}: the record ends with a ground velocity of {velocity:.3g} m/s; correct its baseline, or say "
+                f"after={COAST!r} (the ground goes on) or after={HOLD!r} (it stops dead, which is a blow)"
+            )
+        notes.append(
+            f"{name}: the record ends with a ground velocity of {velocity:.3g} m/s; a run continued from here starts "
+            f"with the ground at rest, unless the record says after={COAST!r}"
+        )
+    return notes
 
 
 def servo_holds(stage: Stage, assembly: Assembly) -> NDArray[np.bool_]:

@@ -35,7 +35,7 @@ class Controls:
     tolerance: float
     max_steps: int
     moved_limit: float  # of the smallest block dimension [-]
-    equilibrium: float  # largest tolerance of unbalanced forces over the mean block load [-]
+    equilibrium: float  # largest tolerance of unbalanced forces over every block's own load [-]
     damping: Damping
     ramp_steps: int
     unit: float  # multiplier at which the live load equals the dead load
@@ -64,7 +64,7 @@ class Search:
     near: tuple[float, State] | None = None
 
 
-def settle(assembly: Assembly, loads: Loads, state: State, scale: Scale, c: Controls) -> Verdict:
+def settle(loads: Loads, state: State, scale: Scale, c: Controls) -> Verdict:
     """Bring the state to rest under the dead load."""
     return hold(
         state, loads.dead, scale, SETTLING, tolerance=min(1e-6, c.equilibrium),
@@ -81,6 +81,8 @@ def increments(
     through: Sequence[float] = (),
     settled: float | None = None,
     patience: int = 0,
+    loading: Callable[[float], Array] | None = None,
+    up_to: float = np.inf,
 ) -> Search:
     """Bracket of the multiplier by loads held one after the other.
 
@@ -91,12 +93,15 @@ def increments(
         with the first increment and its strides grow to a quarter of the load
     settled : load at which ``state`` is in equilibrium; None settles it under the dead load
     patience : steps that loads took to settle in an earlier search
+    loading : wrench per block at a multiplier [N, N m], shape (n, 6); dead load and that much live load by default
+    up_to : multiplier beyond which nothing is tried: the search ends as unbounded where the blocks stand there
     """
+    loading = loading or (lambda multiplier: loads.dead + multiplier * loads.live)
     scale = Scale.of(assembly, loads.dead if loads.dead.any() else loads.live * c.unit)
     record: list[tuple[float, Verdict]] = []
     used = 0
     if settled is None:
-        verdict = settle(assembly, loads, state, scale, c)
+        verdict = settle(loads, state, scale, c)
         record.append((0.0, verdict))
         used, patience = verdict.steps, max(patience, verdict.steps)
         if verdict.outcome != EQUILIBRIUM:
@@ -120,15 +125,15 @@ def increments(
         elif queue:
             new = queue.pop(0)
         else:
-            new = stable + step
-            if new > 1e3 * c.unit:
+            new = min(stable + step, up_to)
+            if stable >= up_to or new > 1e3 * c.unit:
                 return Search(stable, np.inf, UNBOUNDED, state, None, record, used)
         keep = state.copy()
         gap = new - stable
         try:
             # stiff joints settle within microns: no need to wait for a collapse to be seen by eye
             verdict = hold(
-                state, loads.dead + new * loads.live, scale, c.damping,
+                state, loading(new), scale, c.damping,
                 tolerance=min(c.equilibrium, 0.05 * gap / c.unit), limit=limit, max_steps=c.max_steps,
                 patience=patience, early=min(0.2 * limit, max(20.0 * settling, 0.02 * limit)),
             )  # fmt: skip
@@ -189,7 +194,7 @@ def ramps(assembly: Assembly, loads: Loads, start: State, c: Controls, rate: flo
     rate : of the first ramp, multiplier per step; None takes ten first increments in ``ramp_steps``
     """
     scale = Scale.of(assembly, loads.dead if loads.dead.any() else loads.live * c.unit)
-    verdict = settle(assembly, loads, start, scale, c)
+    verdict = settle(loads, start, scale, c)
     record, used = [(0.0, verdict)], verdict.steps
     if verdict.outcome != EQUILIBRIUM:
         status = CANNOT_STAND if verdict.outcome == MOVING else NOT_CONVERGED
@@ -204,6 +209,8 @@ def ramps(assembly: Assembly, loads: Loads, start: State, c: Controls, rate: flo
         used += taken
         values.append((rate, peak))
         record.append((peak, Verdict(MOVING if moved else UNDECIDED, taken, (np.nan, np.nan), c.moved_limit)))
+        if c.progress is not None:
+            c.progress(*record[-1])
         if not moved:
             break
         if len(values) > 1:

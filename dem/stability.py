@@ -52,6 +52,9 @@ def scaled_masses(stiffness: Array, dt: float, safety: float, floor: float = 0.0
         k = stiffness[i]
         if not np.trace(k) > 0.0:
             continue
+        # a root of twice a number has other bits: in units of a power of two the density does not show in the path
+        unit = 2.0 ** np.floor(np.log2(np.trace(k)))
+        k = k / unit
         m = np.linalg.eigvalsh(k[:3, :3])[-1]
         # about the centre of stiffness the arms are shortest; about the centroid is where the block turns
         value, axes = np.linalg.eigh(k[3:, 3:])
@@ -62,7 +65,7 @@ def scaled_masses(stiffness: Array, dt: float, safety: float, floor: float = 0.0
         scale[3:, 3:] = (axes / np.sqrt(value)) @ axes.T
         top = np.linalg.eigvalsh(scale @ k @ scale)[-1]
         factor = 2.0 * top * dt**2 / (4.0 * safety**2)
-        mass[i], inertia[i] = m * factor, j * factor
+        mass[i], inertia[i] = m * factor * unit, j * factor * unit
     return mass, inertia
 
 

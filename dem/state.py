@@ -1,7 +1,8 @@
 """The state of a simulation: contact points, joints and bodies; copied for save and restore, written for resume."""
 
+import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +14,33 @@ from dem.joints import JointOptions, make_joints, make_points
 from dem.kernels import Bodies, Joints, Points
 from dem.stability import block_stiffness, scaled_masses, stable_step
 from limitmason.certificate import resultants_from_points
-from limitmason.model import Assembly, Loads
+from limitmason.model import Assembly, Joint, Loads
 from limitmason.results import Resultants
 
 Array = NDArray[np.float64]
 QUASI_STATIC, DYNAMIC = "quasi-static", "dynamic"
+
+
+_PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "factors", "ground", "joint_table")
+
+JOINT_FIELDS = tuple(f.name for f in fields(Joint) if f.name != "name")
+
+
+def joint_table(assembly: Assembly) -> Array:
+    """What the joint of every interface says, NaN for None, shape (k, len(JOINT_FIELDS))."""
+    rows = [[getattr(i.joint, name) for name in JOINT_FIELDS] for i in assembly.interfaces]
+    return np.array([[np.nan if v is None else float(v) for v in row] for row in rows]).reshape(-1, len(JOINT_FIELDS))
+
+
+def write_archive(path: str | Path, arrays: Mapping[str, Array]) -> None:
+    """Write arrays to a numpy archive; the file is whole or the old one, also when the process dies on the way."""
+    path = Path(path)
+    beside = path.with_name(path.name + ".part")
+    with open(beside, "wb") as file:
+        np.savez(file, **arrays)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(beside, path)
 
 
 class UnstableError(RuntimeError):
@@ -39,6 +62,11 @@ class State:
     dt : [s]
     mode : "quasi-static" or "dynamic"
     laws : kernel law of every interface of the assembly, for contacts found later, shape (k, LAW_SIZE)
+    contact : how the blocks of every joint meet: 1 face on face, 2 edge or corner on a face, 3 two edges, shape (k,)
+    dead, live : loads it was made for or run with last [N, N m], shape (n, 6)
+    factors : of the load cases now: dead loads but weight, weight, live loads, weight along x, and along y, shape (5,)
+    ground : velocity at which held blocks coast after a base motion [m/s], shape (3,)
+    joint_table : what the joints of the assembly said when it was made, columns ``JOINT_FIELDS``, shape (k, ..)
     """
 
     points: Points
@@ -50,51 +78,80 @@ class State:
     dt: float
     mode: str
     laws: Array
+    contact: NDArray[np.int64]
+    dead: Array
+    live: Array
+    factors: Array
+    ground: Array
+    joint_table: Array
     warnings: tuple[str, ...] = field(default_factory=tuple)
 
     def copy(self) -> "State":
         """A state that shares nothing with this one."""
 
         def twin(x: Any) -> Any:
-            return type(x)(*(v.copy() for v in x))
+            if isinstance(x, np.ndarray):
+                return x.copy()
+            return type(x)(*(v.copy() for v in x)) if hasattr(x, "_fields") else x
 
-        return State(
-            twin(self.points), twin(self.joints), twin(self.bodies), self.interface.copy(), self.total.copy(),
-            self.time, self.dt, self.mode, self.laws.copy(), self.warnings,
+        return State(**{f.name: twin(getattr(self, f.name)) for f in fields(self)})
+
+    def arrays(self) -> dict[str, Array]:
+        """All of it as arrays by name, for a numpy archive."""
+        out = {f"{name}.{key}": value for name in ("points", "joints", "bodies")
+               for key, value in getattr(self, name)._asdict().items()}  # fmt: skip
+        out |= {name: getattr(self, name) for name in _PLAIN}
+        return out | {
+            "clock": np.array([self.time, self.dt]), "mode": np.array(self.mode),
+            "warnings": np.array(self.warnings, str),
+        }  # fmt: skip
+
+    @classmethod
+    def from_arrays(cls, file: Mapping[str, Any], path: object) -> "State":
+        """Inverse of :meth:`arrays`; ``path`` is named in errors.
+
+        Raises
+        ------
+        ValueError
+            Where something is missing, by its name.
+        """
+
+        def take(name: str) -> Any:
+            if name not in file:
+                raise ValueError(
+                    f"{path} lacks {name!r}: it was cut short, or written by another version of this package"
+                )
+            return file[name]
+
+        def group(kind: Any, name: str) -> Any:
+            return kind(*(take(f"{name}.{key}") for key in kind._fields))
+
+        clock, total = take("clock"), take("total")
+        if len(total) != kernels.E_SIZE:
+            raise ValueError(f"{path} was written by another version of this package: its sums of energy differ")
+        return cls(
+            group(Points, "points"), group(Joints, "joints"), group(Bodies, "bodies"), time=float(clock[0]),
+            dt=float(clock[1]), mode=str(take("mode")), warnings=tuple(str(w) for w in take("warnings")),
+            **{name: take(name) for name in _PLAIN},
         )  # fmt: skip
 
     def save(self, path: str | Path) -> None:
         """Write the state to a numpy archive from which :meth:`load` continues exactly."""
-        arrays = {f"{name}.{key}": value for name in ("points", "joints", "bodies")
-                  for key, value in getattr(self, name)._asdict().items()}  # fmt: skip
-        with open(path, "wb") as file:
-            np.savez(
-                file, **arrays, interface=self.interface, total=self.total,
-                clock=np.array([self.time, self.dt]), mode=np.array(self.mode), laws=self.laws,
-                warnings=np.array(self.warnings, str),
-            )  # fmt: skip
+        write_archive(path, self.arrays())
 
     @classmethod
     def load(cls, path: str | Path) -> "State":
         """Read a state written by :meth:`save`."""
         with np.load(path, allow_pickle=False) as file:
+            return cls.from_arrays(file, path)
 
-            def group(kind: Any, name: str) -> Any:
-                return kind(*(file[f"{name}.{key}"] for key in kind._fields))
-
-            total = file["total"]
-            if len(total) != kernels.E_SIZE:
-                raise ValueError(f"{path} was written by another version of this package: its sums of energy differ")
-            return cls(
-                group(Points, "points"), group(Joints, "joints"), group(Bodies, "bodies"), file["interface"],
-                total, float(file["clock"][0]), float(file["clock"][1]), str(file["mode"]), file["laws"],
-                tuple(str(w) for w in file["warnings"]),
-            )  # fmt: skip
-
-    @property
-    def kinetic_energy(self) -> float:
-        """Kinetic energy of the free degrees of freedom at the last half step [J] (of scaled mass if quasi-static)."""
-        return float(self.total[kernels.E_KINETIC])
+    def energy_of_motion(self) -> float:
+        """Kinetic energy of the free degrees of freedom from the velocities and angular momenta as they are now [J]."""
+        b = self.bodies
+        rot = b.rot + np.eye(3)
+        spin = np.einsum("nij,njk,nlk,nl->ni", rot, b.inv_inertia, rot, b.ang)
+        twice = b.mass[:, None] * b.vel**2 * ~b.held[:, :3] + b.ang * spin * ~b.held[:, 3:]
+        return 0.5 * float(twice.sum())
 
     def stop(self) -> None:
         """Set all velocities to zero."""
@@ -209,4 +266,8 @@ def make_state(
     )  # fmt: skip
     total = np.zeros(kernels.E_SIZE)
     total[kernels.E_VISCOSITY] = 0.01 / dt
-    return State(points, joints, bodies, interface, total, 0.0, float(dt), mode, laws, warnings)
+    whole_faces = np.ones(len(interface), dtype=np.int64)
+    return State(
+        points, joints, bodies, interface, total, 0.0, float(dt), mode, laws, whole_faces, loads.dead.copy(),
+        loads.live.copy(), np.array((1.0, 1.0, 0.0, 0.0, 0.0)), np.zeros(3), joint_table(assembly), warnings,
+    )  # fmt: skip

@@ -1,6 +1,6 @@
 """Running the kernel in chunks: constant or tabulated loads, unbalanced forces, detection of bad states."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,22 +37,74 @@ class Damping:
 
 @dataclass(frozen=True)
 class Scale:
-    """What unbalanced forces and displacements are small against: block load [N], sizes [m], shape (n,), free flags."""
+    """What unbalanced forces and displacements are small against.
 
-    force: float
+    Parameters
+    ----------
+    load : of every block, its own [N], shape (n,)
+    arm : lever arm its moments are small against, its least thickness [m], shape (n,)
+    size : cube root of the volume [m], shape (n,)
+    free : degrees of freedom, shape (n, 6)
+    smallest : smallest dimension of a free block [m]
+    """
+
+    load: Array
+    arm: Array
     size: Array
     free: NDArray[np.bool_]
     smallest: float
 
     @classmethod
     def of(cls, assembly: Assembly, wrench: Array) -> "Scale":
-        """Mean load of the free blocks that carry one; size is the cube root of the volume."""
-        moves = ~assembly.held
-        load = np.linalg.norm(wrench[:, :3] * moves[:, :3], axis=1)
-        some = load > 1e-9 * max(float(load.max(initial=0.0)), 1e-300)
-        weight = assembly.weights[~assembly.fixed]
-        force = float(load[some].mean()) if some.any() else float(weight.mean())
-        return cls(max(force, 1e-300), np.cbrt(assembly.arrays.volume), moves, smallest_edge(assembly))
+        """Scale of an assembly under a wrench per block [N, N m], shape (n, 6)."""
+        arm, moves = _least_thickness(assembly), ~assembly.held
+        load, free = _own_load(wrench, moves, arm), moves.any(axis=1)
+        if not load.any():
+            load = np.where(free, assembly.weights, 0.0)
+        # a block without load of its own is judged as the lightest that has one
+        load = np.where(load > 0.0, load, load[load > 0.0].min(initial=np.inf))
+        load = np.where(np.isfinite(load), load, 1e-300)
+        return cls(load, arm, np.cbrt(assembly.arrays.volume), moves, smallest_edge(assembly))
+
+    @property
+    def force(self) -> float:
+        """Mean load of the free blocks [N]."""
+        return float(self.load[self.free.any(axis=1)].mean())
+
+    def under(self, wrench: Array) -> "Scale":
+        """The same under more load: a block's own load is the larger of both."""
+        return replace(self, load=np.maximum(self.load, _own_load(wrench, self.free, self.arm)))
+
+    def above_rounding(self, state: State) -> "Scale":
+        """The same, but of a block that others press at least 1e-7 of that, below which no balance can be told."""
+        if not (self.load < 1e-6 * self.load.max()).any():
+            return self
+        m = len(state.points.s)
+        force = np.empty((m, 3))
+        kernels.measure(
+            state.points, state.joints, state.bodies, np.empty((m, 3)), force, np.empty(m), np.empty((m, 2))
+        )
+        owner = np.repeat(np.arange(len(state.joints.block_a)), np.diff(state.joints.start))
+        pressed = np.zeros(len(self.load))
+        for block in (state.joints.block_a, state.joints.block_b):
+            np.add.at(pressed, block[owner], np.linalg.norm(force, axis=1))
+        return replace(self, load=np.maximum(self.load, 1e-7 * pressed))
+
+
+def _own_load(wrench: Array, moves: NDArray[np.bool_], arm: Array) -> Array:
+    """Applied force, or moment over the arm where that is more, on the free degrees of freedom of every block [N]."""
+    acting = wrench * moves
+    return np.maximum(np.linalg.norm(acting[:, :3], axis=1), np.linalg.norm(acting[:, 3:], axis=1) / arm)
+
+
+def _least_thickness(assembly: Assembly) -> Array:
+    """Least side of the box with a block's volume moments [m], whichever way it is turned, shape (n,)."""
+    x = assembly.arrays
+    value = np.linalg.eigvalsh(x.inertia)
+    mass = np.where(x.mass > 0.0, x.mass, 1.0)
+    # a box of sides a, b, c has I_b + I_c - I_a = m a^2 / 6
+    side = np.sqrt(np.maximum(6.0 * (value[:, 0] + value[:, 1] - value[:, 2]) / mass, 0.0))
+    return np.where(side > 0.0, side, np.cbrt(x.volume))
 
 
 def smallest_edge(assembly: Assembly) -> float:
@@ -108,11 +160,19 @@ def run_constant(state: State, wrench: Array, steps: int, damping: Damping) -> N
 
 
 def unbalance(state: State, scale: Scale) -> tuple[float, float]:
-    """Largest unbalanced force, and moment over block size, of the free degrees of freedom over the mean block load."""
+    """Largest unbalanced force over a block's own load, and moment over that load times the block's least thickness."""
+    force, moment = unbalance_of_blocks(state, scale.above_rounding(state))
+    return float(force.max(initial=0.0)), float(moment.max(initial=0.0))
+
+
+def unbalance_of_blocks(state: State, scale: Scale) -> tuple[Array, Array]:
+    """Unbalanced force and moment of every block against its own load and thickness [-], shapes (n,), (n,).
+
+    Against the mean load of all blocks a stone of a fortieth of the largest one's size would be in equilibrium while it
+    falls.
+    """
     net = np.abs(state.bodies.net) * (scale.free & ~state.bodies.held)
-    force = float(net[:, :3].max(initial=0.0)) / scale.force
-    moment = float((net[:, 3:] / scale.size[:, None]).max(initial=0.0)) / scale.force
-    return force, moment
+    return net[:, :3].max(axis=1) / scale.load, net[:, 3:].max(axis=1) / (scale.load * scale.arm)
 
 
 def displacement_since(state: State, shift: Array, quat: Array, scale: Scale) -> float:
@@ -127,12 +187,16 @@ EQUILIBRIUM, MOVING, UNDECIDED = "equilibrium", "moving", "undecided"
 
 @dataclass(frozen=True)
 class Verdict:
-    """Outcome of holding a load: "equilibrium", "moving" or "undecided", steps used, last unbalance, displacement."""
+    """Outcome of holding a load: "equilibrium", "moving" or "undecided", steps used, last unbalance, displacement.
+
+    ``block`` is the number of the block with the largest unbalance at the end.
+    """
 
     outcome: str
     steps: int
     unbalance: tuple[float, float]
     moved: float
+    block: int = -1
 
 
 def hold(
@@ -156,7 +220,9 @@ def hold(
     Parameters
     ----------
     wrench : [N, N m], shape (n, 6)
-    tolerance : of both unbalanced force and moment, over the mean block load [-]
+    tolerance : of both unbalanced force and moment of every block, over its own load (and thickness) [-]. At this
+        load a block must also stand still: what it travels while the forces are small, kept up for as long again as
+        the load has been held, must stay below a fiftieth of ``limit``
     limit : displacement that counts as collapse [m]
     max_steps : budget; where the unbalanced force then still fades, or the blocks speed up or will be at ``limit`` in
         time, it goes on by half as much again, up to ``extensions`` times; otherwise the verdict is "undecided",
@@ -164,33 +230,41 @@ def hold(
     patience : steps that earlier loads took to settle; after these ``early`` is enough where the motion still speeds up
         and the unbalanced force grows. Sooner, a slow swing about a new equilibrium looks alike
     early : [m], a fifth of ``limit`` by default
-    stops : steps after which stops at peaks of the kinetic energy give way to local damping of 0.6. Stops settle two to
-        three times as fast where joints stick; where many slip, every fast elastic peak stops the slow slip, and they
-        take three times as long
+    stops : steps after which stops at peaks of the kinetic energy give way to local damping of 0.6, once the unbalanced
+        force no longer fades under them. Stops settle two to three times as fast where joints stick; where many slip,
+        every fast elastic peak stops the slow slip, and they take three times as long
     """
     early = 0.2 * limit if early is None else early
+    scale = scale.under(wrench)
     shift, quat = state.bodies.shift.copy(), state.bodies.quat.copy()
-    used, quiet, last, moved, until = 0, 0, (np.inf, np.inf), 0.0, max_steps
+    used, quiet, since, until = 0, 0, 0, max_steps
+    resting = (shift, quat)
     path: list[tuple[float, float]] = []
     while True:
         # checks at unequal intervals cannot fall into step with an oscillation
         steps = check_every + (0, 7, 3, 11)[len(path) % 4]
-        if damping.kinetic and used >= stops:
+        if damping.kinetic and used >= stops and not _fades(path):
             damping = Damping(max(damping.local, 0.6), damping.adaptive)
         run_constant(state, wrench, steps, damping)
         used += steps
-        last = unbalance(state, scale)
+        force, moment = unbalance_of_blocks(state, scale.above_rounding(state))
+        last, worst = (float(force.max()), float(moment.max())), int(np.argmax(np.maximum(force, moment)))
         moved = displacement_since(state, shift, quat, scale)
         path.append((moved, max(last)))
         if moved > limit or (used > 1.5 * patience and moved > early and _accelerates(path)):
-            return Verdict(MOVING, used, last, moved)
+            return Verdict(MOVING, used, last, moved, worst)
         quiet = quiet + 1 if max(last) < tolerance else 0
+        if quiet == 1:
+            since, resting = used, (state.bodies.shift.copy(), state.bodies.quat.copy())
         if quiet >= checks:
-            return Verdict(EQUILIBRIUM, used, last, moved)
+            # balanced forces also belong to a block that slides or turns on at a steady pace
+            drift = displacement_since(state, *resting, scale) / (used - since)
+            if drift * used < 0.02 * limit:
+                return Verdict(EQUILIBRIUM, used, last, moved, worst)
         if used >= until:
             left = extensions * (max_steps // 2)
             if extensions <= 0 or not (_fades(path) or _accelerates(path) or _arrives(path, used, limit, left)):
-                return Verdict(UNDECIDED, used, last, moved)
+                return Verdict(UNDECIDED, used, last, moved, worst)
             extensions -= 1
             until += max_steps // 2
 

@@ -1,24 +1,26 @@
-"""Tilting tests: turn the weight slowly until the wall falls and read the multiplier at the support."""
+"""Tilting tests: turn the weight slowly until the wall falls, and stop the table where it may still stand."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dem.collapse import Grid, collapse
+from dem.collapse import LOADING, Grid, collapse
 from dem.history import History
 from dem.joints import JointOptions
 from dem.loading import Settle, Tilt
+from dem.search import Controls, Search
+from dem.search import increments as held_loads
 from dem.simulate import simulate
-from dem.stepping import Damping, Scale
+from dem.stepping import UNDECIDED, Damping, Scale
 from limitmason.model import Assembly, Loads
-from limitmason.results import CANNOT_STAND, NOT_CONVERGED, SOLVED, Prediction
+from limitmason.results import CANNOT_STAND, NOT_CONVERGED, UNBOUNDED, Prediction
 
 Array = NDArray[np.float64]
 
 _WINDOW = 5  # samples of the running median: a single sample may ride on a vibration
-_WITHIN = 1e-3  # the peak counts as reached where the ratio comes this near to it [-]
-
+_WITHIN = 1e-3  # the multiplier counts as reached where the ratio comes this near to it [-]
+_LAST_BITS = 1e-9  # part of the angle by which the repeat of a run differs: nothing but its last bits can [-]
 
 DID_NOT_FALL = "did not fall"
 
@@ -29,17 +31,21 @@ class TiltTest:
 
     Parameters
     ----------
-    status : "solved", "not converged" (the rate still matters), "did not fall" (up to the last angle) or
-        "cannot stand under dead load"
-    collapse_multiplier : lambda = max(Rh / Rv) of the slowest run [-]; that of the last angle where it did not fall
+    status : "solved"; "almost solved" (stopped tables that stayed undecided leave a bracket wider than asked for);
+        "not converged" (no stopped table was seen to fall, or a turning one fell below one that stood); "did not fall"
+        (up to the last angle) or "cannot stand under dead load"
+    collapse_multiplier : tangent of the smallest tilt at which the wall was seen to fall [-]: max(Rh / Rv) of the
+        slowest run, or ``held[1]`` where that is less; tangent of the last angle where it did not fall
+    held : largest tangent at which the wall stood on the stopped table, smallest one at which it went on moving [-]
+    spread : change of max(Rh / Rv) when the slowest run is repeated with nothing but its last bits changed [-]
     tilt_deg : angle of the table at the samples [deg], shape (samples,)
     steps : time steps since the table began to turn, shape (samples,)
     vertical, horizontal : Rv / Rv0 and Rh / Rv0, the reaction normal to the table and along it (positive where it holds
         the wall back) over the weight Rv0 of all blocks that are free [-], shape (samples,)
     ratio : Rh / Rv [-], shape (samples,)
     weight : Rv0 [N]
-    collapse : sample at which ``ratio`` first comes within 0.1 % of its maximum
-    runs : every run as (angle per 1000 steps [deg], multiplier), fastest first
+    collapse : sample at which ``ratio`` first comes within 0.1 % of the multiplier, or of its maximum if that is less
+    runs : every run as (angle per 1000 steps [deg], max(Rh / Rv)), fastest first
     direction : down the tilted table, seen from it, shape (3,)
     history : of the slowest run
     increments : the answer of :func:`dem.collapse` with loads held one after the other, where asked for
@@ -58,8 +64,17 @@ class TiltTest:
     runs: tuple[tuple[float, float], ...]
     direction: tuple[float, float, float]
     history: History
+    held: tuple[float, float] = (float("nan"), float("nan"))
+    spread: float = float("nan")
     increments: Prediction | None = None
     warnings: tuple[str, ...] = ()
+
+    @property
+    def interval(self) -> tuple[float, float] | None:
+        """Between the stopped tables that stood and fell, lower where a turning one fell earlier; None without them."""
+        if not np.isfinite(self.held).all():
+            return None
+        return min(self.held[0], self.collapse_multiplier), self.held[1]
 
     @property
     def collapse_angle_deg(self) -> float:
@@ -68,27 +83,32 @@ class TiltTest:
 
     @property
     def rate_change(self) -> float:
-        """Change of the multiplier from the last run but one to the last [-]; NaN after a single run."""
+        """Change of max(Rh / Rv) from the last run but one to the last [-]; NaN after a single run."""
         return self.runs[-1][1] / self.runs[-2][1] - 1.0 if len(self.runs) > 1 else float("nan")
 
     @property
     def at_rest(self) -> float:
-        """Multiplier extrapolated to a table that turns infinitely slowly [-]: the lag is linear in the rate."""
+        """Max(Rh / Rv) extrapolated to a table that turns infinitely slowly [-], where the lag is linear in the rate.
+
+        It is not where the wall slides: the ratio then stays at tan(phi) however late the wall is seen to move.
+        """
         if len(self.runs) < 2 or self.status == DID_NOT_FALL:
             return float("nan")
         (fast, high), (slow, low) = self.runs[-2:]
         return low - (high - low) * slow / (fast - slow)
 
     def __str__(self) -> str:
-        """Multiplier, angle, rate check and, where it was asked for, the comparison with held loads."""
+        """Multiplier, angle, stopped tables, rate and, where it was asked for, the comparison with held loads."""
         if self.status == DID_NOT_FALL:
             text = f"tilting test: {self.status}, lambda above {self.collapse_multiplier:.4f}"
             return "\n".join([text, *(f"  {w}" for w in self.warnings)])
         lines = [
-            f"tilting test: {self.status}, lambda = max(Rh / Rv) = {self.collapse_multiplier:.4f}, "
+            f"tilting test: {self.status}, lambda = {self.collapse_multiplier:.4f}, "
             f"angle {self.collapse_angle_deg:.2f} deg",
-            f"  rate {self.runs[-1][0]:.3g} deg per 1000 steps; the last slowing changed lambda by "
-            f"{self.rate_change:+.2%}; extrapolated to rate 0: {self.at_rest:.4f}",
+            f"  table stopped: stands at {self.held[0]:.4f}, falls at {self.held[1]:.4f}",
+            f"  table turning at {self.runs[-1][0]:.3g} deg per 1000 steps: max(Rh / Rv) = {self.runs[-1][1]:.4f}; the "
+            f"last slowing changed it by {self.rate_change:+.2%}, the last bits by {self.spread:.2%}; extrapolated to "
+            f"rate 0: {self.at_rest:.4f}",
         ]
         if self.increments is not None:
             other = self.increments.collapse_multiplier
@@ -117,8 +137,10 @@ def tilt_test(
 ) -> TiltTest:
     """Tilt a wall on its table until it falls, as in a laboratory, and again at half speed until it no longer matters.
 
-    The weight of every block turns as W (-cos(alpha) z + sin(alpha) d) while alpha grows steadily; the multiplier is
-    lambda = max(Rh / Rv) of the reactions, and tan(alpha) at collapse where the table turns slowly enough.
+    The weight of every block turns as W (-cos(alpha) z + sin(alpha) d) while alpha grows steadily. A turning table
+    reads max(Rh / Rv) of the reactions: tan(alpha) at collapse if it turns slowly enough, and tan(phi) at any rate
+    where the wall slides in the end, however early its first blocks have left. The verdict is that of the blocks'
+    motion on a table that stops: loads held as in :func:`dem.collapse`, with the weight turned.
 
     Parameters
     ----------
@@ -126,8 +148,9 @@ def tilt_test(
     to_deg : angle at which the table stops [deg]
     steps : time steps of the first run from 0 to ``to_deg``; the second reaches the angle of collapse in as many (or
         turns at half the rate of the first), every further one turns half as fast
-    tolerance : change of lambda from one rate to half of it that is accepted [-]; the error left is about as large
-    halvings : most times the rate is halved; then the status is "not converged"
+    tolerance : change of max(Rh / Rv) from one rate to half of it that is accepted, and width of the bracket of stopped
+        tables over the multiplier [-]
+    halvings : most times the rate is halved; then a warning says that the turning table still reads too much
     moved_limit : displacement at which the run ends, over the smallest block dimension [-]
     contact_points, contact_model, joint_options : see :func:`dem.collapse`
     damping : while the table turns; local 0.5
@@ -176,7 +199,7 @@ def tilt_test(
     held = collapse(assembly, loads, error_budget=(), **options) if increments else None
     runs: list[tuple[float, float]] = []
     stood: list[bool] = []
-    status, notes, rate = NOT_CONVERGED, list(settled.warnings), to_deg / steps
+    notes, rate = list(settled.warnings), to_deg / steps
     for k in range(halvings + 1):
         stage = Tilt(
             to_deg=to_deg, steps=int(to_deg / rate), axis=axis, damping=damping,
@@ -190,22 +213,64 @@ def tilt_test(
         # at the end of the tilt the wall still follows the table, in a run and in one at half its rate
         stood.append(history["step"][-1] - begun >= stage.steps and peak > 0.98 * np.tan(np.deg2rad(to_deg)))
         if all(stood[-2:]) and k:
-            status = DID_NOT_FALL
-            notes.append(f"it did not fall up to {to_deg:g} degrees: give a larger to_deg")
             break
         if k and abs(runs[-1][1] / runs[-2][1] - 1.0) < tolerance:
-            status = SOLVED
             break
         # the first run only finds the scale
         rate = 0.5 * rate if k else min(0.5 * rate, float(np.rad2deg(np.arctan(peak))) / steps)
-    if status == NOT_CONVERGED:
-        notes.append(
-            f"lambda still changes by {100 * (runs[-1][1] / runs[-2][1] - 1):+.1f} % at half speed: give more steps"
-        )
-    tilt, count, vertical, horizontal, ratio, rv0, at = found
+    again = simulate(assembly, replace(stage, to_deg=to_deg * (1.0 + _LAST_BITS)), start=settled, sample=every)
+    repeat = _peak(_read(again, begun, d, weight)[4])
+    reading, top = runs[-1][1], float(np.tan(np.deg2rad(to_deg)))
+    bracket = _stopped(assembly, loads, settled, runs, top, tolerance)
+    if bracket.status == UNBOUNDED:
+        status, multiplier = DID_NOT_FALL, top
+        notes.append(f"it did not fall up to {to_deg:g} degrees: give a larger to_deg")
+    else:
+        multiplier = min(reading, repeat, bracket.moving)
+        lowest = min(reading, repeat)
+        status = bracket.status
+        if lowest < (1.0 - tolerance) * bracket.stable:
+            status = NOT_CONVERGED
+            notes.append(f"it fell at {lowest:.4f} while the table turned and stood at {bracket.stable:.4f}")
+        undecided = [f"{x:.4f}" for x, v in bracket.record if v.outcome == UNDECIDED and x > bracket.stable]
+        if undecided:
+            notes.append(f"undecided on the stopped table at {', '.join(undecided)}; not counted as standing")
+        change = runs[-1][1] / runs[-2][1] - 1.0
+        if reading > (1.0 + tolerance) * bracket.moving or abs(change) >= tolerance:
+            notes.append(
+                f"the turning table reads max(Rh / Rv) = {reading:.4f} ({change:+.1%} at half the rate), the wall "
+                f"falls at {bracket.moving:.4f} on the stopped one: it turns too fast, or slides after others have left"
+            )
+    tilt, count, vertical, horizontal, ratio, rv0, _ = found
     return TiltTest(
-        status, runs[-1][1], tilt, count, vertical, horizontal, ratio, rv0, at, tuple(runs), tuple(d.tolist()), history,
-        held, tuple(notes),
+        status, multiplier, tilt, count, vertical, horizontal, ratio, rv0, _reached(ratio, multiplier), tuple(runs),
+        tuple(d.tolist()), history, (bracket.stable, bracket.moving), abs(repeat / reading - 1.0), held, tuple(notes),
+    )  # fmt: skip
+
+
+def _stopped(
+    assembly: Assembly, loads: Loads, settled: History, runs: list[tuple[float, float]], top: float, tolerance: float
+) -> Search:
+    """Bracket of the tangent of the tilt by tables that stop and wait until the wall stands still or falls.
+
+    Against a ratio of reactions this judges every block by its own load and motion: a stone of a thousandth of the
+    weight does not show in the reactions, and a wall that slides shows tan(phi) before and after.
+    """
+    controls = Controls(
+        tolerance, max_steps=60_000, moved_limit=0.02, equilibrium=1e-4, damping=LOADING, ramp_steps=1, unit=1.0,
+        first=0.05,
+    )  # fmt: skip
+    guess = min(runs[-1][1], top)
+    if len(runs) > 1 and runs[-2][0] > runs[-1][0]:
+        (fast, high), (slow, low) = runs[-2:]
+        guess = min(guess, max(low - (high - low) * slow / (fast - slow), 0.5 * guess))
+
+    def turned(tangent: float) -> Array:
+        return (loads.dead + tangent * loads.live) / np.hypot(1.0, tangent)
+
+    return held_loads(
+        assembly, loads, settled.state.copy(), controls, through=[0.5 * guess, 0.9 * guess, guess], settled=0.0,
+        loading=turned, up_to=top,
     )  # fmt: skip
 
 
@@ -217,11 +282,16 @@ def _read(
     vertical, horizontal = total[:, 2] / weight, -(total @ d) / weight
     # a wall that leaves the table has no ratio
     ratio = np.divide(horizontal, vertical, out=np.full_like(vertical, np.nan), where=vertical > 1e-3)
-    near = np.flatnonzero(ratio >= (1.0 - _WITHIN) * _peak(ratio))
     return (
         np.rad2deg(history["tilt"]), history["step"] - begun, vertical, horizontal, ratio, weight,
-        int(near[0]) if len(near) else len(ratio) - 1,
+        _reached(ratio, np.inf),
     )  # fmt: skip
+
+
+def _reached(ratio: Array, multiplier: float) -> int:
+    """First sample at which the ratio reaches the multiplier, or its own maximum where that is less."""
+    near = np.flatnonzero(ratio >= (1.0 - _WITHIN) * min(_peak(ratio), multiplier))
+    return int(near[0]) if len(near) else len(ratio) - 1
 
 
 def _peak(ratio: Array) -> float:

@@ -6,11 +6,15 @@ these very panels: their mean level is no prediction. What differs between the f
 """
 
 import math
+import sys
+from pathlib import Path
 
 import numpy as np
 
 from limitmason import experiments, figures
 from limitmason.diagnosis import Cause, Measured, Noise, Study
+
+OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 
 SOURCE = "brick-panels-opening"
 cases = {name: experiments.load(SOURCE, name) for name in experiments.specimens(SOURCE)}
@@ -77,7 +81,7 @@ for label, noise in {"noise unknown": Noise.unknown(), "noise 9.1 % (assumed)": 
     print(f"\n=== {label} ===\n{verdicts[label].report()}")
     figures.diagnosis(verdicts[label], quantity="failure load [kN]", units={"mortar": "MPa"},
                       title=f"Brick panels S1-S4, {label}"
-                      ).savefig(f"diagnose_brick_panels_{noise.kind}.png")  # fmt: skip
+                      ).savefig(OUT / f"diagnose_brick_panels_{noise.kind}.png")  # fmt: skip
 confusable = study.confusable(CAUSES)
 print(f"\n{confusable}")
 pool = [

@@ -9,6 +9,7 @@ again (half an hour).
 """
 
 import csv
+import sys
 from math import hypot
 from pathlib import Path
 
@@ -20,6 +21,8 @@ from limitmason import causes as catalogue
 from limitmason import experiments, figures
 from limitmason.causes.joints import with_friction_factor
 from limitmason.diagnosis import Cause, Extension, Noise, Study
+
+OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 
 STORE = Path(__file__).parent / "stored" / "diagnose_ferris_tin_loi.csv"
 SOURCE, FRICTION, IN_PLANE = "ferris-tin-loi-2001", 0.65, (0.0, 1.0, 0.0)
@@ -176,4 +179,4 @@ if __name__ == "__main__":
     for name, verdict in {"published": theirs_verdict, "planted": planted}.items():
         figures.diagnosis(verdict, quantity="collapse multiplier [-]", title=f"Rounded corners, {name}",
                           units={"slenderness": "-", "block": "m"},
-                          ).savefig(f"diagnose_ferris_tin_loi_{name}.png")  # fmt: skip
+                          ).savefig(OUT / f"diagnose_ferris_tin_loi_{name}.png")  # fmt: skip

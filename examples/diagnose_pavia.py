@@ -6,12 +6,16 @@ sensor), or along the one sensitivity that is published: log lambda between psi 
 """
 
 import math
+import sys
+from pathlib import Path
 
 import numpy as np
 
 from limitmason import causes as catalogue
 from limitmason import experiments, figures
 from limitmason.diagnosis import Cause, Noise, Study
+
+OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 
 SOURCE = "pavia-tilting"
 
@@ -75,7 +79,7 @@ for label, model, causes in (
     print(f"\n=== 3DEC with {label} ===\n{verdict.report()}\n\n{study.confusable(causes)}")
     figures.diagnosis(
         verdict, quantity="collapse multiplier [-]", title=f"Pavia tilting tests against 3DEC, {label}"
-    ).savefig(f"diagnose_pavia_{label.replace(' = ', '_')}.png")
+    ).savefig(OUT / f"diagnose_pavia_{label.replace(' = ', '_')}.png")
 again = verdicts["psi = 0"].next_tests(specimens, k=4)
 print("\nTo be repeated first:", ", ".join(s["name"] for s in again.specimens), f"(smallest d2 {again.before:.1f} -> "
       f"{again.after:.1f})")  # fmt: skip

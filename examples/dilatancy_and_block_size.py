@@ -7,9 +7,12 @@ of 12 courses down to quarter blocks, all dilatancy angles and more contact poin
 """
 
 import sys
+from pathlib import Path
 
 import limitmason as lm
 from limitmason.limit.search import EFFORTS
+
+OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 
 FULL = "--full" in sys.argv
 UNIT, OUTWARDS = (0.08, 0.04, 0.028), (0, -1, 0)
@@ -25,7 +28,7 @@ def say(line):
 
 
 def draw(table, name, x, x_label, title, **options):
-    lm.figures.study_lines(table, x, x_label=x_label, title=title, **options).savefig(f"{name}.png", dpi=200)
+    lm.figures.study_lines(table, x, x_label=x_label, title=title, **options).savefig(OUT / f"{name}.png", dpi=200)
 
 
 # dilatancy and contact points: on the small wall, whose search in 3-D takes seconds

@@ -9,12 +9,15 @@ nu = 0.2 assumed. Measured curves and peaks beside the DEM and limit analysis. `
 
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 import dem
 from limitmason import experiments, figures, limit_analysis
 from limitmason.experiments.minho import measured_curve
+
+OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 
 FULL = "--full" in sys.argv
 LEVELS = [w for w in sys.argv[1:] if w.startswith(("SW.", "WS."))]
@@ -40,7 +43,7 @@ def push(wall, loads, settled, *travels):
     stages = [
         dem.Drive(displacement={"beam": {"x": 1e-3 * d}}, steps=int(abs(d) * STEPS_PER_MM), keep=True) for d in travels
     ]
-    return dem.simulate(wall, stages, loads=loads, contact_points=(6, 2), start=settled, sample=STEPS_PER_MM // 10)
+    return dem.simulate(wall, stages, loads=loads, start=settled, sample=STEPS_PER_MM // 10)
 
 
 def stiffness(u, f, low=0.1, high=0.4):
@@ -98,9 +101,9 @@ for level in LEVELS:
         block="beam", levels={"limit analysis, psi = 0": 1e3 * rigid["non-associative"]},
         title=f"{level}: {test.parameters['N on top']} on top", xlabel="displacement of the beam [mm]",
         caption="Assumed: weightless rigid beam free to turn, friction, nu = 0.2; the test's curve is thinned.",
-    ).savefig(f"minho_{name}.png")  # fmt: skip
+    ).savefig(OUT / f"minho_{name}.png")  # fmt: skip
     figures.deformed(wall, once, scale=2.0, title=f"{level} pushed by {TRAVEL[level[:2]]} mm").savefig(
-        f"minho_{name}_deformed.png"
+        OUT / f"minho_{name}_deformed.png"
     )
     if FULL and level == "SW.100":
-        figures.animate(wall, cycles, "minho_sw_100.gif", scale=5.0)
+        figures.animate(wall, cycles, OUT / "minho_sw_100.gif", scale=5.0)

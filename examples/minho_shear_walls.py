@@ -4,9 +4,14 @@ Nothing is tuned. What the sources leave open is shown as a range: the friction 
 height of the force on the SW walls (0.95 or 1.0 m).
 """
 
+import sys
+from pathlib import Path
+
 import numpy as np
 
 from limitmason import experiments, figures, limit_analysis
+
+OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 
 SOURCE = "minho-dry-stone-2005-2009"
 
@@ -48,4 +53,4 @@ figures.predicted_against_published(
     quantity="peak horizontal force [kN]",
     published="measured",
     title="Dry-joint shear walls, University of Minho",
-).savefig("minho_shear_walls.png", dpi=200)
+).savefig(OUT / "minho_shear_walls.png", dpi=200)

@@ -19,6 +19,7 @@ grows until the facade runs away. What comes out:
 """
 
 import sys
+from pathlib import Path
 
 import numpy as np
 
@@ -26,6 +27,8 @@ import dem
 from limitmason import experiments, figures, limit_analysis
 from limitmason.experiments import murano
 from mechanisms import murano as tables
+
+OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 
 FULL = "--full" in sys.argv
 SOURCE = "murano-u-walls"
@@ -96,11 +99,11 @@ for name in experiments.specimens(SOURCE):
         f"joints calibrated on this test by the source; driven by the load, not by displacement.{plastic}",
     )
     figure.axes[0].axhspan(min(measured), max(measured), color="0.75", alpha=0.6, linewidth=0, zorder=0)
-    figure.savefig(f"murano_pushover_{name}.png")
+    figure.savefig(OUT / f"murano_pushover_{name}.png")
     moved = int(np.argmax(u > 0.03))
     figures.deformed(
         wall, history, sample=moved, scale=3.0, title=title, azimuth_deg=-120.0, elevation_deg=30.0
-    ).savefig(f"murano_pushover_{name}_moved.png")
+    ).savefig(OUT / f"murano_pushover_{name}_moved.png")
 
 print(f"facade {weight / 1e3:.2f} kN at 10 m/s2; line load 20 kN over 3.65 m = {tables.line_load() / 1e3:.2f} kN/m")
 

@@ -1,8 +1,13 @@
 """The figure of the README: one wall, its mechanisms under both flow rules side by side."""
 
+import sys
+from pathlib import Path
+
 from matplotlib.figure import Figure
 
 from limitmason import experiments, figures, limit_analysis
+
+OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 
 test = experiments.load("ferris-tin-loi-2001", "wall-4")
 wall, loads = test.assembly(), test.loads()
@@ -18,5 +23,5 @@ with figures.print_style():
     ):
         heading = f"{name}: λ = {prediction.collapse_multiplier:.3f}, published {published:.3f}"
         figures.mechanism(wall, prediction, ax=ax, caption=False, legend=ax is left, title=heading)
-    figure.savefig("wall.png", dpi=160)
+    figure.savefig(OUT / "wall.png", dpi=160)
 print(f"associative {associative.collapse_multiplier:.5f}, non-associative {lowest.collapse_multiplier:.5f}")

@@ -7,11 +7,34 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from limitmason.constants import VERSION
-from limitmason.model import Assembly, Block, Interface, Joint, Loads, Support
+from limitmason.model import (
+    Assembly,
+    Block,
+    ContactError,
+    ContactWarning,
+    Interface,
+    Joint,
+    Loads,
+    PlausibilityWarning,
+    Support,
+)
 from limitmason.results import Certificate, Mechanism, Prediction, Resultants
 
 if TYPE_CHECKING:
-    from limitmason import build, experiments, figures, formats, study
+    from limitmason import (
+        build,
+        causes,
+        certificate,
+        diagnosis,
+        equilibrium,
+        experiments,
+        figures,
+        formats,
+        limit,
+        methods,
+        results,
+        study,
+    )
     from limitmason.limit import limit_analysis, limit_bracket, proven_range, settlement_analysis
     from limitmason.methods import predict, predict_cases
     from limitmason.side_by_side import compare
@@ -47,10 +70,13 @@ __all__ = [
     "Assembly",
     "Block",
     "Certificate",
+    "ContactError",
+    "ContactWarning",
     "Interface",
     "Joint",
     "Loads",
     "Mechanism",
+    "PlausibilityWarning",
     "Prediction",
     "Resultants",
     "Support",

@@ -5,233 +5,156 @@ solver that made them is used, nor the equilibrium matrix: forces are summed blo
 rigid velocities at the contact points.
 """
 
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.dissipation import Dissipation, point_dissipation, point_rates, point_state, stress_block_pairs
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import Certificate, Mechanism, Prediction, Resultants
+from limitmason.residuals import (
+    PointState,
+    block_measures,
+    joint_measures,
+    live_size,
+    part_labels,
+    total_load,
+    unbalance,
+    yield_excess,
+)
+from limitmason.results import GAP, Certificate, Mechanism, Prediction, Resultants
 
 Array = NDArray[np.float64]
+
+__all__ = [
+    "FORCE_CAP",
+    "PointState",
+    "certify",
+    "kinematic_multiplier",
+    "point_rates",
+    "point_state",
+    "resultants_from_points",
+    "scaled_mechanism",
+    "total_load",
+]
 
 FORCE_CAP = 10.0
 """Joint force over the total load up to which a mechanism that cannot be repaired still gives a bound."""
 
+AT_REST = 1e-6
+"""Rate over the largest below which a repair may leave a block at rest."""
 
-class PointState(NamedTuple):
-    """Forces, rates and law at every contact point, relative forces and rates already formed."""
-
-    normal_force: Array  # N [N], (m,)
-    shear_force: Array  # T in global axes [N], (m, 3)
-    opening: Array  # e_n [m/s], (m,)
-    sliding: Array  # e_t in global axes [m/s], (m, 3)
-    tan_phi: Array
-    tan_psi: Array
-    cohesion: Array  # c A_p [N]
-    tension: Array  # tension capacity min(ft A_p, c A_p / tan phi) [N]
-    crushing: Array  # fc A_p [N]; infinite for stress blocks, which are checked by interface
+LEAST_MULTIPLIER = 1e-3
+"""Multiplier below which the gap is relative to this one, in units of that at which live load does the dead's work."""
 
 
-def total_load(assembly: Assembly, loads: Loads) -> float:
-    """Sum of the dead forces on free blocks [N], or of the live ones without dead load; the scale of residuals."""
-    free = ~assembly.fixed
-    dead = np.linalg.norm(loads.dead[free, :3], axis=1).sum()
-    live = np.linalg.norm(loads.live[free, :3], axis=1).sum()
-    return float(dead if dead > 0 else live if live > 0 else 1.0)
+class Kinematics(NamedTuple):
+    """What a mechanism proves: the bound, the same with joints summed over points, the repair it needed."""
 
-
-def point_rates(assembly: Assembly, twists: Array, position: Array, interface: NDArray) -> tuple[Array, Array]:
-    """Opening [m/s], shape (m,), and sliding of b relative to a in global axes, shape (m, 3), at contact points."""
-    x = assembly.arrays
-    a, b = x.block_a[interface], x.block_b[interface]
-
-    def velocity(block: NDArray) -> Array:
-        arm = position - assembly.centroids[block]
-        return twists[block, :3] + np.cross(twists[block, 3:], arm)
-
-    jump = velocity(b) - velocity(a)
-    n = x.normal[interface]
-    opening = (jump * n).sum(axis=1)
-    return opening, jump - opening[:, None] * n
-
-
-def point_state(assembly: Assembly, resultants: Resultants, twists: Array) -> PointState:
-    """Forces, rates and strengths at the contact points of a prediction."""
-    x = assembly.arrays
-    k = resultants.point_interface
-    n = x.normal[k]
-    normal_force = (resultants.point_force * n).sum(axis=1)
-    opening, sliding = point_rates(assembly, twists, resultants.point_position, k)
-    area = resultants.point_area
-    cohesion = x.cohesion[k] * area
-    with np.errstate(divide="ignore", invalid="ignore"):
-        apex = np.where(x.tan_phi[k] > 0, cohesion / x.tan_phi[k], np.inf)
-    tension = np.minimum(x.tensile_strength[k] * area, apex)
-    return PointState(
-        normal_force, resultants.point_force - normal_force[:, None] * n, opening, sliding, x.tan_phi[k], x.tan_psi[k],
-        cohesion, tension, x.compressive_strength[k] * area,
-    )  # fmt: skip
-
-
-def equilibrium_residual(assembly: Assembly, loads: Loads, resultants: Resultants, multiplier: float) -> float:
-    """Largest unbalanced force, or moment over the block's radius, relative to the total load [-]."""
-    x = assembly.arrays
-    k = resultants.point_interface
-    rest = np.array(loads.dead + multiplier * loads.live)
-    for block, sign in ((x.block_b[k], 1.0), (x.block_a[k], -1.0)):
-        force = sign * resultants.point_force
-        moment = np.cross(resultants.point_position - assembly.centroids[block], force)
-        for c in range(3):
-            rest[:, c] += np.bincount(block, force[:, c], assembly.n_blocks)
-            rest[:, 3 + c] += np.bincount(block, moment[:, c], assembly.n_blocks)
-    rest[assembly.held] = 0.0
-    rest[:, 3:] /= np.cbrt(x.volume)[:, None]
-    return float(np.abs(rest).max(initial=0.0) / total_load(assembly, loads))
-
-
-def yield_violation(state: PointState, blocks: Array | None, scale: float) -> float:
-    """Largest excess of a contact force over the joint law, relative to ``scale`` [N].
-
-    ``blocks`` holds (N1, N2, capacity, tension) of in-plane stress blocks, shape (j, 4), or None.
-    """
-    shear = np.linalg.norm(state.shear_force, axis=1)
-    excess = [
-        shear - state.cohesion - state.tan_phi * state.normal_force,
-        -state.normal_force - state.tension,
-        state.normal_force - state.crushing,
-    ]
-    worst = max(float(e.max(initial=0.0)) for e in excess)
-    if blocks is not None and len(blocks):
-        n1, n2 = blocks[:, 0] + 0.5 * blocks[:, 3], blocks[:, 1] + 0.5 * blocks[:, 3]
-        worst = max(worst, float(((n1 + n2) ** 2 / (2.0 * blocks[:, 2]) - np.minimum(n1, n2)).max()))
-    return max(worst, 0.0) / scale
-
-
-def _dissipation(state: PointState, opening: Array, sliding: Array) -> tuple[Array, Array]:
-    """Power a point can dissipate under the associative law, and g = e_n - tan(phi) |e_t|, which must not be negative.
-
-    D = c |e_t| A + N_t g for g >= 0 (N_t the tension capacity) and c |e_t| A - N_c g for g < 0 (N_c the crushing
-    capacity; infinite without crushing, which is what makes g < 0 inadmissible).
-    """
-    slip = np.linalg.norm(sliding, axis=1)
-    g = opening - state.tan_phi * slip
-    power = state.cohesion * slip + np.where(g > 0, state.tension * g, 0.0)
-    finite = np.isfinite(state.crushing)
-    power[finite] += state.crushing[finite] * np.maximum(-g[finite], 0.0)
-    return power, g
-
-
-def _stress_block_power(g1: Array, g2: Array, capacity: Array, tension: Array) -> Array:
-    """Power of a crushing in-plane section: max of -(g1 N1 + g2 N2) over N_i >= (N1 + N2)^2 / (2 Q)."""
-    low, high = np.minimum(g1, g2), np.maximum(g1, g2)
-    spread = np.maximum(high - low, 1e-300)
-    n = np.where(low < 0, np.clip(capacity * -low / spread, 0.0, capacity), 0.0)
-    return -low * n - (high - low) * n**2 / (2.0 * capacity) + 0.5 * tension * (g1 + g2)
+    multiplier: float  # bound [-]
+    at_points: float  # bound of the law at the contact points [-]
+    violation: float  # largest negative g before the repair over the largest rate [-]
+    force_cap: float = float("inf")  # joint force over the total load up to which it holds; infinite when repaired
 
 
 def kinematic_multiplier(
     assembly: Assembly, loads: Loads, prediction: Prediction, *, candidates: tuple[Array, ...] = ()
-) -> tuple[float, float, float]:
+) -> Kinematics:
     """Upper bound of the associative multiplier from the prediction's mechanism, repaired to be admissible.
 
     lambda = [ -w_dead . v + sum D(e) ] / (w_live . v), valid for every v with e_n >= tan(phi) |e_t| at all points
     without crushing. A solver's v violates this by its tolerance. The repair adds just enough of a motion that opens
-    every joint: the blocks flying apart affinely, v = (x, y, k z), or a candidate supplied by the caller. Where no
-    motion opens every joint (blocks wedged between supports) the remaining violation is charged with the power of a
-    joint force of at most ``FORCE_CAP`` times the load (or the largest force found): the bound then holds for all
-    stress states within that cap, not beyond.
+    every joint: the blocks flying apart affinely, v = (x, y, k z), or a candidate supplied by the caller; blocks that
+    no chain of joints between free blocks joins to the mechanism stay where they are. Where no motion opens every joint
+    (blocks wedged between supports) the remaining violation is charged with the power of a joint force of at most
+    ``FORCE_CAP`` times the load (or the largest force found): the bound then holds for all stress states within that
+    cap, not beyond.
 
     Parameters
     ----------
     candidates : further opening motions to try, twists of shape (n_blocks, 6)
-
-    Returns
-    -------
-    multiplier : the bound [-]
-    violation : largest negative g before the repair over the largest rate [-]
-    force_cap : joint force over the total load up to which the bound holds; infinite for a repaired mechanism
     """
     mechanism, resultants = prediction.mechanism, prediction.resultants
     if mechanism is None or resultants is None:
-        return float("nan"), float("nan"), float("inf")
+        return Kinematics(*[float("nan")] * 3)
     twists = np.where(assembly.held, 0.0, mechanism.twists)
     state = point_state(assembly, resultants, twists)
-    pairs = _stress_block_pairs(assembly, prediction)
-    rigid = ~np.isfinite(state.crushing)
-    if pairs is not None:
-        rigid[pairs[0].ravel()] = False
+    joints = Dissipation(assembly, prediction, state)
+    rigid = joints.rigid
 
-    def value(v: Array) -> tuple[float, Array]:
-        opening, sliding = point_rates(assembly, v, resultants.point_position, resultants.point_interface)
-        if pairs is None:
-            power, g = _dissipation(state, opening, sliding)
-            total = power.sum()
-        else:
-            ends, capacity, tension = pairs
-            power, g = _dissipation(state._replace(crushing=np.full_like(opening, np.inf)), opening, sliding)
-            slip = np.linalg.norm(sliding, axis=1)
-            others = np.ones(len(g), dtype=bool)
-            others[ends.ravel()] = False
-            total = power[others].sum() + (state.cohesion * slip)[ends].sum()
-            total += _stress_block_power(g[ends[:, 0]], g[ends[:, 1]], capacity, tension).sum()
+    def value(v: Array) -> tuple[float, float, Array]:
         rate = float((loads.live * v).sum())
-        return (float(total - (loads.dead * v).sum()) / rate if rate > 0 else float("nan")), g
+        exact, at_points, g = joints.power(v)
+        if not rate > 0:
+            return float("nan"), float("nan"), g
+        work = float((loads.dead * v).sum())
+        return (exact - work) / rate, (at_points - work) / rate, g
 
-    first, g = value(twists)
+    first, at_points, g = value(twists)
     size = max(float(np.abs(state.opening).max(initial=0.0)), float(np.abs(state.sliding).max(initial=0.0)), 1e-300)
     worst = float(np.where(rigid, -g, 0.0).max(initial=0.0))
     if worst <= 0.0:
-        return first, 0.0, float("inf")
-    best = float("nan")
-    for field in (*_opening_fields(assembly), *candidates):
-        opening, sliding = point_rates(assembly, field, resultants.point_position, resultants.point_interface)
-        margin = (opening - state.tan_phi * np.linalg.norm(sliding, axis=1))[rigid]
-        if margin.min(initial=np.inf) <= 0.0:
-            continue
-        # g is concave in v, so adding t field raises every g by at least t times the field's own margin
-        need = np.max(np.maximum(-g[rigid], 0.0) / margin)
-        repaired, after = value(twists + (1.0 + 1e-9) * need * field)
-        if np.where(rigid, -after, 0.0).max(initial=0.0) <= 1e-14 * size and not repaired >= best:
-            best = repaired
+        return Kinematics(first, at_points, 0.0)
+    near = prediction.collapse_multiplier + 0.1 * GAP * abs(prediction.collapse_multiplier)
+    rate = np.abs(twists[:, :3]).max(axis=1) + np.abs(twists[:, 3:]).max(axis=1) * np.cbrt(assembly.volumes)
+    best = best_at_points = float("nan")
+    # what hardly moves is better left at rest: to lift a very large block by next to nothing may be too much work
+    for still in (0.0, AT_REST):
+        moving = rate > still * rate.max()
+        motion = np.where(moving[:, None], twists, 0.0)
+        g = value(motion)[2] if still else g
+        label = part_labels(assembly, moving & ~assembly.fixed)
+        touched = ((label[assembly.arrays.block_a] >= 0) | (label[assembly.arrays.block_b] >= 0))[
+            resultants.point_interface
+        ]
+        for field in (*_opening_fields(assembly, label), *candidates):
+            field = np.where(moving[:, None], field, 0.0)
+            opening, sliding = joints.rates(field)
+            margin = (opening - state.tan_phi * np.linalg.norm(sliding, axis=1))[rigid & touched]
+            if margin.min(initial=np.inf) <= 0.0:
+                continue
+            # g is concave in v, so adding t field raises every g by at least t times the field's own margin
+            need = np.max(np.maximum(-g[rigid & touched], 0.0) / margin, initial=0.0)
+            repaired, repaired_at_points, after = value(motion + (1.0 + 1e-9) * need * field)
+            if np.where(rigid, -after, 0.0).max(initial=0.0) <= 1e-14 * size and not repaired >= best:
+                best, best_at_points = repaired, repaired_at_points
+        if best <= near or (rate <= AT_REST * rate.max()).sum() == (rate == 0.0).sum():
+            break
     if not np.isnan(best):
-        return best, worst / size, float("inf")
+        return Kinematics(best, best_at_points, worst / size)
     scale = total_load(assembly, loads)
     cap = max(FORCE_CAP * scale, float(np.abs(state.normal_force).max(initial=0.0)))
-    excess = cap * float(np.maximum(-g[rigid], 0.0).sum()) / float((loads.live * twists).sum())
-    return first + excess, worst / size, cap / scale
+    excess = cap * float(np.maximum(-value(twists)[2][rigid], 0.0).sum()) / float((loads.live * twists).sum())
+    return Kinematics(first + excess, at_points + excess, worst / size, cap / scale)
 
 
-def _opening_fields(assembly: Assembly):
-    """Motions in which the blocks fly apart: from the middle of the held blocks, ever more upwards than sideways."""
-    c = assembly.centroids
-    x = assembly.arrays
-    at = x.centre[assembly.fixed[x.block_a] | assembly.fixed[x.block_b]]
-    foot = at if len(at) else c
-    origin = 0.5 * (foot.min(axis=0) + foot.max(axis=0))
+def _opening_fields(assembly: Assembly, label: NDArray[np.intp]) -> Iterator[Array]:
+    """Motions in which the blocks fly apart, ever more upwards than sideways.
+
+    Every independent part flies from the middle of its own joints with held blocks, or of its blocks.
+
+    Parameters
+    ----------
+    label : part of every block, -1 for those at rest, see :func:`limitmason.residuals.part_labels`
+    """
+    c, x, fixed = assembly.centroids, assembly.arrays, label < 0
+    low, high = np.full((2, label.max() + 1, 3), np.inf) * np.array([1.0, -1.0])[:, None, None]
+    at = np.flatnonzero(fixed[x.block_a] != fixed[x.block_b])
+    owner = label[np.where(fixed[x.block_a], x.block_b, x.block_a)[at]]
+    np.minimum.at(low, owner, x.centre[at])
+    np.maximum.at(high, owner, x.centre[at])
+    free = np.flatnonzero(~fixed & ~np.isfinite(low).all(axis=1)[label])
+    np.minimum.at(low, label[free], c[free])
+    np.maximum.at(high, label[free], c[free])
+    origin = 0.5 * (low + high)[label]
     for lift in (1.0, 2.0, 4.0, 8.0, 16.0, 64.0, 256.0):
         field = np.zeros((assembly.n_blocks, 6))
         field[:, :3] = (c - origin) * (1.0, 1.0, lift)
         field[assembly.held] = 0.0
         yield field
-
-
-def _stress_block_pairs(assembly: Assembly, prediction: Prediction) -> tuple[Array, Array, Array] | None:
-    """End points, crushing capacity Q and tension of interfaces with a crushing stress block; None where none has."""
-    if prediction.provenance.get("crushing") != "stress block" or prediction.resultants is None:
-        return None
-    x = assembly.arrays
-    k = prediction.resultants.point_interface
-    rows = np.flatnonzero(np.isfinite(x.compressive_strength))
-    first = np.searchsorted(k, rows)
-    found = (first < len(k)) & (k[np.minimum(first, len(k) - 1)] == rows)
-    rows, first = rows[found], first[found]
-    tension = np.minimum(
-        x.tensile_strength[rows], np.divide(x.cohesion[rows], x.tan_phi[rows], out=np.full(len(rows), np.inf),
-                                            where=x.tan_phi[rows] > 0)
-    ) * x.area[rows]  # fmt: skip
-    return np.column_stack([first, first + 1]), x.compressive_strength[rows] * x.area[rows] + tension, tension
 
 
 def certify(
@@ -251,7 +174,7 @@ def certify(
         For an associative prediction the kinematic bound and the gap are given; for a non-associative one the
         residual of its flow rule e_n >= tan(psi) |e_t| and its complementarity,
         sum (N + N_t) (e_n - tan(psi) |e_t|) + |T . e_t + (c A + N tan(phi)) |e_t|| over the total load's unit power
-        (a point that crushes may close, e_n < tan(psi) |e_t|, at its capacity).
+        (a point that crushes may close, e_n < tan(psi) |e_t|, at its capacity). Its ``refusal`` says what is wrong.
     """
     r, m = prediction.resultants, prediction.mechanism
     if r is None or not np.isfinite(prediction.collapse_multiplier):
@@ -259,25 +182,20 @@ def certify(
     scale = total_load(assembly, loads)
     twists = np.zeros((assembly.n_blocks, 6)) if m is None else np.where(assembly.held, 0.0, m.twists)
     state = point_state(assembly, r, twists)
-    pairs = _stress_block_pairs(assembly, prediction)
-    blocks = None
-    if pairs is not None:
-        ends, capacity, tension = pairs
-        blocks = np.column_stack([state.normal_force[ends], capacity, tension])
-        crushing = state.crushing.copy()
-        crushing[ends.ravel()] = np.inf
-        state = state._replace(crushing=crushing)
-    residual = equilibrium_residual(assembly, loads, r, prediction.collapse_multiplier)
-    excess = yield_violation(state, blocks, scale)
-    confinement = float(np.abs(r.normal).max(initial=0.0) / scale)
+    forces = _forces_certified(assembly, loads, prediction, state)
     if m is None:
-        return Certificate(residual, excess, static_multiplier=prediction.collapse_multiplier, confinement=confinement)
+        return forces
+    pairs = stress_block_pairs(assembly, prediction)
+    if pairs is not None:
+        crushing = state.crushing.copy()
+        crushing[pairs[0].ravel()] = np.inf
+        state = state._replace(crushing=crushing)
     slip = np.linalg.norm(state.sliding, axis=1)
     size = max(float(np.abs(state.opening).max(initial=0.0)), float(slip.max(initial=0.0)))
     rate = float((loads.live * twists).sum())
-    if prediction.provenance.get("flow_rule") == "non-associative" and not rate > 0.0:
-        unknown = float("nan")  # a motion on which the live load does no work is no collapse mechanism
-        return Certificate(residual, excess, unknown, unknown, prediction.collapse_multiplier, confinement=confinement)
+    unit = max(abs(rate), 1e-300) * scale / max(live_size(assembly, loads), 1e-300)
+    if not rate > 0.0:
+        return forces  # a motion on which the live load does no work is no collapse mechanism
     if prediction.provenance.get("flow_rule") == "non-associative":
         gap = state.opening - state.tan_psi * slip
         capacity = state.cohesion + state.tan_phi * state.normal_force
@@ -288,31 +206,53 @@ def certify(
         rest = (state.crushing - state.normal_force)[crushes]
         lift[crushes] += np.abs(rest * np.maximum(-gap[crushes], 0.0))
         gap = np.where(crushes, 0.0, gap)
-        power = max(abs(rate), 1e-300) * scale / max(_live_size(assembly, loads), 1e-300)
-        return Certificate(
-            residual, excess, float(np.maximum(-gap, 0.0).max(initial=0.0) / max(size, 1e-300)),
-            float((opposed + lift).sum() / power), static_multiplier=prediction.collapse_multiplier,
-            confinement=confinement,
-        )  # fmt: skip
-    kinematic, flow, force_cap = kinematic_multiplier(assembly, loads, prediction, candidates=candidates)
-    power, _ = _dissipation(state, state.opening, state.sliding)
+        flow = float(np.maximum(-gap, 0.0).max(initial=0.0) / max(size, 1e-300))
+        return replace(forces, flow_residual=flow, complementarity=float((opposed + lift).sum() / unit))
+    k = kinematic_multiplier(assembly, loads, prediction, candidates=candidates)
+    power, _ = point_dissipation(state, state.opening, state.sliding)
     used = (state.normal_force * state.opening) + (state.shear_force * state.sliding).sum(axis=1)
-    unit = max(abs(rate), 1e-300) * scale / max(_live_size(assembly, loads), 1e-300)
     slack = np.abs(used + power) if pairs is None else np.full(1, np.nan)  # a stress block's two ends act together
     static = prediction.collapse_multiplier
-    # relative to the multiplier itself, unless that is next to nothing beside the one at which live equals dead load
-    gap = (kinematic - static) / max(1e-3 * scale / max(_live_size(assembly, loads), 1e-300), abs(static))
+    # relative to the multiplier itself, unless that is next to nothing beside the one at which the live load does as
+    # much work as the dead load of the blocks that move could
+    weight = np.linalg.norm(loads.dead[:, :3], axis=1) * np.linalg.norm(twists[:, :3], axis=1)
+    couple = np.linalg.norm(loads.dead[:, 3:], axis=1) * np.linalg.norm(twists[:, 3:], axis=1)
+    unity = float((weight + couple).sum()) / max(abs(rate), 1e-300)
+    measure = max(LEAST_MULTIPLIER * unity, abs(static), 1e-300)
+    return replace(
+        forces, flow_residual=k.violation, complementarity=float(slack.max() / unit), kinematic_multiplier=k.multiplier,
+        gap=(k.multiplier - static) / measure, discretisation=(k.multiplier - k.at_points) / measure,
+        force_cap=k.force_cap,
+    )  # fmt: skip
+
+
+def _forces_certified(assembly: Assembly, loads: Loads, prediction: Prediction, state: PointState) -> Certificate:
+    """Certificate of the forces alone: equilibrium and joint law, over the total load and each by its own measure."""
+    r, value, x = prediction.resultants, prediction.collapse_multiplier, assembly.arrays
+    scale = total_load(assembly, loads)
+    pairs = stress_block_pairs(assembly, prediction)
+    ends = sections = None
+    if pairs is not None:
+        ends, capacity, tension = pairs
+        sections = np.column_stack([state.normal_force[ends], capacity, tension])
+        crushing = state.crushing.copy()
+        crushing[ends.ravel()] = np.inf
+        state = state._replace(crushing=crushing)
+    rest = np.abs(unbalance(assembly, loads, r, value)).max(axis=1)
+    measures = block_measures(assembly, loads, r, value)
+    excess = yield_excess(state, ends, sections)
+    own = rest / measures
+    joint = np.zeros(len(x.area))
+    np.maximum.at(joint, r.point_interface, excess)
+    joint /= joint_measures(assembly, r, measures)
+    block, face = int(np.argmax(own)), int(np.argmax(joint))
+    names = [b.name for b in assembly.blocks]
     return Certificate(
-        residual, excess, flow, float(slack.max() / unit), static, kinematic, gap, confinement, force_cap
-    )
-
-
-def _live_size(assembly: Assembly, loads: Loads) -> float:
-    """Sum of the live forces, and of the live couples over the size of their block [N]."""
-    free = ~assembly.fixed
-    force = np.linalg.norm(loads.live[free, :3], axis=1)
-    couple = np.linalg.norm(loads.live[free, 3:], axis=1) / np.cbrt(assembly.volumes[free])
-    return float(np.maximum(force, couple).sum())
+        float(rest.max(initial=0.0) / scale), float(excess.max(initial=0.0)) / scale,
+        static_multiplier=value, confinement=float(np.abs(r.normal).max(initial=0.0) / scale),
+        block_residual=float(own[block]), worst_block=names[block], joint_excess=float(joint[face]),
+        worst_joint=f"{names[x.block_a[face]]} / {names[x.block_b[face]]}",
+    )  # fmt: skip
 
 
 def scaled_mechanism(
@@ -323,7 +263,7 @@ def scaled_mechanism(
     rate = float((loads.live * v).sum())
     if not rate > 0:
         return None
-    size = _live_size(assembly, loads)
+    size = live_size(assembly, loads)
     v = v * ((size if size > 0 else 1.0) / rate)
     opening, sliding = point_rates(assembly, v, position, interface)
     x = assembly.arrays

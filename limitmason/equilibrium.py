@@ -18,6 +18,17 @@ from limitmason.model.load import Loads
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Grid = tuple[int, int]
+__all__ = [
+    "KINDS",
+    "ContactPoints",
+    "Plane",
+    "contact_points",
+    "degrees_of_freedom",
+    "equilibrium_matrix",
+    "find_plane",
+    "project",
+]
+
 KINDS = ("bed", "head", "base")
 
 
@@ -32,9 +43,14 @@ class Plane(NamedTuple):
 class ContactPoints(NamedTuple):
     """Points at which an interface transmits forces.
 
-    ``directions`` holds the unit vectors of the force components: (n, t1, t2), or (n, t) in plane; shape
-    ``area`` is the tributary area [m2].
-
+    Parameters
+    ----------
+    position : [m], shape (m, 3)
+    interface : number of the interface each point belongs to, shape (m,)
+    area : tributary area [m2], shape (m,)
+    directions : unit vectors of the force components, normal and two tangents, or normal and one in plane,
+        shape (m, 3, 3) or (m, 2, 3)
+    block_a, block_b : numbers of the blocks each point lies between; its force acts on b, shape (m,)
     """
 
     position: Array
@@ -76,11 +92,12 @@ def find_plane(assembly: Assembly, loads: Loads) -> Plane | None:
     vectors = np.concatenate([x.normal[active], wrench[:, :3] / size])
     corners = x.corners[(x.corner_start[:-1][active, None] + np.arange(4))]
     edge = corners[:, 1] - corners[:, 0]
-    value, vector = np.linalg.eigh(vectors.T @ vectors)
-    if value[0] > 1e-16 * value[2]:
+    # singular values: those of vectors.T @ vectors would be the squares, whose rounding hides a plane that is turned
+    _, singular, axes = np.linalg.svd(vectors, full_matrices=False)  # at least three rows: a joint, dead and live load
+    if singular[2] > 1e-8 * singular[0]:
         return None
-    candidates = [vector[:, 0]]
-    if value[1] <= 1e-12 * value[2]:  # every normal and force is parallel: any of the two edge directions may do
+    candidates = [axes[2]]
+    if singular[1] <= 1e-6 * singular[0]:  # every normal and force is parallel: any of the two edge directions may do
         e = edge[0] / np.linalg.norm(edge[0])
         candidates = [e, np.cross(x.normal[active][0], e)]
     length = np.linalg.norm(corners.max(axis=(0, 1)) - corners.min(axis=(0, 1)))
@@ -123,23 +140,27 @@ def contact_points(
     contact_model: str = "vertices",
     grid: Grid | Mapping[str, Grid] = (5, 5),
     plane: Plane | None = None,
+    elastic: bool = False,
 ) -> ContactPoints:
     """Contact points of all interfaces that touch a free block.
 
     Parameters
     ----------
     contact_model : "vertices", the polygon's corners, exact for rocking of rigid no-tension blocks; or "grid", points
-        on a lattice that includes the edges, with trapezoid weights (cell centres would lose 1/n of the lever arm)
+        on a lattice that includes the edges (cell centres would lose 1/n of the lever arm)
     grid : points along the unit's length (or the height of a head joint) and across the thickness, one pair for all
         interfaces, or one per kind of joint ("bed", "head", "base") or per wall, which is how the names of its blocks
         begin ("facade", "return-left"); at least 2 each. Walls go before kinds, and a joint between two walls takes
         the finer of both
     plane : from :func:`find_plane`; points then lie on the plane
+    elastic : areas of a grid that bend as the face does, for stiffness (the DEM); False for areas that carry what the
+        face carries, for strength: the points are the same
 
     Returns
     -------
     ContactPoints
-        Tributary areas add up to the interface's area and keep its centroid.
+        Tributary areas add up to the interface's area and keep its centroid; elastic ones, from 3 points on a side, its
+        second moment too. With 2 it is three times too large, which no points at the edges alone can better.
     """
     if contact_model not in ("vertices", "grid"):
         raise ValueError(f"contact_model must be 'vertices' or 'grid', got {contact_model!r}")
@@ -156,13 +177,13 @@ def contact_points(
         if contact_model == "grid" and group[0] == 4:
             corners = _turned(assembly, rows, corners)
         if plane is not None:
-            points, weight = _plane_points(corners, x, rows, plane, int(group[1]))
+            points, weight = _plane_points(corners, x, rows, plane, int(group[1]), elastic)
         elif contact_model == "vertices":
             points, weight = corners, _corner_areas(corners, x.normal[rows])
         elif group[0] == 4:
-            points, weight = _lattice(corners, int(group[1]), int(group[2]), x.normal[rows])
+            points, weight = _lattice(corners, int(group[1]), int(group[2]), x.normal[rows], elastic)
         else:
-            points, weight = _fan_lattice(corners, int(max(group[1:])), x.normal[rows])
+            points, weight = _fan_lattice(corners, int(max(group[1:])), x.normal[rows], elastic)
         position.append(points.reshape(-1, 3))
         area.append(weight.ravel())
         interface.append(np.repeat(rows, points.shape[1]))
@@ -230,11 +251,6 @@ def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:
     return np.where(turn[:, None, None], np.roll(corners, -1, axis=1), corners)
 
 
-def _polygon_area(corners: Array, normal: Array) -> Array:
-    r = corners - corners[:, :1]
-    return 0.5 * np.einsum("mti,mi->m", np.cross(r[:, 1:-1], r[:, 2:]), normal)
-
-
 def _corner_areas(corners: Array, normal: Array) -> Array:
     """Tributary areas of polygon corners that add up to the area and keep its centroid.
 
@@ -249,66 +265,98 @@ def _corner_areas(corners: Array, normal: Array) -> Array:
     return 0.5 * (triangle + np.roll(triangle, 1, axis=1))
 
 
-def _lattice(corners: Array, n1: int, n2: int, normal: Array) -> tuple[Array, Array]:
-    s, t = np.linspace(0, 1, n1), np.linspace(0, 1, n2)
+def _edge_points(n: int, elastic: bool) -> tuple[Array, Array]:
+    """Evenly spaced points on 0 .. 1, ends included, and their weights times 1 - s and s.
+
+    Parameters
+    ----------
+    elastic : weights with the second moment of the face from n = 3 on; False for the integrals of hat functions
+
+    Returns
+    -------
+    points : shape (n,)
+    share : shape (2, n); the sum of both rows is the weights, which add up to 1
+
+    Notes
+    -----
+    Any stress below a strength, handed to the points by hat functions, stays below strength times their integrals: what
+    limit analysis finds on them comes from above. Their second moment, though, is 1 + 2 / (n - 1)^2 too large, which
+    elastic points must not have: handing h / (12 (1 - h)) of each end, h the spacing, to its neighbour makes it right
+    (Simpson's rule for n = 3, the 3/8 rule for 4, Gregory's for many; exact up to cubics). Gauss-Lobatto points are
+    exact to higher powers but leave an edge 1 / (n (n - 1)) of the area: blocks that overturn stand on it, and it gives
+    way. With n = 2 area and centroid are kept; the second moment is then three times too large with any weights.
+    """
+    s, h = np.linspace(0.0, 1.0, n), 1.0 / (n - 1)
+    weight = np.full(n, h)
+    weight[[0, -1]] *= 0.5
+    if elastic and n > 2:
+        handed = h / (12.0 * (1.0 - h))
+        weight[[0, -1]] -= handed
+        weight[1] += handed
+        weight[-2] += handed
+        return s, np.stack([weight * (1.0 - s), weight * s])
+    share = np.stack([weight * (1.0 - s), weight * s])
+    share[:, 0] += np.array([-1.0, 1.0]) * h * h / 6.0
+    share[:, -1] += np.array([1.0, -1.0]) * h * h / 6.0
+    return s, share
+
+
+def _lattice(corners: Array, n1: int, n2: int, normal: Array, elastic: bool) -> tuple[Array, Array]:
+    """Even lattice of a quadrilateral mapped from the unit square.
+
+    The ratio of areas is linear in either coordinate, so that its values at the corners give the weights exactly.
+    """
+    (s, along), (t, across) = _edge_points(n1, elastic), _edge_points(n2, elastic)
     a, b, c, d = corners[:, 0], corners[:, 1], corners[:, 2], corners[:, 3]
     low = a[:, None] + s[None, :, None] * (b - a)[:, None]
     high = d[:, None] + s[None, :, None] * (c - d)[:, None]
     points = low[:, :, None] + t[None, None, :, None] * (high - low)[:, :, None]
-    weight = np.zeros(points.shape[:3])
-    corner = [points[:, :-1, :-1], points[:, 1:, :-1], points[:, 1:, 1:], points[:, :-1, 1:]]
-    cells = np.stack(corner, axis=3)
     m = len(corners)
-    share = _corner_areas(cells.reshape(-1, 4, 3), np.repeat(normal, (n1 - 1) * (n2 - 1), axis=0))
-    share = share.reshape(m, n1 - 1, n2 - 1, 4)
-    weight[:, :-1, :-1] += share[..., 0]
-    weight[:, 1:, :-1] += share[..., 1]
-    weight[:, 1:, 1:] += share[..., 2]
-    weight[:, :-1, 1:] += share[..., 3]
+    weight = np.zeros((m, n1, n2))
+    for i, edge in enumerate((b - a, c - d)):
+        for j, side in enumerate((d - a, c - b)):
+            # tangents at corner (j along, i across)
+            ratio = np.einsum("mi,mi->m", np.cross(edge, side), normal)
+            weight += ratio[:, None, None] * np.outer(along[j], across[i])
     return points.reshape(m, -1, 3), weight.reshape(m, -1)
 
 
-def _fan_lattice(corners: Array, n: int, normal: Array) -> tuple[Array, Array]:
-    """Lattice on a polygon that is no quadrilateral: rings of points between its centroid and its boundary."""
+def _fan_lattice(corners: Array, n: int, normal: Array, elastic: bool) -> tuple[Array, Array]:
+    """Rings of points between the centroid and the boundary of a polygon that is no quadrilateral.
+
+    Every triangle from the centroid to a side is mapped from the unit square, s from the centroid outwards and t along
+    the side; its ratio of areas grows as s, so that the centroid itself counts for nothing in exact weights.
+    """
     m = len(corners)
     r = corners - corners[:, :1]
     part = 0.5 * np.einsum("mti,mi->mt", np.cross(r[:, 1:-1], r[:, 2:]), normal)
     centre = corners[:, 0] + (part[..., None] * (r[:, 1:-1] + r[:, 2:]) / 3.0).sum(axis=1) / part.sum(axis=1)[:, None]
-    rings = np.linspace(0, 1, n)[1:]
-    along = np.linspace(0, 1, n)[:-1]
-    nxt = np.roll(corners, -1, axis=1)
-    boundary = (corners[:, :, None] + along[None, None, :, None] * (nxt - corners)[:, :, None]).reshape(m, -1, 3)
-    points = [centre[:, None]] + [centre[:, None] + s * (boundary - centre[:, None]) for s in rings]
-    size = boundary.shape[1]
-    weight = [np.zeros((m, 1))] + [np.zeros((m, size)) for _ in rings]
-    for ring in range(len(rings)):
-        inner = points[ring] if ring else np.repeat(points[0], size, axis=1)
-        outer = points[ring + 1]
-        quad = np.stack([inner, outer, np.roll(outer, -1, axis=1), np.roll(inner, -1, axis=1)], axis=2)
-        flat = quad.reshape(-1, 4, 3)
-        normals = np.repeat(normal, size, axis=0)
-        if ring == 0:  # the innermost cells are triangles with a double corner at the centroid
-            tri = np.stack([flat[:, 0], flat[:, 1], flat[:, 2]], axis=1)
-            share = (np.ones((1, 3)) / 3.0) * _polygon_area(tri, normals)[:, None]
-            share = share.reshape(m, size, 3)
-            weight[0][:, 0] += share[..., 0].sum(axis=1)
-            weight[1] += share[..., 1] + np.roll(share[..., 2], 1, axis=1)
-        else:
-            share = _corner_areas(flat, normals).reshape(m, size, 4)
-            weight[ring] += share[..., 0] + np.roll(share[..., 3], 1, axis=1)
-            weight[ring + 1] += share[..., 1] + np.roll(share[..., 2], 1, axis=1)
+    s, share = _edge_points(n, elastic)
+    outwards, along = share[1], share.sum(axis=0)
+    following = np.roll(corners, -1, axis=1)
+    side = following - corners
+    boundary = (corners[:, :, None] + s[None, None, :-1, None] * side[:, :, None]).reshape(m, -1, 3)
+    ratio = np.einsum("mki,mi->mk", np.cross(corners - centre[:, None], side), normal)
+    # a corner ends one side and begins the next
+    load = ratio[:, :, None] * along[:-1]
+    load[:, :, 0] += along[-1] * np.roll(ratio, 1, axis=1)
+    load = load.reshape(m, -1)
+    rings = range(1, n)
+    points = [centre[:, None] + s[k] * (boundary - centre[:, None]) for k in rings]
+    weight = [outwards[k] * load for k in rings]
+    if outwards[0] > 0.0:
+        points, weight = [centre[:, None], *points], [outwards[0] * ratio.sum(axis=1)[:, None], *weight]
     return np.concatenate(points, axis=1), np.concatenate(weight, axis=1)
 
 
-def _plane_points(corners: Array, x, rows: Index, plane: Plane, n: int) -> tuple[Array, Array]:
+def _plane_points(corners: Array, x, rows: Index, plane: Plane, n: int, elastic: bool) -> tuple[Array, Array]:
     """Points along each interface on the plane of symmetry, ends included."""
     tangent = np.cross(plane.normal, x.normal[rows])
     s = np.einsum("mki,mi->mk", corners - x.centre[rows][:, None], tangent)
     low, high = s.min(axis=1), s.max(axis=1)
-    t = np.linspace(0, 1, n)
+    t, share = _edge_points(n, elastic)
     along = low[:, None] + t * (high - low)[:, None]
-    weight = np.full(n, 1.0 / (n - 1))
-    weight[[0, -1]] *= 0.5
+    weight = share.sum(axis=0)
     return x.centre[rows][:, None] + along[..., None] * tangent[:, None], x.area[rows][:, None] * weight
 
 

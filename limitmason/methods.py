@@ -7,6 +7,15 @@ from importlib.metadata import entry_points
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import Prediction
+from limitmason.stated import with_statements
+
+__all__ = [
+    "ENTRY_POINT_GROUP",
+    "METHODS",
+    "available_methods",
+    "predict",
+    "predict_cases",
+]
 
 METHODS: Mapping[str, str] = {
     "limit": "limitmason.limit:limit_analysis",
@@ -42,7 +51,7 @@ def predict(assembly: Assembly, loads: Loads, method: str = "limit", **options) 
     if method not in table:
         raise ValueError(f"unknown method {method!r}; available: {', '.join(sorted(table))}")
     module, _, function = table[method].partition(":")
-    return getattr(import_module(module), function)(assembly, loads, **options)
+    return with_statements(getattr(import_module(module), function)(assembly, loads, **options), assembly, loads)
 
 
 def predict_cases(

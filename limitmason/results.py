@@ -10,11 +10,39 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+__all__ = [
+    "ALMOST_SOLVED",
+    "CANNOT_STAND",
+    "NOT_CONVERGED",
+    "NO_TILT",
+    "SOLVED",
+    "STATUSES",
+    "UNBOUNDED",
+    "Certificate",
+    "Mechanism",
+    "Prediction",
+    "Resultants",
+]
+
 SOLVED = "solved"
 ALMOST_SOLVED = "almost solved"
 CANNOT_STAND = "cannot stand under dead load"
 UNBOUNDED = "unbounded"
 NOT_CONVERGED = "not converged"
+OWN_RESIDUAL = 1e-6
+"""Unbalance of a block over its own load, and excess over a joint's law over its own force, of an accepted answer."""
+
+TOTAL_RESIDUAL = 1e-7
+"""The same over the total load."""
+
+GAP = 1e-6
+"""Largest gap between the bounds of an accepted answer."""
+
+CELL_GAP = 5e-3
+"""Gap that the cells of cohesive faces may leave in an accepted answer."""
+NO_TILT = "no tilt angle because"
+"""Key of ``Prediction.details``: why the multiplier is not the tangent of a tilt angle, empty where it is."""
+
 STATUSES = (SOLVED, ALMOST_SOLVED, CANNOT_STAND, UNBOUNDED, NOT_CONVERGED)
 
 
@@ -84,6 +112,12 @@ class Certificate:
     confinement : largest joint force over the total weight [-]; far above 1 the answer rests on self-stress
     force_cap : joint force over the total weight up to which the kinematic bound holds; infinite (no limit) unless
         blocks are wedged so that no motion opens every joint
+    block_residual, worst_block : largest unbalance of a block over its *own* dead and live load (of a weightless block
+        over the largest joint force on it) [-], and the name of that block
+    joint_excess, worst_joint : largest excess over the joint law over the force in that joint, or the load of its
+        lighter block where that is more [-], and the names of its blocks
+    discretisation : part of the gap that comes from dividing cohesive faces into cells [-]; below zero when the forces
+        let cohesion gather where it is not
     """
 
     equilibrium_residual: float
@@ -95,6 +129,49 @@ class Certificate:
     gap: float = float("nan")
     confinement: float = float("nan")
     force_cap: float = float("inf")
+    block_residual: float = float("nan")
+    worst_block: str = ""
+    joint_excess: float = float("nan")
+    worst_joint: str = ""
+    discretisation: float = 0.0
+
+    @property
+    def refusal(self) -> str:
+        """Why the answer is not accepted as solved; empty when it is.
+
+        Every block must be in equilibrium to 1e-6 of its own load and every joint within its law to 1e-6 of its own
+        force (both to 1e-7 of the total load as well), and the two bounds must meet to 1e-6, except for what the cells
+        of cohesive faces leave between them, at most 0.5 %. A non-associative answer, which has no second bound, must
+        keep its flow rule and do no power against it, to 1e-6 each.
+        """
+        if np.isnan(self.equilibrium_residual):
+            return "there are no joint forces to certify"
+        reasons = []
+        if not (self.block_residual <= OWN_RESIDUAL and self.equilibrium_residual <= TOTAL_RESIDUAL):
+            reasons.append(
+                f"block {self.worst_block!r} is out of equilibrium by {self.block_residual:.1e} of its own load"
+            )
+        if not (self.joint_excess <= OWN_RESIDUAL and self.yield_violation <= TOTAL_RESIDUAL):
+            reasons.append(f"the joint {self.worst_joint} exceeds its law by {self.joint_excess:.1e} of its own force")
+        if not np.isnan(self.kinematic_multiplier):
+            if self.discretisation < -GAP:
+                reasons.append(
+                    "cohesion gathers at points where there is none to that amount: the forces are no admissible "
+                    f"stresses, whole faces carry at most {self.kinematic_multiplier:.6g}"
+                )
+            elif not (self.discretisation <= CELL_GAP and abs(self.gap - self.discretisation) <= GAP):
+                reasons.append(f"the bounds from forces and from the mechanism differ by {self.gap:.1e}")
+        elif np.isnan(self.complementarity):
+            reasons.append("no mechanism proves that no more can be carried")
+        elif not (self.flow_residual <= OWN_RESIDUAL and self.complementarity <= OWN_RESIDUAL):
+            worst = max(self.flow_residual, self.complementarity)
+            reasons.append(f"the mechanism breaks its flow rule, or joints work against it, by {worst:.1e}")
+        return "; ".join(reasons)
+
+    @property
+    def accepted(self) -> bool:
+        """Whether equilibrium, joint law and the comparison of forces with the mechanism all hold, see ``refusal``."""
+        return not self.refusal
 
     def __str__(self) -> str:
         """One line a figure."""
@@ -107,11 +184,15 @@ class Certificate:
             ("kinematic multiplier", self.kinematic_multiplier),
             ("gap", self.gap),
             ("largest joint force / weight", self.confinement),
+            (f"unbalance / own load ({self.worst_block})", self.block_residual),
+            (f"yield excess / own force ({self.worst_joint})", self.joint_excess),
         ]
+        if self.discretisation:
+            rows.append(("part of the gap from cells of faces", self.discretisation))
         if np.isfinite(self.force_cap):
             rows.append(("bound holds up to force / weight", self.force_cap))
         return "\n".join(
-            f"{label:<33}{value:.8f}" if "multiplier" in label else f"{label:<33}{value:.2e}"
+            f"{label + ' ':<33}{value:.8f}" if "multiplier" in label else f"{label + ' ':<33}{value:.2e}"
             for label, value in rows
             if not np.isnan(value)
         )
@@ -152,21 +233,50 @@ class Prediction:
 
     @property
     def tilt_angle_deg(self) -> float:
-        """Angle whose tangent is the multiplier [deg]: the tilt at collapse for cohesionless joints."""
+        """Tilt at collapse, the angle whose tangent is the multiplier [deg].
+
+        Raises
+        ------
+        ValueError
+            Where the multiplier is not the tangent of a tilt angle: dead loads besides the own weight, live loads other
+            than the weights turned to one horizontal direction, or joints with cohesion, tensile or compressive
+            strength; the message says which. Also where the method did not say what its loads were.
+        """
+        reason = self.details.get(NO_TILT, "it does not say which loads it is for; lm.predict and lm.limit_analysis do")
+        if reason:
+            raise ValueError(f"no tilt angle belongs to the multiplier of {self.method!r}: {reason}")
         return float(np.degrees(np.arctan(self.collapse_multiplier)))
+
+    @property
+    def answer(self) -> str:
+        """The number and its name: "lambda = ...", or of a support that settles its reaction."""
+        if "support_reaction" not in self.details:
+            return f"lambda = {self.collapse_multiplier:.6g}"
+        reaction = float(self.details["support_reaction"])
+        return "no reaction" if np.isnan(reaction) else f"least reaction {reaction:.6g} N"
 
     def __str__(self) -> str:
         """Multiplier, what it is, and its certificate."""
-        lines = [f"{self.method}: lambda = {self.collapse_multiplier:.6g} ({self.status}; {self.bound})"]
+        lines = [f"{self.method}: {self.answer} ({self.status}; {self.bound})"]
         if self.interval is not None:
             budget = self.details.get("error budget", {})
             parts = [
-                f"{name} {100 * row['change']:+.1f} %" if np.isfinite(row["change"]) else f"{name} undecided"
+                f"{name} {100 * row['change']:+.1f} % (resolved to {100 * row['resolution']:.1g} %)"
+                if np.isfinite(row["change"])
+                else f"{name} undecided"
                 for name, row in budget.items()
             ]
             low, high = self.interval
             lines.append(f"  interval {low:.6g} to {high:.6g}: {', '.join(['bracket', *parts])}")
         if self.certificate is not None:
-            lines += ["  " + row for row in str(self.certificate).splitlines()]
+            lines += ["  " + row for row in self._certificate_rows()]
         lines += [f"  warning: {w}" for w in self.warnings]
         return "\n".join(lines)
+
+    def _certificate_rows(self) -> list[str]:
+        rows = str(self.certificate).splitlines()
+        if "reaction_bounds" not in self.details:
+            return rows
+        low, high = self.details["reaction_bounds"]
+        own = [f"{'reaction by the mechanism':<33}{low:.8g} N", f"{'reaction by the forces':<33}{high:.8g} N"]
+        return [r for r in rows if " multiplier" not in r] + own

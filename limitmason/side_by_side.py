@@ -31,6 +31,10 @@ from limitmason.study.table import aligned
 
 _STORED = ("method", "multiplier", "low", "high", "range_is", "bound", "status", "seconds", "details", "warnings")
 _SCHEMA = "limitmason-answer"
+_KEPT = (
+    "governing", "catalogue", "smallest_upper_bound", "smallest_upper_bound_of", "smallest_estimate",
+    "smallest_estimate_of", "error budget", "radenkovic",
+)  # fmt: skip
 _NAN = float("nan")
 
 
@@ -71,6 +75,12 @@ class Answer:
         return self.multiplier / self.measured if self.measured else _NAN
 
     @property
+    def beside(self) -> str:
+        """What stands beside the multiplier and must not be taken for it: the smallest estimate below a bound."""
+        name, bound = self.details.get("smallest_estimate_of"), self.details.get("smallest_upper_bound_of")
+        return f"smallest estimate {self.details['smallest_estimate']:.5f} ({name})" if name and bound else ""
+
+    @property
     def solved(self) -> bool:
         """Whether there is a finite multiplier to compare."""
         return self.status in (SOLVED, ALMOST_SOLVED) and math.isfinite(self.multiplier)
@@ -106,7 +116,7 @@ class SideBySide:
         lines = [head]
         for r in self.rows:
             ends = f"{r.low:.4f} to {r.high:.4f}" if math.isfinite(r.low) and math.isfinite(r.high) else ""
-            kind = "; ".join(t for t in (r.bound, f"range: {r.range_is}" if ends else "") if t)
+            kind = "; ".join(t for t in (r.bound, f"range: {r.range_is}" if ends else "", r.beside) if t)
             value = f"{r.multiplier:.5f}" if not math.isnan(r.multiplier) else "-"
             ratio = f"{r.ratio:.3f}" if math.isfinite(r.ratio) else "-"
             lines.append([r.method, value, ends, ratio, r.status, f"{r.seconds:.1f}", kind])
@@ -210,7 +220,8 @@ def compare(
     SideBySide
         One row per method. The range is, for the non-associative rule, that of certified states; for the DEM its error
         budget (bracket, and changes with ten times the stiffness, twice the points and half the rate, summed on each
-        side); for mechanisms the bracket of the friction factor omega = 0 and 1.
+        side). Mechanisms: the smallest bound with the smallest estimate named beside it; where there is no bound, the
+        smallest estimate with the bracket of its friction factor omega = 0 and 1.
 
     Raises
     ------
@@ -226,6 +237,8 @@ def compare(
     settings = _settings(methods, options)
     for method in methods:
         check_method(method)
+    if proven is not None and NON_ASSOCIATIVE not in methods:
+        raise ValueError(f"proven is for {NON_ASSOCIATIVE!r}, which is not among the methods {', '.join(methods)}")
     test = measured_range(measured)
     say = progress or (lambda _: None)
     rows = []
@@ -293,8 +306,7 @@ def _solve(assembly: Assembly, loads: Loads, method: str, settings: Mapping[str,
             range_is = "no admissible multiplier lies outside" if ends.proven else "bounds, not met by states"
         except ValueError as error:
             warnings.append(f"no proven range: {error}")
-    keep = ("governing", "catalogue", "smallest_upper_bound", "smallest_upper_bound_of", "error budget", "radenkovic")
-    details = {k: found.details[k] for k in keep if k in found.details}
+    details = {k: found.details[k] for k in _KEPT if k in found.details}
     bound = f"{details['governing']}: {found.bound}" if "governing" in details else found.bound
     return Answer(
         method, float(found.collapse_multiplier), float(low), float(high), range_is, bound, found.status,

@@ -42,8 +42,8 @@ def arch_limit(angle_deg: float = 180.0) -> ArchLimit:
 
     Notes
     -----
-    Source: Milankovitch (1907) for the semicircle; derived (mechanisms.md, section 8). Couplet-Heyman's 0.106 puts the
-    centroids on the centre line. Wrong for few voussoirs (joints miss the haunch: slightly thinner arches stand),
+    Source: Milankovitch (1907) for the semicircle; derived (docs/mechanisms.md, section 8). Couplet-Heyman's 0.106 puts
+    the centroids on the centre line. Wrong for few voussoirs (joints miss the haunch: slightly thinner arches stand),
     where friction is too small for the springings, and for other cuts (0.1095 with vertical joints).
     """
     if not 60.0 <= angle_deg <= 180.0:

@@ -1,7 +1,8 @@
-"""All mechanisms that fit a structure and its load, and the smallest of them."""
+"""All mechanisms that fit a structure and its load; the smallest bound among them and the smallest estimate."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
@@ -11,7 +12,7 @@ from limitmason.results import Prediction
 from mechanisms.classical import overturning, sliding
 from mechanisms.flexure import horizontal_flexure
 from mechanisms.in_plane import sloping_crack, stepped_crack
-from mechanisms.motion import UPPER
+from mechanisms.motion import ON_BLOCKS, UPPER
 from mechanisms.out_of_plane import compound_rocking, simple_rocking
 from mechanisms.parameters import load_direction
 
@@ -19,6 +20,10 @@ NAMES = (
     "simple rocking", "compound rocking", "compound rocking, whole courses", "horizontal flexure", "stepped crack",
     "sloping crack", "overturning", "sliding",
 )  # fmt: skip
+
+
+SPREAD_OF_ESTIMATES = "the smallest estimates lay 0.17 to 1.25 times the associative value on the walls tried"
+"""Measured as the Notes of :func:`smallest` say."""
 
 
 def catalogue(
@@ -75,7 +80,9 @@ def smallest(
     include: Iterable[str] | None = None,
     contact_factor: float = 1.0,
 ) -> Prediction:
-    """Return the mechanism with the smallest multiplier: ``limitmason.predict(..., method="mechanisms")``.
+    """Return the smallest bound of the catalogue: ``limitmason.predict(..., method="mechanisms")``.
+
+    Where no mechanism is admissible on the blocks, the smallest estimate stands in its place and says so.
 
     Parameters
     ----------
@@ -84,8 +91,10 @@ def smallest(
     Returns
     -------
     Prediction
-        Of the governing mechanism; ``details`` also hold governing (its name), catalogue (multiplier by name), bounds
-        (what each is), smallest_upper_bound and its name (over the mechanisms that are admissible on these blocks).
+        ``collapse_multiplier`` is the smallest upper bound of associative limit analysis, ``bound`` says so;
+        ``details`` hold governing (the mechanism it belongs to), catalogue (multiplier of every mechanism by name),
+        bounds (what each is), smallest_upper_bound and smallest_upper_bound_of, smallest_estimate and
+        smallest_estimate_of (NaN and None where there is none). The smallest estimate is printed below the bound.
 
     Raises
     ------
@@ -94,28 +103,46 @@ def smallest(
 
     Notes
     -----
-    Estimates and bounds stand side by side: the smallest may be an estimate, with associative limit analysis above it.
-    Only smallest_upper_bound bounds that from above.
+    A bound cannot lie below associative limit analysis on the same blocks; an estimate may lie on either side. How far,
+    over the associative value, on 600 random walls of the builder (straight, L, T and U plans, 3 to 9 courses, friction
+    0.3 to 1.1, a quarter with cohesion, all directions) and 20 packaged models: the smallest bound 1.00 to 2.98, median
+    1.15, nine in ten below 1.7; single estimates 0.17 to 4.5 (A 0.17 to 1.7, B 0.36 to 1.2, D 0.41 to 2.0, stepped
+    crack 0.6 to 4.5, sloping crack 0.24 to 1.3); the smallest estimate of a wall 0.17 to 1.25.
     """
     found, skipped = catalogue(assembly, loads, include=include, contact_factor=contact_factor)
-    least = min(p.collapse_multiplier for p in found.values())
-    # equal values go to the first in the list, so that rounding does not choose the name
-    name = next(k for k, p in found.items() if p.collapse_multiplier <= least * (1.0 + 1e-9))
-    kinematic = {
-        k: p.details["kinematic_multiplier"]
-        for k, p in found.items()
-        if p.details.get("admissible") or p.bound == UPPER
-    }
-    best = min(kinematic, key=lambda k: kinematic[k]) if kinematic else None
+    bounds = {k: float(p.details["kinematic_multiplier"]) for k, p in found.items() if p.details.get("admissible")}
+    estimates = {k: p.collapse_multiplier for k, p in found.items() if p.bound != UPPER}
+    bound_of, estimate_of = _least(bounds), _least(estimates)
+    name = bound_of or estimate_of
+    assert name is not None  # catalogue refuses to come back empty
+    lead, notes = found[name], list(found[name].warnings)
+    if bound_of is not None:
+        # the power balance on the blocks: where a closed form lies above or below it, this is what is proven
+        lead = replace(lead, collapse_multiplier=bounds[name], bound=UPPER)
+        notes = [n for n in notes if ON_BLOCKS not in n]
+    if bound_of is None:
+        notes.append("no mechanism of the catalogue is admissible on these blocks: this is an estimate, not a bound")
+    elif estimate_of is not None:
+        notes.append(f"smallest estimate {estimates[estimate_of]:.6g} ({estimate_of}): no bound; {SPREAD_OF_ESTIMATES}")
     details = {
-        **found[name].details,
+        **lead.details,
         "governing": name,
         "catalogue": {k: p.collapse_multiplier for k, p in found.items()},
         "bounds": {k: p.bound for k, p in found.items()},
-        "smallest_upper_bound": float("nan") if best is None else kinematic[best],
-        "smallest_upper_bound_of": best,
+        "smallest_upper_bound": bounds[bound_of] if bound_of else math.nan,
+        "smallest_upper_bound_of": bound_of,
+        "smallest_estimate": estimates[estimate_of] if estimate_of else math.nan,
+        "smallest_estimate_of": estimate_of,
     }
-    return replace(found[name], details=details, warnings=(*found[name].warnings, *skipped))
+    return replace(lead, details=details, warnings=(*notes, *skipped))
+
+
+def _least(values: dict[str, float]) -> str | None:
+    """Name of the smallest value; equal ones go to the first in the list, so that rounding does not choose."""
+    if not values:
+        return None
+    least = min(values.values())
+    return next(k for k, v in values.items() if v <= least + 1e-9 * abs(least))
 
 
 def _fitting(

@@ -127,7 +127,7 @@ def rigid_block(
 
     Notes
     -----
-    Exact. Source: mechanisms.md, section 8.
+    Exact. Source: docs/mechanisms.md, section 8.
     """
     for name, value in (("width", width), ("height", height), ("weight", weight)):
         if not value > 0.0:
@@ -153,7 +153,7 @@ def stack(*, width: float, course_height: float, courses: int, friction: float) 
 
     Notes
     -----
-    Exact. Source: mechanisms.md, section 8.
+    Exact. Source: docs/mechanisms.md, section 8.
     """
     if courses < 1:
         raise ValueError(f"courses must be at least 1, got {courses!r}")
@@ -191,7 +191,7 @@ def inclined_hinge(
 
     Notes
     -----
-    Derived (mechanisms.md, section 8): the friction-free case of mechanism D with the hinge at the foot and no
+    Derived (docs/mechanisms.md, section 8): the friction-free case of mechanism D with the hinge at the foot and no
     overload. The multiplier falls to t/H as a -> 0; what makes a steep hinge dear is the torsion that this formula
     leaves out (:func:`mechanisms.horizontal_flexure`). It stands for the facades of Rondelet's rule.
     """
@@ -213,7 +213,7 @@ def inclined_hinge(
     return answer(
         f"inclined hinge, {f.side_walls} side wall{'s' if f.side_walls == 2 else ''}", value, facade=f,
         assembly=seen.assembly, loads=seen.loads, twists=twists, ideal_bound=THIS_MOTION, details=details,
-        source="derived (mechanisms.md, section 8)",
+        source="derived (docs/mechanisms.md, section 8)",
     )  # fmt: skip
 
 
@@ -235,7 +235,7 @@ def rondelet_thickness(*, length: float, height: float, side_walls: int = 1, div
 
     Notes
     -----
-    Recalled from the handbooks, not checked against the treatise (mechanisms.md, section 8). A sizing rule, not a
+    Recalled from the handbooks, not checked against the treatise (docs/mechanisms.md, section 8). A sizing rule, not a
     collapse load: the rotation about the diagonal gives 1.5 t/H for any L/H and does not imply it.
     """
     if side_walls not in (1, 2):

@@ -20,7 +20,7 @@ from mechanisms.virtual_work import flexure_power
 Array = NDArray[np.float64]
 
 SOURCE_D = (
-    "structure of Murano et al., eq (26), after Casapulla et al.; kinematics derived (mechanisms.md, section 4.2)"
+    "structure of Murano et al., eq (26), after Casapulla et al.; kinematics derived (docs/mechanisms.md, section 4.2)"
 )
 
 

@@ -69,7 +69,7 @@ def bed_joint_friction(
     Notes
     -----
     Structure of F_g, F_q, Z after Casapulla et al. as used by Murano et al., eqs (24)-(26); the expressions are derived
-    in the project's mechanisms.md, section 2 (no table of the original was at hand). Joint j carries gamma t v (j h)
+    in docs/mechanisms.md, section 2 (no table of the original was at hand). Joint j carries gamma t v (j h)
     plus q v on its overlap, without load spreading: too low where the units spread the load, too high where the side
     wall is unloaded by the rocking itself.
     """
@@ -121,8 +121,8 @@ def crack_angle_reduction(tangent: ArrayLike, steepest: float) -> Array | float:
     Notes
     -----
     If a share p of the courses steps, tan(alpha_c) = p tan(alpha_b) and only 1 - p of the joints keep an overlap to
-    slide on. Derived (mechanisms.md, section 2); matches the role of omega in Murano et al., eq (25). Wrong for few
-    courses, where it matters which of them step.
+    slide on. Derived (docs/mechanisms.md, section 2); matches the role of omega in Murano et al., eq (25). Wrong for
+    few courses, where it matters which of them step.
     """
     t = np.asarray(tangent, dtype=float)
     if (t < 0.0).any() or (t > steepest * (1.0 + 1e-9)).any():
@@ -147,8 +147,8 @@ def torsion_radius(a: float, b: float) -> float:
 
     Notes
     -----
-    Derived (mechanisms.md, section 4.3). Wrong where the pressure is not uniform: on two opposite corners it nearly
-    doubles.
+    Derived (docs/mechanisms.md, section 4.3). Wrong where the pressure is not uniform: on two opposite corners it
+    nearly doubles.
     """
     if not (a > 0.0 and b > 0.0):
         raise ValueError(f"sides a and b must be above zero, got {a!r} and {b!r}")
@@ -167,7 +167,7 @@ def edge_radii(overlap: float, thickness: float) -> tuple[float, float]:
     Notes
     -----
     Two blocks of mechanism D share an edge on the outer face, so their true relative rotation has its pole there, not
-    at the centre of the overlap that d_0 is about (mechanisms.md, section 4.2: 1.79 to 2 times d_0).
+    at the centre of the overlap that d_0 is about (docs/mechanisms.md, section 4.2: 1.79 to 2 times d_0).
     """
     rectangle = np.array([[0.0, 0.0], [overlap, 0.0], [overlap, thickness], [0.0, thickness]])
     return polar_mean_radius(rectangle, (0.5 * overlap, 0.0)), polar_mean_radius(rectangle, (0.0, 0.0))
@@ -191,7 +191,7 @@ def torsion_shear_curve(a: float, b: float, poles: ArrayLike, *, points: int = 2
 
     Notes
     -----
-    Derived by integration (mechanisms.md, section 4.3). The straight line T/T_o + S/S_o = 1 behind Murano et al.,
+    Derived by integration (docs/mechanisms.md, section 4.3). The straight line T/T_o + S/S_o = 1 behind Murano et al.,
     eq (26), lies far inside it, the circle 4 to 6 % outside.
     """
     x, weight = np.polynomial.legendre.leggauss(points)

@@ -18,7 +18,7 @@ BEDS_ONLY = (
     "upper without head-joint contact only: the motion is admissible on the bed joints; head joints rub in it and "
     "raise associative limit analysis"
 )
-SOURCE = "derived (mechanisms.md, section 8)"
+SOURCE = "derived (docs/mechanisms.md, section 8)"
 
 
 def stepped_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Prediction:
@@ -47,7 +47,7 @@ def stepped_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
 
     Notes
     -----
-    For f = v/h exact (confirmed by a static linear program in mechanisms.md) where head joints do not touch; for
+    For f = v/h exact (confirmed by a static linear program in docs/mechanisms.md) where head joints do not touch; for
     f < v/h an upper bound; for f > v/h associated limit analysis lies *above* it, since opening = f slip is violated
     on the steps. Head-joint friction raises the associated value too.
     """
@@ -87,7 +87,7 @@ def sloping_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
     -----
     Small blocks in the crack's outline, n courses in the friction sum. The same friction hypothesis as mechanism B, so
     an estimate and no value of limit analysis: programs without head-joint contact still fall below 0.4628 at n = 16
-    where this gives 0.4812 (v/h = 1, f = 0.65). Source: derived, mechanisms.md, section 8.
+    where this gives 0.4812 (v/h = 1, f = 0.65). Source: derived, docs/mechanisms.md, section 8.
     """
     if isinstance(wall, Assembly):
         recipe = wall_recipe(wall)

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from limitmason.certificate import scaled_mechanism
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import SOLVED, Certificate, Mechanism, Prediction
+from limitmason.results import NO_TILT, SOLVED, Certificate, Mechanism, Prediction
+from limitmason.stated import why_no_tilt_angle
 from mechanisms.parameters import Facade, load_direction, wall_recipe
 from mechanisms.virtual_work import ContactCheck, check_contacts
 
@@ -31,6 +32,8 @@ ESTIMATE_INADMISSIBLE = (
 THIS_MOTION = "estimate: exact for this motion without friction, which is not admissible as a contact field; no bound"
 FREE_WALL = "estimate: exact for the facade without its side walls; with them no bound"
 NOT_ADMISSIBLE = "estimate: the motion of these blocks is not admissible as a contact field; no bound of limit analysis"
+
+ON_BLOCKS = "the motion is admissible on these blocks and gives the upper bound"
 
 _SAME = 1e-6  # relative difference up to which a formula and the power balance on the blocks are the same number
 
@@ -171,15 +174,13 @@ def answer(
         kinematic = check.multiplier if check.admissible else math.nan
         certificate = Certificate(math.nan, math.nan, flow_residual=check.violation, kinematic_multiplier=kinematic)
         extra |= {"admissible": check.admissible, "kinematic_multiplier": kinematic}
+        extra[NO_TILT] = why_no_tilt_angle(assembly, loads)
         bound = ESTIMATE_INADMISSIBLE if ideal_bound == ESTIMATE else ideal_bound
         if check.admissible and kinematic <= multiplier * (1.0 + _SAME):
             bound = UPPER
         elif check.admissible:
             bound = "estimate: the closed form is not the power balance of these blocks"
-            notes.append(
-                f"the motion is admissible on these blocks and gives the upper bound {kinematic:.6g} there "
-                "(details['kinematic_multiplier'])"
-            )
+            notes.append(f"{ON_BLOCKS} {kinematic:.6g} there (details['kinematic_multiplier'])")
         elif ideal_bound == UPPER_IDEAL:
             bound = NOT_ADMISSIBLE
         cohesion = [i.joint.name or "a joint" for i in assembly.interfaces if not i.joint.is_cohesionless]

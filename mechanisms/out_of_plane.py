@@ -20,8 +20,8 @@ from mechanisms.virtual_work import rocking_power
 
 Array = NDArray[np.float64]
 
-SOURCE_A = "Murano et al., eq (24), after Casapulla et al.; terms derived (mechanisms.md, section 3)"
-SOURCE_B = "Murano et al., eq (25), after Casapulla et al.; terms derived (mechanisms.md, section 3)"
+SOURCE_A = "Murano et al., eq (24), after Casapulla et al.; terms derived (docs/mechanisms.md, section 3)"
+SOURCE_B = "Murano et al., eq (25), after Casapulla et al.; terms derived (docs/mechanisms.md, section 3)"
 BELOW_CRACK = ("connected", "free")
 CRACKS = ("straight", "stepped")
 

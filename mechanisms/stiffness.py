@@ -203,7 +203,7 @@ def light_damage(
     -----
     Source: Murano et al., section 6.3, "a reduction of 2 % of the initial stiffness". That the secant is meant is
     derived from their Table 10: 0.98 times initial stiffness times initial displacement gives seven of the eight
-    printed light-damage loads (not DS_Macro_FEM, 1.52 for 0.83 kN). Wrong for noisy curves: smooth first, and give K_0.
+    printed light-damage loads (not DS_Macro_FEM, 1.73 for 0.83 kN). Wrong for noisy curves: smooth first, and give K_0.
     """
     d, f = np.asarray(displacement, dtype=float), np.asarray(load, dtype=float)
     if d.ndim != 1 or d.shape != f.shape or len(d) < 2:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from test_certificate import corner
-from walls import running_bond, stack
+from walls import on_slab, running_bond, stack
 
 import limitmason as lm
 from limitmason.geometry import box
@@ -34,9 +34,25 @@ def test_grid_never_lies_above_its_corners_and_equals_them_without_crushing():
         assert grid == pytest.approx(corners, abs=1e-6)
 
 
-def test_torsion_limit_lowers_the_value():
-    wall = corner()
-    assert value(wall, (0, -1, 0), torsion_limit=True) <= value(wall, (0, -1, 0)) + 1e-8
+@pytest.mark.parametrize(
+    ("limit", "share"), [(False, np.sqrt(0.5)), (True, 0.382598), (2.0, 0.191299), (0.0, np.sqrt(0.5))]
+)
+def test_torsion_limit_of_a_twisted_block_is_that_of_uniform_pressure(limit, share):
+    # mu N a times the mean distance from the centre: 0.3826 over a square, 0.7071 with all pressure in its corners
+    mu, side = 0.5, 0.4
+    block = on_slab([((0, 0, 0), (side, side, side))], mu=mu)
+    live = np.zeros((2, 6))
+    live[1, 5] = mu * block.weights[1] * side
+    found = lm.limit_analysis(block, lm.Loads(lm.Loads.weight(block).dead, live), torsion_limit=limit)
+    assert found.collapse_multiplier == pytest.approx(share, rel=1e-4)
+
+
+def test_torsion_limit_lowers_a_corner_that_twists_and_leaves_what_does_not():
+    wall = lm.build.wall(length=1.6, courses=4, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0), plan="L", return_length=1.2)
+    free, limited = (value(wall, (0, -1, 0), torsion_limit=t) for t in (False, True))
+    assert limited < 0.95 * free
+    straight = running_bond(3, 4)
+    assert value(straight, torsion_limit=True) == pytest.approx(value(straight), abs=1e-6)
 
 
 def test_pulled_in_contact_ends_lower_the_value():

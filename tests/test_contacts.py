@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
-from walls import running_bond
+from walls import on_slab, running_bond
 
+import dem
 import limitmason as lm
+from limitmason.equilibrium import contact_points
 from limitmason.geometry import (
     box,
     clean_outline,
@@ -161,10 +163,8 @@ def test_compressed_area_is_centred_on_the_pressure():
 
 
 @pytest.mark.parametrize("corners", [3, 4, 5, 6])
-@pytest.mark.parametrize("model", ["vertices", "grid"])
-def test_tributary_areas_keep_area_and_centroid(corners, model):
-    from limitmason.equilibrium import contact_points
-
+@pytest.mark.parametrize(("model", "elastic"), [("vertices", False), ("grid", False), ("grid", True)])
+def test_tributary_areas_keep_area_and_centroid(corners, model, elastic):
     angle = np.linspace(0, 2 * np.pi, corners, endpoint=False) + 0.3
     ring = np.column_stack([np.cos(angle), 0.7 * np.sin(angle)])
     ring[0] *= 1.3
@@ -176,12 +176,66 @@ def test_tributary_areas_keep_area_and_centroid(corners, model):
         return v, (tuple(range(n - 1, -1, -1)), tuple(range(n, 2 * n)), *sides)
 
     assembly = lm.Assembly.from_polyhedra([column(0, 1), column(1, 2)], joint=JOINT, fixed=[0])
-    points = contact_points(assembly, contact_model=model, grid=(5, 4))
+    points = contact_points(assembly, contact_model=model, grid=(5, 4), elastic=elastic)
     area, centre = polygon_area_centroid(ring)
     assert points.area.sum() == pytest.approx(area)
     assert (points.area > 0).all()
     mean = (points.area[:, None] * points.position).sum(axis=0) / area
     assert mean[:2] == pytest.approx(centre, abs=1e-12)
+
+
+@pytest.mark.parametrize("corners", [3, 4, 5, 6])
+@pytest.mark.parametrize("grid", [(3, 3), (4, 8), (7, 5)])
+def test_grid_points_have_the_second_moments_of_the_face_from_three_on(corners, grid):
+    # trapezoid weights made them 1 + 2 / (n - 1)^2 too large: 1.5 at three points, 1.22 at four
+    angle = np.linspace(0, 2 * np.pi, corners, endpoint=False) + 0.3
+    ring = np.column_stack([np.cos(angle), 0.7 * np.sin(angle)])
+    ring[0] *= 1.3
+
+    def column(z0, z1):
+        n = corners
+        v = np.vstack([np.column_stack([ring, np.full(n, z)]) for z in (z0, z1)])
+        sides = [(i, (i + 1) % n, n + (i + 1) % n, n + i) for i in range(n)]
+        return v, (tuple(range(n - 1, -1, -1)), tuple(range(n, 2 * n)), *sides)
+
+    assembly = lm.Assembly.from_polyhedra([column(0, 1), column(1, 2)], joint=JOINT, fixed=[0])
+    points = contact_points(assembly, contact_model="grid", grid=grid, elastic=True)
+    # of a polygon about the origin, by its triangles: integral of x x^T = A / 12 (p p^T + q q^T + (p + q) (p + q)^T)
+    exact = np.zeros((2, 2))
+    for p, q in zip(ring, np.roll(ring, -1, axis=0), strict=True):
+        area = 0.5 * (p[0] * q[1] - p[1] * q[0])
+        exact += area / 12.0 * (np.outer(p, p) + np.outer(q, q) + np.outer(p + q, p + q))
+    x = points.position[:, :2]
+    assert (points.area > 0).all()
+    assert np.einsum("m,mi,mj->ij", points.area, x, x) == pytest.approx(exact, abs=1e-12)
+
+
+@pytest.mark.parametrize("n", range(3, 9))
+def test_block_on_an_elastic_bed_rocks_at_the_frequency_of_the_closed_form(n):
+    width, depth, height, kn, ks = 0.2, 0.3, 0.8, 1e9, 4e8
+    joint = lm.Joint(30.0, normal_stiffness=kn, shear_stiffness=ks)
+    block = on_slab([((0, 0, 0), (width, depth, height))], joint=joint)
+    area, arm, mass = width * depth, 0.5 * height, block.arrays.mass[1]
+    bending = kn * depth * width**3 / 12.0
+    stiffness = dem.stiffness_matrix(block, contact_points=(n, n)).toarray()[6:, 6:]
+    assert stiffness[4, 4] == pytest.approx(bending + ks * area * arm**2, rel=1e-12)
+    # sway u of the centroid and turn r: the foot slides by u - arm r
+    k = np.array([[ks * area, -ks * area * arm], [-ks * area * arm, bending + ks * area * arm**2]])
+    inertia = mass * (width**2 + height**2) / 12.0
+    lowest = np.linalg.eigvals(k / np.array([[mass], [inertia]])).min()
+    found = dem.natural_frequencies(block, 1, contact_points=(n, n)).frequency[0]
+    assert found == pytest.approx(np.sqrt(lowest) / (2.0 * np.pi), rel=1e-9)
+
+
+@pytest.mark.parametrize("elastic", [False, True])
+@pytest.mark.parametrize("n", [2, 3, 4, 8])
+def test_plastic_tension_and_crushing_turn_about_the_edge_with_the_whole_lever_arm(n, elastic):
+    # every point at its strength: force ft A, moment about the edge ft A width / 2, whatever the number of points
+    face = on_slab([((0, 0, 0), (0.2, 0.3, 0.5))])
+    points = contact_points(face, contact_model="grid", grid=(n, n), elastic=elastic)
+    arm = points.position[:, 0] - points.position[:, 0].min()
+    assert arm.max() == pytest.approx(0.2, rel=1e-15)
+    assert points.area @ arm == pytest.approx(0.06 * 0.1, rel=1e-14)
 
 
 def test_three_thousand_blocks_on_one_slab_lose_no_contact():

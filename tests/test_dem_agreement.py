@@ -89,8 +89,8 @@ def test_without_dilatancy_a_twisted_face_falls_from_the_corners_to_the_torsion_
         values[psi] = collapse(
             b, loads, contact_points=(16, 16), tolerance=1e-3, joint_options=dem.JointOptions(stiffness_factor=10.0)
         ).collapse_multiplier
-    # trapezoid weights on 16 points overestimate the mean radius by 1 to 2 per cent
-    assert values[0.0] == pytest.approx(0.3826, rel=0.02)
+    # the mean radius of 16 elastic points is within 0.1 % of the face's; trapezoid weights gave 0.35 % more
+    assert values[0.0] == pytest.approx(0.3826, rel=0.01)
     assert max(values.values()) == pytest.approx(np.sqrt(0.5), rel=5e-3)
 
 
@@ -109,16 +109,18 @@ def test_rondelet_wallette_reaches_the_associative_program_when_its_joints_are_s
     assert errors[2] < 0.01
 
 
-@pytest.mark.parametrize(("psi", "published"), [(35.0, 0.40), (0.0, 0.32)])
-def test_rondelet_wallette_at_the_published_stiffness_lies_near_3dec(psi, published):
-    # the bond is not published: the plausible variants must hold the published value between them within 5 %
+@pytest.mark.parametrize(("psi", "published"), [(35.0, 0.40), (0.0, 0.40 / 1.25)])
+def test_three_assumed_bonds_of_rondelets_wallette_lie_within_a_tenth_of_3dec_at_two_points_along(psi, published):
+    # the bond is not published, so three that stand are tried. 0.40 is printed for psi = phi; 0.32 follows from a
+    # difference "of the order of 25 %". Two points along a unit are too strong in torsion at psi = 0: the agreement
+    # there is one of this discretisation (examples/rondelet_contact_points.py: 0.254 at eight)
     found = []
     for bond in ("toothed-odd-flush", "toothed-even-flush", "toothed-odd-ragged"):
         a = lm.experiments.load("rondelet-wallette", bond, dilatancy_deg=psi).assembly()
         p = collapse(a, lm.Loads.horizontal(a, (0, 1, 0)), contact_points=(2, 8))
         found.append(p.collapse_multiplier)
-    assert min(found) < 1.05 * published
-    assert max(found) > 0.95 * published
+    assert found == [pytest.approx(published, rel=0.1)] * 3
+    assert min(abs(value / published - 1.0) for value in found) < 0.03
 
 
 @pytest.mark.parametrize("points", [(2, 2), (3, 2), (8, 2)])

@@ -5,10 +5,11 @@ import functools
 import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize
-from walls import on_slab, running_bond, stack
+from walls import beside_or_on_a_large_block, lattice_weights, on_slab, running_bond, stack
 
 import dem
 import limitmason as lm
+from dem.stepping import Scale, hold
 
 collapse = functools.partial(dem.collapse, error_budget=())
 
@@ -31,7 +32,9 @@ def test_slender_block_overturns_at_its_slenderness_with_any_number_of_edge_poin
 
 def test_stack_of_five_equal_blocks_overturns_at_a_fifth_of_its_slenderness():
     b = stack([(0.2, 0.2)] * 5, mu=0.7)
-    p = collapse(b, lm.Loads.horizontal(b), tolerance=1e-3)
+    # joints so stiff that the sway within 0.2 % of the collapse does not show: the closed form is that of rigid blocks
+    stiff = dem.JointOptions(stiffness_factor=10.0)
+    p = collapse(b, lm.Loads.horizontal(b), tolerance=1e-3, joint_options=stiff)
     assert p.collapse_multiplier == pytest.approx(0.2, rel=5e-3)
     assert p.certificate.equilibrium_residual < 1e-4
     assert p.certificate.yield_violation < 1e-12
@@ -84,6 +87,24 @@ def test_every_multiplier_comes_with_its_error_budget_and_an_interval():
     assert f"interval {low:.6g} to {high:.6g}: bracket, stiffness" in str(p)
 
 
+def test_intervals_of_columns_on_soft_joints_hold_the_value_of_rigid_ones():
+    # two of these ten did while repeats resolved to a whole per cent counted as "+0.00 %"
+    rng = np.random.default_rng(7)
+    held = []
+    for _ in range(10):
+        count, width, height = int(rng.integers(2, 6)), rng.uniform(0.15, 0.3), rng.uniform(0.15, 0.25)
+        rigid = width / (count * height)
+        # the foot shortens by 1e-5 to 5e-4 of its width: 0.3 to 2 % of the multiplier
+        kn = 2000.0 * 9.81 * count * height / (10.0 ** rng.uniform(-5.0, -3.3) * width)
+        mu = 2.0 * rigid + 0.3
+        joint = lm.Joint(np.rad2deg(np.arctan(mu)), normal_stiffness=kn, shear_stiffness=kn)
+        column = stack([(width, height)] * count, depth=0.3, joint=joint)
+        p = dem.collapse(column, lm.Loads.horizontal(column), contact_points=(2, 4), moved_limit=0.05)
+        held.append(p.interval[0] <= rigid <= p.interval[1])
+        assert p.interval[1] < 1.03 * rigid
+    assert sum(held) >= 9
+
+
 def test_the_error_budget_finds_the_torsion_that_more_points_lose_at_the_price_of_a_search():
     # two points across carry a torque in the corners, 0.7071 mu N a; more share it with the middle
     b = on_slab([((0, 0, 0), (0.4, 0.4, 0.4))], mu=0.5)
@@ -113,6 +134,52 @@ def test_loads_that_stay_undecided_widen_the_bracket_and_the_status_says_so():
     )
     assert p.interval[0] <= longer.collapse_multiplier * 1.005
     assert longer.collapse_multiplier <= p.interval[1] * 1.005
+
+
+@pytest.mark.parametrize("high", [False, True])
+@pytest.mark.parametrize("ratio", [5.0, 20.0, 40.0, 400.0])
+def test_small_stack_overturns_at_its_own_slenderness_beside_or_on_a_large_block(ratio, high):
+    # against the mean block load the falling stack counted as balanced: 62 to 125 % too much at 20 and 40, "solved"
+    wall = beside_or_on_a_large_block(ratio, high=high)
+    p = collapse(wall, lm.Loads.horizontal(wall), contact_points=(2, 2))
+    assert p.status in ("solved", "almost solved")
+    assert p.collapse_multiplier == pytest.approx(0.25, rel=6e-3)
+    assert p.interval[0] <= 0.25 <= p.interval[1]
+
+
+@pytest.mark.parametrize(("scale", "density"), [(1e-3, 2000.0), (1e3, 2.0), (1e-3, 2e6)])
+def test_small_stack_beside_a_large_block_in_other_units(scale, density):
+    wall = beside_or_on_a_large_block(30.0, high=False, scale=scale, density=density)
+    p = collapse(wall, lm.Loads.horizontal(wall), contact_points=(2, 2))
+    assert p.collapse_multiplier == pytest.approx(0.25, rel=6e-3)
+
+
+@pytest.mark.parametrize("density", [0.0, 1e-3])
+def test_a_weightless_stone_between_heavy_ones_is_no_obstacle(density):
+    # a billionth of the load that presses it: its own load is below the rounding of the forces on it
+    column = on_slab(
+        [((0, 0, 0), (0.2, 0.2, 0.002)), ((0, 0, 0.002), (0.2, 0.2, 0.602))], mu=0.75, density=[2000.0, density, 2000.0]
+    )
+    p = collapse(column, lm.Loads.horizontal(column), contact_points=(2, 2))
+    assert p.status == "solved"
+    # the weight acts 0.302 above the slab, and turns about the foot or the shim's upper edge
+    assert p.collapse_multiplier == pytest.approx(0.1 / 0.302, rel=1e-2)
+
+
+def test_balanced_forces_of_a_block_that_slides_on_are_no_equilibrium():
+    # at tan(phi) a block that was given a push slides on at a steady pace under forces that balance
+    b = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], mu=0.4)
+    loads = lm.Loads.horizontal(b)
+    state = dem.make_state(b, loads)
+    scale = Scale.of(b, loads.dead)
+    hold(state, loads.dead, scale, dem.Damping(0.8), tolerance=1e-6, limit=0.01, max_steps=5_000)
+    hold(state, loads.dead + 0.4 * loads.live, scale, dem.Damping(0.8), tolerance=1e-6, limit=0.01, max_steps=5_000)
+    state.bodies.vel[1, 0] = 2e-6  # m per step, 10 mm in 5000
+    verdict = hold(
+        state, loads.dead + 0.4 * (1.0 + 1e-6) * loads.live, scale, dem.Damping(), tolerance=1e-4, limit=4e-3,
+        max_steps=5_000,
+    )  # fmt: skip
+    assert verdict.outcome == "moving"
 
 
 def test_a_block_past_its_support_cannot_stand_under_dead_load():
@@ -160,7 +227,8 @@ def test_a_stone_pushed_off_its_centre_turns_and_slides_at_the_exact_load_of_eve
     def exact(grid):
         """Rigid stone turning about its best centre (cx, cy) on the elastic pressure of the same points."""
         at = [np.linspace(-0.5, 0.5, k) * side for k in grid]
-        weights = [np.r_[0.5, np.ones(k - 2), 0.5] / (k - 1) for k in grid]
+        # the trapezoid rule stood here: it bends 1 + 2 / (k - 1)^2 too stiffly, and the elastic pressure follows it
+        weights = [lattice_weights(k) for k in grid]
         x, y = (v.ravel() for v in np.meshgrid(*at, indexing="ij"))
         area = np.outer(*weights).ravel()
         arm, lever = push[1] - side / 2, push[2] - 0.2
@@ -203,13 +271,13 @@ def test_cohesion_and_tension_carry_a_glued_block_to_its_brittle_moment():
     joint = lm.Joint(35.0, cohesion=1e5, tensile_strength=ft, residual_tensile_strength=0.0, residual_cohesion=0.0)
     b = on_slab([((0, 0, 0), (side, side, side))], joint=joint, density=2000.0)
     loads = lm.Loads.weight(b).with_point_load(b, 1, (1.0, 0.0, 0.0), at=(0.1, 0.1, 2.0))
-    p = collapse(b, loads, contact_points=(20, 20), tolerance=1e-3)
+    rows = 28  # what is left when a row has gone ends in a whole point: 3.3 % too much with 20 rows
+    p = collapse(b, loads, contact_points=(rows, rows), tolerance=1e-3)
     weight, section = b.weights[1], side**3 / 6.0
     exact = (ft + weight / side**2) * section / 2.0
     # the same section as rows of points: the load at which the outermost row left reaches ft, whichever k rows are gone
-    s = np.linspace(-0.5, 0.5, 20) * side
-    a = np.full(20, side**2 / 19.0)
-    a[[0, -1]] *= 0.5
+    s = np.linspace(-0.5, 0.5, rows) * side
+    a = side**2 * lattice_weights(rows)
 
     def capacity(k):
         left, x = a[k:], s[k:]
@@ -219,7 +287,8 @@ def test_cohesion_and_tension_carry_a_glued_block_to_its_brittle_moment():
         return -((p0 + q0 * x) * left * x).sum() / 2.0
 
     discrete = max(capacity(k) for k in range(5))
-    assert capacity(0) == pytest.approx(exact, rel=0.01)
+    # with the second moment of the face the first row gives way exactly where the whole section does
+    assert capacity(0) == pytest.approx(exact, rel=1e-9)
     assert discrete == pytest.approx(exact, rel=0.03)
     assert p.collapse_multiplier == pytest.approx(discrete, rel=5e-3)
 

@@ -1,4 +1,4 @@
-"""Exact values of A, B, D and the classical mechanisms, named by where they come from (mechanisms.md, by section)."""
+"""Exact values of A, B, D and the classical mechanisms, named by their section of docs/mechanisms.md."""
 
 import itertools
 import math

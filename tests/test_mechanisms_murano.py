@@ -28,6 +28,14 @@ def test_printed_crack_angle_is_over_the_unit_length():
     assert math.degrees(math.atan(0.144 / 0.29)) == pytest.approx(26.4, abs=0.05)
 
 
+def test_light_damage_rows_are_the_printed_ones():
+    # kN/mm, mm, kN as Table 10 prints them; 0.50 mm stood here for the 0.57 of the macro-model of DS
+    printed = [(2.15, 0.47, 0.99), (2.80, 0.48, 1.31), (3.10, 0.57, 0.83), (4.18, 0.50, 2.05),
+               (29.80, 0.33, 9.63), (46.09, 0.22, 9.93), (46.42, 0.24, 10.91), (43.08, 0.23, 9.71)]  # fmt: skip
+    rows = [(r.stiffness / 1e6, r.displacement * 1e3, r.load / 1e3) for r in murano.LIGHT_DAMAGE]
+    assert rows == [pytest.approx(p) for p in printed]
+
+
 @pytest.mark.parametrize("row", murano.LIGHT_DAMAGE, ids=lambda r: f"{r.wall} {r.by}")
 def test_percentages_of_table_10(row):
     found = murano.percentages(row)
@@ -63,6 +71,9 @@ def test_recomputed_table_10_beside_the_printed_one():
     assert {k: r.recomputed for k, r in rows.items()} == pytest.approx(expected, abs=5e-5)
     assert all((r.fitted is not None) == (k[1] == "A") for k, r in rows.items())
     assert rows["DS", "A"].printed_factor == 0.09
+    # no closer at the hinge, the crack and the k that the paper states: factors 2 and more from the print
+    assert rows["DS", "D"].as_stated / rows["DS", "D"].printed_factor > 2.0
+    assert rows["DS", "A"].as_stated / rows["DS", "A"].printed_factor > 2.0
     for word in ("Reproduced", "Not reproduced", "cannot serve"):
         assert word in murano.VERDICT
 
@@ -136,7 +147,8 @@ def test_conversions_name_what_is_wrong(call, message):
 def test_light_damage_loads_of_table_10_are_98_per_cent_of_stiffness_times_displacement(row):
     ratio = 0.98 * row.stiffness * row.displacement / row.load
     if (row.wall, row.by) == ("DS", "FE macro"):
-        assert ratio == pytest.approx(1.83, abs=0.01)  # 1.52 kN for 0.83: the row contradicts itself
+        # 0.98 x 3.10 kN/mm x 0.57 mm = 1.73 kN for the printed 0.83: the row contradicts itself
+        assert ratio == pytest.approx(2.09, abs=0.01)
     else:
         assert ratio == pytest.approx(1.0, abs=0.006)
 

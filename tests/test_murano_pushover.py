@@ -232,7 +232,7 @@ def test_natural_frequencies_refuse_massless_blocks_and_too_many_modes():
 
 
 @pytest.mark.parametrize(("name", "within"), [("REGW", 0.05), ("DS", 0.15)])
-def test_frequencies_of_the_assumed_walls_are_near_those_of_3dec(name, within):
+def test_frequencies_of_the_assumed_walls_with_the_calibrated_stiffness_lie_within_some_per_cent_of_3dec(name, within):
     # of the regular wall nearer than of the irregular one, whose stones are not known
     test = experiments.load(SOURCE, name)
     found = dem.natural_frequencies(test.assembly()).frequency
@@ -249,17 +249,28 @@ def dry():
     test = experiments.load(SOURCE, "DS")
     wall, loads, top = test.assembly(), test.loads(), murano.control_block(test)
     settled = dem.simulate(wall, dem.Settle(tolerance=1e-4), loads=loads, contact_points=(3, 3))
-    ramps = [dem.Ramp(to=2.4, steps=3_000), dem.Ramp(to=3.6, steps=9_000, stop_when_moved=0.01)]
+    # joints that bend as their faces do sway more on the way: at half these steps the ground lags by 0.54 %
+    ramps = [dem.Ramp(to=2.4, steps=6_000), dem.Ramp(to=3.6, steps=18_000, stop_when_moved=0.01)]
     history = dem.simulate(wall, ramps, loads=loads, start=settled, sample=60)
     moved = settled.displacement_of(top)[-1, 1] - history.displacement_of(top)[:, 1]
     return history, history.reaction[..., 1].sum(axis=1) / 1e3, 1e3 * moved
 
 
-def test_dry_wall_yields_at_the_3_kn_of_3dec_and_rises_slowly(dry):
+def test_dry_wall_on_the_assumed_bond_with_its_fitted_friction_yields_within_a_tenth_of_3_kn(dry):
+    # no prediction: the friction of 10 degrees was fitted by the source to this test, and the bond is assumed
     _, force, moved = dry
     at = [float(np.interp(u, moved, force)) for u in (1.0, 2.0, 5.0)]
     assert at[1] == pytest.approx(3.0, rel=0.1)
     assert at[0] < at[1] < at[2] < 1.1 * at[0]
+
+
+def test_initial_stiffness_of_the_dry_wall_is_not_that_of_3dec(dry):
+    # 2.80 kN/mm in Table 10; here some three times as much: the load agrees, this does not
+    _, force, moved = dry
+    early = (force > 0.15) & (force < 0.45)
+    stiffness = float(force[early] @ moved[early] / (moved[early] @ moved[early]))
+    printed = float(experiments.load(SOURCE, "DS").published["3DEC initial stiffness"])
+    assert 2.0 < stiffness / printed < 4.0
 
 
 def test_dry_wall_stays_below_the_associative_bound_at_small_displacements(dry):

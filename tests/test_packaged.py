@@ -42,6 +42,7 @@ def test_published_values_stand_beside_answers_of_their_own_kind():
     assert references_for(rounded, "associative") == ()
     plain, dilatant = packaged.cases(WALLETTE, specimen="toothed-odd-flush")
     assert [r.value for r in references_for(plain, "dem")] == [0.32]
+    assert "published 3DEC zero dilatancy (derived)" in [r.label for r in references_for(plain, "dem")]
     assert [r.value for r in references_for(dilatant, "dem")] == [0.40]
 
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import pytest
 
-from limitmason.experiments import sources
+from limitmason.experiments import load, sources
 from limitmason.experiments.minho import measured_curve
 from limitmason.experiments.tables import (
     checksum,
@@ -204,6 +204,43 @@ def test_pavia_angles_errors_and_ratios_are_those_of_the_multipliers():
         rounding = 100 * 0.0005 * (1 + dilatant / measured) / measured
         assert 100 * (dilatant / measured - 1) == pytest.approx(float(r["error_dilatant"]), abs=0.05 + rounding)
         assert zero / dilatant == pytest.approx(float(r["ratio_zero_over_dilatant"]), abs=0.01)
+
+
+def test_murano_first_guess_of_the_dry_wall_is_stiff_to_60_kn_and_fails_at_80():
+    # "rigid behaviour ... approximately 60 kN", then "up to 80 kN, which lead to the out-of-plane failure"
+    dry = load("murano-u-walls", "DS").published
+    assert (dry["3DEC knee, first guess"], dry["3DEC failure load, first guess"]) == (60.0, 80.0)
+    mortared = load("murano-u-walls", "REGW").published
+    assert mortared["3DEC failure load, first guess"] == 60.0
+    assert "3DEC knee, first guess" not in mortared
+
+
+def test_bnw_sheet_shows_the_initial_shear_strength_of_the_database_and_no_friction():
+    for name in ("BNW1", "BNW2", "BNW3"):
+        wall = load("bnw-walls", name)
+        assert wall.parameters["initial shear strength"] == 0.25
+        assert wall.units["initial shear strength"] == "MPa"
+        assert "friction" not in wall.parameters
+        assert not wall.has_model
+
+
+def test_udec_runs_carry_no_brick_property_and_panels_say_whose_input_it_is():
+    # Table 4 states them for the calibrated set alone; the 18 runs are of Table 2
+    bricks = ("density", "Young's modulus", "Poisson's ratio")
+    for row in read_table("brick-panels-opening", "udec_runs.csv").rows:
+        assert not set(bricks) & set(load("brick-panels-opening", row["specimen"]).parameters)
+    panel = load("brick-panels-opening", "S1")
+    assert [float(panel.parameters[k]) for k in bricks] == [2000.0, 1670.0, 0.14]
+    assert all("Table 4; not measured" in panel.parameters[k].note for k in (*bricks, "cohesion"))
+
+
+def test_value_of_rondelets_wallette_without_dilatancy_is_called_derived():
+    # printed is a difference "of the order of 25 %" on the dilatant value, not 0.32
+    test = load("rondelet-wallette", "toothed-odd-flush")
+    assert {t.quantity: test.standing(t) for t in test.targets} == {
+        "3DEC dilatant": "published", "3DEC zero dilatancy": "derived", "associative": "recomputed",
+    }  # fmt: skip
+    assert float(test.published["3DEC zero dilatancy"]) == pytest.approx(0.40 / 1.25)
 
 
 def test_bnw_udec_forces_equal_the_measured_positive_peaks_within_one_per_cent():

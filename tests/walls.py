@@ -57,3 +57,24 @@ def arch_blocks(radius, thickness, voussoirs, *, depth=0.5, mu=10.0):
     return lm.Assembly.from_polygons(
         [*base, *outlines], thickness=depth, joint=lm.Joint.from_friction_coefficient(mu), fixed=[0, 1], tolerance=1e-5
     )
+
+
+def lattice_weights(n):
+    """Weights of n evenly spaced points, ends included: equal but for the two at each end, right area and moment."""
+    x = np.linspace(-0.5, 0.5, n)
+    weights = np.full(n, 1.0 / (n - 1))
+    weights[[0, 1]] = np.linalg.solve(
+        [[1.0, 1.0], [x[0] ** 2, x[1] ** 2]],
+        [0.5 - 0.5 * weights[2:-2].sum(), 1.0 / 24.0 - 0.5 * (weights * x**2)[2:-2].sum()],
+    ) if n > 3 else ([1.0 / 6.0, 2.0 / 3.0] if n == 3 else [0.5, 0.5])  # fmt: skip
+    weights[[-1, -2]] = weights[[0, 1]]
+    return weights
+
+
+def beside_or_on_a_large_block(ratio, *, high, scale=1.0, **options):
+    """A cube and two small blocks on each other, their height the cube's over ``ratio``: they overturn at 0.25."""
+    small = 1.0 / ratio
+    x, z = (0.3, 1.0) if high else (1.5, 0.0)
+    boxes = [((0, 0, 0), (1, 1, 1))]
+    boxes += [((x, 0.3, z + k * small), (x + 0.5 * small, 0.3 + small, z + (k + 1) * small)) for k in range(2)]
+    return on_slab(scale * np.array(boxes), mu=0.75, **options)

@@ -8,7 +8,7 @@ import argparse
 from collections.abc import Sequence
 
 from limitmason import __version__
-from limitmason.cli import diagnosis, models, packaged, theories
+from limitmason.cli import check, diagnosis, models, packaged, theories
 from limitmason.cli.console import say
 
 _DESCRIPTION = """\
@@ -26,6 +26,7 @@ examples:
   limitmason experiments run --all --csv table.csv     everything, as a table file
   limitmason solve ferris-tin-loi-2001/wall-3 --figure wall-3.png
   limitmason template wall.json                        a small wall to edit
+  limitmason check wall.json --figure check.png        contacts, near misses, implausible input
   limitmason solve wall.json --flow-rule non-associative --output answer.json
   limitmason compare wall.json --figure theories.png   every theory side by side
   limitmason diagnose --template data.csv              measured values to fill in, then
@@ -34,7 +35,8 @@ examples:
 
 units: SI (m, kg, N, Pa), angles in degrees where a name ends in _deg; z is up, compression positive.
 The multiplier scales the live loads; for horizontal loads equal to the weight it is the tangent of the tilt angle
-(dry joints). exit status: 0 solved, 2 wrong input, 3 no finite multiplier, 130 interrupted.
+(dry joints). exit status: 0 solved, 1 something to decide (check), 2 wrong input, 3 no finite multiplier,
+130 interrupted.
 """
 
 
@@ -74,6 +76,7 @@ def _parser() -> argparse.ArgumentParser:
 
     packaged.add_commands(commands)
     models.add_commands(commands)
+    check.add_commands(commands)
     theories.add_commands(commands)
     diagnosis.add_commands(commands)
     return top

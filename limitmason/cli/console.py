@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 from limitmason.methods import available_methods
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction
+from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED, Prediction
+
+_NAMED = 20
+"""So many falling blocks are named; a figure shows the rest."""
+
+METHOD = "limit"
 
 
 def say(text: str) -> None:
@@ -40,7 +46,7 @@ def writable(text: str) -> Path:
     return path
 
 
-def load_target(target: str) -> tuple[Assembly, Loads, str]:
+def load_target(target: str, *, needs_live_load: bool = True) -> tuple[Assembly, Loads, str]:
     """Assembly, loads and title of a model file or a packaged experiment."""
     path = Path(target)
     if path.exists() or path.suffix.lower() in (".json", ".obj", ".dxf"):
@@ -52,7 +58,7 @@ def load_target(target: str) -> tuple[Assembly, Loads, str]:
                 "loads, and write the model as .json (see examples/traced_drawing.py)"
             )
         model = formats.read_json(path)
-        if not model.loads.live.any():
+        if needs_live_load and not model.loads.live.any():
             raise ValueError(f"{path}: the file holds no live load; add a 'loads' entry, see `limitmason template`")
         return model.assembly, model.loads, path.stem
     from limitmason import experiments
@@ -64,20 +70,28 @@ def load_target(target: str) -> tuple[Assembly, Loads, str]:
     return test.assembly(), test.loads(), f"{source} {specimen}"
 
 
-def report(prediction: Prediction) -> int:
-    """Print a prediction and return the exit status that belongs to it."""
+def report(prediction: Prediction, assembly: Assembly | None = None) -> int:
+    """Print a prediction, with the blocks that fall where it cannot stand, and return its exit status."""
     show_text(str(prediction))
+    if assembly is not None and prediction.status == CANNOT_STAND and prediction.mechanism is not None:
+        names = [assembly.blocks[i].name for i in prediction.mechanism.moving_blocks(0.01) if not assembly.fixed[i]]
+        more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+        show_text(f"  blocks that fall under dead load: {', '.join(names[:_NAMED])}{more}")
     return 0 if prediction.status in (SOLVED, ALMOST_SOLVED) else 3
 
 
-def analysis_options(parser: argparse.ArgumentParser, flow_default: str | None = "associative") -> None:
-    """Add the options of an analysis to a command."""
+ANALYSIS = ("flow_rule", "contact_model", "grid", "torsion_limit")
+"""Options of limit analysis, which other methods do not have."""
+
+
+def analysis_options(parser: argparse.ArgumentParser, flow_default: str = "associative") -> None:
+    """Add the options of an analysis to a command; all are None or False unless typed, so that none is lost unseen."""
     group = parser.add_argument_group("analysis")
-    group.add_argument("--method", default="limit", choices=sorted(available_methods()), help="default: limit")
-    flow_help = "associative ignores the dilatancy angle" + ("" if flow_default else "; default: as published")
+    group.add_argument("--method", choices=sorted(available_methods()), help=f"default: {METHOD}")
     rules = ("associative", "non-associative")
-    group.add_argument("--flow-rule", choices=rules, default=flow_default, help=flow_help)
-    group.add_argument("--contact-model", choices=("vertices", "grid"), default="vertices")
+    group.add_argument("--flow-rule", choices=rules,
+                       help=f"associative ignores the dilatancy angle; default: {flow_default}")  # fmt: skip
+    group.add_argument("--contact-model", choices=("vertices", "grid"), help="default: vertices")
     group.add_argument(
         "--grid", type=int, nargs=2, metavar=("ALONG", "ACROSS"), help="points per interface; needs grid"
     )
@@ -86,17 +100,34 @@ def analysis_options(parser: argparse.ArgumentParser, flow_default: str | None =
     )
 
 
+def refuse(options: argparse.Namespace, names: Iterable[str], because: str) -> None:
+    """Refuse options that were typed and would not be used.
+
+    Raises
+    ------
+    ValueError
+        Naming the first of them.
+    """
+    for name in names:
+        value = getattr(options, name)
+        if value is not None and value is not False and value != []:
+            shown = name.upper() if name == "data" else f"--{name.replace('_', '-')}"
+            raise ValueError(f"{shown} is not used {because}: leave it out")
+
+
+def method_of(options: argparse.Namespace) -> str:
+    """The method asked for."""
+    return options.method or METHOD
+
+
 def settings_of(options: argparse.Namespace) -> dict:
-    """Settings of limit analysis out of the options; none for other methods."""
-    if options.method != "limit":
+    """Settings of limit analysis out of the options; refused for other methods, which have none here."""
+    method = method_of(options)
+    if method != METHOD:
+        refuse(options, ANALYSIS, f"by --method {method}, it is an option of limit analysis")
         return {}
-    out: dict = {"contact_model": options.contact_model}
-    if options.grid:
-        if options.contact_model != "grid":
-            raise ValueError("--grid needs --contact-model grid")
-        out["grid"] = tuple(options.grid)
-    if options.torsion_limit:
-        out["torsion_limit"] = True
-    if options.flow_rule:
-        out["flow_rule"] = options.flow_rule
-    return out
+    if options.grid and options.contact_model != "grid":
+        raise ValueError("--grid needs --contact-model grid")
+    found = {"contact_model": options.contact_model, "grid": options.grid and tuple(options.grid),
+             "torsion_limit": options.torsion_limit or None, "flow_rule": options.flow_rule}  # fmt: skip
+    return {name: value for name, value in found.items() if value is not None}

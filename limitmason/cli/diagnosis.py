@@ -5,12 +5,14 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+import traceback
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from limitmason.cli.console import analysis_options, say, settings_of, show_text
-from limitmason.experiments.series import write_template
+from limitmason.cli.console import ANALYSIS, analysis_options, method_of, refuse, say, settings_of, show_text
+from limitmason.experiments.series import cases_of, series_of, write_template
 
 ABOUT = """\
 Hold a simulation against measured values and say which listed cause explains the difference, or that none does, or that
@@ -26,6 +28,8 @@ The simulation: --model with a packaged series (minho, ...; the file names its s
 with its predictions (--predicted); then only causes that act on the predicted value can be tried.
 """
 
+_DEFAULTS = {"out": Path("diagnosis"), "seed": 0, "jobs": 1, "next": 4, "rehearse": 0}
+
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``diagnose``."""
@@ -38,10 +42,10 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     command.add_argument("--predicted", metavar="COLUMN", help="column with predictions; default: 'predicted'")
     command.add_argument("--template", type=Path, metavar="FILE", help="write a data file to start from (with --model "
                          "SERIES that series) and stop")  # fmt: skip
-    command.add_argument("--out", type=Path, default=Path("diagnosis"), metavar="DIR", help="default: diagnosis")
+    command.add_argument("--out", type=Path, metavar="DIR", help="default: diagnosis")
     command.add_argument("--title", help="of the report; default: the file's name")
     table = command.add_argument_group("columns")
-    table.add_argument("--measured", default="measured", metavar="COLUMN", help="measured values; default: 'measured'")
+    table.add_argument("--measured", metavar="COLUMN", help="measured values; default: 'measured'")
     table.add_argument("--group", metavar="COLUMN", help="configuration; default: 'group' where there is one")
     table.add_argument("--covariates", nargs="+", metavar="COLUMN", help="default: all columns left")
     table.add_argument("--batches", nargs="+", metavar="COLUMN", help="columns of words whose labels may be read by "
@@ -61,30 +65,50 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     known.add_argument("--tilting", action="store_true", help="the values are tangents of a tilt angle")
     known.add_argument("--spatial", action="store_true", help="the walls do not work in one plane")
     run = command.add_argument_group("run")
-    run.add_argument("--seed", type=int, default=0)
+    run.add_argument("--seed", type=int, help="default: 0")
     run.add_argument("--levels", type=int, help="most sizes per cause that are simulated; default: 9, or 17 "
                      "where predictions are tabulated")  # fmt: skip
-    run.add_argument("--jobs", type=int, default=1, help="processes for the simulations")
+    run.add_argument("--jobs", type=int, help="processes for the simulations; default: 1")
     run.add_argument("--fresh", action="store_true", help="forget the simulated values in DIR; they are kept there, so "
                      "that a run goes on after a kill")  # fmt: skip
     run.add_argument("--pool", type=Path, metavar="CSV", help="specimens that could be tested next; default: "
                      "repeats of those in the file")  # fmt: skip
-    run.add_argument("--next", type=int, default=4, metavar="K", help="number of next tests; default: 4")
-    run.add_argument("--rehearse", type=int, default=0, metavar="N", help="blind trials on this design")
+    run.add_argument("--next", type=int, metavar="K", help="number of next tests; default: 4")
+    run.add_argument("--rehearse", type=int, metavar="N", help="blind trials on this design")
     run.add_argument("--no-checks", action="store_true", help="skip judging the data again without each specimen")
     analysis_options(command)
     command.set_defaults(run=_diagnose)
 
 
 def _diagnose(options: argparse.Namespace) -> int:
+    from limitmason.diagnosis.simulator import is_own
+
+    try:
+        return _run(options)
+    except Exception as error:
+        if options.debug or not is_own(error) or ":" not in f"{options.model}{options.causes}":
+            raise
+        # an error of the user's own function: where it happened stands in its traceback, never in one line
+        say("".join(traceback.format_exception(error)).rstrip())
+        return 2
+
+
+def _run(options: argparse.Namespace) -> int:
     from limitmason import diagnosis, figures
 
     if options.template:
+        others = [name for name in vars(options) if name not in ("template", "model", "run", "debug")]
+        refuse(options, others, "with --template, which writes a file and stops")
         if options.model and ":" in options.model:
             raise ValueError(f"--template with --model needs a packaged series, got {options.model!r}")
         write_template(options.template, options.model)
         say(f"wrote {options.template}: replace its rows, keep the row of units, then `limitmason diagnose`")
         return 0
+    if options.next == 0:
+        refuse(options, ("pool",), "with --next 0")
+    for name, default in _DEFAULTS.items():
+        if getattr(options, name) is None:
+            setattr(options, name, default)
     if options.out.exists() and not options.out.is_dir():
         raise ValueError(f"--out {options.out} is a file; name a folder")
     store = options.out / "simulations.jsonl"
@@ -109,6 +133,9 @@ def _diagnose(options: argparse.Namespace) -> int:
 def _stated(options: argparse.Namespace) -> dict[str, Any]:
     """What the options say of the data and the model, as ``Study.from_table`` takes it."""
     own = bool(options.model) and ":" in options.model
+    series = series_of(options.model) if options.model and not own else None
+    has_model = series is not None and any(c.has_model for c in cases_of(series))
+    _refuse_unused(options, own=own, has_model=has_model)
     model = load_object(options.model, "--model") if own else options.model
     if own and not callable(model):
         raise ValueError(f"--model {options.model}: it is no function")
@@ -116,9 +143,9 @@ def _stated(options: argparse.Namespace) -> dict[str, Any]:
         raise ValueError("a model of your own needs its list of causes: --causes module:LIST")
     return {
         "model": model,
-        "method": options.method,
+        "method": method_of(options),
         "settings": settings_of(options),
-        "measured": options.measured,
+        "measured": options.measured or "measured",
         "predicted": options.predicted,
         "towards": options.towards,
         "group": options.group,
@@ -136,14 +163,38 @@ def _stated(options: argparse.Namespace) -> dict[str, Any]:
     }
 
 
+def _refuse_unused(options: argparse.Namespace, *, own: bool, has_model: bool) -> None:
+    """Refuse options that this kind of model does not use.
+
+    Parameters
+    ----------
+    own : the model is a function of the user
+    has_model : it is a packaged series whose walls can be built
+    """
+    if own:
+        refuse(options, ("predicted",), f"with --model {options.model}, which predicts itself")
+    if not (has_model and options.predicted is None):
+        what = f"--model {options.model}" if own else "predictions in a column"
+        refuse(options, ("method", *ANALYSIS), f"with {what}: no analysis is made here")
+        refuse(options, ("spatial",), f"with {what}: it chooses among causes inside a packaged model")
+    if options.data and options.predicted and has_model:
+        refuse(options, ("model",), "with --predicted, which takes the predictions from a column")
+    if options.causes and ":" in options.causes:
+        refuse(options, ("tilting", "batches", "spatial"), "with a list of causes of your own: add them to the list")
+    if options.noise == "replicates":
+        refuse(options, ("dof", "tails"), "with --noise replicates, which counts its own degrees of freedom")
+
+
 def load_object(text: str, what: str) -> Any:
     """The object behind "module:name" or "file.py:name", looked up from the current folder too.
 
     Raises
     ------
     ValueError
-        Naming what is not found.
+        Naming what is not found. An error of the module itself comes through as it is, with a note.
     """
+    from limitmason.diagnosis.simulator import note_own
+
     module, _, name = text.rpartition(":")
     path = Path(module)
     place = str(path.resolve().parent if path.suffix == ".py" else Path.cwd())
@@ -154,7 +205,13 @@ def load_object(text: str, what: str) -> Any:
     try:
         found = import_module(path.stem if path.suffix == ".py" else module)
     except ModuleNotFoundError as error:
+        if error.name is None or error.name.split(".")[0] != module.split(".")[0]:
+            note_own(error, f"{what} {text}: {path} needs a module that is not there")
+            raise
         raise ValueError(f"{what} {text}: {error}; give module:name or file.py:name") from None
+    except Exception as error:  # whatever the user's module may raise
+        note_own(error, f"{what} {text}: {path} fails when it is imported")
+        raise
     if not hasattr(found, name):
         raise ValueError(f"{what} {text}: {module} has no {name!r}")
     return getattr(found, name)
@@ -167,7 +224,18 @@ def _causes(text: str | None) -> list | None:
     if ":" not in text:
         return [name.strip() for name in text.split(",")]
     chosen = load_object(text, "--causes")
-    return list(chosen() if callable(chosen) else chosen)
+    return _made(chosen, text) if callable(chosen) else list(chosen)
+
+
+def _made(function: Callable, text: str) -> list:
+    """What the user's function of causes returns."""
+    from limitmason.diagnosis.simulator import note_own
+
+    try:
+        return list(function())
+    except Exception as error:
+        note_own(error, f"--causes {text} failed")
+        raise
 
 
 def _noise(text: str | None) -> float | str | None:

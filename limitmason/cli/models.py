@@ -7,7 +7,18 @@ import json
 from itertools import pairwise
 from pathlib import Path
 
-from limitmason.cli.console import analysis_options, figure_file, load_target, report, say, settings_of, writable
+from limitmason.cli.console import (
+    ANALYSIS,
+    analysis_options,
+    figure_file,
+    load_target,
+    method_of,
+    refuse,
+    report,
+    say,
+    settings_of,
+    writable,
+)
 from limitmason.methods import predict
 from limitmason.model.assembly import Assembly
 from limitmason.results import Prediction
@@ -58,8 +69,8 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 def _solve(options: argparse.Namespace) -> int:
     assembly, loads, title = load_target(options.target)
     say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces, {loads.name}")
-    prediction = predict(assembly, loads, options.method, **settings_of(options))
-    status = report(prediction)
+    prediction = predict(assembly, loads, method_of(options), **settings_of(options))
+    status = report(prediction, assembly)
     from limitmason import formats
 
     if options.output:
@@ -77,11 +88,12 @@ def _figure(options: argparse.Namespace) -> int:
     assembly, loads, title = load_target(options.target)
     output = options.output or Path(f"{options.kind}.png")
     if options.kind == "assembly":
+        refuse(options, ("method", *ANALYSIS), "by `figure assembly`, which analyses nothing")
         _draw(output, "assembly", assembly, None, title, view=options.view, dpi=options.dpi)
         return 0
-    prediction = predict(assembly, loads, options.method, **settings_of(options))
-    status = report(prediction)
-    if status == 0:
+    prediction = predict(assembly, loads, method_of(options), **settings_of(options))
+    status = report(prediction, assembly)
+    if status == 0 or (options.kind == "mechanism" and prediction.mechanism is not None):
         _draw(output, options.kind, assembly, prediction, title, view=options.view, dpi=options.dpi)
     return status
 
@@ -92,12 +104,16 @@ def _draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | No
 
     if kind == "assembly":
         figure = figures.assembly(assembly, title=title, view=view)
-    elif prediction is None or prediction.resultants is None:
+    elif prediction is None or (prediction.mechanism is None and prediction.resultants is None):
         say(f"no figure: {'without an answer' if prediction is None else prediction.status}")
         return
     elif kind == "mechanism":
+        if prediction.mechanism is None:
+            raise ValueError(f"there is no mechanism to draw: {prediction.method!r} gives none")
         figure = figures.mechanism(assembly, prediction, title=title, view=view)
     else:
+        if prediction.resultants is None:
+            raise ValueError(f"there are no joint forces to draw: {prediction.method!r} gives none")
         figure = figures.contact_forces(assembly, prediction, title=title, view=view)
     figure.savefig(path, dpi=dpi)
     say(f"wrote {path}")

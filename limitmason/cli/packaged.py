@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from math import isfinite
 from pathlib import Path
 
-from limitmason.cli.console import analysis_options, figure_file, say, settings_of, show_text, writable
+from limitmason.cli.console import analysis_options, figure_file, method_of, say, settings_of, show_text, writable
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
@@ -31,7 +31,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     run.add_argument(
         "--figure", type=figure_file, metavar="FILE", help="also draw predicted against measured or published"
     )
-    analysis_options(run, flow_default=None)
+    analysis_options(run, flow_default="as published")
     run.set_defaults(run=_run)
 
     summary = actions.add_parser("summary", help="all packaged cases as one Markdown table (some minutes)")
@@ -69,6 +69,8 @@ def _show(options: argparse.Namespace) -> int:
     from limitmason import experiments
 
     source, _, specimen = options.source.partition("/")
+    if specimen and options.specimen:
+        raise ValueError(f"specimen {options.specimen!r} is given besides {options.source!r}: name one")
     specimen = options.specimen or specimen
     for name in [specimen] if specimen else experiments.specimens(source):
         show_text(str(experiments.load(source, name)) + "\n")
@@ -91,7 +93,7 @@ def _run(options: argparse.Namespace) -> int:
     rows = []
     for k, case in enumerate(cases, 1):
         say(f"[{k}/{len(cases)}] {case.source.name}/{case.specimen}")
-        rows += experiments.run(case, options.method, flow_rule=flow_rule, **settings)
+        rows += experiments.run(case, method_of(options), flow_rule=flow_rule, **settings)
     show_text(experiments.as_text(rows))
     if options.csv:
         _write_table(options.csv, rows)
@@ -136,8 +138,14 @@ def _methods(options: argparse.Namespace) -> int:
     import limitmason
     from limitmason import packaged
 
+    wanted = packaged.cases(options.source, specimen=options.specimen)
+    if not wanted:
+        name = " ".join(n for n in (options.source, options.specimen) if n)
+        raise ValueError(f"no packaged case with a model is called {name!r}; see `limitmason experiments list`")
+    if options.thorough and not {"non-associative", "dem"} & set(options.methods):
+        raise ValueError("--thorough is not used by associative limit analysis and mechanisms: leave it out")
     found = packaged.solve_cases(
-        packaged.cases(options.source, specimen=options.specimen), options.methods, thorough=options.thorough,
+        wanted, options.methods, thorough=options.thorough,
         store=options.store, workers=options.workers, progress=say,
     )  # fmt: skip
     missing = () if options.source or options.specimen else packaged.not_covered()

@@ -47,6 +47,8 @@ def _compare(options: argparse.Namespace) -> int:
     )  # fmt: skip
     show_text(result.as_markdown() if options.markdown else result.table())
     solved = any(row.solved for row in result.rows)
+    if options.figure and not solved:
+        say("no figure: no theory has a finite multiplier")
     if options.figure and solved:
         from limitmason import figures
 

@@ -28,6 +28,7 @@ __all__ = [
     "Rule",
     "Study",
     "binomial_interval",
+    "catalogue",
     "investigate",
 ]
 

@@ -15,6 +15,19 @@ from joblib import Parallel, delayed
 from limitmason.causes.cause import Cause, Extension
 from limitmason.study.store import fingerprint
 
+OWN = "in code given to the study: "  # begins the note on an error that code of the user raised
+
+
+def note_own(error: Exception, what: str) -> None:
+    """Say with an error of the user's own function where it was called; type and traceback stay."""
+    error.add_note(f"{OWN}{what}")
+
+
+def is_own(error: BaseException) -> bool:
+    """Whether an error was raised by code of the user."""
+    return any(note.startswith(OWN) for note in getattr(error, "__notes__", ()))
+
+
 NUMBERED = "number "  # begins what is known of a specimen only by its place in the list
 
 
@@ -99,7 +112,8 @@ class Simulator:
         Raises
         ------
         ValueError
-            For a prediction that is not a positive finite number; the message names specimen and parameters.
+            For a prediction that is not a positive finite number; the message names specimen and parameters. An error
+            of ``simulate`` itself comes through as it is, with a note that names them.
         """
         keys = [(self._who(j), j.parameters, j.steps) for j in jobs]
         missing: dict[tuple, Job] = {}
@@ -138,7 +152,7 @@ class Simulator:
         self.calls += 1
         if self.progress is not None:
             self.progress(self.calls)
-        return positive(value, lambda: f"simulate for specimen {job.specimen} with {_show(job)}")
+        return positive(value, lambda: f"simulate for {_called(self.specimens[job.specimen], job)}")
 
     def on(self, specimens: Sequence[Any]) -> "Simulator":
         """A simulator of other specimens that knows what is known of those equal to these."""
@@ -198,7 +212,7 @@ def positive(value: Any, what: Callable[[], str]) -> float:
     try:
         number = float(value)
     except (TypeError, ValueError):
-        raise ValueError(f"{what()} gave {value!r}; a positive number is needed") from None
+        raise ValueError(f"{what()} gave {_short(value)}; a positive number is needed") from None
     if not isfinite(number) or number <= 0.0:
         raise ValueError(
             f"{what()} gave {number!r}; a positive finite number is needed: narrow the bounds of the cause, give the "
@@ -211,11 +225,24 @@ def _call(number: int, simulate, specimen, job: Job):
     parameters = dict(job.parameters)
     if job.steps:
         parameters["extend"] = Extension(job.steps, specimen)
-    return number, simulate(specimen, **parameters)
+    try:
+        return number, simulate(specimen, **parameters)
+    except Exception as error:  # whatever the user's function may raise
+        note_own(error, f"simulate failed for {_called(specimen, job)}")
+        raise
+
+
+def _called(specimen: Any, job: Job) -> str:
+    return f"specimen {job.specimen} with {_show(job)} ({_short(specimen)})"
+
+
+def _short(thing: Any, width: int = 160) -> str:
+    text = repr(thing)
+    return text if len(text) <= width else f"{text[:width]}..."
 
 
 def _show(job: Job) -> str:
-    given = [f"{k}={v!r}" for k, v in job.parameters] + [f"{c.name}={v!r}" for c, v in job.steps]
+    given = [f"{k}={float(v)!r}" for k, v in job.parameters] + [f"{c.name}={float(v)!r}" for c, v in job.steps]
     return ", ".join(given) or "no parameters"
 
 

@@ -1,5 +1,6 @@
 """Tables of log predictions on (cause size x nuisance): few simulator calls, refined where the curve bends."""
 
+import warnings
 from collections.abc import Mapping, Sequence
 from itertools import pairwise, product
 from typing import Any
@@ -10,7 +11,7 @@ from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
 from limitmason.causes.cause import Cause
 from limitmason.diagnosis.inference.grid import Table
 from limitmason.diagnosis.inference.noise import Measured
-from limitmason.diagnosis.simulator import Job, Simulator, positive
+from limitmason.diagnosis.simulator import Job, Simulator, note_own, positive
 
 REACH = 4.0  # standard deviations of a measured input that the refit may use
 TOLERANCE = 0.1  # of the noise: largest interpolation error that needs no further level
@@ -124,8 +125,11 @@ class Tabulator:
 
     def baseline(self) -> Table:
         """The model without any cause."""
-        values = self.evaluate((), [((), z) for z in product(*self.z_levels)])
-        values = self._to_nodes(values.reshape(*map(len, self.z_levels), self.n), 0)
+        values = self.evaluate((), [((), z) for z in product(*self.z_levels)]).reshape(*map(len, self.z_levels), self.n)
+        for axis, (name, measured) in enumerate(self.free.items()):
+            ends = [measured.at(z) for z in self.z_levels[axis][[0, -1]]]
+            _say_if_without_effect(np.ptp(values, axis=axis), f"the measured input {name!r}", name, ends)
+        values = self._to_nodes(values, 0)
         return Table((), (), self.z_nodes, values)
 
     def single(self, cause: Cause, like: Table | None = None) -> Table:
@@ -147,9 +151,12 @@ class Tabulator:
             error = max(error, missed)
         else:
             values = self.evaluate((cause,), [((s,), z) for s in levels for z in product(*self.z_levels)])
+        if not cause.transforms:
+            keyword = cause.parameter if cause.apply is None else "extend"
+            _say_if_without_effect(np.ptp(values, axis=0), f"the cause {cause.name!r}", keyword, cause.bounds)
         values = self._to_nodes(values.reshape(len(levels), *map(len, self.z_levels), self.n), 1)
         curve = PchipInterpolator(levels, values, axis=0)
-        nodes = like.sizes[0] if like is not None else self._nodes(cause, levels, curve)
+        nodes = like.sizes[0] if like is not None else self._nodes(cause, curve)
         return Table((cause,), (nodes,), self.z_nodes, curve(nodes), (levels,), error)
 
     def pair(self, first: Table, second: Table, base: Table, *, exact: bool) -> Table:
@@ -258,7 +265,7 @@ class Tabulator:
             values[:, :, rows] = exact.reshape(len(levels), len(points), len(rows))
         return values, float(max(np.delete(missed, rows), default=0.0))
 
-    def _nodes(self, cause: Cause, levels: np.ndarray, curve: PchipInterpolator) -> np.ndarray:
+    def _nodes(self, cause: Cause, curve: PchipInterpolator) -> np.ndarray:
         """Size nodes evenly spaced along the curve in units of the noise, on each side of the baseline."""
         out = [cause.baseline]
         for side in cause.sides:
@@ -278,9 +285,23 @@ class Tabulator:
         return values
 
 
+def _say_if_without_effect(change: np.ndarray, what: str, keyword: str, ends: Sequence[float]) -> None:
+    """Warn where no prediction changes by a bit: a simulator may take a keyword and do nothing with it."""
+    if not np.any(change):
+        warnings.warn(
+            f"{what} changes no prediction of any specimen from {ends[0]:g} to {ends[1]:g}: either simulate takes "
+            f"{keyword!r} and ignores it, or none of these specimens feels it",
+            stacklevel=3,
+        )
+
+
 def transformed(cause: Cause, size: float, prediction: float, specimen, index: int) -> float:
     """A prediction as a measurement cause lets it be read."""
-    value = cause.apply(float(size), float(prediction), specimen)
+    try:
+        value = cause.apply(float(size), float(prediction), specimen)
+    except Exception as error:
+        note_own(error, f"cause {cause.name!r} of size {size:g} failed for specimen {index} ({specimen!r})")
+        raise
     return positive(value, lambda: f"cause {cause.name!r} of size {size:g} applied to specimen {index}")
 
 

@@ -13,13 +13,14 @@ NAME = "bnw-walls"
 BEAM = "beam"
 FORCE = 1e3  # live load [N]: the multiplier is the horizontal force in kN
 NO_FRICTION = (
-    "friction and cohesion of the mortar joints are not in the sources at hand (the material table was lost); give "
-    "them as options, for example load('bnw-walls', 'BNW1', friction=0.6)"
+    "friction of the mortar joints is not in the sources at hand (the material table was lost, the database leaves it "
+    "blank); give it as an option, for example load('bnw-walls', 'BNW1', friction=0.6), with or without the initial "
+    "shear strength of the database, cohesion=0.25e6"
 )
 
 OPTIONS = {
     "friction": Option(None, "-", "friction coefficient; not in the sources at hand, so it must be given"),
-    "cohesion": Option(0.0, "Pa", "cohesion of the joints; not in the sources at hand"),
+    "cohesion": Option(0.0, "Pa", "cohesion of the joints; 0 is assumed, the database gives fv0 = 0.25e6"),
     "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, used by non-associative limit analysis"),
     "crushing": Option(True, "-", "give the joints the compressive strength of the masonry"),
     "beam_height": Option(0.02, "m", "height of the model's beam; small, so that the force acts at the wall's top"),
@@ -43,7 +44,8 @@ def load(specimen: str, **options: Any) -> Experiment:
     parameters = {
         "height": "H", "length": "L", "thickness": "t", "courses": "courses", "unit length": "unit_l",
         "unit width": "unit_w", "unit height": "unit_h", "unit strength": "fb", "mortar strength": "f_mortar",
-        "masonry strength": "f_masonry", "H0 over H": "H0_over_H", "vertical stress": "sigma0",
+        "masonry strength": "f_masonry", "initial shear strength": "fv0", "H0 over H": "H0_over_H",
+        "vertical stress": "sigma0",
     }  # fmt: skip
     return Experiment(
         source=read_source(NAME),
@@ -56,7 +58,8 @@ def load(specimen: str, **options: Any) -> Experiment:
         assumptions=(
             "Running bond of ten expanded units per course without mortar thickness is assumed, wall length and height "
             "divided evenly; the bottom course is assumed to start with a whole unit.",
-            "Friction and cohesion are yours to assume: not in the sources at hand.",
+            "Friction is yours to assume: not in the sources at hand. Cohesion is assumed zero unless given: the "
+            "database has an initial shear strength of 0.25 MPa without saying how it was obtained.",
             "The vertical force is taken as sigma0 L t at the top; wall and beam are assumed weightless.",
             "The horizontal force is assumed at the top of the wall (H0/H = 1), on a thin beam that carries both "
             "forces and is free to rotate (cantilever).",

@@ -7,7 +7,7 @@ from itertools import product
 from math import isfinite, nan
 from typing import Any
 
-from limitmason.experiments.record import Experiment, Quantity, Target
+from limitmason.experiments.record import KINDS, Experiment, Quantity, Target
 from limitmason.experiments.registry import all_cases, sources
 from limitmason.methods import predict
 from limitmason.results import Prediction
@@ -22,7 +22,8 @@ class Comparison:
     Parameters
     ----------
     source, specimen : which experiment
-    quantity, kind : which of its values; kind is "measured", "published" or "recomputed"
+    quantity, kind : which of its values; kind is "measured", "published", "recomputed", or "derived" where the source
+        states something that the value follows from
     reference : that value
     predicted : in the unit of ``reference``; NaN without a prediction
     low, high : smallest and largest prediction over what the sources leave open; NaN where not asked for
@@ -86,8 +87,17 @@ def run(
     -------
     tuple of Comparison
         One row per value; without an assembly the rows say so and predict NaN.
+
+    Raises
+    ------
+    ValueError
+        For unknown kinds, and a flow rule with a method that has none.
     """
     kinds = (kinds,) if isinstance(kinds, str) else tuple(kinds)
+    if unknown := [k for k in kinds if k not in KINDS]:
+        raise ValueError(f"kinds: there is no {unknown[0]!r}; known are {', '.join(KINDS)}")
+    if flow_rule is not None and method != "limit":
+        raise ValueError(f"flow_rule is an option of limit analysis; method {method!r} takes that of the joints")
     wanted = None if quantities is None else set(quantities)
     solved: dict[tuple, tuple[Prediction | None, str, float]] = {}
 
@@ -113,8 +123,8 @@ def run(
         others = [solve({**c, **target.options}, target.direction, rule)[0] for c in combinations]
         found = [value] + [p.collapse_multiplier * factor for p in others if p is not None]
         row = Comparison(
-            test.source.name, test.specimen, target.quantity, target.kind, test.value(target), value, method, rule,
-            status, seconds, min(found) if combinations else nan, max(found) if combinations else nan,
+            test.source.name, test.specimen, target.quantity, test.standing(target), test.value(target), value, method,
+            rule, status, seconds, min(found) if combinations else nan, max(found) if combinations else nan,
             dict(target.options), prediction,
         )  # fmt: skip
         rows.append(row)

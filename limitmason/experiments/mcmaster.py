@@ -138,7 +138,15 @@ def assembly(test: Experiment) -> Assembly:
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """No weight; live line loads whose constant moment M between them is that of 6 M / (b t^2) = 1 MPa."""
+    """No weight; live line loads whose constant moment M between them is that of 6 M / (b t^2) = 1 MPa.
+
+    Raises
+    ------
+    ValueError
+        For the other sense: the wallette rests on its supports and would be lifted off them.
+    """
+    if sense < 0.0:
+        raise ValueError(f"{NAME} has no loads in direction '-': the wallette is pressed against its supports")
     force = line_load(test, 1e6)
     none = Loads(np.zeros((wall.n_blocks, 6)), np.zeros((wall.n_blocks, 6)), "four-point bending")
     for bar in LOADED:

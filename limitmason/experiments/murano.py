@@ -49,7 +49,8 @@ _MEASURED = {
     "light_displacement",
 }  # fmt: skip
 _PUBLISHED = {
-    "3DEC peak": "dem_peak", "3DEC load, first guess": "dem_peak_first", "3DEC initial stiffness": "dem_stiffness",
+    "3DEC peak": "dem_peak", "3DEC knee, first guess": "dem_knee_first",
+    "3DEC failure load, first guess": "dem_peak_first", "3DEC initial stiffness": "dem_stiffness",
     "3DEC light-damage load": "dem_light_load", "3DEC frequency 1": "dem_frequency_1", "3DEC frequency 2":
     "dem_frequency_2", "3DEC frequency 3": "dem_frequency_3", "FE micro-model peak": "micro_peak",
     "mechanism A": "load_A", "mechanism B": "load_B", "mechanism D": "load_D",

@@ -167,6 +167,10 @@ class Experiment:
         """The value a target points to."""
         return getattr(self, target.kind)[target.quantity]
 
+    def standing(self, target: Target) -> str:
+        """What a value is, to be shown beside it: its kind, or "derived" where no source prints the number itself."""
+        return "derived" if self.value(target).note == "derived" else target.kind
+
     def assembly(self) -> Assembly:
         """The specimen as blocks in contact, built with the chosen options.
 

@@ -6,6 +6,7 @@ a page): no window opens, no global state changes.
 
 from limitmason.figures.comparison import predicted_against_published
 from limitmason.figures.confusion import confusable, rehearsal
+from limitmason.figures.contacts import contact_report
 from limitmason.figures.deformation import animate, deformed
 from limitmason.figures.diagnosis import diagnosis
 from limitmason.figures.diagnosis_folder import diagnosis_folder
@@ -23,6 +24,7 @@ __all__ = [
     "assembly",
     "confusable",
     "contact_forces",
+    "contact_report",
     "deformed",
     "diagnosis",
     "diagnosis_folder",

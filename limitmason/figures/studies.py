@@ -105,6 +105,7 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
     ax.spines["left"].set_visible(False)
     caption = [] if result.measured is None else ["dashed: test, grey: its scatter" if high > low else "dashed: test"]
     caption += [f"{r.method}: {_cut(r.status)}" for r in left_out]
+    caption += [f"{r.method}: {r.beside}, no bound" for r in rows if r.beside]
     if any(math.isfinite(r.low) for r in rows):
         caption.insert(0, "bars: range of each theory")
     _frame(ax, title or result.title or None, " · ".join(caption))

@@ -209,7 +209,12 @@ def force_text(force: float) -> str:
 
 def prediction_text(prediction: Any) -> str:
     """Caption of a prediction: multiplier, bound, method with its flow rule, and the status where it is not solved."""
-    parts = [f"λ = {prediction.collapse_multiplier:.4g}", str(prediction.bound), str(prediction.method)]
+    # without a multiplier the status says what there is to say
+    silent = math.isnan(prediction.collapse_multiplier) and "support_reaction" not in prediction.details
+    answer = f"λ = {prediction.collapse_multiplier:.4g}"
+    parts = [] if silent else [answer if "support_reaction" not in prediction.details else str(prediction.answer)]
+    parts += [] if silent else [str(prediction.bound)]
+    parts.append(str(prediction.method))
     rule = prediction.details.get("flow_rule") or prediction.provenance.get("flow_rule")
     if rule and not _mentions(prediction.method, str(rule)):
         parts.append(f"{rule} flow rule")

@@ -97,7 +97,7 @@ def tilt_test(
     entries.append(
         Line2D([], [], color=style.FAINT, linewidth=0.8, linestyle=(0, (4, 2)), label="imposed by the table, tan α")
     )
-    entries.append(Line2D([], [], color=style.FAINT, linewidth=0.8, linestyle=(0, (1, 1.5)), label="λ = max(Rh / Rv)"))
+    entries.append(Line2D([], [], color=style.FAINT, linewidth=0.8, linestyle=(0, (1, 1.5)), label="λ at the fall"))
     if measured is not None:
         values = f"{low:.1f}°" if low == high else f"{low:.1f}° to {high:.1f}°"
         band = {"color": style.BLACK, "label": f"measured, {values}"}

@@ -13,7 +13,8 @@ geometry
     ``outlines`` of corners x, z [m] with ``thickness`` [m] and optional ``names``; or ``blocks``: objects with
     ``name``, ``vertices`` [m] and ``faces`` (counter-clockwise from outside), or ``parts``: a list of such convex
     pieces; optional ``density`` and ``axis`` per block. ``density`` [kg/m3]: one, or a list, or one in each block.
-    ``tolerance`` [m].
+    ``tolerance`` [m] and ``contact_rules``: which faces touch, {"distance" [m] (null: 1e-4 of the smaller block's
+    width), "angle_deg", "wedge_deg", "width" [m]}, see ``limitmason.Assembly.from_polyhedra``.
 joints
     ``joint``: the fields of ``limitmason.Joint`` (or ``friction_coefficient`` for the angle); ``joints``: the same by
     kind, {"head": {...}}; ``joints_between``: [{"blocks": ["a", "b"], "joint": {...}}]. A file written by
@@ -33,6 +34,7 @@ were changed after they were found carry their own ``polygon`` and ``normal``.
 
 from __future__ import annotations
 
+import warnings
 from collections import Counter
 from dataclasses import fields, replace
 from pathlib import Path
@@ -42,7 +44,8 @@ import numpy as np
 
 from limitmason.formats.document import Node, plain, read_document, restored, write_document
 from limitmason.formats.entries import block_of, block_pair, blocks_of, joint_of, joint_table, loads_of, support_of
-from limitmason.model import Assembly, Interface, Joint, Loads, Support
+from limitmason.geometry.contact import ContactRules
+from limitmason.model import Assembly, ContactError, Interface, Joint, Loads, PlausibilityWarning, Support
 
 SCHEMA, VERSION = "limitmason-model", 1
 UNITS = {
@@ -50,8 +53,9 @@ UNITS = {
     "stiffness": "Pa/m", "angle": "deg",
 }  # fmt: skip
 _KEYS = (
-    "schema", "version", "units", "name", "outlines", "names", "thickness", "density", "blocks", "tolerance", "joint",
-    "joints", "joints_between", "joint_laws", "interfaces", "fixed", "supports", "loads", "recipe",
+    "schema", "version", "units", "name", "outlines", "names", "thickness", "density", "blocks", "tolerance",
+    "contact_rules", "joint", "joints", "joints_between", "joint_laws", "interfaces", "fixed", "supports", "loads",
+    "recipe",
 )  # fmt: skip
 
 
@@ -94,6 +98,7 @@ def write_json(path: str | Path, assembly: Assembly, loads: Loads | None = None)
         "version": VERSION,
         "units": UNITS,
         "tolerance": plain(assembly.tolerance, "tolerance"),
+        **_rules(assembly),
         "blocks": [
             {
                 "name": b.name,
@@ -119,6 +124,14 @@ def write_json(path: str | Path, assembly: Assembly, loads: Loads | None = None)
         }  # fmt: skip
     document["recipe"] = plain(assembly.recipe, "recipe")
     write_document(path, document)
+
+
+def _rules(assembly: Assembly) -> dict[str, Any]:
+    """Rules of contact where they say more than the tolerance."""
+    rules = assembly.contact_rules
+    if rules == ContactRules(assembly.tolerance):
+        return {}
+    return {"contact_rules": {f.name: getattr(rules, f.name) for f in fields(rules)}}
 
 
 def _law_name(joint: Joint, taken: dict[Joint, str]) -> str:
@@ -152,11 +165,15 @@ def _same_as_found(assembly: Assembly) -> bool:
 
 
 def _with_found_contacts(assembly: Assembly) -> Assembly:
-    return Assembly.from_polyhedra(
-        [list(b.parts) for b in assembly.blocks], joint=Joint(0.0), density=[b.density for b in assembly.blocks],
-        names=[b.name for b in assembly.blocks], axes=[b.axis for b in assembly.blocks], recipe=assembly.recipe,
-        tolerance=assembly.tolerance,
-    )  # fmt: skip
+    rules = assembly.contact_rules
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PlausibilityWarning)  # it was said when the assembly was made
+        return Assembly.from_polyhedra(
+            [list(b.parts) for b in assembly.blocks], joint=Joint(0.0), density=[b.density for b in assembly.blocks],
+            names=[b.name for b in assembly.blocks], axes=[b.axis for b in assembly.blocks], recipe=assembly.recipe,
+            tolerance=rules.distance, angle_tolerance_deg=rules.angle_deg, wedge_tolerance_deg=rules.wedge_deg,
+            smallest_contact=rules.width,
+        )  # fmt: skip
 
 
 def read_json(path: str | Path) -> Model:
@@ -186,6 +203,8 @@ def read_json(path: str | Path) -> Model:
     try:
         assembly = _stored(node) if "interfaces" in node else _simple(node)
         return Model(assembly, loads_of(node, assembly))
+    except ContactError as error:
+        raise ContactError(f"{node.file}: {error}", error.assembly) from None
     except ValueError as error:
         text = str(error)
         raise (error if text.startswith(f"{node.file}: ") else node.error(text)) from None
@@ -200,6 +219,19 @@ def _check_units(node: Node) -> None:
             raise unit.error(f"only {UNITS[key]!r} is read, got {unit.value!r}; convert the numbers")
 
 
+def _tolerances(node: Node) -> dict[str, Any]:
+    """Arguments of the constructors that say which faces touch."""
+    rules = node.get("contact_rules")
+    distance = node["tolerance"].number() if "tolerance" in node else None
+    if rules is None:
+        return {"tolerance": distance}
+    given = rules.mapping(("distance", "angle_deg", "wedge_deg", "width"))
+    if "distance" in given:
+        distance = rules["distance"].number() if "distance" in rules else None
+    names = {"angle_deg": "angle_tolerance_deg", "wedge_deg": "wedge_tolerance_deg", "width": "smallest_contact"}
+    return {"tolerance": distance, **{names[key]: rules[key].number() for key in names if key in rules}}
+
+
 def _simple(node: Node) -> Assembly:
     supports = [support_of(s) for s in node.get("supports") or ()]
     fixed = [block_of(f) for f in node.get("fixed") or ()] + [s.block for s in supports if all(s.held)]
@@ -208,7 +240,7 @@ def _simple(node: Node) -> Assembly:
         "joints": joint_table(node),
         "fixed": fixed,
         "recipe": restored(node["recipe"].mapping()) if "recipe" in node else None,
-        "tolerance": node["tolerance"].number() if "tolerance" in node else None,
+        **_tolerances(node),
     }
     if "outlines" in node:
         count = len(list(node["outlines"]))
@@ -236,9 +268,11 @@ def _stored(node: Node) -> Assembly:
         raise node["interfaces"].error("needs 'blocks'; give 'joint' with 'outlines'")
     laws = {name: joint_of(law) for name, law in node["joint_laws"].items()}
     assembly = Assembly.from_polyhedra(
-        **blocks_of(node), joint=Joint(0.0), tolerance=node["tolerance"].number(),
+        **blocks_of(node), joint=Joint(0.0), **_tolerances(node),
         recipe=restored(node["recipe"].mapping()) if "recipe" in node else None,
     )  # fmt: skip
+    # of blocks that were turned the stored one is the same but for rounding
+    assembly = replace(assembly, tolerance=node["tolerance"].number())
     rows = []
     for entry in node["interfaces"]:
         entry.mapping(("blocks", "kind", "law", "polygon", "normal"))

@@ -1,6 +1,6 @@
 """Geometry on plain arrays: polygons, polyhedra, box tree and contact detection; it knows no field terms."""
 
-from limitmason.geometry.contact import ContactPatches, find_contacts
+from limitmason.geometry.contact import ContactPatches, ContactRules, find_contacts
 from limitmason.geometry.polygon import (
     clean_outline,
     convex_pieces,
@@ -11,6 +11,7 @@ from limitmason.geometry.polyhedron import Solid, box, mass_properties, prism
 
 __all__ = [
     "ContactPatches",
+    "ContactRules",
     "Solid",
     "box",
     "clean_outline",

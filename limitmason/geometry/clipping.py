@@ -63,8 +63,8 @@ def area_perimeter(polygons: Array) -> tuple[Array, Array]:
     return area, np.linalg.norm(r - q, axis=2).sum(axis=1)
 
 
-def drop_redundant_vertices(polygons: Array, counts: Index, slack: float) -> tuple[Array, Index]:
-    """Padded polygons without repeated vertices, nor vertices nearer than ``slack`` [m] to the line past them.
+def drop_redundant_vertices(polygons: Array, counts: Index, slack: Array) -> tuple[Array, Index]:
+    """Padded polygons without repeated vertices, nor vertices nearer than their ``slack`` [m] to the line past them.
 
     Clipping along a shared edge leaves such vertices, one rounding error apart.
     """
@@ -82,7 +82,7 @@ def drop_redundant_vertices(polygons: Array, counts: Index, slack: float) -> tup
         valid = slots < count[:, None]
         after = np.where(slots + 1 < count[:, None], slots + 1, 0)
         gap = np.linalg.norm(points - np.take_along_axis(points, after[..., None], axis=1), axis=2)
-        points, count = keep_only(valid & (gap > slack))
+        points, count = keep_only(valid & (gap > slack[:, None]))
     # one vertex at a time: two neighbours that each look redundant may together carry a corner
     for _ in range(points.shape[1]):
         valid = slots < count[:, None]

@@ -1,42 +1,122 @@
 """Contacts between polyhedra: plane patches where two faces of different blocks meet, and blocks that overlap."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from limitmason.geometry.boxtree import overlapping_pairs
-from limitmason.geometry.clipping import area_perimeter, clip_convex_batch, drop_redundant_vertices
-from limitmason.geometry.polyhedron import Solid, face_planes, group_by_topology
+from limitmason.geometry.facing import Faces, FacingPairs, all_faces, facing_pairs
+from limitmason.geometry.overlap import near_pairs, penetrations
+from limitmason.geometry.polyhedron import Solid
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-_FACING = -np.cos(np.deg2rad(10.0))
-"""Faces whose normals are further than this from opposite are not looked at; the gap decides among the rest."""
+LOOKED_AT_DEG = 45.0
+"""Faces further than this from parallel do not face each other; what meets there meets at an edge or a corner [deg]."""
+
+NEAR = 0.02
+"""Gap up to which faces that do not touch are near misses, as a fraction of the smaller block's width [-]."""
+
+
+@dataclass(frozen=True)
+class ContactRules:
+    """Which faces count as touching.
+
+    Parameters
+    ----------
+    distance : gap or overlap up to which faces touch [m]; None: a fraction (``RELATIVE_TOLERANCE``) of the width of the
+        smaller of the two blocks
+    angle_deg : faces that touch and are no further than this from parallel are in contact where the gap is within the
+        distance, so two faces that open like a wedge are in contact next to its edge [deg]
+    wedge_deg : faces that touch at one end and open by no more than this are in contact over their whole common area
+        (while the gap stays below a near miss): the small turn that closes such a joint is drawing error [deg]
+    width : contacts narrower than this, 2 area / perimeter, are left out [m]; None: as the distance
+    """
+
+    distance: float | None = None
+    angle_deg: float = 15.0
+    wedge_deg: float = 0.5
+    width: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        for name in ("distance", "width"):
+            value = getattr(self, name)
+            if value is not None and not (np.isfinite(value) and value > 0.0):
+                raise ValueError(f"contact {name} must be positive [m], got {value!r}")
+        if not 0.0 <= self.wedge_deg <= self.angle_deg <= LOOKED_AT_DEG:
+            raise ValueError(
+                f"contact angles must keep 0 <= wedge ({self.wedge_deg!r}) <= angle ({self.angle_deg!r}) <= "
+                f"{LOOKED_AT_DEG:g} degrees"
+            )
+
+
+class Doubt(NamedTuple):
+    """Two faces near each other that are no contact, or one only by a rule a reader should know of.
+
+    Parameters
+    ----------
+    a, b : blocks, a < b
+    kind : of a near miss "apart" (a gap all along), "opens" (touches along an edge only), "turned" (touches, but too
+        far from parallel) or "narrow"; of a contact that was made "closed" (opens by a small angle, kept whole) or "in
+        part" (kept where the gap is within the distance)
+    gap : least and largest over the common area, negative where the blocks overlap [m]
+    angle_deg : between the faces [deg]
+    area : common to both faces [m2]
+    width : 2 area / perimeter [m]
+    place : centre of the common area [m], shape (3,)
+    normal : from a to b, shape (3,)
+    polygons : the common area [m], list of shape (k, 3)
+    """
+
+    a: int
+    b: int
+    kind: str
+    gap: tuple[float, float]
+    angle_deg: float
+    area: float
+    width: float
+    place: Array
+    normal: Array
+    polygons: list[Array]
+
+
+NEAR_MISSES = ("apart", "opens", "turned", "narrow")
+KEPT = ("closed", "in part")
 
 
 class ContactPatches(NamedTuple):
-    """Patches found: owners a < b, convex polygon [m] (n, 3) each, unit normal from a to b, and overlapping pairs."""
+    """Patches found: owners a < b, convex polygon [m] (n, 3) each, unit normal from a to b; overlaps and doubts."""
 
     a: Index
     b: Index
     polygons: list[Array]
     normals: Array
     overlaps: list[tuple[int, int, float]]
+    doubts: list[Doubt]
 
 
-class _Faces(NamedTuple):
-    corners: Array  # (F, K, 3), padded by repeating the last corner
-    corners_of: Index
-    normal: Array
-    offset: Array
-    part: Index
+class Candidates(NamedTuple):
+    """Pairs of faces that may be contacts: their blocks and the tolerances that hold for them [m], shape (m,) each."""
+
+    pairs: FacingPairs
+    a: Index
+    b: Index
+    distance: Array
+    width: Array
+    reach: Array
 
 
 def find_contacts(
-    solids: Sequence[Solid], owner: Index, tolerance: float, skip: NDArray[np.bool_] | None = None
+    solids: Sequence[Solid],
+    owner: Index,
+    tolerance: ArrayLike,
+    *,
+    rules: ContactRules | None = None,
+    reach: ArrayLike | None = None,
 ) -> ContactPatches:
     """Plane patches where faces of different owners meet, with gaps or overlaps up to a tolerance.
 
@@ -44,151 +124,208 @@ def find_contacts(
     ----------
     solids : convex pieces, faces counter-clockwise from outside
     owner : block each piece belongs to, shape (n_solids,); pieces of one block do not touch each other
-    tolerance : largest gap or overlap between two faces in contact; a patch must also be wider than this [m]
-    skip : blocks between which no contact is wanted (both marked), shape (n_blocks,)
+    tolerance : largest gap or overlap between two faces in contact, one for all or one per block, of which the smaller
+        counts [m]
+    rules : angles and width; ``rules.distance`` is not read here
+    reach : gap up to which faces that are no contact are reported, in the same form [m]; None reports none
 
     Returns
     -------
     ContactPatches
-        ``overlaps`` lists (block, block, depth [m]) where convex pieces penetrate deeper than the tolerance.
+        ``overlaps`` lists (block, block, depth [m]) where convex pieces penetrate deeper than the tolerance,
+        ``doubts`` the near misses and the contacts kept by a rule.
 
     Notes
     -----
-    Edge-to-edge and corner-to-face touching without an area carries no interface and is not reported.
+    Edge-to-edge and corner-to-face touching without an area carries no interface; see
+    :func:`limitmason.geometry.touching.touching_edges`.
     """
-    low = np.array([s.vertices.min(axis=0) for s in solids]) - 0.5 * tolerance
-    high = np.array([s.vertices.max(axis=0) for s in solids]) + 0.5 * tolerance
-    p, q = overlapping_pairs(low, high)
-    keep = owner[p] != owner[q]
-    if skip is not None:
-        keep &= ~(skip[owner[p]] & skip[owner[q]])
-    p, q = p[keep], q[keep]
-    faces, start = _all_faces(solids)
-    overlaps = _overlaps(solids, owner, faces, start, p, q, tolerance)
-
-    f, g = _face_pairs(faces, start, p, q, tolerance)
-    nothing = ContactPatches(np.empty(0, np.intp), np.empty(0, np.intp), [], np.empty((0, 3)), overlaps)
-    if not len(f):
-        return nothing
-    # lower block number first, so that the normal runs from a to b
-    swap = owner[faces.part[f]] > owner[faces.part[g]]
-    f, g = np.where(swap, g, f), np.where(swap, f, g)
-    normal = faces.normal[f] - faces.normal[g]
-    normal /= np.linalg.norm(normal, axis=1)[:, None]
-
-    first = faces.corners[f]
-    edge = first[:, 1] - first[:, 0]
-    t1 = edge - (edge * normal).sum(axis=1)[:, None] * normal
-    t1 /= np.linalg.norm(t1, axis=1)[:, None]
-    t2 = np.cross(normal, t1)
-    origin = first[:, 0]
-    frame = np.stack([t1, t2], axis=2)
-    subject = (first - origin[:, None]) @ frame
-    # the partner's outward normal is opposite: its corners run clockwise here, reversal makes them counter-clockwise
-    window = ((faces.corners[g] - origin[:, None]) @ frame)[:, ::-1]
-    window = _left_packed(window, faces.corners_of[g])
-    clipped, count = clip_convex_batch(subject, faces.corners_of[f], window, faces.corners_of[g])
-    clipped, count = drop_redundant_vertices(clipped, count, 1e-3 * tolerance)
-    area, perimeter = area_perimeter(clipped)
-    wide = (count >= 3) & (2.0 * area > tolerance * perimeter)
-
-    # clipped corners lie in the plane through `origin` normal to the mean normal: place them midway between both faces
-    points = origin[:, None] + clipped @ np.swapaxes(frame, 1, 2)
-    to_f = faces.offset[f][:, None] - np.einsum("mki,mi->mk", points, faces.normal[f])
-    to_g = np.einsum("mki,mi->mk", points, faces.normal[g]) - faces.offset[g][:, None]
-    wide &= np.abs(to_g - to_f).max(axis=1) <= tolerance
-    points += (0.5 * (to_f + to_g))[..., None] * normal[:, None, :]
-
-    if not wide.any():
-        return nothing
-    a, b = owner[faces.part[f[wide]]], owner[faces.part[g[wide]]]
-    polygons = [poly[:k] for poly, k in zip(points[wide], count[wide], strict=True)]
-    return _merge_patches(a, b, polygons, normal[wide], area[wide], tolerance, overlaps)
-
-
-def _all_faces(solids: Sequence[Solid]) -> tuple[_Faces, Index]:
-    widest = max(len(f) for s in {s.faces: s for s in solids}.values() for f in s.faces)
-    n_faces = np.array([len(s.faces) for s in solids])
-    start = np.concatenate([[0], np.cumsum(n_faces)])
-    total = start[-1]
-    corners, count = np.empty((total, widest, 3)), np.empty(total, np.intp)
-    normal, offset = np.empty((total, 3)), np.empty(total)
-    for faces, members, vertices in group_by_topology(solids):
-        for k, face in enumerate(faces):
-            rows = start[members] + k
-            padded = [*face, *[face[-1]] * (widest - len(face))]
-            corners[rows] = vertices[:, padded]
-            count[rows] = len(face)
-            normal[rows], offset[rows] = face_planes(vertices[:, list(face)])
-    return _Faces(corners, count, normal, offset, np.repeat(np.arange(len(solids)), n_faces)), start
-
-
-def _face_pairs(faces: _Faces, start: Index, p: Index, q: Index, tolerance: float) -> tuple[Index, Index]:
-    n_p, n_q = start[p + 1] - start[p], start[q + 1] - start[q]
-    pair = np.repeat(np.arange(len(p)), n_p * n_q)
-    local = np.arange(len(pair)) - np.repeat(np.cumsum(n_p * n_q) - n_p * n_q, n_p * n_q)
-    f = start[p[pair]] + local // n_q[pair]
-    g = start[q[pair]] + local % n_q[pair]
-    facing = np.einsum("mi,mi->m", faces.normal[f], faces.normal[g]) < _FACING
-    f, g = f[facing], g[facing]
-    low, high = faces.corners.min(axis=1), faces.corners.max(axis=1)
-    near = (low[f] <= high[g] + tolerance).all(axis=1) & (low[g] <= high[f] + tolerance).all(axis=1)
-    return f[near], g[near]
-
-
-def _left_packed(reversed_corners: Array, count: Index) -> Array:
-    """Corners of reversed padded rows moved to the left: the padding came first after the reversal."""
-    k = reversed_corners.shape[1]
-    index = np.minimum(np.arange(k)[None, :] + (k - count)[:, None], k - 1)
-    return np.take_along_axis(reversed_corners, index[..., None], axis=1)
-
-
-def _overlaps(
-    solids: Sequence[Solid], owner: Index, faces: _Faces, start: Index, p: Index, q: Index, tolerance: float
-) -> list[tuple[int, int, float]]:
-    """Pairs of convex pieces that no plane separates (separating axis theorem), with their penetration depth."""
-    if not len(p):
-        return []
-    widest = max(len(s.vertices) for s in solids)
-    corners = np.stack(
-        [np.concatenate([s.vertices, np.repeat(s.vertices[-1:], widest - len(s.vertices), axis=0)]) for s in solids]
+    rules = rules or ContactRules()
+    n = int(owner.max()) + 1 if len(owner) else 0
+    distance = np.broadcast_to(np.asarray(tolerance, dtype=float), n)
+    far = distance if reach is None else np.maximum(np.broadcast_to(np.asarray(reach, dtype=float), n), distance)
+    p, q = near_pairs(solids, owner, far)
+    faces, start = all_faces(solids)
+    overlaps = penetrations(solids, owner, faces, start, p, q, np.minimum(distance[owner[p]], distance[owner[q]]))
+    looked_at = rules.angle_deg if reach is None else LOOKED_AT_DEG
+    found = candidates(solids, owner, faces, start, p, q, distance, far, rules, looked_at)
+    code = judged(found, rules)
+    pairs = found.pairs
+    if (doubtful := (code != MADE) & (code != NOTHING)).any():
+        rows = np.flatnonzero(doubtful)
+        # faces with a third block between them do not meet
+        code[rows[filled(places(pairs, rows), found.a[rows], found.b[rows], solids, owner)]] = NOTHING
+    doubts = doubts_of(found, code, np.arange(len(code))) if reach is not None else []
+    made = np.flatnonzero((code == MADE) | (code == _CLOSED) | (code == _IN_PART))
+    polygons = [pairs.points[k, : pairs.corners_of[k]] for k in made]
+    area = pairs.area[made]
+    for row in np.flatnonzero(code[made] == _IN_PART).tolist():
+        k = made[row]
+        polygons[row] = closed_part(polygons[row], pairs.gap[k, : pairs.corners_of[k]], float(found.distance[k]))
+        area[row] = 0.0  # of its hull: a part is merged with nothing
+    return _merge_patches(
+        found.a[made], found.b[made], polygons, pairs.normal[made], area, found.distance[made], overlaps, doubts
     )
-    depth = np.full(len(p), np.inf)
-    for one, other in ((p, q), (q, p)):
-        n_faces = start[one + 1] - start[one]
-        for k in range(int(n_faces.max())):
-            rows = np.flatnonzero(n_faces > k)
-            face = start[one[rows]] + k
-            inside = faces.offset[face][:, None] - np.einsum("mvi,mi->mv", corners[other[rows]], faces.normal[face])
-            depth[rows] = np.minimum(depth[rows], inside.max(axis=1))
-    found = []
-    for k in np.flatnonzero(depth > tolerance).tolist():
-        d = min(float(depth[k]), _edge_axes_depth(solids[p[k]], solids[q[k]]))
-        if d > tolerance:
-            found.append((int(owner[p[k]]), int(owner[q[k]]), d))
-    return found
 
 
-def _edge_axes_depth(a: Solid, b: Solid) -> float:
-    def edges(s: Solid) -> Array:
-        e = np.array([s.vertices[f[(k + 1) % len(f)]] - s.vertices[f[k]] for f in s.faces for k in range(len(f))])
-        return e / np.linalg.norm(e, axis=1)[:, None]
+def candidates(
+    solids: Sequence[Solid], owner: Index, faces: Faces, start: Index, p: Index, q: Index, distance: Array,
+    reach: Array, rules: ContactRules, looked_at_deg: float,
+) -> Candidates:  # fmt: skip
+    """Faces of near solids that overlap in projection with a gap within reach; tolerances are given per owner."""
+    pair_distance = np.minimum(distance[owner[p]], distance[owner[q]])
+    pair_reach = np.minimum(reach[owner[p]], reach[owner[q]])
+    pairs = facing_pairs(faces, start, owner, p, q, pair_reach, 1e-3 * pair_distance, looked_at_deg)
+    a, b = owner[faces.part[pairs.f]], owner[faces.part[pairs.g]]
+    limit, far = np.minimum(distance[a], distance[b]), np.minimum(reach[a], reach[b])
+    width = limit if rules.width is None else np.full(len(a), rules.width)
+    low = pairs.gap.min(axis=1)
+    keep = (pairs.width > 0.01 * np.minimum(width, limit)) & (low >= -limit) & (low <= far)
+    return Candidates(pairs.rows(keep), a[keep], b[keep], limit[keep], width[keep], far[keep])
 
-    axes = np.cross(edges(a)[:, None], edges(b)[None]).reshape(-1, 3)
-    length = np.linalg.norm(axes, axis=1)
-    axes = axes[length > 1e-6] / length[length > 1e-6][:, None]
-    if not len(axes):
-        return np.inf
-    u, v = a.vertices @ axes.T, b.vertices @ axes.T
-    return float(np.minimum(u.max(axis=0) - v.min(axis=0), v.max(axis=0) - u.min(axis=0)).min())
+
+NOTHING, MADE, _CLOSED, _IN_PART, _APART, _OPENS, _TURNED, _NARROW = range(8)
+_KINDS = {
+    _CLOSED: "closed", _IN_PART: "in part", _APART: "apart", _OPENS: "opens", _TURNED: "turned", _NARROW: "narrow",
+}  # fmt: skip
+CONTACT_CODES = (MADE, _CLOSED, _IN_PART)
+
+
+def judged(found: Candidates, rules: ContactRules, *, times: float = 1.0) -> Index:
+    """What each pair of faces is under the rules, with the distance taken some times as large; codes of this module."""
+    pairs, limit = found.pairs, times * found.distance
+    low, high = pairs.gap.min(axis=1), pairs.gap.max(axis=1)
+    wide, facing = pairs.width > found.width, pairs.angle_deg <= rules.angle_deg
+    touches, inside = low <= limit, high <= limit
+    code = np.full(len(low), NOTHING, dtype=np.intp)
+    code[facing & ~touches & (low <= found.reach)] = _APART
+    code[~facing & touches] = _TURNED
+    code[facing & inside] = MADE
+    part = np.flatnonzero(facing & touches & ~inside & wide)
+    code[part] = _IN_PART
+    for k in part.tolist():
+        n = pairs.corners_of[k]
+        if _mean_width(closed_part(pairs.points[k, :n], pairs.gap[k, :n], float(limit[k]))) <= found.width[k]:
+            code[k] = _OPENS
+    code[_closing(found, rules, low, high, limit)] = _CLOSED
+    code[(code != NOTHING) & ~wide] = _NARROW
+    # what is narrow and does not touch either is nothing
+    code[(code == _NARROW) & ~(touches & facing)] = NOTHING
+    return code
+
+
+def _closing(found: Candidates, rules: ContactRules, low: Array, high: Array, limit: Array) -> NDArray[np.bool_]:
+    """Wedges of a small angle that touch somewhere, if not here then on another piece of the same two faces."""
+    pairs = found.pairs
+    near = np.maximum(found.reach, limit)
+    out = (pairs.angle_deg <= rules.wedge_deg) & (high > limit) & (high <= near)
+    for k in np.flatnonzero(out & (low > limit)).tolist():
+        same = (found.a == found.a[k]) & (found.b == found.b[k]) & (low <= limit)
+        same &= np.abs(pairs.normal - pairs.normal[k]).max(axis=1) < 1e-6
+        same &= np.abs(pairs.angle_deg - pairs.angle_deg[k]) < 1e-4
+        out[k] = same.any()
+    return out
+
+
+def closed_part(polygon: Array, gap: Array, limit: float) -> Array:
+    """Part of a convex polygon [m], shape (n, 3), in which a gap given at its corners stays within a limit [m]."""
+    out = []
+    for i in range(len(polygon)):
+        j = (i + 1) % len(polygon)
+        if gap[i] <= limit:
+            out.append(polygon[i])
+        if (gap[i] < limit) != (gap[j] < limit) and gap[i] != limit and gap[j] != limit:
+            out.append(polygon[i] + (limit - gap[i]) / (gap[j] - gap[i]) * (polygon[j] - polygon[i]))
+    corners = np.array(out).reshape(-1, 3)
+    if len(corners) < 3:
+        return corners
+    step = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1)
+    return corners[step > 1e-9 * step.sum()]
+
+
+def _mean_width(polygon: Array) -> float:
+    if len(polygon) < 3:
+        return 0.0
+    r = polygon - polygon[0]
+    perimeter = np.linalg.norm(np.roll(polygon, -1, axis=0) - polygon, axis=1).sum()
+    return float(np.linalg.norm(np.cross(r[1:-1], r[2:]).sum(axis=0)) / perimeter)
+
+
+def places(pairs: FacingPairs, rows: Index) -> Array:
+    """Centroid of the half of the common area where the gap is smaller [m], shape (len(rows), 3).
+
+    What fills the mouth of a wedge need not reach its edge, so the open half tells less.
+    """
+    out = np.empty((len(rows), 3))
+    for row, k in enumerate(rows.tolist()):
+        n = pairs.corners_of[k]
+        polygon, gap = pairs.points[k, :n], pairs.gap[k, :n]
+        low, high = float(gap.min()), float(gap.max())
+        if high - low > 1e-6 * (abs(high) + abs(low)):
+            half = closed_part(polygon, gap, 0.5 * (low + high))
+            polygon = half if len(half) > 2 else polygon
+        out[row] = _centroid(polygon)
+    return out
+
+
+def _centroid(polygon: Array) -> Array:
+    r = polygon - polygon[0]
+    part = np.linalg.norm(np.cross(r[1:-1], r[2:]), axis=1)
+    return polygon[0] + part @ (r[1:-1] + r[2:]) / 3.0 / max(float(part.sum()), 1e-300)
+
+
+def filled(points: Array, a: Index, b: Index, solids: Sequence[Solid], owner: Index) -> NDArray[np.bool_]:
+    """Whether a solid of a third owner holds each point [m], shape (m, 3)."""
+    if not len(points):
+        return np.zeros(0, dtype=bool)
+    low = np.array([s.vertices.min(axis=0) for s in solids])
+    high = np.array([s.vertices.max(axis=0) for s in solids])
+    out = np.zeros(len(points), dtype=bool)
+    for k, x in enumerate(points):
+        around = (low < x).all(axis=1) & (x < high).all(axis=1) & (owner != a[k]) & (owner != b[k])
+        for i in np.flatnonzero(around).tolist():
+            faces, _ = all_faces([solids[i]])
+            if (faces.normal @ x < faces.offset).all():
+                out[k] = True
+    return out
+
+
+def doubts_of(found: Candidates, code: Index, rows: Index, *, made: str | None = None) -> list[Doubt]:
+    """Near misses and contacts by rule among some rows; the pieces of one pair of faces in one entry.
+
+    Parameters
+    ----------
+    code : from :func:`judged`
+    made : kind to give to plain contacts; None leaves them out
+    """
+    kinds = _KINDS if made is None else {**_KINDS, MADE: made}
+    groups: dict[tuple, list[int]] = {}
+    normal = np.round(found.pairs.normal, 6) + 0.0
+    angle = np.round(found.pairs.angle_deg, 4)
+    for k in rows[np.isin(code[rows], list(kinds))].tolist():
+        key = (int(found.a[k]), int(found.b[k]), int(code[k]), *normal[k].tolist(), float(angle[k]))
+        groups.setdefault(key, []).append(k)
+    out = []
+    for (a, b, kind, *_), members in groups.items():
+        pairs = found.pairs.rows(np.array(members))
+        polygons = [p[:n] for p, n in zip(pairs.points, pairs.corners_of, strict=True)]
+        place = (pairs.area / pairs.area.sum()) @ np.array([_centroid(p) for p in polygons])
+        out.append(Doubt(
+            a, b, kinds[kind], (float(pairs.gap.min()), float(pairs.gap.max())), float(pairs.angle_deg.max()),
+            float(pairs.area.sum()), float(pairs.width.max()), place, pairs.normal[0], polygons,
+        ))  # fmt: skip
+    return sorted(out, key=lambda d: (d.a, d.b))
 
 
 def _merge_patches(
-    a: Index, b: Index, polygons: list[Array], normals: Array, areas: Array, tolerance: float, overlaps: list
-) -> ContactPatches:
+    a: Index, b: Index, polygons: list[Array], normals: Array, areas: Array, tolerance: Array, overlaps: list,
+    doubts: list[Doubt],
+) -> ContactPatches:  # fmt: skip
     """Join coplanar patches of one block pair when together they fill their convex hull (faces cut into triangles)."""
+    if not len(a):
+        return ContactPatches(a, b, [], np.empty((0, 3)), overlaps, doubts)
     order = np.lexsort((b, a))
-    a, b, normals, areas = a[order], b[order], normals[order], areas[order]
+    a, b, normals, areas, tolerance = a[order], b[order], normals[order], areas[order], tolerance[order]
     polygons = [polygons[i] for i in order]
     new_pair = np.r_[True, (np.diff(a) != 0) | (np.diff(b) != 0)]
     first = np.flatnonzero(new_pair)
@@ -205,7 +342,7 @@ def _merge_patches(
                 for y in range(x + 1, len(group)):
                     u, v = group[x], group[y]
                     joined = _hull_if_filled(
-                        polygons[u], polygons[v], normals[u], normals[v], areas[u] + areas[v], tolerance
+                        polygons[u], polygons[v], normals[u], normals[v], areas[u] + areas[v], float(tolerance[u])
                     )
                     if joined is not None:
                         polygons[u] = joined
@@ -217,7 +354,7 @@ def _merge_patches(
                 if merged:
                     break
     keep = np.array([k for k in range(len(a)) if k not in drop], dtype=np.intp)
-    return ContactPatches(a[keep], b[keep], [polygons[k] for k in keep], normals[keep], overlaps)
+    return ContactPatches(a[keep], b[keep], [polygons[k] for k in keep], normals[keep], overlaps, doubts)
 
 
 def _hull_if_filled(p: Array, q: Array, n_p: Array, n_q: Array, area: float, tolerance: float) -> Array | None:

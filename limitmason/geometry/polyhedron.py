@@ -99,14 +99,13 @@ def mass_properties(solids: Sequence[Solid]) -> MassProperties:
     return MassProperties(volume, centroid, inertia)
 
 
-def check_solids(solids: Sequence[Solid], names: Sequence[str], flatness: float) -> None:
-    """Refuse solids that are open, inverted, flat, not convex, or whose faces are not plane.
+def check_closed(solids: Sequence[Solid], names: Sequence[str]) -> None:
+    """Refuse faces without three distinct vertices and solids that are open or of mixed orientation.
 
     Parameters
     ----------
     solids : sequence of Solid, one convex piece each
     names : what to call each in an error
-    flatness : largest distance of a vertex from its face's plane, and of any vertex outside a face's plane [m]
 
     Raises
     ------
@@ -129,6 +128,23 @@ def check_solids(solids: Sequence[Solid], names: Sequence[str], flatness: float)
                     "two faces that run along it in opposite senses; close the solid and orient every face "
                     "counter-clockwise seen from outside"
                 )
+
+
+def check_solids(solids: Sequence[Solid], names: Sequence[str], flatness: float) -> None:
+    """Refuse closed solids that are inverted, flat, not convex, or whose faces are not plane.
+
+    Parameters
+    ----------
+    solids : sequence of Solid, one convex piece each
+    names : what to call each in an error
+    flatness : largest distance of a vertex from its face's plane, and of any vertex outside a face's plane [m]
+
+    Raises
+    ------
+    ValueError
+        Naming the block, what is wrong and what to do.
+    """
+    for faces, members, vertices in group_by_topology(solids):
         bad = ~np.isfinite(vertices).all(axis=(1, 2))
         if bad.any():
             raise ValueError(f"block {names[members[bad][0]]!r} has a coordinate that is not finite (NaN or infinite)")
@@ -168,3 +184,36 @@ def face_planes(corners: Array) -> tuple[Array, Array]:
     normal = np.cross(r, np.roll(r, -1, axis=1)).sum(axis=1)
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
     return normal, np.einsum("ki,ki->k", normal, centre)
+
+
+def least_widths(blocks: Sequence[Sequence[Solid]]) -> Array:
+    """Smallest distance between two planes parallel to a face that hold a block [m], shape (n,).
+
+    Unlike the sides of its box it does not change when the block is turned.
+
+    Parameters
+    ----------
+    blocks : convex pieces of every block
+    """
+    out = np.full(len(blocks), np.inf)
+    single = np.array([i for i, parts in enumerate(blocks) if len(parts) == 1], dtype=np.intp)
+    for faces, members, vertices in group_by_topology([blocks[i][0] for i in single]):
+        for face in faces:
+            normal, _ = face_planes(vertices[:, list(face)])
+            across = np.ptp(np.einsum("kni,ki->kn", vertices, normal), axis=1)
+            out[single[members]] = np.minimum(out[single[members]], across)
+    for i in np.flatnonzero(np.array([len(parts) > 1 for parts in blocks])).tolist():
+        vertices = np.vstack([part.vertices for part in blocks[i]])
+        for part in blocks[i]:
+            for face in part.faces:
+                normal, _ = face_planes(part.vertices[list(face)][None])
+                out[i] = min(out[i], float(np.ptp(vertices @ normal[0])))
+    return out
+
+
+def longest_sides(solids: Sequence[Solid]) -> Array:
+    """Longest side of the box around each solid [m], shape (n,)."""
+    out = np.empty(len(solids))
+    for _, members, vertices in group_by_topology(solids):
+        out[members] = np.ptp(vertices, axis=1).max(axis=1)
+    return out

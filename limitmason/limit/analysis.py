@@ -6,22 +6,27 @@ from dataclasses import replace
 import numpy as np
 
 from limitmason.equilibrium import Grid
-from limitmason.limit.associative import solve_associative
-from limitmason.limit.problem import make_problem
+from limitmason.limit.associative import analyse
+from limitmason.limit.contact_notes import with_contact_warnings
+from limitmason.limit.parts import governed, independent_parts
+from limitmason.limit.problem import Problem, chosen_grid, make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import Prediction
+from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction
+from limitmason.stated import states
 
 FLOW_RULES = ("associative", "non-associative")
 
 
+@states
+@with_contact_warnings
 def limit_analysis(
     assembly: Assembly,
     loads: Loads,
     flow_rule: str = "associative",
     *,
     contact_model: str = "vertices",
-    grid: Grid | Mapping[str, Grid] = (5, 5),
+    grid: Grid | Mapping[str, Grid] | None = None,
     torsion_limit: bool | float = False,
     in_plane: bool | None = None,
     solver: str = "auto",
@@ -40,22 +45,27 @@ def limit_analysis(
     flow_rule : "associative" ignores the dilatancy angle psi and takes psi = phi; "non-associative" uses psi and
         returns the smallest admissible multiplier that its search finds
     contact_model : "vertices" or "grid" (needed for crushing in 3-D)
-    grid : points along and across each interface
+    grid : points along and across each interface of contact_model "grid", (5, 5) by default
     torsion_limit : limit the torsion of each face to that of uniform pressure about its centre of pressure; a number is
         the torsion of uniform pressure over the strength: True is 1, 2 halves the strength, 0 limits nothing
     in_plane : True demands, False forbids the reduction to a plane problem; None uses it where it is exact
     solver : "clarabel"; "interior-point", this package's own, for walls of thousands of blocks; "auto" takes the own
         one for large problems that it covers, falls back on Clarabel, and ``provenance["solver"]`` names the one used;
-        "cvxpy" or "cvxpy:NAME" (HIGHS, SCS, MOSEK, ...) goes through the same program written in cvxpy
+        "cvxpy" or "cvxpy:NAME" (HIGHS, SCS, MOSEK, ...) goes through the same program written in cvxpy; associative
+        only, and with a torsion limit "auto" or "clarabel" only
     tolerance : of the interior-point solver [-]
     check_dead_load : also check that the structure stands without live load
+    verbose : report every iteration of the solver; associative only (``progress`` does for "non-associative")
     options : for "non-associative", see :func:`limitmason.limit.nonassociative.solve_nonassociative`
 
     Returns
     -------
     Prediction
         ``status`` tells apart "solved", "almost solved", "cannot stand under dead load", "unbounded" and
-        "not converged"; ``bound`` says what the number is relative to which joint law.
+        "not converged"; ``bound`` says what the number is relative to which joint law. Of a structure that cannot
+        stand ``mechanism`` is the motion by which it falls and ``details["falling_blocks"]`` names its blocks. Parts of
+        the assembly that no joint between free blocks connects are solved apart, each in units of its own load; the
+        smallest multiplier governs, ``details["parts"]`` lists them all.
 
     Raises
     ------
@@ -66,32 +76,61 @@ def limit_analysis(
     Notes
     -----
     The associative value is an upper bound for every dilatancy angle (Radenkovic's theorem). lambda equals the tangent
-    of the tilt angle exactly only without cohesion, tension and crushing. Wrong when blocks deform, when the geometry
-    changes before collapse, and when the answer rests on self-stress (see the warnings).
+    of the tilt angle exactly only without cohesion, tension and crushing; ``Prediction.tilt_angle_deg`` refuses others.
+    Wrong when blocks deform, when the geometry changes before collapse, and when the answer rests on self-stress (see
+    the warnings).
     """
     if flow_rule not in FLOW_RULES:
         raise ValueError(f"flow_rule must be one of {FLOW_RULES}, got {flow_rule!r}")
     if not 0.0 <= float(torsion_limit) < np.inf:
         raise ValueError(f"torsion_limit must be True, False or a number >= 0, got {torsion_limit!r}")
-    problem = make_problem(assembly, loads, contact_model=contact_model, grid=grid, in_plane=in_plane)
+    if flow_rule == "associative" and options:
+        raise TypeError(f"unknown option {sorted(options)[0]!r} for associative limit analysis")
+    if flow_rule == "non-associative":
+        if torsion_limit:
+            raise ValueError("torsion_limit is available with the associative flow rule only")
+        if solver != "auto":
+            raise ValueError(f"solver={solver!r} is available with the associative flow rule only")
+    model = {"contact_model": contact_model, "grid": chosen_grid(contact_model, grid), "in_plane": in_plane}
+    settings = {"tolerance": tolerance, "check_dead_load": check_dead_load, "verbose": verbose}
     if flow_rule == "associative":
-        if options:
-            raise TypeError(f"unknown option {sorted(options)[0]!r} for associative limit analysis")
-        settings = {"torsion_limit": torsion_limit, "solver": solver, "tolerance": tolerance, "verbose": verbose}
-        prediction = solve_associative(problem, check_dead_load=check_dead_load, **settings)
-        if np.isfinite(problem.crushing).any() and np.isfinite(prediction.collapse_multiplier):
-            coarser = make_problem(
-                assembly, loads, contact_model="grid", grid=_half_as_fine(assembly, grid), in_plane=in_plane
-            )
-            return _with_grid_error(prediction, solve_associative(coarser, check_dead_load=False, **settings))
-        return prediction
+        settings |= {"torsion_limit": torsion_limit, "solver": solver}
+
+    def solve(part: Assembly) -> Prediction:
+        problem = make_problem(part, loads, **model)
+        if flow_rule == "associative":
+            return _associative(problem, model, settings)
+        return _nonassociative(problem, settings, options)
+
+    parts = independent_parts(assembly)
+    if len(parts) < 2 or len(loads.dead) != assembly.n_blocks:
+        return solve(assembly)
+    return governed(assembly, loads, parts, solve, model, check_dead_load=check_dead_load)
+
+
+def _associative(problem: Problem, model: dict, settings: dict) -> Prediction:
+    """Associative prediction; with crushing on a grid it says what half the points would have given."""
+    prediction, _ = analyse(problem, **settings)
+    if np.isfinite(problem.crushing).any() and np.isfinite(prediction.collapse_multiplier):
+        coarse = {**model, "contact_model": "grid", "grid": _half_as_fine(problem.assembly, model["grid"])}
+        coarser, _ = analyse(
+            make_problem(problem.assembly, problem.loads, **coarse), **{**settings, "check_dead_load": False}
+        )
+        return _with_grid_error(prediction, coarser)
+    return prediction
+
+
+def _nonassociative(problem: Problem, settings: dict, options: dict) -> Prediction:
+    """Non-associative prediction; it counts as solved only when its certificate accepts it."""
     from limitmason.limit.nonassociative import solve_nonassociative
 
-    if torsion_limit:
-        raise ValueError("torsion_limit is available with the associative flow rule only")
-    if solver == "interior-point":
-        raise ValueError("solver='interior-point' is available with the associative flow rule only")
-    return solve_nonassociative(problem, tolerance=tolerance, check_dead_load=check_dead_load, **options)
+    if problem.cells:
+        _, problem = analyse(problem, **settings)  # cohesive faces need cells as fine as their torsion asks for
+    prediction = solve_nonassociative(problem, **settings, **options)
+    c = prediction.certificate
+    if prediction.status != SOLVED or c is None or c.accepted:
+        return prediction
+    return replace(prediction, status=ALMOST_SOLVED, warnings=(*prediction.warnings, f"reduced accuracy: {c.refusal}"))
 
 
 def _half_as_fine(assembly: Assembly, grid: Grid | Mapping[str, Grid]) -> dict[str, Grid]:

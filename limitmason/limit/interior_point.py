@@ -129,7 +129,7 @@ def cone_program(problem: Problem) -> tuple[ConeProgram, Array]:
         np.concatenate([low, high]),
         np.repeat([1.0, -1.0], [len(low), len(high)]),
         np.concatenate([(mu * (shift - problem.tension))[low], -(mu * (problem.crushing + shift))[high]]),
-        float(np.sqrt((~problem.assembly.fixed).sum())),
+        problem.size,
     )
     return program, shift
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from limitmason.limit.joint_law import State
-from limitmason.limit.polish import ACTIVE, PlanePrograms
+from limitmason.limit.polish import ACTIVE, PlanePrograms, polish
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -43,6 +43,7 @@ class Proof(NamedTuple):
     velocity_share: float  # largest velocity of the best state over its bound
     forces_assumed: bool
     seconds: float
+    infeasible: bool  # proven: no admissible state within the bounds
 
 
 def make_model(
@@ -230,14 +231,18 @@ class BoundedProgram:
         x[at["slide+"]], x[at["slide-"]] = x[at["z+"]] > ACTIVE, x[at["z-"]] > ACTIVE
         return x
 
-    def solve(self, start: State, *, largest: bool = False, time_limit: float = 60.0, gap: float = 1e-6) -> Proof:
+    def solve(
+        self, start: State | None, *, largest: bool = False, time_limit: float = 60.0, gap: float = 1e-6,
+        verbose: bool = False,
+    ) -> Proof:  # fmt: skip
         """Smallest, or largest, multiplier of an admissible state within the bounds.
 
         Parameters
         ----------
-        start : an exact state to begin with
+        start : an exact state to begin with, or None
         time_limit : [s]; the bound proven until then is returned
         gap : between state and bound at which to stop, absolute and relative [-]
+        verbose : let HiGHS write its log
         """
         began = time.perf_counter()
         model, at = self._model(largest)
@@ -246,9 +251,11 @@ class BoundedProgram:
             ("mip_feasibility_tolerance", 1e-8), ("primal_feasibility_tolerance", 1e-9),
         ):  # fmt: skip
             model.setOptionValue(option, value)
-        solution = highspy.HighsSolution()
-        solution.col_value = list(self._values(start, at))
-        model.setSolution(solution)
+        model.setOptionValue("output_flag", verbose)
+        if start is not None:
+            solution = highspy.HighsSolution()
+            solution.col_value = list(self._values(start, at))
+            model.setSolution(solution)
         model.run()
         info = model.getInfo()
         status = model.modelStatusToString(model.getModelStatus())
@@ -259,10 +266,21 @@ class BoundedProgram:
             state = self._exact(x, at, largest)
         seconds = time.perf_counter() - began
         nodes = int(info.mip_node_count)
-        return Proof(state, float(info.mip_dual_bound), status, nodes, share, self.limits.forces_assumed, seconds)
+        infeasible = model.getModelStatus() == highspy.HighsModelStatus.kInfeasible
+        return Proof(
+            state, float(info.mip_dual_bound), status, nodes, share, self.limits.forces_assumed, seconds, infeasible
+        )
 
     def _exact(self, x: Array, at: dict[str, slice], largest: bool) -> State | None:
-        """Exact state on the alternatives that the program chose."""
+        """Exact state on the alternatives that the program chose, or near the one it holds."""
+        found = self._on_alternatives(x, at, largest)
+        if found is not None or largest:
+            return found
+        force = np.empty(2 * self.programs.m)
+        force[0::2], force[1::2] = x[at["N"]] * self.programs.unit, x[at["T"]] * self.programs.unit
+        return polish(self.programs, State(float(x[at["lambda"]][0]), force, x[at["v"]], "mixed-integer program"))
+
+    def _on_alternatives(self, x: Array, at: dict[str, slice], largest: bool) -> State | None:
         p = self.programs
         chosen = [np.round(x[at[name]]) > 0.5 for name in ("open", "slide+", "slide-")]
         zero = np.array([chosen[0], chosen[1][self.group], chosen[2][self.group], np.zeros(p.m, dtype=bool)])

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.certificate import total_load
 from limitmason.equilibrium import (
     ContactPoints,
     Grid,
@@ -17,8 +16,10 @@ from limitmason.equilibrium import (
     equilibrium_matrix,
     find_plane,
 )
+from limitmason.limit.face_cells import Cells, whole_faces, with_cells
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.residuals import total_load
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -50,6 +51,10 @@ class Problem(NamedTuple):
     tension: Array  # ft A_p / force_scale
     crushing: Array  # fc A_p / force_scale, infinite without crushing and for stress blocks
     stress_block: Array  # rows (point, point, capacity, tension) of crushing in-plane sections, scaled, (j, 4)
+    point_scale: Array  # forces of a point are so many times their scaled value and ``force_scale`` [-], (m,)
+    row_unit: Array  # rows are in so many ``force_scale`` [-], (r,)
+    size: float  # total load in scaled units [-]
+    cells: Cells  # of cohesive faces in space with contact points at their corners; empty without
 
     @property
     def components(self) -> int:
@@ -58,7 +63,7 @@ class Problem(NamedTuple):
 
     def forces(self, scaled: Array) -> Array:
         """Contact forces on block b in global axes [N], shape (m, 3), from the scaled unknowns."""
-        f = scaled.reshape(-1, self.components)
+        f = scaled.reshape(-1, self.components) * self.point_scale[:, None]
         return self.force_scale * np.einsum("mc,mci->mi", f, self.points.directions)
 
     def twists(self, dual: Array) -> Array:
@@ -74,6 +79,21 @@ class Problem(NamedTuple):
         return (twists @ basis).ravel()[self.row] * self.row_radius
 
 
+def chosen_grid(contact_model: str, grid: Grid | Mapping[str, Grid] | None) -> Grid | Mapping[str, Grid]:
+    """The grid, (5, 5) where none is given.
+
+    Raises
+    ------
+    ValueError
+        For a grid with another contact model, which would not use it.
+    """
+    if grid is None:
+        return (5, 5)
+    if contact_model != "grid":
+        raise ValueError(f"grid={grid!r} is not used by contact_model={contact_model!r}: give contact_model='grid'")
+    return grid
+
+
 def make_problem(
     assembly: Assembly,
     loads: Loads,
@@ -81,6 +101,8 @@ def make_problem(
     contact_model: str = "vertices",
     grid: Grid | Mapping[str, Grid] = (5, 5),
     in_plane: bool | None = None,
+    cells: Cells | None = None,
+    live_required: bool = True,
 ) -> Problem:
     """Arrays of the static theorem.
 
@@ -88,6 +110,9 @@ def make_problem(
     ----------
     contact_model, grid : see :func:`limitmason.equilibrium.contact_points`
     in_plane : True demands and False forbids the reduction to the plane; None uses it where it is exact
+    cells : of cohesive faces in space with contact points at their corners, see :mod:`limitmason.limit.face_cells`;
+        None takes every face whole
+    live_required : False allows a problem without live load, which only asks what the dead load needs
 
     Raises
     ------
@@ -101,7 +126,7 @@ def make_problem(
     assembly.check_connected()
     if assembly.fixed.all():
         raise ValueError("every block is fixed: there is nothing to solve")
-    if not loads.live[~assembly.held].any():
+    if live_required and not loads.live[~assembly.held].any():
         raise ValueError(
             "the live load is zero on every free degree of freedom; use Loads.horizontal or one of the with_ methods "
             "with case='live'"
@@ -123,6 +148,11 @@ def make_problem(
             "the full load); use contact_model='grid' with grid=(8, 8) or finer"
         )
     points = contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane)
+    if plane is not None or contact_model != "vertices":
+        cells = {}
+    elif cells is None:
+        cells = whole_faces(assembly)
+    points = with_cells(assembly, points, cells)
     basis, free = degrees_of_freedom(assembly, plane)
     row = np.flatnonzero(free.ravel())
     d = basis.shape[1]
@@ -133,14 +163,15 @@ def make_problem(
     scale = total_load(assembly, loads) / np.sqrt((~assembly.fixed).sum())
     live = (loads.live @ basis).ravel()[row] / row_radius
     dead = (loads.dead @ basis).ravel()[row] / row_radius
-    live_scale = scale * np.sqrt((~assembly.fixed).sum()) / np.abs(live).sum()
+    live_scale = scale * np.sqrt((~assembly.fixed).sum()) / (np.abs(live).sum() or 1.0)
     # a diagonal product per row keeps the sparsity pattern
     matrix = equilibrium_matrix(assembly, points, plane=plane).tocsr()[row]
     matrix = sparse.csc_array(sparse.diags_array(1.0 / row_radius) @ matrix)
 
     k = points.interface
     block = np.empty((0, 4))
-    crushing = x.compressive_strength[k] * points.area / scale
+    crushing = np.where(crushes[k], x.compressive_strength[k], 1.0) * points.area / scale
+    crushing[~crushes[k]] = np.inf
     if plane is not None and contact_model == "vertices" and crushes[k].any():
         first = np.flatnonzero(crushes[k])[::2]
         tension = (
@@ -157,5 +188,6 @@ def make_problem(
     return Problem(
         assembly, loads, points, plane, contact_model, matrix, dead / scale, live * live_scale / scale, row, row_radius,
         float(scale), float(live_scale), x.tan_phi[k], x.tan_psi[k], x.cohesion[k] * points.area / scale,
-        x.tensile_strength[k] * points.area / scale, crushing, block,
+        x.tensile_strength[k] * points.area / scale, crushing, block, np.ones(points.count),
+        np.ones(len(row)), float(np.sqrt((~assembly.fixed).sum())), cells,
     )  # fmt: skip

@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from limitmason.limit.problem import Problem
+from limitmason.limit.scaling import row_blocks, unit_loads
 from limitmason.limit.strength import Cones
-from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED
+from limitmason.residuals import own_measure
+from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, OWN_RESIDUAL, SOLVED, UNBOUNDED
 
 Array = NDArray[np.float64]
 
@@ -83,16 +85,38 @@ def solve_static(
     return Solution(status, float(x[-1]), x[:-1], z[:r], int(answer.iterations), seconds)
 
 
-def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float = 1e-9) -> tuple[bool | None, float]:
-    """Whether some admissible forces carry the dead load alone; None when the solver cannot tell. Also its seconds.
+class Carried(NamedTuple):
+    """Whether the dead load can be carried, with the forces that do, or the velocities at which it falls."""
+
+    stands: bool | None  # None when the solver cannot tell
+    force: Array | None
+    velocity: Array | None
+    seconds: float
+
+
+def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float = 1e-9) -> Carried:
+    """Whether some admissible forces carry the dead load alone.
 
     The set of multipliers that can be carried is an interval: its upper end alone does not tell whether it holds zero.
     A frictionless trial with the normal forces of nearly horizontal joints (a small quadratic program) settles most
-    walls; the full cone program decides the rest.
+    walls; the full cone program decides the rest. Forces count that leave every block in equilibrium by its own load;
+    where none do, the program's dual is a motion in which the dead load does more work than the joints can dissipate.
     """
     start = time.perf_counter()
-    c = problem.components
-    level = np.abs(problem.points.directions[:, 0, 2]) > 1 - 1e-9
+    c, points, block = problem.components, problem.points, row_blocks(problem)
+    own = np.zeros(problem.assembly.n_blocks)
+    own[block] = unit_loads(problem)[block]
+
+    def balances(force: Array) -> bool:
+        size = np.linalg.norm(force.reshape(-1, c), axis=1) * problem.point_scale
+        joint = np.bincount(points.interface, size)[points.interface]
+        largest = np.zeros(len(own))
+        np.maximum.at(largest, points.block_a, joint)
+        np.maximum.at(largest, points.block_b, joint)
+        rest = np.abs(problem.matrix @ force + problem.dead) * problem.row_unit
+        return bool((rest <= OWN_RESIDUAL * own_measure(own, largest)[block]).all())
+
+    level = np.abs(points.directions[:, 0, 2]) > 1 - 1e-9
     simple = level & ~np.isfinite(problem.crushing)
     if len(problem.stress_block):
         simple[problem.stress_block[:, :2].astype(int).ravel()] = False
@@ -109,7 +133,10 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
             [clarabel.ZeroConeT(len(loaded)), clarabel.NonnegativeConeT(k)], solver_settings(tolerance),
         ).solve()  # fmt: skip
         if str(answer.status) == "Solved":
-            return True, time.perf_counter() - start
+            force = np.zeros(problem.matrix.shape[1])
+            force[columns] = answer.x
+            if balances(force):
+                return Carried(True, force, None, time.perf_counter() - start)
     r, n = problem.matrix.shape
     kinds = [clarabel.ZeroConeT(r)]
     if cones.n_linear:
@@ -122,8 +149,12 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     status = str(answer.status)
     seconds = time.perf_counter() - start
     if status in ("Solved", "AlmostSolved"):
-        return True, seconds
-    return (False, seconds) if "PrimalInfeasible" in status else (None, seconds)
+        force = np.array(answer.x)
+        return Carried(True, force, None, seconds) if balances(force) else Carried(None, None, None, seconds)
+    if "PrimalInfeasible" not in status:
+        return Carried(None, None, None, seconds)
+    velocity = np.array(answer.z[:r])
+    return Carried(False, None, velocity, seconds)
 
 
 def opening_motion(problem: Problem) -> tuple[Array | None, float]:

@@ -10,22 +10,17 @@ from numpy.typing import NDArray
 from limitmason.equilibrium import Grid
 from limitmason.limit.associative import solve_associative
 from limitmason.limit.joint_law import State, exact, from_corner, joint_law
-from limitmason.limit.lifted import MAX_ROWS, lifted_bound, lifted_rows
 from limitmason.limit.mixed_integer import BoundedProgram
 from limitmason.limit.nonassociative import radenkovic_lower
 from limitmason.limit.polish import ACTIVE, PlanePrograms
-from limitmason.limit.problem import Problem, make_problem
+from limitmason.limit.problem import chosen_grid, make_problem
 from limitmason.limit.search import EFFORTS, search_smallest
+from limitmason.limit.smallest import ASSOCIATIVE, MIXED_INTEGER, close, prove_smallest, velocity_limits
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import ALMOST_SOLVED, SOLVED
 
 Array = NDArray[np.float64]
-
-ASSOCIATIVE = "associative"
-LIFTED = "lifted linear program"
-MIXED_INTEGER = "mixed-integer program"
-SEARCH = "search"
 
 ENDS = ("smallest", "largest")
 
@@ -120,7 +115,7 @@ def proven_range(
     which: tuple[str, ...] = ENDS,
     tolerance: float = 1e-5,
     contact_model: str = "vertices",
-    grid: Grid | Mapping[str, Grid] = (5, 5),
+    grid: Grid | Mapping[str, Grid] | None = None,
     search: str = "quick",
     seed: int = 0,
 ) -> ProvenRange:
@@ -151,8 +146,8 @@ def proven_range(
     Raises
     ------
     ValueError
-        For a problem that is not plane, joints that crush, a structure without a finite associative multiplier, and a
-        search that finds no admissible state.
+        For a problem that is not plane, joints that crush, a structure without a finite associative multiplier, and
+        where no admissible state is found.
 
     Notes
     -----
@@ -167,7 +162,12 @@ def proven_range(
         raise ValueError(f"which must hold names of {ENDS}, got {which!r}")
     if not velocity_bound > 1:
         raise ValueError(f"velocity_bound must exceed the mean live velocity, 1, got {velocity_bound}")
-    problem = make_problem(assembly, loads, contact_model=contact_model, grid=grid)
+    if search not in EFFORTS:
+        raise ValueError(f"search must be one of {tuple(EFFORTS)}, got {search!r}")
+    for label, number in (("force_bound", force_bound), ("time_limit", time_limit), ("tolerance", tolerance)):
+        if not number > 0:
+            raise ValueError(f"{label} must be positive, got {number}")
+    problem = make_problem(assembly, loads, contact_model=contact_model, grid=chosen_grid(contact_model, grid))
     if problem.plane is None:
         raise ValueError("a proven range needs a plane problem: blocks, interfaces and loads symmetric about one plane")
     if np.isfinite(assembly.arrays.compressive_strength[problem.points.interface]).any():
@@ -185,16 +185,31 @@ def proven_range(
 
     normal = (upper.resultants.point_force * problem.points.directions[:, 0]).sum(axis=1) / problem.force_scale
     found = search_smallest(law, from_corner(law, normal), effort=EFFORTS[search], seed=seed).best
-    if found is None:
-        raise ValueError("no admissible state was found to begin with; try search='thorough'")
     programs = PlanePrograms(law)
-    limits = velocity_limits(problem, velocity_bound)
-    ends = {}
+    ends, lowest = {}, None
+    if found is None or "smallest" in which:
+        # where the search finds no state, the program for the smallest looks for the first one
+        lowest = prove_smallest(
+            programs, found, velocity_limits(problem), low=radenkovic_lower(law), top=top,
+            velocity_bound=velocity_bound, force_bound=force_bound, time_limit=time_limit, tolerance=tolerance,
+        )  # fmt: skip
+        found = lowest.state
+    if found is None:
+        raise ValueError(
+            f"no admissible state exists with velocities up to {velocity_bound:g} times the mean live velocity"
+            if lowest.none
+            else "no admissible state was found to begin with; try search='thorough' or a longer time_limit"
+        )
     for name in which:
         since = time.perf_counter()
         if name == "smallest":
-            end = _smallest(programs, found, radenkovic_lower(law), top, limits, force_bound, time_limit, tolerance)
+            end = RangeEnd(
+                found.multiplier, lowest.bound, lowest.proven, lowest.method, lowest.velocity_bounded,
+                lowest.velocity_share, lowest.force_bounded, lowest.nodes,
+            )  # fmt: skip
+            since -= lowest.seconds
         else:
+            limits = velocity_limits(problem, velocity_bound)
             end = _largest(programs, found, top, limits, force_bound, time_limit, tolerance)
         ends[name] = RangeEnd(
             end.value * scale, end.bound * scale, end.proven, end.method, end.velocity_bounded, end.velocity_share,
@@ -206,52 +221,6 @@ def proven_range(
     )
 
 
-def velocity_limits(problem: Problem, velocity_bound: float) -> Array:
-    """Bound of every scaled velocity: rotations times the distance of the block's farthest contact point."""
-    points = problem.points
-    reach = np.zeros(problem.assembly.n_blocks)
-    for block in (points.block_a, points.block_b):
-        distance = np.linalg.norm(points.position - problem.assembly.centroids[block], axis=1)
-        np.maximum.at(reach, block, distance)
-    block, coordinate = np.divmod(problem.row, 3)
-    limit = np.full(len(problem.row), float(velocity_bound))
-    turns = coordinate == 2
-    limit[turns] *= problem.row_radius[turns] / np.maximum(reach[block[turns]], 1e-300)
-    return limit
-
-
-def _close(value: float, bound: float, tolerance: float) -> bool:
-    return bool(abs(value - bound) <= tolerance * max(1.0, abs(value)))
-
-
-def _smallest(
-    programs: PlanePrograms, found: State, low: float, top: float, limits: Array, force: float, time_limit: float,
-    tolerance: float,
-) -> RangeEnd:  # fmt: skip
-    """Radenkovic's bound, the lifted program, the mixed-integer program, until one meets the state found."""
-    began = time.perf_counter()
-    bound, method = (low, ASSOCIATIVE) if np.isfinite(low) else (0.0, ASSOCIATIVE)
-    if not _close(found.multiplier, bound, tolerance) and lifted_rows(programs) <= MAX_ROWS:
-        lifted = lifted_bound(programs, 0.0, top + 1e-6, time_limit=time_limit)
-        if lifted.value > bound:
-            bound, method = lifted.value, LIFTED
-    value = found.multiplier
-    left = time_limit - (time.perf_counter() - began)
-    if _close(value, bound, tolerance) or left <= 0:
-        return RangeEnd(value, bound, _close(value, bound, tolerance), method)
-    # the lifted bound holds without bounds on velocities: the program need not look below it
-    program = BoundedProgram(programs, max(bound, 0.0) - 1e-6, value + 1e-6, limits, force)
-    proof = program.solve(found, time_limit=left, gap=0.1 * tolerance)
-    if exact(programs.law, proof.state, 1e-8):
-        value = min(value, proof.state.multiplier)
-    if proof.bound <= bound + tolerance and not _close(value, proof.bound, tolerance):
-        return RangeEnd(value, bound, False, method, nodes=proof.nodes)
-    return RangeEnd(
-        value, proof.bound, _close(value, proof.bound, tolerance), MIXED_INTEGER, True, proof.velocity_share,
-        proof.forces_assumed, proof.nodes,
-    )  # fmt: skip
-
-
 def _largest(
     programs: PlanePrograms, found: State, top: float, limits: Array, force: float, time_limit: float,
     tolerance: float,
@@ -260,7 +229,7 @@ def _largest(
     answer = programs.forces(theta=-1.0, zero=programs.rates(found.velocity) > ACTIVE)
     start = found if answer is None else State(answer.multiplier, answer.force, found.velocity, "largest")
     value = start.multiplier
-    if _close(value, top, tolerance):
+    if close(value, top, tolerance):
         return RangeEnd(value, top, True, ASSOCIATIVE)
     began = time.perf_counter()
     program = BoundedProgram(programs, value - 1e-6, top + 1e-6, limits, force)
@@ -268,9 +237,15 @@ def _largest(
     proof = program.solve(start, largest=True, time_limit=left, gap=0.1 * tolerance)
     if exact(programs.law, proof.state, 1e-8):
         value = max(value, proof.state.multiplier)
-    if proof.bound >= top - tolerance and not _close(value, proof.bound, tolerance):
+    share = float(np.max(np.abs(start.velocity) / limits))
+    if proof.infeasible and share > 1.0:
+        # the state found moves faster than the bound, and no slower one lies above it
+        return RangeEnd(value, value, True, MIXED_INTEGER, True, share, proof.forces_assumed, proof.nodes)
+    if proof.infeasible or (proof.bound < value - tolerance * max(1.0, value) and share <= 1.0):
+        return RangeEnd(value, top, False, ASSOCIATIVE, nodes=proof.nodes)  # the solver contradicts a certified state
+    if proof.bound >= top - tolerance and not close(value, proof.bound, tolerance):
         return RangeEnd(value, top, False, ASSOCIATIVE, nodes=proof.nodes)
     return RangeEnd(
-        value, proof.bound, _close(value, proof.bound, tolerance), MIXED_INTEGER, True, proof.velocity_share,
+        value, proof.bound, close(value, proof.bound, tolerance), MIXED_INTEGER, True, proof.velocity_share,
         proof.forces_assumed, proof.nodes,
     )  # fmt: skip

@@ -8,9 +8,14 @@ from limitmason.limit.analysis import limit_analysis
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
-from limitmason.results import Prediction
+from limitmason.results import CANNOT_STAND, NO_TILT, UNBOUNDED, Prediction
 
 _DIRECTIONS = {f"{sign}{axis}": (k, s) for k, axis in enumerate("xyz") for sign, s in (("+", 1.0), ("-", -1.0))}
+
+_REASON = {
+    CANNOT_STAND: "no reaction of this support carries the dead load: the structure is unstable already",
+    UNBOUNDED: "the structure does not let the support move that way: it needs no reaction along it",
+}
 
 
 def settlement_analysis(
@@ -18,29 +23,31 @@ def settlement_analysis(
 ) -> Prediction:
     """Mechanism and smallest reaction of a support that gives way.
 
-    The support is freed along one direction d and guided otherwise. Maximise lambda subject to
-    A f + w_dead + lambda W d = 0 at the support: R = -lambda W is the smallest force that the moving support must
-    still supply against d, and the dual is the settlement mechanism.
+    The support is freed along one direction d and guided otherwise. Minimise R subject to A f + w_dead - R d = 0
+    at the support: R is the smallest force that the moving support must still supply against d, and the dual is the
+    settlement mechanism.
 
     Parameters
     ----------
     support : name or number of a block with held degrees of freedom
     direction : "-z" (down), "+x" (spreading), ...
-    loads : dead loads; self weight by default
+    loads : dead loads, nothing live; self weight by default
     options : as for :func:`limitmason.limit.limit_analysis`
 
     Returns
     -------
     Prediction
-        ``collapse_multiplier`` is lambda [-], relative to the total weight W; ``details["support_reaction"]`` is R [N],
-        ``details["stands_without_support"]`` whether the structure stands without it (R <= 0 within 1e-6 of the
+        ``details["support_reaction"]`` is R [N], ``details["reaction_bounds"]`` what mechanism and forces prove of it
+        [N], ``details["stands_without_support"]`` whether the structure stands without it (R <= 0 within 1e-6 of the
         weight); else it moves with the support by the mechanism returned. "cannot stand" means that no reaction keeps
-        it in equilibrium: already unstable. "unbounded": the support cannot move that way.
+        it in equilibrium: already unstable. "unbounded": the support cannot move that way. R is NaN then.
+        ``collapse_multiplier`` is NaN: no load is multiplied here. The two multipliers of the certificate are -R over
+        the total dead load.
 
     Raises
     ------
     ValueError
-        When the block is not held along the direction.
+        When the block is not held along the direction, and for loads with a live part.
     """
     if direction not in _DIRECTIONS:
         raise ValueError(f"direction must be one of {sorted(_DIRECTIONS)}, got {direction!r}")
@@ -57,6 +64,8 @@ def settlement_analysis(
         raise ValueError("the only support settles: the whole structure would follow it without deforming")
     guided = replace(assembly, supports=(*others, *([Support(i, dofs=rest)] if rest else [])))
     loads = Loads.weight(assembly) if loads is None else loads
+    if loads.live.any():
+        raise ValueError("loads: the live part has no role in a settlement; give dead loads alone, case='dead'")
     dead = np.array(loads.dead)
     dead[i] = 0.0  # the weight of the support itself is no concern of the structure
     free = ~guided.fixed
@@ -66,10 +75,18 @@ def settlement_analysis(
     name = assembly.blocks[i].name
     settling = Loads(dead, live, f"settlement of {name} along {direction}")
     prediction = limit_analysis(guided, settling, check_dead_load=False, **options)
-    details = dict(prediction.details)
+    no_tilt = "the reaction of a support is no multiplier of loads"
+    details = {**prediction.details, NO_TILT: no_tilt, "support_reaction": float("nan")}
+    warnings = (_REASON[prediction.status],) if prediction.status in _REASON else prediction.warnings
     if np.isfinite(prediction.collapse_multiplier):
         reaction = -prediction.collapse_multiplier * total
         details["support_reaction"] = reaction
         # rounding leaves a reaction of zero a little to either side
         details["stands_without_support"] = bool(reaction <= 1e-6 * total)
-    return replace(prediction, method=f"settlement of {name} along {direction}", details=details)
+        if prediction.certificate is not None:
+            ends = (prediction.certificate.kinematic_multiplier, prediction.certificate.static_multiplier)
+            details["reaction_bounds"] = tuple(float(-total * end) for end in ends)
+    return replace(
+        prediction, method=f"settlement of {name} along {direction}", collapse_multiplier=float("nan"), details=details,
+        warnings=warnings,
+    )  # fmt: skip

@@ -15,6 +15,9 @@ from limitmason.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED
 
 SOLVERS = ("auto", "clarabel", "interior-point", "cvxpy")
 
+TOLERANCE = 1e-10
+"""Default tolerance of the interior-point methods [-]."""
+
 LARGE_IN_SPACE = 5000
 LARGE_IN_PLANE = 4000
 """Contact points from which "auto" takes the own solver: measured so that even the first call of a process gains."""
@@ -54,7 +57,7 @@ def solve_program(
     cones: Cones,
     *,
     solver: str = "auto",
-    tolerance: float = 1e-10,
+    tolerance: float = TOLERANCE,
     check_dead_load: bool = False,
     verbose: bool = False,
 ) -> Solution:
@@ -64,19 +67,21 @@ def solve_program(
     ----------
     cones : the joint law, see :func:`limitmason.limit.strength.make_cones`
     solver : "auto", "clarabel" or "interior-point"; "cvxpy" or "cvxpy:NAME" for any solver installed for cvxpy
-    tolerance : of the solver, see there [-]
+    tolerance : of the solver, see there [-]; a solver by way of cvxpy stops at its own
     check_dead_load : let the own solver also find out whether the dead load alone can be carried
     verbose : report every iteration, Clarabel to standard output, the own solver to the log of this module
 
     Raises
     ------
     ValueError
-        For an unknown name, and for "interior-point" on a problem that it does not cover.
+        For an unknown name, for "interior-point" on a problem that it does not cover, and for a tolerance with cvxpy.
     """
     chosen = choose_solver(problem, solver)
     if chosen.startswith("cvxpy"):
         from limitmason.limit.reference import solve_reference
 
+        if tolerance != TOLERANCE:
+            raise ValueError(f"tolerance={tolerance!r} is not passed on to solver={solver!r}; leave it out")
         name = chosen.partition(":")[2].upper() or None
         return solve_reference(problem, solver=name, verbose=verbose)._replace(solver=chosen)
     if chosen == "clarabel":

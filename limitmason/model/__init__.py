@@ -3,9 +3,23 @@
 from limitmason.model.arrays import AssemblyArrays
 from limitmason.model.assembly import Assembly
 from limitmason.model.block import Block
+from limitmason.model.detection import ContactError, ContactWarning
 from limitmason.model.interface import Interface
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
+from limitmason.model.plausibility import PlausibilityWarning
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
 
-__all__ = ["DEGREES_OF_FREEDOM", "Assembly", "AssemblyArrays", "Block", "Interface", "Joint", "Loads", "Support"]
+__all__ = [
+    "DEGREES_OF_FREEDOM",
+    "Assembly",
+    "AssemblyArrays",
+    "Block",
+    "ContactError",
+    "ContactWarning",
+    "Interface",
+    "Joint",
+    "Loads",
+    "PlausibilityWarning",
+    "Support",
+]

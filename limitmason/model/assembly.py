@@ -3,21 +3,39 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from limitmason.constants import GRAVITY, RELATIVE_TOLERANCE
-from limitmason.geometry.contact import find_contacts
+from limitmason.constants import GRAVITY
+from limitmason.geometry.contact import KEPT, ContactRules, Doubt
 from limitmason.geometry.polygon import clean_outline, convex_pieces
-from limitmason.geometry.polyhedron import Solid, check_solids, mass_properties, prism
+from limitmason.geometry.polyhedron import longest_sides, mass_properties, prism
 from limitmason.model.arrays import AssemblyArrays, face_arrays
 from limitmason.model.block import Block
+from limitmason.model.detection import (
+    ContactError,
+    Pieces,
+    closed_pieces,
+    detect,
+    floating_text,
+    interfaces_by_pair,
+    loose_blocks,
+    near_misses,
+    overlap_text,
+    typical_tolerance,
+    warn_of_doubts,
+)
 from limitmason.model.input import JointChoice, JointTable, read_densities, read_fixed, read_number, read_pieces
 from limitmason.model.interface import Interface, interface_kind, pulled_in
 from limitmason.model.joint import Joint
+from limitmason.model.moved import renumbered, transformed
+from limitmason.model.plausibility import warn_of_blocks, warn_of_tolerance
 from limitmason.model.support import Support
+
+if TYPE_CHECKING:
+    from limitmason.model.contact_report import ContactReport
 
 Array = NDArray[np.float64]
 
@@ -32,7 +50,9 @@ class Assembly:
     ----------
     blocks, interfaces, supports : see ``Block``, ``Interface``, ``Support``
     recipe : plain data the assembly was built from (wall plan, bond, units); mechanisms read their parameters there
-    tolerance : gap or overlap up to which faces count as touching [m]
+    tolerance : gap or overlap up to which faces count as touching, for a block of median width [m]
+    contact_rules : which faces count as touching, as given or by default
+    doubts : near misses and contacts kept by a rule, as found with the interfaces; see :meth:`contact_report`
     """
 
     blocks: tuple[Block, ...]
@@ -40,6 +60,8 @@ class Assembly:
     supports: tuple[Support, ...] = ()
     recipe: Mapping[str, Any] = field(default_factory=dict)
     tolerance: float = 0.0
+    contact_rules: ContactRules = field(default_factory=ContactRules)
+    doubts: tuple[Doubt, ...] = ()
 
     # ---- construction -------------------------------------------------------------------------------------------
 
@@ -55,6 +77,9 @@ class Assembly:
         joints: JointTable | None = None,
         recipe: Mapping[str, Any] | None = None,
         tolerance: float | None = None,
+        angle_tolerance_deg: float = ContactRules.angle_deg,
+        wedge_tolerance_deg: float = ContactRules.wedge_deg,
+        smallest_contact: float | None = None,
         axes: Sequence[ArrayLike | None] | None = None,
     ) -> "Assembly":
         """Assembly of closed solids; contacts are found where plane faces of two blocks meet.
@@ -69,15 +94,28 @@ class Assembly:
         names : unique block names; "block-0", ... by default
         joints : laws by kind ("bed", "head", "base") or by pair of block names ("a", "b"); a pair goes before a kind
         recipe : plain data to keep with the assembly
-        tolerance : gap or overlap up to which faces count as touching [m]; 1e-4 of the median smallest block
-            dimension by default
+        tolerance : gap or overlap up to which faces count as touching [m]; by default 1e-4 of the width of the
+            smaller of the two blocks
+        angle_tolerance_deg : faces that touch are in contact up to this angle between them, where the gap is within
+            the tolerance [deg]
+        wedge_tolerance_deg : faces that touch at one end and open by no more than this angle, and by no more than 2 %
+            of the smaller block's width (or twice the tolerance), are in contact over all their common area [deg]
+        smallest_contact : contacts narrower than this (2 area / perimeter) are left out [m]; the tolerance by default
         axes : length direction of each unit as laid, or None
 
         Raises
         ------
         ValueError
             For open, inverted, flat, concave or overlapping solids, repeated names, negative density, and blocks
-            without a path of contacts to a support; the message names the block.
+            without a path of contacts to a support; the message names the block. Overlapping and floating blocks raise
+            a ``ContactError``, whose ``assembly`` has a :meth:`contact_report` all the same.
+
+        Warns
+        -----
+        ContactWarning
+            Naming faces that nearly touch and are no contact, and wedges that were made contacts.
+        PlausibilityWarning
+            For densities and sizes that look like other units, and a tolerance too large for the smallest block.
         """
         if not len(solids):
             raise ValueError("an assembly needs at least one block")
@@ -96,14 +134,17 @@ class Assembly:
             for n, p, d, a in zip(names, pieces, densities, axes, strict=True)
         )
         supports = tuple(Support.fixed(f) for f in read_fixed(fixed))
-        if tolerance is None:
-            extent = np.array([np.ptp(np.vstack([s.vertices for s in p]), axis=0).min() for p in pieces])
-            tolerance = RELATIVE_TOLERANCE * float(np.nanmedian(extent))
-            tolerance = tolerance if np.isfinite(tolerance) and tolerance > 0 else RELATIVE_TOLERANCE
-        elif not read_number("tolerance", tolerance) > 0:
+        if tolerance is not None and not read_number("tolerance", tolerance) > 0:
             raise ValueError(f"tolerance must be positive [m], got {tolerance!r}")
-        assembly = cls(blocks, (), supports, dict(recipe or {}), float(tolerance))
-        return assembly._with_contacts(joint, joints or {})
+        rules = ContactRules(
+            None if tolerance is None else float(tolerance), read_number("angle_tolerance_deg", angle_tolerance_deg),
+            read_number("wedge_tolerance_deg", wedge_tolerance_deg),
+            None if smallest_contact is None else read_number("smallest_contact", smallest_contact),
+        )  # fmt: skip
+        closed = closed_pieces(blocks)
+        typical = typical_tolerance(closed) if tolerance is None else float(tolerance)
+        assembly = cls(blocks, (), supports, dict(recipe or {}), typical, rules)
+        return assembly._with_contacts(closed, joint, joints or {})
 
     @classmethod
     def from_polygons(
@@ -118,6 +159,9 @@ class Assembly:
         joints: JointTable | None = None,
         recipe: Mapping[str, Any] | None = None,
         tolerance: float | None = None,
+        angle_tolerance_deg: float = ContactRules.angle_deg,
+        wedge_tolerance_deg: float = ContactRules.wedge_deg,
+        smallest_contact: float | None = None,
     ) -> "Assembly":
         """Assembly of prisms over outlines in the x-z plane, between y = 0 and y = thickness.
 
@@ -125,7 +169,8 @@ class Assembly:
         ----------
         outlines : simple polygons in either sense, concave ones too [m], shape (n, 2) each, columns x and z
         thickness : extent in y [m], > 0
-        joint, density, fixed, names, joints, recipe, tolerance : as in :meth:`from_polyhedra`
+        joint, density, fixed, names, joints, recipe : as in :meth:`from_polyhedra`
+        tolerance, angle_tolerance_deg, wedge_tolerance_deg, smallest_contact : as in :meth:`from_polyhedra`
 
         Raises
         ------
@@ -151,23 +196,17 @@ class Assembly:
             solids.append([prism(piece, 0.0, thickness) for piece in pieces])
         return cls.from_polyhedra(
             solids, joint=joint, density=density, fixed=fixed, names=names, joints=joints, recipe=recipe,
-            tolerance=tolerance,
+            tolerance=tolerance, angle_tolerance_deg=angle_tolerance_deg, wedge_tolerance_deg=wedge_tolerance_deg,
+            smallest_contact=smallest_contact,
         )  # fmt: skip
 
-    def _with_contacts(self, joint: Joint, table: JointTable) -> "Assembly":
-        pieces = [part for block in self.blocks for part in block.parts]
-        owner = np.repeat(np.arange(self.n_blocks), [len(b.parts) for b in self.blocks])
-        labels = [self.blocks[i].name for i in owner]
-        check_solids(pieces, labels, self.tolerance)
-        self._check_pieces(pieces, owner)
-        found = find_contacts(pieces, owner, self.tolerance)
-        if found.overlaps:
-            i, j, depth = max(found.overlaps, key=lambda o: o[2])
-            more = f" ({len(found.overlaps)} overlapping pairs in all)" if len(found.overlaps) > 1 else ""
-            raise ValueError(
-                f"blocks {self.blocks[i].name!r} and {self.blocks[j].name!r} overlap by {depth:.3g} m, more than the "
-                f"tolerance of {self.tolerance:.3g} m{more}; correct the geometry or raise the tolerance"
-            )
+    def _with_contacts(self, pieces: Pieces, joint: Joint, table: JointTable) -> "Assembly":
+        rules = self.contact_rules
+        # before the errors below: a wrong unit may be their cause
+        warn_of_blocks(self.blocks, longest_sides(pieces.solids))
+        if rules.distance is not None:
+            warn_of_tolerance(rules.distance, [b.name for b in self.blocks], pieces.widths)
+        found = detect(self.blocks, pieces, rules, self.tolerance)
         choose = JointChoice(joint, table, [b.name for b in self.blocks])
         whole = self.fixed
         interfaces = []
@@ -176,25 +215,14 @@ class Assembly:
         ):
             kind = interface_kind(normal, whole[a], whole[b])
             interfaces.append(Interface(a, b, polygon, normal, choose(a, b, kind) or joint, kind))
+        assembly = replace(self, interfaces=tuple(interfaces), doubts=tuple(found.doubts))
+        if found.overlaps:
+            raise ContactError(overlap_text(found, self.blocks, pieces.widths, rules), assembly)
         choose.check_all_used()
-        assembly = replace(self, interfaces=tuple(interfaces))
         if assembly.supports:
             assembly.check_connected()
+        warn_of_doubts(assembly, [d for d in found.doubts if d.kind in KEPT], assembly.near_misses)
         return assembly
-
-    def _check_pieces(self, pieces: list[Solid], owner: NDArray[np.intp]) -> None:
-        """Pieces of one block may touch but not overlap: their volumes are added up."""
-        several = np.bincount(owner)[owner] > 1
-        if not several.any():
-            return
-        rows = np.flatnonzero(several)
-        among = find_contacts([pieces[i] for i in rows], np.arange(len(rows)), self.tolerance)
-        for i, j, depth in among.overlaps:
-            if owner[rows[i]] == owner[rows[j]]:
-                raise ValueError(
-                    f"two pieces of block {self.blocks[owner[rows[i]]].name!r} overlap by {depth:.3g} m; the convex "
-                    "pieces of a block must fill it without overlapping"
-                )
 
     # ---- variants -----------------------------------------------------------------------------------------------
 
@@ -288,49 +316,11 @@ class Assembly:
         -----
         The recipe is kept only under a pure translation: its directions and lengths would no longer be right.
         """
-        m, t = np.asarray(matrix, dtype=float), np.asarray(translation, dtype=float)
-        scale = abs(np.linalg.det(m)) ** (1.0 / 3.0)
-        if m.shape != (3, 3) or scale == 0 or not np.allclose(m @ m.T, scale**2 * np.eye(3), atol=1e-9 * scale**2):
-            raise ValueError(
-                "matrix must be a multiple of an orthogonal 3 x 3 matrix (rotation, mirror, uniform scale)"
-            )
-        mirrored = np.linalg.det(m) < 0
-
-        def moved(solid: Solid) -> Solid:
-            faces = tuple(f[::-1] for f in solid.faces) if mirrored else solid.faces
-            return Solid(solid.vertices @ m.T + t, faces)
-
-        blocks = tuple(
-            Block(b.name, tuple(moved(p) for p in b.parts), b.density, None if b.axis is None else m @ b.axis / scale)
-            for b in self.blocks
-        )
-        interfaces = tuple(
-            replace(
-                i,
-                polygon=(i.polygon[::-1] if mirrored else i.polygon) @ m.T + t,
-                normal=m @ i.normal / scale,
-            )
-            for i in self.interfaces
-        )
-        recipe = self.recipe if np.allclose(m, np.eye(3)) else {}
-        return replace(self, blocks=blocks, interfaces=interfaces, recipe=recipe, tolerance=self.tolerance * scale)
+        return transformed(self, matrix, translation)
 
     def renumbered(self, order: Sequence[int]) -> "Assembly":
         """This assembly with its blocks in another order: new block k is old block ``order[k]``."""
-        order = [int(k) for k in order]
-        if sorted(order) != list(range(self.n_blocks)):
-            raise ValueError("order must hold every block number once")
-        new = np.empty(self.n_blocks, dtype=int)
-        new[order] = np.arange(self.n_blocks)
-        names = [b.name for b in self.blocks]
-        supports = tuple(
-            Support(names[self.block_index(s.block)], translations=s.translations, rotations=s.rotations, dofs=s.dofs)
-            for s in self.supports
-        )
-        interfaces = tuple(
-            replace(i, block_a=int(new[i.block_a]), block_b=int(new[i.block_b])) for i in self.interfaces
-        )
-        return replace(self, blocks=tuple(self.blocks[k] for k in order), interfaces=interfaces, supports=supports)
+        return renumbered(self, order)
 
     # ---- looking things up --------------------------------------------------------------------------------------
 
@@ -428,22 +418,44 @@ class Assembly:
         Raises
         ------
         ValueError
-            Naming the block that floats.
+            When nothing is held; a ``ContactError`` naming the block that floats.
         """
-        from scipy.sparse import coo_matrix
-        from scipy.sparse.csgraph import connected_components
-
-        n = self.n_blocks
-        anchored = self.held.any(axis=1)
-        if not anchored.any():
+        if not self.held.any():
             raise ValueError("nothing is fixed: give fixed=[...] or with_supports([...]) for at least one block")
-        a = np.array([i.block_a for i in self.interfaces], dtype=int)
-        b = np.array([i.block_b for i in self.interfaces], dtype=int)
-        _, label = connected_components(coo_matrix((np.ones(len(a)), (a, b)), shape=(n, n)), directed=False)
-        loose = ~np.isin(label, label[anchored])
-        if loose.any():
-            first = self.blocks[int(np.flatnonzero(loose)[0])].name
-            raise ValueError(
-                f"block {first!r} floats: no chain of contacts joins it to a support ({int(loose.sum())} such blocks); "
-                f"close the gap, or raise the tolerance above {self.tolerance:.3g} m if it should touch"
-            )
+        loose = loose_blocks(self)
+        if len(loose):
+            raise ContactError(floating_text(self, loose), self)
+
+    @cached_property
+    def near_misses(self) -> tuple[Doubt, ...]:
+        """Pairs of faces that nearly touch and are no contact, between blocks without another joint made by hand."""
+        return tuple(near_misses(self.doubts, interfaces_by_pair(self))) if self.doubts else ()
+
+    @property
+    def contact_warnings(self) -> tuple[str, ...]:
+        """What an analysis of this assembly says about its contacts."""
+        count = len(self.near_misses)
+        if not count:
+            return ()
+        which = "pair of faces nearly touches and is no contact" if count == 1 else (
+            "pairs of faces nearly touch and are no contacts"
+        )  # fmt: skip
+        return (f"{count} {which}: see assembly.contact_report()",)
+
+    def contact_report(self, *, distance: float | None = None, angle_deg: float | None = None) -> "ContactReport":
+        """Which faces touch, which nearly do, and what a wider tolerance would add.
+
+        Parameters
+        ----------
+        distance : near misses are looked for up to this gap [m]; by default ten times the tolerance, or 2 % of the
+            width of the smaller block if that is more
+        angle_deg : and up to this angle between the faces [deg]; 45 by default
+
+        Returns
+        -------
+        ContactReport
+            ``print`` it for a table; :func:`limitmason.figures.contact_report` draws it.
+        """
+        from limitmason.model.contact_report import contact_report
+
+        return contact_report(self, distance=distance, angle_deg=angle_deg)

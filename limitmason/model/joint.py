@@ -4,6 +4,8 @@ import math
 from dataclasses import dataclass, fields
 from typing import Any
 
+from limitmason.model.plausibility import given_as_coefficient, warn_of_joint
+
 
 @dataclass(frozen=True)
 class Joint:
@@ -16,7 +18,8 @@ class Joint:
     friction_angle_deg : phi [deg], 0 <= phi < 90
     dilatancy_angle_deg : psi [deg], 0 <= psi <= phi; used by non-associative limit analysis and the DEM
     cohesion : c [Pa]
-    tensile_strength : ft [Pa]; where ft > c / tan(phi) the apex of the Coulomb cone governs, in every method
+    tensile_strength : ft [Pa]; where ft > c / tan(phi) the apex of the Coulomb cone governs, in every method;
+        the answer warns
     compressive_strength : fc [Pa], infinite by default
     normal_stiffness, shear_stiffness : kn, ks [Pa/m]; needed by the DEM only
     residual_friction_angle_deg, residual_cohesion, residual_tensile_strength : values after failure [deg], [Pa];
@@ -27,6 +30,11 @@ class Joint:
     ------
     ValueError
         When a value is outside its range; the message names the field.
+
+    Warns
+    -----
+    PlausibilityWarning
+        For a friction angle that looks like radians, a strength like MPa, a stiffness like N/mm3.
     """
 
     friction_angle_deg: float
@@ -67,13 +75,15 @@ class Joint:
             raise ValueError(f"{label}: compressive_strength must be positive (infinite when crushing is left out)")
         if self.residual_friction_angle_deg is not None and self.residual_friction_angle_deg >= 90.0:
             raise ValueError(f"{label}: residual_friction_angle_deg must be below 90 degrees")
+        warn_of_joint(self, label)
 
     @classmethod
     def from_friction_coefficient(cls, coefficient: float, **options: Any) -> "Joint":
         """Joint with tan(phi) = coefficient [-]; other fields as keywords."""
         if not coefficient >= 0.0:
             raise ValueError(f"friction coefficient must be a number >= 0, got {coefficient!r}")
-        return cls(math.degrees(math.atan(coefficient)), **options)
+        with given_as_coefficient():
+            return cls(math.degrees(math.atan(coefficient)), **options)
 
     @property
     def tan_phi(self) -> float:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from limitmason.geometry.polyhedron import face_planes
 from limitmason.model.input import read_number, read_vector
 from limitmason.model.patch import patch_wrenches
+from limitmason.model.plausibility import warn_of_point, warn_of_pressure
 
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
@@ -161,6 +162,8 @@ class Loads:
         if f.shape != (3,) or not np.isfinite(f).all():
             raise ValueError(f"force on block {block!r} must be three finite numbers [N], got {force!r}")
         arm = np.zeros(3) if at is None else read_vector("at", at) - assembly.centroids[i]
+        if at is not None and f.any():
+            warn_of_point(assembly.blocks[i].name, arm + assembly.centroids[i], assembly.blocks[i].bounds)
         wrench = np.zeros((assembly.n_blocks, 6))
         wrench[i] = np.concatenate([f, np.cross(arm, f)])
         return self._plus(assembly, wrench, case)
@@ -199,7 +202,7 @@ class Loads:
         if not np.linalg.norm(outward) > 0:
             raise ValueError("face must be a direction that is not zero")
         if pressure is not None:
-            read_number("pressure", pressure)
+            warn_of_pressure(f"block {assembly.blocks[i].name!r}", read_number("pressure", pressure))
         per_unit = None if traction is None else read_vector("traction", traction)
         outward = outward / np.linalg.norm(outward)
         wrench = np.zeros((assembly.n_blocks, 6))
@@ -250,6 +253,8 @@ class Loads:
         """
         if (pressure is None) == (force is None):
             raise ValueError("load on a patch: give either pressure or force")
+        if pressure is not None:
+            warn_of_pressure("a patch", read_number("pressure", pressure))
         wrench, area = patch_wrenches(assembly, corners, pressure=1.0 if pressure is None else pressure)
         if force is not None:
             wrench = wrench * (read_number("force", force) / area)

@@ -55,7 +55,8 @@ def as_markdown(
         "none.",
         "- DEM: at the case's own psi; in brackets the bracket of its search or, where it says *budget*, that with the "
         "changes by ten times the stiffness, twice the contact points and half the rate, summed on each side.",
-        "- mechanisms: the smallest of the closed forms and its name; *bound* where it is admissible on these blocks.",
+        "- mechanisms: the smallest *bound*, admissible on these blocks, and its name, then the smallest estimate, "
+        "which bounds nothing; the smallest estimate alone where no mechanism is admissible.",
     ]
     for source, group in groupby(found, key=lambda c: c.source):
         own = {c: found[c] for c in group}
@@ -138,9 +139,10 @@ def _cell(case: Case, result: SideBySide, method: str) -> str:
     if math.isfinite(low):
         text += f" × {_span(low, high, '.2f')}"
     if method == MECHANISMS:
-        name, bound = answer.details.get("governing", ""), answer.details.get("smallest_upper_bound", math.nan)
-        least = bound is not None and math.isfinite(bound) and bound <= answer.multiplier * (1.0 + 1e-9)
-        text += f" {name}, {'bound' if least else 'estimate'}"
+        d = answer.details
+        text += f" {d.get('governing', '')}, {'bound' if d.get('smallest_upper_bound_of') else 'estimate'}"
+        if answer.beside:
+            text += f"; estimate {d['smallest_estimate'] * factor:.4g} {d['smallest_estimate_of']}"
     return text
 
 
@@ -179,7 +181,8 @@ def _checks(own: Found) -> list[str]:
 
 _COLUMNS = (
     "source", "specimens", "variant", "sense", "method", "unit", "value", "low", "high", "range is", "bound", "status",
-    "mechanism", "references", "reference low", "reference high", "ratio low", "ratio high", "DEM is",
+    "mechanism", "estimate", "estimate of", "references", "reference low", "reference high", "ratio low",
+    "ratio high", "DEM is",
 )  # fmt: skip
 
 
@@ -188,7 +191,7 @@ def write_csv(found: Found, path: str | Path) -> None:
     with Path(path).open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(_COLUMNS)
-        own_unit = {"value", "low", "high", "reference low", "reference high"}
+        own_unit = {"value", "low", "high", "estimate", "reference low", "reference high"}
         writer.writerow(["column unit" if c in own_unit else "-" for c in _COLUMNS])
         for case, result in found.items():
             factor = float(case.test.multiplier_to_measured)
@@ -199,7 +202,10 @@ def write_csv(found: Found, path: str | Path) -> None:
                 writer.writerow([
                     case.source, " ".join(case.specimens), case.variant, case.direction, row.method, case.unit,
                     *(_number(v * factor) for v in (row.multiplier, row.low, row.high)), row.range_is, row.bound,
-                    row.status, row.details.get("governing", ""), "; ".join(dict.fromkeys(r.label for r in references)),
+                    row.status, row.details.get("governing", ""),
+                    _number(factor * float(row.details.get("smallest_estimate", math.nan))),
+                    row.details.get("smallest_estimate_of") or "",
+                    "; ".join(dict.fromkeys(r.label for r in references)),
                     *map(_number, ends), *map(_number, ratio_span(case, row)),
                     dem_verdict(result) if row.method == DEM else "",
                 ])  # fmt: skip

@@ -49,8 +49,9 @@ def solve(assembly: Assembly, loads: Loads, method: str, options: Mapping[str, A
 def range_of(found: Prediction) -> Range:
     """Range of a prediction from what its method recorded.
 
-    Non-associative: multipliers of the certified states found. DEM: the bracket of the search, widened by the changes
-    of its error budget, summed on each side. Mechanisms: friction factor omega = 0 and 1.
+    Non-associative: multipliers of the certified states found. DEM: the bracket of the search, widened by what
+    the repeats of its error budget reach beyond it, summed on each side. Mechanisms: friction factor omega = 0 and 1 of
+    an estimate; a bound has no prescribed friction and no range.
     """
     value, details = found.collapse_multiplier, found.details
     if found.status not in (SOLVED, ALMOST_SOLVED) or not math.isfinite(value):
@@ -64,7 +65,7 @@ def range_of(found: Prediction) -> Range:
         undecided = [f"{name} undecided" for name, row in budget.items() if not math.isfinite(row["change"])]
         parts = ["bracket", *(name for name, row in budget.items() if math.isfinite(row["change"])), *undecided]
         return Range(low, high, f"error budget: {', '.join(parts)}" if budget else "bracket of the search")
-    if "omega_bracket" in details:
+    if "omega_bracket" in details and details.get("smallest_upper_bound_of") is None:
         ends = [*details["omega_bracket"], value]
         if max(ends) - min(ends) > 1e-9 * max(map(abs, ends)):
             return Range(min(ends), max(ends), "friction factor omega 0 to 1")

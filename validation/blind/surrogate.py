@@ -1,8 +1,8 @@
 """Candidates: closed forms of dry-joint masonry with sixteen causes, and three designs of specimens.
 
 Walls with interlocked side walls (mechanism A with friction sums of whole courses), horizontal flexure with torsion of
-the overlaps (mechanism D), in-plane running bond, stacks and slider blocks (closed forms of `mechanisms.md`, sections
-2 to 4 and 8). Model scale: heights near one metre, unit weight 20 kN/m3.
+the overlaps (mechanism D), in-plane running bond, stacks and slider blocks (closed forms of `docs/mechanisms.md`,
+sections 2 to 4 and 8). Model scale: heights near one metre, unit weight 20 kN/m3.
 """
 
 import math

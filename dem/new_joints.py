@@ -1,0 +1,320 @@
+"""Joints made while blocks move: an area between faces, a corner on a face, two edges that cross; what they inherit."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem.kernels import (
+    LAW_C,
+    LAW_C_R,
+    LAW_CROSS,
+    LAW_DIL,
+    LAW_DIL_R,
+    LAW_FT,
+    LAW_FT_R,
+    LAW_KN,
+    LAW_KS,
+    LAW_LIFT,
+    LAW_RATE,
+    Joints,
+    Points,
+)
+from dem.stability import block_stiffness, scaled_masses, stable_step
+from dem.state import DYNAMIC, Measured, State
+from limitmason.model import Assembly
+
+Array = NDArray[np.float64]
+
+LATTICE = 4
+"""Points along either side of a contact found later."""
+
+
+FACES, CORNER, CROSSING = 1, 2, 3  # how two pieces meet, see kernels.contact_shapes
+
+
+class Fresh(NamedTuple):
+    """A joint before it is written to the arrays of the kernel; fields as in ``dem.kernels.Joints`` and ``Points``."""
+
+    a: int
+    b: int
+    s: Array
+    t: Array
+    area: Array
+    gap: Array
+    frame: Array  # in the axes of a
+    world: Array  # frame in global axes
+    position: Array
+    turn: Array
+    arm_a: Array
+    arm_b: Array
+    offset: Array
+    law: Array
+    slip: Array  # (m, 2), filled by _inherit
+    lift: Array
+    damage: Array
+    origin: int
+    contact: int
+    edge: Array
+    apart: float  # distance of the edges now, beside the gap
+
+
+def face_joint(
+    assembly: Assembly,
+    state: State,
+    blocks: tuple[int, int],
+    polygon: Array,
+    plane: Array,
+    rot: Array,
+    place: Array,
+    contact: int,
+) -> Fresh | None:
+    """Joint on a polygon of block b's face above the plane of block a's face, blocks (a, b)."""
+    a, b = blocks
+    n = plane[:3]
+    height = polygon @ n - plane[3]
+    flat = polygon - height[:, None] * n
+    edge = flat - np.roll(flat, 1, axis=0)
+    length = np.linalg.norm(edge, axis=1)
+    t1 = edge[length.argmax()] / length.max()
+    t2 = np.cross(n, t1)
+    centre = flat.mean(axis=0)
+    # the incident face runs against the base's normal: its corners are clockwise seen along -n, hence the reversal
+    xy = np.column_stack([(flat - centre) @ t1, (flat - centre) @ t2])[::-1]
+    if contact == CORNER:
+        # touching corners, each with the same area wherever it comes to lie on the other block's face
+        apart = np.linalg.norm(xy - np.roll(xy, 1, axis=0), axis=1) > 0.1 * np.sqrt(_point_area(assembly, a, b))
+        grid = xy[apart] if apart.any() else xy[:1]
+        area = np.full(len(grid), _point_area(assembly, a, b))
+    else:
+        grid, area = _fan(xy)
+        if not area.sum() > 1e-8 * assembly.volumes.min() ** (2.0 / 3.0):
+            return None
+    # height of b's face over the base plane is linear
+    fit = np.linalg.lstsq(np.column_stack([np.ones(len(xy)), xy]), height[::-1], rcond=None)[0]
+    gap = fit[0] + grid @ fit[1:]
+    world = np.stack([t1, t2, n])
+    ra, rb = rot[a], rot[b]
+    arm_a, arm_b = ra.T @ (centre - place[a]), rb.T @ (centre - place[b])
+    qa, qb = state.bodies.quat[a], state.bodies.quat[b]
+    relative = _multiply(qa * (1, -1, -1, -1), qb)
+    offset = (assembly.centroids[b] + arm_b) - (assembly.centroids[a] + arm_a)
+    law, origin = _law_for(assembly, state, a, b)
+    m = len(area)
+    return Fresh(
+        a, b, grid[:, 0], grid[:, 1], area, gap, world @ ra, world, centre + grid @ world[:2],
+        relative * (1, -1, -1, -1), arm_a, arm_b, offset, law, np.zeros((m, 2)), np.zeros(m), np.zeros(m), origin,
+        contact, np.zeros(3), 0.0,
+    )  # fmt: skip
+
+
+def _point_area(assembly: Assembly, a: int, b: int) -> float:
+    """Area whose stiffness a touching corner or a crossing of edges takes [m2].
+
+    They touch in a point; a stiffness per area needs an area all the same. It is assumed: that of an inner point of the
+    lattice on a square face of the smaller block's volume, (V^(1/3) / 3)^2. Both have the same, so that no energy is
+    lost where a corner slides off a face and two edges go on.
+    """
+    return float((min(assembly.volumes[a], assembly.volumes[b]) ** (1.0 / 3.0) / (LATTICE - 1)) ** 2)
+
+
+def crossing_joint(
+    assembly: Assembly, state: State, blocks: tuple[int, int], found: Array, rot: Array, place: Array
+) -> Fresh:
+    """Joint of one point where an edge of block a passes an edge of block b, blocks (a, b).
+
+    The edges carry no cohesion or tension and do not dilate.
+    """
+    a, b = blocks
+    start_a, along_a, start_b, along_b, n = found
+    size = np.linalg.norm(np.cross(along_a, along_b))
+    d = start_b - start_a
+    point_a = start_a + (np.cross(d, along_b) @ n / size) * along_a
+    point_b = start_b + (np.cross(d, along_a) @ n / size) * along_b
+    ra, rb = rot[a], rot[b]
+    arm_a, arm_b = ra.T @ (point_a - place[a]), rb.T @ (point_b - place[b])
+    world = np.stack([along_a, np.cross(n, along_a), n])
+    q = state.bodies.quat
+    law, origin = _law_for(assembly, state, a, b)
+    law[[LAW_C, LAW_C_R, LAW_FT, LAW_FT_R, LAW_DIL, LAW_DIL_R, LAW_RATE]] = 0.0
+    law[LAW_CROSS] = 1.0
+    area = np.array([_point_area(assembly, a, b)])
+    zero = np.zeros(1)
+    return Fresh(
+        a, b, zero, zero, area, zero.copy(), world @ ra, world, point_b[None],
+        _multiply(q[a] * (1, -1, -1, -1), q[b]) * (1, -1, -1, -1), arm_a, arm_b,
+        (assembly.centroids[b] + arm_b) - (assembly.centroids[a] + arm_a), law, np.zeros((1, 2)), zero.copy(),
+        zero.copy(), origin, CROSSING, rb.T @ along_b, float(d @ n),
+    )  # fmt: skip
+
+
+def _law_for(assembly: Assembly, state: State, a: int, b: int) -> tuple[Array, int]:
+    """Law of the pair's interface, or an unbonded one of either block; and the interface it came from (encoded)."""
+    x = assembly.arrays
+    same = ((x.block_a == a) & (x.block_b == b)) | ((x.block_a == b) & (x.block_b == a))
+    if same.any():
+        k = int(np.flatnonzero(same)[0])
+        return state.laws[k].copy(), -2 - k
+    near = (x.block_a == a) | (x.block_a == b) | (x.block_b == a) | (x.block_b == b)
+    law = state.laws[int(np.flatnonzero(near)[0]) if near.any() else 0].copy()
+    law[[LAW_C, LAW_C_R, LAW_FT, LAW_FT_R]] = 0.0
+    return law, -1
+
+
+def inherit(state: State, now: Measured, pair_of: Array, new: Fresh) -> None:
+    """Elastic shear displacement, dilation and damage of the nearest old point of the same pair."""
+    old = np.flatnonzero((pair_of == sorted((new.a, new.b))).all(axis=1))
+    if not len(old):
+        return
+    mine = np.flatnonzero(np.isin(now.owner, old))
+    nearest = mine[((new.position[:, None] - now.position[mine][None]) ** 2).sum(axis=2).argmin(axis=1)]
+    points, joints = state.points, state.joints
+    owner = now.owner[nearest]
+    # force on block b of the old joint; the new joint may have swapped a and b
+    sign = np.where(joints.block_b[owner] == new.b, 1.0, -1.0)
+    shear = (now.force[nearest] * sign[:, None]) / points.area[nearest][:, None]
+    if new.contact == CROSSING or (state.contact[old] == CROSSING).any():
+        # a point and an area: the force is what stays
+        along = np.where(joints.block_b[now.owner[mine]] == new.b, 1.0, -1.0)
+        shear[:] = (now.force[mine] * along[:, None]).sum(axis=0) / new.area.sum()
+    new.slip[:, 0] = shear @ new.world[0] / new.law[LAW_KS]
+    new.slip[:, 1] = shear @ new.world[1] / new.law[LAW_KS]
+    new.lift[:] = 0.0 if new.contact == CROSSING else points.lift[nearest]
+    new.damage[:] = points.damage[nearest]
+
+
+def keep_energy(state: State, now: Measured, code: Array, made: list[Fresh], n_blocks: int) -> None:
+    """Widen the gaps of the new joints of a pair until they store no more normal elastic energy than the old ones.
+
+    Cut anew under load, the points lie elsewhere; a pair first seen when it overlaps has none to give. The widening
+    lasts until the joint is cut anew.
+    """
+    points = state.points
+    kn = state.joints.law[now.owner, LAW_KN]
+    stored = 0.5 * kn * points.area * np.maximum(-now.opening, 0.0) ** 2
+    pairs: dict[int, list[Fresh]] = {}
+    for new in made:
+        pairs.setdefault(min(new.a, new.b) * n_blocks + max(new.a, new.b), []).append(new)
+    for pair, group in pairs.items():
+        allowed = float(stored[code[now.owner] == pair].sum())
+        stiff = np.concatenate([0.5 * new.law[LAW_KN] * new.area for new in group])
+        deep = np.concatenate([new.lift - new.gap - new.apart for new in group])
+        if _stored(stiff, deep) <= allowed * (1.0 + 1e-12):
+            continue
+        low, high = 0.0, float(deep.max())
+        while high - low > 1e-12 * float(deep.max()):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if _stored(stiff, deep - middle) > allowed else (low, middle)
+        for new in group:
+            new.gap[:] += high
+
+
+def _stored(stiff: Array, deep: Array) -> float:
+    return float((stiff * np.maximum(deep, 0.0) ** 2).sum())
+
+
+def _fan(xy: Array) -> tuple[Array, Array]:
+    """Points of a convex counter-clockwise polygon, edges included, with tributary areas [m2]."""
+    n = len(xy)
+    steps = np.linspace(0.0, 1.0, LATTICE)
+    points: list[Array] = []
+    weights: list[float] = []
+    index: dict[tuple[int, int], int] = {}
+
+    def add(p: Array, w: float) -> None:
+        key = (round(float(p[0]) * 1e9), round(float(p[1]) * 1e9))
+        if key not in index:
+            index[key] = len(points)
+            points.append(p)
+            weights.append(0.0)
+        weights[index[key]] += w
+
+    if n == 4:
+        a, b, c, d = xy
+        grid = [[(1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * d + u * c) for u in steps] for v in steps]
+        cells = [(grid[i][j], grid[i][j + 1], grid[i + 1][j + 1], grid[i + 1][j])
+                 for i in range(LATTICE - 1) for j in range(LATTICE - 1)]  # fmt: skip
+        for cell in cells:
+            for tri in ((cell[0], cell[1], cell[2]), (cell[0], cell[2], cell[3]), (cell[0], cell[1], cell[3]),
+                        (cell[1], cell[2], cell[3])):  # fmt: skip
+                area = 0.25 * abs(_cross(tri[1] - tri[0], tri[2] - tri[0]))
+                for corner in tri:
+                    add(corner, area / 3.0)
+        return np.array(points), np.array(weights)
+    centre = xy.mean(axis=0)
+    for k in range(n):
+        a, b = xy[k], xy[(k + 1) % n]
+        middle = 0.5 * (a + b)
+        for tri in ((centre, a, middle), (centre, middle, b)):
+            area = 0.5 * abs(_cross(tri[1] - tri[0], tri[2] - tri[0]))
+            for corner in tri:
+                add(corner, area / 3.0)
+    return np.array(points), np.array(weights)
+
+
+def _cross(u: Array, v: Array) -> float:
+    return float(u[0] * v[1] - u[1] * v[0])
+
+
+def _multiply(p: Array, q: Array) -> Array:
+    return np.r_[p[0] * q[0] - p[1:] @ q[1:], p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])]
+
+
+def assemble(assembly: Assembly, state: State, stays: NDArray[np.bool_], made: list[Fresh]) -> list[str]:
+    """Write the kept and the new joints to the state; keep the step stable."""
+    j, pt = state.joints, state.points
+    count = np.diff(j.start)
+    kept = np.repeat(stays, count)
+
+    def stack(old: Array, new: list[Array]) -> Array:
+        return np.ascontiguousarray(np.concatenate([old, *new]) if new else old.copy())
+
+    each = made
+    state.points = Points(
+        stack(pt.s[kept], [m.s for m in each]), stack(pt.t[kept], [m.t for m in each]),
+        stack(pt.area[kept], [m.area for m in each]), stack(pt.gap[kept], [m.gap for m in each]),
+        stack(pt.slip_1[kept], [m.slip[:, 0] for m in each]), stack(pt.slip_2[kept], [m.slip[:, 1] for m in each]),
+        stack(pt.lift[kept], [m.lift for m in each]), stack(pt.damage[kept], [m.damage for m in each]),
+    )  # fmt: skip
+    sizes = np.concatenate([count[stays], [len(m.s) for m in each]]).astype(np.int64)
+
+    def rows(old: Array, name: str) -> Array:
+        new = [np.asarray(getattr(m, name), dtype=old.dtype)[None] for m in each]
+        return stack(old[stays], new)
+
+    state.joints = Joints(
+        rows(j.block_a, "a"), rows(j.block_b, "b"), np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
+        rows(j.frame, "frame"), rows(j.turn, "turn"), rows(j.arm_a, "arm_a"), rows(j.arm_b, "arm_b"),
+        rows(j.offset, "offset"), rows(j.law, "law"), rows(j.edge, "edge"),
+    )  # fmt: skip
+    state.interface, state.contact = rows(state.interface, "origin"), rows(state.contact, "contact")
+    for k in range(len(state.joints.block_a) - len(each), len(state.joints.block_a)):
+        lift = state.points.lift[state.joints.start[k] : state.joints.start[k + 1]]
+        state.joints.law[k, LAW_LIFT] = max(state.joints.law[k, LAW_LIFT], float(lift.max(initial=0.0)))
+    return _keep_stable(assembly, state)
+
+
+def _keep_stable(assembly: Assembly, state: State) -> list[str]:
+    """Shorten the step (real masses) or add mass (scaled masses) where new contacts made a block stiffer."""
+    bodies = state.bodies
+    stiffness = block_stiffness(state.points, state.joints, assembly.n_blocks, bodies.rot + np.eye(3))
+    inertia = np.linalg.inv(bodies.inv_inertia)
+    if state.mode == DYNAMIC:
+        limit = 0.65 * stable_step(stiffness, bodies.mass, inertia, ~assembly.fixed, state.joints, 1.0)
+        if limit < 0.999 * state.dt:
+            state.dt = limit
+            return ["new contacts made the joints stiffer: the time step was shortened"]
+        return []
+    mass, need = scaled_masses(stiffness, state.dt, 0.65)
+    for i in np.flatnonzero(mass > 1.001 * bodies.mass):
+        factor = mass[i] / bodies.mass[i]
+        bodies.mass[i] = mass[i]
+        bodies.inv_mass[i] = 1.0 / mass[i]
+        bodies.ang[i] *= factor
+        bodies.inv_inertia[i] = bodies.inv_inertia[i] / factor
+    for i in range(assembly.n_blocks):
+        top = np.linalg.eigvals(bodies.inv_inertia[i] @ need[i]).real.max()
+        if mass[i] != 1.0 and top > 1.001:
+            bodies.inv_inertia[i] /= top
+            bodies.ang[i] *= top
+    return []

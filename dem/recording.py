@@ -1,0 +1,255 @@
+"""What a run writes down: samples, energies, notes; and when it must look for contacts or stop."""
+
+import copy
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem import kernels
+from dem.detection import SOONEST, Pieces, near_margin, reaches, redetect, travel_per_step
+from dem.history import COLUMNS, History
+from dem.loading import Drive, Ramp, Stage, Tilt
+from dem.resuming import Position
+from dem.state import State, UnstableError
+from dem.stepping import Damping, Scale, unbalance
+from limitmason.model import Assembly, Loads
+
+Array = NDArray[np.float64]
+
+_SUMS = {
+    "friction": kernels.E_FRICTION, "fracture": kernels.E_FRACTURE, "viscous": kernels.E_VISCOUS,
+    "damping": kernels.E_DAMPING, "applied": kernels.E_APPLIED, "support": kernels.E_SUPPORT,
+}  # fmt: skip
+
+
+_NEVER = 10**9
+
+SMALL = 0.5
+"""Displacement up to which the first contacts are all there are, over the gap at which two blocks count as near [-]."""
+
+
+@dataclass
+class Watch:
+    """Steps and travel since contacts were looked for last [m], steps after which they must be, and whether at all."""
+
+    since: int = 0
+    travelled: float = 0.0
+    due: int = SOONEST
+    searching: bool = False
+
+
+class Recorder:
+    """Load cases with their present factors, and the samples taken so far."""
+
+    def __init__(
+        self,
+        assembly: Assembly,
+        loads: Loads,
+        state: State,
+        stages: Sequence[Stage],
+        detect_every: int | None,
+    ) -> None:
+        n = assembly.n_blocks
+        self.assembly, self.state, self.stages = assembly, state, stages
+        weight = np.zeros((n, 6))
+        weight[:, 2] = -assembly.weights
+        weight[assembly.fixed] = 0.0
+        # loads on wholly held blocks go straight to the support and do not count
+        dead, live = loads.dead.copy(), loads.live.copy()
+        dead[assembly.fixed] = live[assembly.fixed] = 0.0
+        # the part of the dead load that is weight turns with a tilting table, the rest stays
+        own = np.where(np.abs(dead[:, 2] - weight[:, 2]) <= np.abs(dead[:, 2]), 1.0, 0.0)[:, None] * weight
+        east, north = np.zeros((n, 6)), np.zeros((n, 6))
+        east[:, 0], north[:, 1] = -own[:, 2], -own[:, 2]
+        self.cases = np.stack([dead - own, own, live, east, north])
+        self.scale = Scale.of(assembly, dead if dead.any() else live)
+        self.drives = np.zeros((0, n, 6))
+        driven = [assembly.block_index(b) for s in stages if isinstance(s, Drive) for b in s.displacement]
+        driven += [assembly.block_index(b) for s in stages for b in s.servo]
+        # an earlier run may have left blocks held by a Drive
+        held = (assembly.held | state.bodies.held).any(axis=1)
+        self.blocks = np.array(sorted({*np.flatnonzero(held).tolist(), *driven}), dtype=np.intp)
+        self.rows: list[list[float]] = []
+        self.reaction: list[Array] = []
+        self.shift: list[Array] = []
+        self.quaternion: list[Array] = []
+        self.opening: list[Array] = []
+        self.margin, self.reach = near_margin(assembly), reaches(assembly)
+        self.every, self.watch = detect_every, Watch()
+        self._beyond_noted = False
+        elastic = state.measured(assembly).elastic_energy
+        self.begun = {"kinetic": state.energy_of_motion(), "elastic": elastic}
+        self.begun |= {c: float(state.total[k]) for c, k in _SUMS.items()}
+        self.notes: list[str] = list(state.warnings)
+        self.settings: tuple[int, Damping | None, tuple[str, ...]] = (1, None, ())
+        self.position: Position | None = None
+        self.status = "finished"
+
+    def take_up(self, history: History) -> None:
+        """Go on with the samples of an interrupted run."""
+        self.rows = np.column_stack([history.scalars[c] for c in COLUMNS]).tolist()
+        self.reaction, self.shift = list(history.reaction), list(history.shift)
+        self.quaternion, self.opening = list(history.quaternion), list(history.opening)
+        self.blocks, self.notes, self.status = history.reaction_blocks, list(history.warnings), history.settings[4]
+        self._beyond_noted = any("beyond small displacement" in note for note in self.notes)
+        if history.position is not None:
+            self.begun = dict(zip(self.begun, history.position.energy.tolist(), strict=True))
+
+    @property
+    def factors(self) -> Array:
+        """Factors of the load cases now."""
+        return self.state.factors
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """Convex pieces of the blocks."""
+        return Pieces.of(self.assembly)
+
+    def target(self, stage: Stage) -> float:
+        """Multiplier or tilt angle at the end of the stage."""
+        if isinstance(stage, Ramp):
+            return stage.to
+        if isinstance(stage, Tilt):
+            return float(np.deg2rad(stage.to_deg))
+        return 0.0
+
+    def table(self, start: Array, target: float, part: Array, stage: Stage) -> Array:
+        """Factors of the cases at the given parts of a stage, shape (steps, 5)."""
+        out = np.tile(start, (len(part), 1))
+        if isinstance(stage, Ramp):
+            out[:, 2] = start[2] + part * (target - start[2])
+        elif isinstance(stage, Tilt):
+            axis = np.asarray(stage.axis, dtype=float)
+            if not np.linalg.norm(axis) > 0 or abs(axis[2]) > 1e-9 * np.linalg.norm(axis):
+                raise ValueError(f"tilting axis {stage.axis} is not horizontal")
+            d = np.cross(axis / np.linalg.norm(axis), (0.0, 0.0, 1.0))
+            first = float(np.arctan2(start[3] * d[0] + start[4] * d[1], start[1]))
+            angle = first + part * (target - first)
+            out[:, 1], out[:, 3], out[:, 4] = np.cos(angle), np.sin(angle) * d[0], np.sin(angle) * d[1]
+        return out
+
+    def _farthest(self) -> tuple[int, float]:
+        """Block that has moved most against the held ones, and how far its farthest corner has [m]."""
+        b = self.state.bodies
+        ground = b.shift[self.assembly.fixed].mean(axis=0) if self.assembly.fixed.any() else np.zeros(3)
+        moved = np.linalg.norm(b.shift - ground, axis=1)
+        turned = 2.0 * np.arcsin(np.minimum(np.linalg.norm(b.quat[:, 1:], axis=1), 1.0))
+        path = moved + turned * self.reach
+        return int(path.argmax()), float(path.max())
+
+    def _beyond(self) -> bool:
+        """True where the first contacts may no longer be all there are; noted when it is seen first."""
+        block, moved = self._farthest()
+        beyond = moved > SMALL * self.margin
+        if beyond and not self._beyond_noted:
+            self._beyond_noted = True
+            name = self.assembly.blocks[block].name
+            what = (
+                "contacts were kept as they were (detect_every=None): where blocks have left them, or meet others, the "
+                "forces are wrong"
+                if self.every is None
+                else f"contacts are searched for from there on, at most {self.every} steps apart"
+            )
+            step = self.state.total[kernels.E_STEPS]
+            self.notes.append(
+                f"block {name!r} had moved by {moved:.2g} m, beyond small displacement, at step {step:.0f}: {what}"
+            )
+        return beyond or bool((self.state.interface < 0).any())
+
+    def steps_to_look(self) -> int:
+        """Steps until contacts must be looked after: no corner may travel more than half the margin in between."""
+        if self.every is None:
+            return _NEVER
+        left = 0.5 * self.margin - self.watch.travelled
+        step = travel_per_step(self.state, self.reach)
+        steps = int(min(left / step, _NEVER)) if step > 0.0 else _NEVER
+        if self.watch.searching:
+            steps = min(steps, self.every - self.watch.since, self.watch.due - self.watch.since)
+        return max(1, steps)
+
+    def look(self, steps: int) -> None:
+        """Search for contacts when it is time to, once blocks have moved beyond small displacement."""
+        if self.every is None:
+            return
+        w = self.watch
+        w.since += steps
+        w.travelled += steps * travel_per_step(self.state, self.reach)
+        if not w.searching:
+            if w.travelled > 0.45 * self.margin:
+                w.travelled = 0.0
+                self.start_looking()
+        elif w.since >= min(self.every, w.due) or w.travelled > 0.45 * self.margin:
+            self._detect()
+
+    def start_looking(self) -> None:
+        """Begin to search where blocks have moved beyond small displacement already."""
+        if self.every is not None and self._beyond():
+            self.watch.searching = True
+            self._detect()
+
+    def _detect(self) -> None:
+        notes, soonest = redetect(self.assembly, self.state, self.pieces, margin=self.margin)
+        self.notes += notes
+        self.watch.since, self.watch.travelled = 0, 0.0
+        self.watch.due = max(SOONEST, int(min(soonest / self.state.dt, self.every or 0)))
+
+    def add(self, state: State, stage: int) -> dict[str, float]:
+        """Record a sample; refuse a state in which energy appears from nowhere."""
+        now = state.measured(self.assembly)
+        e = state.total
+        force, moment = unbalance(state, self.scale)
+        opening = np.full(len(self.assembly.interfaces), np.nan)
+        owner = state.interface[now.owner]
+        kept = owner >= 0
+        largest = np.full(len(opening), -np.inf)
+        np.maximum.at(largest, owner[kept], now.opening[kept])
+        opening = np.where(np.isfinite(largest), largest, np.nan)
+        tilt = float(np.arctan2(np.hypot(self.factors[3], self.factors[4]), self.factors[1]))
+        row = {
+            "time": state.time,
+            "step": float(e[kernels.E_STEPS]),
+            "stage": float(stage),
+            "multiplier": float(self.factors[2]),
+            "tilt": tilt,
+            "unbalanced force": force,
+            "unbalanced moment": moment,
+            "kinetic": float(e[kernels.E_KINETIC]),
+            "elastic": now.elastic_energy,
+            **{c: float(e[k]) for c, k in _SUMS.items()},
+            "largest opening": float(now.opening.max(initial=0.0)),
+            "largest slip": float(np.linalg.norm(now.slip, axis=1).max(initial=0.0)),
+        }
+        if self.every is None:
+            self._beyond()
+        self.rows.append([row[c] for c in COLUMNS])
+        # what the support adds so that the held degrees of freedom follow their prescribed motion
+        self.reaction.append(np.where(state.bodies.held, -state.bodies.net, 0.0)[self.blocks])
+        self.shift.append(state.bodies.shift.copy())
+        self.quaternion.append(state.bodies.quat.copy())
+        self.opening.append(opening)
+        worked = abs(row["applied"] - self.begun["applied"]) + abs(row["support"] - self.begun["support"])
+        size = max(self.begun["kinetic"] + self.begun["elastic"] + worked, 1e-300)
+        created = sum((row[c] - self.begun[c]) * (-1.0 if c in ("applied", "support") else 1.0) for c in self.begun)
+        if row["kinetic"] > 10.0 * size and created > 10.0 * size:
+            raise UnstableError(
+                f"energy explodes at step {row['step']:.0f}: kinetic {row['kinetic']:.3g} J against {size:.3g} J that "
+                "the run began with or was given by the loads; the time step is too long for the stiffness of the "
+                "joints"
+            )
+        return row
+
+    def history(self, status: str) -> History:
+        """Everything recorded so far."""
+        table = np.array(self.rows).reshape(len(self.rows), len(COLUMNS))
+        n, k = self.assembly.n_blocks, len(self.assembly.interfaces)
+        return History(
+            self.assembly, status, {c: table[:, i].copy() for i, c in enumerate(COLUMNS)},
+            np.array(self.reaction).reshape(-1, len(self.blocks), 6), self.blocks,
+            np.array(self.shift).reshape(-1, n, 3), np.array(self.quaternion).reshape(-1, n, 4),
+            np.array(self.opening).reshape(-1, k), self.state,
+            tuple(s.name or type(s).__name__ for s in self.stages), tuple(dict.fromkeys(self.notes)),
+            tuple(self.factors.tolist()), copy.deepcopy(self.position), (*self.settings, self.every, self.status),
+        )  # fmt: skip

@@ -1,0 +1,164 @@
+"""Going on where a run ended or was cut off: what must be the same, where it stood, interrupts that wait."""
+
+import signal
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem import kernels
+from dem.joints import JointOptions, make_laws
+from dem.loading import Stage
+from dem.state import JOINT_FIELDS, State, joint_table
+from limitmason.model import Assembly, Loads
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class Position:
+    """Where in its stages a run stands; all that a stage knows beside the state.
+
+    Parameters
+    ----------
+    stage, done : number of the stage, and steps of it taken
+    begun, dt : time and time step at its begin [s]
+    factors, shift, quat, held : at its begin; ``held`` before the stage held any degrees of freedom itself
+    quiet : checks in a row in which a Settle was quiet
+    outcome : of the stage so far
+    servo : vertical give [m/N] and summed lack [N] of every servo, shape (s, 2)
+    watch : steps and travel since contacts were looked for, steps until they must be, whether they are, shape (4,)
+    energy : sums of energy that the run began with, for the guard against explosions, shape (8,)
+    """
+
+    stage: int
+    done: int
+    begun: float
+    dt: float
+    factors: Array
+    shift: Array
+    quat: Array
+    held: NDArray[np.bool_]
+    quiet: int
+    outcome: str
+    servo: Array
+    watch: Array
+    energy: Array
+
+    def arrays(self) -> dict[str, Array]:
+        """All of it as arrays by name."""
+        return {f"position.{f.name}": np.array(getattr(self, f.name)) for f in fields(self)}
+
+    @classmethod
+    def from_arrays(cls, file: Mapping[str, Any]) -> "Position | None":
+        """Inverse of :meth:`arrays`; None where the run was over."""
+        if "position.stage" not in file:
+            return None
+        raw = {f.name: file[f"position.{f.name}"] for f in fields(cls)}
+        numbers = {"stage": int, "done": int, "quiet": int, "begun": float, "dt": float, "outcome": str}
+        return cls(**{name: numbers[name](x) if name in numbers else x for name, x in raw.items()})
+
+
+def spelled(value: Any) -> str:
+    """A stage, or a part of one, in full: two are equal where this is."""
+    if is_dataclass(value) and not isinstance(value, type):
+        parts = ", ".join(f"{f.name}={spelled(getattr(value, f.name))}" for f in fields(value))
+        return f"{type(value).__name__}({parts})"
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{k!r}: {spelled(v)}" for k, v in value.items()) + "}"
+    if isinstance(value, np.ndarray | Sequence) and not isinstance(value, str):
+        return "[" + ", ".join(spelled(v) for v in value) + "]"
+    return repr(value.item() if isinstance(value, np.generic) else value)
+
+
+def check_same_stages(stages: Sequence[Stage], before: Sequence[str]) -> None:
+    """Refuse stages other than those a run was cut off in.
+
+    Raises
+    ------
+    ValueError
+        Naming the first stage that differs.
+    """
+    now = [spelled(s) for s in stages]
+    for number, (one, two) in enumerate(zip(now, before, strict=False)):
+        if one != two:
+            raise ValueError(f"stage {number} is not the one the run was cut off in: {one} against {two}")
+    if len(now) != len(before):
+        raise ValueError(f"the run was cut off in {len(before)} stages, {len(now)} are given")
+
+
+def check_continues(assembly: Assembly, state: State, loads: Loads, options: JointOptions | None) -> None:
+    """Refuse to go on from a state with another model, other joint laws or other loads that act.
+
+    Raises
+    ------
+    ValueError
+        Naming the block, or the joint and its field.
+    """
+    n = assembly.n_blocks
+    if len(state.bodies.mass) != n or len(state.joint_table) != len(assembly.interfaces):
+        raise ValueError(
+            f"the state is of another assembly: {len(state.bodies.mass)} blocks and {len(state.joint_table)} "
+            f"interfaces, not {n} and {len(assembly.interfaces)}"
+        )
+    now = joint_table(assembly)
+    same = (now == state.joint_table) | (np.isnan(now) & np.isnan(state.joint_table))
+    if not same.all():
+        k, f = np.argwhere(~same)[0]
+        a, b = (assembly.blocks[i].name for i in (assembly.arrays.block_a[k], assembly.arrays.block_b[k]))
+        raise ValueError(
+            f"the joint between {a!r} and {b!r} has another {JOINT_FIELDS[f]} now ({now[k, f]:g}) than in the run that "
+            f"ended in this state ({state.joint_table[k, f]:g}), which goes on with its own laws: make a new state"
+        )
+    if options is not None:
+        laws, _ = make_laws(assembly, state.dead, options)
+        kept = [c for c in range(kernels.LAW_DASH) if c != kernels.LAW_CROSS]
+        kept += [kernels.LAW_DASH] if options.dashpot is not None else []
+        if not np.array_equal(laws[:, kept], state.laws[:, kept]):
+            raise ValueError(
+                "joint_options differ from those of the run that ended in this state, which goes on with its own laws: "
+                "leave them out, or make a new state"
+            )
+    if state.total[kernels.E_STEPS] == 0.0:
+        return
+    for case, mine, old in (("dead", loads.dead, state.dead), ("live", loads.live, state.live)):
+        if case == "live" and state.factors[2] == 0.0:
+            continue
+        scale = max(float(np.abs(old).max(initial=0.0)), 1e-300)
+        free = ~assembly.fixed
+        off = (np.abs(mine - old) > 1e-12 * scale).any(axis=1) & free
+        if off.any():
+            i = int(np.flatnonzero(off)[0])
+            raise ValueError(
+                f"the {case} load of block {assembly.blocks[i].name!r} is {mine[i].tolist()} now and was "
+                f"{old[i].tolist()} in the run that ended in this state: a jump of a load that acts is not a load "
+                "history; leave loads out to keep them, or bring the change as live load"
+            )
+
+
+class Interrupt:
+    """Whether the keyboard has asked to stop."""
+
+    asked = False
+
+
+@contextmanager
+def interrupts_wait() -> Iterator[Interrupt]:
+    """Keep an interrupt from the keyboard until the chunk of steps under way is complete, so that no state is torn."""
+    waiting = Interrupt()
+    if threading.current_thread() is not threading.main_thread():
+        yield waiting
+        return
+
+    def note(*_: object) -> None:
+        waiting.asked = True
+
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield waiting
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -1,0 +1,82 @@
+"""The command ``check``: contacts, near misses, floating blocks and implausible input of a model or a drawing."""
+
+from __future__ import annotations
+
+import argparse
+import warnings
+from pathlib import Path
+
+from limitmason.cli.console import figure_file, load_target, say, show_text
+from limitmason.model import Assembly, ContactError, ContactWarning, Joint, PlausibilityWarning
+
+_DRAWINGS = (".dxf", ".obj")
+
+
+def add_commands(commands: argparse._SubParsersAction) -> None:
+    """Add ``check``."""
+    check = commands.add_parser(
+        "check", help="contact report: near misses, floating blocks, implausible input",
+        description="Lists the contacts of a model and what may be wrong with them. Exit status 0 when there is "
+        "nothing to decide, 1 when there is, 2 for input that cannot be read.",
+    )  # fmt: skip
+    check.add_argument("target", metavar="TARGET", help="model file, experiment, or a drawing (.dxf, .obj)")
+    check.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the report (.png, .pdf, .svg)")
+    check.add_argument("--distance", type=float, metavar="M", help="list near misses up to this gap [m]")
+    check.add_argument("--angle", type=float, metavar="DEG", help="and up to this angle between faces [deg]")
+    drawing = check.add_argument_group("drawings only")
+    drawing.add_argument("--tolerance", type=float, metavar="M", help="gap or overlap up to which faces touch [m]")
+    drawing.add_argument("--thickness", type=float, metavar="M", help="of a .dxf outline's prism; default: 1 m")
+    drawing.add_argument("--scale", type=float, metavar="M", help="metres per unit of the drawing")
+    check.set_defaults(run=_check)
+
+
+def _check(options: argparse.Namespace) -> int:
+    said = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", PlausibilityWarning)
+        try:
+            assembly, title = _loaded(options)
+        except ContactError as error:
+            # the report says what is wrong, and about which blocks
+            assembly, title = error.assembly, Path(options.target).stem
+            said.append(str(error))
+    report = assembly.contact_report(distance=options.distance, angle_deg=options.angle)
+    show_text(f"{title}: {report}")
+    # what the report lists block by block needs no second mention
+    said += dict.fromkeys(
+        str(w.message)
+        for w in caught
+        if issubclass(w.category, PlausibilityWarning) and not issubclass(w.category, ContactWarning)
+    )
+    for text in said:
+        show_text(f"warning: {text}")
+    if options.figure:
+        from limitmason import figures
+
+        figures.contact_report(assembly, report, title=title).savefig(options.figure, dpi=200)
+        say(f"wrote {options.figure}")
+    return 1 if report.decisions or said else 0
+
+
+def _loaded(options: argparse.Namespace) -> tuple[Assembly, str]:
+    path = Path(options.target)
+    if path.suffix.lower() not in _DRAWINGS:
+        for name in ("tolerance", "thickness", "scale"):
+            if getattr(options, name) is not None:
+                raise ValueError(f"--{name} is for drawings (.dxf, .obj); a model holds its own")
+        assembly, _, title = load_target(options.target, needs_live_load=False)
+        return assembly, title
+    from limitmason import formats
+
+    scale = {} if options.scale is None else {"scale": options.scale}
+    joint = Joint(30.0)  # any: contacts do not depend on it
+    if path.suffix.lower() == ".obj":
+        if options.thickness is not None:
+            raise ValueError("--thickness is for .dxf outlines; solids have their own")
+        solids, names = formats.read_obj(path, **scale)
+        return Assembly.from_polyhedra(solids, names=names, joint=joint, tolerance=options.tolerance), path.stem
+    outlines, names, _ = formats.read_dxf(path, **scale)
+    thickness = 1.0 if options.thickness is None else options.thickness
+    return Assembly.from_polygons(
+        outlines, names=names, thickness=thickness, joint=joint, tolerance=options.tolerance
+    ), path.stem  # fmt: skip

@@ -1,0 +1,167 @@
+"""Power that the joints of a mechanism dissipate under the associative law, point by point and over whole faces."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.geometry.slip import slip_integrals
+from limitmason.model.assembly import Assembly
+from limitmason.residuals import PointState
+from limitmason.results import Prediction, Resultants
+
+Array = NDArray[np.float64]
+
+
+def point_rates(assembly: Assembly, twists: Array, position: Array, interface: NDArray) -> tuple[Array, Array]:
+    """Opening [m/s], shape (m,), and sliding of b relative to a in global axes, shape (m, 3), at contact points."""
+    x = assembly.arrays
+    a, b = x.block_a[interface], x.block_b[interface]
+
+    def velocity(block: NDArray) -> Array:
+        arm = position - assembly.centroids[block]
+        return twists[block, :3] + np.cross(twists[block, 3:], arm)
+
+    jump = velocity(b) - velocity(a)
+    n = x.normal[interface]
+    opening = (jump * n).sum(axis=1)
+    return opening, jump - opening[:, None] * n
+
+
+def point_state(assembly: Assembly, resultants: Resultants, twists: Array) -> PointState:
+    """Forces, rates and strengths at the contact points of a prediction."""
+    x = assembly.arrays
+    k = resultants.point_interface
+    n = x.normal[k]
+    normal_force = (resultants.point_force * n).sum(axis=1)
+    opening, sliding = point_rates(assembly, twists, resultants.point_position, k)
+    area = resultants.point_area
+    cohesion = x.cohesion[k] * area
+    with np.errstate(divide="ignore", invalid="ignore"):
+        apex = np.where(x.tan_phi[k] > 0, cohesion / x.tan_phi[k], np.inf)
+    tension = np.minimum(x.tensile_strength[k] * area, apex)
+    crushing = np.full(len(k), np.inf)
+    crushes = np.isfinite(x.compressive_strength[k])
+    crushing[crushes] = x.compressive_strength[k][crushes] * area[crushes]
+    return PointState(
+        normal_force, resultants.point_force - normal_force[:, None] * n, opening, sliding, x.tan_phi[k], x.tan_psi[k],
+        cohesion, tension, crushing,
+    )  # fmt: skip
+
+
+def point_dissipation(state: PointState, opening: Array, sliding: Array) -> tuple[Array, Array]:
+    """Power a point can dissipate under the associative law, and g = e_n - tan(phi) |e_t|, which must not be negative.
+
+    D = c |e_t| A + N_t g for g >= 0 (N_t the tension capacity) and c |e_t| A - N_c g for g < 0 (N_c the crushing
+    capacity; infinite without crushing, which is what makes g < 0 inadmissible).
+    """
+    slip = np.linalg.norm(sliding, axis=1)
+    g = opening - state.tan_phi * slip
+    power = state.cohesion * slip + np.where(g > 0, state.tension * g, 0.0)
+    finite = np.isfinite(state.crushing)
+    power[finite] += state.crushing[finite] * np.maximum(-g[finite], 0.0)
+    return power, g
+
+
+def _stress_block_power(g1: Array, g2: Array, capacity: Array, tension: Array) -> Array:
+    """Power of a crushing in-plane section: max of -(g1 N1 + g2 N2) over N_i >= (N1 + N2)^2 / (2 Q)."""
+    low, high = np.minimum(g1, g2), np.maximum(g1, g2)
+    spread = np.maximum(high - low, 1e-300)
+    n = np.where(low < 0, np.clip(capacity * -low / spread, 0.0, capacity), 0.0)
+    return -low * n - (high - low) * n**2 / (2.0 * capacity) + 0.5 * tension * (g1 + g2)
+
+
+def stress_block_pairs(assembly: Assembly, prediction: Prediction) -> tuple[Array, Array, Array] | None:
+    """End points, crushing capacity Q and tension of interfaces with a crushing stress block; None where none has."""
+    if prediction.provenance.get("crushing") != "stress block" or prediction.resultants is None:
+        return None
+    x = assembly.arrays
+    k = prediction.resultants.point_interface
+    rows = np.flatnonzero(np.isfinite(x.compressive_strength))
+    first = np.searchsorted(k, rows)
+    found = (first < len(k)) & (k[np.minimum(first, len(k) - 1)] == rows)
+    rows, first = rows[found], first[found]
+    tension = np.minimum(
+        x.tensile_strength[rows], np.divide(x.cohesion[rows], x.tan_phi[rows], out=np.full(len(rows), np.inf),
+                                            where=x.tan_phi[rows] > 0)
+    ) * x.area[rows]  # fmt: skip
+    return np.column_stack([first, first + 1]), x.compressive_strength[rows] * x.area[rows] + tension, tension
+
+
+class Dissipation:
+    """The joint law of a prediction as the power that any motion of its blocks dissipates.
+
+    Faces with cohesion between rigid blocks in space are integrated in closed form, D = N_t e_n + (c - tan(phi) t) A
+    integral of |s|, where t is the tension per area: e_n is linear and |s| convex, so that the flow rule holds all over
+    a face when it holds at its corners. Cohesion lumped at points would dissipate more in torsion (at corners 0.7071
+    instead of 0.3826 c a^3 on a square), for it may not gather there as friction may. Faces on a grid and those of
+    plane problems, whose slip is uniform, are summed over their points.
+
+    Parameters
+    ----------
+    assembly : the structure
+    prediction : with forces at contact points; its provenance says which contact model they follow
+    state : its points, see :func:`point_state`
+    """
+
+    def __init__(self, assembly: Assembly, prediction: Prediction, state: PointState) -> None:
+        resultants = prediction.resultants
+        if resultants is None:
+            raise ValueError("a prediction without joint forces says nothing about its joints")
+        self._assembly, self._resultants, self.state = assembly, resultants, state
+        self.pairs = stress_block_pairs(assembly, prediction)
+        self.rigid = ~np.isfinite(state.crushing)
+        if self.pairs is not None:
+            self.rigid[self.pairs[0].ravel()] = False
+        x, k = assembly.arrays, resultants.point_interface
+        whole = (x.cohesion > 0) & ~np.isfinite(x.compressive_strength)
+        whole &= np.bincount(k, minlength=len(x.area)) > 0
+        if prediction.provenance.get("plane") or prediction.provenance.get("contact_model") == "grid":
+            whole[:] = False
+        self._faces = np.flatnonzero(whole)
+        self._on_face = whole[k]
+        if len(self._faces):
+            count = np.diff(x.corner_start)[self._faces]
+            self._start = np.concatenate([[0], np.cumsum(count)])
+            rows = np.concatenate([np.arange(x.corner_start[f], x.corner_start[f + 1]) for f in self._faces])
+            owner = np.repeat(self._faces, count)
+            arm = x.corners[rows] - x.centre[owner]
+            self._corners = np.column_stack(
+                [(arm * x.tangent_1[owner]).sum(axis=1), (arm * x.tangent_2[owner]).sum(axis=1)]
+            )
+            f = self._faces
+            with np.errstate(divide="ignore"):
+                apex = np.where(x.tan_phi[f] > 0, x.cohesion[f] / x.tan_phi[f], np.inf)
+            self._tension = np.minimum(x.tensile_strength[f], apex)
+            self._cohesion = np.maximum(x.cohesion[f] - x.tan_phi[f] * self._tension, 0.0)
+
+    def rates(self, twists: Array) -> tuple[Array, Array]:
+        """Opening and sliding of the contact points, see :func:`point_rates`."""
+        r = self._resultants
+        return point_rates(self._assembly, twists, r.point_position, r.point_interface)
+
+    def power(self, twists: Array) -> tuple[float, float, Array]:
+        """Power [W] over whole faces, the same summed over contact points, and g = e_n - tan(phi) |e_t| per point."""
+        opening, sliding = self.rates(twists)
+        state = self.state
+        if self.pairs is None:
+            power, g = point_dissipation(state, opening, sliding)
+            total = float(power.sum())
+        else:
+            ends, capacity, tension = self.pairs
+            power, g = point_dissipation(state._replace(crushing=np.full_like(opening, np.inf)), opening, sliding)
+            slip = np.linalg.norm(sliding, axis=1)
+            others = np.ones(len(g), dtype=bool)
+            others[ends.ravel()] = False
+            total = float(power[others].sum() + (state.cohesion * slip)[ends].sum())
+            total += float(_stress_block_power(g[ends[:, 0]], g[ends[:, 1]], capacity, tension).sum())
+        if not len(self._faces):
+            return total, total, g
+        return total + float(self.of_faces(twists).sum() - power[self._on_face].sum()), total, g
+
+    def of_faces(self, twists: Array) -> Array:
+        """Power over every face that is integrated as a whole [W]."""
+        x, f = self._assembly.arrays, self._faces
+        opening, sliding = point_rates(self._assembly, twists, x.centre[f], f)
+        spin = ((twists[x.block_b[f], 3:] - twists[x.block_a[f], 3:]) * x.normal[f]).sum(axis=1)
+        at_centre = np.column_stack([(sliding * x.tangent_1[f]).sum(axis=1), (sliding * x.tangent_2[f]).sum(axis=1)])
+        slip = slip_integrals(self._corners, self._start, at_centre, spin)
+        return self._tension * x.area[f] * opening + self._cohesion * slip

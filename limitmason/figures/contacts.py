@@ -1,0 +1,214 @@
+"""The contact report as a drawing: joints that were made, faces that nearly touch, faces that touch nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PathCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from limitmason.figures import elevation, solid, style
+from limitmason.figures.mechanism import chosen_plane, page_frame
+from limitmason.figures.painter import camera
+from limitmason.model import Assembly
+from limitmason.model.contact_report import ContactReport, NearMiss
+
+Array = NDArray[np.float64]
+
+_CONTACT, _MISS, _WEDGE, _TINY, _EDGE = style.GREEN, style.VERMILION, style.BLUE, style.ORANGE, style.BLACK
+_BARE = style.PURPLE
+_LABELLED = 12
+"""So many near misses get a label; more would cover the drawing, and the printed report names them all."""
+
+
+@style.in_print_style
+def contact_report(
+    model: Assembly,
+    report: ContactReport | None = None,
+    *,
+    view: str = "auto",
+    labels: bool = True,
+    title: str | None = None,
+    ax: Axes | None = None,
+    azimuth_deg: float = -58.0,
+    elevation_deg: float = 22.0,
+) -> Figure:
+    """Contacts of an assembly (green), wedges kept (blue), near misses with gap and angle (vermilion), bare faces.
+
+    Parameters
+    ----------
+    model : the assembly
+    report : from ``model.contact_report()``, which is called when it is not given
+    view : "elevation", "3d", or "auto": elevation for a single leaf of prisms, otherwise 3-D, where marks shine through
+        the blocks and faces that touch nothing are not marked
+    labels : write gap and largest angle at the twelve worst near misses
+    title : heading
+    ax : axes to draw on; a new figure when not given
+    azimuth_deg, elevation_deg : direction the viewer looks from in 3-D, from x towards y and upwards [deg]
+
+    Returns
+    -------
+    Figure
+        Axes in metres with equal aspect; ``savefig`` writes PNG, PDF or SVG.
+    """
+    report = model.contact_report() if report is None else report
+    plane = chosen_plane(model, view, None)
+    loose = np.array([b.name in set(report.floating) for b in model.blocks])
+    if plane is not None:
+        drawing = elevation.Elevation(model, plane)
+        frame = drawing.frame()
+        page = style.Page(*frame.span, ax)
+        width = page.line_width(drawing.block_size())
+        elevation.draw_blocks(page.ax, drawing, width, moving=np.zeros(model.n_blocks, dtype=bool))
+        _loose(page.ax, drawing, loose, width)
+        axes = drawing.axes
+        _bare_faces(page.ax, report, plane.normal, axes, width)
+        _lines(page.ax, [i.polygon for i in model.interfaces], axes, _CONTACT, 1.6 * width + 0.5, "contacts", 3.0)
+        elevation.set_frame(page.ax, drawing, frame)
+    else:
+        scene = solid.Scene(model, camera(azimuth_deg, elevation_deg))
+        layout = solid.Layout(scene, page_frame(scene, scene))
+        page = style.Page(*(layout.high - layout.low), ax, framed=False)
+        width = page.line_width(solid.block_size(model))
+        solid.draw_solids(page.ax, scene, width, moving=loose, joints=None, before=scene,
+                          ghosts=np.zeros(model.n_blocks, dtype=bool))  # fmt: skip
+        axes = np.column_stack([scene.view.right, scene.view.up])
+        _areas(page.ax, [i.polygon for i in model.interfaces], axes, _CONTACT, 0.25, "contacts")
+        layout.draw(page.ax)
+    thick = 2.0 * width + 1.0
+    for rows, colour, gid in ((report.kept, _WEDGE, "kept"), (report.near_misses, _MISS, "near misses")):
+        polygons = [p for row in rows for p in row.polygons]
+        if plane is not None:
+            _lines(page.ax, polygons, axes, colour, thick, gid, 4.0)
+        else:
+            _areas(page.ax, polygons, axes, colour, 0.7, gid)
+    _points(page.ax, [c.place for c in report.tiny], axes, "o", _TINY, "tiny")
+    _points(page.ax, [e.place for e in report.edges], axes, "x", _EDGE, "edges")
+    if labels:
+        misses = report.near_misses[:_LABELLED]
+        rows = [(m, _MISS) for m in misses] + [(m, _WEDGE) for m in report.kept[: _LABELLED - len(misses)]]
+        _label(page, rows, axes)
+    handles = _handles(report, fixed=bool(model.fixed.any()), plane=plane is not None)
+    return page.finish(title, _caption(report), handles)
+
+
+def _lines(
+    ax: Axes, polygons: list[Array], axes: Array, colour: str, width: float, gid: str, zorder: float
+) -> None:  # fmt: skip
+    """Polygons seen edge on: their longest stretch on the page."""
+    if not polygons:
+        return
+    segments = []
+    for polygon in polygons:
+        flat = polygon @ axes
+        apart = np.linalg.norm(flat[:, None] - flat[None], axis=2)
+        i, j = np.unravel_index(int(apart.argmax()), apart.shape)
+        segments.append(flat[[i, j]])
+    ax.add_collection(
+        LineCollection(segments, colors=colour, linewidths=width, gid=gid, zorder=zorder, capstyle="round")
+    )
+
+
+def _areas(ax: Axes, polygons: list[Array], axes: Array, colour: str, alpha: float, gid: str) -> None:
+    if polygons:
+        ax.add_collection(
+            PolyCollection(
+                [p @ axes for p in polygons], facecolors=colour, edgecolors=colour, linewidths=0.5, alpha=alpha,
+                gid=gid, zorder=5.0,
+            )
+        )  # fmt: skip
+
+
+def _bare_faces(ax: Axes, report: ContactReport, towards: Array, axes: Array, width: float) -> None:
+    """Faces that touch nothing, those seen edge on, as broken lines."""
+    rows = [f.corners for f in report.untouched if abs(f.normal @ towards) < 0.05]
+    _lines(ax, rows, axes, _BARE, width + 0.6, "untouched", 2.5)
+    for artist in ax.collections:
+        if artist.get_gid() == "untouched":
+            artist.set_linestyle((0, (1.2, 2.0)))
+            artist.set_capstyle("butt")
+
+
+def _loose(ax: Axes, drawing: elevation.Elevation, loose: NDArray[np.bool_], width: float) -> None:
+    if loose.any():
+        ax.add_collection(
+            PathCollection(
+                drawing.paths(np.flatnonzero(loose)), facecolors=style.pale(_MISS, 0.25), edgecolors=style.OUTLINE,
+                linewidths=width, gid="floating", zorder=2.2,
+            )
+        )  # fmt: skip
+
+
+def _points(ax: Axes, places: list[Array], axes: Array, marker: str, colour: str, gid: str) -> None:
+    if places:
+        x, z = (np.array(places) @ axes).T
+        (line,) = ax.plot(x, z, marker, color=colour, markersize=4.5, markerfacecolor="none", markeredgewidth=1.1,
+                          linestyle="none", zorder=6.0)  # fmt: skip
+        line.set_gid(gid)
+
+
+def _label(page: style.Page, rows: list[tuple[NearMiss, str]], axes: Array) -> None:
+    """Gap and angle beside each, where no other label is: of eight places around the first that is free."""
+    ax, size = page.ax, 6.5
+    taken: list[Array] = []
+    middle = np.array([np.mean(ax.get_xlim()), np.mean(ax.get_ylim())])
+    for row, colour in rows:
+        text = f"{_gap(row)}, {row.angle_deg:.2g}°"
+        at = row.place @ axes
+        out = np.where(at >= middle, 1.0, -1.0)
+        # in points on the page, from its middle
+        here = 72.0 * page.inch * (at - middle)
+        box = np.array([0.58 * size * len(text) + 4.0, size + 5.0])
+        for lift, side in [(k, (u, v)) for k in (8.0, 24.0) for u in (1, -1) for v in (1, -1)]:
+            step = out * side * (9.0, lift)
+            low = here + np.where(step < 0.0, step - box, step)
+            if all((low >= t + box).any() or (low + box <= t).any() for t in taken):
+                break
+        taken.append(low)
+        ax.annotate(
+            text, at, tuple(step), textcoords="offset points", ha="left" if step[0] > 0 else "right",
+            va="bottom" if step[1] > 0 else "top", fontsize=size, color=colour,
+            bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": colour, "linewidth": 0.4},
+            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.5}, zorder=7.0, annotation_clip=False,
+        )  # fmt: skip
+
+
+def _gap(row: NearMiss) -> str:
+    low, high = (1e3 * g for g in row.gap)
+    return f"{high:.2g} mm" if high - low <= 0.01 * abs(high) else f"{low:.2g}\N{EN DASH}{high:.2g} mm"
+
+
+def _caption(report: ContactReport) -> str:
+    return " · ".join([
+        f"{len(report.contacts)} contacts of {report.n_blocks} blocks", f"tolerance {report.tolerance_text}",
+        f"angle {report.rules.angle_deg:g}°",
+        f"to decide: {', '.join(report.decisions)}" if report.decisions else "nothing to decide",
+    ])  # fmt: skip
+
+
+def _handles(report: ContactReport, *, fixed: bool, plane: bool) -> list[Patch | Line2D]:
+    """Legend entries for what is really in the drawing."""
+    handles: list[Patch | Line2D] = []
+
+    def line(colour: str, label: str, **options: object) -> None:
+        handles.append(Line2D([], [], color=colour, label=label, **{"linewidth": 1.8, **options}))  # type: ignore[arg-type]
+
+    if report.contacts:
+        line(_CONTACT, "contact")
+    if report.kept:
+        line(_WEDGE, "wedge kept: gap, angle")
+    if report.near_misses:
+        line(_MISS, "near miss: gap, angle")
+    if plane and report.untouched:
+        line(_BARE, "touches nothing", linewidth=1.2, linestyle=(0, (1.2, 2.0)))
+    for rows, marker, colour, label in (
+        (report.tiny, "o", _TINY, "tiny contact"), (report.edges, "x", _EDGE, "edge or corner only"),
+    ):  # fmt: skip
+        if rows:
+            line(colour, label, linestyle="none", marker=marker, markersize=4.5, markerfacecolor="none")
+    if report.floating:
+        handles.append(Patch(facecolor=style.pale(_MISS, 0.25), edgecolor=style.OUTLINE, linewidth=0.5, label="floats"))
+    return handles + elevation.joint_handles(None, fixed=fixed, ghost=False, hatch=plane)

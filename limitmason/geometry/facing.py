@@ -1,0 +1,146 @@
+"""Faces of different bodies that look at each other: their common area and the gap between them over it."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.geometry.clipping import area_perimeter, clip_convex_batch, drop_redundant_vertices
+from limitmason.geometry.polyhedron import Solid, face_planes, group_by_topology
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+class Faces(NamedTuple):
+    """All faces of all solids in a row: corners [m] (F, K, 3), padded by repeating the last, and their planes."""
+
+    corners: Array
+    corners_of: Index  # (F,)
+    normal: Array  # outward, (F, 3)
+    offset: Array  # [m], (F,)
+    part: Index  # solid each belongs to, (F,)
+
+
+class FacingPairs(NamedTuple):
+    """Pairs of faces that overlap in projection: the area common to both, placed midway between them.
+
+    Parameters
+    ----------
+    f, g : faces, the one of the lower owner first, shape (m,)
+    points : corners of the common area [m], shape (m, K, 3), padded by repeating the last one
+    corners_of : number of corners, shape (m,)
+    normal : unit vector from f to g, the mean of both faces' normals, shape (m, 3)
+    gap : between the faces at every corner, negative where they overlap [m], shape (m, K)
+    area : [m2], shape (m,)
+    width : 2 area / perimeter, about the shorter side of a long strip [m], shape (m,)
+    angle_deg : between the faces [deg], shape (m,)
+    """
+
+    f: Index
+    g: Index
+    points: Array
+    corners_of: Index
+    normal: Array
+    gap: Array
+    area: Array
+    width: Array
+    angle_deg: Array
+
+    def rows(self, keep: NDArray) -> "FacingPairs":
+        """Some of the pairs."""
+        return FacingPairs(*(column[keep] for column in self))
+
+
+def facing_pairs(
+    faces: Faces, start: Index, owner: Index, p: Index, q: Index, reach: Array, slack: Array, angle_deg: float
+) -> FacingPairs:
+    """Common areas of all faces that look at each other.
+
+    Parameters
+    ----------
+    faces, start : from :func:`all_faces`
+    owner : block of every solid
+    p, q : pairs of solids to look at
+    reach : faces whose boxes are further apart than this are left out, one per pair of solids [m]
+    slack : corners nearer than this to the line past them are dropped, one per pair of solids [m]
+    angle_deg : faces further than this from parallel are left out [deg]
+    """
+    f, g, pair = _face_pairs(faces, start, p, q, reach, -np.cos(np.deg2rad(angle_deg)))
+    # lower block number first, so that the normal runs from a to b
+    swap = owner[faces.part[f]] > owner[faces.part[g]]
+    f, g = np.where(swap, g, f), np.where(swap, f, g)
+    if not len(f):
+        none = np.empty((0, 1, 3))
+        return FacingPairs(f, g, none, f, np.empty((0, 3)), none[..., 0], *(np.empty(0) for _ in range(3)))
+    normal = faces.normal[f] - faces.normal[g]
+    length = np.linalg.norm(normal, axis=1)
+    normal /= length[:, None]
+
+    first = faces.corners[f]
+    edge = first[:, 1] - first[:, 0]
+    t1 = edge - (edge * normal).sum(axis=1)[:, None] * normal
+    t1 /= np.linalg.norm(t1, axis=1)[:, None]
+    t2 = np.cross(normal, t1)
+    origin = first[:, 0]
+    frame = np.stack([t1, t2], axis=2)
+    subject = (first - origin[:, None]) @ frame
+    # the partner's outward normal is opposite: its corners run clockwise here, reversal makes them counter-clockwise
+    window = ((faces.corners[g] - origin[:, None]) @ frame)[:, ::-1]
+    window = _left_packed(window, faces.corners_of[g])
+    clipped, count = clip_convex_batch(subject, faces.corners_of[f], window, faces.corners_of[g])
+    clipped, count = drop_redundant_vertices(clipped, count, slack[pair])
+    area, perimeter = area_perimeter(clipped)
+    width = np.where(count >= 3, 2.0 * area / np.maximum(perimeter, 1e-300), 0.0)
+
+    # clipped corners lie in the plane through `origin` normal to the mean normal: place them midway between both faces
+    points = origin[:, None] + clipped @ np.swapaxes(frame, 1, 2)
+    to_f = faces.offset[f][:, None] - np.einsum("mki,mi->mk", points, faces.normal[f])
+    to_g = np.einsum("mki,mi->mk", points, faces.normal[g]) - faces.offset[g][:, None]
+    points += (0.5 * (to_f + to_g))[..., None] * normal[:, None, :]
+    # two unit vectors at an angle: half their difference has the cosine of half of it for length, its sine for rest
+    half = np.linalg.norm(faces.normal[f] + faces.normal[g], axis=1) / length
+    return FacingPairs(f, g, points, count, normal, to_g - to_f, area, width, np.degrees(2.0 * np.arctan(half)))
+
+
+def all_faces(solids: Sequence[Solid]) -> tuple[Faces, Index]:
+    """All faces, and the row of each solid's first one (with the total at the end)."""
+    widest = max(len(f) for s in {s.faces: s for s in solids}.values() for f in s.faces)
+    n_faces = np.array([len(s.faces) for s in solids])
+    start = np.concatenate([[0], np.cumsum(n_faces)])
+    total = start[-1]
+    corners, count = np.empty((total, widest, 3)), np.empty(total, np.intp)
+    normal, offset = np.empty((total, 3)), np.empty(total)
+    for faces, members, vertices in group_by_topology(solids):
+        for k, face in enumerate(faces):
+            rows = start[members] + k
+            padded = [*face, *[face[-1]] * (widest - len(face))]
+            corners[rows] = vertices[:, padded]
+            count[rows] = len(face)
+            normal[rows], offset[rows] = face_planes(vertices[:, list(face)])
+    return Faces(corners, count, normal, offset, np.repeat(np.arange(len(solids)), n_faces)), start
+
+
+def _face_pairs(
+    faces: Faces, start: Index, p: Index, q: Index, reach: Array, facing: float
+) -> tuple[Index, Index, Index]:
+    """Faces of every pair of solids with opposite normals whose boxes are within reach, and the pair they are of."""
+    n_p, n_q = start[p + 1] - start[p], start[q + 1] - start[q]
+    pair = np.repeat(np.arange(len(p)), n_p * n_q)
+    local = np.arange(len(pair)) - np.repeat(np.cumsum(n_p * n_q) - n_p * n_q, n_p * n_q)
+    f = start[p[pair]] + local // n_q[pair]
+    g = start[q[pair]] + local % n_q[pair]
+    opposite = np.einsum("mi,mi->m", faces.normal[f], faces.normal[g]) < facing
+    f, g, pair = f[opposite], g[opposite], pair[opposite]
+    low, high = faces.corners.min(axis=1), faces.corners.max(axis=1)
+    far = reach[pair][:, None]
+    near = (low[f] <= high[g] + far).all(axis=1) & (low[g] <= high[f] + far).all(axis=1)
+    return f[near], g[near], pair[near]
+
+
+def _left_packed(reversed_corners: Array, count: Index) -> Array:
+    """Corners of reversed padded rows moved to the left: the padding came first after the reversal."""
+    k = reversed_corners.shape[1]
+    index = np.minimum(np.arange(k)[None, :] + (k - count)[:, None], k - 1)
+    return np.take_along_axis(reversed_corners, index[..., None], axis=1)

@@ -1,0 +1,197 @@
+"""Independent parts of an assembly: solved apart, each in units of its own load, and put together again.
+
+Free blocks that no chain of joints between free blocks joins do not know of each other: what is held passes nothing on.
+Every part carries an interval of multipliers, so the whole carries what all of them do: the smallest upper end governs.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.certificate import certify, resultants_from_points, scaled_mechanism
+from limitmason.limit.associative import carry
+from limitmason.limit.problem import make_problem
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.model.support import Support
+from limitmason.residuals import part_labels
+from limitmason.results import (
+    ALMOST_SOLVED,
+    CANNOT_STAND,
+    NOT_CONVERGED,
+    SOLVED,
+    UNBOUNDED,
+    Prediction,
+    Resultants,
+)
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+SAME = 1e-9
+"""Difference of two multipliers, relative, at which forces found for one are taken for the other."""
+
+
+def independent_parts(assembly: Assembly) -> list[Index]:
+    """Free blocks of every independent part, in the order of their lowest numbers."""
+    label = part_labels(assembly)
+    return [np.flatnonzero(label == k) for k in range(int(label.max(initial=-1)) + 1)]
+
+
+def governed(
+    assembly: Assembly,
+    loads: Loads,
+    parts: list[Index],
+    solve: Callable[[Assembly], Prediction],
+    model: Mapping[str, Any],
+    *,
+    check_dead_load: bool,
+) -> Prediction:
+    """Prediction of the whole from predictions of its parts.
+
+    The part of smallest multiplier governs: its mechanism, the rest at rest; the forces of the others are those of
+    their own prediction, or a mean of these and of forces under dead load alone that is in equilibrium at the governing
+    multiplier (admissible, for the joint law is convex).
+
+    Parameters
+    ----------
+    parts : from :func:`independent_parts`
+    solve : prediction of an assembly in which the other parts are held
+    model : contact_model, grid, in_plane for :func:`limitmason.limit.problem.make_problem`
+    check_dead_load : whether every part must also stand without live load
+    """
+    held, live = [], []
+    for part in parts:
+        others = np.setdiff1d(np.flatnonzero(~assembly.fixed), part)
+        held.append(assembly.with_supports([Support.fixed(int(i)) for i in others]))
+        live.append(bool(loads.live[part][~assembly.held[part]].any()))
+    if not any(live):
+        make_problem(assembly, loads, **model)  # says that there is no live load
+    found = {k: solve(held[k]) for k in range(len(parts)) if live[k]}
+    rows = tuple(
+        {
+            "blocks": [assembly.blocks[i].name for i in part],
+            "multiplier": found[k].collapse_multiplier if k in found else float("inf"),
+            "status": found[k].status if k in found else "no live load",
+        }
+        for k, part in enumerate(parts)
+    )
+    for status in (CANNOT_STAND, NOT_CONVERGED):
+        for k, prediction in found.items():
+            if prediction.status == status:
+                return _of_part(prediction, k, rows)
+    lead = min(found, key=lambda k: found[k].collapse_multiplier)
+    first = found[lead]
+    value = first.collapse_multiplier if first.status != UNBOUNDED else 0.0
+    forces = [] if first.resultants is None else [first.resultants]
+    for k in range(len(parts)):
+        if k == lead or (first.status == UNBOUNDED and k in found):
+            continue  # if all that have a live load are without bound, only the others are still asked
+        own, falling = _carrying(held[k], loads, value, found.get(k), model, check_dead_load)
+        if own is None:
+            return _failed(first, k, rows, falling, value if k in found else 0.0)
+        forces.append(own)
+    if first.status == UNBOUNDED:
+        return _of_part(first, lead, rows)
+    return _whole(assembly, loads, first, lead, rows, forces)
+
+
+def _of_part(prediction: Prediction, part: int, rows: tuple) -> Prediction:
+    """The prediction of a part as that of the whole: without forces, which it does not know of the others."""
+    return replace(prediction, details={**prediction.details, "parts": rows, "governing_part": part})
+
+
+def _failed(first: Prediction, part: int, rows: tuple, falling: Prediction | None, value: float) -> Prediction:
+    """Prediction of a whole of which one part carries no dead load, or none at the governing multiplier."""
+    name = rows[part]["blocks"][0]
+    if falling is None:
+        reason = f"no forces were found that hold the part with block {name!r} in equilibrium, nor a proof of its fall"
+        details: dict[str, Any] = {}
+    else:
+        load = f"{value:.6g} times the live load, which governs elsewhere," if value else "the dead load"
+        reason = f"the part with block {name!r} cannot carry {load}; the mechanism is that of its fall"
+        details = dict(falling.details)
+    return Prediction(
+        first.method, float("nan"), "none", NOT_CONVERGED if falling is None else CANNOT_STAND,
+        None if falling is None else falling.mechanism, provenance=first.provenance, warnings=(reason,),
+        details={**details, "parts": rows, "governing_part": part},
+    )  # fmt: skip
+
+
+def _carrying(
+    part: Assembly, loads: Loads, multiplier: float, own: Prediction | None, model: Mapping[str, Any], check: bool
+) -> tuple[Resultants | None, Prediction | None]:
+    """Forces in a part at a multiplier that it carries; or None, and the motion by which it falls if it is known."""
+    top = own.collapse_multiplier if own is not None else np.inf
+    if own is not None and own.resultants is not None and abs(top - multiplier) <= SAME * max(abs(top), 1e-12):
+        return own.resultants, None
+    # between zero, where it stands, and its own multiplier forces may be mixed; else they are asked for directly
+    mixed = check and own is not None and own.resultants is not None and 0.0 <= multiplier < top
+    at = 0.0 if mixed else multiplier
+    at_zero = Loads(loads.dead + at * loads.live, np.zeros_like(loads.live))
+    base, falling = carry(make_problem(part, at_zero, live_required=False, **model))
+    if base is None or not mixed:
+        return base, falling
+    share = multiplier / top
+    return _mixed(part, [(1.0 - share, base), (share, own.resultants)]), None
+
+
+def _mixed(assembly: Assembly, shares: list[tuple[float, Resultants]]) -> Resultants:
+    """Sum of forces, each times its share; forces at different points keep a share of the area as well."""
+    first = shares[0][1]
+    position, interface = first.point_position, first.point_interface
+    same = all(
+        np.array_equal(r.point_interface, interface) and np.array_equal(r.point_area, first.point_area)
+        and np.allclose(r.point_position, position, rtol=0.0, atol=1e-12 * np.abs(position).max(initial=1.0))
+        for _, r in shares
+    )  # fmt: skip
+    if same:
+        force = sum(share * r.point_force for share, r in shares)
+        return resultants_from_points(assembly, position, interface, first.point_area, force)
+    return _joined(assembly, [
+        resultants_from_points(assembly, r.point_position, r.point_interface, share * r.point_area,
+                               share * r.point_force)
+        for share, r in shares
+    ])  # fmt: skip
+
+
+def _joined(assembly: Assembly, forces: list[Resultants]) -> Resultants:
+    """Forces of all parts together, in the order of the interfaces."""
+    interface = np.concatenate([r.point_interface for r in forces])
+    order = np.argsort(interface, kind="stable")
+    position, area, force = (
+        np.concatenate([getattr(r, name) for r in forces])[order]
+        for name in ("point_position", "point_area", "point_force")
+    )
+    return resultants_from_points(assembly, position, interface[order], area, force)
+
+
+def _whole(
+    assembly: Assembly, loads: Loads, first: Prediction, lead: int, rows: tuple, forces: list[Resultants]
+) -> Prediction:
+    """The governing part's prediction with the forces of all parts, certified as a whole."""
+    resultants = _joined(assembly, forces)
+    mechanism = first.mechanism
+    if mechanism is not None:
+        mechanism = scaled_mechanism(
+            assembly, loads, mechanism.twists, resultants.point_position, resultants.point_interface
+        )
+    provenance = dict(first.provenance, parts=len(rows), contact_points=len(resultants.point_interface))
+    prediction = replace(
+        first, mechanism=mechanism, resultants=resultants, provenance=provenance,
+        details={**first.details, "parts": rows, "governing_part": lead},
+    )  # fmt: skip
+    certificate = certify(assembly, loads, prediction)
+    if first.certificate is not None:
+        # the mechanism is that of the part, whose own certificate may have been given a better repair
+        same = ("flow_residual", "complementarity", "kinematic_multiplier", "gap", "discretisation", "force_cap")
+        certificate = replace(certificate, **{name: getattr(first.certificate, name) for name in same})
+    status, warnings = first.status, first.warnings
+    # of a torsion limit only the forces are certified, and the status is that of its iteration
+    known = first.certificate is not None and first.certificate.accepted
+    if status == SOLVED and known and not certificate.accepted:
+        status, warnings = ALMOST_SOLVED, (*warnings, f"reduced accuracy: {certificate.refusal}")
+    return replace(prediction, certificate=certificate, status=status, warnings=warnings)

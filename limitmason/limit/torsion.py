@@ -1,0 +1,88 @@
+"""The torsion estimate: every face limited to the torsion of uniform pressure about its own centre of pressure."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.geometry.polygon import centred_overlap, polar_mean_radius
+from limitmason.limit.problem import Problem
+from limitmason.limit.program import Solution, solve_static
+from limitmason.limit.strength import TorsionLimit, make_cones
+from limitmason.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED
+
+Array = NDArray[np.float64]
+
+MAX_ITERATIONS = 60
+"""Programs solved in search of a pressure that fits its own torsion limit."""
+
+
+def with_torsion_limit(
+    problem: Problem, solution: Solution, tolerance: float, reduction: float, *, verbose: bool = False
+) -> tuple[Solution, float, dict]:
+    """Repeat with every face's torsion limited about the centre of pressure of the last iterate.
+
+    The step towards the new forces shrinks (successive averages), so that faces whose pressure jumps from corner to
+    corner settle. The value has settled when the last tenth of a per cent no longer moves; otherwise the spread of the
+    last iterates is reported and the status says that accuracy is reduced.
+    """
+    if problem.plane is not None:
+        return solution, 0.0, {"torsion_iterations": 0}
+    values, seconds, force, last = [], 0.0, solution.force, None
+    for k in range(MAX_ITERATIONS):
+        limits = torsion_limits(problem, force)
+        limits = limits._replace(radius=limits.radius / reduction)
+        answer = solve_static(problem, make_cones(problem, torsion=limits), tolerance=tolerance, verbose=verbose)
+        seconds += answer.seconds
+        if answer.status not in (SOLVED, ALMOST_SOLVED):
+            if last is None:
+                return solution._replace(status=NOT_CONVERGED), seconds, {"torsion_iterations": k + 1}
+            force = 0.5 * (
+                force + last.force
+            )  # too strict a linearisation: move back towards forces that were possible
+            continue
+        last = answer
+        values.append(answer.multiplier)
+        recent = values[-5:]
+        if len(values) > 1 and abs(values[-1] - values[-2]) <= 1e-7 * max(1e-9, abs(values[-1])):
+            break
+        if k >= 12 and max(recent) - min(recent) <= 1e-3 * abs(values[-1]):
+            break
+        force = force + (answer.force - force) * (0.5 if k < 6 else 3.0 / k)
+    recent = values[-min(10, len(values)) :] if len(values) > 1 else values
+    tail = recent[-5:]
+    spread = 0.0 if len(values) < 3 else (max(tail) - min(tail)) / max(abs(values[-1]), 1e-300)
+    details = {
+        "torsion_iterations": len(values),
+        "torsion_history": [v * problem.live_scale for v in values],
+        "torsion_spread": spread,
+    }
+    status = SOLVED if spread <= 2e-3 else ALMOST_SOLVED
+    return last._replace(status=status), seconds, details
+
+
+def torsion_limits(problem: Problem, force: Array) -> TorsionLimit:
+    """Centre of pressure and polar mean radius of the compressed area of every loaded interface.
+
+    The compressed area is the part of the face that is symmetric about the centre of pressure, which carries its force
+    under uniform pressure.
+    """
+    x = problem.assembly.arrays
+    points = problem.points
+    normal = force.reshape(-1, 3)[:, 0]
+    interfaces = np.unique(points.interface)
+    total = np.bincount(points.interface, normal, len(x.area))
+    threshold = 1e-7 * np.abs(normal).max(initial=0.0)
+    chosen, poles, radii = [], [], []
+    for k in interfaces:
+        frame = np.column_stack([x.tangent_1[k], x.tangent_2[k]])
+        corners = (x.corners[x.corner_start[k] : x.corner_start[k + 1]] - x.centre[k]) @ frame
+        pole = np.zeros(2)
+        if total[k] > threshold:
+            p = np.flatnonzero(points.interface == k)
+            weight = np.maximum(normal[p], 0.0)
+            pole = (weight[:, None] * ((points.position[p] - x.centre[k]) @ frame)).sum(axis=0) / weight.sum()
+        area = centred_overlap(corners, pole)
+        chosen.append(k)
+        poles.append(x.centre[k] + frame @ pole)
+        size = np.sqrt(x.area[k])
+        radii.append(max(polar_mean_radius(area, pole) if len(area) >= 3 else 0.0, 1e-4 * size))
+    return TorsionLimit(np.array(chosen), np.array(poles), np.array(radii))

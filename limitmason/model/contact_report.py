@@ -1,0 +1,356 @@
+"""The contact report: which faces touch, which nearly do, what hangs on little, what a wider tolerance would add."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.geometry.contact import (
+    CONTACT_CODES,
+    KEPT,
+    LOOKED_AT_DEG,
+    MADE,
+    NOTHING,
+    Candidates,
+    ContactRules,
+    Doubt,
+    candidates,
+    doubts_of,
+    filled,
+    judged,
+    places,
+)
+from limitmason.geometry.facing import all_faces
+from limitmason.geometry.overlap import near_pairs, penetrations, touching_edges
+from limitmason.model.detection import (
+    Pieces,
+    contact_distances,
+    interfaces_by_pair,
+    joined,
+    length_text,
+    loose_blocks,
+    near_miss_reach,
+    near_misses,
+    pieces_of,
+)
+from limitmason.model.face_touch import UntouchedFace, contact_gaps, least_width, untouched_faces
+
+if TYPE_CHECKING:
+    from limitmason.model.assembly import Assembly
+
+Array = NDArray[np.float64]
+
+TINY = 0.1
+"""A contact narrower than this fraction of the smaller block's width is tiny [-]."""
+
+_SHOWN = 20
+
+
+class ContactEntry(NamedTuple):
+    """A contact of the model: names, kind, area [m2], least width in its plane [m], gap [m], angle [deg], place [m].
+
+    Gap and angle are NaN where an interface made by hand lies on no face of one of its blocks.
+    """
+
+    a: str
+    b: str
+    kind: str
+    area: float
+    width: float
+    gap: tuple[float, float]
+    angle_deg: float
+    place: Array
+    tiny: bool
+
+
+class NearMiss(NamedTuple):
+    """Two faces in doubt: names, kind as in ``limitmason.geometry.contact.Doubt``, gap [m], angle [deg], place [m].
+
+    A further kind, "left out", is a pair of faces that touch where the model has no interface.
+    """
+
+    a: str
+    b: str
+    kind: str
+    gap: tuple[float, float]
+    angle_deg: float
+    area: float
+    place: Array
+    polygons: list[Array]
+
+
+class EdgeContact(NamedTuple):
+    """Blocks that touch along an edge or at a corner only; no force passes there in this model. Place [m]."""
+
+    a: str
+    b: str
+    kind: str
+    place: Array
+
+
+@dataclass(frozen=True, eq=False)
+class ContactReport:
+    """What :meth:`limitmason.Assembly.contact_report` found; ``str`` makes a table of it.
+
+    Parameters
+    ----------
+    n_blocks : of the assembly
+    tolerance : gap up to which faces touch: least and largest over the blocks [m]
+    rules : angles and width that hold
+    contacts : every interface of the model
+    near_misses : faces that may have been meant to touch: "apart", "opens", "turned" where the two blocks share no
+        other contact, and "left out"
+    kept : wedges that are contacts by a rule: "closed" or "in part"
+    passed_over : other pairs of faces that were not made a contact: "narrow", and "turned" beside another contact
+    edges : touching along an edge or at a corner only
+    overlaps : names and depth beyond the tolerance [m]
+    deepest_overlap : of faces in contact, within the tolerance [m]
+    untouched : faces that touch nothing, the outer faces of a sound wall among them
+    n_faces : of all blocks
+    floating : blocks without a chain of contacts to a support, or without any contact where nothing is held
+    hanging : free blocks whose only contact is tiny
+    would_add : what is widened, and how many more pairs of faces would then be contacts
+    """
+
+    n_blocks: int
+    tolerance: tuple[float, float]
+    rules: ContactRules
+    contacts: tuple[ContactEntry, ...]
+    near_misses: tuple[NearMiss, ...]
+    kept: tuple[NearMiss, ...]
+    passed_over: tuple[NearMiss, ...]
+    edges: tuple[EdgeContact, ...]
+    overlaps: tuple[tuple[str, str, float], ...]
+    deepest_overlap: float
+    untouched: tuple[UntouchedFace, ...]
+    n_faces: int
+    floating: tuple[str, ...]
+    hanging: tuple[str, ...]
+    would_add: tuple[tuple[str, int], ...]
+
+    @property
+    def tiny(self) -> tuple[ContactEntry, ...]:
+        """Contacts that are short relative to their blocks."""
+        return tuple(c for c in self.contacts if c.tiny)
+
+    @property
+    def decisions(self) -> tuple[str, ...]:
+        """What a user should decide before trusting a multiplier; empty for a clean model."""
+        out = []
+        for rows, one, many in (
+            (self.near_misses, "near miss", "near misses"),
+            ([k for k in self.kept if k.kind == "in part"], "wedge kept in part", "wedges kept in part"),
+            (self.overlaps, "overlap", "overlaps"),
+            (self.floating, "floating block", "floating blocks"),
+            (self.hanging, "block that hangs on one tiny contact", "blocks that hang on one tiny contact"),
+        ):
+            if rows:
+                out.append(f"{len(rows)} {one if len(rows) == 1 else many}")
+        return tuple(out)
+
+    @property
+    def tolerance_text(self) -> str:
+        """Gap up to which faces touch, with its unit."""
+        low, high = (length_text(t) for t in self.tolerance)
+        return low if low == high else f"{low} to {high}"
+
+    def __repr__(self) -> str:
+        """One line."""
+        verdict = ", ".join(self.decisions) or "nothing to decide"
+        return f"<ContactReport: {len(self.contacts)} contacts of {self.n_blocks} blocks; {verdict}>"
+
+    def __str__(self) -> str:
+        """The whole report as text; lengths in mm, places in m."""
+        kinds = Counter(c.kind for c in self.contacts)
+        lines = [
+            f"{self.n_blocks} blocks, {len(self.contacts)} contacts"
+            + (f" ({', '.join(f'{n} {k}' for k, n in sorted(kinds.items()))})" if kinds else ""),
+            f"tolerance {self.tolerance_text}; angle {self.rules.angle_deg:g} degrees, wedges closed up to "
+            f"{self.rules.wedge_deg:g} degrees",
+        ]
+        if self.contacts:
+            area = [c.area for c in self.contacts]
+            lines.append(f"area {min(area):.3g} to {max(area):.3g} m2")
+        if known := [c for c in self.contacts if not np.isnan(c.angle_deg)]:
+            low, high = (1e3 * extreme(g for c in known for g in c.gap) for extreme in (min, max))
+            angle = max(c.angle_deg for c in known)
+            lines.append(f"gap {low:.2g} to {high:.2g} mm, angle up to {angle:.2g} degrees")
+        if len(known) < len(self.contacts):
+            lines.append(f"{len(self.contacts) - len(known)} contacts lie on no face of one of their blocks")
+        if self.deepest_overlap > 0.0:
+            lines.append(f"deepest overlap within the tolerance {1e3 * self.deepest_overlap:.2g} mm")
+        lines += _doubt_rows("near misses: faces that may have been meant to touch", self.near_misses)
+        lines += _doubt_rows("wedges kept as contacts", self.kept)
+        lines += _rows(
+            "tiny contacts",
+            [f"{c.a} | {c.b} | {1e3 * c.width:.3g} mm wide, {c.area:.3g} m2 | {_place(c.place)}" for c in self.tiny],
+        )
+        lines += _rows("overlaps", [f"{a} | {b} | {1e3 * d:.3g} mm deep" for a, b, d in self.overlaps])
+        lines += _rows("floating blocks: no chain of contacts to a support", list(self.floating))
+        lines += _rows("blocks that hang on one tiny contact", list(self.hanging))
+        lines += _rows(
+            "edge and corner contacts: no force passes there",
+            [f"{e.a} | {e.b} | {e.kind} | {_place(e.place)}" for e in self.edges],
+            shown=5,
+        )
+        lines += _doubt_rows("passed over: narrow, or turned beside another contact", self.passed_over, shown=5)
+        lines.append(f"{len(self.untouched)} of {self.n_faces} faces touch nothing (outer faces included)")
+        if self.would_add:
+            lines.append("more contacts with " + "; ".join(f"{what}: {count:+d}" for what, count in self.would_add))
+        lines.append(f"to decide: {', '.join(self.decisions)}" if self.decisions else "nothing to decide")
+        return "\n".join(lines)
+
+
+def contact_report(assembly: Assembly, *, distance: float | None, angle_deg: float | None) -> ContactReport:
+    """See ``Assembly.contact_report``."""
+    if distance is not None and not (np.isfinite(distance) and distance > 0.0):
+        raise ValueError(f"distance must be positive [m], got {distance!r}")
+    if angle_deg is not None and not 0.0 < angle_deg < 90.0:
+        raise ValueError(f"angle_deg must be between 0 and 90, got {angle_deg!r}")
+    rules, blocks = assembly.contact_rules, assembly.blocks
+    pieces = pieces_of(blocks)
+    near = contact_distances(pieces.widths, rules)
+    exact = 1e-6 * float(near.max())
+    shown = near_miss_reach(pieces.widths, near) if distance is None else np.full(len(near), distance)
+    looked_at = LOOKED_AT_DEG if angle_deg is None else max(angle_deg, rules.angle_deg)
+    found = _search(pieces, near, np.maximum(shown, 10.0 * near), rules, max(looked_at, LOOKED_AT_DEG))
+    present = interfaces_by_pair(assembly)
+
+    listed = _within(found, shown, looked_at)
+    code = judged(listed, rules)
+    rows = np.flatnonzero(~np.isin(code, (NOTHING, MADE)))
+    between = filled(places(listed.pairs, rows), listed.a[rows], listed.b[rows], pieces.solids, pieces.owner)
+    rows = np.union1d(rows[~between], np.flatnonzero(code == MADE))
+    kept: list[Doubt] = []
+    missed: list[Doubt] = []
+    doubts = doubts_of(listed, code, rows, made="left out")
+    for doubt in doubts:
+        there = joined(doubt, present, near[doubt.a] + near[doubt.b])
+        if doubt.kind in KEPT and there:
+            kept.append(doubt)
+        elif doubt.kind in (*KEPT, "left out"):
+            missed += [] if there else [doubt._replace(kind="left out")]
+    other = [d for d in doubts if d.kind not in (*KEPT, "left out")]
+    open_ones = near_misses(other, present, 2.0 * float(near.max()))
+    missed += open_ones
+    passed = [d for d in other if not any(d is m for m in open_ones)]
+
+    faces, start = all_faces(pieces.solids)
+    p, q = near_pairs(pieces.solids, pieces.owner, near)
+    deeper = penetrations(
+        pieces.solids, pieces.owner, faces, start, p, q, np.minimum(near[pieces.owner[p]], near[pieces.owner[q]])
+    )
+    entries = _entries(assembly, pieces, exact)
+    linked = set(present) | {(d.a, d.b) for d in missed if d.kind != "turned"}
+    names = [b.name for b in blocks]
+    edges = touching_edges(pieces.solids, pieces.owner, near, pieces.widths, linked)
+    untouched, n_faces = untouched_faces(assembly, pieces)
+    count = Counter(i for pair, group in present.items() for i in pair for _ in group)
+    tiny = {i for e in entries if e.tiny for i in (e.a, e.b)}
+    free = np.flatnonzero(~assembly.held.any(axis=1)).tolist()
+    loose = loose_blocks(assembly).tolist() if assembly.supports else [i for i in free if not count[i]]
+    return ContactReport(
+        assembly.n_blocks, (float(near.min()), float(near.max())), rules, tuple(entries),
+        _named(missed, names, exact), _named(kept, names, exact), _named(passed, names, exact),
+        tuple(EdgeContact(names[a], names[b], kind, place) for a, b, kind, place in edges),
+        tuple((names[i], names[j], d) for i, j, d in deeper),
+        max((-e.gap[0] for e in entries if e.gap[0] < 0.0), default=0.0), tuple(untouched), n_faces,
+        tuple(names[i] for i in loose),
+        tuple(names[i] for i in free if count[i] == 1 and names[i] in tiny),
+        _would_add(found, pieces, rules, max((d.gap[1] for d in missed if d.kind == "apart"), default=0.0)),
+    )  # fmt: skip
+
+
+def _search(pieces: Pieces, near: Array, reach: Array, rules: ContactRules, looked_at_deg: float) -> Candidates:
+    p, q = near_pairs(pieces.solids, pieces.owner, reach)
+    faces, start = all_faces(pieces.solids)
+    return candidates(
+        pieces.solids, pieces.owner, faces, start, p, q, near, reach, rules, min(looked_at_deg, 89.0)
+    )  # fmt: skip
+
+
+def _within(found: Candidates, reach: Array, angle_deg: float) -> Candidates:
+    """The candidates up to a gap per block [m] and an angle."""
+    far = np.minimum(reach[found.a], reach[found.b])
+    keep = (found.pairs.gap.min(axis=1) <= far) & (found.pairs.angle_deg <= angle_deg)
+    return _some(found._replace(reach=far), keep)
+
+
+def _some(found: Candidates, keep: NDArray) -> Candidates:
+    return Candidates(found.pairs.rows(keep), *(column[keep] for column in found[1:]))
+
+
+def _would_add(
+    found: Candidates, pieces: Pieces, rules: ContactRules, widest: float
+) -> tuple[tuple[str, int], ...]:  # fmt: skip
+    """How many more pairs of faces would be contacts if one tolerance were wider; ``widest`` gap of a near miss [m]."""
+    base = np.isin(judged(found, rules), CONTACT_CODES)
+    tries: list[tuple[str, Candidates, ContactRules, float]] = [
+        (f"distance x {k:g}", found, rules, k) for k in (2.0, 5.0, 10.0)
+    ]
+    if widest > 0.0:
+        every = np.full(len(found.distance), widest)
+        wide = found._replace(distance=np.maximum(found.distance, every), reach=np.maximum(found.reach, every))
+        tries.append((f"distance {length_text(widest)}", wide, rules, 1.0))
+    for k in (2.0, 3.0):
+        wider = min(k * rules.angle_deg, LOOKED_AT_DEG)
+        if wider > rules.angle_deg:
+            tries.append((f"angle {wider:g} degrees", found, replace(rules, angle_deg=wider), 1.0))
+    tries.append(("no least width", found._replace(width=np.zeros(len(found.width))), rules, 1.0))
+    out = []
+    for label, trial, changed, times in tries:
+        rows = np.flatnonzero(np.isin(judged(trial, changed, times=times), CONTACT_CODES) & ~base)
+        between = filled(places(found.pairs, rows), found.a[rows], found.b[rows], pieces.solids, pieces.owner)
+        out.append((label, int((~between).sum())))
+    return tuple(out)
+
+
+def _entries(assembly: Assembly, pieces: Pieces, exact: float) -> list[ContactEntry]:
+    x = assembly.arrays
+    gaps, angles = contact_gaps(assembly, pieces)
+    out = []
+    for k, i in enumerate(assembly.interfaces):
+        width = least_width(i.polygon, i.normal)
+        small = float(min(pieces.widths[i.block_a], pieces.widths[i.block_b]))
+        out.append(ContactEntry(
+            assembly.blocks[i.block_a].name, assembly.blocks[i.block_b].name, i.kind, float(x.area[k]), width,
+            _snapped(gaps[k], exact), float(angles[k]), x.centre[k], width < TINY * small,
+        ))  # fmt: skip
+    return out
+
+
+def _snapped(gap: Iterable[float], exact: float) -> tuple[float, float]:
+    """Least and largest gap, rounding errors below ``exact`` taken as nil [m]."""
+    low, high = (0.0 if abs(g) < exact else float(g) for g in gap)
+    return low, high
+
+
+def _named(doubts: Iterable[Doubt], names: list[str], exact: float) -> tuple[NearMiss, ...]:
+    rows = [
+        NearMiss(names[d.a], names[d.b], d.kind, _snapped(d.gap, exact), d.angle_deg, d.area, d.place, d.polygons)
+        for d in doubts
+    ]
+    return tuple(sorted(rows, key=lambda r: (max(r.gap[0], 0.0), r.gap[1], r.a, r.b)))
+
+
+def _place(place: Array) -> str:
+    return f"at ({', '.join(f'{x:.4g}' for x in place)}) m"
+
+
+def _rows(title: str, rows: list[str], *, shown: int = _SHOWN) -> list[str]:
+    if not rows:
+        return []
+    more = [f"  ... and {len(rows) - shown} more"] if len(rows) > shown else []
+    return [f"{title} ({len(rows)})", *(f"  {r}" for r in rows[:shown]), *more]
+
+
+def _doubt_rows(title: str, rows: tuple[NearMiss, ...], *, shown: int = _SHOWN) -> list[str]:
+    return _rows(title, [
+        f"{d.a} | {d.b} | {d.kind} | gap {1e3 * d.gap[0]:.2g} to {1e3 * d.gap[1]:.2g} mm, {d.angle_deg:.2g} degrees, "
+        f"{d.area:.3g} m2 | {_place(d.place)}" for d in rows
+    ], shown=shown)  # fmt: skip

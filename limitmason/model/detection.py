@@ -1,0 +1,232 @@
+"""Contacts of the blocks of an assembly: which tolerance holds, what was found, and what to say about the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.constants import RELATIVE_TOLERANCE
+from limitmason.geometry.contact import KEPT, NEAR, ContactPatches, ContactRules, Doubt, find_contacts
+from limitmason.geometry.polyhedron import Solid, check_closed, check_solids, least_widths
+from limitmason.model.plausibility import PlausibilityWarning, warn
+
+if TYPE_CHECKING:
+    from limitmason.model.assembly import Assembly
+    from limitmason.model.block import Block
+    from limitmason.model.interface import Interface
+
+Array = NDArray[np.float64]
+
+
+class ContactError(ValueError):
+    """Blocks that overlap or float; ``assembly`` holds them as far as they go, for ``assembly.contact_report()``."""
+
+    def __init__(self, text: str, assembly: Assembly) -> None:
+        super().__init__(text)
+        self.assembly = assembly
+
+
+class ContactWarning(PlausibilityWarning):
+    """Faces that nearly touch and are no contact, or that were made one although they open like a wedge."""
+
+
+class Pieces(NamedTuple):
+    """Convex pieces of all blocks in a row, the block of each, and the least width of every block [m]."""
+
+    solids: list[Solid]
+    owner: NDArray[np.intp]
+    widths: Array
+
+
+def pieces_of(blocks: Sequence[Block]) -> Pieces:
+    """Pieces of all blocks."""
+    parts = [b.parts for b in blocks]
+    owner = np.repeat(np.arange(len(blocks)), [len(p) for p in parts])
+    return Pieces([piece for p in parts for piece in p], owner, least_widths(parts))
+
+
+def closed_pieces(blocks: Sequence[Block]) -> Pieces:
+    """Pieces of all blocks, open ones refused by name; what is flat, inverted or concave is not seen here."""
+    check_closed([p for b in blocks for p in b.parts], [b.name for b in blocks for _ in b.parts])
+    return pieces_of(blocks)
+
+
+def typical_tolerance(pieces: Pieces) -> float:
+    """The default tolerance for a block of median width [m]; contacts take that of the smaller of two blocks."""
+    # what is flat or not finite is refused by name when contacts are looked for
+    width = np.nanmedian(pieces.widths)
+    return RELATIVE_TOLERANCE * (float(width) if np.isfinite(width) and width > 0 else 1.0)
+
+
+def contact_distances(widths: Array, rules: ContactRules) -> Array:
+    """Tolerance of every block [m]; of two blocks the smaller one counts."""
+    return np.asarray(RELATIVE_TOLERANCE * widths if rules.distance is None else np.full(len(widths), rules.distance))
+
+
+def near_miss_reach(widths: Array, distances: Array) -> Array:
+    """Gap of every block up to which faces that do not touch are near misses [m]."""
+    return np.maximum(2.0 * distances, NEAR * widths)
+
+
+def detect(blocks: Sequence[Block], pieces: Pieces, rules: ContactRules, flatness: float) -> ContactPatches:
+    """Contacts, overlaps and doubts of blocks; flat, inverted and concave pieces are refused by name.
+
+    Parameters
+    ----------
+    flatness : largest distance of a vertex from its face's plane [m]
+    """
+    check_solids(pieces.solids, [blocks[i].name for i in pieces.owner], flatness)
+    distances = contact_distances(pieces.widths, rules)
+    reach = near_miss_reach(pieces.widths, distances)
+    _check_pieces(blocks, pieces, distances)
+    return find_contacts(pieces.solids, pieces.owner, distances, rules=rules, reach=reach)
+
+
+def _check_pieces(blocks: Sequence[Block], pieces: Pieces, distances: Array) -> None:
+    """Pieces of one block may touch but not overlap: their volumes are added up."""
+    owner = pieces.owner
+    rows = np.flatnonzero(np.bincount(owner)[owner] > 1)
+    if not len(rows):
+        return
+    among = find_contacts([pieces.solids[i] for i in rows], np.arange(len(rows)), distances[owner[rows]])
+    for i, j, depth in among.overlaps:
+        if owner[rows[i]] == owner[rows[j]]:
+            raise ValueError(
+                f"two pieces of block {blocks[owner[rows[i]]].name!r} overlap by {depth:.3g} m; the convex "
+                "pieces of a block must fill it without overlapping"
+            )
+
+
+def overlap_text(found: ContactPatches, blocks: Sequence[Block], widths: Array, rules: ContactRules) -> str:
+    """What to say of blocks that overlap."""
+    i, j, depth = max(found.overlaps, key=lambda o: o[2])
+    more = f" ({len(found.overlaps)} overlapping pairs in all)" if len(found.overlaps) > 1 else ""
+    distances = contact_distances(widths, rules)
+    return (
+        f"blocks {blocks[i].name!r} and {blocks[j].name!r} overlap by {depth:.3g} m, more than the "
+        f"tolerance of {min(distances[i], distances[j]):.3g} m{more}; correct the geometry or raise the tolerance"
+    )
+
+
+def loose_blocks(assembly: Assembly) -> NDArray[np.intp]:
+    """Numbers of the blocks without a chain of contacts to one that is held."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    n = assembly.n_blocks
+    a = np.array([i.block_a for i in assembly.interfaces], dtype=int)
+    b = np.array([i.block_b for i in assembly.interfaces], dtype=int)
+    _, label = connected_components(coo_matrix((np.ones(len(a)), (a, b)), shape=(n, n)), directed=False)
+    return np.flatnonzero(~np.isin(label, label[assembly.held.any(axis=1)]))
+
+
+def floating_text(assembly: Assembly, loose: NDArray[np.intp]) -> str:
+    """What to say of blocks without a chain of contacts to a support."""
+    near = [d for d in assembly.doubts if d.kind not in KEPT and (d.a in loose or d.b in loose)]
+    first = int(loose[0])
+    about = min(near, key=lambda d: (first not in (d.a, d.b), d.gap[0], d.angle_deg), default=None)
+    nearest = "" if about is None else f"; nearest miss: {doubt_text(about, assembly.blocks)}"
+    return (
+        f"block {assembly.blocks[first].name!r} floats: no chain of contacts joins it to a support "
+        f"({len(loose)} such blocks){nearest}; close the gap, or raise the tolerance above "
+        f"{assembly.tolerance:.3g} m if it should touch"
+    )
+
+
+def length_text(length: float) -> str:
+    """A length with a fitting unit."""
+    return f"{length:.3g} m" if abs(length) >= 1.0 else f"{1e3 * length:.3g} mm"
+
+
+def doubt_text(doubt: Doubt, blocks: Sequence[Block]) -> str:
+    """Names, gap and angle of two faces."""
+    low, high = (0.0 if abs(g) < 1e-6 * abs(doubt.gap[1]) else g for g in doubt.gap)
+    gap = length_text(high) if high - low <= 0.01 * abs(high) else f"{length_text(low)} to {length_text(high)}"
+    return f"{blocks[doubt.a].name!r} and {blocks[doubt.b].name!r} (gap {gap}, {doubt.angle_deg:.2g} degrees)"
+
+
+def interfaces_by_pair(assembly: Assembly) -> dict[tuple[int, int], list[Interface]]:
+    """Interfaces of every pair of blocks (a, b), a < b."""
+    out: dict[tuple[int, int], list[Interface]] = {}
+    for i in assembly.interfaces:
+        out.setdefault((min(i.block_a, i.block_b), max(i.block_a, i.block_b)), []).append(i)
+    return out
+
+
+def joined(doubt: Doubt, present: Mapping[tuple[int, int], list[Interface]], slack: float) -> bool:
+    """Whether the model has an interface where two faces meet.
+
+    Parameters
+    ----------
+    present : from :func:`interfaces_by_pair`
+    slack : distance up to which they are the same place [m]
+    """
+    if doubt.kind in KEPT:
+        # what was kept is the closed end of the common area
+        points = np.concatenate(doubt.polygons)
+        low, high = points.min(axis=0), points.max(axis=0)
+    else:
+        low = high = doubt.place
+    slack += abs(doubt.gap[1])
+    for i in present.get((doubt.a, doubt.b), ()):
+        near = (i.polygon.min(axis=0) <= high + slack).all() and (low - slack <= i.polygon.max(axis=0)).all()
+        if near and abs(i.normal @ doubt.normal) > np.cos(np.deg2rad(10.0)):
+            return True
+    return False
+
+
+def near_misses(
+    doubts: Sequence[Doubt], present: Mapping[tuple[int, int], list[Interface]], slack: float = 0.0
+) -> list[Doubt]:
+    """Faces that may have been meant to touch and do not.
+
+    Faces that touch at too large an angle count only where their blocks have no other contact, the most nearly parallel
+    ones of each pair: beside a contact they are the next side of a rounded stone.
+    """
+    turned: dict[tuple[int, int], Doubt] = {}
+    for d in doubts:
+        pair = (d.a, d.b)
+        if d.kind == "turned" and pair not in present:
+            turned[pair] = min(turned.get(pair, d), d, key=lambda e: (round(e.angle_deg, 6), -e.area))
+    return [
+        d
+        for d in doubts
+        if (d.kind in ("apart", "opens") and not joined(d, present, slack)) or d is turned.get((d.a, d.b))
+    ]
+
+
+def warn_of_doubts(assembly: Assembly, kept: Sequence[Doubt], missed: Sequence[Doubt]) -> None:
+    """Name the joints that were made by a rule, and those that were not made."""
+    for rows, what, do in (
+        (kept, "open like a wedge and are kept as contacts", "draw them closed, or see assembly.contact_report()"),
+        (missed, "nearly touch and are no contacts", "close them, raise the tolerance, or see "
+         "assembly.contact_report()"),
+    ):  # fmt: skip
+        if rows:
+            shown = "; ".join(doubt_text(d, assembly.blocks) for d in rows[:3])
+            more = f"; and {len(rows) - 3} more" if len(rows) > 3 else ""
+            warn(f"{len(rows)} pair(s) of faces {what}: {shown}{more}; {do}", ContactWarning)
+
+
+def moved_doubts(doubts: Iterable[Doubt], matrix: Array, translation: Array, scale: float) -> tuple[Doubt, ...]:
+    """Doubts of an assembly that was turned, mirrored or scaled."""
+    return tuple(
+        d._replace(
+            gap=(scale * d.gap[0], scale * d.gap[1]), area=scale**2 * d.area, width=scale * d.width,
+            place=matrix @ d.place + translation, normal=matrix @ d.normal / scale,
+            polygons=[p @ matrix.T + translation for p in d.polygons],
+        )
+        for d in doubts
+    )  # fmt: skip
+
+
+def renumbered_doubts(doubts: Iterable[Doubt], new: NDArray[np.intp]) -> tuple[Doubt, ...]:
+    """Doubts of an assembly whose block i is now block ``new[i]``."""
+    out = []
+    for d in doubts:
+        a, b = int(new[d.a]), int(new[d.b])
+        out.append(d._replace(a=a, b=b) if a < b else d._replace(a=b, b=a, normal=-d.normal))
+    return tuple(sorted(out, key=lambda d: (d.a, d.b)))

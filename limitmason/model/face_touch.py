@@ -1,0 +1,120 @@
+"""Faces of blocks and the interfaces on them: gap and angle of every contact, and the faces that touch nothing."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.geometry.contact import find_contacts
+from limitmason.geometry.facing import Faces, all_faces
+from limitmason.model.detection import Pieces, contact_distances
+
+if TYPE_CHECKING:
+    from limitmason.model.assembly import Assembly
+
+Array = NDArray[np.float64]
+
+
+class UntouchedFace(NamedTuple):
+    """A face that touches nothing: block name, outward normal, place of its middle [m], corners [m]."""
+
+    block: str
+    normal: Array
+    place: Array
+    corners: Array
+
+
+def contact_gaps(assembly: Assembly, pieces: Pieces) -> tuple[Array, Array]:
+    """Least and largest gap [m], shape (k, 2), and angle [deg], shape (k,), between the faces of every interface.
+
+    The faces are looked up in the geometry; NaN where an interface lies on no face of one of its blocks.
+    """
+    faces, start = all_faces(pieces.solids)
+    first = _first_faces(pieces, start)
+    gaps, angles = np.full((len(assembly.interfaces), 2), np.nan), np.full(len(assembly.interfaces), np.nan)
+    for k, i in enumerate(assembly.interfaces):
+        f = _face_under(faces, slice(first[i.block_a], first[i.block_a + 1]), i.polygon, i.normal)
+        g = _face_under(faces, slice(first[i.block_b], first[i.block_b + 1]), i.polygon, -i.normal)
+        if f is None or g is None:
+            continue
+        gap = i.polygon @ faces.normal[g] - faces.offset[g] - (faces.offset[f] - i.polygon @ faces.normal[f])
+        gaps[k] = gap.min(), gap.max()
+        n, m = faces.normal[f], faces.normal[g]
+        angles[k] = np.degrees(2.0 * np.arctan2(np.linalg.norm(n + m), np.linalg.norm(n - m)))
+    return gaps, angles
+
+
+def untouched_faces(assembly: Assembly, pieces: Pieces) -> tuple[list[UntouchedFace], int]:
+    """Faces on which no interface lies, and the number of all faces; cuts between pieces of a block are no faces."""
+    faces, start = all_faces(pieces.solids)
+    first = _first_faces(pieces, start)
+    inner = _inner_faces(assembly, pieces, faces, start)
+    touched = inner.copy()
+    for i in assembly.interfaces:
+        for block, normal in ((i.block_a, i.normal), (i.block_b, -i.normal)):
+            face = _face_under(faces, slice(first[block], first[block + 1]), i.polygon, normal)
+            if face is not None:
+                touched[face] = True
+    out = []
+    for k in np.flatnonzero(~touched).tolist():
+        corners = faces.corners[k, : faces.corners_of[k]]
+        name = assembly.blocks[int(pieces.owner[faces.part[k]])].name
+        out.append(UntouchedFace(name, faces.normal[k], corners.mean(axis=0), corners))
+    return out, int((~inner).sum())
+
+
+def least_width(polygon: Array, normal: Array) -> float:
+    """Smallest distance between two parallel lines that hold a convex polygon [m]."""
+    edge = np.roll(polygon, -1, axis=0) - polygon
+    length = np.linalg.norm(edge, axis=1)
+    edge = edge[length > 0.0] / length[length > 0.0, None]
+    return float(np.ptp(polygon @ np.cross(normal, edge).T, axis=0).min())
+
+
+def _first_faces(pieces: Pieces, start: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Row of every block's first face, with the total at the end; pieces are in the order of the blocks."""
+    return start[np.searchsorted(pieces.owner, np.arange(len(pieces.widths) + 1))]
+
+
+def _face_under(faces: Faces, rows: slice, polygon: Array, normal: Array) -> int | None:
+    """The face of one block, out of a range, that a polygon lies on."""
+    aligned = faces.normal[rows] @ normal
+    away = np.abs(polygon @ faces.normal[rows].T - faces.offset[rows]).max(axis=0)
+    middle = polygon.mean(axis=0)
+    low, high = faces.corners[rows].min(axis=1), faces.corners[rows].max(axis=1)
+    beside = np.maximum(np.maximum(low - middle, middle - high), 0.0).max(axis=1)
+    size = float(np.ptp(polygon, axis=0).max())
+    fits = (aligned > 0.7) & (away <= 0.5 * size)
+    if not fits.any():
+        return None
+    return int(rows.start + np.where(fits, away + beside + 1e-6 * size * (1.0 - aligned), np.inf).argmin())
+
+
+def _inner_faces(assembly: Assembly, pieces: Pieces, faces: Faces, start: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Faces of convex pieces that are mostly cuts between pieces of one block."""
+    out = np.zeros(len(faces.normal), dtype=bool)
+    owner = pieces.owner
+    several = np.flatnonzero(np.bincount(owner)[owner] > 1)
+    if not len(several):
+        return out
+    distances = contact_distances(pieces.widths, assembly.contact_rules)[owner[several]]
+    among = find_contacts([pieces.solids[i] for i in several], np.arange(len(several)), distances)
+    covered = np.zeros(len(out))
+    for a, b, polygon, normal in zip(among.a.tolist(), among.b.tolist(), among.polygons, among.normals, strict=True):
+        i, j = int(several[a]), int(several[b])
+        if owner[i] != owner[j]:
+            continue
+        for piece, outward in ((i, normal), (j, -normal)):
+            face = _face_under(faces, slice(start[piece], start[piece + 1]), polygon, outward)
+            if face is not None:
+                covered[face] += _area(polygon)
+    for k in np.flatnonzero(covered > 0.0).tolist():
+        out[k] = covered[k] > 0.99 * _area(faces.corners[k, : faces.corners_of[k]])
+    return out
+
+
+def _area(polygon: Array) -> float:
+    r = polygon - polygon[0]
+    return 0.5 * float(np.linalg.norm(np.cross(r[1:-1], r[2:]).sum(axis=0)))

@@ -1,0 +1,75 @@
+"""An assembly turned, mirrored, scaled or renumbered: interfaces and doubts go with their blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from limitmason.geometry.polyhedron import Solid
+from limitmason.model.block import Block
+from limitmason.model.detection import moved_doubts, renumbered_doubts
+from limitmason.model.support import Support
+
+if TYPE_CHECKING:
+    from limitmason.model.assembly import Assembly
+
+
+def transformed(assembly: Assembly, matrix: ArrayLike, translation: ArrayLike) -> Assembly:
+    """See ``Assembly.transformed``."""
+    m, t = np.asarray(matrix, dtype=float), np.asarray(translation, dtype=float)
+    scale = abs(np.linalg.det(m)) ** (1.0 / 3.0)
+    if m.shape != (3, 3) or scale == 0 or not np.allclose(m @ m.T, scale**2 * np.eye(3), atol=1e-9 * scale**2):
+        raise ValueError("matrix must be a multiple of an orthogonal 3 x 3 matrix (rotation, mirror, uniform scale)")
+    mirrored = np.linalg.det(m) < 0
+
+    def moved(solid: Solid) -> Solid:
+        faces = tuple(f[::-1] for f in solid.faces) if mirrored else solid.faces
+        return Solid(solid.vertices @ m.T + t, faces)
+
+    blocks = tuple(
+        Block(b.name, tuple(moved(p) for p in b.parts), b.density, None if b.axis is None else m @ b.axis / scale)
+        for b in assembly.blocks
+    )
+    interfaces = tuple(
+        replace(
+            i,
+            polygon=(i.polygon[::-1] if mirrored else i.polygon) @ m.T + t,
+            normal=m @ i.normal / scale,
+        )
+        for i in assembly.interfaces
+    )
+    recipe = assembly.recipe if np.allclose(m, np.eye(3)) else {}
+    rules = assembly.contact_rules
+    return replace(
+        assembly, blocks=blocks, interfaces=interfaces, recipe=recipe, tolerance=assembly.tolerance * scale,
+        contact_rules=replace(
+            rules, distance=None if rules.distance is None else rules.distance * scale,
+            width=None if rules.width is None else rules.width * scale,
+        ),
+        doubts=moved_doubts(assembly.doubts, m, t, scale),
+    )  # fmt: skip
+
+
+def renumbered(assembly: Assembly, order: Sequence[int]) -> Assembly:
+    """See ``Assembly.renumbered``."""
+    order = [int(k) for k in order]
+    if sorted(order) != list(range(assembly.n_blocks)):
+        raise ValueError("order must hold every block number once")
+    new = np.empty(assembly.n_blocks, dtype=int)
+    new[order] = np.arange(assembly.n_blocks)
+    names = [b.name for b in assembly.blocks]
+    supports = tuple(
+        Support(names[assembly.block_index(s.block)], translations=s.translations, rotations=s.rotations, dofs=s.dofs)
+        for s in assembly.supports
+    )
+    interfaces = tuple(
+        replace(i, block_a=int(new[i.block_a]), block_b=int(new[i.block_b])) for i in assembly.interfaces
+    )
+    return replace(
+        assembly, blocks=tuple(assembly.blocks[k] for k in order), interfaces=interfaces, supports=supports,
+        doubts=renumbered_doubts(assembly.doubts, new),
+    )  # fmt: skip

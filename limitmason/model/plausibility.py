@@ -1,0 +1,120 @@
+"""Warnings about input that is allowed but looks like another unit, or like a slip: never errors."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from limitmason.model.block import Block
+
+_OWN = ("limitmason", "dem", "mechanisms", "dataclasses", "functools")
+_ANGLE_LIKE_RADIANS = 1.6
+_STRESS_LIKE_MPA = (1e-3, 50.0)
+_LIGHTEST = 0.5  # g/cm3; blocks far lighter are weightless on purpose
+_STIFFNESS_LIKE_N_PER_MM3 = 1e4
+_PRESSURE_TOO_HIGH = 1e9
+_BLOCK_LIKE_MM = 50.0
+
+_given_as_coefficient: ContextVar[bool] = ContextVar("given_as_coefficient", default=False)
+
+
+class PlausibilityWarning(UserWarning):
+    """An allowed input that looks like radians, mm, MPa, kN/m3 or a load beside its block."""
+
+
+def warn(text: str, category: type[Warning] = PlausibilityWarning) -> None:
+    """Warn at the line of the user's own code that called this package."""
+    level, frame = 2, sys._getframe(1)
+    while frame.f_back is not None and str(frame.f_globals.get("__name__", "")).split(".")[0] in _OWN:
+        level, frame = level + 1, frame.f_back
+    warnings.warn(text, category, stacklevel=level)
+
+
+@contextmanager
+def given_as_coefficient() -> Iterator[None]:
+    """While a friction angle is worked out from a coefficient: however small, it is no angle in radians."""
+    token = _given_as_coefficient.set(True)
+    try:
+        yield
+    finally:
+        _given_as_coefficient.reset(token)
+
+
+def warn_of_joint(joint: Any, label: str) -> None:
+    """Angles like radians, strengths like MPa, stiffness like N/mm3."""
+    angle = joint.friction_angle_deg
+    if 0.0 < angle < _ANGLE_LIKE_RADIANS and not _given_as_coefficient.get():
+        warn(
+            f"{label}: friction_angle_deg = {angle:g} degrees looks like radians ({np.degrees(angle):.3g} degrees); "
+            "use Joint.from_friction_coefficient for a joint this smooth"
+        )
+    for field in (
+        "cohesion", "tensile_strength", "compressive_strength", "residual_cohesion", "residual_tensile_strength",
+    ):  # fmt: skip
+        value = getattr(joint, field)
+        if value is not None and _STRESS_LIKE_MPA[0] <= value < _STRESS_LIKE_MPA[1]:
+            warn(f"{label}: {field} = {value:g} Pa looks like MPa ({value:g} MPa is {1e6 * value:g} Pa)")
+    for field in ("normal_stiffness", "shear_stiffness"):
+        value = getattr(joint, field)
+        if value is not None and 0.0 < value < _STIFFNESS_LIKE_N_PER_MM3:
+            warn(f"{label}: {field} = {value:g} Pa/m looks like N/mm3 ({value:g} N/mm3 is {1e9 * value:g} Pa/m)")
+
+
+def warn_of_blocks(blocks: Sequence[Block], sizes: NDArray[np.float64]) -> None:
+    """Densities like kN/m3 or g/cm3, blocks as large as millimetres taken for metres.
+
+    Parameters
+    ----------
+    sizes : longest side of the box of every convex piece [m]
+    """
+    middle = float(np.median(sizes))
+    if middle > _BLOCK_LIKE_MM:
+        warn(f"half the blocks measure {middle:.3g} m or more: are the coordinates in mm? they are read as m")
+    density = np.array([b.density for b in blocks])
+    for low, high, unit, factor in ((_LIGHTEST, 10.0, "g/cm3", 1e3), (10.0, 35.0, "kN/m3", 1e3 / 9.81)):
+        rows = np.flatnonzero((density >= low) & (density < high))
+        if len(rows):
+            first = blocks[int(rows[0])]
+            more = f" and {len(rows) - 1} more" if len(rows) > 1 else ""
+            warn(
+                f"block {first.name!r}{more}: density {first.density:g} kg/m3 looks like {unit} "
+                f"({factor * first.density:.4g} kg/m3)"
+            )
+
+
+def warn_of_tolerance(distance: float, names: Sequence[str], widths: NDArray[np.float64]) -> None:
+    """A contact tolerance that is no longer small beside the smallest block.
+
+    Parameters
+    ----------
+    distance : given for all contacts [m]
+    widths : least width of every block [m]
+    """
+    least = int(widths.argmin())
+    if distance > 0.2 * widths[least]:
+        warn(
+            f"the contact tolerance of {distance:.3g} m is {distance / widths[least]:.0%} of the width of block "
+            f"{names[least]!r} ({widths[least]:.3g} m): contacts of blocks this small are not to be trusted"
+        )
+
+
+def warn_of_point(name: str, at: NDArray[np.float64], bounds: NDArray[np.float64]) -> None:
+    """A point load that acts outside the box of its block [m]."""
+    outside = float(np.maximum(np.maximum(bounds[0] - at, at - bounds[1]), 0.0).max())
+    if outside > 1e-3 * float(np.ptp(bounds, axis=0).max()):
+        place = ", ".join(f"{x:.4g}" for x in at)
+        warn(f"point load on block {name!r}: it acts at ({place}) m, {outside:.3g} m outside the block")
+
+
+def warn_of_pressure(name: str, pressure: float) -> None:
+    """A pressure that no masonry carries [Pa]."""
+    if abs(pressure) > _PRESSURE_TOO_HIGH:
+        warn(f"pressure on {name}: {pressure:.3g} Pa is more than 1 GPa; is it in another unit?")

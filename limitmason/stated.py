@@ -1,0 +1,92 @@
+"""What every prediction says of its model: whether a tilt angle belongs to it, and where tensile strength is cut."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import wraps
+from typing import Any
+
+import numpy as np
+
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.results import NO_TILT, Prediction
+
+_SAME = 1e-9
+
+
+def why_no_tilt_angle(assembly: Assembly, loads: Loads) -> str:
+    """Why lambda is not tan(tilt angle); empty where it is.
+
+    On a tilting table every weight W becomes W (-cos(alpha) z + sin(alpha) d), that is cos(alpha) (dead + tan(alpha)
+    live) with the own weights dead and the same weights along one horizontal direction d live. The factor cos(alpha)
+    cancels where the joints have no strength of their own.
+
+    Parameters
+    ----------
+    assembly, loads : the problem; loads on held degrees of freedom do not count
+    """
+    moves = ~assembly.held
+    weight = np.zeros((assembly.n_blocks, 6))
+    weight[:, 2] = -assembly.weights
+    scale = max(float(np.abs(weight * moves).max(initial=0.0)), 1e-300)
+    if np.abs((loads.dead - weight) * moves).max(initial=0.0) > _SAME * scale:
+        return "the dead load is not the own weight of the blocks alone"
+    live = loads.live * moves
+    free = moves[:, :2].all(axis=1) & (assembly.weights > _SAME * scale)
+    if not free.any():
+        return "no block with a weight is free to move sideways"
+    k = int(np.argmax(np.where(free, assembly.weights, 0.0)))
+    direction = live[k] / assembly.weights[k]
+    sideways = assembly.weights[:, None] * direction * moves
+    level = abs(direction[2]) <= _SAME and abs(float(np.hypot(*direction[:2])) - 1.0) <= 1e-6
+    if not level or np.abs(live - sideways).max(initial=0.0) > 1e-6 * scale or direction[3:].any():
+        return "the live load is not the weight of every block turned to one horizontal direction"
+    strong = next((i for i in assembly.interfaces if not i.joint.is_cohesionless), None)
+    if strong is not None:
+        a, b = (assembly.blocks[n].name for n in (strong.block_a, strong.block_b))
+        return (
+            f"the joint between {a!r} and {b!r} has cohesion, tensile or compressive strength: the cosine of the angle "
+            "does not cancel"
+        )
+    return ""
+
+
+def tension_cut(assembly: Assembly) -> str:
+    """Which joints cannot use their tensile strength because c / tan(phi) is less; empty where there are none.
+
+    The Coulomb cone ends at its apex, so ft > c / tan(phi) is never reached. Codes that check ft apart from the cone do
+    not cut it: parameters calibrated in them lose tension here.
+    """
+    joints = [i.joint for i in assembly.interfaces]
+    cut = [j for j in joints if j.tan_phi > 0.0 and j.tensile_strength > (1.0 + _SAME) * j.cohesion / j.tan_phi]
+    if not cut:
+        return ""
+    worst = max(cut, key=lambda j: j.tensile_strength - j.cohesion / j.tan_phi)
+    name = f" ({worst.name})" if worst.name else ""
+    return (
+        f"tension is cut at the apex of the Coulomb cone in {len(cut)} of {len(joints)} joints: a tensile strength of "
+        f"{worst.tensile_strength:.4g} Pa{name} counts as c / tan(phi) = {worst.cohesion / worst.tan_phi:.4g} Pa"
+    )
+
+
+def states(method: Callable[..., Prediction]) -> Callable[..., Prediction]:
+    """Let a method ``(assembly, loads, ...)`` say with its prediction what holds for every method."""
+
+    @wraps(method)
+    def stated(assembly: Assembly, loads: Loads, *arguments: Any, **options: Any) -> Prediction:
+        return with_statements(method(assembly, loads, *arguments, **options), assembly, loads)
+
+    return stated
+
+
+def with_statements(prediction: Prediction, assembly: Assembly, loads: Loads) -> Prediction:
+    """The prediction with why it has no tilt angle, empty where it has one, and with a warning of tension that is cut.
+
+    Nothing is added that it says already.
+    """
+    cut = tension_cut(assembly)
+    warnings = prediction.warnings if not cut or cut in prediction.warnings else (*prediction.warnings, cut)
+    details = prediction.details
+    if NO_TILT not in details:
+        details = {**details, NO_TILT: why_no_tilt_angle(assembly, loads)}
+    return replace(prediction, details=details, warnings=warnings)

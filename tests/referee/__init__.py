@@ -1,0 +1,5 @@
+"""An independent referee: random assemblies solved a second time, by programs written from their geometry alone.
+
+``assemblies`` makes them, ``plane`` and ``space`` solve them (nothing of ``limitmason`` is imported there), ``compare``
+sets limit analysis against them, ``python -m tests.referee --cases 5000 --seed 1 --out DIR`` does so by the thousand.
+"""

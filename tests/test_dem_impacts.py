@@ -1,0 +1,78 @@
+"""What is left after an impact: closed forms for a flat landing and for rocking, at any number of contact points."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import dem
+import limitmason as lm
+from limitmason.geometry import box
+
+WIDTH, DEPTH, HEIGHT = 0.2, 0.3, 0.8
+
+
+def standing(joint):
+    solids = [box((-3, -3, -0.1), (3, 3, 0.0)), box((0, 0, 0), (WIDTH, DEPTH, HEIGHT))]
+    return lm.Assembly.from_polyhedra(solids, joint=joint, fixed=[0])
+
+
+@pytest.mark.parametrize("ratio", [0.05, 0.25, 0.6])
+@pytest.mark.parametrize("grid", [(2, 2), (3, 5)])
+def test_a_flat_landing_rebounds_as_spring_and_dashpot_without_pull_do(ratio, grid):
+    # Schwager and Poeschel 2007: contact ends where the force, not the overlap, is zero
+    stiffness = 1e8
+    a = standing(lm.Joint(35.0, normal_stiffness=stiffness))
+    frequency = np.sqrt(stiffness * WIDTH * DEPTH / a.arrays.mass[1])
+    options = dem.JointOptions(dashpot=2.0 * ratio / frequency)
+    state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic", contact_points=grid, joint_options=options)
+    state.dt *= 0.05
+    state.bodies.shift[1, 2], state.bodies.vel[1, 2] = 1e-4, -1.0
+    none = lm.Loads(np.zeros((2, 6)), np.zeros((2, 6)))
+    h = dem.simulate(a, dem.Hold(duration=6.0 / frequency), loads=none, start=state)
+    root = np.sqrt(1.0 - ratio**2)
+    exact = np.exp(-2.0 * ratio / root * np.arctan2(root, ratio))
+    assert h.state.bodies.vel[1, 2] == pytest.approx(exact, rel=0.01)
+
+
+def spin_kept(dashpot, detect=50, **points):
+    """Part of the spin left after every impact of a block that rocks."""
+    alpha = np.arctan(WIDTH / HEIGHT)
+    start = 0.3 * alpha
+    a = standing(lm.Joint(60.0, normal_stiffness=1e9))
+    options = dem.JointOptions(dashpot=dashpot)
+    state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic", joint_options=options, **points)
+    turn = np.array([[np.cos(start), 0, np.sin(start)], [0, 1, 0], [-np.sin(start), 0, np.cos(start)]])
+    foot = np.array([WIDTH, DEPTH / 2, 0.0])
+    state.bodies.quat[1] = (np.cos(start / 2), 0.0, np.sin(start / 2), 0.0)
+    state.bodies.rot[1] = turn - np.eye(3)
+    state.bodies.shift[1] = foot + turn @ (a.centroids[1] - foot) - a.centroids[1]
+    h = dem.simulate(a, dem.Hold(duration=1.0), start=state, sample=5, detect_every=detect)
+    angle = 2.0 * h.quaternion[:, 1, 2]
+    impact = np.flatnonzero(angle[1:] * angle[:-1] < 0)
+    peaks = [start, *(np.abs(angle[i:j]).max() for i, j in itertools.pairwise(impact))]
+    speed = [np.sqrt(np.cos(alpha - p) - np.cos(alpha)) for p in peaks]
+    return speed[1] / speed[0]
+
+
+def left_by_impulse_at(x):
+    """Part of the spin that an impulse at x from the middle of the base leaves, by angular momentum about it."""
+    b, h = WIDTH / 2, HEIGHT / 2
+    inertia = (b * b + h * h) / 3.0 + h * h
+    return (inertia - x * b) / (inertia + x * b)
+
+
+def test_rocking_on_corners_is_housners_with_and_without_new_contacts():
+    housner = 1.0 - 1.5 * np.sin(np.arctan(WIDTH / HEIGHT)) ** 2
+    assert left_by_impulse_at(WIDTH / 2) == pytest.approx(housner, rel=1e-12)
+    for detect in (None, 50):
+        assert spin_kept(3e-3, detect, contact_points=(2, 2)) == pytest.approx(housner, rel=5e-3)
+        assert spin_kept(3e-3, detect, contact_model="vertices") == pytest.approx(housner, rel=5e-3)
+
+
+def test_points_between_the_edges_leave_more_spin_and_never_more_than_there_was():
+    kept = [spin_kept(3e-3, contact_points=(2, n)) for n in (2, 4, 8)]
+    assert kept[0] < kept[1] < kept[2]
+    # an impulse of points that only push lies between the middle, about which nothing is lost, and the new edge
+    assert left_by_impulse_at(WIDTH / 2) * (1.0 - 5e-3) < kept[0]
+    assert kept[2] < left_by_impulse_at(0.0)

@@ -1,0 +1,190 @@
+"""A run that is cut off and taken up gives the bits of the one that was not; what does not fit is refused by name."""
+
+import subprocess
+import sys
+import textwrap
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from walls import running_bond, stack
+
+import dem
+import limitmason as lm
+from limitmason.geometry import box
+
+JOINT = lm.Joint(30.0, dilatancy_angle_deg=10.0, normal_stiffness=1e9)
+
+
+def wall_and_loads():
+    wall = running_bond(2, 3, joint=JOINT)
+    return wall, lm.Loads.horizontal(wall)
+
+
+def stages():
+    top = 7
+    return [
+        dem.Settle(max_steps=700), dem.Ramp(to=0.3, steps=900),
+        dem.Hold(steps=530, servo={top: dem.Servo(300.0, parallel=False)}),
+        dem.Drive(displacement={top: {"x": 2e-3}}, steps=650, keep=True), dem.Hold(steps=200),
+    ]  # fmt: skip
+
+
+def assert_same(one, two):
+    for name in ("reaction", "reaction_blocks", "shift", "quaternion", "opening"):
+        assert np.array_equal(getattr(one, name), getattr(two, name), equal_nan=True), name
+    for name in one.scalars:
+        assert np.array_equal(one[name], two[name]), name
+    mine, other = one.state.arrays(), two.state.arrays()
+    assert mine.keys() == other.keys()
+    for name, value in mine.items():
+        assert np.array_equal(value, other[name]) or name == "joint_table", name
+    assert (one.status, one.factors, one.stages, one.warnings) == (two.status, two.factors, two.stages, two.warnings)
+
+
+@pytest.mark.parametrize("calls", [1, 4, 7, 8, 11, 14])
+def test_an_interrupted_run_saved_and_taken_up_gives_the_bits_of_the_whole_one(tmp_path, calls):
+    wall, loads = wall_and_loads()
+    whole = dem.simulate(wall, stages(), loads=loads, sample=190)
+    seen = []
+    cut = dem.simulate(wall, stages(), loads=loads, sample=190, progress=lambda s: seen.append(s) or len(seen) == calls)
+    assert cut.status == "interrupted"
+    assert len(cut["time"]) == calls
+    cut.save(tmp_path / "cut.npz")
+    again = dem.History.load(tmp_path / "cut.npz", wall)
+    assert_same(again, cut)
+    assert_same(dem.resume(again, stages()), whole)
+
+
+def falling():
+    """A block that topples on a floor: contacts are found and cut anew on the way."""
+    solids = [box((-3, -3, -0.1), (3, 3, 0.0)), box((0, 0, 0), (0.2, 0.3, 0.8))]
+    a = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(35.0, normal_stiffness=1e8), fixed=[0])
+    state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic", joint_options=dem.JointOptions(dashpot=3e-4))
+    spin = np.array([0.0, 1.2, 0.0])
+    state.bodies.ang[1] = np.linalg.inv(state.bodies.inv_inertia[1]) @ spin
+    state.bodies.vel[1] = np.cross(spin, a.centroids[1] - (0.2, 0.15, 0.0))
+    return a, state
+
+
+@pytest.mark.parametrize("calls", [2, 11])
+def test_a_fall_with_new_contacts_is_taken_up_to_the_same_bits(tmp_path, calls):
+    a, state = falling()
+    fall = [dem.Hold(duration=1.2)]
+    whole = dem.simulate(a, fall, start=state, sample=97)
+    assert whole.state.interface.min() < 0  # cut anew
+    seen = []
+    cut = dem.simulate(a, fall, start=state, sample=97, progress=lambda s: seen.append(s) or len(seen) == calls)
+    cut.save(tmp_path / "cut.npz")
+    assert_same(dem.resume(dem.History.load(tmp_path / "cut.npz", a), fall), whole)
+
+
+CHILD = """
+    import sys, pathlib
+    sys.path.insert(0, {tests!r})
+    import dem
+    from test_dem_resume import stages, wall_and_loads
+    wall, loads = wall_and_loads()
+    if sys.argv[1] == "run":
+        def slow(sample):
+            import time
+            time.sleep(0.05)
+        dem.simulate(wall, stages(), loads=loads, sample=50, checkpoint={path!r}, checkpoint_every=3, progress=slow)
+    else:
+        dem.resume(dem.History.load({path!r}, wall), stages()).save({path!r} + ".whole")
+"""
+
+
+def test_a_killed_process_is_taken_up_by_a_fresh_one_to_the_same_bits(tmp_path):
+    path = tmp_path / "check.npz"
+    script = tmp_path / "child.py"
+    script.write_text(textwrap.dedent(CHILD.format(tests=str(Path(__file__).parent), path=str(path))))
+    child = subprocess.Popen([sys.executable, str(script), "run"])
+    until = time.monotonic() + 120.0
+    while not path.exists() and child.poll() is None and time.monotonic() < until:
+        time.sleep(0.02)
+    time.sleep(0.5)
+    assert child.poll() is None, "the run was over before it could be killed"
+    child.kill()
+    child.wait()
+    subprocess.run([sys.executable, str(script), "resume"], check=True)
+    wall, loads = wall_and_loads()
+    assert_same(
+        dem.History.load(str(path) + ".whole", wall), dem.simulate(wall, stages(), loads=loads, sample=50)
+    )  # fmt: skip
+
+
+def test_a_history_goes_on_with_its_own_loads_and_factors():
+    wall, loads = wall_and_loads()
+    begun = dem.simulate(wall, [dem.Settle(), dem.Ramp(to=0.3, steps=400)], loads=loads)
+    given = dem.simulate(wall, dem.Hold(steps=300), loads=loads, start=begun)
+    left_out = dem.simulate(wall, dem.Hold(steps=300), start=begun)
+    by_state = dem.simulate(wall, dem.Hold(steps=300), start=begun.state)
+    for other in (left_out, by_state):
+        assert_same(other, given)
+    assert given["multiplier"][-1] == pytest.approx(0.3)
+
+
+def test_what_does_not_fit_the_run_before_is_refused_by_name(tmp_path):
+    wall, loads = wall_and_loads()
+    begun = dem.simulate(wall, [dem.Hold(steps=100), dem.Ramp(to=0.3, steps=400)], loads=loads)
+    hold = dem.Hold(steps=10)
+    first = wall.interfaces[0]
+    pair = wall.blocks[first.block_a].name, wall.blocks[first.block_b].name
+    other = wall.with_joints({pair: replace(JOINT, cohesion=1e3)})
+    with pytest.raises(ValueError, match=r"joint between .* another cohesion now \(1000\)"):
+        dem.simulate(other, hold, loads=loads, start=begun)
+    begun.save(tmp_path / "run.npz")
+    with pytest.raises(ValueError, match="another cohesion"):
+        dem.History.load(tmp_path / "run.npz", other)
+    with pytest.raises(ValueError, match="another assembly"):
+        dem.History.load(tmp_path / "run.npz", stack([(0.3, 0.2)] * 2, joint=JOINT))
+    with pytest.raises(ValueError, match=f"live load of block '{wall.blocks[1].name}'"):
+        dem.simulate(wall, hold, loads=lm.Loads.horizontal(wall, (0, 1, 0)), start=begun)
+    heavier = lm.Loads(1.1 * loads.dead, loads.live)
+    with pytest.raises(ValueError, match=f"dead load of block '{wall.blocks[1].name}'"):
+        dem.simulate(wall, hold, loads=heavier, start=begun)
+    with pytest.raises(ValueError, match="joint_options differ"):
+        dem.simulate(wall, hold, start=begun, joint_options=dem.JointOptions(stiffness_factor=2.0))
+    for name, value in (("contact_points", (2, 2)), ("dt", 2.0), ("contact_model", "grid")):
+        with pytest.raises(ValueError, match=name):
+            dem.simulate(wall, hold, start=begun, **{name: value})
+    with pytest.raises(ValueError, match="quasi-static, not dynamic"):
+        dem.simulate(wall, hold, start=begun, mode="dynamic")
+    with pytest.raises(ValueError, match="5 numbers"):
+        dem.simulate(wall, hold, start=begun, factors=[1.0])
+    with pytest.raises(ValueError, match="the run is over"):
+        dem.resume(begun, hold)
+    with np.load(tmp_path / "run.npz") as file:
+        arrays = dict(file)
+    for missing in ("state.factors", "state.laws", "state.dead", "scalar.kinetic", "reaction", "settings.stages"):
+        np.savez(tmp_path / "less.npz", **{k: v for k, v in arrays.items() if k != missing})
+        with pytest.raises(ValueError, match=missing.removeprefix("state.")):
+            dem.History.load(tmp_path / "less.npz", wall)
+
+
+def test_other_stages_than_those_that_were_cut_off_are_refused_by_number():
+    wall, loads = wall_and_loads()
+    cut = dem.simulate(wall, stages(), loads=loads, progress=lambda s: s["step"] >= 800)
+    wrong = stages()
+    wrong[1] = dem.Ramp(to=0.4, steps=900)
+    with pytest.raises(ValueError, match="stage 1"):
+        dem.resume(cut, wrong)
+    with pytest.raises(ValueError, match="5 stages, 3 are given"):
+        dem.resume(cut, stages()[:3])
+
+
+def test_an_interrupt_from_the_keyboard_leaves_a_state_that_goes_on_to_the_same_bits():
+    import os
+    import signal
+    import threading
+
+    wall, loads = wall_and_loads()
+    long = [dem.Hold(steps=60_000)]
+    timer = threading.Timer(0.15, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    cut = dem.simulate(wall, long, loads=loads)
+    assert cut.status == "interrupted"
+    assert_same(dem.resume(cut, long), dem.simulate(wall, long, loads=loads))

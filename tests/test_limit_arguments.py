@@ -1,0 +1,61 @@
+"""No argument of limit analysis is ignored in silence: it is used, or refused by name."""
+
+import pytest
+from walls import stack
+
+import limitmason as lm
+
+TWO = [(1.0, 1.0), (1.0, 1.0)]
+
+
+@pytest.mark.parametrize("solver", ["interior-point", "cvxpy", "cvxpy:HIGHS"])
+def test_torsion_limit_takes_clarabel_only(solver):
+    assembly = stack(TWO)
+    with pytest.raises(ValueError, match="torsion limit"):
+        lm.limit_analysis(assembly, lm.Loads.horizontal(assembly, (1, 1, 0)), torsion_limit=True, solver=solver)
+
+
+@pytest.mark.parametrize("solver", ["clarabel", "interior-point", "cvxpy", "cvxpy:HIGHS", "simplex"])
+def test_non_associative_takes_no_solver(solver):
+    assembly = stack(TWO)
+    with pytest.raises(ValueError, match="solver="):
+        lm.limit_analysis(assembly, lm.Loads.horizontal(assembly), "non-associative", solver=solver)
+
+
+def test_verbose_reports_the_programs_of_the_non_associative_rule_too(capfd):
+    assembly = stack(TWO)
+    lm.limit_analysis(assembly, lm.Loads.horizontal(assembly), "non-associative", verbose=True)
+    assert "clarabel" in capfd.readouterr().out.lower()
+
+
+def test_cvxpy_takes_no_tolerance():
+    assembly = stack(TWO)
+    with pytest.raises(ValueError, match="tolerance"):
+        lm.limit_analysis(assembly, lm.Loads.horizontal(assembly), solver="cvxpy:HIGHS", tolerance=1e-6)
+
+
+@pytest.mark.parametrize("torsion", [False, True])
+def test_verbose_reports_every_program(capfd, torsion):
+    assembly = stack(TWO)
+    loads = lm.Loads.horizontal(assembly, (0.8, 0.6, 0))
+    lm.limit_analysis(assembly, loads, torsion_limit=torsion, solver="clarabel", verbose=True)
+    assert capfd.readouterr().out.lower().count("clarabel.rs") >= (2 if torsion else 1)
+
+
+@pytest.mark.parametrize("heights", [(2,), (2, 3)])
+def test_wrong_arguments_are_refused_with_one_part_and_with_several(heights):
+    boxes = [((3 * i, 0, k), (3 * i + 1, 1, k + 1)) for i, n in enumerate(heights) for k in range(n)]
+    from walls import on_slab
+
+    assembly = on_slab(boxes)
+    loads = lm.Loads.horizontal(assembly)
+    with pytest.raises(TypeError, match="unknown option 'search'"):
+        lm.limit_analysis(assembly, loads, search="quick")
+    with pytest.raises(ValueError, match="solver must be one of"):
+        lm.limit_analysis(assembly, loads, solver="simplex")
+    with pytest.raises(ValueError, match="contact_model"):
+        lm.limit_analysis(assembly, loads, contact_model="points")
+    with pytest.raises(ValueError, match="live load is zero"):
+        lm.limit_analysis(assembly, lm.Loads.weight(assembly))
+    with pytest.raises(ValueError, match="loads are for"):
+        lm.limit_analysis(assembly, lm.Loads(loads.dead[:2], loads.live[:2]))

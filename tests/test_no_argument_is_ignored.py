@@ -1,0 +1,355 @@
+"""No argument is silently ignored: every option of every command changes what happens, or is refused by its name.
+
+The commands are run on tiny models with their computations replaced by recorders: an option is used when anything that
+is computed, printed, drawn or written differs from a run without it.
+"""
+
+import argparse
+import ast
+import csv
+import hashlib
+import re
+from pathlib import Path
+
+import pytest
+from walls import running_bond
+
+import dem
+import limitmason as lm
+from limitmason import cli, diagnosis, experiments, packaged, side_by_side
+from limitmason.cli import diagnosis as diagnosis_command
+from limitmason.cli import models
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = ("limitmason", "dem", "mechanisms")
+
+# ---- every parameter is read ----
+
+PROTOCOLS = {
+    ("measurement.py", "__call__", "specimen"),  # causes of the measurement: (size, prediction, specimen)
+    ("ferris_tin_loi.py", "loads", "test"), ("rondelet.py", "loads", "test"),  # recipes: (test, wall, sense)
+    ("record.py", "__setattr__", "value"),  # refuses whatever is set
+}  # fmt: skip
+
+
+def is_abstract(function: ast.FunctionDef) -> bool:
+    body = [s for s in function.body if not (isinstance(s, ast.Expr) and isinstance(s.value, ast.Constant))]
+    return not body or (len(body) == 1 and isinstance(body[0], ast.Raise) and "NotImplemented" in ast.dump(body[0]))
+
+
+def unread(path: Path):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef) and not is_abstract(node):
+            a = node.args
+            names = [x.arg for x in (*a.posonlyargs, *a.args, *a.kwonlyargs, *filter(None, (a.vararg, a.kwarg)))]
+            read = {n.id for part in node.body for n in ast.walk(part) if isinstance(n, ast.Name)}
+            for name in names:
+                if name not in read | {"self", "cls"} and not name.startswith("_"):
+                    yield path.name, node.name, name
+
+
+def test_every_parameter_of_every_function_is_read_in_its_body():
+    files = [f for p in PACKAGES for f in (ROOT / p).rglob("*.py")]
+    assert len(files) > 100
+    assert {row for f in files for row in unread(f)} - PROTOCOLS == set()
+
+
+# ---- every option of every command ----
+
+
+def leaves(parser: argparse.ArgumentParser, path: tuple[str, ...] = ()):
+    """All commands that take no further command, with their parsers."""
+    nested = [a for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
+    if not nested:
+        yield path, parser
+    for action in nested:
+        for name, child in action.choices.items():
+            yield from leaves(child, (*path, name))
+
+
+COMMANDS = dict(leaves(cli._parser()))
+TABLE = ["experiments", "methods", "--source", "ferris-tin-loi-2001", "--specimen", "wall-1"]
+BASES = {
+    "experiments list": ["experiments", "list"],
+    "experiments show": ["experiments", "show", "ferris-tin-loi-2001/wall-1"],
+    "experiments run": ["experiments", "run", "ferris-tin-loi-2001", "wall-1"],
+    "experiments summary": ["experiments", "summary"],
+    "experiments methods": TABLE,
+    "experiments methods, bounds": [*TABLE, "--methods", "associative", "mechanisms"],
+    "solve": ["solve", "wall.json"],
+    "figure assembly": ["figure", "assembly", "wall.json"],
+    "figure mechanism": ["figure", "mechanism", "wall.json"],
+    "figure forces": ["figure", "forces", "wall.json"],
+    "template": ["template", "new.json"],
+    "compare": ["compare", "wall.json"],
+    "compare, associative": ["compare", "wall.json", "--methods", "associative"],
+    "diagnose, column": ["diagnose", "data.csv"],
+    "diagnose, column and list": ["diagnose", "data.csv", "--causes", "own_model.py:OUTSIDE"],
+    "diagnose, own": ["diagnose", "data.csv", "--model", "own_model.py:simulate", "--causes", "own_model.py:CAUSES"],
+    "diagnose, series": ["diagnose", "--model", "murano-u-walls"],
+    "diagnose, template": ["diagnose", "--template", "out.csv"],
+}  # fmt: skip
+METHODS = ("limit", "dem", "mechanisms")
+VALUES = {
+    "--all": [], "--csv": ["t.csv"], "--figure": ["f.png"], "--method": ["dem"], "--flow-rule": ["non-associative"],
+    "--contact-model": ["grid"], "--grid": ["3", "3"], "--torsion-limit": [], "--source": ["rondelet-wallette"],
+    "--specimen": ["wall-2"], "--methods": ["non-associative", "dem"], "--thorough": [], "--store": ["kept"],
+    "--workers": ["2"], "--markdown": ["page.md"], "--output": ["o.json"], "--vtu": ["v.vtu"], "-o": ["drawn.png"],
+    "--view": ["3d"], "--dpi": ["50"], "--measured": ["0.4", "0.5"], "--points": ["2", "2"], "--no-budget": [],
+    "--proven": ["1"], "--model": ["own_model.py:simulate"], "--predicted": ["other"], "--template": ["out.csv"],
+    "--out": ["elsewhere"], "--title": ["A title"], "--group": ["batch"], "--covariates": ["height"],
+    "--batches": ["group"], "--noise": ["0.05"], "--dof": ["8"], "--tails": ["5"], "--input": ["mu=0.6,0.03"],
+    "--causes": ["gain"], "--towards": ["other"], "--tilting": [], "--spatial": [], "--seed": ["3"],
+    "--levels": ["11"], "--jobs": ["2"], "--fresh": [], "--pool": ["pool.csv"], "--next": ["2"], "--rehearse": ["2"],
+    "--no-checks": [],
+}  # fmt: skip
+OTHER = {("compare", "--markdown"): [], ("compare, associative", "--markdown"): [], ("compare", "--methods"): ["dem"],
+         ("experiments methods", "--methods"): ["associative"],
+         ("compare, associative", "--methods"): ["mechanisms"]}  # fmt: skip
+WITH = {"--dof": ["--noise", "0.05"], "--tails": ["--noise", "0.05"], "--workers": ["--store", "kept"]}
+OWN_MODEL = """
+from limitmason.diagnosis import Cause, catalogue
+def simulate(specimen, bend=0.0, mu=0.6):
+    return 1.0 + bend * mu
+CAUSES = [Cause("bend", "bend", 0.0, (0.0, 1.0))]
+OUTSIDE = [catalogue.gain()]
+"""
+
+
+def command_of(base: str) -> argparse.ArgumentParser:
+    words = BASES[base]
+    return COMMANDS[tuple(words[:2])] if words[0] == "experiments" else COMMANDS[(words[0],)]
+
+
+def test_every_command_and_every_option_is_tried_here():
+    tried = {tuple(w[:2]) if w[0] == "experiments" else (w[0],) for w in BASES.values()}
+    assert tried == set(COMMANDS)
+    for path, parser in COMMANDS.items():
+        for action in parser._actions:
+            if action.option_strings and action.dest != "help":
+                assert action.option_strings[0] in VALUES, (path, action.option_strings)
+
+
+@pytest.fixture(scope="module")
+def canned():
+    wall = running_bond(2, 2)
+    loads = lm.Loads.horizontal(wall)
+    found = {m: lm.predict(wall, loads, m, **({"error_budget": ()} if m == "dem" else {})) for m in METHODS}
+    return wall, loads, found, lm.compare(wall, loads, ("associative", "mechanisms"))
+
+
+class Stopped(Exception):
+    """Where a diagnosis would begin to compute."""
+
+
+@pytest.fixture
+def run(canned, tmp_path, monkeypatch, capsys):
+    """Run a command in a folder of its own: exit status, messages, and everything that it did."""
+    wall, loads, found, table = canned
+    done: list[str] = []
+
+    def note(*what) -> None:
+        done.append(re.sub(r"0x[0-9a-f]+", "", repr(what)))
+
+    def predict(_assembly, _loads, method, **settings):
+        note("predict", method, settings)
+        return found[method]
+
+    class FakeStudy:
+        def __init__(self, *arguments, **options):
+            note("study", arguments, {k: v for k, v in options.items() if k != "version"})
+            self.simulator, self.n, self.noise = argparse.Namespace(progress=None, calls=0), len(arguments[0]), ""
+
+        def diagnose(self, causes, seed):
+            note("diagnose", [c.name for c in causes], seed)
+            return self
+
+        def next_tests(self, pool, k):
+            note("next tests", len(pool), k)
+
+        def rehearse(self, causes, n, seed):
+            note("rehearse", len(causes), n, seed)
+
+    def written(options, case, *_):
+        shown = {k: v for k, v in vars(options).items() if k in ("out", "no_checks")}
+        note("written", shown, case.title, case.notes, case.groups, case.covariates, case.noise)
+
+    def recorder(name, answer):
+        def recorded(*arguments, **options):
+            known = {k: v for k, v in options.items() if k != "progress"}
+            note(name, [getattr(a, "name", a) for a in arguments if not isinstance(a, lm.Assembly | lm.Loads)], known)
+            return answer
+
+        return recorded
+
+    monkeypatch.setattr(models, "predict", predict)
+    monkeypatch.setattr(experiments, "run", recorder("run", experiments.run(experiments.load("pavia-tilting", "S1"))))
+    monkeypatch.setattr(experiments, "summary_table", recorder("summary", "a table"))
+    monkeypatch.setattr(experiments, "all_cases", lambda **_: [experiments.load("pavia-tilting", "S1")])
+    monkeypatch.setattr(packaged, "solve_cases", recorder("solve", {}))
+    monkeypatch.setattr(packaged, "not_covered", tuple)
+    monkeypatch.setattr(side_by_side, "compare", recorder("compare", table))
+    monkeypatch.setattr(diagnosis, "Study", FakeStudy)
+    monkeypatch.setattr(diagnosis_command, "_write", written)
+    # what a figure shows is tested elsewhere: here it counts that it is drawn, of what, and how
+    monkeypatch.setattr(models, "_draw", lambda *a, **o: note("draw", a[:2], a[3] and a[3].method, a[4:], o))
+    monkeypatch.setattr(lm.cli.packaged, "_draw_comparison", lambda path, *_: note("draw", path))
+    count = iter(range(10_000))
+
+    def go(arguments):
+        folder = tmp_path / f"run-{next(count)}"
+        folder.mkdir()
+        monkeypatch.chdir(folder)
+        lm.formats.write_json(folder / "wall.json", wall, loads)
+        (folder / "own_model.py").write_text(OWN_MODEL)
+        write_data(folder / "data.csv")
+        write_data(folder / "pool.csv", specimens=4)
+        (folder / "diagnosis").mkdir()
+        (folder / "diagnosis" / "simulations.jsonl").write_text("kept\n")
+        before = set(folder.rglob("*"))
+        done.clear()
+        status = cli.main(arguments)
+        out, err = capsys.readouterr()
+        files = {
+            str(p.relative_to(folder)): hashlib.sha256(p.read_bytes()).hexdigest()
+            for p in folder.rglob("*") if p.is_file() and p not in before
+        }  # fmt: skip
+        gone = sorted(str(p.relative_to(folder)) for p in before if not p.exists())
+        return status, err, (status, out, err, files, gone, tuple(done))
+
+    return go
+
+
+def write_data(path: Path, specimens: int = 6) -> None:
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["specimen", "measured", "predicted", "other", "group", "height", "batch"])
+        writer.writerow(["-", "-", "-", "-", "-", "m", "-"])
+        for k in range(specimens):
+            batch = "ab"[k % 2]
+            writer.writerow([f"B{k}", 0.4 + 0.01 * k, 0.42 + 0.01 * k, 0.5, f"g{k // 2}", 0.5 + 0.1 * (k // 2), batch])
+
+
+def options_of(base: str):
+    return [a.option_strings[0] for a in command_of(base)._actions if a.option_strings and a.dest != "help"]
+
+
+def value_of(base: str, option: str) -> list[str]:
+    if base.startswith("diagnose") and option == "--measured":
+        return ["other"]
+    return OTHER.get((base, option), VALUES[option])
+
+
+def has_method(base: str) -> bool:
+    return "--method" in options_of(base)
+
+
+CASES = [
+    (base, method)
+    for base in BASES
+    for method in (METHODS if has_method(base) and base in ("solve", "figure mechanism", "figure forces",
+                                                            "experiments run", "diagnose, series") else (None,))
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("base", "method"), CASES)
+def test_every_option_is_used_or_refused_by_name(base, method, run):
+    start = BASES[base] + ([] if method is None else ["--method", method])
+    status, err, plain = run(start)
+    if base == "figure forces" and method == "mechanisms":
+        assert plain[-1][-1].startswith("('draw'")  # what it says there is tested below
+    assert status == 0, err
+    ignored = []
+    for option in options_of(base):
+        if option in start:
+            continue
+        typed = [option, *value_of(base, option)]
+        with_it = run([*start, *typed])
+        refused = with_it[0] == 2 and option in with_it[1]
+        if not refused and with_it[2] == plain:
+            ignored.append(option)
+        if option in WITH and not any(w in start for w in WITH[option][:1]):
+            # where another option is needed with it, both together must do more than that one alone, or be refused
+            alone, both = run([*start, *WITH[option]]), run([*start, *WITH[option], *typed])
+            if alone[0] == 0 and both[2] == alone[2]:
+                ignored.append(f"{option} with {WITH[option][0]}")
+        assert "Traceback" not in with_it[1], (option, with_it[1])
+        assert with_it[0] in (0, 2), (option, with_it)
+        if with_it[0] == 2:
+            known = option in with_it[1] or option.lstrip("-").replace("-", "_") in with_it[1]
+            assert known, (option, with_it[1])
+    assert not ignored
+
+
+def test_grid_reaches_the_analysis(run):
+    assert "'grid': (3, 3)" in str(run(["solve", "wall.json", "--contact-model", "grid", "--grid", "3", "3"])[2])
+
+
+def test_forces_are_not_drawn_where_there_are_none_and_a_mechanism_is_where_there_is_one(canned, tmp_path, capsys):
+    wall, loads, *_ = canned
+    model, picture = str(tmp_path / "w.json"), str(tmp_path / "p.png")
+    lm.formats.write_json(model, wall, loads)
+    assert cli.main(["figure", "forces", model, "--method", "mechanisms", "-o", picture]) == 2
+    assert "there are no joint forces to draw" in capsys.readouterr().err
+    assert not Path(picture).exists()
+    assert cli.main(["figure", "mechanism", model, "--method", "mechanisms", "-o", picture]) == 0
+    assert Path(picture).exists()
+
+
+# ---- keywords of functions that apply in one mode only ----
+
+
+@pytest.mark.parametrize(("call", "name"), [
+    (lambda w, p: lm.limit_analysis(w, p, grid=(3, 3)), "grid"),
+    (lambda w, p: lm.proven_range(w, p, grid=(3, 3)), "grid"),
+    (lambda w, p: lm.limit_analysis(w, p, search="quick"), "search"),
+    (lambda w, p: lm.limit_analysis(w, p, "non-associative", torsion_limit=True), "torsion_limit"),
+    (lambda w, p: lm.predict(w, p, "limit", contact_points=(2, 2)), "contact_points"),
+    (lambda w, p: lm.predict(w, p, "dem", flow_rule="associative"), "flow_rule"),
+    (lambda w, p: lm.predict(w, p, "dem", ramp_steps=100), "ramp_steps"),
+    (lambda w, p: dem.collapse(w, p, method="ramp", tolerance=0.01), "tolerance"),
+    (lambda w, p: lm.predict(w, p, "mechanisms", flow_rule="associative"), "flow_rule"),
+    (lambda w, p: lm.predict(w, p, "mechanisms", include=["toppling"]), "include"),
+    (lambda w, p: lm.compare(w, p, "associative", proven=1.0), "proven"),
+    (lambda w, p: lm.compare(w, p, "associative", dem={"tolerance": 0.1}), "dem"),
+    (lambda w, p: lm.compare(w, p, "associative", associative={"search": "quick"}), "search"),
+    (lambda w, p: lm.settlement_analysis(w, 0, loads=p), "loads"),
+    (lambda w, p: experiments.run(experiments.load("ferris-tin-loi-2001", "wall-1"), "dem", flow_rule="associative"),
+     "flow_rule"),
+    (lambda w, p: experiments.run(experiments.load("ferris-tin-loi-2001", "wall-1"), kinds="guessed"), "kinds"),
+    (lambda w, p: experiments.load("mcmaster-bending", "theta-90").loads("-"), "direction '-'"),
+])  # fmt: skip
+def test_keyword_of_another_mode_is_refused_by_name(call, name, canned):
+    wall, loads, *_ = canned
+    two = [lm.Support(k, translations=True, rotations=True) for k in (0, 1)]
+    wall = wall.with_supports(two) if name == "loads" else wall
+    with pytest.raises((ValueError, TypeError), match=re.escape(name)):
+        call(wall, loads)
+
+
+@pytest.mark.parametrize("setting", [
+    {"contact_points": (2, 2)}, {"contact_model": "vertices"}, {"mode": "dynamic"}, {"dt": 0.5},
+    {"joint_options": "soft"},
+])  # fmt: skip
+def test_run_that_starts_from_a_state_refuses_what_the_state_has_settled(setting, canned):
+    wall, *_ = canned
+    start = dem.simulate(wall, dem.Hold(steps=2), contact_points=(2, 2))
+    if "joint_options" in setting:
+        setting = {"joint_options": dem.JointOptions(stiffness_factor=0.1)}
+    with pytest.raises(ValueError, match=f"{next(iter(setting))} is that of the state"):
+        dem.simulate(wall, dem.Hold(steps=2), start=start, **setting)
+    again = dem.simulate(wall, dem.Hold(steps=2), start=start, mode="quasi-static")
+    assert again.status == "finished"
+
+
+def test_tensile_strength_above_the_apex_is_named_in_every_answer():
+    # c / tan(phi) = 2.22e3 / tan 34 = 3.29e3 Pa, where the paper's 3DEC ran with 0.403 MPa (Murano et al., Table 4)
+    joint = lm.Joint(34.0, cohesion=2.22e3, tensile_strength=0.403e6, name="first guess")
+    wall = lm.build.column(width=0.4, depth=0.3, unit_height=0.2, courses=2, joint=joint)
+    loads = lm.Loads.horizontal(wall)
+    for method, options in (("limit", {}), ("mechanisms", {}), ("dem", {"error_budget": (), "contact_points": (2, 2)})):
+        said = [w for w in lm.predict(wall, loads, method, **options).warnings if "cut at the apex" in w]
+        assert len(said) == 1, method
+        assert "4.03e+05 Pa (first guess) counts as c / tan(phi) = 3291 Pa" in said[0]
+    below = wall.with_joints(lm.Joint(34.0, cohesion=2.22e3, tensile_strength=3e3))
+    assert not any("cut at the apex" in w for w in lm.predict(below, loads, "limit").warnings)

@@ -1,0 +1,128 @@
+"""The user's own simulator: its errors keep type and traceback, and a parameter that it ignores is named."""
+
+import traceback
+import warnings
+
+import pytest
+
+from limitmason import cli
+from limitmason.diagnosis import Cause, Measured, Noise, Study
+
+SPECIMENS = [{"x": x} for x in (0.2, 0.3, 0.5, 0.7)]
+BEND = Cause("bend", "bend", 0.0, (0.0, 1.0))
+
+
+def deep_inside(x, bend):
+    if bend > 0.4:
+        raise LookupError("no stiffness for this bend")
+    return 1.0 + x + bend
+
+
+def failing(specimen, *, mu=0.7, bend=0.0):
+    return mu * deep_inside(specimen["x"], bend)
+
+
+def study(simulate, nuisance=None, **options):
+    return Study(SPECIMENS, simulate, None, Noise(0.04), nuisance or {}, **options)
+
+
+@pytest.mark.parametrize("n_jobs", [1, 2])
+def test_error_of_the_simulator_keeps_its_type_and_traceback_and_names_specimen_and_parameters(n_jobs):
+    with pytest.raises(LookupError, match="no stiffness for this bend") as caught:
+        study(failing, {"mu": Measured(0.7, 0.0)}, n_jobs=n_jobs).table(BEND)
+    text = "".join(traceback.format_exception(caught.value))
+    assert "deep_inside" in text  # the frame that failed
+    assert 'raise LookupError("no stiffness for this bend")' in text
+    assert "simulate failed for specimen" in text
+    assert "mu=0.7, bend=" in text
+    assert "{'x': 0." in text
+
+
+def test_error_of_a_cause_names_cause_size_and_specimen():
+    def apply(size, prediction, specimen):
+        return prediction / (0.0 if size > 0.6 else 1.0)
+
+    cause = Cause("reader", "reader", 0.0, (0.0, 1.0), acts_on="measurement", apply=apply)
+    with pytest.raises(ZeroDivisionError) as caught:
+        study(failing).table(cause)
+    assert any("cause 'reader' of size 1 failed for specimen 0 ({'x': 0.2})" in n for n in caught.value.__notes__)
+
+
+def test_a_keyword_that_is_taken_and_ignored_is_named():
+    def ignoring(specimen, *, mu=0.7, bend=0.0):
+        return 1.0 + specimen["x"]
+
+    with pytest.warns(UserWarning, match="cause 'bend' changes no prediction .* from 0 to 1: .*'bend' and ignores it"):
+        study(ignoring).table(BEND)
+    with pytest.warns(UserWarning, match="measured input 'mu' changes no prediction .*'mu' and ignores it"):
+        study(ignoring, {"mu": Measured(0.7, 0.03)}).baseline()
+
+
+def test_a_parameter_that_one_specimen_feels_is_not_said_to_be_ignored():
+    def felt(specimen, *, mu=0.7, bend=0.0):
+        return 1.0 + (specimen["x"] > 0.6) * (bend + mu)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        study(felt, {"mu": Measured(0.7, 0.03)}).table(BEND)
+
+
+DATA = "specimen,measured,x\n-,-,m\na,1.2,0.2\nb,1.5,0.5\nc,1.7,0.7\nd,1.9,0.9\n"
+MODEL = """
+from limitmason.diagnosis import Cause
+
+def inner(x):
+    return {}["weight"]  # the line that fails
+
+def simulate(specimen, bend=0.0):
+    return inner(specimen["x"])
+
+CAUSES = [Cause("bend", "bend", 0.0, (0.0, 1.0))]
+
+def broken():
+    raise ValueError("no list today")
+"""
+
+
+def diagnose(folder, capsys, name, model, *arguments):
+    (folder / "data.csv").write_text(DATA)
+    path = folder / f"{name}.py"
+    path.write_text(model)
+    command = ["diagnose", folder / "data.csv", "--model", f"{path}:simulate", "--out", folder / "out", *arguments]
+    status = cli.main([str(c).replace("MODEL", str(path)) for c in command])
+    return status, capsys.readouterr().err
+
+
+def test_command_shows_the_traceback_of_the_users_function(tmp_path, capsys):
+    status, err = diagnose(tmp_path, capsys, "own_one", MODEL, "--causes", "MODEL:CAUSES", "--noise", "0.04")
+    assert status == 2
+    for part in ("Traceback", 'own_one.py", line 5, in inner', "the line that fails", "KeyError: 'weight'",
+                 "simulate failed for specimen 0 with no parameters"):  # fmt: skip
+        assert part in err, part
+
+
+@pytest.mark.parametrize(("line", "error"), [
+    ("import numpyy_not_there", "ModuleNotFoundError"), ("size = 1 / 0", "ZeroDivisionError"),
+])  # fmt: skip
+def test_command_shows_the_traceback_of_a_module_that_fails_when_it_is_imported(line, error, tmp_path, capsys):
+    name = f"own_{error.lower()}"
+    status, err = diagnose(tmp_path, capsys, name, f"{line}\n{MODEL}", "--causes", "MODEL:CAUSES")
+    assert status == 2
+    assert error in err
+    assert f'{name}.py", line 1' in err
+
+
+def test_command_shows_the_traceback_of_a_function_of_causes(tmp_path, capsys):
+    status, err = diagnose(tmp_path, capsys, "own_causes", MODEL, "--causes", "MODEL:broken")
+    assert status == 2
+    assert "in broken" in err
+    assert "ValueError: no list today" in err
+
+
+def test_a_module_that_is_not_there_is_one_line(tmp_path, capsys):
+    (tmp_path / "data.csv").write_text(DATA)
+    status = cli.main(["diagnose", str(tmp_path / "data.csv"), "--model", "no_such_module_here:simulate"])
+    err = capsys.readouterr().err
+    assert status == 2
+    assert "Traceback" not in err
+    assert "give module:name or file.py:name" in err

@@ -1,0 +1,102 @@
+"""Warnings about input in another unit: each said once, by name, and none for what is ordinary."""
+
+import warnings
+
+import numpy as np
+import pytest
+from figure_models import has, make_column, make_prediction, rocking, texts
+
+import limitmason as lm
+from limitmason.geometry import box
+
+JOINT = lm.Joint(30.0)
+CUBE = box((0, 0, 0), (1, 1, 1))
+
+
+@pytest.mark.parametrize(
+    "law, message",
+    [
+        ({"friction_angle_deg": 0.6}, r"friction_angle_deg = 0.6 degrees looks like radians \(34.4 degrees\)"),
+        ({"friction_angle_deg": 30.0, "cohesion": 0.2}, r"cohesion = 0.2 Pa looks like MPa \(0.2 MPa is 200000 Pa\)"),
+        ({"friction_angle_deg": 30.0, "tensile_strength": 0.1}, "tensile_strength = 0.1 Pa looks like MPa"),
+        ({"friction_angle_deg": 30.0, "compressive_strength": 5.0}, "compressive_strength = 5 Pa looks like MPa"),
+        ({"friction_angle_deg": 30.0, "residual_cohesion": 0.1, "cohesion": 1e5}, "residual_cohesion = 0.1 Pa"),
+        ({"friction_angle_deg": 30.0, "normal_stiffness": 8.0}, "normal_stiffness = 8 Pa/m looks like N/mm3"),
+    ],
+)
+def test_joint_in_another_unit(law, message):
+    with pytest.warns(lm.PlausibilityWarning, match=message) as said:
+        lm.Joint(**law)
+    assert len(said) == 1
+    assert said[0].filename == __file__  # it points at the user's line
+
+
+def test_ordinary_input_says_nothing():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        lm.Joint(0.0)
+        lm.Joint.from_friction_coefficient(0.01)
+        lm.Joint(33.0, cohesion=1e5, tensile_strength=5e4, compressive_strength=5e6, normal_stiffness=1e9)
+        assembly = lm.Assembly.from_polyhedra([CUBE], joint=JOINT, density=0.0, fixed=[0])
+        lm.Assembly.from_polyhedra([CUBE], joint=JOINT, density=1e-6)
+        lm.Loads.weight(assembly).with_point_load(assembly, 0, (0, 0, -1e3), at=(1, 1, 1))
+        lm.Loads.weight(assembly).with_pressure(assembly, 0, pressure=1e6)
+        lm.build.wall(length=2.0, courses=4, unit=(0.4, 0.2, 0.2), joint=JOINT)
+
+
+@pytest.mark.parametrize(
+    "density, message", [(22.0, r"22 kg/m3 looks like kN/m3 \(2243 kg/m3\)"), (1.8, r"looks like g/cm3 \(1800 kg/m3\)")]
+)
+def test_density_in_another_unit(density, message):
+    with pytest.warns(lm.PlausibilityWarning, match=message):
+        lm.Assembly.from_polyhedra([CUBE], joint=JOINT, density=density)
+
+
+def test_coordinates_in_millimetres():
+    with pytest.warns(lm.PlausibilityWarning, match="are the coordinates in mm"):
+        lm.Assembly.from_polygons([[[0, 0], [250, 0], [250, 55], [0, 55]]], thickness=120, joint=JOINT)
+
+
+def test_tolerance_too_large_for_the_smallest_block():
+    with pytest.warns(lm.PlausibilityWarning, match=r"tolerance of 0.3 m is 30% of the width of block 'block-0'"):
+        lm.Assembly.from_polyhedra([CUBE], joint=JOINT, tolerance=0.3)
+
+
+def test_loads_beside_their_block_and_out_of_range():
+    assembly = lm.Assembly.from_polyhedra([CUBE], joint=JOINT, names=["cube"])
+    weight = lm.Loads.weight(assembly)
+    with pytest.warns(lm.PlausibilityWarning, match=r"block 'cube': it acts at \(0, 0, 500\) m, 499 m outside"):
+        weight.with_point_load(assembly, 0, (0, 0, -1.0), at=(0, 0, 500))
+    with pytest.warns(lm.PlausibilityWarning, match="pressure on block 'cube': 2e\\+09 Pa is more than 1 GPa"):
+        weight.with_pressure(assembly, 0, pressure=2e9)
+
+
+# ---- what falls under dead load -------------------------------------------------------------------------------------
+
+
+def test_falling_mechanism_is_drawn_and_its_blocks_named(tmp_path, capsys, monkeypatch):
+    from dataclasses import replace
+
+    from limitmason.cli import main, models
+    from limitmason.results import CANNOT_STAND
+
+    column = make_column(names=["ground", "low", "middle", "top"])
+    falls = replace(rocking(column, [2, 3], (1.0, 0.25, 1.0)), status=CANNOT_STAND, collapse_multiplier=float("nan"))
+    figure = lm.figures.mechanism(column, falls)
+    assert has(figure, "opening")
+    said = texts(figure).replace("\n", " ")
+    assert "status: cannot stand under dead load" in said
+    assert "nan" not in said
+    lm.formats.write_json(tmp_path / "m.json", column, lm.Loads.horizontal(column))
+    monkeypatch.setattr(models, "predict", lambda *_, **__: falls)
+    for command in (["solve", str(tmp_path / "m.json"), "--figure", str(tmp_path / "f.png")],
+                    ["figure", "mechanism", str(tmp_path / "m.json"), "-o", str(tmp_path / "g.png")]):  # fmt: skip
+        assert main(command) == 3
+        assert "blocks that fall under dead load: middle, top\n" in capsys.readouterr().out
+    assert (tmp_path / "f.png").exists()
+    assert (tmp_path / "g.png").exists()
+    none = make_prediction(column, None, status=CANNOT_STAND)
+    monkeypatch.setattr(models, "predict", lambda *_, **__: none)
+    assert main(["figure", "mechanism", str(tmp_path / "m.json"), "-o", str(tmp_path / "h.png")]) == 3
+    assert not (tmp_path / "h.png").exists()
+    assert np.isnan(falls.collapse_multiplier)

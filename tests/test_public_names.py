@@ -1,0 +1,30 @@
+"""Public names: what the README names is there without an import of its own, and no module offers its own imports."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import limitmason as lm
+
+
+def test_catalogue_of_causes_is_there_without_an_import_of_its_own():
+    code = "import limitmason as lm; print(lm.diagnosis.catalogue.gain().name)"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert out == "gain\n"
+
+
+def test_type_checkers_see_every_module_and_name():
+    tree = ast.parse(Path(lm.__file__).read_text(encoding="utf-8"))
+    block = next(n for n in tree.body if isinstance(n, ast.If))
+    seen = {a.name for n in block.body if isinstance(n, ast.ImportFrom) for a in n.names}
+    assert seen == {*lm._MODULES, *lm._NAMES}
+
+
+@pytest.mark.parametrize("name", lm._MODULES)
+def test_public_modules_list_their_own_names_and_not_what_they_import(name):
+    module = getattr(lm, name)
+    assert not {"np", "NDArray", "Array", "Index", "Any", "Mapping"} & set(module.__all__)
+    assert all(hasattr(module, n) for n in module.__all__)

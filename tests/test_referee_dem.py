@@ -1,0 +1,65 @@
+"""The DEM at psi = phi against the referee: its interval holds the value of the static theorem.
+
+Small random assemblies whose joint forces stay of the order of their weight, so that stiff joints can follow.
+"""
+
+import numpy as np
+import pytest
+from referee import plane
+from referee.draw import plane_case
+
+import dem
+import limitmason as lm
+
+SHAPES = ("bond", "rubble", "arch", "opening", "tower", "overhang", "leaning")
+
+
+def small(seed, number):
+    """The case and its value if it is a dry one of 2 to 8 equal stones under a load of the order of its weight."""
+    case = plane_case(seed, number)
+    tags = case.tags
+    if tags["law"] != "dry" or tags["densities"] != "equal" or tags["shape"] not in SHAPES:
+        return None
+    if tags["loads"] not in ("horizontal", "inclined", "point") or not 2 <= len(case.free) <= 8:
+        return None
+    if not 0.3 < case.law.mu < 1.2:
+        return None
+    verdict = plane.referee(case)
+    if verdict.status != plane.NUMBER or not 0.05 < verdict.value / verdict.unit < 10:
+        return None
+    return case, verdict.value
+
+
+def within(seed, numbers):
+    """How many were tried, and those outside of their interval."""
+    tried, outside = 0, []
+    for number in numbers:
+        found = small(seed, number)
+        if found is None:
+            continue
+        case, value = found
+        assembly, loads = case.build()
+        phi = assembly.interfaces[0].joint.friction_angle_deg
+        assembly = assembly.with_joints(lm.Joint(phi, dilatancy_angle_deg=phi))
+        answer = dem.collapse(assembly, loads, contact_points=(2, 2))
+        tried += 1
+        low, high = answer.interval or (np.nan, np.nan)
+        if not low <= value <= high:
+            outside.append((seed, number, case.tags["shape"], value, answer.status, (low, high)))
+    return tried, outside
+
+
+def test_the_interval_of_the_dem_holds_the_value_of_the_referee():
+    tried, outside = within(11, [11, 40, 41, 66, 70, 92, 93, 95, 104, 115, 116, 132])
+    assert tried == 12
+    assert not outside, outside
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [12, 13])
+def test_the_interval_of_the_dem_holds_the_value_of_the_referee_in_many_cases(seed):
+    tried, outside = within(seed, range(400))
+    assert tried > 20
+    # an interval is an estimate: one in twenty may miss, by little
+    assert len(outside) <= 0.05 * tried, outside
+    assert all(low * 0.98 <= value <= high * 1.02 for *_, value, _, (low, high) in outside), outside
