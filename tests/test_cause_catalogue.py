@@ -2,14 +2,17 @@
 
 import math
 import pickle
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 from cause_models import DENSITY, MODEL, MU, PHI, SPECIMEN, block, extend, value, wall
 
 import limitmason as lm
-from limitmason.diagnosis import Cause, catalogue
-from limitmason.diagnosis.simulator import Extension
+from limitmason import causes as catalogue
+from limitmason.causes.cause import Extension
+from limitmason.diagnosis import Cause
 from limitmason.geometry.polygon import polar_mean_radius
 from limitmason.study.store import fingerprint
 
@@ -86,6 +89,97 @@ def test_effects_have_the_sign_that_physics_gives_them(name, sizes, sign):
     values = [value(*extend(name, s, model)) for s in sizes]
     assert (np.diff(values) * sign >= -1e-8).all()
     assert abs(values[-1] - values[0]) > 1e-4 * values[0]
+
+
+def test_every_cause_is_one_declared_function_that_says_which_methods_feel_it():
+    for name, declared in catalogue.ALL.items():
+        assert getattr(catalogue, declared.__name__) is declared
+        assert declared().methods == catalogue.LEVERS[declared.lever]
+        assert declared.__doc__
+        assert pickle.loads(pickle.dumps(declared)) is declared
+        assert "baseline" not in (declared.function.__code__.co_names), name  # the guard stands in one place
+    with pytest.raises(TypeError, match="has no option 'kind'; it takes: kinds"):
+        catalogue.cohesion(kind=("bed",))
+    with pytest.raises(ValueError, match="lever must be one of"):
+        catalogue.declare("x", parameter="x", lever="wind", baseline=0.0, bounds=(0.0, 1.0), physics="")(abs)
+    with pytest.raises(AttributeError, match="no attribute 'wind'"):
+        catalogue.wind  # noqa: B018
+    assert catalogue.second_order_displacement().analyses > 0
+
+
+@catalogue.declare("heavier top", parameter="top_factor", lever="weights", baseline=1.0, bounds=(1.0, 2.0),
+                   physics="a capping that was not drawn")  # fmt: skip
+def heavier_top(size, assembly, loads, *, blocks=("column-1",)):
+    """The blocks named weigh size times as much."""
+    return catalogue.block_density(blocks=blocks).apply(size, assembly, loads)
+
+
+def test_a_cause_of_ones_own_is_one_declared_function():
+    made, weight = block()
+    model = (made, lm.Loads.horizontal(made))
+    cause = heavier_top((1.0, 1.5))
+    assert (cause.name, cause.bounds, cause.methods) == ("heavier top", (1.0, 1.5), ())
+    assert cause.apply(1.0, *model) == model  # untouched, not rebuilt
+    assert cause.apply(1.5, *model)[0].weights.sum() - made.weights.sum() == pytest.approx(0.5 * weight)
+    assert pickle.loads(pickle.dumps(cause)) == cause
+    assert "heavier top" not in catalogue.ALL
+
+
+def test_a_cause_declared_in_a_script_reaches_its_worker_processes(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text("""
+import limitmason as lm
+from limitmason.causes import declare
+from limitmason.diagnosis import Study
+
+@declare("heavier", parameter="factor", lever="weights", baseline=1.0, bounds=(1.0, 2.0), physics="a cap")
+def heavier(size, weight, *, power=1.0):
+    return weight * size**power
+
+def simulate(specimen, *, extend=None):
+    value = 0.1 * specimen["h"]
+    return extend(value) if extend else value
+
+if __name__ == "__main__":
+    study = Study([{"h": float(k)} for k in range(1, 6)], simulate, levels=3, n_jobs=2)
+    print(study.predicted([heavier(power=2.0)], [1.5]))
+""")
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, cwd=tmp_path)
+    assert done.stdout.split() == ["[0.225", "0.45", "0.675", "0.9", "1.125]"], done.stderr
+
+
+def test_joint_laws_change_by_a_function_on_the_kinds_named():
+    made, _ = wall()
+    asked = []
+
+    def weaker(joint):
+        asked.append(joint)
+        return lm.Joint(20.0)
+
+    changed = made.with_joints(weaker, kinds=("base", "head"))
+    assert len(asked) == 1  # one law in the wall: asked once, shared afterwards
+    assert {(i.kind, i.joint.friction_angle_deg) for i in changed.interfaces} == {
+        ("base", 20.0), ("head", 20.0), ("bed", 36.0)}  # fmt: skip
+    assert {i.joint.friction_angle_deg for i in made.with_joints(weaker).interfaces} == {20.0}
+    slippery = made.with_joints(lm.Joint(10.0), ["bed"]).interfaces
+    assert {i.kind for i in slippery if i.joint.friction_angle_deg == 10.0} == {"bed"}
+    with pytest.raises(ValueError, match="single word 'bed'"):
+        made.with_joints(weaker, kinds="bed")
+    with pytest.raises(ValueError, match="a table names its joints itself"):
+        made.with_joints({"bed": lm.Joint(20.0)}, kinds=("bed",))
+
+
+def test_the_old_name_of_the_causes_still_leads_to_them():
+    code = (
+        "import limitmason as lm, warnings; warnings.simplefilter('error', ImportWarning);"
+        "from limitmason.diagnosis.catalogue import edge_rounding, ALL;"
+        "assert lm.diagnosis.catalogue.edge_rounding is lm.causes.edge_rounding is edge_rounding;"
+        "assert ALL is lm.causes.ALL"
+    )
+    for first in ("import limitmason as lm; lm.diagnosis.catalogue.cohesion();", ""):
+        done = subprocess.run([sys.executable, "-W", "always", "-c", first + code], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        assert "limitmason.diagnosis.catalogue is now limitmason.causes" in done.stderr
 
 
 # ---- the law of the joints -----------------------------------------------------------------------------------------

@@ -8,7 +8,8 @@ from cause_models import MODEL, MU, READINGS, SPECIMEN, block, extend, value, wa
 from scipy.optimize import brentq
 
 import limitmason as lm
-from limitmason.diagnosis import Cause, Measured, Noise, Study, catalogue, simulate
+from limitmason import causes as catalogue
+from limitmason.diagnosis import Cause, Measured, Noise, Study, simulate
 from limitmason.diagnosis.simulator import Extension
 from limitmason.geometry.rotation import rotation_matrices
 

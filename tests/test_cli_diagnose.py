@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from limitmason import cli, experiments
-from limitmason.cli.diagnosis_data import read_case
-from limitmason.cli.series import packaged_table
+from limitmason.diagnosis import Noise, Study
 from limitmason.diagnosis.simulator import Job, Simulator
+from limitmason.experiments.series import packaged_table
 from limitmason.formats import read_measured, write_measured
 
 OWN = """
@@ -134,14 +134,13 @@ def test_a_packaged_series_with_our_simulator(tmp_path, capsys):
     assert "5 values" in err
     assert "is assumed" in text  # what the sources leave open is said
     # repeats of one configuration are solved once, and give what the experiment itself gives
-    options = cli._parser().parse_args(["diagnose", str(path), "--model", "minho", "--causes", "gain"])
-    case = read_case(options, {"contact_model": "vertices", "flow_rule": "associative"})
-    row = {r["specimen"]: r for r in case.specimens}
-    known = Simulator(case.simulate, [row["SW.100.1"], row["SW.100.2"], row["SW.200.1"]])
+    study = Study.from_table(path, model="minho", causes=["gain"])
+    row = {r["specimen"]: r for r in study.specimens}
+    known = Simulator(study.simulate, [row["SW.100.1"], row["SW.100.2"], row["SW.200.1"]])
     value, repeat, other = known.predict([Job(0, ()), Job(1, ()), Job(2, ())])
     assert value == repeat != other
     assert known.calls == 2
-    assert " at 0x" not in repr(case.simulate)  # values on disk are found again by another process
+    assert " at 0x" not in repr(study.simulate)  # values on disk are found again by another process
     (wanted,) = [r.predicted for r in experiments.run(experiments.load("minho-dry-stone-2005-2009", "SW.100.1"))]
     assert value == pytest.approx(wanted, rel=1e-9)
 
@@ -153,11 +152,10 @@ def test_units_of_force_are_converted_and_others_refused(tmp_path, capsys):
         rows[1][rows[0].index("measured")] = "N"
 
     before = read_measured(path).columns["measured"]
-    options = cli._parser().parse_args(["diagnose", str(rewritten(path, in_newton)), "--model", "minho"])
-    case = read_case(options, {"contact_model": "vertices", "flow_rule": "associative"})
-    assert case.measured == pytest.approx([v / 1e3 for v in before])
-    assert "weak base joint" in [c.name for c in case.causes]
-    assert "[kN]" in case.quantity
+    study = Study.from_table(rewritten(path, in_newton), model="minho")
+    assert study.measured == pytest.approx([v / 1e3 for v in before])
+    assert "weak base joint" in [c.name for c in study.causes]
+    assert "[kN]" in study.about.quantity
 
     def in_metres(rows):
         rows[1][rows[0].index("measured")] = "m"
@@ -197,7 +195,7 @@ def cell(row, column, value):
     (lambda rows: rows[0].__setitem__(5, "height"), (), "the column 'height' is there twice"),
     (lambda rows: rows.__delitem__(slice(2, None)), (), "a row of units and rows of values are needed"),
     (None, ("--measured", "force"), "there is no column 'force'"),
-    (None, ("--covariates", "age"), "there is no column 'age' for --covariates"),
+    (None, ("--covariates", "age"), "there is no column 'age' for the covariates"),
     (None, ("--noise", "small"), "--noise must be a number"),
     (None, ("--noise", "4"), "0.04 is 4 %"),
     (None, ("--causes", "gain,magic"), "there is no cause 'magic'"),
@@ -227,3 +225,29 @@ def test_no_data_and_a_benchmark_without_measurements_say_what_to_do(tmp_path, c
     status, _, err = run("--model", "ferris", "--out", tmp_path, capsys=capsys)
     assert status == 2
     assert "numerical benchmark" in err
+
+
+def test_a_study_comes_from_a_packaged_series_in_one_call():
+    study = Study.from_experiments("minho", noise="unknown", inputs={})
+    assert (study.n, study.about.units["measured"], study.noise.kind) == (31, "kN", "unknown")
+    assert {"edge rounding", "friction of the rig", "overload magnitude"} <= {c.name for c in study.causes}
+    assert "friction" in " ".join(study.about.notes)
+    published = Study.from_experiments("pavia-tilting", noise=0.05, towards=["3DEC dilatant"])
+    assert [c.name for c in published.causes] == ["gain", "friction of the rig", "angle offset",
+                                                  "towards 3DEC dilatant"]  # fmt: skip
+    assert published.simulator.calls == 0
+
+
+def test_noise_of_a_table_comes_in_three_units(tmp_path):
+    rows = [{"measured": 2.0 + k, "predicted": 2.0 + k, "noise": 0.1 * (2.0 + k)} for k in range(5)]
+    absolute = tmp_path / "kn.csv"
+    write_measured(absolute, {"measured": "kN", "predicted": "kN", "noise": "kN"}, rows)
+    assert Study.from_table(absolute).noise.sd == pytest.approx(0.1, rel=1e-12)
+    percent = tmp_path / "percent.csv"
+    write_measured(percent, {"measured": "-", "predicted": "-", "noise": "%"}, [{**r, "noise": 4.0} for r in rows])
+    assert Study.from_table(percent, tails=5).noise == Noise(0.04, tails=5)
+    assert Study.from_table(percent, noise=Noise(0.03, 6)).noise == Noise(0.03, 6)
+    with pytest.raises(ValueError, match="no list of causes|needs its list of causes"):
+        Study.from_table(percent, model=len)
+    with pytest.raises(TypeError, match="colour"):
+        Study.from_table(percent, colour="red")

@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from test_diagnosis import CAUSES, HEIGHTS, ROUNDING, data, kinds, pulled, specimens, study
+from diagnosis_models import CAUSES, HEIGHTS, ROUNDING, data, kinds, pulled, specimens, study
 
 import limitmason as lm
 from limitmason.diagnosis import Cause, Noise, Study

@@ -8,11 +8,12 @@ from scipy import stats
 from scipy.optimize import minimize
 
 from limitmason.diagnosis import Cause, Measured, Noise, Study
-from limitmason.diagnosis.bootstrap import Draws, Tally, run
-from limitmason.diagnosis.cells import fit_many
-from limitmason.diagnosis.grid import Grid
-from limitmason.diagnosis.likelihood import Likelihood
-from limitmason.diagnosis.shapes import Shapes
+from limitmason.diagnosis.inference.bootstrap import Draws, Tally, run
+from limitmason.diagnosis.inference.box import descend
+from limitmason.diagnosis.inference.fit import fit, fit_many, values_of
+from limitmason.diagnosis.inference.grid import Grid, at_measured
+from limitmason.diagnosis.inference.likelihood import Likelihood
+from limitmason.diagnosis.inference.shapes import Shapes
 from limitmason.diagnosis.simulator import Job, Simulator
 
 RNG = np.random.default_rng(0)
@@ -38,9 +39,9 @@ def test_table_between_its_levels_is_the_simulator(cause):
         for z in (-1.3, 0.0, 2.2):
             true = np.log(made.predicted([cause], [size], [z]))
             y = (true - made.design([cause]).origin) / 0.04
-            fit = grid.fit(y, np.array([[z]]), Likelihood())
-            assert fit.loss[0] + fit.penalty[0] < 0.6  # d2 of the truth from its own table
-            assert np.abs(fit.residuals).max() < 0.6
+            found = fit(grid, y, np.array([[z]]), Likelihood())
+            assert found.loss[0] + found.penalty[0] < 0.6  # d2 of the truth from its own table
+            assert np.abs(found.residuals).max() < 0.6
 
 
 def test_grid_fit_is_the_penalised_least_squares_minimum():
@@ -48,13 +49,13 @@ def test_grid_fit_is_the_penalised_least_squares_minimum():
     made = make(levels=33, nuisance_levels=9)
     grid = made.design([BEND]).singles["bend"]
     origin = made.design([BEND]).origin
-    fit = grid.fit(y, np.zeros((5, 1)), Likelihood())
+    found = fit(grid, y, np.zeros((5, 1)), Likelihood())
 
     def deviance(p, row):
         model = (np.log(made.predicted([BEND], [float(np.clip(p[0], -1, 2))], [p[1]])) - origin) / 0.04
         return ((row - model) ** 2).sum() + p[1] ** 2
 
-    for row, loss, penalty in zip(y, fit.loss, fit.penalty, strict=True):
+    for row, loss, penalty in zip(y, found.loss, found.penalty, strict=True):
         best = min(minimize(deviance, start, args=(row,), method="Nelder-Mead").fun for start in ([0, 0], [0.5, 1]))
         assert loss + penalty == pytest.approx(best, abs=0.15)
 
@@ -65,23 +66,21 @@ def test_grid_fit_is_the_penalised_least_squares_minimum():
 def test_a_cause_never_fits_worse_than_the_baseline(like):
     design = make().design([BEND, KINK])
     y = 2.0 * RNG.standard_normal((50, 10))
-    base = design.null.fit(y, np.zeros((50, 1)), like).loglik
+    base = fit(design.null, y, np.zeros((50, 1)), like).loglik
     for grid in design.singles.values():
-        assert np.all(grid.fit(y, np.zeros((50, 1)), like).loglik >= base - 0.05)
+        assert np.all(fit(grid, y, np.zeros((50, 1)), like).loglik >= base - 0.05)
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])
 def test_box_step_is_the_bounded_least_squares_solution(d):
     from scipy.optimize import lsq_linear
 
-    from limitmason.diagnosis.grid import _step
-
     rng = np.random.default_rng(d)
     slopes, target = rng.standard_normal((60, 8, d)), 2.0 * rng.standard_normal((60, 8))
     low, high = np.where(rng.random((60, d)) < 0.5, -0.5, 0.0), np.full((60, d), 0.5)
-    moves = _step(
-        np.einsum("bni,bnj->bij", slopes, slopes), np.einsum("bni,bn->bi", slopes, target), low.copy(), high.copy()
-    )
+    moves = descend(
+        np.einsum("bni,bnj->ijb", slopes, slopes), np.einsum("bni,bn->ib", slopes, target), low.T.copy(), high.T.copy()
+    ).T
     for move, s, t, a, b in zip(moves, slopes, target, low, high, strict=True):
         assert move == pytest.approx(lsq_linear(s, t, (a, b)).x, abs=0.02 if d > 2 else 1e-4)
 
@@ -93,16 +92,30 @@ def test_weights_of_zero_are_values_left_out():
     weights[0, 3] = 0.0
     other = y.copy()
     other[3] = 50.0
-    fits = [design.singles["bend"].fit(v, np.zeros(1), Likelihood(), 1.0, weights) for v in (y, other)]
+    fits = [fit(design.singles["bend"], v, np.zeros(1), Likelihood(), 1.0, weights) for v in (y, other)]
     assert fits[0].loglik[0] == pytest.approx(fits[1].loglik[0])
     kept = np.arange(10) != 3
-    part = design.singles["bend"].columns(kept).fit(y[kept], np.zeros(1), Likelihood())
+    part = fit(design.singles["bend"].columns(kept), y[kept], np.zeros(1), Likelihood())
     assert fits[0].loglik[0] == pytest.approx(part.loglik[0], abs=1e-9)
+
+
+def test_values_between_nodes_are_exact_for_what_is_linear_along_every_axis():
+    s, z = np.array([0.0, 1.0, 3.0]), np.array([-2.0, 0.0, 2.0, 3.0])
+    shape = np.arange(1.0, 6.0)
+    values = (2.0 + s[:, None, None] - 0.5 * z[:, None] + 0.3 * s[:, None, None] * z[:, None]) * shape
+    grid = Grid([s], [z], values)
+    for i, size in ((0.0, 0.0), (1.5, 2.0), (2.0, 3.0)):
+        for k, at in ((0.25, -1.5), (2.5, 2.5), (3.0, 3.0)):
+            exact = (2.0 + size - 0.5 * at + 0.3 * size * at) * shape
+            assert grid.between((i, k)) == pytest.approx(exact, rel=1e-14)
+            assert grid.at_size(i).between((k,)) == pytest.approx(exact, rel=1e-14)
+    assert grid.denser(3).between((1.5, 3 * 2.5)) == pytest.approx((2.0 + 2.0 - 1.25 + 1.5) * shape, rel=1e-14)
+    assert np.array_equal(at_measured(grid), values[:, 1])
 
 
 def test_grid_without_axes_is_the_plain_sum_of_squares():
     grid = Grid((), (), np.zeros(4))
-    assert grid.fit(np.array([1.0, 2.0, 0.0, 0.0]), np.zeros(0), Likelihood()).loss[0] == pytest.approx(5.0)
+    assert fit(grid, np.array([1.0, 2.0, 0.0, 0.0]), np.zeros(0), Likelihood()).loss[0] == pytest.approx(5.0)
 
 
 def test_shape_statistic_is_the_regression_f_test():
@@ -149,18 +162,18 @@ def test_fits_by_inner_products_are_those_by_residuals(like, inputs):
     z, replicate = rng.standard_normal((200, inputs)), rng.chisquare(8, 200) / 8
     short = fit_many(grids, y, z, like, replicate)
     bare = fit_many(grids, y, z, like, replicate, residuals=False)
-    for grid, fit, quick in zip(grids, short, bare, strict=True):
-        long = grid.fit(y, z, like, replicate, np.ones_like(y))
+    for grid, found, quick in zip(grids, short, bare, strict=True):
+        long = fit(grid, y, z, like, replicate, np.ones_like(y))
         for name in ("loglik", "loss", "penalty", "residuals"):
-            assert getattr(fit, name) == pytest.approx(getattr(long, name), rel=1e-9, abs=1e-9)
-        assert quick.loglik == pytest.approx(fit.loglik, rel=1e-9, abs=1e-9)
-        assert grid.values_at(fit) == pytest.approx(y - fit.residuals, abs=1e-12)
+            assert getattr(found, name) == pytest.approx(getattr(long, name), rel=1e-9, abs=1e-9)
+        assert quick.loglik == pytest.approx(found.loglik, rel=1e-9, abs=1e-9)
+        assert values_of(grid, found) == pytest.approx(y - found.residuals, abs=1e-12)
 
 
 def test_data_that_a_model_fits_exactly_leave_no_rounding_behind():
     grid = Grid([np.linspace(0.0, 1.0, 9)], [], np.linspace(0.0, 1.0, 9)[:, None] * np.arange(1.0, 7.0) * 1e3)
-    (fit,) = fit_many([grid], grid.nodes[5:6], np.zeros((1, 0)), Likelihood("unknown"), residuals=False)
-    assert fit.loss[0] < 1e-20
+    (found,) = fit_many([grid], grid.nodes[5:6], np.zeros((1, 0)), Likelihood("unknown"), residuals=False)
+    assert found.loss[0] < 1e-20
 
 
 def test_bootstrap_p_of_a_known_statistic_and_its_early_stop():

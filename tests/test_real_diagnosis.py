@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from limitmason.diagnosis import Extension, Noise, Study, catalogue
+from limitmason import causes as catalogue
+from limitmason.diagnosis import Extension, Noise, Study
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
