@@ -16,8 +16,9 @@ import numpy as np
 from joblib.externals.loky import get_reusable_executor
 
 import limitmason as lm
+from limitmason import causes as catalogue
 from limitmason.build import wall
-from limitmason.diagnosis import Measured, Noise, Study, catalogue
+from limitmason.diagnosis import Measured, Noise, Study
 from limitmason.diagnosis.simulate import SLOW, collapse
 
 UNIT = (0.20, 0.10)  # length and height of the blocks [m]

@@ -17,9 +17,10 @@ import numpy as np
 
 import dem
 import limitmason as lm
+from limitmason import causes as catalogue
 from limitmason import experiments, figures
-from limitmason.diagnosis import Cause, Extension, Noise, Study, catalogue
-from limitmason.diagnosis.catalogue.joint_laws import FrictionFactor
+from limitmason.causes.joints import with_friction_factor
+from limitmason.diagnosis import Cause, Extension, Noise, Study
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 
@@ -27,12 +28,18 @@ STORE = Path(__file__).parent / "stored" / "diagnose_ferris_tin_loi.csv"
 SOURCE, FRICTION, IN_PLANE = "ferris-tin-loi-2001", 0.65, (0.0, 1.0, 0.0)
 STIFFNESS = {"normal_stiffness": 1e10, "shear_stiffness": 4e9}  # of the DEM's joints [Pa/m], nearly rigid
 
+
+def other_friction(factor, assembly, loads):
+    """All joints with tan(phi) times a factor."""
+    return assembly.with_joints(lambda joint: with_friction_factor(joint, factor)), loads
+
+
 PHYSICAL = [
     catalogue.edge_rounding((0.0, 30.0), plane_normal=IN_PLANE),
     catalogue.lost_overlap((0.0, 60.0)),
     catalogue.weak_base_joint(),
     Cause("friction", "friction_factor", 1.0, (0.6, 1.1), "all joints: tan(phi) x size",
-          apply=FrictionFactor(("bed", "head", "base"))),
+          apply=other_friction),
 ]  # fmt: skip
 ROUNDED = ((PHYSICAL[0], 1e3 * 0.020),)  # contact ends pulled in by 20 mm
 # under a load in proportion to weight a lean of the wall and an offset of the angle are one and the same: listed once

@@ -18,8 +18,9 @@ from pathlib import Path
 import numpy as np
 
 import dem
+from limitmason import causes as catalogue
 from limitmason import experiments, figures, limit_analysis
-from limitmason.diagnosis import Cause, Extension, Measured, Noise, Study, catalogue
+from limitmason.diagnosis import Cause, Extension, Measured, Noise, Study
 
 SOURCE, X, NU = "minho-dry-stone-2005-2009", (1.0, 0.0, 0.0), 0.2
 # friction of SW: another author's model, its error assumed; of WS: not found, assumed
@@ -83,7 +84,7 @@ def elastic(test, assembly, loads, extend):
     modulus = test.parameters.get("masonry modulus") or MODULUS_WS[round(float(test.parameters["N on top"]))]
     kn = float(modulus) * 1e6 / (float(test.parameters["block height"]) * 1e-3)
     law = {"normal_stiffness": kn, "shear_stiffness": kn / (2.0 * (1.0 + NU))}
-    wall = assembly.with_interfaces(replace(i, joint=replace(i.joint, **law)) for i in assembly.interfaces)
+    wall = assembly.with_joints(lambda joint: replace(joint, **law))
     found = dem.collapse(*extend(wall, loads), error_budget=(), contact_points=GRID, moved_limit=MOVED)
     return found.collapse_multiplier if found.status in ("solved", "almost solved") else np.nan
 

@@ -11,8 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
+from limitmason import causes as catalogue
 from limitmason import experiments, figures
-from limitmason.diagnosis import Cause, Noise, Study, catalogue
+from limitmason.diagnosis import Cause, Noise, Study
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 

@@ -34,9 +34,8 @@ def elastic_wall(test):
     twin = experiments.load(SOURCE, test.specimen.replace("WS.", "WS1."))
     modulus = test.parameters.get("masonry modulus", twin.parameters["masonry modulus"])
     kn = float(modulus) * 1e6 / (float(test.parameters["block height"]) / 1e3)
-    wall = test.assembly()
-    soft = (replace(i.joint, normal_stiffness=kn, shear_stiffness=kn / (2.0 * (1.0 + NU))) for i in wall.interfaces)
-    return wall.with_interfaces(replace(i, joint=j) for i, j in zip(wall.interfaces, soft, strict=True)), kn, modulus
+    soft = {"normal_stiffness": kn, "shear_stiffness": kn / (2.0 * (1.0 + NU))}
+    return test.assembly().with_joints(lambda joint: replace(joint, **soft)), kn, modulus
 
 
 def push(wall, loads, settled, *travels):

@@ -6,8 +6,9 @@ The measurements are synthetic: the upper units of the stacks are hollow, which 
 import numpy as np
 
 import limitmason as lm
+from limitmason import causes as catalogue
 from limitmason.build.variants import with_density_factor
-from limitmason.diagnosis import Cause, Measured, Noise, Study, catalogue, simulate
+from limitmason.diagnosis import Cause, Measured, Noise, Study, simulate
 
 
 # ---- the cause: ten lines ----------------------------------------------------

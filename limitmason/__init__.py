@@ -6,6 +6,7 @@ Units are SI, axes right-handed with z up, compression positive; angles are radi
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from limitmason.constants import VERSION
 from limitmason.curve import Curve
 from limitmason.model import (
     Assembly,
@@ -23,6 +24,7 @@ from limitmason.results import Certificate, Mechanism, Prediction, Resultants
 if TYPE_CHECKING:
     from limitmason import (
         build,
+        causes,
         certificate,
         diagnosis,
         equilibrium,
@@ -38,11 +40,12 @@ if TYPE_CHECKING:
     from limitmason.methods import predict, predict_cases
     from limitmason.side_by_side import compare
 
-__version__ = "0.2.0.dev0"
+__version__ = VERSION
 
 # loaded on first use: a script that only builds an assembly waits for neither solver nor matplotlib
 _MODULES = (
     "build",
+    "causes",
     "certificate",
     "diagnosis",
     "equilibrium",

@@ -4,7 +4,7 @@ Each returns a new assembly and leaves loads alone. The recipe is dropped wherev
 forms that read lengths from it refuse instead of using lengths that no longer hold.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,31 +16,8 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.block import Block
 from limitmason.model.input import read_number, read_vector
 from limitmason.model.interface import Interface
-from limitmason.model.joint import Joint
 
 Array = NDArray[np.float64]
-
-
-def with_joint_law(
-    assembly: Assembly, change: Callable[[Joint], Joint], kinds: Iterable[str] = ("bed", "head", "base")
-) -> Assembly:
-    """This assembly with every joint of some kinds changed by a function of its law.
-
-    Parameters
-    ----------
-    change : returns the new law of a joint
-    kinds : "bed", "head", "base"; the others keep their law
-    """
-    kinds = tuple(kinds)
-    new: dict[int, Joint] = {}
-    interfaces = []
-    for i in assembly.interfaces:
-        if i.kind in kinds:
-            if id(i.joint) not in new:
-                new[id(i.joint)] = change(i.joint)
-            i = replace(i, joint=new[id(i.joint)])
-        interfaces.append(i)
-    return assembly.with_interfaces(interfaces)
 
 
 def with_part_of_thickness(assembly: Assembly, share: float, direction: ArrayLike = (0.0, 1.0, 0.0)) -> Assembly:

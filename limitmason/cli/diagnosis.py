@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import csv
+import sys
 import time
 import traceback
+from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from limitmason.cli.console import analysis_options, refuse, say, settings_of, show_text
+from limitmason.cli.console import ANALYSIS, analysis_options, method_of, refuse, say, settings_of, show_text
+from limitmason.experiments.series import cases_of, series_of, write_template
 
 ABOUT = """\
 Hold a simulation against measured values and say which listed cause explains the difference, or that none does, or that
@@ -91,12 +94,13 @@ def _diagnose(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from limitmason.cli import diagnosis_data as data
-    from limitmason.cli.series import write_template
+    from limitmason import diagnosis, figures
 
     if options.template:
         others = [name for name in vars(options) if name not in ("template", "model", "run", "debug")]
         refuse(options, others, "with --template, which writes a file and stops")
+        if options.model and ":" in options.model:
+            raise ValueError(f"--template with --model needs a packaged series, got {options.model!r}")
         write_template(options.template, options.model)
         say(f"wrote {options.template}: replace its rows, keep the row of units, then `limitmason diagnose`")
         return 0
@@ -105,81 +109,155 @@ def _run(options: argparse.Namespace) -> int:
     for name, default in _DEFAULTS.items():
         if getattr(options, name) is None:
             setattr(options, name, default)
-    case = data.read_case(options, settings_of(options))
     if options.out.exists() and not options.out.is_dir():
         raise ValueError(f"--out {options.out} is a file; name a folder")
-    from limitmason.diagnosis import Study
-
     store = options.out / "simulations.jsonl"
     if options.fresh:
         store.unlink(missing_ok=True)
-    study = Study(
-        case.specimens, case.simulate, case.measured, case.noise, case.nuisance, case.covariates, case.groups,
-        levels=options.levels or case.levels, n_jobs=options.jobs, cache=store, version=case.version,
-    )  # fmt: skip
-    study.simulator.progress = _Progress(study.n, len(case.causes))
-    say(f"{case.title}: {study.n} values, noise {study.noise}, {len(case.causes)} causes: "
-        f"{', '.join(c.name for c in case.causes)}")  # fmt: skip
-    verdict = study.diagnose(case.causes, seed=options.seed)
-    say(f"{study.simulator.calls} simulations")
-    pool = case.pool if case.pool is not None else case.specimens
-    tests = verdict.next_tests(pool, k=min(options.next, len(pool))) if options.next > 0 else None
-    rehearsal = None
-    if options.rehearse > 0:
-        say(f"{options.rehearse} blind trials")
-        rehearsal = study.rehearse(case.causes, n=options.rehearse, seed=options.seed)
+    study = diagnosis.Study.from_table(options.data, cache=store, n_jobs=options.jobs, **_stated(options))
+    study.simulator.progress = _Progress(study.n, len(study.causes))
+    say(f"{study.about.title}: {study.n} values, noise {study.noise}, {len(study.causes)} causes: "
+        f"{', '.join(c.name for c in study.causes)}")  # fmt: skip
+    found = diagnosis.investigate(
+        study, seed=options.seed, next_tests=options.next, pool=options.pool, rehearse=options.rehearse, progress=say
+    )
     if not options.no_checks:
         say("judging again under other statements of the noise and without each specimen")
-    _write(options, case, verdict, tests, rehearsal)
+    files = figures.diagnosis_folder(found, options.out, checks=not options.no_checks)
+    show_text(files[0].read_text(encoding="utf-8").rstrip("\n"))
+    for file in files:
+        say(f"wrote {file}")
     return 0
 
 
-def _write(options: argparse.Namespace, case: Any, verdict: Any, tests: Any, rehearsal: Any) -> None:
-    from limitmason import figures
+def _stated(options: argparse.Namespace) -> dict[str, Any]:
+    """What the options say of the data and the model, as ``Study.from_table`` takes it."""
+    own = bool(options.model) and ":" in options.model
+    series = series_of(options.model) if options.model and not own else None
+    has_model = series is not None and any(c.has_model for c in cases_of(series))
+    _refuse_unused(options, own=own, has_model=has_model)
+    model = load_object(options.model, "--model") if own else options.model
+    if own and not callable(model):
+        raise ValueError(f"--model {options.model}: it is no function")
+    if own and not options.causes:
+        raise ValueError("a model of your own needs its list of causes: --causes module:LIST")
+    return {
+        "model": model,
+        "method": method_of(options),
+        "settings": settings_of(options),
+        "measured": options.measured or "measured",
+        "predicted": options.predicted,
+        "towards": options.towards,
+        "group": options.group,
+        "covariates": options.covariates,
+        "batches": options.batches,
+        "noise": _noise(options.noise),
+        "dof": options.dof,
+        "tails": options.tails,
+        "inputs": dict(_input(text) for text in options.input),
+        "causes": _causes(options.causes),
+        "tilting": options.tilting,
+        "spatial": options.spatial,
+        "title": options.title,
+        "levels": options.levels,
+    }
 
-    text = f"{case.title}\n\n" + verdict.report(checks=not options.no_checks)
-    if tests is not None:
-        where = "in the pool" if case.pool is not None else "in the data, to be repeated"
-        text += f"\n\nNext tests, {tests.reason}: rows {', '.join(str(i + 1) for i in tests.indices)} {where}."
-        if tests.pairs:
-            text += f" Smallest d2 over the pairs: {tests.before:.1f} before, {tests.after:.1f} after."
-    text += "".join(f"\n{note}" for note in ["", *case.notes])
-    show_text(text)
-    out = options.out
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "report.txt").write_text(text + "\n", encoding="utf-8")
-    picture = figures.diagnosis(verdict, units=case.units, quantity=case.quantity, title=case.title)
-    picture.savefig(out / "diagnosis.png", dpi=200)
-    distances = verdict.study.confusable(case.causes, sd=verdict.noise_sd)
-    figures.confusable(distances, title=case.title).savefig(out / "confusable.png", dpi=200)
-    if rehearsal is not None:
-        figures.rehearsal(rehearsal, title=case.title).savefig(out / "rehearsal.png", dpi=200)
-    _write_causes(out / "causes.csv", verdict)
-    figures.diagnosis_page(
-        verdict, out / "diagnosis.html", title=case.title, units=case.units, quantity=case.quantity, next_tests=tests,
-        rehearsal=rehearsal, notes=case.notes, checks=not options.no_checks, figure=picture,
-    )  # fmt: skip
-    for name in ("report.txt", "diagnosis.html", "diagnosis.png", "confusable.png", "rehearsal.png", "causes.csv"):
-        if (out / name).exists() and (name != "rehearsal.png" or rehearsal is not None):
-            say(f"wrote {out / name}")
+
+def _refuse_unused(options: argparse.Namespace, *, own: bool, has_model: bool) -> None:
+    """Refuse options that this kind of model does not use.
+
+    Parameters
+    ----------
+    own : the model is a function of the user
+    has_model : it is a packaged series whose walls can be built
+    """
+    if own:
+        refuse(options, ("predicted",), f"with --model {options.model}, which predicts itself")
+    if not (has_model and options.predicted is None):
+        what = f"--model {options.model}" if own else "predictions in a column"
+        refuse(options, ("method", *ANALYSIS), f"with {what}: no analysis is made here")
+        refuse(options, ("spatial",), f"with {what}: it chooses among causes inside a packaged model")
+    if options.data and options.predicted and has_model:
+        refuse(options, ("model",), "with --predicted, which takes the predictions from a column")
+    if options.causes and ":" in options.causes:
+        refuse(options, ("tilting", "batches", "spatial"), "with a list of causes of your own: add them to the list")
+    if options.noise == "replicates":
+        refuse(options, ("dof", "tails"), "with --noise replicates, which counts its own degrees of freedom")
 
 
-def _write_causes(path: Path, verdict: Any) -> None:
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["cause", "acts on", "unit of size", "kept", "size", "low", "high", "log-likelihood gain",
-                         "p deficit", "p trend", "p scatter"])  # fmt: skip
-        writer.writerow(["-", "-", "-", "-", "unit", "unit", "unit", "-", "-", "-", "-"])
-        for row in verdict.table():
-            ends = row["interval"] or [("", "")] * len(row["size"])
-            sizes, low, high = (
-                " + ".join(f"{v:.6g}" if v != "" else "" for v in part).strip(" +")
-                for part in (row["size"], [e[0] for e in ends], [e[1] for e in ends])
-            )
-            chances = ["" if row[f"p_{k}"] is None else f"{row[f'p_{k}']:.4f}" for k in ("deficit", "shape", "scatter")]
-            kept = "yes" if row["kept"] else "no"
-            writer.writerow([row["cause"], row["acts_on"], row["unit"], kept, sizes, low, high, f"{row['gain']:.4f}",
-                             *chances])  # fmt: skip
+def load_object(text: str, what: str) -> Any:
+    """The object behind "module:name" or "file.py:name", looked up from the current folder too.
+
+    Raises
+    ------
+    ValueError
+        Naming what is not found. An error of the module itself comes through as it is, with a note.
+    """
+    from limitmason.diagnosis.simulator import note_own
+
+    module, _, name = text.rpartition(":")
+    path = Path(module)
+    place = str(path.resolve().parent if path.suffix == ".py" else Path.cwd())
+    if path.suffix == ".py" and not path.exists():
+        raise ValueError(f"{what} {text}: there is no file {module}")
+    if place not in sys.path:
+        sys.path.insert(0, place)  # stays: worker processes import the same module
+    try:
+        found = import_module(path.stem if path.suffix == ".py" else module)
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.split(".")[0] != module.split(".")[0]:
+            note_own(error, f"{what} {text}: {path} needs a module that is not there")
+            raise
+        raise ValueError(f"{what} {text}: {error}; give module:name or file.py:name") from None
+    except Exception as error:  # whatever the user's module may raise
+        note_own(error, f"{what} {text}: {path} fails when it is imported")
+        raise
+    if not hasattr(found, name):
+        raise ValueError(f"{what} {text}: {module} has no {name!r}")
+    return getattr(found, name)
+
+
+def _causes(text: str | None) -> list | None:
+    """Causes of the user's module, or names between commas."""
+    if not text:
+        return None
+    if ":" not in text:
+        return [name.strip() for name in text.split(",")]
+    chosen = load_object(text, "--causes")
+    return _made(chosen, text) if callable(chosen) else list(chosen)
+
+
+def _made(function: Callable, text: str) -> list:
+    """What the user's function of causes returns."""
+    from limitmason.diagnosis.simulator import note_own
+
+    try:
+        return list(function())
+    except Exception as error:
+        note_own(error, f"--causes {text} failed")
+        raise
+
+
+def _noise(text: str | None) -> float | str | None:
+    if text in (None, "unknown", "replicates"):
+        return text
+    try:
+        return float(text.rstrip("%")) / (100.0 if text.endswith("%") else 1.0)
+    except ValueError:
+        raise ValueError(
+            f"--noise must be a number such as 0.04 or 4%, 'unknown' or 'replicates', got {text!r}"
+        ) from None
+
+
+def _input(text: str) -> tuple[str, Any]:
+    from limitmason.diagnosis import Measured
+
+    name, _, rest = text.partition("=")
+    try:
+        value, sd = (float(v) for v in rest.split(","))
+    except ValueError:
+        raise ValueError(f"--input must read NAME=VALUE,SD such as friction=0.65,0.03, got {text!r}") from None
+    return name.strip(), Measured(value, sd)
 
 
 class _Progress:

@@ -6,19 +6,21 @@ positive prediction of what was measured; see :class:`Study`.
 
 from importlib import import_module
 
-from limitmason.diagnosis.cause import Cause, Extension
-from limitmason.diagnosis.decide import Rule
-from limitmason.diagnosis.noise import Measured, Noise
-from limitmason.diagnosis.plan import Confusable, NextTests
+from limitmason.causes import Cause, Extension
+from limitmason.diagnosis.inference.decide import Rule
+from limitmason.diagnosis.inference.noise import Measured, Noise
+from limitmason.diagnosis.inference.plan import Confusable, NextTests
+from limitmason.diagnosis.investigation import Investigation, investigate
 from limitmason.diagnosis.rehearse import Rehearsal, binomial_interval
+from limitmason.diagnosis.result import Diagnosis
 from limitmason.diagnosis.study import Study
-from limitmason.diagnosis.verdict import Diagnosis
 
 __all__ = [
     "Cause",
     "Confusable",
     "Diagnosis",
     "Extension",
+    "Investigation",
     "Measured",
     "NextTests",
     "Noise",
@@ -27,11 +29,12 @@ __all__ = [
     "Study",
     "binomial_interval",
     "catalogue",
+    "investigate",
 ]
 
 
-def __getattr__(name: str):
-    """Import the catalogue of causes when it is first asked for: it needs the model, the statistics do not."""
+def __getattr__(name: str) -> object:
+    """The old name of ``limitmason.causes``, for one release."""
     if name == "catalogue":
-        return import_module("limitmason.diagnosis.catalogue")
-    raise AttributeError(f"module 'limitmason.diagnosis' has no attribute {name!r}")
+        return import_module(f"{__name__}.catalogue")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

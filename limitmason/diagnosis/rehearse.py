@@ -3,19 +3,15 @@
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import betaincinv
 
-from limitmason.diagnosis.bootstrap import DRAWS, Draws
-from limitmason.diagnosis.cause import Cause
-from limitmason.diagnosis.decide import Rule, Verdict, decide
-from limitmason.diagnosis.design import Design
-from limitmason.diagnosis.plan import NINE_IN_TEN, at_measured, distances
-
-if TYPE_CHECKING:
-    from limitmason.diagnosis.study import Study
+from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws
+from limitmason.diagnosis.inference.decide import Rule, Verdict, decide
+from limitmason.diagnosis.inference.design import Design, Listed
+from limitmason.diagnosis.inference.grid import at_measured
+from limitmason.diagnosis.inference.plan import NINE_IN_TEN, distances
 
 OUTCOMES = ("none", "named", "set with it", "wrong name", "set without it", "two", "unexplained", "scatter")
 NULL = "(none)"
@@ -87,11 +83,10 @@ def outcome(verdict: Verdict, hidden: str | None) -> str:
 
 
 def rehearse(
-    study: "Study",
-    causes: tuple[Cause, ...],
+    design: Design,
+    known: Design,
     n: int,
     seed: int,
-    sd: float | None,
     pairs: bool = True,
     progress: Callable[[str], None] | None = None,
 ) -> Rehearsal:
@@ -99,12 +94,17 @@ def rehearse(
 
     Sizes are uniform between the smallest that is seen nine times in ten and the bound (the bound itself where none
     is). The hidden cause uses the same tables as the rule: this measures the statistics, not the physics.
+
+    Parameters
+    ----------
+    design : tables of the design and its list of causes
+    known : the same with the noise that is drawn
+    n, seed, pairs, progress : see :meth:`limitmason.diagnosis.Study.rehearse`
     """
-    design = study.design(causes)
-    known = study.known_design(causes, sd)
+    causes = design.causes
     spread = known.scale / design.scale
-    rng = np.random.default_rng([seed, 77, study.n])
-    chances = Draws.make([seed, study.n], study.n, design.inputs, study.noise, DRAWS)
+    rng = np.random.default_rng([seed, 77, design.n])
+    chances = Draws.make([seed, design.n], design.n, design.inputs, design.noise, DRAWS)
     counts: dict[str, Counter] = {NULL: Counter(), **{c.name: Counter() for c in causes}}
     answers: dict[str, Counter] = {name: Counter() for name in counts}
     rule = Rule(screen=True)  # only verdicts are counted: no p of a hopeless cause is wanted
@@ -121,7 +121,7 @@ def rehearse(
         for axis, nodes in enumerate(grid.z):
             true = np.clip(rng.standard_normal(), nodes[0], nodes[-1])
             position[first + axis] = np.interp(true, nodes, np.arange(len(nodes)))
-        y = _between(grid, position) + spread * rng.standard_normal(study.n)
+        y = grid.between(position) + spread * rng.standard_normal(design.n)
         verdict = decide(design, y, chances, rule, pairs)
         row = NULL if hidden is None else hidden.name
         counts[row][outcome(verdict, hidden.name if hidden else None)] += 1
@@ -133,7 +133,7 @@ def rehearse(
     return Rehearsal({k: dict(v) for k, v in counts.items()}, n, {k: dict(v) for k, v in answers.items()})
 
 
-def _visible(design: Design, cause: Cause) -> list[tuple[float, float]]:
+def _visible(design: Design, cause: Listed) -> list[tuple[float, float]]:
     """Range of visible sizes on each side of the baseline."""
     grid = design.singles[cause.name]
     d = np.sqrt(distances(at_measured(grid), design.null))
@@ -146,13 +146,3 @@ def _visible(design: Design, cause: Cause) -> list[tuple[float, float]]:
         low = float(np.interp(least, reach, grid.sizes[0][rows])) if reach[-1] > least else side
         out.append((low, side))
     return out
-
-
-def _between(grid, position: np.ndarray) -> np.ndarray:
-    """Values at a grid position, linear along every axis."""
-    values = grid.values
-    for u in position:
-        low = min(int(u), len(values) - 1)
-        high = min(low + 1, len(values) - 1)
-        values = values[low] + (u - low) * (values[high] - values[low])
-    return values

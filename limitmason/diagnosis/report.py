@@ -1,22 +1,20 @@
 """A diagnosis as text and as rows of a table."""
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
-from limitmason.diagnosis.cause import Cause
-from limitmason.diagnosis.shapes import is_numeric
-
-if TYPE_CHECKING:
-    from limitmason.diagnosis.study import Study
-    from limitmason.diagnosis.verdict import Diagnosis
+from limitmason.causes.cause import Cause
+from limitmason.diagnosis.inference.checks import Checks
+from limitmason.diagnosis.inference.shapes import is_numeric
+from limitmason.diagnosis.result import Diagnosis
 
 FEW = 5  # causes named in one sentence
 COLLINEAR = 0.9  # correlation at which two covariates cannot be held apart
 
 
-def headline(diagnosis: "Diagnosis") -> str:
+def headline(diagnosis: Diagnosis) -> str:
     """The verdict in one sentence."""
     kind, names = diagnosis.kind, diagnosis.causes
     if kind == "none":
@@ -43,20 +41,9 @@ def headline(diagnosis: "Diagnosis") -> str:
     return f"unexplained{where}: {none}{'' if diagnosis.verdict.tried_pairs else ' (pairs not tried)'}"
 
 
-def specimen_name(study: "Study", i: int) -> str:
-    """What a specimen is called: its "specimen" or "name", else its number counted from 0."""
-    specimen = study.specimens[i]
-    for key in ("specimen", "name"):
-        value = specimen.get(key) if isinstance(specimen, Mapping) else getattr(specimen, key, None)
-        if value is not None:
-            direction = specimen.get("direction", "") if isinstance(specimen, Mapping) else ""
-            return f"specimen {value}{direction}"
-    return f"specimen {i}"
-
-
-def meaning(diagnosis: "Diagnosis") -> list[str]:
+def meaning(diagnosis: Diagnosis) -> list[str]:
     """The verdict in plain sentences: what follows from it and what to do."""
-    kind, study = diagnosis.kind, diagnosis.study
+    kind = diagnosis.kind
     by_name = {c.name: c for c in diagnosis.listed}
     before = 100.0 * float(np.sqrt(np.mean(diagnosis.residuals["baseline"] ** 2)))
     if kind == "none":
@@ -67,10 +54,10 @@ def meaning(diagnosis: "Diagnosis") -> list[str]:
             "below; smaller effects may be there.",
         ]
     if kind == "scatter":
-        sd = 100.0 * float(np.sqrt(diagnosis.verdict.null.loss[0] / study.n) * np.mean(diagnosis.design.scale))
+        sd = 100.0 * float(np.sqrt(diagnosis.verdict.null.loss[0] / diagnosis.n) * np.mean(diagnosis.design.scale))
         return [
-            f"The values scatter by {sd:.1f} % about the simulation where a noise of {study.noise} was stated, and no "
-            "listed cause takes part of it away.",
+            f"The values scatter by {sd:.1f} % about the simulation where a noise of {diagnosis.noise} was stated, and "
+            "no listed cause takes part of it away.",
             "Repeat a few tests to measure the noise before any cause is sought.",
         ]
     if kind == "unexplained":
@@ -116,28 +103,28 @@ def meaning(diagnosis: "Diagnosis") -> list[str]:
     return out
 
 
-def basis(diagnosis: "Diagnosis") -> list[str]:
+def basis(diagnosis: Diagnosis) -> list[str]:
     """What the verdict rests on: noise, measured inputs with their refit, groups, and twins on this design."""
-    study, verdict = diagnosis.study, diagnosis.verdict
-    noise = f"Noise of the measured values: {study.noise}"
+    verdict = diagnosis.verdict
+    noise = f"Noise of the measured values: {diagnosis.noise}"
     if diagnosis.noise_sd is not None:
         noise += (
             f" (estimated from the {'best fit' if diagnosis.kept else 'baseline'}: {100 * diagnosis.noise_sd:.2g} %)"
         )
     out = [noise + "."]
     fitted = verdict.tested[diagnosis.kept[0]].z if diagnosis.kept else None
-    for name, z in zip(study.tabulator.free, fitted or [None] * len(study.tabulator.free), strict=True):
-        given = study.nuisance[name]
+    for name, z in zip(diagnosis.redrawn, fitted or [None] * len(diagnosis.redrawn), strict=True):
+        given = diagnosis.nuisance[name]
         text = f"Measured input {name}: {given.value:.4g} +- {given.sd:.2g}"
         out.append(text + (f", refitted to {given.at(z):.4g} ({z:+.1f} sd)." if z is not None else "."))
     out += [
         f"Measured input {n}: {v.value:.4g}, taken as exact."
-        for n, v in study.nuisance.items()
-        if n not in study.tabulator.free
+        for n, v in diagnosis.nuisance.items()
+        if n not in diagnosis.redrawn
     ]
-    if study.groups is not None:
-        out.append(f"{len(set(study.groups))} groups of specimens, each left out as a whole for the gain.")
-    distances = study.confusable(diagnosis.listed, sd=diagnosis.noise_sd)
+    if diagnosis.groups is not None:
+        out.append(f"{len(set(diagnosis.groups))} groups of specimens, each left out as a whole for the gain.")
+    distances = diagnosis.distances
     twins = "; ".join(f"{a} and {b}" for a, b in distances.twins)
     out.append(f"Twins on this design, which no data of it can tell apart: {twins or 'none'}.")
     if distances.invisible:
@@ -145,7 +132,7 @@ def basis(diagnosis: "Diagnosis") -> list[str]:
     return out
 
 
-def table(diagnosis: "Diagnosis") -> list[dict[str, Any]]:
+def table(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     """One row per cause of the list and per pair that is kept."""
     verdict = diagnosis.verdict
     rows = []
@@ -174,13 +161,18 @@ def table(diagnosis: "Diagnosis") -> list[dict[str, Any]]:
     return rows
 
 
-def report(diagnosis: "Diagnosis", checks: bool) -> str:
-    """Headline, evidence, estimates, gain, sizes that would have been seen, list, warnings."""
-    study, verdict = diagnosis.study, diagnosis.verdict
+def report(diagnosis: Diagnosis, checks: Checks | None = None) -> str:
+    """Headline, evidence, estimates, gain, sizes that would have been seen, list, warnings.
+
+    Parameters
+    ----------
+    checks : from :func:`~limitmason.diagnosis.result.Diagnosis.judged_again`; None leaves out what the verdict hangs on
+    """
+    verdict = diagnosis.verdict
     first = headline(diagnosis)
     lines = [first[0].upper() + first[1:] + ".", "", *meaning(diagnosis), ""]
     lines.append(
-        f"{study.n} specimens, seed {diagnosis.seed}, at most {diagnosis.rule.draws} draws. Gate: "
+        f"{diagnosis.n} specimens, seed {diagnosis.seed}, at most {diagnosis.rule.draws} draws. Gate: "
         + ", ".join(f"{k} p {shown_p(v)}" for k, v in verdict.p.items())
         + "."
     )
@@ -205,35 +197,35 @@ def report(diagnosis: "Diagnosis", checks: bool) -> str:
         state = state_of(diagnosis, (cause.name,))
         size = f"size {cause.show(tested.sizes[0])} within {cause.bounds[0]:g} to {cause.bounds[1]:g}"
         lines.append(f"  {cause.name:<{width}}  {size}, log-likelihood {tested.gain:+.2f}, {state}")
-    notes = [*diagnosis.warnings, *(check_lines(diagnosis) if checks else [])]
+    notes = [*warnings(diagnosis), *(check_lines(diagnosis, checks) if checks is not None else [])]
     if notes:
         lines += ["", "To keep in mind:"] + [f"  - {note}" for note in notes]
     return "\n".join(lines)
 
 
-def warnings(diagnosis: "Diagnosis") -> tuple[str, ...]:
+def warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
     """What limits the verdict, from the list, the noise, the tables and the estimates."""
-    study, out = diagnosis.study, []
+    out: list[str] = []
     if diagnosis.covariate:
-        out += _collinear(study, diagnosis.covariate)
-    if study.groups is None and _repeats(study):
+        out += _collinear(diagnosis.covariates, diagnosis.covariate)
+    if diagnosis.groups is None and _repeats(diagnosis.covariates):
         out.append(
             "Some specimens repeat a configuration (same covariates) and no groups are given: leaving out one repeat "
             "says nothing about geometry. Give groups."
         )
     if all(c.acts_on != "measurement" for c in diagnosis.listed):
         out.append("No measurement cause (offset, gain, batch) is in the list: a sensor's fault can pass as physics.")
-    if study.noise.kind == "known":
+    if diagnosis.noise.kind == "known":
         out.append(
             "The noise is taken as exactly known; replicates would test it (Noise(sd, dof), or Noise.from_replicates). "
             "Stated as 4 % where it is 5 %, about a third of clean data sets raise an alarm."
         )
-    if study.noise.kind == "unknown":
+    if diagnosis.noise.kind == "unknown":
         out.append("The noise is unknown: more scatter than expected cannot be seen.")
-    if not study.covariates:
+    if not diagnosis.covariates:
         out.append("No covariates are recorded: an effect outside the list can only show as scatter.")
     for cause in diagnosis.listed:
-        error = study.table(cause).error
+        error = diagnosis.table_errors[cause.name]
         if error > 0.25:
             out.append(f"The table of {cause.name} may be off by {error:.2f} of the noise between its levels.")
         name = cause.name
@@ -246,7 +238,7 @@ def warnings(diagnosis: "Diagnosis") -> tuple[str, ...]:
     return tuple(out)
 
 
-def _kept_lines(diagnosis: "Diagnosis") -> list[str]:
+def _kept_lines(diagnosis: Diagnosis) -> list[str]:
     by_name = {c.name: c for c in diagnosis.listed}
     lines = []
     for names in diagnosis.kept[:8]:
@@ -268,14 +260,14 @@ def _kept_lines(diagnosis: "Diagnosis") -> list[str]:
     return lines
 
 
-def check_lines(diagnosis: "Diagnosis") -> list[str]:
+def check_lines(diagnosis: Diagnosis, checks: Checks) -> list[str]:
     """What the verdict hangs on: the same data under other statements of the noise and without single specimens."""
-    checks, out, study = diagnosis.checks, [], diagnosis.study
+    out: list[str] = []
 
     def says(answer: tuple[str, tuple[str, ...]]) -> str:
         return f"{answer[0]} {', '.join(answer[1])}".rstrip()
 
-    if study.noise.kind != "unknown":
+    if diagnosis.noise.kind != "unknown":
         if (checks.unknown_noise[0], set(checks.unknown_noise[1])) != (diagnosis.kind, set(diagnosis.causes)):
             out.append(
                 f"Stated and unknown noise disagree: with the noise taken as unknown the verdict is "
@@ -290,7 +282,7 @@ def check_lines(diagnosis: "Diagnosis") -> list[str]:
             f"With Student errors, which forgive blunders (Noise(sd, tails=4)), the verdict is {says(checks.student)}."
         )
     for i in checks.hangs_on[:6]:
-        out.append(f"The verdict hangs on {specimen_name(study, i)}: without it, it is {says(checks.dropped[i])}.")
+        out.append(f"The verdict hangs on {diagnosis.specimens[i]}: without it, it is {says(checks.dropped[i])}.")
     if len(checks.hangs_on) > 6:
         out.append(f"And without {len(checks.hangs_on) - 6} other single specimens it changes too.")
     if not checks.hangs_on:
@@ -301,13 +293,13 @@ def check_lines(diagnosis: "Diagnosis") -> list[str]:
     return out
 
 
-def _collinear(study: "Study", name: str) -> list[str]:
+def _collinear(covariates: Mapping[str, Sequence[Any]], name: str) -> list[str]:
     """Numeric covariates that go with the one the residuals vary with."""
-    chosen = study.covariates.get(name)
+    chosen = covariates.get(name)
     if chosen is None or not is_numeric(chosen):
         return []
     x, found = np.asarray(chosen, dtype=float), []
-    for other, column in study.covariates.items():
+    for other, column in covariates.items():
         if other != name and is_numeric(column) and np.ptp(np.asarray(column, dtype=float)) > 0:
             r = float(np.corrcoef(x, np.asarray(column, dtype=float))[0, 1])
             if abs(r) >= COLLINEAR:
@@ -317,13 +309,13 @@ def _collinear(study: "Study", name: str) -> list[str]:
     return [f"{name} goes with {', '.join(found)} in these specimens: the trend may belong to either."]
 
 
-def _repeats(study: "Study") -> bool:
+def _repeats(covariates: Mapping[str, Sequence[Any]]) -> bool:
     """Whether two specimens share all covariates."""
-    rows = list(zip(*(map(str, c) for c in study.covariates.values()), strict=True))
+    rows = list(zip(*(map(str, c) for c in covariates.values()), strict=True))
     return len(set(rows)) < len(rows)
 
 
-def state_of(diagnosis: "Diagnosis", names: tuple[str, ...]) -> str:
+def state_of(diagnosis: Diagnosis, names: tuple[str, ...]) -> str:
     """Whether an explanation was kept, why it was rejected, or that there was no need to test it."""
     tested = diagnosis.verdict.tested[names]
     if tested.kept:

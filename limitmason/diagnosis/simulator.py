@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from joblib import Parallel, delayed
 
-from limitmason.diagnosis.cause import Cause, Extension
+from limitmason.causes.cause import Cause, Extension
 from limitmason.study.store import fingerprint
 
 OWN = "in code given to the study: "  # begins the note on an error that code of the user raised

@@ -1,23 +1,20 @@
 """Which specimens of a pool to test next, from a verdict or from the list of causes alone."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from limitmason.diagnosis.cause import Cause
-from limitmason.diagnosis.design import Design, Names, whitened
-from limitmason.diagnosis.grid import Grid
-from limitmason.diagnosis.plan import NextTests, at_measured, choose_tests, confusable
-from limitmason.diagnosis.shapes import is_numeric
-
-if TYPE_CHECKING:
-    from limitmason.diagnosis.study import Study
-    from limitmason.diagnosis.verdict import Diagnosis
+from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.fit import values_of
+from limitmason.diagnosis.inference.grid import Grid, at_measured
+from limitmason.diagnosis.inference.plan import NextTests, choose_tests, confusable
+from limitmason.diagnosis.inference.shapes import is_numeric
+from limitmason.diagnosis.result import Diagnosis
 
 
 def suggest(
-    study: "Study", causes: tuple[Cause, ...], pool: Sequence[Any], k: int, diagnosis: "Diagnosis | None" = None
+    design: Design, there: Mapping[Names, Grid], pool: Sequence[Any], k: int, diagnosis: Diagnosis | None = None
 ) -> NextTests:
     """Choose ``k`` specimens of the pool.
 
@@ -27,8 +24,8 @@ def suggest(
 
     Parameters
     ----------
-    study : tested specimens
-    causes : the list
+    design : tables of the tested specimens, with a known noise
+    there : grids on the pool with the nodes of those of the design, by names of causes
     pool : specimens that could be tested, as ``simulate`` takes them
     k : how many, at most the size of the pool
     diagnosis : verdict so far, or None
@@ -44,9 +41,7 @@ def suggest(
     verdict = diagnosis.verdict if diagnosis is not None else None
     if verdict is not None and verdict.kind in ("unexplained", "scatter"):
         return _spread(verdict.covariate if verdict.kind == "unexplained" else None, pool, k)
-    design = study.known_design(causes, diagnosis.noise_sd if diagnosis is not None else None)
-    there = _pool_grids(study, design, causes, pool)
-    truths, pairs, reason = _hypotheses(design, causes, there, diagnosis)
+    truths, pairs, reason = _hypotheses(design, there, diagnosis)
     grids = {name: (g.denser(), there[name].denser()) for name, g in _needed(design, pairs)}
     chosen, before, after = choose_tests(truths, grids, pairs, k)
     return NextTests(
@@ -63,41 +58,7 @@ def _needed(design: Design, pairs) -> list[tuple[Names, Grid]]:
     return [(names, design.grid(names)) for names in dict.fromkeys(b for _, b in pairs)]
 
 
-class _PoolGrids(dict):
-    """Grids on the pool with the nodes of the grids on the tested specimens, made when asked for."""
-
-    def __init__(self, make):
-        super().__init__()
-        self.make = make
-
-    def __missing__(self, names: Names) -> Grid:
-        self[names] = self.make(names)
-        return self[names]
-
-
-def _pool_grids(study: "Study", design: Design, causes: tuple[Cause, ...], pool: list) -> _PoolGrids:
-    other = study.on(pool)
-    sd = float(np.mean(design.scale))
-    base = other.tabulator.baseline()
-    origin = base.values
-    for axis in base.z:
-        origin = origin[int(np.argmin(np.abs(axis)))]
-    by_name = {c.name: c for c in causes}
-
-    def make(names: Names) -> Grid:
-        if not names:
-            table = base
-        elif len(names) == 1:
-            table = other.tabulator.single(by_name[names[0]], study.table(by_name[names[0]]))
-        else:
-            parts = [other.tabulator.single(by_name[n], study.table(by_name[n])) for n in names]
-            table = other.tabulator.pair(*parts, base, exact=True)
-        return whitened(table, origin, np.full(len(pool), sd))
-
-    return _PoolGrids(make)
-
-
-def _hypotheses(design: Design, causes: tuple[Cause, ...], there: _PoolGrids, diagnosis):
+def _hypotheses(design: Design, there: Mapping[Names, Grid], diagnosis: Diagnosis | None):
     """True explanations with their predictions here and on the pool, ordered pairs, and the reason."""
     kind = diagnosis.kind if diagnosis is not None else "none"
     if kind in ("cause", "either", "two"):
@@ -108,27 +69,27 @@ def _hypotheses(design: Design, causes: tuple[Cause, ...], there: _PoolGrids, di
             reason = "to tell " + " from ".join(" + ".join(n) for n in kept[:4])
             return truths, [(a, b) for a in kept for b in kept if a != b], reason
         if kind == "cause":
-            rivals = [(c.name,) for c in causes if c.name != kept[0][0]] or [()]
+            rivals = [(c.name,) for c in design.causes if c.name != kept[0][0]] or [()]
         else:
             rivals = [n for n in verdict.tested if len(n) == 2 and n != kept[0]]
             rivals = sorted(rivals, key=lambda n: verdict.tested[n].deficit)[:8] or [(n,) for n in kept[0]]
         return truths, [(kept[0], r) for r in rivals], f"to hold {' + '.join(kept[0])} against the others"
     map_ = confusable(design)
     truths = {}
-    for cause in causes:
+    for cause in design.causes:
         size = max(map_.sizes[cause.name], key=lambda s: abs(s - cause.baseline))
         row = int(np.argmin(np.abs(design.singles[cause.name].sizes[0] - size)))
         here = at_measured(design.singles[cause.name])[row]
         truths[(cause.name,)] = (here, at_measured(there[(cause.name,)])[row], np.zeros(design.inputs))
-    names = [(c.name,) for c in causes]
+    names = [(c.name,) for c in design.causes]
     pairs = [(a, b) for a in names for b in names if a != b] or [(names[0], ())]
     return truths, pairs, "to tell the causes of the list apart"
 
 
-def _at_fit(design: Design, there: _PoolGrids, names: Names, tested):
+def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested):
     """Predictions of a fitted explanation here and on the pool, by the nearest cell of both grids."""
     grid, pool = design.grid(names), there[names]
-    return grid.values_at(tested.fit)[0], pool.values_at(tested.fit)[0], grid.z_at(tested.fit.position)[0]
+    return values_of(grid, tested.fit)[0], values_of(pool, tested.fit)[0], grid.z_at(tested.fit.position)[0]
 
 
 def _spread(covariate: str | None, pool: list, k: int) -> NextTests:

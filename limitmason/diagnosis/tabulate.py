@@ -1,15 +1,16 @@
 """Tables of log predictions on (cause size x nuisance): few simulator calls, refined where the curve bends."""
 
 import warnings
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from itertools import pairwise, product
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
 
-from limitmason.diagnosis.cause import Cause
-from limitmason.diagnosis.noise import Measured
+from limitmason.causes.cause import Cause
+from limitmason.diagnosis.inference.grid import Table
+from limitmason.diagnosis.inference.noise import Measured
 from limitmason.diagnosis.simulator import Job, Simulator, note_own, positive
 
 REACH = 4.0  # standard deviations of a measured input that the refit may use
@@ -20,28 +21,6 @@ FEWEST, MOST = 6, 30  # size nodes on each side of the baseline
 CROSSED = ("full", "corners")
 INTERACTION = 0.5  # of the noise: effect of size and inputs on each other above which a specimen is tabulated in full
 PAIR_NODES = 6  # size nodes on each side of the baseline in the table of a pair
-
-
-@dataclass(frozen=True)
-class Table:
-    """Log predictions of a model.
-
-    Parameters
-    ----------
-    causes : none for the baseline, one, or two
-    sizes : node sizes of each cause
-    z : node values of each measured input in standard deviations
-    values : shape (len of every axis ..., n)
-    levels : sizes at which the simulator was called, per cause
-    error : largest interpolation error found between levels, in units of the noise
-    """
-
-    causes: tuple[Cause, ...]
-    sizes: tuple[np.ndarray, ...]
-    z: tuple[np.ndarray, ...]
-    values: np.ndarray
-    levels: tuple[np.ndarray, ...] = ()
-    error: float = 0.0
 
 
 class Tabulator:
@@ -66,7 +45,7 @@ class Tabulator:
     def __init__(
         self,
         simulator: Simulator,
-        nuisance: dict[str, Measured],
+        nuisance: Mapping[str, Measured],
         noise: np.ndarray,
         *,
         levels: int = 17,
@@ -77,6 +56,7 @@ class Tabulator:
             raise ValueError(f"crossed must be one of {CROSSED}, got {crossed!r}")
         self.crossed = crossed
         self.simulator = simulator
+        self.nuisance = dict(nuisance)
         self.fixed = tuple((k, m.value) for k, m in nuisance.items() if m.sd == 0)
         self.free = {k: m for k, m in nuisance.items() if m.sd > 0}
         if len(self.free) not in NODES:
@@ -88,6 +68,14 @@ class Tabulator:
         self.z_levels = tuple(_through_zero(*reach, count) for reach in reaches)
         counts = [max(m, count) for m in NODES[len(reaches)]]
         self.z_nodes = tuple(_through_zero(*r, m) for r, m in zip(reaches, counts, strict=True))
+
+    def on(self, specimens: Sequence[Any], noise: np.ndarray) -> "Tabulator":
+        """The same for other specimens, at the same values of the measured inputs."""
+        count = len(self.z_levels[0]) if self.z_levels else None
+        simulator = self.simulator.on(specimens)
+        return Tabulator(
+            simulator, self.nuisance, noise, levels=self.levels, nuisance_levels=count, crossed=self.crossed
+        )
 
     @property
     def n(self) -> int:

@@ -9,6 +9,7 @@ from limitmason.figures.confusion import confusable, rehearsal
 from limitmason.figures.contacts import contact_report
 from limitmason.figures.deformation import animate, deformed
 from limitmason.figures.diagnosis import diagnosis
+from limitmason.figures.diagnosis_folder import diagnosis_folder
 from limitmason.figures.diagnosis_page import diagnosis_page
 from limitmason.figures.forces import contact_forces
 from limitmason.figures.history import history_curves, load_displacement
@@ -26,6 +27,7 @@ __all__ = [
     "contact_report",
     "deformed",
     "diagnosis",
+    "diagnosis_folder",
     "diagnosis_page",
     "gap",
     "history_curves",

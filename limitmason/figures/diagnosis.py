@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
+from limitmason.diagnosis.inference.shapes import is_numeric
 from limitmason.diagnosis.report import headline
-from limitmason.diagnosis.shapes import is_numeric
 from limitmason.figures import style
 from limitmason.figures.confusion import distance_legend, draw_distances
 from limitmason.figures.residuals import few_labels, ordered_covariates, residual_panel
@@ -116,10 +116,9 @@ def _head(sheet: _Sheet, result: Any, title: str | None) -> None:
     lines = textwrap.wrap(words[0].upper() + words[1:] + ".", int((_PAGE - 0.24) / 0.08))
     sheet.text(0.12, sheet.depth, "\n".join(lines), fontsize=10, fontweight="bold", linespacing=1.2, gid="verdict")
     sheet.depth += 0.19 * len(lines) + 0.05
-    study = result.study
-    inputs = ", ".join(f"{k} {v.value:.3g} ± {v.sd:.2g}" for k, v in study.nuisance.items())
+    inputs = ", ".join(f"{k} {v.value:.3g} ± {v.sd:.2g}" for k, v in result.nuisance.items())
     note = (
-        f"{study.n} specimens, noise {study.noise}{', measured input ' + inputs if inputs else ''}; conditional on a "
+        f"{result.n} specimens, noise {result.noise}{', measured input ' + inputs if inputs else ''}; conditional on a "
         f"list of {len(result.listed)} cause{'s' * (len(result.listed) != 1)}."
     )
     lines = textwrap.wrap(note, int((_PAGE - 0.24) / 0.0555))
@@ -129,8 +128,7 @@ def _head(sheet: _Sheet, result: Any, title: str | None) -> None:
 
 
 def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
-    study = result.study
-    covariates = study.covariates or {"number of the specimen": list(range(1, study.n + 1))}
+    covariates = result.covariates or {"number of the specimen": list(range(1, result.n + 1))}
     names = ordered_covariates(result, covariates)
     shown, left_out = names[:MOST_ROWS], names[MOST_ROWS:]
     columns: list[tuple[str, ...]] = [(), *result.kept[:MOST_COLUMNS]]
@@ -177,7 +175,7 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
 
 def _residual_note(result: Any, noise: float, left_out: Sequence[str]) -> str:
     parts = ["Points: specimens; line: trend along the covariate"]
-    stated = result.study.noise.kind != "unknown"
+    stated = result.noise.kind != "unknown"
     parts.append(f"shaded: twice the noise {'stated' if stated else 'estimated from the best fit'}, {noise:.1f} %")
     if result.covariate:
         parts.append(f"framed: {result.covariate}, which the baseline's residuals vary with (a pointer, not a cause)")
@@ -193,7 +191,7 @@ def _residual(result: Any, names: tuple[str, ...]) -> np.ndarray:
 
 
 def _noise_band(result: Any) -> float:
-    sd = result.noise_sd if result.study.noise.kind == "unknown" else float(np.mean(result.design.scale))
+    sd = result.noise_sd if result.noise.kind == "unknown" else float(np.mean(result.design.scale))
     return 100.0 * sd
 
 
@@ -299,7 +297,7 @@ def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
     side = cell * len(listed)
     sheet.heading("What this design can tell apart, and what the better model gains")
     top = sheet.depth
-    distances = result.study.confusable(listed, sd=result.noise_sd)
+    distances = result.distances
     text = "d2 of a true cause (row) to a rival (column), numbers as above"
     sheet.text(0.12, top, text, fontsize=7, color=style.FAINT)
     ax = sheet.axes(left, top + 0.3, side, side)
@@ -315,7 +313,7 @@ def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
 
 def _predicted(ax: Axes, result: Any, quantity: str) -> int:
     """Predicted against measured before and after; returns the lines of its legend."""
-    measured = np.asarray(result.study.measured)
+    measured = np.asarray(result.measured)
     sets = [((), result.predicted(()), _BASE, "baseline")]
     for names, colour in list(_colours(result).items())[:1]:
         sets.append((names, result.predicted(names), colour, " + ".join(names)))

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from limitmason.diagnosis.report import basis, check_lines, headline, meaning, shown_p, specimen_name, state_of
+from limitmason.diagnosis.report import basis, check_lines, headline, meaning, shown_p, state_of, warnings
 from limitmason.figures.diagnosis import diagnosis as diagnosis_figure
 
 _STYLE = """
@@ -86,8 +86,8 @@ def diagnosis_page(
         parts.append(f"<p>{escape(trend)}A pointer, not a cause.</p>")
     gate = ", ".join(f"{k} p {shown_p(v)}" for k, v in result.verdict.p.items())
     parts.append(f'<p class="small">Gate for &ldquo;none&rdquo;: {escape(gate)}. Seed {result.seed}.</p>')
-    hangs = check_lines(result) if checks else []
-    parts.append("<h2>What to keep in mind</h2>" + _bullets([*hangs, *result.warnings]))
+    hangs = check_lines(result, result.checks) if checks else []
+    parts.append("<h2>What to keep in mind</h2>" + _bullets([*hangs, *warnings(result)]))
     parts.append("<h2>What this design can tell apart</h2>" + _distances(result))
     if next_tests is not None:
         parts.append("<h2>Next tests</h2>" + _next_tests(next_tests, units))
@@ -186,9 +186,8 @@ def _causes(result: Any) -> str:
 
 
 def _distances(result: Any) -> str:
-    distances = result.study.confusable(result.listed, sd=result.noise_sd)
     rows = []
-    for row in distances.table():
+    for row in result.distances.table():
         rows.append(("", [row["cause"], (f"{row['d2_baseline']:.0f}",), row["rival"], (f"{row['d2']:.1f}",)]))
     text = (
         "d2: squared distance in units of the noise after the rival and the measured inputs are refitted, at a clearly "
@@ -210,10 +209,9 @@ def _next_tests(tests: Any, units: Mapping[str, str]) -> str:
 
 
 def _specimens(result: Any, units: Mapping[str, str], quantity: str) -> str:
-    study = result.study
     before, best = result.predicted(()), result.predicted() if result.kept else None
-    named = [specimen_name(study, i).removeprefix("specimen ") for i in range(study.n)]
-    shown = [n for n in study.covariates if [str(v) for v in study.covariates[n]] != named]
+    named = [s.removeprefix("specimen ") for s in result.specimens]
+    shown = [n for n in result.covariates if [str(v) for v in result.covariates[n]] != named]
     header = [
         "specimen",
         *(_with_unit(n, units) for n in shown),
@@ -224,9 +222,9 @@ def _specimens(result: Any, units: Mapping[str, str], quantity: str) -> str:
     if best is not None:
         header += [" + ".join(result.kept[0]), "left [%]"]
     rows = []
-    for i in range(study.n):
-        cells: list[Any] = [named[i], *(_number(study.covariates[n][i]) for n in shown)]
-        value = float(study.measured[i])
+    for i in range(result.n):
+        cells: list[Any] = [named[i], *(_number(result.covariates[n][i]) for n in shown)]
+        value = float(result.measured[i])
         for predicted in [None, before, best]:
             if predicted is None:
                 cells += [(f"{value:.4g}",)] if len(cells) == 1 + len(shown) else []

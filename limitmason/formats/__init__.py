@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from limitmason.experiments.measured_table import MeasuredTable, read_measured, write_measured
 from limitmason.formats.answers import read_prediction, write_prediction
 from limitmason.formats.dxf import Outlines, read_dxf
-from limitmason.formats.measured import MeasuredTable, read_measured, write_measured
 from limitmason.formats.native import Model, read_json, write_json
 from limitmason.formats.obj import Solids, read_obj, write_obj
 from limitmason.formats.pvd import write_pvd

@@ -1,6 +1,6 @@
 """The assembly: blocks, the interfaces found between them, supports and the recipe it was built from."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -235,11 +235,38 @@ class Assembly:
         assembly.check_connected()
         return assembly
 
-    def with_joints(self, joints: Joint | JointTable) -> "Assembly":
-        """This assembly with other joint laws: one for all, or a table by kind or by pair of block names."""
+    def with_joints(
+        self, joints: Joint | JointTable | Callable[[Joint], Joint], kinds: Iterable[str] | None = None
+    ) -> "Assembly":
+        """This assembly with other joint laws.
+
+        Parameters
+        ----------
+        joints : one law, a function of the law a joint has that gives its new one, or a table by kind or by pair of
+            block names; joints that share a law still share one after a function has changed it
+        kinds : "bed", "head", "base": the joints that one law or a function is for; None is all
+
+        Raises
+        ------
+        ValueError
+            For kinds beside a table, which names its joints itself.
+        """
+        if isinstance(kinds, str):
+            raise ValueError(f"kinds must be several names such as ('bed', 'base'), got the single word {kinds!r}")
+        chosen = None if kinds is None else set(kinds)
         names = [b.name for b in self.blocks]
-        if isinstance(joints, Joint):
-            changed = tuple(replace(i, joint=joints) for i in self.interfaces)
+        if isinstance(joints, Joint) or callable(joints):
+            new: dict[int, Joint] = {}
+            laid = []
+            for i in self.interfaces:
+                if chosen is None or i.kind in chosen:
+                    if id(i.joint) not in new:
+                        new[id(i.joint)] = joints if isinstance(joints, Joint) else joints(i.joint)
+                    i = replace(i, joint=new[id(i.joint)])
+                laid.append(i)
+            changed = tuple(laid)
+        elif chosen is not None:
+            raise ValueError("kinds goes with one law or a function; a table names its joints itself")
         else:
             choose = JointChoice(None, joints, names, required=False)
             changed = tuple(replace(i, joint=choose(i.block_a, i.block_b, i.kind) or i.joint) for i in self.interfaces)

@@ -25,10 +25,7 @@ def with_dilatancy(assembly: Assembly, share: float) -> Assembly:
     """The assembly with psi = share x phi in every joint, 0 <= share <= 1."""
     if not 0.0 <= share <= 1.0:
         raise ValueError(f"share must be psi / phi from 0 to 1, got {share!r}")
-    return assembly.with_interfaces(
-        replace(i, joint=replace(i.joint, dilatancy_angle_deg=share * i.joint.friction_angle_deg))
-        for i in assembly.interfaces
-    )
+    return assembly.with_joints(lambda joint: replace(joint, dilatancy_angle_deg=share * joint.friction_angle_deg))
 
 
 def dilatancy_study(

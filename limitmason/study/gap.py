@@ -12,6 +12,7 @@ import numpy as np
 
 from limitmason.methods import ASSOCIATIVE, DEM, get_method, predict
 from limitmason.model.assembly import Assembly
+from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
 from limitmason.results import ALMOST_SOLVED, SOLVED
 from limitmason.study.dilatancy import with_dilatancy
@@ -209,12 +210,12 @@ def with_stiffness(assembly: Assembly, loads: Loads) -> Assembly:
     area = x.area[level].sum() if level.any() else x.area[at_support].sum() if at_support.any() else x.area.mean()
     standard = load / area / (_SETTLEMENT * float(np.median(np.cbrt(x.volume[free]))))
 
-    def filled(i: Any) -> Any:
-        kn = i.joint.normal_stiffness or standard
-        ks = kn if i.joint.shear_stiffness is None else i.joint.shear_stiffness
-        return replace(i, joint=replace(i.joint, normal_stiffness=float(kn), shear_stiffness=float(ks)))
+    def filled(joint: Joint) -> Joint:
+        kn = joint.normal_stiffness or standard
+        ks = kn if joint.shear_stiffness is None else joint.shear_stiffness
+        return replace(joint, normal_stiffness=float(kn), shear_stiffness=float(ks))
 
-    return assembly.with_interfaces(filled(i) for i in assembly.interfaces)
+    return assembly.with_joints(filled)
 
 
 def _at_state(
@@ -226,12 +227,12 @@ def _at_state(
     if not flow:
         assembly = with_dilatancy(assembly, 1.0)
     scale = 1.0 if geometry else STIFFER
-    changed = []
-    for i in assembly.interfaces:
-        kn, ks = i.joint.normal_stiffness, i.joint.shear_stiffness
-        stiff = replace(i.joint, normal_stiffness=scale * kn, shear_stiffness=scale * (ks if softness else kn))
-        changed.append(replace(i, joint=stiff))
-    assembly = assembly.with_interfaces(changed)
+
+    def stiff(joint: Joint) -> Joint:
+        kn, ks = joint.normal_stiffness, joint.shear_stiffness
+        return replace(joint, normal_stiffness=scale * kn, shear_stiffness=scale * (ks if softness else kn))
+
+    assembly = assembly.with_joints(stiff)
     model: dict[str, Any] = {"contact_points": points} if pressure else {"contact_model": "vertices"}
     row: dict[str, Any] = {}
     for stride, moved in _TRIES:

@@ -3,8 +3,8 @@
 import math
 
 import limitmason as lm
+from limitmason import causes as catalogue
 from limitmason.constants import GRAVITY
-from limitmason.diagnosis import catalogue
 
 PHI = 35.0
 

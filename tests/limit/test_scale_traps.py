@@ -30,7 +30,9 @@ def right_or_refused(make, expected, rel=1e-6, *, status="solved", **options):
     if refusal is not None:
         assert "block" in refusal or "joint" in refusal, f"the error names neither block nor joint: {refusal}"
         return "refused"
-    named = [w for w in said if "block" in str(w.message)]
+    # that half the blocks measure 100 m looks like millimetres and is said, but it refuses nothing
+    looks = [w for w in said if issubclass(w.category, lm.PlausibilityWarning) and w.category is not lm.ContactWarning]
+    named = [w for w in said if "block" in str(w.message) and w not in looks]
     if named or answer.status in ("not converged", "almost solved"):
         return "refused"
     assert answer.status == status, f"{answer.status}: {answer.collapse_multiplier}, expected {expected}"

@@ -74,7 +74,7 @@ def test_there_is_one_version_number():
     assert said[1].strip('"') == lm.__version__
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     assert project["project"]["dynamic"] == ["version"]
-    assert project["tool"]["hatch"]["version"]["path"] == "limitmason/__init__.py"
+    assert project["tool"]["hatch"]["version"]["path"] == "limitmason/constants.py"
     newest = re.search(r"^## \[(.*?)\]", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
     assert newest
     assert newest[1] == lm.__version__.partition(".dev")[0]

@@ -11,12 +11,6 @@ ROOT = Path(__file__).resolve().parents[2]
 TESTS = ROOT / "tests"
 MODULES = sorted(TESTS.rglob("test_*.py"))
 
-WAITING = {
-    "test_cause_catalogue.py", "test_cause_catalogue_in_use.py", "test_cli_diagnose.py", "test_diagnosis.py",
-    "test_diagnosis_figures.py", "test_diagnosis_tables.py", "test_real_diagnosis.py",
-}  # fmt: skip
-"""Tests of the diagnosis, not yet in their folder."""
-
 
 def imported(path: Path) -> set[str]:
     """Last names of the modules that a file imports, wherever in it."""
@@ -31,7 +25,7 @@ def imported(path: Path) -> set[str]:
 
 def test_every_test_stands_in_the_folder_of_its_subject():
     assert len(MODULES) > 60
-    assert {path.name for path in TESTS.glob("*.py")} - {"conftest.py"} <= WAITING
+    assert {path.name for path in TESTS.glob("*.py")} == {"conftest.py"}
 
 
 def test_no_test_module_imports_another():
@@ -39,7 +33,6 @@ def test_no_test_module_imports_another():
     guilty = {
         f"{path.relative_to(TESTS)} imports {name}"
         for path in TESTS.rglob("*.py")
-        if path.name not in WAITING
         for name in imported(path) & tests
     }
     assert guilty == set()

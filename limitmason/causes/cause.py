@@ -1,0 +1,149 @@
+"""A cause: a physical extension of the model, nested in the baseline, and how it acts on a prediction."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+ACTS_ON = ("simulation", "measurement")
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A physical explanation that can be switched on in the model, with one size.
+
+    Parameters
+    ----------
+    name : what it is called in a verdict
+    parameter : keyword under which its size is passed to ``simulate(specimen, **parameters)``
+    baseline : size that recovers the baseline model; must lie within the bounds
+    bounds : smallest and largest size that are physically possible
+    physics : one line on the physics
+    acts_on : "simulation" (a changed joint, geometry or load) or "measurement" (sensor, batch, order of tests)
+    apply : how it changes the model, or None when ``simulate`` takes the parameter itself.
+        For a measurement cause ``apply(size, prediction, specimen)`` returns the transformed positive prediction.
+        For a simulation cause ``apply(size, *model)`` returns the changed model (assembly, joint, loads, whatever the
+        simulator builds), and ``simulate`` gets a keyword ``extend``: it calls ``extend(*model)`` before it solves.
+    unit : unit of the size, for reports
+    source : where the physics comes from
+    isolate : the experiment that would show this cause alone
+    hidden_when : when data cannot show it, or cannot tell it from another cause
+    methods : names of the methods that feel it; empty is all
+    reads_specimen : ``apply`` of a simulation cause also takes ``specimen=``, for what differs from test to test
+    analyses : most limit analyses that ``apply`` itself runs each time; 0 for nearly all causes
+
+    Raises
+    ------
+    ValueError
+        For bounds that exclude the baseline or are not finite and increasing, or an unknown ``acts_on``.
+
+    Notes
+    -----
+    Wrong when the cause has more than one size: split it, or fix the shape by a covariate.
+    """
+
+    name: str
+    parameter: str
+    baseline: float
+    bounds: tuple[float, float]
+    physics: str = ""
+    acts_on: str = "simulation"
+    apply: Callable[..., Any] | None = None
+    unit: str = "-"
+    source: str = ""
+    isolate: str = ""
+    hidden_when: str = ""
+    methods: tuple[str, ...] = ()
+    reads_specimen: bool = False
+    analyses: int = 0
+
+    def __post_init__(self):
+        low, high = (float(b) for b in self.bounds)
+        object.__setattr__(self, "bounds", (low, high))
+        object.__setattr__(self, "baseline", float(self.baseline))
+        if not (isfinite(low) and isfinite(high) and low < high):
+            raise ValueError(f"cause {self.name!r}: bounds must be finite and increasing, got {self.bounds}")
+        if not low <= self.baseline <= high:
+            raise ValueError(f"cause {self.name!r}: bounds {self.bounds} exclude the baseline {self.baseline:g}")
+        if self.acts_on not in ACTS_ON:
+            raise ValueError(f"cause {self.name!r}: acts_on must be one of {ACTS_ON}, got {self.acts_on!r}")
+        if self.apply is None and not str(self.parameter).isidentifier():
+            raise ValueError(
+                f"cause {self.name!r}: {self.parameter!r} cannot be a keyword of simulate; rename it or give apply="
+            )
+
+    @property
+    def sides(self) -> tuple[float, ...]:
+        """The bounds that differ from the baseline: one for a one-sided cause, two for a two-sided one."""
+        return tuple(b for b in self.bounds if b != self.baseline)
+
+    @property
+    def transforms(self) -> bool:
+        """Whether it acts on the predicted value and so needs no further simulation."""
+        return self.acts_on == "measurement" and self.apply is not None
+
+    def show(self, size: float) -> str:
+        """A size with its unit."""
+        return f"{size:.3g}" if self.unit == "-" else f"{size:.3g} {self.unit}"
+
+
+@dataclass(frozen=True)
+class Extension:
+    """The changes of several causes at given sizes, to be called on a model.
+
+    ``extend(*model)`` returns the changed model: a single object for one argument, else a tuple of as many.
+
+    Parameters
+    ----------
+    steps : pairs of a cause with ``apply`` and its size, in the order of application
+    specimen : passed on to causes that read it
+    """
+
+    steps: tuple[tuple[Cause, float], ...]
+    specimen: Any = None
+
+    def __call__(self, *model):
+        """Apply all steps to the model."""
+        for cause, size in self.steps:
+            more = {"specimen": self.specimen} if cause.reads_specimen else {}
+            changed = cause.apply(size, *model, **more)
+            model = changed if len(model) != 1 and isinstance(changed, tuple) else (changed,)
+        return model[0] if len(model) == 1 else model
+
+
+def check_causes(causes: Iterable[Cause], nuisance: Iterable[str] = ()) -> tuple[Cause, ...]:
+    """The list as a tuple, after checking that it can be used.
+
+    Raises
+    ------
+    TypeError
+        For an entry that is no cause.
+    ValueError
+        For an empty list, a name used twice, or a parameter that is also a nuisance input.
+    """
+    causes = tuple(causes)
+    if not causes:
+        raise ValueError("the list of causes is empty: a verdict is conditional on a list")
+    names: list[str] = []
+    for cause in causes:
+        if not isinstance(cause, Cause):
+            raise TypeError(f"a cause must be a Cause, got {type(cause).__name__}")
+        if cause.name in names:
+            raise ValueError(f"the name {cause.name!r} is used by two causes")
+        if cause.apply is None and cause.parameter in tuple(nuisance):
+            raise ValueError(
+                f"cause {cause.name!r}: its parameter {cause.parameter!r} is also a measured nuisance input; "
+                "a measured input is redrawn within its error and cannot be a free cause as well"
+            )
+        names.append(cause.name)
+    return causes
+
+
+def cause_pairs(causes: Sequence[Cause]) -> list[tuple[Cause, Cause]]:
+    """All pairs that can act together, in list order; two causes of one parameter cannot."""
+    out = []
+    for i, first in enumerate(causes):
+        for second in causes[i + 1 :]:
+            if first.parameter != second.parameter or first.apply is not None or second.apply is not None:
+                out.append((first, second))
+    return out

@@ -1,0 +1,174 @@
+"""How a cause is declared: one function that edits a model or a reading, and beside it what it is.
+
+>>> @declare("cohesion", parameter="cohesion_kpa", lever="cohesion", baseline=0.0, bounds=(0.0, 5.0), unit="kPa",
+...          physics="...", source="...", isolate="...", hidden_when="...")
+... def cohesion(size, assembly, loads, *, kinds=KINDS):
+...     ...
+
+makes ``cohesion(bounds, kinds=...)`` return a :class:`~limitmason.causes.Cause`. The function is called with sizes
+other than the baseline only, and returns the changed (assembly, loads), or the reading for a cause in the measurement.
+"""
+
+import inspect
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import update_wrapper
+from types import MappingProxyType
+from typing import Any
+
+from limitmason.causes.cause import Cause
+
+Bounds = tuple[float, float]
+
+LEVERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "friction": (),
+        "friction of single joints": ("limit", "dem"),
+        "cohesion": ("limit", "dem"),
+        "tension": ("limit", "dem"),
+        "dilatancy": ("limit, non-associative", "dem"),
+        "crushing": ("limit", "dem"),
+        "torsion": ("limit, associative",),
+        "stiffness": ("dem",),
+        "faces": ("limit", "dem"),
+        "blocks": ("limit", "dem"),
+        "weights": (),
+        "displaced blocks": ("limit",),
+        "direction of loads": ("limit", "dem"),
+        "overload": (),
+        "reading": (),
+    }
+)
+"""What a cause pulls at, and the methods that feel it; none named is every method. The DEM displaces blocks itself."""
+
+
+@dataclass(frozen=True)
+class Edit:
+    """A declared change with its options: ``edit(size, *model)``, or ``edit(size, prediction, specimen)`` of a reading.
+
+    Parameters
+    ----------
+    declared : the declaration
+    options : of its function
+    """
+
+    declared: "Declared"
+    options: tuple[tuple[str, Any], ...] = ()
+
+    def __call__(self, size: float, *model: Any, **specimen: Any) -> Any:
+        """The model, or the reading, with the cause at a size; as it was at the baseline."""
+        if size == self.declared.baseline:
+            return model[0] if self.declared.lever == "reading" else model
+        return self.declared.function(size, *model, **dict(self.options), **specimen)
+
+
+class Declared:
+    """A cause as it is declared; called with bounds and options it gives the cause itself.
+
+    Parameters
+    ----------
+    function : makes the change, ``function(size, assembly, loads, *, options)`` or, of a reading,
+        ``function(size, prediction, specimen, *, options)``; None where the simulator takes the parameter itself
+    name, parameter, baseline, bounds, physics, unit, source, isolate, hidden_when, reads_specimen, analyses : see
+        :class:`~limitmason.causes.Cause`; bounds are the default
+    lever : one of ``LEVERS``
+    variant : checks the options and returns what depends on them: name, parameter, physics, unit
+    """
+
+    def __init__(
+        self, function: Callable[..., Any], name: str, *, parameter: str, lever: str, baseline: float, bounds: Bounds,
+        physics: str, unit: str, source: str, isolate: str, hidden_when: str, by_simulator: bool, analyses: int,
+        variant: Callable[..., Mapping[str, str]] | None,
+    ):  # fmt: skip
+        if lever not in LEVERS:
+            raise ValueError(f"cause {name!r}: lever must be one of {', '.join(LEVERS)}, got {lever!r}")
+        update_wrapper(self, function)
+        self.function, self.name, self.lever = function, name, lever
+        self.baseline, self.bounds, self.variant = baseline, bounds, variant
+        self.__code__ = function.__code__  # values on disk belong to the code that made them
+        parameters = inspect.signature(function).parameters.values()
+        self.options = {p.name: p.default for p in parameters if p.kind is p.KEYWORD_ONLY and p.name != "specimen"}
+        self.said: dict[str, Any] = {
+            "name": name, "parameter": parameter, "physics": physics, "unit": unit, "source": source,
+            "isolate": isolate, "hidden_when": hidden_when, "methods": LEVERS[lever], "analyses": analyses,
+            "acts_on": "measurement" if lever == "reading" else "simulation",
+            "reads_specimen": lever != "reading" and any(p.name == "specimen" for p in parameters),
+        }  # fmt: skip
+        self.by_simulator = by_simulator
+        self.arguments: dict[str, Any] = {
+            "name": name, "parameter": parameter, "lever": lever, "baseline": baseline, "bounds": bounds,
+            "physics": physics, "unit": unit, "source": source, "isolate": isolate, "hidden_when": hidden_when,
+            "by_simulator": by_simulator, "analyses": analyses, "variant": variant,
+        }  # fmt: skip
+        keyword = inspect.Parameter.KEYWORD_ONLY
+        first = inspect.Parameter("bounds", inspect.Parameter.POSITIONAL_OR_KEYWORD, default=bounds)
+        rest = [inspect.Parameter(n, keyword, default=v) for n, v in self.options.items()]
+        self.__signature__ = inspect.Signature([first, *rest], return_annotation=Cause)
+
+    def __call__(self, bounds: Bounds | None = None, **options: Any) -> Cause:
+        """The cause.
+
+        Parameters
+        ----------
+        bounds : smallest and largest size; None is the default of the declaration
+        options : of the function
+
+        Raises
+        ------
+        TypeError
+            For an option that the function does not take.
+        """
+        for name in options:
+            if name not in self.options:
+                raise TypeError(
+                    f"cause {self.name!r} has no option {name!r}; it takes: {', '.join(self.options) or 'none'}"
+                )
+        given = {name: _fixed(value) for name, value in {**self.options, **options}.items()}
+        said = {**self.said, **(self.variant(**given) if self.variant is not None else {})}
+        edit = None if self.by_simulator else Edit(self, tuple(given.items()))
+        return Cause(baseline=self.baseline, bounds=self.bounds if bounds is None else bounds, apply=edit, **said)
+
+    def __reduce__(self) -> str | tuple[Any, ...]:
+        if self.__module__ == "__main__":  # a worker process has another one: the function itself goes along
+            return _made, (self.function, self.arguments)
+        return self.__qualname__  # found again by its name, as a function is
+
+    def __repr__(self) -> str:
+        return f"<declared cause {self.__module__}.{self.__qualname__}>"
+
+
+def declare(
+    name: str,
+    *,
+    parameter: str,
+    lever: str,
+    baseline: float,
+    bounds: Bounds,
+    physics: str,
+    unit: str = "-",
+    source: str = "",
+    isolate: str = "",
+    hidden_when: str = "",
+    by_simulator: bool = False,
+    analyses: int = 0,
+    variant: Callable[..., Mapping[str, str]] | None = None,
+) -> Callable[[Callable[..., Any]], Declared]:
+    """Declare the cause that a function makes; see :class:`Declared` and the head of this file."""
+
+    def made(function: Callable[..., Any]) -> Declared:
+        return Declared(
+            function, name, parameter=parameter, lever=lever, baseline=baseline, bounds=bounds, physics=physics,
+            unit=unit, source=source, isolate=isolate, hidden_when=hidden_when, by_simulator=by_simulator,
+            analyses=analyses, variant=variant,
+        )  # fmt: skip
+
+    return made
+
+
+def _made(function: Callable[..., Any], arguments: Mapping[str, Any]) -> Declared:
+    return Declared(function, **arguments)
+
+
+def _fixed(value: Any) -> Any:
+    """An option as a value that can be compared and kept: sequences become tuples."""
+    return tuple(value) if isinstance(value, Iterable) and not isinstance(value, (str, bytes, Mapping)) else value

@@ -1,0 +1,225 @@
+"""Causes in the law of the joints: friction, cohesion, tension, dilatancy, crushing, stiffness, wear."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from math import atan, degrees, exp, isfinite, tan
+from typing import Any
+
+import numpy as np
+
+from limitmason.causes.declare import declare
+from limitmason.causes.elastic import dead_load_stress
+from limitmason.model import Assembly, Joint, Loads
+
+KINDS = ("bed", "head", "base")
+MM_PER_MPA = 1e-9  # [m/Pa]
+
+
+def with_friction_factor(joint: Joint, factor: float) -> Joint:
+    """The joint with tan(phi), and its residual value, times a factor; psi is kept as far as phi allows."""
+    phi = degrees(atan(factor * joint.tan_phi))
+    later = joint.residual_friction_angle_deg
+    if later is not None:
+        later = degrees(atan(factor * tan(later * np.pi / 180.0)))
+    return replace(
+        joint,
+        friction_angle_deg=phi,
+        dilatancy_angle_deg=min(joint.dilatancy_angle_deg, phi),
+        residual_friction_angle_deg=later,
+    )
+
+
+@declare(
+    "weak base joint", parameter="base_friction_factor", lever="friction", baseline=1.0, bounds=(0.3, 1.0),
+    physics="the ground slab is smoother, wetter or dustier than the blocks: tan(phi) of the joints to supports x size",
+    source="Coulomb law, the foundation joint as a material of its own",
+    isolate="slide one course on the ground, beside the same course on another course",
+    hidden_when="no specimen slides on its base, or the base slides as the bed joints would (one course)",
+)  # fmt: skip
+def weak_base_joint(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+    """Joints to the support with less friction than the others: tan(phi_base) = size x tan(phi) [-]."""
+    return assembly.with_joints(lambda joint: with_friction_factor(joint, factor), kinds=("base",)), loads
+
+
+@declare(
+    "head joint friction", parameter="head_friction_factor", lever="friction of single joints", baseline=1.0,
+    bounds=(0.0, 1.0), source="Coulomb law",
+    physics="head joints are rough-cut, dusty or barely touch: tan(phi) of the head joints x size",
+    isolate="the same wall built with gaps in its head joints", hidden_when="the mechanism presses no head joint",
+)  # fmt: skip
+def head_joint_friction(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+    """Head joints that carry less shear than bed joints: tan(phi_head) = size x tan(phi) [-]."""
+    return assembly.with_joints(lambda joint: with_friction_factor(joint, factor), kinds=("head",)), loads
+
+
+def _positive_stresses(*, reference_stress: float, least_stress: float) -> Mapping[str, str]:
+    if not (reference_stress > 0 and least_stress > 0):
+        raise ValueError("reference_stress [Pa] and least_stress [-] must be positive")
+    return {}
+
+
+@declare(
+    "stress-dependent friction", parameter="friction_exponent", lever="friction of single joints", baseline=0.0,
+    bounds=(0.0, 0.3), variant=_positive_stresses,
+    physics="asperities yield: tan(phi) = tan(phi_ref) (sigma / sigma_ref)^-size, sigma from the dead load",
+    source="power law of friction of asperities in contact (Bowden and Tabor 1950; exponent 1/3 for spheres)",
+    isolate="shear tests of one joint at several normal stresses, one of them that of the walls",
+    hidden_when="all specimens carry the same stress: then it is an error of the friction coefficient",
+)  # fmt: skip
+def stress_dependent_friction(
+    exponent: float, assembly: Assembly, loads: Loads, *, reference_stress: float = 1e5, least_stress: float = 0.01
+) -> tuple[Assembly, Loads]:
+    """Friction that falls with the normal stress: tan(phi) = tan(phi_ref) (sigma / sigma_ref)^-size.
+
+    The stress of a joint is its mean normal stress under dead load, by elastic joints of uniform stiffness between
+    rigid blocks; it is not changed by the live load. Head joints keep their friction.
+
+    Parameters
+    ----------
+    reference_stress : stress at which the friction of the model was measured [Pa]; 0.1 MPa is assumed
+    least_stress : lower stresses count as this share of the reference [-]
+    """
+    stress = np.maximum(dead_load_stress(assembly, loads), least_stress * reference_stress)
+    interfaces = []
+    for i, sigma in zip(assembly.interfaces, stress.tolist(), strict=True):
+        if i.kind != "head":
+            factor = (sigma / reference_stress) ** -exponent
+            i = replace(i, joint=with_friction_factor(i.joint, factor))
+        interfaces.append(i)
+    return assembly.with_interfaces(interfaces), loads
+
+
+@declare(
+    "cohesion", parameter="cohesion_kpa", lever="cohesion", baseline=0.0, bounds=(0.0, 5.0), unit="kPa",
+    physics="dust, moisture or interlock of asperities: shear strength without pressure, c raised by size",
+    source="Mohr-Coulomb law",
+    isolate="shear tests at low normal stress; specimens of two sizes of one shape",
+    hidden_when="one size and one load level, where it is a larger friction",
+)  # fmt: skip
+def cohesion(
+    size: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS
+) -> tuple[Assembly, Loads]:  # fmt: skip
+    """Joints that stick: |T| <= c A + tan(phi) N with c raised by the size [kPa]; tension stays as it is.
+
+    Limit analysis takes it as perfectly plastic, an upper value for a brittle film; so it does tension.
+    """
+    return assembly.with_joints(lambda joint: replace(joint, cohesion=joint.cohesion + 1e3 * size), kinds=kinds), loads
+
+
+@declare(
+    "tension", parameter="tension_kpa", lever="tension", baseline=0.0, bounds=(0.0, 5.0), unit="kPa",
+    physics="suction or a film of mortar: N >= -ft A, with the cohesion ft tan(phi) without which the Coulomb cone "
+    "would end before ft",
+    source="tension cut-off of the Mohr-Coulomb law; a section carries ft A L/2 plastic, ft A L/6 elastic",
+    isolate="lift one block off another",
+    hidden_when="near twin of cohesion where rocking and sliding gain alike",
+)  # fmt: skip
+def tension(
+    size: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS
+) -> tuple[Assembly, Loads]:  # fmt: skip
+    """Joints that hold in tension: ft raised by the size [kPa], c to ft tan(phi) at least (the cone's apex)."""
+
+    def stronger(joint: Joint) -> Joint:
+        ft = joint.tensile_strength + 1e3 * size
+        return replace(joint, tensile_strength=ft, cohesion=max(joint.cohesion, ft * joint.tan_phi))
+
+    return assembly.with_joints(stronger, kinds=kinds), loads
+
+
+@declare(
+    "dilatancy", parameter="dilatancy_share", lever="dilatancy", baseline=0.0, bounds=(0.0, 1.0),
+    physics="rough joints open by tan(psi) per unit of slip and raise their pressure where they cannot; size 0 keeps "
+    "psi, 1 is psi = phi",
+    source="Godio, Stefanou and Sab 2017 (multiplier against dilatancy and block size)",
+    isolate="shear test of one joint at constant normal stress: opening against slip",
+    hidden_when="associative limit analysis and mechanisms, which do not read psi; walls without confinement; "
+    "twin of cohesion at one height",
+)  # fmt: skip
+def dilatancy(
+    size: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS
+) -> tuple[Assembly, Loads]:  # fmt: skip
+    """Joints that climb when they slide: psi = psi_0 + size (phi - psi_0); acts where the flow rule reads psi."""
+
+    def climbing(joint: Joint) -> Joint:
+        phi, psi = joint.friction_angle_deg, joint.dilatancy_angle_deg
+        return replace(joint, dilatancy_angle_deg=min(psi + size * (phi - psi), phi))
+
+    return assembly.with_joints(climbing, kinds=kinds), loads
+
+
+@declare(
+    "finite compressive strength", parameter="crushing_per_mpa", lever="crushing", baseline=0.0, bounds=(0.0, 1.0),
+    unit="1/MPa",
+    physics="stones touch on few spots that crush: the toe needs the area N / fc, so that the lever arm shrinks by "
+    "N / (2 fc t); size is 1 / fc",
+    source="rectangular stress block, M = N L/2 - N^2 / (2 fc t)",
+    isolate="the same wall under several overloads; compression test of a stack",
+    hidden_when="stresses are alike in all specimens: twin of edge rounding; no effect without overload on models",
+)  # fmt: skip
+def finite_compressive_strength(size: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+    """Joints that crush: 1 / fc raised by the size [1/MPa]; a size of 0.1 is fc = 10 MPa.
+
+    In plane limit analysis uses the exact stress block |M| <= N L/2 - N^2 / (2 fc t); in 3-D it needs
+    ``contact_model="grid"``.
+    """
+
+    def crushing(joint: Joint) -> Joint:
+        old = 1.0 / joint.compressive_strength if isfinite(joint.compressive_strength) else 0.0
+        return replace(joint, compressive_strength=1.0 / (old + 1e-6 * size))
+
+    return assembly.with_joints(crushing, kinds=KINDS), loads
+
+
+@declare(
+    "wear", parameter="wear_per_test", lever="friction", baseline=0.0, bounds=(0.0, 0.05), unit="per test",
+    physics="faces polish in repeated tests: tan(phi) exp(-size (order - 1))",
+    source="exponential running-in of a coefficient; the law is assumed",
+    isolate="repeat the first test at the end of the campaign",
+    hidden_when="the order of the tests follows another covariate, or nothing depends on friction",
+)  # fmt: skip
+def wear(
+    rate: float, assembly: Assembly, loads: Loads, specimen: Any = None, *, order: str = "order"
+) -> tuple[Assembly, Loads]:
+    """Friction that falls from test to test with the same blocks: tan(phi) exp(-size (order - 1)).
+
+    Parameters
+    ----------
+    order : name under which every specimen holds the number of its test, 1 for the first
+    """
+    if specimen is None:
+        raise ValueError("wear depends on the test: give specimen={'" + order + "': number of the test}")
+    try:
+        number = float(specimen[order] if hasattr(specimen, "keys") else getattr(specimen, order))
+    except (KeyError, AttributeError):
+        raise ValueError(f"wear needs {order!r} (1 for the first test) in every specimen") from None
+    factor = exp(-rate * (number - 1.0))
+    return assembly.with_joints(lambda joint: with_friction_factor(joint, factor), kinds=KINDS), loads
+
+
+@declare(
+    "joint softness", parameter="softness_mm_per_mpa", lever="stiffness", baseline=0.0, bounds=(0.0, 20.0),
+    unit="mm/MPa",
+    physics="joints close under load: the wall sways and joints open before collapse, and its weight works against it",
+    source="no-tension Winkler joint; the DEM follows it with large displacements",
+    isolate="record the sway before collapse; compression of a stack against load",
+    hidden_when="limit analysis and mechanisms, whose joints are rigid; specimens of one height",
+)  # fmt: skip
+def joint_softness(
+    size: float, assembly: Assembly, loads: Loads, *, shear_ratio: float = 0.4
+) -> tuple[Assembly, Loads]:  # fmt: skip
+    """Joints softer than assumed, for the DEM: 1 / kn raised by the size [mm/MPa], 1 / ks by size / shear_ratio.
+
+    Joints without stiffness (the DEM's own default, nearly rigid) get kn = 1 / size.
+    """
+    added = size * MM_PER_MPA
+
+    def softer(joint: Joint) -> Joint:
+        kn, ks = joint.normal_stiffness, joint.shear_stiffness
+        ks = kn if ks is None else ks
+        return replace(
+            joint,
+            normal_stiffness=1.0 / ((1.0 / kn if kn else 0.0) + added),
+            shear_stiffness=1.0 / ((1.0 / ks if ks else 0.0) + added / shear_ratio),
+        )
+
+    return assembly.with_joints(softer, kinds=KINDS), loads

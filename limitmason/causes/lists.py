@@ -1,0 +1,127 @@
+"""All causes: by name, as a list for a study, and as a table; made from their declarations."""
+
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from limitmason.causes import faces, joints, loads, measurement, shape
+from limitmason.causes.cause import Cause
+from limitmason.causes.declare import Declared
+
+METHODS = ("limit", "limit, associative", "limit, non-associative", "dem", "mechanisms")
+"""Methods as ``Cause.methods`` names them. Of a cause "limit" covers both flow rules, of a study it is associative."""
+
+TOPICS = (joints, faces, shape, loads, measurement)
+
+ALL: Mapping[str, Declared] = MappingProxyType(
+    {d.name: d for topic in TOPICS for d in vars(topic).values() if isinstance(d, Declared)}
+)
+"""Every declared cause by its name."""
+
+
+def acts_on(cause: Cause, method: str) -> bool:
+    """Whether a method feels a cause.
+
+    Parameters
+    ----------
+    method : one of ``METHODS``
+
+    Raises
+    ------
+    ValueError
+        For an unknown method.
+    """
+    if method not in METHODS:
+        raise ValueError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
+    if cause.acts_on == "measurement" or not cause.methods:
+        return True
+    if method == "limit":
+        method = "limit, associative"
+    return method in cause.methods or ("limit" in cause.methods and method.startswith("limit"))
+
+
+def standard(
+    *,
+    plane: bool = True,
+    method: str = "limit",
+    tilting: bool = False,
+    overload: bool = False,
+    covariates: Iterable[str] = (),
+    batches: Mapping[str, Any] | None = None,
+    without: Iterable[str] = (),
+) -> list[Cause]:
+    """The causes that a study of masonry tests should list, measurement included.
+
+    Bounds are those declared: of small dry models, with a multiplier as the measured value. Where a force was
+    measured, replace "friction of the rig" by one with bounds in its unit.
+
+    Parameters
+    ----------
+    plane : True for walls in the x-z plane that work in it; False for out-of-plane and spatial ones
+    method : the simulator's, one of ``METHODS``; causes that it does not feel are left out
+    tilting : the multiplier was read as a tilt angle
+    overload : at least one specimen carries dead load beyond self weight
+    covariates : what is recorded of every specimen; "order" adds wear
+    batches : labels by covariate, such as {"batch": "B", "operator": "second"}: each adds a shift
+    without : names to leave out
+
+    Raises
+    ------
+    ValueError
+        For an unknown method or name.
+    """
+    normal = (0.0, 1.0, 0.0) if plane else None
+    causes = [
+        joints.weak_base_joint(),
+        joints.stress_dependent_friction(),
+        joints.cohesion(),
+        joints.dilatancy(),
+        joints.finite_compressive_strength(),
+        faces.edge_rounding(plane_normal=normal),
+        faces.lost_overlap(),
+        shape.out_of_plumb(),
+        shape.second_order_displacement(),
+        joints.joint_softness(),
+        loads.load_direction(),
+        measurement.gain(),
+    ]
+    if not plane:
+        causes += [faces.effective_thickness(), faces.torsion_strength()]
+    if overload:
+        causes += [loads.overload_magnitude(), loads.eccentric_overload(), shape.block_density()]
+    if tilting:
+        causes.append(measurement.angle_offset())
+    else:
+        causes.append(measurement.rig_friction())
+    if "order" in tuple(covariates):
+        causes.append(joints.wear())
+    for covariate, label in (batches or {}).items():
+        causes.append(measurement.batch_shift(covariate=covariate, label=label))
+    names = [c.name for c in causes]
+    unknown = [n for n in without if n not in names]
+    if unknown:
+        raise ValueError(f"without: the list has no cause {unknown[0]!r}; it has {', '.join(names)}")
+    return [c for c in causes if acts_on(c, method) and c.name not in tuple(without)]
+
+
+def table() -> list[dict[str, str]]:
+    """One row per cause: name, parameter, unit, baseline, bounds, methods, physics, isolating test, when hidden."""
+    rows = []
+    for name, declared in ALL.items():
+        cause = declared()
+        methods = ", ".join(cause.methods) or "every method"
+        rows.append(
+            {
+                "cause": name,
+                "parameter": cause.parameter,
+                "unit": cause.unit,
+                "baseline": f"{cause.baseline:g}",
+                "bounds": f"{cause.bounds[0]:g} to {cause.bounds[1]:g}",
+                "acts on": cause.acts_on if cause.acts_on == "measurement" else methods,
+                "physics": cause.physics,
+                "source": cause.source,
+                "isolating experiment": cause.isolate,
+                "hidden when": cause.hidden_when,
+            }
+        )
+    return rows

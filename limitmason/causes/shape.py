@@ -1,0 +1,157 @@
+"""Causes in shape, mass and displacement: out-of-plumb, block size and density, sway before collapse."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from limitmason.build.variants import displaced, resized, with_density_factor
+from limitmason.causes.declare import declare
+from limitmason.causes.elastic import elastic_displacements
+from limitmason.causes.joints import MM_PER_MPA
+from limitmason.causes.wrenches import Direction, live_direction, rescaled_loads, turned
+from limitmason.geometry.rotation import rotation_matrices
+from limitmason.limit import limit_analysis
+from limitmason.model import Assembly, Loads
+
+ROUNDS = 30  # of the secant method for the multiplier at which blocks stand displaced
+
+
+@declare(
+    "out-of-plumb", parameter="lean_deg", lever="direction of loads", baseline=0.0, bounds=(-2.0, 2.0), unit="deg",
+    physics="the wall leans: its weight has a component along the load before the test starts",
+    source="statics of the turned structure",
+    isolate="plumb line before the test; test in both directions: the effect changes sign",
+    hidden_when="tilting tests in one direction: exact twin of the angle offset (load and weight turn together)",
+)  # fmt: skip
+def out_of_plumb(
+    size: float, assembly: Assembly, loads: Loads, *, direction: Direction | None = None
+) -> tuple[Assembly, Loads]:
+    """A wall that leans as a whole before the test, by the size [deg], positive towards the live load.
+
+    The loads are turned by the opposite angle about the blocks' centroids, which is the same as turning the wall with
+    its base joint under loads that keep their direction in space.
+
+    Parameters
+    ----------
+    direction : horizontal direction of the lean; None is that of the live load
+    """
+    d = live_direction(loads) if direction is None else np.asarray(direction, dtype=float)
+    axis = np.cross((0.0, 0.0, 1.0), d)
+    if np.linalg.norm(axis) < 1e-9:
+        raise ValueError("out-of-plumb needs a horizontal direction: give direction=")
+    back = rotation_matrices(-np.radians(size) * axis / np.linalg.norm(axis))
+    return assembly, replace(loads, dead=turned(loads.dead, back), live=turned(loads.live, back))
+
+
+def _along(*, axes: str) -> Mapping[str, str]:
+    if not axes or set(axes) - set("xyz"):
+        raise ValueError(f"axes must be letters out of 'xyz', got {axes!r}")
+    if set(axes) == set("xyz"):
+        return {}
+    some = sorted(set(axes))
+    return {"name": f"block size along {', '.join(some)}", "parameter": f"size_factor_{''.join(some)}"}
+
+
+@declare(
+    "block size", parameter="size_factor", lever="blocks", baseline=1.0, bounds=(0.9, 1.1), variant=_along,
+    physics="units differ from the drawing: lengths x size, weights with the volume", source="geometry",
+    isolate="measure and weigh a sample of units",
+    hidden_when="dry joints without overload and all axes alike: the multiplier does not depend on the scale",
+)  # fmt: skip
+def block_size(factor: float, assembly: Assembly, loads: Loads, *, axes: str = "xyz") -> tuple[Assembly, Loads]:
+    """Blocks larger or smaller than drawn: lengths along some axes x size [-]; weights follow, applied forces stay.
+
+    Parameters
+    ----------
+    axes : letters out of "xyz"; "y" is the thickness of a wall in the x-z plane, "z" the course height
+    """
+    factors = np.array([factor if a in axes else 1.0 for a in "xyz"])
+    new = resized(assembly, factors)
+    return new, rescaled_loads(assembly, new, loads, factors)
+
+
+@declare(
+    "block density", parameter="density_factor", lever="weights", baseline=1.0, bounds=(0.8, 1.2),
+    physics="moisture, voids or another stone: weight x size", source="statics", isolate="weigh a sample of units",
+    hidden_when="dry joints without overload: weight cancels; with overload twin of its magnitude, inverted",
+)  # fmt: skip
+def block_density(
+    factor: float, assembly: Assembly, loads: Loads, *, blocks: Sequence[str] | None = None
+) -> tuple[Assembly, Loads]:
+    """Blocks heavier or lighter than assumed: density x size [-]; body forces follow, applied forces stay.
+
+    Parameters
+    ----------
+    blocks : names of the blocks it holds for; None is all
+    """
+    new = with_density_factor(assembly, factor, blocks)
+    return new, rescaled_loads(assembly, new, loads)
+
+
+@declare(
+    "second-order displacement", parameter="joint_compliance_mm_per_mpa", lever="displaced blocks", baseline=0.0,
+    bounds=(0.0, 20.0), unit="mm/MPa", analyses=ROUNDS + 3,
+    physics="joints are soft: the wall sways before it collapses and its weight works against it; size is 1 / kn",
+    source="second-order theory of a block on elastic joints: lambda = tan(atan(b/h) - theta(lambda))",
+    isolate="record the sway before collapse; shear and compression stiffness of one joint",
+    hidden_when="specimens of one height and one load level, where it is a shift of the multiplier",
+)  # fmt: skip
+def second_order_displacement(
+    size: float,
+    assembly: Assembly,
+    loads: Loads,
+    *,
+    shear_ratio: float = 0.4,
+    head_joints: bool = False,
+    flow_rule: str = "associative",
+    multiplier: float | None = None,
+) -> tuple[Assembly, Loads]:
+    """P-delta: blocks stand displaced by their elastic joints when they collapse; size is 1 / kn [mm/MPa].
+
+    Displacements are those of rigid blocks on linear joints of stiffness kn = 1 / size under dead load plus multiplier
+    times live load. The multiplier is that of collapse, found with the displacement it causes (some limit analyses).
+
+    Parameters
+    ----------
+    shear_ratio : ks / kn [-]; 0.4 is assumed, that of an isotropic layer with a Poisson ratio of 0.25
+    head_joints : whether head joints are springs too
+    flow_rule : of the limit analysis that finds the multiplier
+    multiplier : displace at this multiplier instead
+
+    Notes
+    -----
+    Linear joints carry tension: real joints open and sway more, so it is a lower bound of the effect. In the DEM use
+    :func:`joint_softness` instead.
+    """
+    springs = {
+        "normal_stiffness": 1.0 / (size * MM_PER_MPA),
+        "shear_ratio": shear_ratio,
+        "head_joints": head_joints,
+    }
+    dead = elastic_displacements(assembly, np.asarray(loads.dead), **springs)[0]
+    live = elastic_displacements(assembly, np.asarray(loads.live), **springs)[0]
+
+    def at(factor: float) -> Assembly:
+        return displaced(assembly, dead + factor * live)
+
+    if multiplier is not None:
+        return at(multiplier), loads
+
+    def collapse(model: Assembly) -> float:
+        value = limit_analysis(model, loads, flow_rule).collapse_multiplier
+        return float(value) if np.isfinite(value) else 0.0  # it cannot stand displaced so far
+
+    # fixed point of multiplier -> collapse multiplier of the geometry displaced at it, by the secant method
+    high = collapse(assembly)
+    low, f_low, x, fx = 0.0, collapse(at(0.0)), high, collapse(at(high)) - high
+    for _ in range(ROUNDS):
+        if abs(fx) <= 1e-8 * max(high, 1e-300):
+            break
+        step = x - fx * (x - low) / (fx - f_low) if fx != f_low else 0.5 * (x + low)
+        low, f_low = x, fx
+        x = min(max(step, 0.0), high)
+        fx = collapse(at(x)) - x
+        if x == low:
+            break
+    return at(x), loads

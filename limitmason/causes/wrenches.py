@@ -1,0 +1,94 @@
+"""Loads on blocks as causes read them: what is weight, what is overload, what all blocks share, and loads turned."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.model import Assembly, Loads
+
+Array = NDArray[np.float64]
+Direction = tuple[float, float, float]
+
+
+def turned(wrench: Array, rotation: Array) -> Array:
+    """Wrenches whose forces turn about their points of application, which stay; free couples turn along.
+
+    The point is taken as that of the line of action nearest the block's centroid, which is exact for forces at the
+    centroid.
+    """
+    force, moment = wrench[:, :3], wrench[:, 3:]
+    square = (force**2).sum(axis=1, keepdims=True)
+    arm = np.divide(np.cross(force, moment), square, out=np.zeros_like(force), where=square > 0)
+    couple = moment - np.cross(arm, force)
+    new = force @ rotation.T
+    return np.hstack([new, np.cross(arm, new) + couple @ rotation.T])
+
+
+def self_weight(assembly: Assembly) -> Array:
+    """Wrench of the weight of every block, shape (n, 6)."""
+    out = np.zeros((assembly.n_blocks, 6))
+    out[:, 2] = -assembly.weights
+    return out
+
+
+def shared_acceleration(assembly: Assembly, loads: Loads) -> Array:
+    """Live force over weight that most blocks have in common, in units of g, shape (3,); zero where there is none.
+
+    Only forces at the centroid count, as body forces act there. Of a single block under a force at its centroid nobody
+    can tell whether it is a body force: it is taken as one.
+    """
+    rows = np.flatnonzero((assembly.weights > 0) & ~assembly.fixed)
+    if not len(rows):
+        return np.zeros(3)
+    ratio = loads.live[rows, :3] / assembly.weights[rows, None]
+    middle = np.median(ratio, axis=0)
+    same = np.abs(ratio - middle).max(axis=1) <= 1e-9 * max(1.0, float(np.abs(middle).max()))
+    moment = np.abs(loads.live[rows, 3:]).max(axis=1)
+    same &= moment <= 1e-9 * np.linalg.norm(loads.live[rows, :3], axis=1) * np.cbrt(assembly.volumes[rows])
+    return middle if 2 * same.sum() > len(rows) else np.zeros(3)
+
+
+def live_direction(loads: Loads) -> Array:
+    """Direction of the sum of the live forces, shape (3,).
+
+    Raises
+    ------
+    ValueError
+        When the live forces add up to nothing.
+    """
+    total = loads.live[:, :3].sum(axis=0)
+    size = float(np.linalg.norm(total))
+    if size <= 1e-9 * float(np.abs(loads.live[:, :3]).sum() or 1.0):
+        raise ValueError("the live forces add up to zero: give the cause a direction")
+    return total / size
+
+
+def overload_of(assembly: Assembly, loads: Loads) -> Array:
+    """Dead load beyond self weight, shape (n, 6); rounding of the weights themselves does not count."""
+    extra = loads.dead - self_weight(assembly)
+    largest = max(float(np.abs(loads.dead).max(initial=0.0)), 1e-300)
+    return np.where(np.abs(extra) > 1e-12 * largest, extra, 0.0)
+
+
+def rescaled_loads(old: Assembly, new: Assembly, loads: Loads, factors=(1.0, 1.0, 1.0)) -> Loads:
+    """Loads of an assembly whose blocks changed their weight and size.
+
+    Self weight, and the live load in proportion to it that most blocks share, follow the new weights. All other forces
+    stay; their points of application move with the size.
+    """
+    share = shared_acceleration(old, loads)
+    out = {}
+    for case, per_weight in (("dead", np.array([0.0, 0.0, -1.0])), ("live", share)):
+        wrench = getattr(loads, case)
+        body = np.zeros_like(wrench)
+        body[:, :3] = old.weights[:, None] * per_weight
+        rest = wrench - body
+        rest = np.where(np.abs(rest) > 1e-12 * max(float(np.abs(wrench).max(initial=0.0)), 1e-300), rest, 0.0)
+        force, moment = rest[:, :3], rest[:, 3:]
+        square = (force**2).sum(axis=1, keepdims=True)
+        arm = np.divide(np.cross(force, moment), square, out=np.zeros_like(force), where=square > 0)
+        rest = np.hstack([force, moment + np.cross(arm * (np.asarray(factors) - 1.0), force)])
+        rest[:, :3] += new.weights[:, None] * per_weight
+        out[case] = rest
+    return replace(loads, **out)

@@ -1,0 +1,376 @@
+"""The rule: a gate for "none", a guard for scatter, and a bootstrap confidence set of causes, then of pairs."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.special import chdtrc
+
+from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws, Tally, run
+from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.fit import Fit, fit_many, values_of
+from limitmason.diagnosis.inference.fit import fit as best_fit
+from limitmason.diagnosis.inference.likelihood import Likelihood
+
+KINDS = ("none", "cause", "either", "two", "unexplained", "scatter")
+
+GATE_DRAWS = 699  # fewest: the critical gain is a quantile of them
+RIVALS = 4  # refitted to a draw at first, then twice as many more at a time
+SURE = 1e6  # degrees of freedom of a noise that is as good as known
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Thresholds on bootstrap p.
+
+    Parameters
+    ----------
+    gain, shape, scatter : the gate: below any of them the baseline is not enough
+    guard : scatter with neither a scale-free gain nor a trend below this is "more scatter than stated"
+    deficit, kept_shape, kept_scatter : a cause below any of them is rejected under its own fit
+    hopeless : log-likelihood deficit at which a pair is rejected without bootstrap
+    hopeless_tail : nominal tail probability of trend or scatter at which a pair is rejected without bootstrap
+    far : log-likelihood by which a rival misses what an explanation predicts, beyond which it is not refitted to the
+        data drawn from that explanation (a chance of less than 1e-7 a draw)
+    screen : whether single causes that are hopeless are rejected without bootstrap as well
+    draws : most draws
+    """
+
+    gain: float = 0.03
+    shape: float = 0.01
+    scatter: float = 0.01
+    guard: float = 0.05
+    deficit: float = 0.02
+    kept_shape: float = 0.005
+    kept_scatter: float = 0.005
+    hopeless: float = 15.0
+    hopeless_tail: float = 1e-5
+    far: float = 60.0
+    screen: bool = False
+    draws: int = DRAWS
+
+
+@dataclass(frozen=True)
+class Tested:
+    """One explanation held against the data under its own fit.
+
+    Parameters
+    ----------
+    names : the cause or the pair
+    kept : whether it is not rejected
+    sizes : fitted sizes
+    z : refitted nuisance inputs in standard deviations
+    gain : log-likelihood above the baseline
+    deficit : log-likelihood below the best explanation of its kind
+    p : "deficit", "shape" and "scatter"; a missing one was not needed. Above the threshold it means "not rejected"
+    draws : number of draws behind them
+    fit : the fit itself
+    """
+
+    names: Names
+    kept: bool
+    sizes: tuple[float, ...]
+    z: tuple[float, ...]
+    gain: float
+    deficit: float
+    p: dict[str, float]
+    draws: int
+    fit: Fit
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the rule says about one data set.
+
+    Parameters
+    ----------
+    kind : one of ``KINDS``
+    causes : kept causes, best first; for a pair the causes of the best pair
+    pairs : kept pairs, best first
+    covariate, trend : best trend of the residuals at the baseline, None when none is seen
+    p : the gate's "gain", "shape", "scatter" and "guard"
+    critical_gain : log-likelihood gain over the whole list that noise alone reaches with probability ``Rule.gain``
+    tested : all explanations that were held against the data, by names
+    null : fit of the baseline
+    tried_pairs : whether pairs were held against the data
+    withdrawn : explanations that fit but predict whole groups left out worse than the baseline does
+    """
+
+    kind: str
+    causes: Names
+    pairs: tuple[Names, ...]
+    covariate: str | None
+    trend: str | None
+    p: dict[str, float]
+    critical_gain: float
+    tested: dict[Names, Tested] = field(default_factory=dict)
+    null: Fit | None = None
+    tried_pairs: bool = False
+    withdrawn: tuple[Names, ...] = ()
+
+    @property
+    def kept(self) -> tuple[Names, ...]:
+        """Explanations that are not rejected: single causes or pairs, best first."""
+        return self.pairs or tuple((name,) for name in self.causes)
+
+    def without(self, names: Sequence[Names]) -> "Verdict":
+        """The verdict after explanations are withdrawn: fewer of them, or "unexplained" when none is left."""
+        left = tuple(n for n in self.kept if n not in set(names))
+        kind = self.kind if self.kind == "two" else "cause" if len(left) == 1 else "either"
+        causes = left[0] if left and self.kind == "two" else tuple(n[0] for n in left)
+        return replace(
+            self,
+            kind=kind if left else "unexplained",
+            causes=causes,
+            pairs=left if self.kind == "two" else (),
+            withdrawn=tuple(names),
+        )
+
+
+def decide(design: Design, y: np.ndarray, draws: Draws, rule: Rule | None = None, pairs: bool = True) -> Verdict:
+    """Apply the rule to one data set.
+
+    Parameters
+    ----------
+    design : tables of the design
+    y : whitened data, shape (n,)
+    draws : standard errors for the bootstrap
+    rule : thresholds
+    pairs : whether pairs of causes are tried when no single one is left
+
+    Notes
+    -----
+    The verdict is conditional on the list. The p of a kept cause means "not rejected", no more.
+    """
+    rule = rule or Rule()
+    z = np.zeros(design.inputs)
+    null = best_fit(design.null, y, z, design.like)
+    names = [(c.name,) for c in design.causes]
+    singles = dict(zip(names, design.fits(names, y, z, residuals=True), strict=True))
+    tally, critical = _gate(design, null, singles, draws, rule)
+    p = {name: tally.p(name) for name in tally.observed}
+    trend = design.shapes.best(null.residuals)
+    seen = trend if trend is not None and p["shape"] < 0.05 else None
+    about = {
+        "covariate": seen.covariate if seen else None,
+        "trend": seen.kind if seen else None,
+        "p": p,
+        "critical_gain": critical,
+        "null": null,
+    }
+    fired = {name for name in ("gain", "shape", "scatter") if name in p and tally.rejected(name)}
+    base = float(null.loglik[0])
+    if not fired:
+        return Verdict("none", (), (), tested=_untested(design, singles, base), **about)
+    if "scatter" in fired and not tally.rejected("guard") and p["shape"] >= rule.guard:
+        return Verdict("scatter", (), (), tested=_untested(design, singles, base), **about)
+    tested = confidence_set(design, singles, base, draws, rule)
+    kept = _ranked(tested)
+    if kept:
+        return Verdict("cause" if len(kept) == 1 else "either", tuple(k[0] for k in kept), (), tested=tested, **about)
+    kept_pairs: list[Names] = []
+    if pairs and design.pair_names:
+        fits = dict(zip(design.pair_names, design.fits(design.pair_names, y, z, residuals=True), strict=True))
+        both = confidence_set(design, fits, base, draws, rule)
+        kept_pairs = _ranked(both)
+        tested = {**tested, **both}
+        about["tried_pairs"] = True
+    if kept_pairs:
+        return Verdict("two", kept_pairs[0], tuple(kept_pairs), tested=tested, **about)
+    return Verdict("unexplained", (), (), tested=tested, **about)
+
+
+def confidence_set(
+    design: Design, fits: dict[Names, Fit], base: float, draws: Draws, rule: Rule
+) -> dict[Names, Tested]:
+    """Hold every explanation against the data under its own fit.
+
+    Parameters
+    ----------
+    fits : fit of every explanation to the data, all of one kind (causes, or pairs)
+    base : log-likelihood of the baseline
+
+    Returns
+    -------
+    dict
+        By names. An explanation is kept when neither its residuals (trend, scatter) nor its log-likelihood deficit
+        against the best of ``fits`` is unusual among data drawn from its own fit and fitted again by all of them.
+    """
+    best = max(float(f.loglik[0]) for f in fits.values())
+    out = {}
+    for names, fit in fits.items():
+        deficit = best - float(fit.loglik[0])
+        grid = design.grid(names)
+        p: dict[str, float] = {}
+        used = 0
+        kept = (len(names) == 1 and not rule.screen) or not _hopeless(design, fit, deficit, rule)
+        if kept:
+            own = _adequate(design, names, fit, draws, rule)
+            p = {name: own.p(name) for name in own.observed}
+            used = own.draws
+            kept = not any(own.rejected(name) for name in own.observed)
+        if kept and len(fits) > 1:
+            rival = _deficit(design, names, fit, deficit, tuple(fits), draws, rule)
+            p["deficit"], used = rival.p("deficit"), max(used, rival.draws)
+            kept = not rival.rejected("deficit")
+        out[names] = Tested(
+            names,
+            kept,
+            tuple(float(s) for s in grid.sizes_at(fit.position)[0]),
+            tuple(float(s) for s in grid.z_at(fit.position)[0]),
+            float(fit.loglik[0]) - base,
+            deficit,
+            p,
+            used,
+            fit,
+        )
+    return out
+
+
+def _gate(design: Design, null: Fit, singles: dict[Names, Fit], draws: Draws, rule: Rule) -> tuple[Tally, float]:
+    observed = _gate_statistics(design, null, list(singles.values()), np.ones(1))
+    thresholds = {"gain": rule.gain, "shape": rule.shape, "scatter": rule.scatter, "guard": rule.guard}
+    tally = Tally({k: float(v[0]) for k, v in observed.items()}, thresholds)
+    gains: list[np.ndarray] = []
+
+    def draw(rows: slice):
+        y, z, replicate = drawn_data(design, (), null, draws, rows)
+        base = best_fit(design.null, y, z, design.like, replicate)
+        fits = design.fits(list(singles), y, z, replicate)
+        drawn = _gate_statistics(design, base, fits, replicate)
+        gains.append(drawn["gain"])
+        return drawn
+
+    def enough(t: Tally) -> bool:
+        gate = [name for name in ("gain", "shape", "scatter") if name in t.observed]
+        quiet = all(t.settled(name) and not t.rejected(name) for name in gate)
+        loud = any(t.settled(name) and t.rejected(name) for name in gate)
+        if not loud or "scatter" not in gate:
+            return quiet or loud
+        scatter_out = t.settled("scatter") and not t.rejected("scatter")
+        trend = t.settled("shape") and t.rejected("shape")
+        return scatter_out or trend or (t.settled("guard") and t.draws >= rule.draws // 2)
+
+    count = min(rule.draws, len(draws.errors))
+    run(tally, draw, enough, count, min(GATE_DRAWS, count))
+    return tally, float(np.quantile(np.concatenate(gains), 1.0 - rule.gain))
+
+
+def _gate_statistics(design: Design, null: Fit, fits: Sequence[Fit], replicate) -> dict[str, np.ndarray]:
+    best = np.max([f.loglik for f in fits], axis=0)
+    out = {"gain": best - null.loglik, "shape": design.shapes.statistic(null.residuals)}
+    if design.like.scale_known:
+        out["scatter"] = design.like.scatter(null.loss, null.penalty, replicate)
+        total = np.min([f.loss + f.penalty for f in fits], axis=0)
+        least = 1e-12  # keeps the ratio finite for data that a model fits exactly
+        out["guard"] = 0.5 * design.n * np.log(np.maximum(null.loss + null.penalty, least) / np.maximum(total, least))
+    return out
+
+
+def _hopeless(design: Design, fit: Fit, deficit: float, rule: Rule) -> bool:
+    """Whether an explanation is so far off that a nominal tail probability is enough to reject it."""
+    if deficit >= rule.hopeless:
+        return True
+    trends = max(len(design.shapes), 1)
+    if float(design.shapes.statistic(fit.residuals)[0]) > np.log(trends / rule.hopeless_tail):
+        return True
+    loss = float(fit.loss[0] + fit.penalty[0])
+    return design.like.quadratic and float(chdtrc(design.n + design.inputs, loss)) < rule.hopeless_tail
+
+
+def drawn_data(design: Design, names: Names, fit: Fit, draws: Draws, rows: slice):
+    """Values, measured inputs and replicate variances drawn from a fitted explanation."""
+    grid = design.grid(names)
+    return draws.data(values_of(grid, fit)[0], grid.z_at(fit.position)[0], noise_of(design, names, fit), rows)
+
+
+def noise_of(design: Design, names: Names, fit: Fit) -> float:
+    """Noise of the draws from a fitted explanation, in stated units."""
+    squares = float((fit.residuals[0] ** 2).sum())
+    return float(np.sqrt(design.like.variance(squares, design.n, 1.0, len(names))))
+
+
+def _adequate(design: Design, names: Names, fit: Fit, draws: Draws, rule: Rule) -> Tally:
+    """Trend and scatter of the residuals under the explanation's own fit."""
+
+    def statistics(f: Fit, replicate):
+        out = {"shape": design.shapes.statistic(f.residuals)}
+        if design.like.scale_known:
+            out["scatter"] = design.like.scatter(f.loss, f.penalty, replicate)
+        return out
+
+    def draw(rows: slice):
+        y, z, replicate = drawn_data(design, names, fit, draws, rows)
+        return statistics(best_fit(design.grid(names), y, z, design.like, replicate), replicate)
+
+    thresholds = {"shape": rule.kept_shape, "scatter": rule.kept_scatter}
+    tally = Tally({k: float(v[0]) for k, v in statistics(fit, np.ones(1)).items()}, thresholds)
+
+    def enough(t: Tally) -> bool:
+        done = [t.settled(name) for name in t.observed]
+        return all(done) or any(d and t.rejected(name) for d, name in zip(done, t.observed, strict=True))
+
+    return run(tally, draw, enough, min(rule.draws, len(draws.errors)))
+
+
+def _deficit(
+    design: Design, names: Names, fit: Fit, observed: float, rivals: Iterable[Names], draws: Draws, rule: Rule
+) -> Tally:
+    """Log-likelihood deficit against the best rival, on data drawn from the explanation's own fit."""
+    tally = Tally({"deficit": observed}, {"deficit": rule.deficit})
+    if observed <= 0.0:  # the best itself: every draw reaches a deficit of 0
+        tally.reached, tally.draws = {"deficit": 1}, 1
+        return tally
+    near = _near(design, names, fit, rivals, rule)
+    least = tally.least("deficit")
+
+    def draw(rows: slice):
+        y, z, replicate = drawn_data(design, names, fit, draws, rows)
+        own = design.fits([names], y, z, replicate)[0].loglik
+        out = np.zeros(len(y))
+        start, stop = 0, RIVALS
+        while start < len(near):  # nearest first: a draw that has reached the observed deficit is done
+            left = np.flatnonzero(out < least)
+            if not len(left):
+                break
+            fits = design.fits(near[start:stop], y[left], z[left], replicate[left])
+            out[left] = np.maximum(out[left], np.max([f.loglik for f in fits], axis=0) - own[left])
+            start, stop = stop, stop + 2 * (stop - start)
+        return {"deficit": out}
+
+    return run(tally, draw, lambda t: t.settled("deficit"), min(rule.draws, len(draws.errors)))
+
+
+def _near(design: Design, names: Names, fit: Fit, rivals: Iterable[Names], rule: Rule) -> list[Names]:
+    """Rivals that can pass for an explanation, nearest first, by how well they fit what it predicts without errors."""
+    others = [r for r in rivals if r != names]
+    if not others:
+        return []
+    grid = design.grid(names)
+    y, z = values_of(grid, fit), grid.z_at(fit.position)
+    if design.like.tails is not None:  # a large error counts for less: so does a distance
+        apart = [0.25 * float(f.loss[0] + f.penalty[0]) for f in design.fits(others, y, z)]
+    else:
+        sd = noise_of(design, names, fit)
+        # the likelihood of a noise that is as good as known
+        like = Likelihood() if design.like.kind == "known" else Likelihood("replicates", SURE)
+        fits = fit_many([design.grid(r) for r in others], y, z, like, sd**2, residuals=False)
+        apart = [0.5 * float(f.loss[0] / sd**2 + f.penalty[0]) for f in fits]
+    return [others[i] for i in np.argsort(apart, kind="stable") if apart[i] <= rule.far]
+
+
+def _untested(design: Design, fits: dict[Names, Fit], base: float) -> dict[Names, Tested]:
+    """Fits of all causes without a test, for the tables of a verdict that names none."""
+    best = max(float(f.loglik[0]) for f in fits.values())
+    out = {}
+    for names, fit in fits.items():
+        grid = design.grid(names)
+        sizes = tuple(float(s) for s in grid.sizes_at(fit.position)[0])
+        z = tuple(float(s) for s in grid.z_at(fit.position)[0])
+        value = float(fit.loglik[0])
+        out[names] = Tested(names, False, sizes, z, value - base, best - value, {}, 0, fit)
+    return out
+
+
+def _ranked(tested: dict[Names, Tested]) -> list[Names]:
+    return sorted((n for n, t in tested.items() if t.kept), key=lambda n: tested[n].deficit)

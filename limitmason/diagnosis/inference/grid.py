@@ -1,0 +1,210 @@
+"""A model tabulated on sizes and measured inputs: its nodes, what lies between them, and what it is there."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+
+from limitmason.diagnosis.inference.cells import Cells
+
+
+class Tabulated(Protocol):
+    """Anything with node sizes, node inputs in standard deviations and values of shape (len of every axis ..., n)."""
+
+    @property
+    def sizes(self) -> tuple[np.ndarray, ...]:
+        """Node sizes of each cause."""
+        ...
+
+    @property
+    def z(self) -> tuple[np.ndarray, ...]:
+        """Node values of each measured input."""
+        ...
+
+    @property
+    def values(self) -> np.ndarray:
+        """Log predictions of the nodes."""
+        ...
+
+
+class Grid:
+    """Whitened log predictions on the nodes of a regular grid.
+
+    Parameters
+    ----------
+    sizes : node sizes, one increasing array per cause (none for the baseline model)
+    z : node values of each measured input in standard deviations from its measured value
+    values : log predictions over the noise, shape (len of every axis ..., n)
+
+    Notes
+    -----
+    Wrong where predictions bend within one cell: all between nodes is linear. Tables are refined until they do not.
+    """
+
+    def __init__(self, sizes: Sequence[np.ndarray], z: Sequence[np.ndarray], values: np.ndarray):
+        self.sizes = tuple(np.asarray(s, dtype=float) for s in sizes)
+        self.z = tuple(np.asarray(a, dtype=float) for a in z)
+        self.values = np.ascontiguousarray(values, dtype=float)
+        axes = self.sizes + self.z
+        self.shape = tuple(len(a) for a in axes)
+        self.n = values.shape[-1]
+        if values.shape[:-1] != self.shape:
+            raise ValueError(f"values of shape {values.shape} do not fit axes of lengths {self.shape}")
+
+    @cached_property
+    def nodes(self) -> np.ndarray:
+        """Node values, shape (g, n)."""
+        return self.values.reshape(-1, self.n)
+
+    @cached_property
+    def node_z(self) -> np.ndarray:
+        """Measured inputs of every node, shape (g, k)."""
+        mesh = np.meshgrid(*self.sizes, *self.z, indexing="ij")[len(self.sizes) :]
+        return np.stack([m.ravel() for m in mesh], axis=-1) if mesh else np.zeros((len(self.nodes), 0))
+
+    @cached_property
+    def changes(self) -> np.ndarray:
+        """Change of the values towards the node before and after, per cell and axis, shape (2, g, d, n)."""
+        if not self.shape:
+            return np.zeros((2, 1, 0, self.n))
+        return np.stack([_towards_neighbours(self.values, a) for a in range(len(self.shape))], axis=2)
+
+    @cached_property
+    def z_changes(self) -> np.ndarray:
+        """Change of the measured inputs towards the node before and after, shape (2, g, k)."""
+        mesh = np.meshgrid(*self.sizes, *self.z, indexing="ij") if self.z else []
+        first = len(self.sizes)
+        steps = [_towards_neighbours(mesh[first + i][..., None], first + i)[..., 0] for i in range(len(self.z))]
+        return np.stack(steps, axis=-1) if steps else np.zeros((2, len(self.nodes), 0))
+
+    @cached_property
+    def reach(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest step from every node, in cells, shape (g, d)."""
+        if not self.shape:
+            return np.zeros((1, 0)), np.zeros((1, 0))
+        index = np.indices(self.shape).reshape(len(self.shape), -1).T
+        last = np.array(self.shape) - 1
+        return np.where(index == 0, 0.0, -0.5), np.where(index == last, 0.0, 0.5)
+
+    @cached_property
+    def cells(self) -> Cells:
+        """Inner products of the nodes, by which fits with Gaussian errors are found."""
+        return Cells(self.values, self.z)
+
+    def values_from(self, node: np.ndarray, position: np.ndarray) -> np.ndarray:
+        """Whitened predictions at positions near nodes, as a fit sees them, shape (b, n).
+
+        Linear along every axis from the node of each data set, without mixed terms: those of the fit's own step.
+
+        Parameters
+        ----------
+        node : number of the node that a position is reached from, shape (b,)
+        position : index along every axis, with fractions, shape (b, d)
+        """
+        out = self.nodes[node]
+        if not self.shape:
+            return out
+        index = np.unravel_index(node, self.shape)
+        for axis, (i, length) in enumerate(zip(index, self.shape, strict=True)):
+            move = position[:, axis] - i
+            way = np.where((move > 0.0) | (i == 0), 1, -1)
+            beside = list(index)
+            beside[axis] = np.clip(i + way, 0, length - 1)
+            change = self.nodes[np.ravel_multi_index(tuple(beside), self.shape)] - self.nodes[node]
+            out = out + (way * move)[:, None] * change
+        return out
+
+    def between(self, position: Sequence[float]) -> np.ndarray:
+        """Values at a position along the leading axes, linear between nodes, shape (the axes left ..., n)."""
+        values = self.values
+        for u in position:
+            values = _along(values, 0, np.array([u]))[0]
+        return values
+
+    def sizes_at(self, position: np.ndarray) -> np.ndarray:
+        """Sizes of the causes at grid positions, shape (b, p)."""
+        return _coordinates(self.sizes, position)
+
+    def z_at(self, position: np.ndarray) -> np.ndarray:
+        """Measured inputs at grid positions, shape (b, k)."""
+        return _coordinates(self.z, position[:, len(self.sizes) :])
+
+    def at_size(self, *position: float) -> "Grid":
+        """The baseline-like grid (measured inputs only) at given positions along the size axes."""
+        return Grid((), self.z, self.between(position))
+
+    def denser(self, times: int = 4) -> "Grid":
+        """The same grid with more nodes along the measured inputs, linear between the old ones."""
+        values, z = self.values, []
+        for axis, a in enumerate(self.z, start=len(self.sizes)):
+            u = np.linspace(0.0, len(a) - 1.0, times * (len(a) - 1) + 1)
+            values = _along(values, axis, u)
+            z.append(np.interp(u, np.arange(len(a)), a))
+        return Grid(self.sizes, z, values)
+
+    def without_axis(self, axis: int) -> list["Grid"]:
+        """One grid per node of a size axis, that axis fixed at the node."""
+        rest = tuple(s for i, s in enumerate(self.sizes) if i != axis)
+        return [Grid(rest, self.z, np.take(self.values, i, axis=axis)) for i in range(len(self.sizes[axis]))]
+
+    def columns(self, chosen: np.ndarray) -> "Grid":
+        """The same grid for some of the specimens."""
+        return Grid(self.sizes, self.z, self.values[..., chosen])
+
+
+@dataclass(frozen=True)
+class Table:
+    """Log predictions of a model.
+
+    Parameters
+    ----------
+    causes : none for the baseline, one, or two
+    sizes : node sizes of each cause
+    z : node values of each measured input in standard deviations
+    values : shape (len of every axis ..., n)
+    levels : sizes at which the simulator was called, per cause
+    error : largest interpolation error found between levels, in units of the noise
+    """
+
+    causes: Sequence[Any]
+    sizes: tuple[np.ndarray, ...]
+    z: tuple[np.ndarray, ...]
+    values: np.ndarray
+    levels: tuple[np.ndarray, ...] = ()
+    error: float = 0.0
+
+    def whitened(self, origin: np.ndarray, scale: np.ndarray) -> Grid:
+        """The table as a grid in units of the noise, measured from ``origin``, both of shape (n,)."""
+        return Grid(self.sizes, self.z, (self.values - origin) / scale)
+
+
+def at_measured(table: Tabulated) -> np.ndarray:
+    """Values at the measured inputs themselves for every node size, shape (len of every size axis ..., n)."""
+    values = table.values
+    for axis in table.z:
+        values = np.take(values, int(np.argmin(np.abs(axis))), axis=len(table.sizes))
+    return values
+
+
+def _along(values: np.ndarray, axis: int, position: np.ndarray) -> np.ndarray:
+    """Values at positions along one axis, linear between nodes: the one interpolation of grids."""
+    last = values.shape[axis] - 1
+    low = np.minimum(position.astype(int), last)
+    part = (position - low).reshape(-1, *[1] * (values.ndim - axis - 1))
+    below = np.take(values, low, axis=axis)
+    return below + part * (np.take(values, np.minimum(low + 1, last), axis=axis) - below)
+
+
+def _coordinates(axes: Sequence[np.ndarray], position: np.ndarray) -> np.ndarray:
+    columns = [np.interp(position[:, i], np.arange(len(a)), a) for i, a in enumerate(axes)]
+    return np.stack(columns, axis=-1) if columns else np.zeros((len(position), 0))
+
+
+def _towards_neighbours(values: np.ndarray, axis: int) -> np.ndarray:
+    """Changes along one axis to the node before and after, zero at the ends, shape (2, g, last axis)."""
+    step = np.diff(values, axis=axis)
+    none = np.zeros_like(np.take(values, [0], axis=axis))
+    ways = [np.concatenate(parts, axis=axis) for parts in ((none, step), (step, none))]
+    return np.stack([w.reshape(-1, values.shape[-1]) for w in ways])

@@ -1,0 +1,221 @@
+"""Before and between tests: which causes this design tells apart, how small an effect it sees, what to test next."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.fit import fit
+from limitmason.diagnosis.inference.grid import Grid, at_measured
+from limitmason.diagnosis.inference.likelihood import Likelihood
+
+KNOWN = Likelihood()
+CLEAR = 25.0  # d2 at which a cause is named in 98 of 100 data sets
+TWIN = 1.0
+SEEN = 9.0
+REFERENCE = 36.0  # d2 from the baseline at which causes are compared
+NINE_IN_TEN = 1.2816  # standard normal quantile
+
+
+@dataclass(frozen=True)
+class Confusable:
+    """Squared distance d2 from every cause to every other, after the other and the measured inputs are refitted.
+
+    Parameters
+    ----------
+    names : causes
+    sizes : size at which each is compared, the side of the baseline with the smaller distances last
+    seen : d2 from the baseline at that size
+    d2 : shape (c, c), row: true cause, column: rival
+    """
+
+    names: tuple[str, ...]
+    sizes: Mapping[str, tuple[float, ...]]
+    seen: Mapping[str, float]
+    d2: np.ndarray
+
+    def __str__(self) -> str:
+        return self.report()
+
+    @property
+    def twins(self) -> tuple[tuple[str, str], ...]:
+        """Pairs of visible causes that this design cannot tell apart (d2 < 1 one way)."""
+        out = []
+        for i, a in enumerate(self.names):
+            for j, b in enumerate(self.names[:i]):
+                visible = [d for d, name in ((self.d2[i, j], a), (self.d2[j, i], b)) if self.seen[name] >= SEEN]
+                if visible and min(visible) < TWIN:
+                    out.append((b, a))
+        return tuple(out)
+
+    @property
+    def invisible(self) -> tuple[str, ...]:
+        """Causes that stay below d2 = 9 from the baseline within their bounds."""
+        return tuple(n for n in self.names if self.seen[n] < SEEN)
+
+    def nearest(self, name: str) -> tuple[str, float]:
+        """Nearest rival of a cause and its d2."""
+        row = self.d2[self.names.index(name)]
+        best = int(np.argmin(np.where(np.arange(len(row)) == self.names.index(name), np.inf, row)))
+        return self.names[best], float(row[best])
+
+    def table(self) -> list[dict]:
+        """One row per cause: size compared, d2 from the baseline, nearest rival and its d2."""
+        rows = []
+        for name in self.names:
+            rival, d2 = self.nearest(name) if len(self.names) > 1 else ("", float("nan"))
+            rows.append(
+                {"cause": name, "sizes": self.sizes[name], "d2_baseline": self.seen[name], "rival": rival, "d2": d2}
+            )
+        return rows
+
+    def report(self) -> str:
+        """The table as text, then twins and invisible causes."""
+        width = max(map(len, self.names))
+        lines = [
+            "Distance of each cause to its nearest rival on this design (d2 in noise units, after refitting the rival",
+            "and the measured inputs; 25 and more: named in 98 of 100 data sets, below 1: twins)",
+            f"{'cause':<{width}}  {'d2 baseline':>11}  {'d2 rival':>8}  nearest rival",
+        ]
+        for row in self.table():
+            lines.append(f"{row['cause']:<{width}}  {row['d2_baseline']:11.1f}  {row['d2']:8.2f}  {row['rival']}")
+        twins = "; ".join(" and ".join(p) for p in self.twins) or "none"
+        return "\n".join([*lines, f"Twins: {twins}", f"Invisible here: {', '.join(self.invisible) or 'none'}"])
+
+
+@dataclass(frozen=True)
+class NextTests:
+    """Suggested specimens, best first.
+
+    Parameters
+    ----------
+    indices : positions in the pool
+    specimens : the specimens themselves
+    reason : what they are chosen for
+    pairs : ordered pairs (true, rival) that they separate
+    before, after : smallest d2 over these pairs without and with them; NaN where no pair is separated
+    """
+
+    indices: tuple[int, ...]
+    specimens: tuple
+    reason: str
+    pairs: tuple[tuple[str, str], ...] = ()
+    before: float = float("nan")
+    after: float = float("nan")
+
+    def __str__(self) -> str:
+        text = f"{self.reason}: specimens {', '.join(map(str, self.indices))} of the pool"
+        return text + (f"; smallest d2 {self.before:.1f} -> {self.after:.1f}" if self.pairs else "")
+
+
+def distances(truth: np.ndarray, rival: Grid, z: np.ndarray | None = None) -> np.ndarray:
+    """Squared distance d2 of predictions to a rival after refitting it.
+
+    d2 = min over rival sizes and inputs of |truth - rival|^2 + |inputs - measured|^2, in units of the noise.
+
+    Parameters
+    ----------
+    truth : whitened predictions, shape (b, n)
+    rival : grid
+    z : measured inputs that the truth would give, shape (b, k); None is zeros
+    """
+    truth = np.atleast_2d(truth)
+    z = np.zeros((len(truth), len(rival.z))) if z is None else z
+    best = fit(rival, truth, z, KNOWN)
+    return best.loss + best.penalty
+
+
+def confusable(design: Design) -> Confusable:
+    """Distances between all causes of a design with known noise, each at a clearly visible size."""
+    names = tuple(c.name for c in design.causes)
+    d2 = np.full((len(names), len(names)), np.inf)
+    sizes: dict[str, tuple[float, ...]] = {}
+    seen: dict[str, float] = {}
+    for i, cause in enumerate(design.causes):
+        grid = design.singles[cause.name]
+        curve = at_measured(grid)
+        far = distances(curve, design.null)
+        picks = []
+        for side in cause.sides:
+            rows = np.flatnonzero((grid.sizes[0] - cause.baseline) * (side - cause.baseline) > 0)
+            rows = rows[np.argsort(np.abs(grid.sizes[0][rows] - cause.baseline))]
+            reached = rows[far[rows] >= REFERENCE]
+            picks.append(int(reached[0]) if len(reached) else int(rows[-1]))
+        visible = [p for p in picks if far[p] >= SEEN] or picks
+        for j, rival in enumerate(names):
+            d2[i, j] = 0.0 if i == j else float(distances(curve[visible], design.singles[rival]).min())
+        sizes[cause.name] = tuple(float(grid.sizes[0][p]) for p in picks)
+        seen[cause.name] = float(far[picks].max())
+    return Confusable(names, sizes, seen, d2)
+
+
+def detectable(design: Design, critical_gain: float) -> dict[str, tuple[float | None, ...]]:
+    """Smallest size of each cause, per side, that raises an alarm nine times in ten.
+
+    A cause at distance d from the refitted baseline gains (d + N(0, 1))^2 / 2 in log-likelihood; it is seen when this
+    passes the gate's critical gain. None where the bounds end before.
+
+    Notes
+    -----
+    An approximation to first order in the noise; the trends and the scatter may raise an alarm earlier.
+    """
+    least = np.sqrt(2.0 * max(critical_gain, 0.0)) + NINE_IN_TEN
+    out = {}
+    for cause in design.causes:
+        grid = design.singles[cause.name]
+        d = np.sqrt(distances(at_measured(grid), design.null))
+        found: list[float | None] = []
+        for side in cause.sides:
+            rows = np.flatnonzero((grid.sizes[0] - cause.baseline) * np.sign(side - cause.baseline) >= 0)
+            rows = rows[np.argsort(np.abs(grid.sizes[0][rows] - cause.baseline))]
+            reach = np.maximum.accumulate(d[rows])
+            if reach[-1] < least:
+                found.append(None)
+            else:
+                found.append(float(np.interp(least, reach, grid.sizes[0][rows])))
+        out[cause.name] = tuple(found)
+    return out
+
+
+def choose_tests(
+    truths: Mapping[Names, tuple[np.ndarray, np.ndarray, np.ndarray]],
+    rivals: Mapping[Names, tuple[Grid, Grid]],
+    pairs: Sequence[tuple[Names, Names]],
+    k: int,
+    cap: float = CLEAR,
+) -> tuple[list[int], np.ndarray, np.ndarray]:
+    """Greedy choice of specimens that pull every ordered pair apart after the rival is refitted.
+
+    Each step adds the specimen with the largest sum over the pairs of min(d2, cap); the cap keeps an easy pair from
+    being served at the cost of a hard one.
+
+    Parameters
+    ----------
+    truths : per explanation its predictions on the tested specimens and on the pool, and its measured inputs
+    rivals : per explanation its grids on the tested specimens and on the pool, with the same nodes
+    pairs : (true, rival)
+    k : how many
+
+    Returns
+    -------
+    chosen, before, after : positions in the pool; d2 of each pair without and with them
+    """
+    sums = []
+    adds = []
+    for true, rival in pairs:
+        done, pool, z = truths[true]
+        here, there = rivals[rival]
+        sums.append(((here.nodes - done) ** 2).sum(axis=1) + ((here.node_z - z) ** 2).sum(axis=1))
+        adds.append((there.nodes - pool) ** 2)
+    before = np.array([s.min() for s in sums])
+    chosen: list[int] = []
+    for _ in range(k):
+        worth = np.zeros(adds[0].shape[1])
+        for total, add in zip(sums, adds, strict=True):
+            d2 = (total[:, None] + add).min(axis=0)
+            worth += np.minimum(d2, cap) + 1e-3 * np.minimum(d2, 4 * cap)  # a tie among the capped goes to the larger
+        worth[chosen] = -np.inf
+        chosen.append(int(np.argmax(worth)))
+        sums = [total + add[:, chosen[-1]] for total, add in zip(sums, adds, strict=True)]
+    return chosen, before, np.array([s.min() for s in sums])

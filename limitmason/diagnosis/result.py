@@ -1,0 +1,189 @@
+"""The answer of a study as numbers: what kind it is, which causes, how large, and what they gain."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+
+from limitmason.causes.cause import Cause
+from limitmason.diagnosis.inference.bootstrap import Draws
+from limitmason.diagnosis.inference.checks import Checks, judge_again
+from limitmason.diagnosis.inference.decide import Rule, Verdict
+from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.estimate import Estimate, estimate
+from limitmason.diagnosis.inference.gain import Gain, measure_gain
+from limitmason.diagnosis.inference.noise import Measured, Noise
+from limitmason.diagnosis.inference.plan import Confusable, confusable, detectable
+
+GAINS = 8  # most kept explanations whose gain is measured
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis:
+    """Verdict of a study, conditional on its list of causes: data and tables, no simulator.
+
+    Parameters
+    ----------
+    listed : the list of causes
+    design, y : tables, and data as log differences from the baseline in units of the noise
+    verdict : answer of the rule
+    seed, draws, rule : of the bootstrap
+    specimens : what each is called, shape (n,)
+    measured : measured values, shape (n,)
+    noise, nuisance, covariates, groups : as stated to the study
+    redrawn : names of the measured inputs that have an error
+    table_errors : largest error of each cause's table between its levels, in units of the noise
+
+    Notes
+    -----
+    What follows from these numbers is worked out when it is first asked for; the simulator is never called.
+    """
+
+    listed: tuple[Cause, ...]
+    design: Design
+    y: np.ndarray
+    verdict: Verdict
+    seed: int
+    draws: Draws
+    rule: Rule
+    specimens: tuple[str, ...]
+    measured: np.ndarray
+    noise: Noise
+    nuisance: Mapping[str, Measured]
+    redrawn: tuple[str, ...]
+    covariates: Mapping[str, Sequence[Any]]
+    groups: Sequence[Any] | None
+    table_errors: Mapping[str, float]
+    _judged: list[Checks] = field(default_factory=list, init=False)
+
+    @property
+    def n(self) -> int:
+        """Number of specimens."""
+        return len(self.measured)
+
+    @property
+    def kind(self) -> str:
+        """Answer: "none", "cause", "either", "two", "unexplained" or "scatter"."""
+        return self.verdict.kind
+
+    @property
+    def causes(self) -> Names:
+        """Names, best first: the cause, the set that the data cannot tell apart, or the two of the best pair."""
+        return self.verdict.causes
+
+    @property
+    def pairs(self) -> tuple[Names, ...]:
+        """Pairs of causes that are not rejected, best first; more than one means that the data cannot tell which."""
+        return self.verdict.pairs
+
+    @property
+    def covariate(self) -> str | None:
+        """Covariate that the residuals of the baseline vary with most; a pointer, not a cause."""
+        return self.verdict.covariate
+
+    @property
+    def kept(self) -> tuple[Names, ...]:
+        """Explanations that are not rejected: single causes or pairs, best first."""
+        return self.verdict.kept
+
+    @cached_property
+    def estimates(self) -> dict[str, Estimate]:
+        """Size of each kept cause with a 95 % interval; for pairs those of the best pair."""
+        if self.kind == "two":
+            return estimate(self.design, self.verdict.tested[self.pairs[0]], self.y, self.draws)
+        out: dict[str, Estimate] = {}
+        for names in self.kept:
+            out.update(estimate(self.design, self.verdict.tested[names], self.y, self.draws))
+        return out
+
+    @cached_property
+    def gains(self) -> dict[Names, Gain]:
+        """Gain of each kept explanation."""
+        critical = self.verdict.critical_gain
+        return {n: measure_gain(self.design, n, self.y, self.groups, critical) for n in self.kept[:GAINS]}
+
+    @property
+    def gain(self) -> Gain | None:
+        """Gain of the best kept explanation; None when nothing is named."""
+        return self.gains[self.kept[0]] if self.kept else None
+
+    @property
+    def noise_sd(self) -> float | None:
+        """Noise estimated from the best explanation where it is not stated, None where it is."""
+        if self.noise.kind != "unknown":
+            return None
+        best = self.verdict.tested[self.kept[0]].fit if self.kept else self.verdict.null
+        free = max(self.n - len(self.kept[0]) if self.kept else self.n, 1)
+        return float(np.sqrt(best.loss[0] / free))
+
+    @cached_property
+    def known(self) -> Design:
+        """The design with a known noise: as stated, or as estimated from the best explanation."""
+        sd = self.noise_sd
+        if sd is None:
+            return self.design
+        noise = Noise(sd)
+        return self.design.with_noise(noise, noise.scale(self.n), self.covariates)
+
+    @cached_property
+    def detectable(self) -> dict[str, tuple[float | None, ...]]:
+        """Smallest size of each cause, per side, that would have been seen nine times in ten; None within no bound."""
+        return detectable(self.known, self.verdict.critical_gain)
+
+    @cached_property
+    def distances(self) -> Confusable:
+        """Which causes of the list this design tells apart."""
+        return confusable(self.known)
+
+    def judged_again(self, progress: Callable[[str], None] | None = None) -> Checks:
+        """The same data under other statements of the noise and without each specimen, worked out once.
+
+        Parameters
+        ----------
+        progress : told in a line what is judged again
+        """
+        if not self._judged:
+            pairs = self.kind == "two"
+            again = judge_again(self.design, self.y, self.covariates, self.rule, self.seed, pairs, progress)
+            self._judged.append(again)
+        return self._judged[0]
+
+    @property
+    def checks(self) -> Checks:
+        """What the verdict hangs on; some seconds for 16 causes and 24 specimens."""
+        return self.judged_again()
+
+    @cached_property
+    def residuals(self) -> dict[str, np.ndarray]:
+        """Values of log(measured / predicted): "baseline" as stated, and refitted with each kept explanation."""
+        out = {"baseline": self.y * self.design.scale}
+        for names in self.kept:
+            out[" + ".join(names)] = self.verdict.tested[names].fit.residuals[0] * self.design.scale
+        return out
+
+    def predicted(self, names: Iterable[str] | None = None) -> np.ndarray:
+        """Prediction of every specimen by a kept explanation (default the best), or by the baseline for no names."""
+        names = (self.kept[0] if self.kept else ()) if names is None else tuple(names)
+        left = self.verdict.tested[names].fit.residuals[0] * self.design.scale if names else self.residuals["baseline"]
+        return self.measured * np.exp(-left)
+
+    def __repr__(self) -> str:
+        return f"<Diagnosis of {self.n} specimens, {self.kind}: {' + '.join(self.causes) or 'no cause'}>"
+
+
+Given = TypeVar("Given", bound=Diagnosis)
+
+
+def checked_by_group(diagnosis: Given) -> Given:
+    """The diagnosis without explanations that predict whole groups left out worse than the baseline does.
+
+    With few repeats the noise is too uncertain to reject a bad fit; what is left out as a whole still tells: an
+    explanation is withdrawn when its score by group is negative by more than its standard error.
+    """
+    if not diagnosis.kept or diagnosis.groups is None:
+        return diagnosis
+    scores = {n: g.leave_group_out for n, g in diagnosis.gains.items()}
+    worse = [n for n, s in scores.items() if s is not None and s.total + s.error < 0.0]
+    return replace(diagnosis, verdict=diagnosis.verdict.without(worse)) if worse else diagnosis

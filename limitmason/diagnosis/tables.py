@@ -1,0 +1,152 @@
+"""Tables of one set of specimens: each made when it is first asked for, and kept for every verdict on them."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from limitmason.causes.cause import Cause, cause_pairs
+from limitmason.diagnosis.inference.decide import Verdict
+from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.grid import Grid, Table, at_measured
+from limitmason.diagnosis.inference.noise import Noise
+from limitmason.diagnosis.inference.shapes import Shapes
+from limitmason.diagnosis.tabulate import Tabulator
+
+ASSUMED_NOISE = 0.04  # places levels and nodes, and scales distances, where the noise is unknown
+PAIR_TABLES = ("verified", "exact", "additive")
+PAIR_ERROR = 0.25  # of the noise: largest error of an additive pair table
+PAIR_NEAR = 6.0  # log-likelihood deficit within which a pair is verified
+
+
+class Tables:
+    """The baseline, causes and pairs of causes, tabulated on first use.
+
+    Parameters
+    ----------
+    tabulator : makes them
+    pair_tables : one of ``PAIR_TABLES``, see :class:`~limitmason.diagnosis.Study`
+
+    Raises
+    ------
+    ValueError
+        For another word.
+    """
+
+    def __init__(self, tabulator: Tabulator, pair_tables: str = "verified"):
+        if pair_tables not in PAIR_TABLES:
+            raise ValueError(f"pair_tables must be one of {PAIR_TABLES}, got {pair_tables!r}")
+        self.tabulator = tabulator
+        self.pair_tables = pair_tables
+        self._base: Table | None = None
+        self._singles: dict[Cause, Table] = {}
+        self._pairs: dict[frozenset[Cause], Table] = {}
+        self._true_pairs: set[frozenset[Cause]] = set()
+
+    def base(self) -> Table:
+        """Table of the baseline."""
+        if self._base is None:
+            self._base = self.tabulator.baseline()
+        return self._base
+
+    def single(self, cause: Cause) -> Table:
+        """Table of one cause."""
+        if cause not in self._singles:
+            self._singles[cause] = self.tabulator.single(cause)
+        return self._singles[cause]
+
+    def pair(self, first: Cause, second: Cause) -> Table:
+        """Table of two causes, by the simulator or from their own effects as ``pair_tables`` says."""
+        key = frozenset((first, second))
+        if key not in self._pairs:
+            exact = self.pair_tables == "exact" or key in self._true_pairs
+            self._pairs[key] = self.tabulator.pair(self.single(first), self.single(second), self.base(), exact=exact)
+        return self._pairs[key]
+
+    def design(self, causes: tuple[Cause, ...], noise: Noise, scale: np.ndarray, covariates: Mapping) -> Design:
+        """Everything that the rule needs of a list of causes under a statement of the noise.
+
+        Parameters
+        ----------
+        scale : standard deviation per specimen, shape (n,)
+        covariates : name to values of all specimens
+        """
+        base = self.base()
+        origin = at_measured(base)
+        by_name = {c.name: c for c in causes}
+        singles = {c.name: self.single(c).whitened(origin, scale) for c in causes}
+        pairs = tuple((a.name, b.name) for a, b in cause_pairs(causes))
+
+        def pair_table(names: Names) -> Table:
+            return self.pair(by_name[names[0]], by_name[names[1]])
+
+        null = base.whitened(origin, scale)
+        return Design(causes, noise, scale, origin, null, singles, Shapes(covariates, scale), pair_table, pairs)
+
+    def verify(self, design: Design, causes: Iterable[Cause], verdict: Verdict) -> bool:
+        """Check additive tables of pairs near the best against the true pair; True when one had to be replaced."""
+        by_name = {c.name: c for c in causes}
+        replaced = False
+        for names, tested in verdict.tested.items():
+            if len(names) != 2 or tested.deficit > PAIR_NEAR:
+                continue
+            first, second = by_name[names[0]], by_name[names[1]]
+            key = frozenset((first, second))
+            if key in self._true_pairs or (first.transforms and second.transforms):
+                continue
+            table = self.pair(first, second)
+            z = tuple(float(np.clip(v, a[0], a[-1])) for v, a in zip(tested.z, table.z, strict=True))
+            half = tuple(0.5 * (c.baseline + s) for c, s in zip((first, second), tested.sizes, strict=True))
+            errors = [self.tabulator.pair_error(table, at, z) for at in (tested.sizes, half)]
+            if max(errors) > PAIR_ERROR:
+                self._true_pairs.add(key)
+                del self._pairs[key]
+                design.forget_pair(names)
+                replaced = True
+        return replaced
+
+    def on(self, specimens: Sequence[Any], placing: np.ndarray) -> "Tables":
+        """Tables of other specimens by the same simulator, which still knows what it has computed.
+
+        Parameters
+        ----------
+        placing : noise per specimen that levels and nodes are placed by, shape (n,)
+        """
+        return Tables(self.tabulator.on(specimens, placing), self.pair_tables)
+
+
+class PoolGrids(dict):
+    """Grids on a pool of specimens with the nodes of those on the tested ones, by names, made when asked for.
+
+    Parameters
+    ----------
+    tested : tables of the tested specimens
+    pool : specimens that could be tested
+    noise : stated for the tested specimens
+    causes : the list
+    sd : relative noise of a test of the pool
+    """
+
+    def __init__(self, tested: Tables, pool: Sequence[Any], noise: Noise, causes: Iterable[Cause], sd: float):
+        super().__init__()
+        self.tested = tested
+        self.tables = tested.on(pool, placing_noise(noise.for_others(), len(pool)))
+        self.by_name = {c.name: c for c in causes}
+        self.scale = np.full(len(pool), sd)
+
+    def __missing__(self, names: Names) -> Grid:
+        self[names] = self._table(names).whitened(at_measured(self.tables.base()), self.scale)
+        return self[names]
+
+    def _table(self, names: Names) -> Table:
+        base = self.tables.base()
+        if not names:
+            return base
+        causes = [self.by_name[n] for n in names]
+        parts = [self.tables.tabulator.single(c, self.tested.single(c)) for c in causes]
+        return parts[0] if len(parts) == 1 else self.tables.tabulator.pair(*parts, base, exact=True)
+
+
+def placing_noise(noise: Noise, n: int) -> np.ndarray:
+    """Noise per specimen that tables are placed by: as stated, or ``ASSUMED_NOISE`` where nothing is, shape (n,)."""
+    return noise.scale(n) if noise.kind != "unknown" else np.full(n, ASSUMED_NOISE)

@@ -1,0 +1,180 @@
+"""Packaged series: their measured values as a table, and what a study of them has to know."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from limitmason.experiments import registry
+from limitmason.experiments.measured_table import MeasuredTable, force_factor, write_measured
+from limitmason.experiments.record import Experiment
+from limitmason.model import Loads
+
+WORDS = ("stone", "loading")  # of a packaged row, beside its parameters
+RESULTS = ("failure type", "failure")  # parameters that are outcomes, not covariates
+
+
+def series_of(name: str) -> str | None:
+    """The packaged source that a name means: its name or the beginning of one; None where it is none."""
+    found = [s for s in registry.sources() if s == name] or [s for s in registry.sources() if s.startswith(name)]
+    if len(found) > 1:
+        raise ValueError(f"the series {name!r} could be {' or '.join(found)}")
+    return found[0] if found else None
+
+
+def cases_of(series: str) -> list[Experiment]:
+    """All experiments of a series."""
+    return [registry.load(series, s) for s in registry.specimens(series)]
+
+
+def tilted(series: str) -> bool:
+    """Whether a packaged series consists of tilting tests."""
+    return "tilt angle" in cases_of(series)[0].measured
+
+
+def overloaded(series: str, rows: Sequence[Mapping[str, Any]]) -> bool:
+    """Whether the dead load is more than the weight of the blocks."""
+    test = registry.load(series, rows[0]["specimen"])
+    wall = test.assembly()
+    return not np.allclose(test.loads().dead, Loads.weight(wall).dead)
+
+
+def check_specimens(table: MeasuredTable, series: str, measured: str) -> tuple[float, str]:
+    """Factor from the unit of the measured column to that of the predictions, and the latter."""
+    check_names(table, series)
+    table.column(measured, "the measured values")
+    unit = registry.load(series, registry.specimens(series)[0]).multiplier_to_measured.unit
+    return force_factor(table.units[measured], unit, f"{table.name}: column {measured!r}"), unit
+
+
+def check_names(table: MeasuredTable, series: str) -> None:
+    """Refuse specimens and directions that the series does not have."""
+    known = registry.specimens(series)
+    for line, name in zip(table.lines, table.column("specimen", f"the specimens of {series}"), strict=True):
+        if name not in known:
+            raise ValueError(
+                f"{table.name}: row {line}, column 'specimen': {series} has no {name!r}; it has {', '.join(known)}"
+            )
+    for line, sense in zip(table.lines, table.columns.get("direction", ()), strict=False):
+        if sense not in ("+", "-"):
+            raise ValueError(f"{table.name}: row {line}, column 'direction' must be + or -, got {sense!r}")
+
+
+def series_notes(series: str, table: MeasuredTable, inputs: Iterable[str]) -> list[str]:
+    """What the models assume, and what the sources leave open that no measured input of these names covers."""
+    names = list(dict.fromkeys(table.column("specimen")))
+    said: dict[str, int] = {}
+    for name in names:
+        for sentence in registry.load(series, name).assumptions:
+            said[sentence] = said.get(sentence, 0) + 1
+    notes = [s if k == len(names) else f"{s} (For {k} of the specimens.)" for s, k in said.items()]
+    given = set(inputs)
+    for name, values in registry.load(series, names[-1]).open_options.items():
+        if name not in given and all(isinstance(v, float) for v in values):
+            notes.append(f"The sources leave {name} open ({min(values):g} to {max(values):g}); no measured input of "
+                         "that name is given, so it is taken as exact.")  # fmt: skip
+    return notes
+
+
+def packaged_table(series: str) -> MeasuredTable:
+    """Measured values of a packaged series with what varies between its specimens, one row per value.
+
+    Raises
+    ------
+    ValueError
+        Where nothing was measured.
+    """
+    rows, units = [], {"specimen": "-", "direction": "-", "measured": "-", "group": "-"}
+    configurations: dict[tuple, str] = {}
+    cases = cases_of(series)
+    shown: dict[str, str] = {}
+    for case in cases:
+        for name, value in case.parameters.items():
+            if name not in RESULTS:
+                shown.setdefault(name, getattr(value, "unit", "-"))
+    for case in cases:
+        words = {w: case.row[w] for w in WORDS if case.row.get(w)}
+        inside = {k: _plain(case.parameters[k]) for k in shown if k in case.parameters}
+        key = tuple(inside.items())
+        group = configurations.setdefault(
+            key, chr(ord("A") + len(configurations) % 26) + "'" * (len(configurations) // 26)
+        )
+        published = [t for t in case.targets if t.kind == "published"] if not case.has_model else []
+        for target in case.targets:
+            if target.kind != "measured":
+                continue
+            row = {"specimen": case.specimen, "direction": target.direction, "measured": float(case.value(target)),
+                   "group": group, **inside, **words}  # fmt: skip
+            for k, other in enumerate(published):
+                name = "predicted" if k == 0 else other.quantity
+                row[name] = float(case.value(other))
+                units[name] = case.value(other).unit
+            units["measured"] = case.value(target).unit
+            rows.append(row)
+            units.update({w: "-" for w in words})
+    if not rows:
+        raise ValueError(f"{series} has no measured values; it is a numerical benchmark")
+    units.update({k: u for k, u in shown.items() if k not in units})
+    whole = [k for k in units if all(k in r for r in rows)]
+    kept = [k for k in whole if k in ("specimen", "measured", "group", "predicted") or len({r[k] for r in rows}) > 1]
+    if len(configurations) in (1, len(cases)):  # no repeats known, or nothing to tell configurations apart by
+        kept.remove("group")
+    return MeasuredTable(
+        series,
+        {k: units[k] for k in kept},
+        {k: tuple(r[k] for r in rows) for k in kept},
+        tuple(range(1, len(rows) + 1)),
+    )
+
+
+def _plain(value: Any) -> Any:
+    return value if isinstance(value, str) else float(value)
+
+
+EXAMPLE = """\
+Example numbers, made up: replace them. Blocks on a tilting table, predicted = width / height.
+Row 1 names the columns, row 2 gives their units ('-' for pure numbers and words), then one row per measured value.
+measured: positive; predicted: of your simulation; group: specimens of one configuration; all others: covariates.
+limitmason diagnose FILE --tilting --noise 0.04 --out result"""
+
+
+def write_template(path: Path, model: str | None = None) -> None:
+    """Write a data file to start from: an example, or the measured values of a packaged series.
+
+    Raises
+    ------
+    ValueError
+        For a series that is not packaged, or a file that exists.
+    """
+    series = series_of(model) if model and ":" not in model else None
+    if model and series is None:
+        known = ", ".join(registry.sources())
+        raise ValueError(f"a template of {model!r}: that is no packaged series; they are {known}")
+    if series is not None:
+        table = packaged_table(series)
+        source = registry.load(series, registry.specimens(series)[0]).source
+        write_measured(path, table.units, table.rows, f"{source.title}\n{source}")
+        return
+    units = {
+        "specimen": "-",
+        "measured": "-",
+        "predicted": "-",
+        "group": "-",
+        "height": "m",
+        "width": "m",
+        "batch": "-",
+    }
+    rows = []
+    off = (0.02, -0.03, 0.01, 0.04, -0.02, 0.0, -0.05, 0.03, 0.01, -0.01, 0.02, -0.04)
+    for k, noise in enumerate(off):
+        height, width = 0.4 + 0.2 * (k // 2), 0.10 if (k // 2) % 2 else 0.16
+        predicted = width / height
+        rows.append({
+            "specimen": f"B{k // 2 + 1}.{k % 2 + 1}", "measured": round(0.88 * predicted * (1.0 + noise), 4),
+            "predicted": round(predicted, 4), "group": f"B{k // 2 + 1}", "height": round(height, 2), "width": width,
+            "batch": "first" if k % 4 < 2 else "second",
+        })  # fmt: skip
+    write_measured(path, units, rows, EXAMPLE)

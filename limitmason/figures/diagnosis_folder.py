@@ -1,0 +1,70 @@
+"""Everything that an investigation found, as a folder of files: report, pictures, table of the causes, page."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+from limitmason.figures.confusion import confusable, rehearsal
+from limitmason.figures.diagnosis import diagnosis
+from limitmason.figures.diagnosis_page import diagnosis_page
+
+
+def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> list[Path]:
+    """Write report.txt, diagnosis.html and .png, confusable.png, rehearsal.png (where there is one) and causes.csv.
+
+    Parameters
+    ----------
+    found : from :func:`limitmason.diagnosis.investigate`
+    folder : made where it does not exist
+    checks : judge the data again under other statements and without each specimen (some seconds)
+
+    Returns
+    -------
+    list of Path
+        The files in the order named.
+
+    Raises
+    ------
+    ValueError
+        Where a file stands in place of the folder.
+    """
+    out, answer = Path(folder), found.answer
+    if out.exists() and not out.is_dir():
+        raise ValueError(f"{out} is a file; name a folder")
+    out.mkdir(parents=True, exist_ok=True)
+    about = answer.study.about
+    (out / "report.txt").write_text(found.report(checks=checks) + "\n", encoding="utf-8")
+    picture = diagnosis(answer, units=about.units, quantity=about.quantity, title=about.title)
+    picture.savefig(out / "diagnosis.png", dpi=200)
+    confusable(answer.distances, title=about.title).savefig(out / "confusable.png", dpi=200)
+    files = ["report.txt", "diagnosis.html", "diagnosis.png", "confusable.png"]
+    if found.rehearsal is not None:
+        rehearsal(found.rehearsal, title=about.title).savefig(out / "rehearsal.png", dpi=200)
+        files.append("rehearsal.png")
+    write_causes(out / "causes.csv", answer)
+    diagnosis_page(
+        answer, out / "diagnosis.html", title=about.title or "Diagnosis", units=about.units, quantity=about.quantity,
+        next_tests=found.next_tests, rehearsal=found.rehearsal, notes=about.notes, checks=checks, figure=picture,
+    )  # fmt: skip
+    return [out / name for name in (*files, "causes.csv")]
+
+
+def write_causes(path: str | Path, answer: Any) -> None:
+    """Write the causes of a diagnosis as a CSV table, one row per cause and per kept pair."""
+    with Path(path).open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["cause", "acts on", "unit of size", "kept", "size", "low", "high", "log-likelihood gain",
+                         "p deficit", "p trend", "p scatter"])  # fmt: skip
+        writer.writerow(["-", "-", "-", "-", "unit", "unit", "unit", "-", "-", "-", "-"])
+        for row in answer.table():
+            ends = row["interval"] or [("", "")] * len(row["size"])
+            sizes, low, high = (
+                " + ".join(f"{v:.6g}" if v != "" else "" for v in part).strip(" +")
+                for part in (row["size"], [e[0] for e in ends], [e[1] for e in ends])
+            )
+            chances = ["" if row[f"p_{k}"] is None else f"{row[f'p_{k}']:.4f}" for k in ("deficit", "shape", "scatter")]
+            kept = "yes" if row["kept"] else "no"
+            writer.writerow([row["cause"], row["acts_on"], row["unit"], kept, sizes, low, high, f"{row['gain']:.4f}",
+                             *chances])  # fmt: skip

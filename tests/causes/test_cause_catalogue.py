@@ -1,0 +1,368 @@
+"""The catalogue of causes: what holds for every cause, joint laws and faces against exact solutions."""
+
+import math
+import pickle
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from cause_models import DENSITY, MODEL, MU, PHI, SPECIMEN, block, extend, value, wall
+
+import limitmason as lm
+from limitmason import causes as catalogue
+from limitmason.causes.cause import Extension
+from limitmason.diagnosis import Cause
+from limitmason.geometry.polygon import polar_mean_radius
+from limitmason.study.store import fingerprint
+
+
+def test_constants_are_those_of_the_package():
+    made, weight = block()
+    assert made.weights[made.block_index("column-1")] == pytest.approx(weight, rel=1e-12)
+
+
+# ---- what holds for every cause ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", catalogue.ALL)
+def test_every_cause_says_what_it_is(name):
+    cause = catalogue.ALL[name]()
+    assert isinstance(cause, Cause)
+    for text in (cause.physics, cause.source, cause.isolate, cause.hidden_when, cause.unit):
+        assert text
+    assert set(cause.methods) <= set(catalogue.METHODS)
+    low, high = cause.bounds
+    narrow = catalogue.ALL[name](bounds=(cause.baseline, high) if high > cause.baseline else (low, cause.baseline))
+    assert narrow.baseline in narrow.bounds
+    # tables and disk caches know a cause by its content
+    assert catalogue.ALL[name]() == cause
+    assert hash(pickle.loads(pickle.dumps(cause))) == hash(cause)
+
+
+@pytest.mark.parametrize("name", MODEL)
+def test_the_baseline_size_recovers_the_model_exactly_and_small_sizes_tend_to_it(name):
+    model = wall(top=800.0, normal_stiffness=1e9, shear_stiffness=4e8)
+    cause = catalogue.ALL[name]()
+    options = {"specimen": SPECIMEN} if cause.reads_specimen else {}
+    assembly, loads = cause.apply(cause.baseline, *model, **options)
+    assert fingerprint(assembly, loads) == fingerprint(*model)
+    base = value(*model)
+    assert value(assembly, loads) == base
+    for side in cause.sides:
+        size = cause.baseline + 1e-5 * (side - cause.baseline)
+        assembly, loads = cause.apply(size, *model, **options)
+        if name != "open head joints":  # a staircase, whose first step is one joint
+            assert fingerprint(assembly, loads) != fingerprint(*model)
+        assert value(assembly, loads) == pytest.approx(base, rel=1e-4)
+
+
+@pytest.mark.parametrize("name", MODEL)
+def test_the_same_size_gives_the_same_model_and_leaves_the_old_one_alone(name):
+    model = wall(top=800.0, normal_stiffness=1e9, shear_stiffness=4e8)
+    before = fingerprint(*model)
+    size = catalogue.ALL[name]().sides[-1]
+    assert fingerprint(*extend(name, size, model)) == fingerprint(*extend(name, size, model))
+    assert fingerprint(*model) == before
+
+
+@pytest.mark.parametrize(
+    ("name", "sizes", "sign"),
+    [
+        ("weak base joint", (1.0, 0.7, 0.4), -1),
+        ("head joint friction", (1.0, 0.5, 0.0), -1),
+        ("cohesion", (0.0, 1.0, 3.0), 1),
+        ("tension", (0.0, 1.0, 3.0), 1),
+        ("finite compressive strength", (0.0, 2.0, 8.0), -1),
+        ("wear", (0.0, 0.02, 0.05), -1),
+        ("edge rounding", (0.0, 4.0, 10.0), -1),
+        ("open head joints", (0.0, 0.4, 1.0), -1),
+        ("out-of-plumb", (-2.0, 0.0, 2.0), -1),
+        ("second-order displacement", (0.0, 5.0, 20.0), -1),
+        ("overload magnitude", (0.7, 1.0, 1.3), 1),
+        ("load direction", (-10.0, 0.0, 10.0), -1),
+        ("block density", (0.8, 1.0, 1.2), -1),
+    ],
+)
+def test_effects_have_the_sign_that_physics_gives_them(name, sizes, sign):
+    model = wall(top=800.0 if name in ("overload magnitude", "block density") else 0.0)
+    values = [value(*extend(name, s, model)) for s in sizes]
+    assert (np.diff(values) * sign >= -1e-8).all()
+    assert abs(values[-1] - values[0]) > 1e-4 * values[0]
+
+
+def test_every_cause_is_one_declared_function_that_says_which_methods_feel_it():
+    for name, declared in catalogue.ALL.items():
+        assert getattr(catalogue, declared.__name__) is declared
+        assert declared().methods == catalogue.LEVERS[declared.lever]
+        assert declared.__doc__
+        assert pickle.loads(pickle.dumps(declared)) is declared
+        assert "baseline" not in (declared.function.__code__.co_names), name  # the guard stands in one place
+    with pytest.raises(TypeError, match="has no option 'kind'; it takes: kinds"):
+        catalogue.cohesion(kind=("bed",))
+    with pytest.raises(ValueError, match="lever must be one of"):
+        catalogue.declare("x", parameter="x", lever="wind", baseline=0.0, bounds=(0.0, 1.0), physics="")(abs)
+    with pytest.raises(AttributeError, match="no attribute 'wind'"):
+        catalogue.wind  # noqa: B018
+    assert catalogue.second_order_displacement().analyses > 0
+
+
+@catalogue.declare("heavier top", parameter="top_factor", lever="weights", baseline=1.0, bounds=(1.0, 2.0),
+                   physics="a capping that was not drawn")  # fmt: skip
+def heavier_top(size, assembly, loads, *, blocks=("column-1",)):
+    """The blocks named weigh size times as much."""
+    return catalogue.block_density(blocks=blocks).apply(size, assembly, loads)
+
+
+def test_a_cause_of_ones_own_is_one_declared_function():
+    made, weight = block()
+    model = (made, lm.Loads.horizontal(made))
+    cause = heavier_top((1.0, 1.5))
+    assert (cause.name, cause.bounds, cause.methods) == ("heavier top", (1.0, 1.5), ())
+    assert cause.apply(1.0, *model) == model  # untouched, not rebuilt
+    assert cause.apply(1.5, *model)[0].weights.sum() - made.weights.sum() == pytest.approx(0.5 * weight)
+    assert pickle.loads(pickle.dumps(cause)) == cause
+    assert "heavier top" not in catalogue.ALL
+
+
+def test_a_cause_declared_in_a_script_reaches_its_worker_processes(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text("""
+import limitmason as lm
+from limitmason.causes import declare
+from limitmason.diagnosis import Study
+
+@declare("heavier", parameter="factor", lever="weights", baseline=1.0, bounds=(1.0, 2.0), physics="a cap")
+def heavier(size, weight, *, power=1.0):
+    return weight * size**power
+
+def simulate(specimen, *, extend=None):
+    value = 0.1 * specimen["h"]
+    return extend(value) if extend else value
+
+if __name__ == "__main__":
+    study = Study([{"h": float(k)} for k in range(1, 6)], simulate, levels=3, n_jobs=2)
+    print(study.predicted([heavier(power=2.0)], [1.5]))
+""")
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, cwd=tmp_path)
+    assert done.stdout.split() == ["[0.225", "0.45", "0.675", "0.9", "1.125]"], done.stderr
+
+
+def test_joint_laws_change_by_a_function_on_the_kinds_named():
+    made, _ = wall()
+    asked = []
+
+    def weaker(joint):
+        asked.append(joint)
+        return lm.Joint(20.0)
+
+    changed = made.with_joints(weaker, kinds=("base", "head"))
+    assert len(asked) == 1  # one law in the wall: asked once, shared afterwards
+    assert {(i.kind, i.joint.friction_angle_deg) for i in changed.interfaces} == {
+        ("base", 20.0), ("head", 20.0), ("bed", 36.0)}  # fmt: skip
+    assert {i.joint.friction_angle_deg for i in made.with_joints(weaker).interfaces} == {20.0}
+    slippery = made.with_joints(lm.Joint(10.0), ["bed"]).interfaces
+    assert {i.kind for i in slippery if i.joint.friction_angle_deg == 10.0} == {"bed"}
+    with pytest.raises(ValueError, match="single word 'bed'"):
+        made.with_joints(weaker, kinds="bed")
+    with pytest.raises(ValueError, match="a table names its joints itself"):
+        made.with_joints({"bed": lm.Joint(20.0)}, kinds=("bed",))
+
+
+def test_the_old_name_of_the_causes_still_leads_to_them():
+    code = (
+        "import limitmason as lm, warnings; warnings.simplefilter('error', ImportWarning);"
+        "from limitmason.diagnosis.catalogue import edge_rounding, ALL;"
+        "assert lm.diagnosis.catalogue.edge_rounding is lm.causes.edge_rounding is edge_rounding;"
+        "assert ALL is lm.causes.ALL"
+    )
+    for first in ("import limitmason as lm; lm.diagnosis.catalogue.cohesion();", ""):
+        done = subprocess.run([sys.executable, "-W", "always", "-c", first + code], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        assert "limitmason.diagnosis.catalogue is now limitmason.causes" in done.stderr
+
+
+# ---- the law of the joints -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("factor", [0.8, 0.4])
+def test_weak_base_slides_at_its_own_friction(factor):
+    made, _ = block(b=2.0, h=0.5)
+    model = (made, lm.Loads.horizontal(made))
+    assert value(*model) == pytest.approx(MU, abs=1e-8)
+    assert value(*extend("weak base joint", factor, model)) == pytest.approx(factor * MU, abs=1e-8)
+
+
+def test_weak_base_leaves_the_other_joints():
+    made = lm.build.column(width=2.0, depth=1.0, unit_height=0.2, courses=2, joint=lm.Joint(PHI))
+    loads = lm.Loads.weight(made).with_body_force(made, (1, 0, 0), blocks=["column-2"])
+    # the upper block alone is pushed: its own bed joint governs until the base, under twice the weight, is weaker
+    assert value(*extend("weak base joint", 0.6, (made, loads))) == pytest.approx(MU, abs=1e-8)
+    assert value(*extend("weak base joint", 0.4, (made, loads))) == pytest.approx(0.8 * MU, abs=1e-8)
+
+
+def test_friction_falls_with_stress_by_the_power_law():
+    made, weight = block(b=2.0, h=0.5)
+    stress = weight / (2.0 * 0.3)
+    got = value(*extend("stress-dependent friction", 0.2, (made, lm.Loads.horizontal(made)), reference_stress=2e4))
+    assert got == pytest.approx(MU * (stress / 2e4) ** -0.2, rel=1e-8)
+
+
+def test_dead_load_stress_balances_the_weight_and_springs_follow_their_law():
+    made, loads = wall(top=500.0)
+    normal = catalogue.dead_load_stress(made, loads) * made.arrays.area
+    base = np.array([i.kind == "base" for i in made.interfaces])
+    assert normal[base].sum() == pytest.approx(-loads.dead[~made.fixed, 2].sum(), rel=1e-9)
+    b, h, t, kn = 0.4, 1.0, 0.3, 1e8
+    made, weight = block(b, h, t)
+    push = np.asarray(lm.Loads.horizontal(made).live)
+    u, _ = catalogue.elastic_displacements(made, push, normal_stiffness=kn)
+    k = made.block_index("column-1")
+    turn = weight * 0.5 * h / (kn * t * b**3 / 12.0)
+    assert u[k, 4] == pytest.approx(turn, rel=1e-9)
+    assert u[k, 0] == pytest.approx(weight / (0.4 * kn * b * t) + turn * 0.5 * h, rel=1e-9)
+
+
+def test_cohesion_adds_its_force_to_sliding():
+    made, weight = block(b=2.0, h=0.5)
+    got = value(*extend("cohesion", 1.5, (made, lm.Loads.horizontal(made))))
+    assert got == pytest.approx(MU + 1.5e3 * 2.0 * 0.3 / weight, rel=1e-8)
+
+
+def test_tension_holds_the_heel_of_a_rocking_block():
+    b, h, t, ft = 0.2, 1.0, 0.3, 2e3
+    made, weight = block(b, h, t)
+    got = value(*extend("tension", 2.0, (made, lm.Loads.horizontal(made))))
+    # plastic: half the face at each end, ft A b / 2 about the toe against the weight's lever
+    assert got == pytest.approx(b / h + ft * b * t * b / (weight * h), rel=1e-8)
+
+
+def test_full_dilatancy_is_the_associative_value_and_none_is_below_it():
+    model = wall()
+    upper = value(*model)
+    full = lm.limit_analysis(*extend("dilatancy", 1.0, model), flow_rule="non-associative").collapse_multiplier
+    none = lm.limit_analysis(*model, flow_rule="non-associative").collapse_multiplier
+    assert full == pytest.approx(upper, rel=1e-6)
+    assert none < 0.99 * upper
+    half = extend("dilatancy", 0.5, model)[0]
+    assert {i.joint.dilatancy_angle_deg for i in half.interfaces} == {18.0}
+
+
+def test_crushing_takes_the_stress_block_from_the_lever_arm():
+    b, h, t, fc = 0.2, 1.0, 0.3, 0.2e6
+    made, weight = block(b, h, t)
+    got = value(*extend("finite compressive strength", 1e6 / fc, (made, lm.Loads.horizontal(made))))
+    moment = weight * b / 2.0 - weight**2 / (2.0 * fc * t)
+    assert got == pytest.approx(moment / (weight * h / 2.0), rel=1e-7)
+    # a second step adds compliances, 1/fc + 1/fc
+    twice = extend("finite compressive strength", 5.0, extend("finite compressive strength", 5.0, (made, None)))[0]
+    assert twice.interfaces[0].joint.compressive_strength == pytest.approx(1e5)
+
+
+def test_wear_counts_the_tests_before():
+    made, _ = block(b=2.0, h=0.5)
+    model = (made, lm.Loads.horizontal(made))
+    cause = catalogue.wear()
+    for order in (1, 4):
+        extended = cause.apply(0.03, *model, specimen={"order": order})
+        assert value(*extended) == pytest.approx(MU * math.exp(-0.03 * (order - 1)), abs=1e-8)
+    with pytest.raises(ValueError, match="order"):
+        cause.apply(0.03, *model, specimen={"height": 1.0})
+    # an extension of a study hands the specimen on
+    assert value(*Extension(((cause, 0.03),), {"order": 4})(*model)) == pytest.approx(MU * math.exp(-0.09), abs=1e-8)
+
+
+# ---- faces -----------------------------------------------------------------------------------------------------------
+
+
+def test_rounded_block_rocks_about_its_pulled_in_edge():
+    b, h, r = 0.2, 1.0, 8.0
+    made, _ = block(b, h)
+    model = (made, lm.Loads.horizontal(made))
+    for options in ({}, {"plane_normal": (0.0, 1.0, 0.0)}):
+        assert value(*extend("edge rounding", r, model, **options)) == pytest.approx((b - 2e-3 * r) / h, abs=1e-8)
+
+
+def test_rounding_is_that_of_the_published_walls():
+    test = lm.experiments.load("ferris-tin-loi-2001", "wall-1")
+    extended = extend("edge rounding", 20.0, (test.assembly(), test.loads()), plane_normal=(0, 1, 0))[0]
+    rounded = lm.experiments.load("ferris-tin-loi-2001", "wall-1", rounding=0.02).assembly()
+    assert np.array_equal(extended.arrays.corners, rounded.arrays.corners)
+
+
+def test_part_of_the_thickness_gives_part_of_the_lever_arm():
+    t, h = 0.2, 1.0
+    made, _ = block(b=0.5, h=h, t=t)
+    loads = lm.Loads.horizontal(made, (0, 1, 0))
+    assert value(*extend("effective thickness", 0.7, (made, loads))) == pytest.approx(0.7 * t / h, abs=1e-8)
+    # a load in the plane of the wall does not feel it
+    plane = (made, lm.Loads.horizontal(made))
+    assert value(*extend("effective thickness", 0.7, plane)) == pytest.approx(value(*plane), abs=1e-8)
+
+
+def three_units(joint):
+    """Two held units side by side and one laid over their joint."""
+    boxes = [((0, 0), (0.4, 0.2)), ((0.4, 0), (0.8, 0.2)), ((0.1, 0.2), (0.7, 0.4))]
+    outlines = [[(x0, z0), (x1, z0), (x1, z1), (x0, z1)] for (x0, z0), (x1, z1) in boxes]
+    return lm.Assembly.from_polygons(outlines, thickness=0.3, joint=joint, fixed=[0, 1], density=DENSITY)
+
+
+def test_lost_overlap_shortens_bed_joints_at_head_joints_only():
+    made = three_units(lm.Joint(PHI, cohesion=500.0))
+    loads = lm.Loads.horizontal(made)
+    weight = made.weights[2]
+    for gap in (0.0, 20.0):
+        got = value(*extend("lost overlap", gap, (made, loads)))
+        assert got == pytest.approx(MU + 500.0 * (0.6 - 1e-3 * gap) * 0.3 / weight, rel=1e-8)
+    short = extend("lost overlap", 20.0, (made, loads))[0]
+    ends = sorted(x for i in short.interfaces if i.normal[2] > 0.9 for x in set(i.polygon[:, 0].round(9)))
+    assert ends == pytest.approx([0.1, 0.39, 0.41, 0.7])
+
+
+def test_lost_overlap_of_running_bond_and_too_much_of_it():
+    made, loads = wall()
+    before = [i for i in made.interfaces if i.kind == "bed"]
+    after = [i for i in extend("lost overlap", 10.0, (made, loads))[0].interfaces if i.kind == "bed"]
+    lost = [(np.ptp(p.polygon[:, 0]) - np.ptp(q.polygon[:, 0])) for p, q in zip(before, after, strict=True)]
+    # ends of an overlap: both at head joints, or one of them at the end of the wall
+    assert {round(1e3 * v, 6) for v in lost} == {5.0, 10.0}
+    with pytest.raises(ValueError, match="head joint"):
+        extend("lost overlap", 500.0, (made, loads))
+
+
+def test_open_head_joints_leave_single_blocks_to_rock():
+    joint = lm.Joint(PHI)
+    boxes = [(0.0, -0.2, 0.4, 0.0), (0.0, 0.0, 0.2, 1.0), (0.2, 0.0, 0.4, 1.0)]
+    outlines = [[(x0, z0), (x1, z0), (x1, z1), (x0, z1)] for x0, z0, x1, z1 in boxes]
+    made = lm.Assembly.from_polygons(outlines, thickness=0.3, joint=joint, fixed=[0])
+    model = (made, lm.Loads.horizontal(made))
+    assert value(*extend("open head joints", 1.0, model)) == pytest.approx(0.2, abs=1e-8)
+    assert value(*model) > 0.21  # rubbing on each other they hold more
+
+
+def test_open_head_joints_are_nested():
+    model = wall(courses=6)
+    total = len(model[0].interfaces)
+    heads = sum(i.kind == "head" for i in model[0].interfaces)
+    gone = []
+    for share in (0.25, 0.5, 1.0):
+        left = {(i.block_a, i.block_b) for i in extend("open head joints", share, model)[0].interfaces}
+        gone.append({(i.block_a, i.block_b) for i in model[0].interfaces} - left)
+        assert total - len(left) == round(share * heads)
+    assert gone[0] < gone[1] < gone[2]
+
+
+@pytest.mark.parametrize("size", [1.0, 2.0])
+def test_torsion_strength_divides_the_torsion_of_uniform_pressure(size):
+    a = 0.4
+    made, weight = block(b=a, h=0.2, t=a)
+    wrench = np.zeros((made.n_blocks, 6))
+    wrench[made.block_index("column-1"), 5] = 1.0
+    loads = lm.Loads(lm.Loads.weight(made).dead, wrench)
+    cause = catalogue.torsion_strength(bounds=(0.0, 2.0))
+    radius = polar_mean_radius([(0, 0), (a, 0), (a, a), (0, a)], (a / 2, a / 2))
+    got = value(made, loads, **{cause.parameter: size})
+    assert got == pytest.approx(MU * weight * radius / size, rel=2e-3)
+    free = value(made, loads, **{cause.parameter: cause.baseline})
+    assert free == value(made, loads)
+    assert free == pytest.approx(MU * weight * a / math.sqrt(2.0), rel=1e-6)
