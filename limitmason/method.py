@@ -15,6 +15,12 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import Prediction, Range
 
+ASSOCIATIVE, NON_ASSOCIATIVE, DEM, MECHANISMS = THEORIES = ("associative", "non-associative", "dem", "mechanisms")
+"""Names of this package's own methods, the same wherever a method is named."""
+
+LIMIT = "limit"
+"""Limit analysis with the flow rule as an option, for ``predict`` and the command line: one of the first two."""
+
 Solve = Callable[..., Prediction]
 
 _NOTHING: Mapping[str, Any] = MappingProxyType({})

@@ -5,15 +5,20 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any
 
-from limitmason.method import Look, Method
+from limitmason.method import ASSOCIATIVE, DEM, LIMIT, MECHANISMS, NON_ASSOCIATIVE, THEORIES, Look, Method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import FlowRule, Prediction
 from limitmason.stated import with_statements
 
 __all__ = [
+    "ASSOCIATIVE",
+    "DEM",
     "ENTRY_POINT_GROUP",
+    "LIMIT",
+    "MECHANISMS",
     "METHODS",
+    "NON_ASSOCIATIVE",
     "THEORIES",
     "available_methods",
     "get_method",
@@ -22,18 +27,13 @@ __all__ = [
 ]
 
 METHODS: Mapping[str, str] = {
-    "associative": "limitmason.limit.method:ASSOCIATIVE",
-    "non-associative": "limitmason.limit.method:NON_ASSOCIATIVE",
-    "dem": "dem.method:DEM",
-    "mechanisms": "mechanisms.method:MECHANISMS",
+    ASSOCIATIVE: "limitmason.limit.method:ASSOCIATIVE",
+    NON_ASSOCIATIVE: "limitmason.limit.method:NON_ASSOCIATIVE",
+    DEM: "dem.method:DEM",
+    MECHANISMS: "mechanisms.method:MECHANISMS",
 }
 """Method name to "module:object"; other packages add theirs through the entry-point group "limitmason.methods", as a
 :class:`limitmason.method.Method` or as a plain function of assembly and loads."""
-
-LIMIT = "limit"
-"""Limit analysis with the flow rule as an option, for ``predict`` and the command line: one of the first two."""
-
-ASSOCIATIVE, NON_ASSOCIATIVE, DEM, MECHANISMS = THEORIES = tuple(METHODS)
 
 ENTRY_POINT_GROUP = "limitmason.methods"
 

@@ -17,24 +17,27 @@ from types import MappingProxyType
 from typing import Any
 
 from limitmason.causes.cause import Cause
+from limitmason.method import ASSOCIATIVE, DEM, NON_ASSOCIATIVE
 
 Bounds = tuple[float, float]
+
+_LIMIT = (ASSOCIATIVE, NON_ASSOCIATIVE)
 
 LEVERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "friction": (),
-        "friction of single joints": ("limit", "dem"),
-        "cohesion": ("limit", "dem"),
-        "tension": ("limit", "dem"),
-        "dilatancy": ("limit, non-associative", "dem"),
-        "crushing": ("limit", "dem"),
-        "torsion": ("limit, associative",),
-        "stiffness": ("dem",),
-        "faces": ("limit", "dem"),
-        "blocks": ("limit", "dem"),
+        "friction of single joints": (*_LIMIT, DEM),
+        "cohesion": (*_LIMIT, DEM),
+        "tension": (*_LIMIT, DEM),
+        "dilatancy": (NON_ASSOCIATIVE, DEM),
+        "crushing": (*_LIMIT, DEM),
+        "torsion": (ASSOCIATIVE,),
+        "stiffness": (DEM,),
+        "faces": (*_LIMIT, DEM),
+        "blocks": (*_LIMIT, DEM),
         "weights": (),
-        "displaced blocks": ("limit",),
-        "direction of loads": ("limit", "dem"),
+        "displaced blocks": _LIMIT,
+        "direction of loads": (*_LIMIT, DEM),
         "overload": (),
         "reading": (),
     }

@@ -7,9 +7,10 @@ from typing import Any
 from limitmason.causes import faces, joints, loads, measurement, shape
 from limitmason.causes.cause import Cause
 from limitmason.causes.declare import Declared
+from limitmason.method import ASSOCIATIVE, LIMIT, THEORIES
 
-METHODS = ("limit", "limit, associative", "limit, non-associative", "dem", "mechanisms")
-"""Methods as ``Cause.methods`` names them. Of a cause "limit" covers both flow rules, of a study it is associative."""
+METHODS = (LIMIT, *THEORIES)
+"""Methods that a list of causes is made for; "limit" is associative, as everywhere."""
 
 TOPICS = (joints, faces, shape, loads, measurement)
 
@@ -35,15 +36,13 @@ def acts_on(cause: Cause, method: str) -> bool:
         raise ValueError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
     if cause.acts_on == "measurement" or not cause.methods:
         return True
-    if method == "limit":
-        method = "limit, associative"
-    return method in cause.methods or ("limit" in cause.methods and method.startswith("limit"))
+    return (ASSOCIATIVE if method == LIMIT else method) in cause.methods
 
 
 def standard(
     *,
     plane: bool = True,
-    method: str = "limit",
+    method: str = LIMIT,
     tilting: bool = False,
     overload: bool = False,
     covariates: Iterable[str] = (),

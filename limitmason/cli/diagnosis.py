@@ -174,7 +174,7 @@ def _refuse_unused(options: argparse.Namespace, *, own: bool, has_model: bool) -
     if own:
         refuse(options, ("predicted",), f"with --model {options.model}, which predicts itself")
     if not (has_model and options.predicted is None):
-        what = f"--model {options.model}" if own else "predictions in a column"
+        what = f"--model {options.model}" if own else "predictions in a column (--predicted)"
         refuse(options, ("method", *ANALYSIS), f"with {what}: no analysis is made here")
         refuse(options, ("spatial",), f"with {what}: it chooses among causes inside a packaged model")
     if options.data and options.predicted and has_model:

@@ -26,6 +26,7 @@ from limitmason.experiments.series import (
     series_of,
     tilted,
 )
+from limitmason.methods import get_method
 
 ROLES = ("specimen", "direction", "group", "noise", "predicted")
 BATCHES = ("batch", "sensor", "operator", "laboratory")
@@ -135,9 +136,10 @@ def study_arguments(
     offered = _Offered(data, values, unit, tilting, batches)
     known = offered.outside()
     if not tabulated and inside is not None:
-        flow = (settings or {}).get("flow_rule")
-        felt_by = "limit, non-associative" if flow == "non-associative" else method
+        felt_by = get_method(method, (settings or {}).get("flow_rule")).name
         known = offered.inside(inside, plane=not spatial, method=felt_by, covariates=kept)
+        if spatial and known == offered.inside(inside, plane=True, method=felt_by, covariates=kept):
+            raise ValueError(f"spatial changes no cause that method {felt_by!r} feels: leave it out")
     elif not tabulated and causes is None:
         raise ValueError("a model of your own needs its list of causes")
     return {

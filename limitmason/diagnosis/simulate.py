@@ -3,14 +3,14 @@
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from importlib import import_module
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from limitmason import experiments
-from limitmason.methods import available_methods, predict
+from limitmason.method import Method
+from limitmason.methods import get_method, predict
 from limitmason.model import Assembly, Loads
 from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED
 from limitmason.study.store import fingerprint
@@ -44,17 +44,20 @@ class Collapse:
         return None if self.same is None else self.same(specimen)
 
     def __post_init__(self):
-        if self.method not in available_methods():
-            raise ValueError(f"unknown method {self.method!r}; available: {', '.join(sorted(available_methods()))}")
+        get_method(self.method, self.options.get("flow_rule"))  # refuses an unknown one
         if not self.floor > 0:
             raise ValueError(f"floor must be positive, got {self.floor!r}: a prediction needs a logarithm")
+
+    @property
+    def _method(self) -> Method:
+        return get_method(self.method, self.options.get("flow_rule"))
 
     @property
     def __signature__(self) -> inspect.Signature:
         """What it takes: the specimen, ``extend``, the parameters of ``build`` and the options of the method."""
         kind = inspect.Parameter
         names, any_name = _keywords(self.build, first=1)
-        names += [n for n in _keywords(_function(self.method), first=2)[0] if n not in (*names, *self.options)]
+        names += [n for n in self._method.takes if n not in (*names, *self.options)]
         out = [kind("specimen", kind.POSITIONAL_OR_KEYWORD), kind("extend", kind.KEYWORD_ONLY, default=None)]
         out += [kind(n, kind.KEYWORD_ONLY, default=None) for n in names if n not in ("specimen", "extend")]
         if any_name:
@@ -70,9 +73,9 @@ class Collapse:
             For a parameter that neither ``build`` nor the method takes.
         """
         takes, any_name = _keywords(self.build, first=1)
-        method_takes, _ = _keywords(_function(self.method), first=2)
-        # a diagnosis asks thousands of times: no error budget with each answer of the DEM
-        to_build, options = {}, {**({"error_budget": ()} if self.method == "dem" else {}), **self.options}
+        method_takes = self._method.takes
+        # a diagnosis asks thousands of times: nothing that costs more than the answer
+        to_build, options = {}, self._method.one_of_many(self.options)
         for name, value in parameters.items():
             if name in takes:
                 to_build[name] = value
@@ -185,11 +188,6 @@ def packaged(source: str, method: str = "limit", *, floor: float = FLOOR, **opti
         raise ValueError(f"unknown experiment source {source!r}; known: {', '.join(experiments.sources())}")
     unit, same = _PackagedUnit(source), _PackagedModel(source)
     return Collapse(_Packaged(source), method, unit, floor, options=options, same=same)
-
-
-def _function(method: str) -> Callable:
-    module, _, name = available_methods()[method].partition(":")
-    return getattr(import_module(module), name)
 
 
 def _keywords(function: Callable, first: int) -> tuple[list[str], bool]:

@@ -115,6 +115,7 @@ class ContactReport:
     floating : blocks without a chain of contacts to a support, or without any contact where nothing is held
     hanging : free blocks whose only contact is tiny
     would_add : what is widened, and how many more pairs of faces would then be contacts
+    looked_up_to : gap [m] and angle between faces [deg] up to which near misses were looked for
     """
 
     n_blocks: int
@@ -132,6 +133,7 @@ class ContactReport:
     floating: tuple[str, ...]
     hanging: tuple[str, ...]
     would_add: tuple[tuple[str, int], ...]
+    looked_up_to: tuple[float, float]
 
     @property
     def tiny(self) -> tuple[ContactEntry, ...]:
@@ -172,6 +174,7 @@ class ContactReport:
             + (f" ({', '.join(f'{n} {k}' for k, n in sorted(kinds.items()))})" if kinds else ""),
             f"tolerance {self.tolerance_text}; angle {self.rules.angle_deg:g} degrees, wedges closed up to "
             f"{self.rules.wedge_deg:g} degrees",
+            f"near misses looked for up to {length_text(self.looked_up_to[0])} and {self.looked_up_to[1]:g} degrees",
         ]
         if self.contacts:
             area = [c.area for c in self.contacts]
@@ -263,6 +266,7 @@ def contact_report(assembly: Assembly, *, distance: float | None, angle_deg: flo
         tuple(names[i] for i in loose),
         tuple(names[i] for i in free if count[i] == 1 and names[i] in tiny),
         _would_add(found, pieces, rules, max((d.gap[1] for d in missed if d.kind == "apart"), default=0.0)),
+        (float(np.max(shown)), float(looked_at)),
     )  # fmt: skip
 
 

@@ -179,8 +179,8 @@ def test_lists_hold_what_a_method_feels():
     assert "dilatancy" in [c.name for c in catalogue.standard(method="dem")]
     spatial = {m: [c.name for c in catalogue.standard(plane=False, method=m)] for m in catalogue.METHODS}
     assert "torsion strength" in spatial["limit"]
-    assert "torsion strength" not in spatial["limit, non-associative"] + spatial["dem"]
-    assert "second-order displacement" in spatial["limit, non-associative"]
+    assert "torsion strength" not in spatial["non-associative"] + spatial["dem"]
+    assert "second-order displacement" in spatial["non-associative"]
     names = [c.name for c in catalogue.standard(plane=False, tilting=True, overload=True, covariates=["order"])]
     assert {"effective thickness", "torsion strength", "wear", "angle offset", "block density", "gain"} <= set(names)
     assert any(c.acts_on == "measurement" for c in catalogue.standard(method="mechanisms"))

@@ -17,7 +17,6 @@ from walls import running_bond
 import dem
 import limitmason as lm
 from limitmason import cli, diagnosis, experiments, packaged, side_by_side
-from limitmason.cli import diagnosis as diagnosis_command
 from limitmason.cli import models
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -26,7 +25,12 @@ PACKAGES = ("limitmason", "dem", "mechanisms")
 # ---- every parameter is read ----
 
 PROTOCOLS = {
-    ("measurement.py", "__call__", "specimen"),  # causes of the measurement: (size, prediction, specimen)
+    # causes of the measurement are called with (size, prediction, specimen), units are read by the declaration
+    ("measurement.py", "gain", "specimen"), ("measurement.py", "angle_offset", "specimen"),
+    ("measurement.py", "rig_friction", "unit"),
+    # no edit of the model: refuses whatever it is called with
+    ("faces.py", "torsion_strength", "size"), ("faces.py", "torsion_strength", "assembly"),
+    ("faces.py", "torsion_strength", "loads"),
     ("ferris_tin_loi.py", "loads", "test"), ("rondelet.py", "loads", "test"),  # recipes: (test, wall, sense)
     ("record.py", "__setattr__", "value"),  # refuses whatever is set
 }  # fmt: skip
@@ -157,24 +161,19 @@ def run(canned, tmp_path, monkeypatch, capsys):
         note("predict", method, settings)
         return found[method]
 
-    class FakeStudy:
-        def __init__(self, *arguments, **options):
-            note("study", arguments, {k: v for k, v in options.items() if k != "version"})
-            self.simulator, self.n, self.noise = argparse.Namespace(progress=None, calls=0), len(arguments[0]), ""
+    def investigate(study, **settings):
+        known = {k: v for k, v in settings.items() if k != "progress"}
+        read = (study.covariates, study.groups, study.nuisance, str(study.noise), list(study.measured), study.levels)
+        note("study", study.about, study.specimens, read, study.n_jobs, [(c.name, c.unit) for c in study.causes])
+        note("by", getattr(study.simulate, "method", None), getattr(study.simulate, "options", None))
+        note("investigate", known)
+        return study
 
-        def diagnose(self, causes, seed):
-            note("diagnose", [c.name for c in causes], seed)
-            return self
-
-        def next_tests(self, pool, k):
-            note("next tests", len(pool), k)
-
-        def rehearse(self, causes, n, seed):
-            note("rehearse", len(causes), n, seed)
-
-    def written(options, case, *_):
-        shown = {k: v for k, v in vars(options).items() if k in ("out", "no_checks")}
-        note("written", shown, case.title, case.notes, case.groups, case.covariates, case.noise)
+    def written(study, folder, *, checks):
+        note("written", study.n, str(folder), checks)
+        folder.mkdir(exist_ok=True)
+        (folder / "report.txt").write_text("a report\n")
+        return [folder / "report.txt"]
 
     def recorder(name, answer):
         def recorded(*arguments, **options):
@@ -191,8 +190,8 @@ def run(canned, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(packaged, "solve_cases", recorder("solve", {}))
     monkeypatch.setattr(packaged, "not_covered", tuple)
     monkeypatch.setattr(side_by_side, "compare", recorder("compare", table))
-    monkeypatch.setattr(diagnosis, "Study", FakeStudy)
-    monkeypatch.setattr(diagnosis_command, "_write", written)
+    monkeypatch.setattr(diagnosis, "investigate", investigate)
+    monkeypatch.setattr(lm.figures, "diagnosis_folder", written)
     # what a figure shows is tested elsewhere: here it counts that it is drawn, of what, and how
     monkeypatch.setattr(models, "_draw", lambda *a, **o: note("draw", a[:2], a[3] and a[3].method, a[4:], o))
     monkeypatch.setattr(lm.cli.packaged, "_draw_comparison", lambda path, *_: note("draw", path))
