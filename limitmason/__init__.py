@@ -4,7 +4,7 @@ Units are SI, axes right-handed with z up, compression positive; angles are radi
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from limitmason.constants import VERSION
 from limitmason.curve import Curve
@@ -87,7 +87,7 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str):
+def __getattr__(name: str) -> Any:
     """Import a submodule or a function of one when it is first asked for."""
     if name in _MODULES:
         return import_module(f"limitmason.{name}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 
 def positive(name: str, value: object) -> float:
@@ -44,7 +45,7 @@ def unit_size(unit: object, parts: int = 3) -> tuple[float, ...]:
     """Return (length, height, thickness) of a unit [m], or say which of the three is wrong."""
     names = ("length", "height", "thickness")[:parts]
     try:
-        sizes = tuple(unit)  # type: ignore[arg-type]
+        sizes: tuple[Any, ...] = tuple(unit)  # type: ignore[arg-type]
     except TypeError:
         sizes = ()
     if len(sizes) != parts:

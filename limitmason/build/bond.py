@@ -91,7 +91,8 @@ def make_bond(
         )
     if name == "running":
         number = count("leaves", 1 if leaves is None else leaves)
-        pitch, module, across, depth = length, ((length, False),), number, number * thickness
+        module: tuple[tuple[float, bool], ...] = ((length, False),)
+        pitch, across, depth = length, number, number * thickness
     else:
         if leaves is not None:
             raise ValueError(f"leaves is for running bond; a wall in {name} bond is one unit length thick")

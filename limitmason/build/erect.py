@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from limitmason.build.arguments import choice, positive
 from limitmason.build.plan import Box, Unit
@@ -89,7 +90,8 @@ def add_units(
     most = max((len(units) for units in courses), default=1)
     digits = max(2, len(str(len(courses))), len(str(most)))
     for units in courses:
-        run, position, letters, start = "", 0, set(), 0.0
+        run, position, start = "", 0, 0.0
+        letters: set[str] = set()
         for unit in units:
             parts = [box(*corners) for corners in unit.boxes]
             solid = parts[0] if len(parts) == 1 else parts
@@ -110,7 +112,7 @@ def add_units(
 
 
 def check_ground(
-    base: object, base_thickness: object, base_margin: object, unit: tuple[float, ...]
+    base: object, base_thickness: object, base_margin: Any, unit: tuple[float, ...]
 ) -> tuple[float, float]:
     """Return thickness and margin of the ground slab [m]: one course and half a unit unless stated."""
     choice("base", base, BASES)

@@ -192,7 +192,8 @@ def lay_run(
         units: list[Unit] = []
         for position, piece in enumerate(pieces):
             a, b = origin_along + piece.start, origin_along + piece.end
-            header = piece.header or (tied and (position + shift) % header_every[1] == 0)
+            here = header_every is not None and tied and (position + shift) % header_every[1] == 0
+            header = piece.header or here
             through = header or bond.leaves == 1
             axis = 1 - run.axis if header else run.axis
             for leaf in range(1 if through else bond.leaves):

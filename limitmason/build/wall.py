@@ -128,7 +128,7 @@ def wall(
     Wrong for irregular masonry: all units of a bond are alike but for cut pieces. `recipe["smallest_overlap"]` is the
     smallest overlap of two successive courses away from openings; beside an opening a cut may come nearer.
     """
-    size = unit_size(unit)
+    size = _three(unit_size(unit))
     total = positive("length", length)
     positive("density", density)
     number = courses_from(height, courses, size[1])
@@ -172,8 +172,8 @@ def wall(
         add_slab(site, _bounds(runs), slab, margin)
     rows = [[unit for units in by_run for unit in units[course]] for course in range(number)]
     add_units(site, rows, fix_bottom=base == "course")
-    for index, opening in enumerate([opening for opening in placed if opening.lintel is not None]):
-        site.add_box(f"lintel-{index + 1}", opening.lintel, axis=0, density=lintel_density)
+    for index, lintel in enumerate([opening.lintel for opening in placed if opening.lintel is not None]):
+        site.add_box(f"lintel-{index + 1}", lintel, axis=0, density=lintel_density)
     if top_beam is not None:
         _add_beams(site, runs, levels[-1], positive("top_beam", top_beam), beam_over, beam_density)
     elif beam_over != "facade":
@@ -221,14 +221,20 @@ def _ragged(ends: object, plan: str, bond: str) -> bool | tuple[bool, bool]:
     if isinstance(ends, (tuple, list)):
         if len(ends) != 2 or plan != "straight":
             raise ValueError(f"ends must be one word, or a pair (left, right) for a straight wall; got {ends!r}")
-        pair = tuple(choice("ends", end, _ENDS) == "ragged" for end in ends)
-        either = any(pair)
+        left, right = (choice("ends", end, _ENDS) == "ragged" for end in ends)
+        pair: bool | tuple[bool, bool] = (left, right)
+        either = left or right
     else:
         pair = choice("ends", ends, _ENDS) == "ragged"
         either = bool(pair)
     if either and bond in ("english", "flemish"):
         raise ValueError(f"ends: ragged ends are for running and header bond, got bond {bond!r}")
     return pair
+
+
+def _three(sizes: tuple[float, ...]) -> tuple[float, float, float]:
+    length, height, thickness = sizes
+    return length, height, thickness
 
 
 def _bounds(runs: Sequence[Run]) -> tuple[float, float, float, float]:

@@ -110,7 +110,7 @@ def predicted_against_published(
         raise ValueError(f"none of the {len(table)} rows has finite values to compare")
     if log and (bad := next((r for r in finite if min(r.published[0], r.predicted[0]) <= 0.0), None)):
         raise ValueError(f"row {bad.label!r} is not positive and cannot stand on a logarithmic axis")
-    page = style.Page(1.0, 1.0, ax)
+    page = style.Page((1.0, 1.0), ax)
     if page.own:
         page.inch = _SIDE
     ax = page.ax
@@ -201,7 +201,7 @@ def _label_points(
             )  # fmt: skip
 
 
-def _summary(total: int, finite: list[Row], inside, ratio, band: float) -> str:
+def _summary(total: int, finite: list[Row], inside: np.ndarray, ratio: np.ndarray, band: float) -> str:
     parts = [f"{len(finite)} values"]
     if band > 0.0:
         parts.append(f"{int(inside.sum())} within ±{100 * band:g} %")

@@ -60,7 +60,7 @@ def contact_report(
     if plane is not None:
         drawing = elevation.Elevation(model, plane)
         frame = drawing.frame()
-        page = style.Page(*frame.span, ax)
+        page = style.Page(frame.span, ax)
         width = page.line_width(drawing.block_size())
         elevation.draw_blocks(page.ax, drawing, width, moving=np.zeros(model.n_blocks, dtype=bool))
         _loose(page.ax, drawing, loose, width)
@@ -71,7 +71,7 @@ def contact_report(
     else:
         scene = solid.Scene(model, camera(azimuth_deg, elevation_deg))
         layout = solid.Layout(scene, page_frame(scene, scene))
-        page = style.Page(*(layout.high - layout.low), ax, framed=False)
+        page = style.Page(layout.high - layout.low, ax, framed=False)
         width = page.line_width(solid.block_size(model))
         solid.draw_solids(page.ax, scene, width, moving=loose, joints=None, before=scene,
                           ghosts=np.zeros(model.n_blocks, dtype=bool))  # fmt: skip

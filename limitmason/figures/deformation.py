@@ -76,14 +76,14 @@ def deformed(
     if plane is not None:
         drawing = elevation.Elevation(model, plane)
         frame = drawing.frame(motion)
-        page = style.Page(*frame.span, ax)
+        page = style.Page(frame.span, ax)
         _draw_plane(page.ax, drawing, motion, moving, ghosts, marks, page.line_width(drawing.block_size()))
         elevation.set_frame(page.ax, drawing, frame)
     else:
         seen_from = camera(azimuth_deg, elevation_deg)
         scene, before = solid.Scene(model, seen_from, motion), solid.Scene(model, seen_from)
         layout = solid.Layout(scene, page_frame(scene, before))
-        page = style.Page(*(layout.high - layout.low), ax, framed=False)
+        page = style.Page(layout.high - layout.low, ax, framed=False)
         solid.draw_solids(page.ax, scene, page.line_width(solid.block_size(model)), moving=moving, joints=marks,
                           before=before, ghosts=ghosts)  # fmt: skip
         layout.draw(page.ax)
@@ -165,7 +165,7 @@ class _PlaneStage:
         self.drawing = elevation.Elevation(model, plane)
         ends = [self.drawing.frame(m) for m in motions]
         low, high = np.min([f.low for f in ends], axis=0), np.max([f.high for f in ends], axis=0)
-        self.page = style.Page(*(high - low), None)
+        self.page = style.Page(high - low, None)
         elevation.set_frame(self.page.ax, self.drawing, elevation.Frame(low, high))
         self.width = self.page.line_width(self.drawing.block_size())
 
@@ -184,7 +184,7 @@ class _SpaceStage:
         bounds = [page_frame(solid.Scene(model, self.view, m), self.before) for m in motions]
         low, high = np.min([b[0] for b in bounds], axis=0), np.max([b[1] for b in bounds], axis=0)
         layout = solid.Layout(self.before, np.array([low, high]))
-        self.page = style.Page(*(layout.high - layout.low), None, framed=False)
+        self.page = style.Page(layout.high - layout.low, None, framed=False)
         layout.draw(self.page.ax)
         self.kept = set(self.page.ax.get_children())
         self.width = self.page.line_width(solid.block_size(model))

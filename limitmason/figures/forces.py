@@ -210,7 +210,7 @@ def contact_forces(
     if plane is not None:
         drawing = elevation.Elevation(model, plane)
         frame = drawing.frame()
-        page = style.Page(*frame.span, ax)
+        page = style.Page(frame.span, ax)
         size = drawing.block_size()
         elevation.draw_blocks(page.ax, drawing, page.line_width(size), moving=still, outline=_PALE)
         elevation.set_frame(page.ax, drawing, frame)
@@ -219,7 +219,7 @@ def contact_forces(
         seen_from = camera(azimuth_deg, elevation_deg)
         scene = solid.Scene(model, seen_from)
         layout = solid.Layout(scene, page_frame(scene, scene))
-        page = style.Page(*(layout.high - layout.low), ax, framed=False)
+        page = style.Page(layout.high - layout.low, ax, framed=False)
         size = solid.block_size(model)
         solid.draw_solids(page.ax, scene, page.line_width(size), moving=still, outline=_PALE)
         layout.draw(page.ax)

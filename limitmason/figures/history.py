@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import cycle
 from typing import Any
 
@@ -133,7 +133,7 @@ def history_curves(
     return _finish(ax, along, ylabel.strip(), title, caption)
 
 
-def _looks():
+def _looks() -> Iterator[dict[str, Any]]:
     """Colours first, then line styles, so that curves are told apart in grey too."""
     return ({"color": c, "linestyle": _LINES[k % len(_LINES)]} for k, c in enumerate(cycle(style.SERIES)))
 

@@ -59,7 +59,7 @@ def assembly(
     if plane is not None:
         drawing = elevation.Elevation(model, plane)
         frame = drawing.frame()
-        page = style.Page(*frame.span, ax)
+        page = style.Page(frame.span, ax)
         elevation.draw_blocks(page.ax, drawing, page.line_width(drawing.block_size()))
         if labels:
             size = 72.0 * page.inch * drawing.block_size()
@@ -162,7 +162,7 @@ def _draw_elevation(
 ) -> style.Page:  # fmt: skip
     drawing = elevation.Elevation(model, plane)
     frame = drawing.frame(motion)
-    page = style.Page(*frame.span, ax)
+    page = style.Page(frame.span, ax)
     width = page.line_width(drawing.block_size())
     elevation.draw_blocks(page.ax, drawing, width, motion=motion, moving=moving)
     elevation.draw_ghost(page.ax, drawing, ghosts, width)
@@ -180,7 +180,7 @@ def _draw_space(
     scene = solid.Scene(model, seen_from, motion)
     before = scene if motion is None else solid.Scene(model, seen_from)
     layout = solid.Layout(scene, page_frame(scene, before))
-    page = style.Page(*(layout.high - layout.low), ax, framed=False)
+    page = style.Page(layout.high - layout.low, ax, framed=False)
     width = page.line_width(solid.block_size(model))
     solid.draw_solids(page.ax, scene, width, moving=coloured, joints=marks, before=before, ghosts=ghosts)
     layout.draw(page.ax)

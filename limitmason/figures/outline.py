@@ -200,7 +200,9 @@ def visible_edges(parts: Sequence[Solid], tolerance: float) -> list[list[Edge]]:
     return out
 
 
-def _stretches(a: Array, b: Array, own: int, normals: list[Array], offsets: list[Array], tolerance: float):
+def _stretches(
+    a: Array, b: Array, own: int, normals: list[Array], offsets: list[Array], tolerance: float
+) -> list[tuple[float, float]]:
     length = float(np.linalg.norm(b - a))
     cuts = [0.0, 1.0]
     for k, (n, o) in enumerate(zip(normals, offsets, strict=True)):

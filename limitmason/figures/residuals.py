@@ -32,8 +32,8 @@ def few_labels(column: Sequence) -> bool:
 
 
 def residual_panel(
-    ax: Axes, width: float, column: Sequence, values: np.ndarray, limits, noise: float, colour: str, trend: str | None,
-    *, first: bool,
+    ax: Axes, width: float, column: Sequence, values: np.ndarray, limits: tuple[float, float],
+    noise: float, colour: str, trend: str | None, *, first: bool,
 ) -> None:  # fmt: skip
     """Residuals of one explanation against one covariate.
 
@@ -48,7 +48,7 @@ def residual_panel(
     """
     ax.axhspan(-2 * noise, 2 * noise, color="#ececec", linewidth=0, zorder=0.5, gid="noise")
     ax.axhline(0.0, color=style.FAINT, linewidth=0.6, zorder=1)
-    line = {"color": POINTER if trend else style.GHOST, "linewidth": 1.3 if trend else 0.8, "zorder": 2}
+    line: dict[str, Any] = {"color": POINTER if trend else style.GHOST, "linewidth": 1.3 if trend else 0.8, "zorder": 2}
     if is_numeric(column):
         x = np.asarray(column, dtype=float)
         span = float(np.ptp(x)) or 1.0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
@@ -68,23 +70,23 @@ class _Ink:
         self.width: list[float] = []
         self.dash: list = []
 
-    def area(self, points: Array, colour, width: float) -> None:
+    def area(self, points: Array, colour: Any, width: float) -> None:
         self._add(Path(np.vstack([points, points[:1]]), closed=True), colour, colour, width)
 
-    def strokes(self, segments: list[Array], colour, width: float, *, dashed: bool = False) -> None:
+    def strokes(self, segments: list[Array], colour: Any, width: float, *, dashed: bool = False) -> None:
         if segments:
             codes = [Path.MOVETO, Path.LINETO] * len(segments)
             dash = (0.0, (3.0, 2.0)) if dashed else "-"
             self._add(Path(np.concatenate(segments), codes), "none", colour, width, dash)
 
-    def _add(self, path: Path, face, edge, width: float, dash="-") -> None:
+    def _add(self, path: Path, face: Any, edge: Any, width: float, dash: Any = "-") -> None:
         self.dash.append(dash)
         self.paths.append(path)
         self.face.append(face)
         self.edge.append(edge)
         self.width.append(width)
 
-    def collection(self, **options) -> PathCollection:
+    def collection(self, **options: Any) -> PathCollection:
         return PathCollection(
             self.paths, facecolors=self.face, edgecolors=self.edge, linewidths=self.width, linestyles=self.dash,
             capstyle="round", joinstyle="round", **options,

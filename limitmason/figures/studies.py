@@ -198,7 +198,9 @@ def study_lines(
             bars = [r for r in solid if math.isfinite(r.get("low", math.nan)) and r["high"] > r["low"]]
             ax.vlines([place(r[x]) for r in bars], [r["low"] for r in bars], [r["high"] for r in bars], color=colour,
                       linewidth=2.5, alpha=0.35, zorder=2, gid="range")  # fmt: skip
-        look = {"color": colour, "marker": marker, "markersize": 4.5, "linewidth": 1.1, "markerfacecolor": face}
+        look: dict[str, Any] = {
+            "color": colour, "marker": marker, "markersize": 4.5, "linewidth": 1.1, "markerfacecolor": face,
+        }  # fmt: skip
         ax.plot([place(r[x]) for r in solid], [r[y] for r in solid], line, **look, zorder=3, gid="line")
         guess = [r for r in own if r.get("status") == "extrapolated"]
         if guess and solid:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -84,12 +84,13 @@ class Page:
 
     Parameters
     ----------
-    width, height : extent to show, in equal units
+    extent : width and height to show, in equal units
     ax : axes of the caller, which keep their size, or None for a new figure
     framed : leave room for tick and axis labels
     """
 
-    def __init__(self, width: float, height: float, ax: Axes | None, *, framed: bool = True) -> None:
+    def __init__(self, extent: Iterable[float], ax: Axes | None, *, framed: bool = True) -> None:
+        width, height = extent
         self.own = ax is None
         self.framed = framed
         self.width, self.height = max(width, 1e-12), max(height, 1e-12)

@@ -100,7 +100,7 @@ def tilt_test(
     entries.append(Line2D([], [], color=style.FAINT, linewidth=0.8, linestyle=(0, (1, 1.5)), label="λ at the fall"))
     if measured is not None:
         values = f"{low:.1f}°" if low == high else f"{low:.1f}° to {high:.1f}°"
-        band = {"color": style.BLACK, "label": f"measured, {values}"}
+        band: dict[str, Any] = {"color": style.BLACK, "label": f"measured, {values}"}
         entries.append(Line2D([], [], linewidth=0.9, **band) if low == high else Patch(alpha=0.15, **band))
     largest = max(float(t.collapse_multiplier) for t in named.values())
     largest = max(largest, math.tan(math.radians(high)) if measured is not None else 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,7 @@ __all__ = [
     "write_vtu",
 ]
 
-_READERS = {".json": read_json, ".obj": read_obj, ".dxf": read_dxf}
+_READERS: dict[str, Callable[..., Any]] = {".json": read_json, ".obj": read_obj, ".dxf": read_dxf}
 _WRITERS = (".json", ".obj", ".vtu")
 
 

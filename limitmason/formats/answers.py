@@ -78,13 +78,12 @@ def read_prediction(path: str | Path) -> Prediction:
     if "certificate" in node:
         names = [f.name for f in fields(Certificate)]
         node["certificate"].mapping(names)
-        certificate = Certificate(
-            **{
-                k: v.text() if isinstance(v.value, str) and k.startswith("worst_") else v.number()
-                for k, v in node["certificate"].items()
-                if v.value is not None
-            }
-        )
+        given: dict[str, Any] = {
+            k: v.text() if isinstance(v.value, str) and k.startswith("worst_") else v.number()
+            for k, v in node["certificate"].items()
+            if v.value is not None
+        }
+        certificate = Certificate(**given)
     return Prediction(
         method=node["method"].text(),
         collapse_multiplier=node["collapse_multiplier"].number(),

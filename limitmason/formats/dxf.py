@@ -62,13 +62,14 @@ def read_dxf(
         layer, nothing to read.
     """
     try:
-        import ezdxf
         from ezdxf import path as ezpath
+        from ezdxf.filemanagement import readfile
+        from ezdxf.lldxf.const import DXFError
     except ImportError:
         raise ImportError("reading DXF needs ezdxf: pip install 'limitmason[dxf]' (or pip install ezdxf)") from None
     try:
-        drawing = ezdxf.readfile(path)
-    except ezdxf.DXFError as error:
+        drawing = readfile(path)
+    except DXFError as error:
         raise ValueError(f"{path}: not a DXF drawing that can be read: {error}") from None
     except OSError as error:
         # ezdxf reports text that is no DXF as an OSError; a missing file stays what it is

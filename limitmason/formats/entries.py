@@ -54,7 +54,7 @@ def joint_of(node: Node) -> Joint:
     """A joint law from its fields."""
     node.mapping((*_LAW_KEYS, "friction_coefficient"))
     given = [(k, v) for k, v in node.items() if v.value is not None and not k.startswith("_")]
-    values = {k: v.text() if k == "name" else v.number() for k, v in given}
+    values: dict[str, Any] = {k: v.text() if k == "name" else v.number() for k, v in given}
     if ("friction_angle_deg" in values) == ("friction_coefficient" in values):
         raise node.error("give exactly one of 'friction_angle_deg' and 'friction_coefficient'")
     try:

@@ -30,6 +30,10 @@ class _Grid(NamedTuple):
     face_offsets: Array | None
 
 
+_Piece = tuple[_Grid, dict[str, Array], dict[str, Array]]
+"""A grid, and the tables of its cells and of its points."""
+
+
 def write_vtu(
     path: str | Path,
     assembly: Assembly,
@@ -83,7 +87,7 @@ def _twists(assembly: Assembly, prediction: Prediction | None) -> Array | None:
     return twists
 
 
-def _blocks(assembly: Assembly, twists: Array | None, amplitude: float | None):
+def _blocks(assembly: Assembly, twists: Array | None, amplitude: float | None) -> _Piece:
     pieces = [(i, part) for i, block in enumerate(assembly.blocks) for part in block.parts]
     owner = np.array([i for i, _ in pieces])
     counts = np.array([len(part.vertices) for _, part in pieces])
@@ -137,7 +141,7 @@ def _motion(
     return rate, travelled[owner] + turned(arm, owner) - arm
 
 
-def _interfaces(assembly: Assembly, prediction: Prediction | None, twists: Array | None):
+def _interfaces(assembly: Assembly, prediction: Prediction | None, twists: Array | None) -> _Piece:
     x = assembly.arrays
     k = len(assembly.interfaces)
     owner = np.repeat(np.arange(k), np.diff(x.corner_start))
