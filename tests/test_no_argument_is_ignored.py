@@ -16,7 +16,7 @@ from walls import running_bond
 
 import dem
 import limitmason as lm
-from limitmason import cli, diagnosis, experiments, packaged, side_by_side
+from limitmason import cli, diagnosis, experiments, validation
 from limitmason.cli import diagnosis as diagnosis_command
 from limitmason.cli import models
 
@@ -27,7 +27,7 @@ PACKAGES = ("limitmason", "dem", "mechanisms")
 
 PROTOCOLS = {
     ("measurement.py", "__call__", "specimen"),  # causes of the measurement: (size, prediction, specimen)
-    ("ferris_tin_loi.py", "loads", "test"), ("rondelet.py", "loads", "test"),  # recipes: (test, wall, sense)
+    ("__init__.py", "loads", "test"),  # recipes: (test, wall, sense)
     ("record.py", "__setattr__", "value"),  # refuses whatever is set
 }  # fmt: skip
 
@@ -185,12 +185,12 @@ def run(canned, tmp_path, monkeypatch, capsys):
         return recorded
 
     monkeypatch.setattr(models, "predict", predict)
-    monkeypatch.setattr(experiments, "run", recorder("run", experiments.run(experiments.load("pavia-tilting", "S1"))))
-    monkeypatch.setattr(experiments, "summary_table", recorder("summary", "a table"))
+    monkeypatch.setattr(validation, "run", recorder("run", validation.run(experiments.load("pavia-tilting", "S1"))))
+    monkeypatch.setattr(validation, "summary_table", recorder("summary", "a table"))
     monkeypatch.setattr(experiments, "all_cases", lambda **_: [experiments.load("pavia-tilting", "S1")])
-    monkeypatch.setattr(packaged, "solve_cases", recorder("solve", {}))
-    monkeypatch.setattr(packaged, "not_covered", tuple)
-    monkeypatch.setattr(side_by_side, "compare", recorder("compare", table))
+    monkeypatch.setattr(validation, "solve_cases", recorder("solve", {}))
+    monkeypatch.setattr(validation, "not_covered", tuple)
+    monkeypatch.setattr(validation, "compare", recorder("compare", table))
     monkeypatch.setattr(diagnosis, "Study", FakeStudy)
     monkeypatch.setattr(diagnosis_command, "_write", written)
     # what a figure shows is tested elsewhere: here it counts that it is drawn, of what, and how
