@@ -3,12 +3,11 @@
 from dem.collapse import collapse
 from dem.history import History
 from dem.joints import JointOptions
-from dem.loading import BaseMotion, Drive, Hold, Ramp, Servo, Settle, Stage, Tilt
 from dem.modes import Modes, natural_frequencies, stiffness_matrix
 from dem.simulate import resume, simulate
 from dem.state import State, UnstableError, make_state
-from dem.stepping import Damping
 from dem.tilt import TiltTest, tilt_test
+from limitmason.model.stages import BaseMotion, Damping, Drive, Hold, Ramp, Servo, Settle, Stage, Tilt
 
 __all__ = [
     "BaseMotion",

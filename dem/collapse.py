@@ -11,9 +11,10 @@ import numpy as np
 from dem.joints import JointOptions
 from dem.search import Controls, Search, increments, ramps
 from dem.state import QUASI_STATIC, State, make_state
-from dem.stepping import EQUILIBRIUM, UNDECIDED, Damping, Verdict, smallest_edge
+from dem.stepping import EQUILIBRIUM, UNDECIDED, Verdict, smallest_edge
 from limitmason.certificate import certify
 from limitmason.model import Assembly, Loads
+from limitmason.model.stages import Damping
 from limitmason.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED, UNBOUNDED, Prediction
 from limitmason.stated import states
 

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from dem.resuming import Position, check_continues
 from dem.state import State, write_archive
-from dem.stepping import Damping
+from limitmason.curve import Curve
 from limitmason.model import Assembly, Loads
+from limitmason.model.stages import Damping
 
 Array = NDArray[np.float64]
 
@@ -143,10 +144,24 @@ class History:
         """Displacement of a block's centroid [m], shape (samples, 3)."""
         return self.shift[:, self.assembly.block_index(block)]
 
-    def curve(self, block: int | str, direction: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> tuple[Array, Array]:
-        """Load-displacement curve of a driven block along a direction: displacement [m], force of the drive [N]."""
+    def curve(self, block: int | str, direction: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> Curve:
+        """Load-displacement curve of a driven block along a direction: displacement [m], force of the drive [N].
+
+        It unpacks as displacement, force. Its errors are the energy from nowhere over the largest work of the loads and
+        the kinetic energy over the work so far, both [-].
+
+        Raises
+        ------
+        ValueError
+            For a block that is neither held nor driven, and a history with nothing recorded.
+        """
         d = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
-        return self.displacement_of(block) @ d, self.reaction_of(block)[:, :3] @ d
+        i = self.assembly.block_index(block)
+        return Curve(
+            self.displacement_of(i) @ d, self.reaction_of(i)[:, :3] @ d, label=self.assembly.blocks[i].name,
+            errors={"energy": self.energy_error / self._work, "kinetic": self.kinetic_ratio},
+            status=self.status, warnings=self.warnings, source="dem",
+        )  # fmt: skip
 
     def corners(self, sample: int = -1) -> list[Array]:
         """Corners of every block at a sample [m], for drawing the deformed shape; one array (v, 3) per block."""
@@ -177,6 +192,12 @@ class History:
         return stored - s["applied"] - s["support"]
 
     @property
+    def _work(self) -> float:
+        """Largest work of the loads [J], not quite zero."""
+        applied, support = (np.abs(self.scalars[name]).max(initial=0.0) for name in ("applied", "support"))
+        return max(float(applied + support), 1e-300)
+
+    @property
     def kinetic_ratio(self) -> Array:
         """Kinetic energy over the work of the loads so far [-]; small where a run is quasi-static."""
         work = np.abs(self.scalars["applied"]) + np.abs(self.scalars["support"])
@@ -193,8 +214,7 @@ class History:
         n = len(self.scalars["time"])
         if not n:
             return f"history: {self.status}, nothing recorded"
-        scale = max(np.abs(self.scalars["applied"]).max() + np.abs(self.scalars["support"]).max(), 1e-300)
         return (
             f"history: {self.status}, {n} samples, {self.scalars['step'][-1]:.0f} steps, "
-            f"energy error {np.abs(self.energy_error).max() / scale:.1e} of the work of the loads"
+            f"energy error {np.abs(self.energy_error).max() / self._work:.1e} of the work of the loads"
         )

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from dem import kernels
 from dem.detection import SOONEST, Pieces, near_margin, reaches, redetect, travel_per_step
 from dem.history import COLUMNS, History
-from dem.loading import Drive, Ramp, Stage, Tilt
 from dem.resuming import Position
 from dem.state import State, UnstableError
-from dem.stepping import Damping, Scale, unbalance
+from dem.stepping import Scale, unbalance
 from limitmason.model import Assembly, Loads
+from limitmason.model.stages import Damping, Drive, Ramp, Stage, Tilt
 
 Array = NDArray[np.float64]
 

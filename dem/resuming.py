@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from dem import kernels
 from dem.joints import JointOptions, make_laws
-from dem.loading import Stage
 from dem.state import JOINT_FIELDS, State, joint_table
 from limitmason.model import Assembly, Loads
+from limitmason.model.stages import Stage
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,6 @@ from dem.stepping import (
     EQUILIBRIUM,
     MOVING,
     UNDECIDED,
-    Damping,
     Scale,
     Verdict,
     displacement_since,
@@ -21,6 +20,7 @@ from dem.stepping import (
 )
 from limitmason.certificate import scaled_mechanism
 from limitmason.model import Assembly, Loads
+from limitmason.model.stages import Damping
 from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Mechanism
 
 Array = NDArray[np.float64]

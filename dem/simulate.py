@@ -9,24 +9,14 @@ from numpy.typing import NDArray
 
 from dem.history import History
 from dem.joints import JointOptions
-from dem.loading import (
-    COAST,
-    SERVO_EVERY,
-    BaseMotion,
-    Drive,
-    Servo,
-    Settle,
-    Stage,
-    check_base_motions,
-    servo_holds,
-    stage_length,
-)
+from dem.loading import SERVO_EVERY, check_base_motions, servo_holds, stage_length
 from dem.recording import Recorder, Watch
 from dem.resuming import Interrupt, Position, check_continues, check_same_stages, interrupts_wait, spelled
 from dem.stability import block_stiffness
 from dem.state import DYNAMIC, QUASI_STATIC, State, UnstableError, make_state
-from dem.stepping import Damping, displacement_since, run
+from dem.stepping import displacement_since, run
 from limitmason.model import Assembly, Loads
+from limitmason.model.stages import COAST, BaseMotion, Damping, Drive, Servo, Settle, Stage
 
 Array = NDArray[np.float64]
 Progress = Callable[[Mapping[str, Any]], object]

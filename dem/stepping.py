@@ -8,31 +8,9 @@ from numpy.typing import NDArray
 from dem import kernels
 from dem.state import DYNAMIC, State, UnstableError
 from limitmason.model import Assembly
+from limitmason.model.stages import Damping
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Damping:
-    """How motion is braked.
-
-    Parameters
-    ----------
-    local : Cundall's local damping, F - local |F| sign(v) per component; takes momentum from free flight
-    adaptive : ratio of the power of global viscous damping to the rate of change of kinetic energy; 0 for none
-    kinetic : stop all blocks whenever the kinetic energy has passed a peak; settles without overshoot
-    """
-
-    local: float = 0.0
-    adaptive: float = 0.0
-    kinetic: bool = False
-
-    def __post_init__(self) -> None:
-        """Check the range."""
-        if not (0.0 <= self.local <= 0.9 and self.adaptive >= 0.0):
-            raise ValueError(
-                f"local damping must lie in 0 .. 0.9 and adaptive be >= 0, got {self.local!r} and {self.adaptive!r}"
-            )
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,12 @@ from numpy.typing import ArrayLike, NDArray
 from dem.collapse import LOADING, Grid, collapse
 from dem.history import History
 from dem.joints import JointOptions
-from dem.loading import Settle, Tilt
 from dem.search import Controls, Search
 from dem.search import increments as held_loads
 from dem.simulate import simulate
-from dem.stepping import UNDECIDED, Damping, Scale
+from dem.stepping import UNDECIDED, Scale
 from limitmason.model import Assembly, Loads
+from limitmason.model.stages import Damping, Settle, Tilt
 from limitmason.results import CANNOT_STAND, NOT_CONVERGED, UNBOUNDED, Prediction
 
 Array = NDArray[np.float64]

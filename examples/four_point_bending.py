@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 import dem
 from limitmason import experiments, figures
-from limitmason.experiments import mcmaster
+from limitmason.experiments import mcmaster_bending as mcmaster
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 

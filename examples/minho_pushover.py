@@ -15,7 +15,6 @@ import numpy as np
 
 import dem
 from limitmason import experiments, figures, limit_analysis
-from limitmason.experiments.minho import measured_curve
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 
@@ -46,12 +45,6 @@ def push(wall, loads, settled, *travels):
     return dem.simulate(wall, stages, loads=loads, start=settled, sample=STEPS_PER_MM // 10)
 
 
-def stiffness(u, f, low=0.1, high=0.4):
-    """Secant stiffness [N/m] of a curve between two parts of its peak."""
-    a, b = (int(np.argmax(np.asarray(f) >= part * np.max(f))) for part in (low, high))
-    return (f[b] - f[a]) / (u[b] - u[a])
-
-
 def degradation(cycles):
     """Peaks [N], peak-to-peak stiffness [N/m] and dissipated energy [J] of every amplitude."""
     x, y = cycles.curve("beam")
@@ -73,15 +66,17 @@ for level in LEVELS:
     settled = dem.simulate(wall, dem.Settle(tolerance=1e-5), loads=loads, contact_points=(6, 2))
     once = push(wall, loads, settled, TRAVEL[level[:2]])
     cycles = push(wall, loads, settled, *(d for a in AMPLITUDES for d in (a, -2 * a, a)))
-    u, f = once.curve("beam")
+    pushed = once.curve("beam")
+    u, f = pushed
+    slope = pushed.stiffness() / 1e6  # between 10 and 40 % of the peak [kN/mm]
     rigid = {rule: limit_analysis(test.assembly(), loads, rule).collapse_multiplier
              for rule in ("associative", "non-associative")}  # fmt: skip
     measured = [float(t.measured["Vmax+"]) for t in tests]
-    curves = {t.specimen: measured_curve(t.specimen) for t in tests if t.specimen != "SW.30.1"}
-    slopes = [stiffness(np.array(x), np.array(y)) for x, y in curves.values()]  # kN/mm
+    curves = {t.specimen: t.curve() for t in tests if t.specimen != "SW.30.1"}
+    slopes = [c.stiffness() for c in curves.values()]  # kN/mm
     table = degradation(cycles)
     answers[level] = {
-        "peak": float(f.max()) / 1e3, "measured": measured, "limit analysis": rigid, "stiffness": stiffness(u, f) / 1e6,
+        "peak": float(f.max()) / 1e3, "measured": measured, "limit analysis": rigid, "stiffness": slope,
         "measured stiffness": slopes, "degradation": [row[3] / 1e6 for row in table],
         "dissipated": [row[4] for row in table], "initial slope": float(f[3] / u[3]) / 1e6,
     }  # fmt: skip
@@ -90,14 +85,14 @@ for level in LEVELS:
     print(f"  peak [kN]: DEM {f.max() / 1e3:.1f}, limit analysis {rigid['associative']:.1f} (psi = phi) and "
           f"{rigid['non-associative']:.1f} (psi = 0), measured {', '.join(f'{m:.1f}' for m in measured)}; "
           f"DEM / mean {f.max() / 1e3 / np.mean(measured):.2f}")  # fmt: skip
-    print(f"  stiffness from 10 to 40 % of the peak [kN/mm]: DEM {stiffness(u, f) / 1e6:.1f}, measured "
+    print(f"  stiffness from 10 to 40 % of the peak [kN/mm]: DEM {slope:.1f}, measured "
           f"{', '.join(f'{s:.1f}' for s in slopes)}")  # fmt: skip
     for amplitude, top, bottom, slope, work in table:
         print(f"  cycle of {amplitude:2.0f} mm: peaks {top / 1e3:.1f} and {bottom / 1e3:.1f} kN, stiffness "
               f"{slope / 1e6:.1f} kN/mm, dissipated {work:.0f} J")  # fmt: skip
     figures.load_displacement(
         {"DEM, pushed once": once, "DEM, cycles": cycles}
-        | {f"test {n}": (1e-3 * np.array(x), 1e3 * np.array(y)) for n, (x, y) in curves.items()},
+        | {f"test {n}": c for n, c in curves.items()},
         block="beam", levels={"limit analysis, psi = 0": 1e3 * rigid["non-associative"]},
         title=f"{level}: {test.parameters['N on top']} on top", xlabel="displacement of the beam [mm]",
         caption="Assumed: weightless rigid beam free to turn, friction, nu = 0.2; the test's curve is thinned.",

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 import limitmason as lm
-from limitmason.experiments import pavia
+from limitmason.experiments import pavia_tilting as pavia
 from limitmason.study import compute_layouts
 
 FULL, DRAWN = "--full" in sys.argv, 700

@@ -35,10 +35,11 @@ if TYPE_CHECKING:
         methods,
         results,
         study,
+        validation,
     )
     from limitmason.limit import limit_analysis, limit_bracket, proven_range, settlement_analysis
     from limitmason.methods import predict, predict_cases
-    from limitmason.side_by_side import compare
+    from limitmason.validation import compare
 
 __version__ = VERSION
 
@@ -56,6 +57,7 @@ _MODULES = (
     "methods",
     "results",
     "study",
+    "validation",
 )
 _NAMES = {
     "limit_analysis": "limitmason.limit",
@@ -64,7 +66,7 @@ _NAMES = {
     "settlement_analysis": "limitmason.limit",
     "predict": "limitmason.methods",
     "predict_cases": "limitmason.methods",
-    "compare": "limitmason.side_by_side",
+    "compare": "limitmason.validation",
 }
 
 __all__ = [

@@ -78,7 +78,7 @@ def _show(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from limitmason import experiments
+    from limitmason import experiments, validation
 
     if options.all == bool(options.source):
         raise ValueError("name a source, or give --all; see `limitmason experiments list`")
@@ -93,8 +93,8 @@ def _run(options: argparse.Namespace) -> int:
     rows = []
     for k, case in enumerate(cases, 1):
         say(f"[{k}/{len(cases)}] {case.source.name}/{case.specimen}")
-        rows += experiments.run(case, method_of(options), flow_rule=flow_rule, **settings)
-    show_text(experiments.as_text(rows))
+        rows += validation.run(case, method_of(options), flow_rule=flow_rule, **settings)
+    show_text(validation.as_text(rows))
     if options.csv:
         _write_table(options.csv, rows)
         say(f"wrote {options.csv}")
@@ -128,35 +128,35 @@ def _draw_comparison(path: Path, rows: Sequence, figures) -> None:
 
 def _summary(options: argparse.Namespace) -> int:
     del options
-    from limitmason import experiments
+    from limitmason import validation
 
-    show_text(experiments.summary_table(progress=say))
+    show_text(validation.summary_table(progress=say))
     return 0
 
 
 def _methods(options: argparse.Namespace) -> int:
     import limitmason
-    from limitmason import packaged
+    from limitmason import validation
 
-    wanted = packaged.cases(options.source, specimen=options.specimen)
+    wanted = validation.cases(options.source, specimen=options.specimen)
     if not wanted:
         name = " ".join(n for n in (options.source, options.specimen) if n)
         raise ValueError(f"no packaged case with a model is called {name!r}; see `limitmason experiments list`")
     if options.thorough and not {"non-associative", "dem"} & set(options.methods):
         raise ValueError("--thorough is not used by associative limit analysis and mechanisms: leave it out")
-    found = packaged.solve_cases(
+    found = validation.solve_cases(
         wanted, options.methods, thorough=options.thorough,
         store=options.store, workers=options.workers, progress=say,
     )  # fmt: skip
-    missing = () if options.source or options.specimen else packaged.not_covered()
-    page = packaged.as_markdown(found, missing, version=limitmason.__version__, thorough=options.thorough)
+    missing = () if options.source or options.specimen else validation.not_covered()
+    page = validation.as_markdown(found, missing, version=limitmason.__version__, thorough=options.thorough)
     if options.markdown:
         options.markdown.write_text(page, encoding="utf-8")
         say(f"wrote {options.markdown}")
     else:
         show_text(page)
     if options.csv:
-        packaged.write_csv(found, options.csv)
+        validation.write_csv(found, options.csv)
         say(f"wrote {options.csv}")
     return 0
 

@@ -31,7 +31,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _compare(options: argparse.Namespace) -> int:
-    from limitmason.side_by_side import compare
+    from limitmason.validation import compare
 
     assembly, loads, title = load_target(options.target)
     say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces, {loads.name}")

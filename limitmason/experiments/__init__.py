@@ -5,26 +5,42 @@
 >>> test.measured["Vmax+"]
 Quantity(41.5, 'kN')
 >>> assembly, loads = test.assembly(), test.loads()
+
+A source is one folder here: data, ``source.json``, licence, and a module with its ``RECIPE``.
 """
 
-from limitmason.experiments.comparisons import Comparison, as_text, run, table
+from importlib import import_module
+
+from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, Source, Target
-from limitmason.experiments.registry import all_cases, load, sources, specimens
-from limitmason.experiments.summary import summary_table
+from limitmason.experiments.registry import all_cases, load, recipe_of, sources, specimens
+from limitmason.experiments.shown import Departure, Settings, Shown, Variant
+
+# predictions beside these values stand in limitmason.validation, above this package: handed on when asked for
+_VALIDATION = ("Comparison", "as_text", "run", "summary_table", "table")
 
 __all__ = [
-    "Comparison",
+    "Departure",
     "Experiment",
     "Option",
     "Quantity",
+    "Recipe",
+    "Settings",
+    "Shown",
     "Source",
     "Target",
+    "Variant",
     "all_cases",
-    "as_text",
     "load",
-    "run",
+    "recipe_of",
     "sources",
     "specimens",
-    "summary_table",
-    "table",
+    *_VALIDATION,
 ]
+
+
+def __getattr__(name: str):
+    """Hand on what compares predictions with these values."""
+    if name in _VALIDATION:
+        return getattr(import_module("limitmason.validation"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -3,10 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from importlib import import_module
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from limitmason.curve import Curve
+from limitmason.experiments.recipe import Recipe
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
@@ -92,7 +93,8 @@ class Target(NamedTuple):
     """A value that a prediction can be held against.
 
     ``kind`` and ``quantity`` point into the experiment; ``flow_rule`` is the one the value was computed with (None for
-    a measured value), ``options`` are those of the assembly it belongs to.
+    a measured value), ``options`` are those of the assembly it belongs to. ``copy``: by another program from the same
+    model as one of the others, so that it is no reference of its own.
     """
 
     quantity: str
@@ -100,6 +102,7 @@ class Target(NamedTuple):
     flow_rule: str | None = None
     direction: str = "+"
     options: Mapping[str, Any] = _EMPTY
+    copy: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +124,7 @@ class Experiment:
     option_table : their defaults, units and meanings
     open_options : options that the sources leave open, each with the values to show a prediction over
     row : the row of the data file, as text
-    recipe : module that builds the assembly and the loads
+    recipe : functions of its source that build the assembly and the loads
     no_model : why there is no assembly, empty when there is one
     """
 
@@ -135,7 +138,7 @@ class Experiment:
     assumptions: tuple[str, ...]
     targets: tuple[Target, ...]
     multiplier_to_measured: Quantity
-    recipe: str
+    recipe: Recipe
     options: Mapping[str, Any] = field(default_factory=dict)
     option_table: Mapping[str, Option] = field(default_factory=dict)
     open_options: Mapping[str, tuple] = field(default_factory=dict)
@@ -183,9 +186,9 @@ class Experiment:
 
     @cached_property
     def _assembly(self) -> Assembly:
-        if self.no_model:
+        if self.no_model or self.recipe.assembly is None:
             raise ValueError(f"{self.name} has no assembly: {self.no_model}")
-        return import_module(self.recipe).assembly(self)
+        return self.recipe.assembly(self)
 
     def loads(self, direction: str = "+") -> Loads:
         """Dead and live loads of the test.
@@ -196,11 +199,26 @@ class Experiment:
         """
         if direction not in ("+", "-"):
             raise ValueError(f"direction must be '+' or '-', got {direction!r}")
-        return import_module(self.recipe).loads(self, self.assembly(), 1.0 if direction == "+" else -1.0)
+        assembly = self.assembly()
+        if self.recipe.loads is None:
+            raise ValueError(f"{self.name} has no loads: the sources at hand do not state them")
+        return self.recipe.loads(self, assembly, 1.0 if direction == "+" else -1.0)
+
+    def curve(self) -> Curve:
+        """Measured load-displacement curve, in the units of the source, which the curve names.
+
+        Raises
+        ------
+        ValueError
+            Where none was found; the message names the specimens that have one.
+        """
+        if self.recipe.curve is None:
+            raise ValueError(f"no curve of {self.name} was found; {self.source.name} has none")
+        return self.recipe.curve(self)
 
     def with_options(self, **options: Any) -> "Experiment":
         """The same experiment built with other options; see ``option_table``."""
-        return import_module(self.recipe).load(self.specimen, **{**self.options, **options})
+        return self.recipe.load(self.specimen, **{**self.options, **options})
 
     def __str__(self) -> str:
         """Data sheet."""

@@ -1,29 +1,19 @@
-"""Packaged experiments by name."""
+"""Packaged experiments by name: every folder of this package is a source, named like it with hyphens."""
 
+import pkgutil
 from difflib import get_close_matches
+from functools import cache
 from importlib import import_module
-from types import MappingProxyType, ModuleType
-from typing import Any
 
+from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment
 
-_MODULES = MappingProxyType(
-    {
-        "ferris-tin-loi-2001": "limitmason.experiments.ferris_tin_loi",
-        "minho-dry-stone-2005-2009": "limitmason.experiments.minho",
-        "rondelet-wallette": "limitmason.experiments.rondelet",
-        "pavia-tilting": "limitmason.experiments.pavia",
-        "bnw-walls": "limitmason.experiments.bnw",
-        "brick-panels-opening": "limitmason.experiments.brick_panels",
-        "mcmaster-bending": "limitmason.experiments.mcmaster",
-        "murano-u-walls": "limitmason.experiments.murano",
-    }
-)
 
-
+@cache
 def sources() -> tuple[str, ...]:
     """Names of the packaged sources."""
-    return tuple(_MODULES)
+    package = import_module(__package__)
+    return tuple(sorted(m.name.replace("_", "-") for m in pkgutil.iter_modules(package.__path__) if m.ispkg))
 
 
 def specimens(source: str) -> tuple[str, ...]:
@@ -34,10 +24,10 @@ def specimens(source: str) -> tuple[str, ...]:
     ValueError
         For an unknown source; the message lists the known ones.
     """
-    return _module(source).specimens()
+    return recipe_of(source).specimens()
 
 
-def load(source: str, specimen: str, **options: Any) -> Experiment:
+def load(source: str, specimen: str, **options: object) -> Experiment:
     """A packaged experiment.
 
     Parameters
@@ -62,14 +52,14 @@ def load(source: str, specimen: str, **options: Any) -> Experiment:
     >>> test.published["associative"]
     Quantity(0.404, '-')
     """
-    module = _module(source)
-    known = module.specimens()
+    found = recipe_of(source)
+    known = found.specimens()
     if specimen not in known:
         near = get_close_matches(str(specimen), known, n=3, cutoff=0.3)
         names = ", ".join(known) if len(known) <= 12 else ", ".join(known[:12]) + ", ..."
         hint = f"; near it: {', '.join(near)}" if near else ""
         raise ValueError(f"{source} has no specimen {specimen!r}{hint}; it has {names}")
-    return module.load(specimen, **options)
+    return found.load(specimen, **options)
 
 
 def all_cases(*, source: str | None = None, with_model: bool | None = None) -> tuple[Experiment, ...]:
@@ -85,9 +75,16 @@ def all_cases(*, source: str | None = None, with_model: bool | None = None) -> t
     return tuple(c for c in cases if with_model is None or c.has_model == with_model)
 
 
-def _module(source: str) -> ModuleType:
-    if source not in _MODULES:
-        near = get_close_matches(str(source), _MODULES, n=2, cutoff=0.3)
+def recipe_of(source: str) -> Recipe:
+    """What the folder of a source offers.
+
+    Raises
+    ------
+    ValueError
+        For an unknown source; the message lists the known ones.
+    """
+    if source not in sources():
+        near = get_close_matches(str(source), sources(), n=2, cutoff=0.3)
         hint = f"; near it: {', '.join(near)}" if near else ""
-        raise ValueError(f"unknown experiment source {source!r}{hint}; known: {', '.join(_MODULES)}")
-    return import_module(_MODULES[source])
+        raise ValueError(f"unknown experiment source {source!r}{hint}; known: {', '.join(sources())}")
+    return import_module(f"{__package__}.{source.replace('-', '_')}").RECIPE

@@ -52,8 +52,8 @@ class Table:
 
 
 def folder(source: str) -> Traversable:
-    """Folder of a source's data files."""
-    return files("limitmason.experiments") / "data" / source
+    """Folder of a source: its data files beside its module."""
+    return files(f"limitmason.experiments.{source.replace('-', '_')}")
 
 
 @cache

@@ -13,6 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from limitmason.curve import Curve
 from limitmason.figures import style
 
 Array = NDArray[np.float64]
@@ -39,8 +40,9 @@ def load_displacement(
 
     Parameters
     ----------
-    curves : a history with ``curve(block, direction)`` (such as ``dem.History``), a pair of arrays (displacement [m],
-        force [N]), or a mapping of labels to either
+    curves : a ``limitmason.Curve`` in units of length and force, a history with ``curve(block, direction)`` (such as
+        ``dem.History``), a pair of arrays (displacement [m], force [N]), a mapping of labels to any of these, or a
+        sequence of ``Curve``, each with its own label
     block : the driven block of a history; the only driven block that is not wholly fixed when not given
     direction : along which a history's displacement and force are taken
     points : measured key points (label, displacement [m], force [N])
@@ -56,14 +58,15 @@ def load_displacement(
     Raises
     ------
     ValueError
-        When a curve has not one force per displacement, none is given, or the driven block is not clear.
+        When a curve has not one force per displacement, none is given, its units are of something else than length and
+        force, or the driven block is not clear.
     """
-    named = curves if isinstance(curves, Mapping) and not hasattr(curves, "curve") else {"": curves}
+    named = _by_label(curves)
     if not named:
         raise ValueError("no curve to draw")
     ax = _axes(ax)
     ax.axhline(0.0, color=style.FAINT, linewidth=0.5, zorder=0.5)
-    for (label, curve), look in zip(named.items(), _looks(), strict=False):
+    for (label, curve), look in zip(named, _looks(), strict=False):
         u, f = _curve(curve, block, direction, label)
         ax.plot(1e3 * u, 1e-3 * f, linewidth=1.0, label=label or None, gid=f"curve {label}".strip(), **look)
     for (label, force), colour in zip((levels or {}).items(), cycle(reversed(style.SERIES)), strict=False):
@@ -138,9 +141,31 @@ def _looks() -> Iterator[dict[str, Any]]:
     return ({"color": c, "linestyle": _LINES[k % len(_LINES)]} for k, c in enumerate(cycle(style.SERIES)))
 
 
+def _by_label(curves: Any) -> list[tuple[str, Any]]:
+    """Curves with what a legend calls them."""
+    if isinstance(curves, Curve):
+        return [(curves.label, curves)]
+    if isinstance(curves, Mapping) and not hasattr(curves, "curve"):
+        return list(curves.items())
+    if isinstance(curves, Sequence) and all(isinstance(c, Curve) for c in curves):
+        return [(c.label, c) for c in curves]
+    return [("", curves)]
+
+
+_TO_SI = {"m": 1.0, "mm": 1e-3, "N": 1.0, "kN": 1e3, "MN": 1e6}
+
+
 def _curve(curve: Any, block: int | str | None, direction: Any, label: str) -> tuple[Array, Array]:
     if hasattr(curve, "curve"):
         curve = curve.curve(_driven(curve) if block is None else block, direction)
+    if isinstance(curve, Curve):
+        length, force = curve.displacement_unit, curve.load_unit
+        if length not in ("m", "mm") or force not in ("N", "kN", "MN"):
+            raise ValueError(
+                f"curve {label!r} is in {length} and {force}; drawn are lengths (m, mm) and forces (N, kN, MN): "
+                "convert it with Curve.in_units"
+            )
+        return curve.displacement * _TO_SI[length], curve.load * _TO_SI[force]
     try:
         displacement, force = curve
     except (TypeError, ValueError):

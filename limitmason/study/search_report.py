@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from limitmason.study.layout_search import INFERRED, Finding, LayoutSearch
 from limitmason.study.table import Table
+from limitmason.text_table import markdown
 
 
 def layout_report(
@@ -87,8 +88,7 @@ def _findings(found: Sequence[Finding]) -> list[str]:
 
 def _markdown(table: Table) -> list[str]:
     head = [c if table.units.get(c, "-") == "-" else f"{c} [{table.units[c]}]" for c in table.columns]
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    lines += ["| " + " | ".join(_cell(row.get(c)) for c in table.columns) + " |" for row in table]
+    lines = markdown([head, *([_cell(row.get(c)) for c in table.columns] for row in table)])
     return [*lines, "", *table.notes] if table.notes else lines
 
 

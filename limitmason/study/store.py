@@ -1,11 +1,12 @@
-"""Results kept while they are made: an append-only file of rows, and a fingerprint of what a result belongs to."""
+"""Results kept while they are made: rows in a file, documents in a folder, a fingerprint of what they belong to."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+import os
+from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
@@ -98,6 +99,61 @@ def plain(value: Any) -> Any:
     raise TypeError(f"a result may hold numbers, text, lists and mappings, not a {type(value).__name__}")
 
 
+def write_whole(path: Path, text: str) -> None:
+    """Write a file whole or not at all, so that a kill leaves no half file; its folder is made."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(path.name + ".part")
+    part.write_text(text, encoding="utf-8")
+    os.replace(part, path)
+
+
+class DocumentStore:
+    """One JSON document per finished answer in a folder, found again after a kill.
+
+    Parameters
+    ----------
+    folder : made when the first document comes
+    schema : what the documents are; a file of another schema is refused
+    """
+
+    def __init__(self, folder: str | Path, schema: str) -> None:
+        self.folder, self.schema = Path(folder), schema
+
+    def path(self, kind: str, *parts: Any) -> Path:
+        """File of an answer: what it is, and the fingerprint of what it belongs to."""
+        return self.folder / f"{kind}-{fingerprint(*parts)[:24]}.json"
+
+    def read(self, path: Path, build: Callable[[Mapping[str, Any]], Any]) -> Any:
+        """A stored answer; None where there is none yet.
+
+        Parameters
+        ----------
+        path : from :meth:`path`
+        build : makes the answer from the document
+
+        Raises
+        ------
+        ValueError
+            For a file that is no document of this schema, or that ``build`` cannot read.
+        """
+        if not path.exists():
+            return None
+        try:
+            document = json.loads(path.read_text(encoding="utf-8"))
+            if document["schema"] != self.schema:
+                raise ValueError
+            return build(document)
+        except (ValueError, KeyError, TypeError):
+            raise ValueError(
+                f"{path} is damaged or not an answer of limitmason; delete it to compute it again"
+            ) from None
+
+    def write(self, path: Path, document: Mapping[str, Any]) -> None:
+        """Keep an answer."""
+        text = json.dumps({"schema": self.schema, **document}, default=str, indent=1)
+        write_whole(path, text + "\n")
+
+
 class RowStore:
     """Numbered rows in a file of JSON lines, written one by one and found again after a kill.
 
@@ -140,7 +196,6 @@ class RowStore:
             self._rewrite(lines)
 
     def _start(self) -> None:
-        self.path.parent.mkdir(parents=True, exist_ok=True)
         self._rewrite([json.dumps({"schema": SCHEMA, "version": 1, "key": self.key})])
 
     def _check_header(self, line: str) -> None:
@@ -158,7 +213,7 @@ class RowStore:
             )
 
     def _rewrite(self, lines: list[str]) -> None:
-        self.path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        write_whole(self.path, "\n".join(lines) + "\n")
 
     def add(self, number: int, row: Mapping[str, Any]) -> None:
         """Append one finished row."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.study.store import same
+from limitmason.text_table import aligned
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,15 +80,6 @@ class Table:
         """The table in plain text, units in the header."""
         head = [c if self.units.get(c, "-") == "-" else f"{c} [{self.units[c]}]" for c in self.columns]
         return "\n".join([aligned([head, *([_text(r.get(c)) for c in self.columns] for r in self.rows)]), *self.notes])
-
-
-def aligned(lines: Sequence[Sequence[str]], align: str = "") -> str:
-    """Columns padded to equal width; ``align`` has one of "<>" per column, to the left by default."""
-    width = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    align = align or "<" * len(width)
-    return "\n".join(
-        "  ".join(f"{c:{a}{w}}" for c, a, w in zip(line, align, width, strict=True)).rstrip() for line in lines
-    )
 
 
 def _text(value: Any) -> str:

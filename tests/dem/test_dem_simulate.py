@@ -33,7 +33,12 @@ def test_tilting_a_block_reads_tan_phi_at_the_supports():
 def test_a_driven_block_is_dragged_with_its_weight_times_friction():
     b = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], mu=0.4)
     h = dem.simulate(b, [dem.Settle(), dem.Drive(displacement={1: {"x": 1e-3}}, steps=5000)])
-    displacement, force = h.curve(1)
+    curve = h.curve(1)
+    displacement, force = curve
+    assert (curve.status, curve.label, curve.source) == ("finished", "block-1", "dem")
+    # the work of the curve is that of the drive, but for the sampling of the rise
+    assert curve.work[-1] == pytest.approx(h["support"][-1], rel=0.02)
+    assert np.abs(curve.errors["energy"]).max() < 1e-3
     assert displacement[-1] == pytest.approx(1e-3, rel=1e-9)
     assert force[-1] == pytest.approx(0.4 * b.weights[1], rel=1e-4)
     # all the work of the drive goes into friction
@@ -73,8 +78,8 @@ def test_joints_may_have_their_own_laws():
     b = on_slab([((0, 0, 0), (0.3, 0.3, 0.2)), ((0.5, 0, 0), (0.8, 0.3, 0.2))], mu=0.4)
     b = b.with_joints({("block-0", "block-2"): lm.Joint.from_friction_coefficient(0.2)})
     h = dem.simulate(b, [dem.Settle(), dem.Drive(displacement={1: {"x": 1e-3}, 2: {"x": 1e-3}}, steps=4000)])
-    assert h.curve(1)[1][-1] == pytest.approx(0.4 * b.weights[1], rel=1e-3)
-    assert h.curve(2)[1][-1] == pytest.approx(0.2 * b.weights[2], rel=1e-3)
+    assert h.curve(1).load[-1] == pytest.approx(0.4 * b.weights[1], rel=1e-3)
+    assert h.curve(2).load[-1] == pytest.approx(0.2 * b.weights[2], rel=1e-3)
 
 
 def test_pressure_and_point_loads_reach_the_supports():

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from limitmason import experiments
-from limitmason.experiments import Quantity, comparisons, record, registry
+from limitmason.experiments import Quantity, record, registry
 from limitmason.limit import limit_analysis
 from limitmason.model.assembly import Assembly
+from limitmason.validation import specimen
 
 FERRIS, MINHO, WALLETTE = "ferris-tin-loi-2001", "minho-dry-stone-2005-2009", "rondelet-wallette"
 BENDING, MURANO = "mcmaster-bending", "murano-u-walls"
@@ -51,7 +52,7 @@ def test_unknown_source_specimen_and_option_name_the_culprit_and_what_there_is()
         experiments.load(FERRIS, "wall-7")
     with pytest.raises(ValueError, match=r"no option 'mu'.*friction"):
         experiments.load(FERRIS, "wall-1", mu=0.5)
-    with pytest.raises(ValueError, match="known: ferris"):
+    with pytest.raises(ValueError, match="known: bnw-walls, .*ferris"):
         experiments.specimens("nothing")
 
 
@@ -270,7 +271,7 @@ def test_minho_negative_peaks_are_predicted_with_the_reversed_load(monkeypatch):
         seen.append(float(np.sign(loads.live[:, 0].sum())))
         return limit_analysis(assembly, loads, **settings)
 
-    monkeypatch.setattr(comparisons, "predict", spy)
+    monkeypatch.setattr(specimen, "predict", spy)
     rows = experiments.run(experiments.load(MINHO, "WS1.100"))
     assert [r.quantity for r in rows] == ["Vmax+", "Vmax-"]
     assert seen == [1.0, -1.0]
@@ -343,7 +344,7 @@ def test_missing_plans_are_an_error_that_says_what_is_missing(case):
         case.assembly()
     rows = experiments.run(case)
     assert rows
-    assert all(math.isnan(r.predicted) and r.status == comparisons.NO_MODEL for r in rows)
+    assert all(math.isnan(r.predicted) and r.status == specimen.NO_MODEL for r in rows)
     assert case.measured or case.published
 
 

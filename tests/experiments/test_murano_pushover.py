@@ -12,7 +12,7 @@ import limitmason as lm
 from dem.stability import block_stiffness
 from limitmason import experiments
 from limitmason.constants import GRAVITY
-from limitmason.experiments import murano
+from limitmason.experiments import murano_u_walls as murano
 from limitmason.geometry import polygon_area_centroid
 from limitmason.limit import limit_analysis
 from limitmason.model.patch import patch_wrenches

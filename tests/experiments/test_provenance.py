@@ -4,11 +4,12 @@ import hashlib
 import math
 import re
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
+from limitmason import experiments
 from limitmason.experiments import load, sources
-from limitmason.experiments.minho import measured_curve
 from limitmason.experiments.tables import (
     checksum,
     folder,
@@ -24,12 +25,9 @@ UNITS = {
 FILES = [(source, name) for source in sources() for name in read_description(source)["files"]]
 
 
-def folder_names() -> set[str]:
-    return {p.name for p in folder("").iterdir() if p.is_dir()}
-
-
-def test_every_folder_of_data_is_a_registered_source_and_the_reverse():
-    assert folder_names() == set(sources())
+def test_every_folder_of_data_is_a_source_and_the_reverse():
+    with_data = {p.parent.name for p in Path(experiments.__file__).parent.rglob("source.json")}
+    assert with_data == {source.replace("-", "_") for source in sources()}
 
 
 @pytest.mark.parametrize("source", sources())
@@ -64,7 +62,7 @@ def test_mit_data_carry_the_notice_that_the_licence_asks_for(source):
 
 @pytest.mark.parametrize("source", sources())
 def test_no_data_file_without_description(source):
-    present = {p.name for p in folder(source).iterdir()}
+    present = {p.name for p in folder(source).iterdir() if not p.name.endswith(".py") and p.name != "__pycache__"}
     declared = set(read_description(source)["files"])
     assert present - declared <= {"SOURCE.md", "source.json", "LICENSE.txt"}
     assert declared <= present
@@ -261,8 +259,13 @@ def test_minho_curves_reach_the_peaks_of_the_table():
     names = dict.fromkeys(r["specimen"] for r in read_table("minho-dry-stone-2005-2009", "curves.csv").rows)
     assert len(names) == 7
     for name in names:
-        displacement, force = measured_curve(name)
+        curve = load("minho-dry-stone-2005-2009", name).curve()
+        displacement, force = curve
+        assert (curve.displacement_unit, curve.load_unit, curve.label) == ("mm", "kN", name)
+        assert "Vanin" in curve.source or "Louren" in curve.source
         assert all(b >= a for a, b in pairwise(displacement))
         assert max(force) == pytest.approx(float(rows[name]["V_max_pos"]), abs=0.7)
     with pytest.raises(ValueError, match="SW.250.1"):
-        measured_curve("SW.30.1")
+        load("minho-dry-stone-2005-2009", "SW.30.1").curve()
+    with pytest.raises(ValueError, match="pavia-tilting has none"):
+        load("pavia-tilting", "S1").curve()

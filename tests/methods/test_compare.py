@@ -9,7 +9,8 @@ import pytest
 from walls import on_slab, running_bond
 
 import limitmason as lm
-from limitmason import cli, side_by_side
+from limitmason import cli
+from limitmason.validation import comparing
 
 FAST = {"dem": {"contact_points": (2, 2), "error_budget": ()}, "non_associative": {"search": "quick"}}
 
@@ -47,7 +48,7 @@ def test_a_broken_order_is_found(result):
             if r.method == method else r
             for r in result.rows
         )  # fmt: skip
-        return " ".join(side_by_side.SideBySide(rows).findings())
+        return " ".join(comparing.SideBySide(rows).findings())
 
     assert "BROKEN: non-associative <= associative" in shifted("non-associative", 1.2)
     assert "open: the DEM lies above" in shifted("dem", 1.2)
@@ -82,8 +83,8 @@ def test_a_finished_method_is_not_repeated(wall, tmp_path, monkeypatch):
     # as if killed after the first method
     next(tmp_path.glob("mechanisms*")).unlink()
     called = []
-    solve = side_by_side._solve
-    monkeypatch.setattr(side_by_side, "_solve", lambda a, b, name, *c: called.append(name) or solve(a, b, name, *c))
+    solve = comparing._solve
+    monkeypatch.setattr(comparing, "_solve", lambda a, b, name, *c: called.append(name) or solve(a, b, name, *c))
     again = lm.compare(*wall, ("associative", "mechanisms"), store=tmp_path, measured=0.5)
     assert called == ["mechanisms"]
     for a, b in zip(first.rows, again.rows, strict=True):

@@ -13,7 +13,7 @@ from walls import corner, running_bond
 
 import limitmason as lm
 import mechanisms
-from limitmason.packaged import dem_verdict
+from limitmason.validation import dem_verdict
 
 DRY = lm.Joint(33.82)
 PLANS = {

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from limitmason import experiments
-from limitmason.experiments.summary import table_rows
+from limitmason.validation import table_rows
 
 README = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
 

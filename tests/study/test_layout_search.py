@@ -7,7 +7,7 @@ import pytest
 
 import limitmason as lm
 from limitmason.equilibrium import contact_points
-from limitmason.experiments import pavia
+from limitmason.experiments import pavia_tilting as pavia
 from limitmason.study import Table, compute_layouts, layout_report, search_layouts, sweep
 
 COLUMNS = ("zero", "full")

@@ -9,13 +9,16 @@ from itertools import groupby
 from pathlib import Path
 
 from limitmason.methods import ASSOCIATIVE, DEM, MECHANISMS, THEORIES, get_method
-from limitmason.packaged.answers import dem_verdict, settings_of
-from limitmason.packaged.cases import ASSUMED, Case, Reference
-from limitmason.packaged.explained import reason_for
-from limitmason.side_by_side import Answer, SideBySide
+from limitmason.text_table import markdown, names_of, span
+from limitmason.validation.cases import Case, Reference, settings_of
+from limitmason.validation.comparing import SideBySide
+from limitmason.validation.rows import REFUSED, Row
+from limitmason.validation.solving import dem_verdict
 
 Found = Mapping[Case, SideBySide]
 
+UNEXPLAINED = "NOT EXPLAINED."
+"""Written where an answer leaves the range of theory and the folder of its source does not say why."""
 
 
 def references_for(case: Case, method: str) -> tuple[Reference, ...]:
@@ -36,8 +39,8 @@ def as_markdown(
 
     Parameters
     ----------
-    found : from :func:`limitmason.packaged.solve_cases`
-    missing : from :func:`limitmason.packaged.not_covered`
+    found : from :func:`limitmason.validation.solve_cases`
+    missing : from :func:`limitmason.validation.not_covered`
     version : of limitmason, for the line on where the page comes from
     thorough : whether the answers are those of a thorough run
     """
@@ -60,20 +63,19 @@ def as_markdown(
     for source, group in groupby(found, key=lambda c: c.source):
         own = {c: found[c] for c in group}
         lines += ["", f"## {source}", "", next(iter(own)).test.source.title, ""]
-        if source in ASSUMED:
-            lines += [ASSUMED[source], ""]
+        assumed = next(iter(own)).test.recipe.shown.assumed
+        lines += [assumed, ""] if assumed else []
         lines += _settings(own, thorough)
         methods = [m for m in THEORIES if any(m in r for r in own.values())]
         unit = next(iter(own)).unit
         head = ["case", "test or published", *(get_method(m).heading for m in methods)]
         lines += ["", f"Values in {unit}." if unit != "-" else "Values are multipliers of the weight.", ""]
-        lines += [_row(head), _row(["---"] * len(head))]
-        lines += [_row([c.name, _span_of(c), *(_cell(c, r, m) for m in methods)]) for c, r in own.items()]
+        lines += markdown([head, *([c.name, _span_of(c), *(_cell(c, r, m) for m in methods)] for c, r in own.items())])
         lines += [*_refusals(own), *_checks(own)]
     if any(name not in r for r in found.values() for name in THEORIES):
         lines.insert(3, "An empty cell was not computed.")
     lines += ["", "## Not in the table", ""]
-    lines += [f"- {source} {_names(names)}: {reason}." for source, names, reason in missing]
+    lines += [f"- {source} {names_of(names)}: {reason}." for source, names, reason in missing]
     return "\n".join(lines) + "\n"
 
 
@@ -87,23 +89,11 @@ def _settings(own: Found, thorough: bool) -> list[str]:
     return out
 
 
-def _row(cells: Sequence[str]) -> str:
-    return "| " + " | ".join(cells) + " |"
-
-
-def _names(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{names[0]} ... {names[-1]} ({len(names)})"
-
-
-def _span(low: float, high: float, form: str = ".4g") -> str:
-    return f"{low:{form}}" if f"{low:{form}}" == f"{high:{form}}" else f"{low:{form}} to {high:{form}}"
-
-
 def _span_of(case: Case) -> str:
     out = []
     for label, group in groupby(sorted(case.references, key=_label), key=_label):
         values = [r.value for r in group]
-        out.append(f"{label} {_span(min(values), max(values))}" + (f" ({len(values)})" if len(values) > 2 else ""))
+        out.append(f"{label} {span(min(values), max(values))}" + (f" ({len(values)})" if len(values) > 2 else ""))
     return "; ".join(out) or "none"
 
 
@@ -113,9 +103,9 @@ def _label(reference: Reference) -> str:
     return words.rstrip("+-") if reference.kind == "measured" else words
 
 
-def ratio_span(case: Case, answer: Answer) -> tuple[float, float]:
+def ratio_span(case: Case, answer: Row) -> tuple[float, float]:
     """Smallest and largest ratio of an answer to its references, NaN without any."""
-    value = answer.multiplier * float(case.test.multiplier_to_measured)
+    value = answer.in_unit(float(case.test.multiplier_to_measured)).predicted
     ratios = [value / r.value for r in references_for(case, answer.method)]
     return (min(ratios), max(ratios)) if ratios and answer.solved else (math.nan, math.nan)
 
@@ -123,20 +113,21 @@ def ratio_span(case: Case, answer: Answer) -> tuple[float, float]:
 def _cell(case: Case, result: SideBySide, method: str) -> str:
     if method not in result:
         return ""
-    answer, factor = result[method], float(case.test.multiplier_to_measured)
-    if answer.status.startswith("does not apply"):
-        return "does not apply"
+    factor = float(case.test.multiplier_to_measured)
+    answer = result[method].in_unit(factor)
+    if answer.refusal is not None:
+        return REFUSED
     if not answer.solved:
         known = math.isfinite(answer.multiplier)
-        return f"{answer.multiplier * factor:.4g} ({answer.status})" if known else answer.status
-    text = f"{answer.multiplier * factor:.4g}"
-    if math.isfinite(answer.low) and math.isfinite(answer.high):
+        return f"{answer.predicted:.4g} ({answer.status})" if known else answer.status
+    text = f"{answer.predicted:.4g}"
+    if answer.has_range:
         proven = "proven " if answer.range_is.startswith("no admissible") else ""
         budget = "budget " if len(answer.details.get("error budget") or ()) else ""
-        text += f" ({proven}{budget}{_span(answer.low * factor, answer.high * factor)})"
+        text += f" ({proven}{budget}{span(answer.low, answer.high)})"
     low, high = ratio_span(case, answer)
     if math.isfinite(low):
-        text += f" × {_span(low, high, '.2f')}"
+        text += f" × {span(low, high, '.2f')}"
     if method == MECHANISMS:
         d = answer.details
         text += f" {d.get('governing', '')}, {'bound' if d.get('smallest_upper_bound_of') else 'estimate'}"
@@ -149,10 +140,10 @@ def _refusals(own: Found) -> list[str]:
     refused: dict[str, list[str]] = {}
     for case, result in own.items():
         for row in result.rows:
-            if row.status.startswith("does not apply"):
-                reason = row.status.removeprefix("does not apply: ")
+            reason = row.refusal
+            if reason is not None:
                 refused.setdefault(f"not covered by {get_method(row.method).heading}: {reason}", []).append(case.name)
-    return ["", *(f"- {_names(names)}: {reason}" for reason, names in refused.items())] if refused else []
+    return ["", *(f"- {names_of(names)}: {reason}" for reason, names in refused.items())] if refused else []
 
 
 def _checks(own: Found) -> list[str]:
@@ -165,9 +156,9 @@ def _checks(own: Found) -> list[str]:
         verdict = dem_verdict(result)
         inside += verdict == "inside"
         if verdict and verdict != "inside":
-            outside.append(f"- {case.name}: the DEM lies {verdict}. {reason_for(case, verdict)}")
-        if DEM in result and not result[DEM].solved and not result[DEM].status.startswith("does not apply"):
-            silent.append(f"- {case.name}: DEM {result[DEM].status}. {reason_for(case, result[DEM].status)}")
+            outside.append(f"- {case.name}: the DEM lies {verdict}. {_reason(case, verdict)}")
+        if DEM in result and not result[DEM].solved and result[DEM].refusal is None:
+            silent.append(f"- {case.name}: DEM {result[DEM].status}. {_reason(case, result[DEM].status)}")
     total = inside + len(outside)
     out = [""]
     if kept or broken:
@@ -176,6 +167,10 @@ def _checks(own: Found) -> list[str]:
     if total:
         out.append(f"The DEM lies inside the admissible range within its error bar in {inside} of {total} cases.")
     return [*(out if len(out) > 1 else []), *([""] if broken or outside or silent else []), *broken, *outside, *silent]
+
+
+def _reason(case: Case, outcome: str) -> str:
+    return case.test.recipe.shown.reason_for(case.name, outcome) or UNEXPLAINED
 
 
 _COLUMNS = (
@@ -194,13 +189,13 @@ def write_csv(found: Found, path: str | Path) -> None:
         writer.writerow(["column unit" if c in own_unit else "-" for c in _COLUMNS])
         for case, result in found.items():
             factor = float(case.test.multiplier_to_measured)
-            for row in result.rows:
+            for row in (r.in_unit(factor) for r in result.rows):
                 references = references_for(case, row.method)
                 values = [r.value for r in references]
                 ends = (min(values), max(values)) if values else (math.nan, math.nan)
                 writer.writerow([
                     case.source, " ".join(case.specimens), case.variant, case.direction, row.method, case.unit,
-                    *(_number(v * factor) for v in (row.multiplier, row.low, row.high)), row.range_is, row.bound,
+                    *map(_number, (row.predicted, row.low, row.high)), row.range_is, row.bound,
                     row.status, row.details.get("governing", ""),
                     _number(factor * float(row.details.get("smallest_estimate", math.nan))),
                     row.details.get("smallest_estimate_of") or "",

@@ -3,7 +3,9 @@
 from typing import Any
 
 from limitmason.build import wall as running_wall
+from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
+from limitmason.experiments.shown import Departure, Settings, Shown, Variant
 from limitmason.experiments.tables import read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -72,7 +74,7 @@ def load(specimen: str, **options: Any) -> Experiment:
             Target("UDEC limit force", "published", "non-associative"),
         ),
         multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),
-        recipe=__name__,
+        recipe=RECIPE,
         options=chosen,
         option_table=OPTIONS,
         row=row,
@@ -112,3 +114,26 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
         .with_precompression(wall, force, block=BEAM)
         .with_point_load(wall, BEAM, (sense * FORCE, 0.0, 0.0), at=at)
     )
+
+
+SHOWN = Shown(
+    variants=(
+        Variant("friction 0.4, cohesion 0.2 MPa", {"friction": 0.4, "cohesion": 0.2e6}),
+        Variant("friction 0.6, no cohesion", {"friction": 0.6}),
+    ),
+    settings=Settings((8, 2), grid=(8, 2)),
+    departures=(
+        Departure(
+            "BNW1, friction 0.6", "below",
+            "The quick search ends too high: a longer one (slope 0.1, or random starts) finds an admissible state at "
+            "224.4 kN, below the DEM.",
+        ),
+    ),
+    assumed="Friction of the joints is not in the sources at hand; the database has an initial shear strength of 0.25 "
+    "MPa. Assumed here: 0.4 and 0.2 MPa, the characteristic values of EN 1996-1-1:2005 (3.6.2 and Table 3.4, clay "
+    "units, general purpose mortar M2.5 to M9), and, to show what they do, 0.6 without cohesion; no tension. Joints "
+    "crush at the masonry strength of the database. Units are rigid: cracks through them, seen in the tests of BNW2 "
+    "and BNW3, cannot appear. The UDEC run was calibrated on these walls.",
+)  # fmt: skip
+
+RECIPE = Recipe(specimens, load, assembly, loads, shown=SHOWN)

@@ -3,52 +3,16 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from limitmason.experiments.record import Experiment, Target
-from limitmason.experiments.registry import all_cases, load, sources, specimens
+from limitmason.experiments.registry import all_cases, load, recipe_of, sources, specimens
+from limitmason.experiments.shown import Settings
 from limitmason.model.assembly import Assembly
 from limitmason.study.store import fingerprint
-
-VARIANTS: Mapping[str, tuple[tuple[str, Mapping[str, Any]], ...]] = {
-    "ferris-tin-loi-2001": (("", {}), ("rounded corners", {"rounding": 0.02})),
-    "rondelet-wallette": (("", {}), ("psi = phi", {"dilatancy_deg": 35.0})),
-    "bnw-walls": (
-        ("friction 0.4, cohesion 0.2 MPa", {"friction": 0.4, "cohesion": 0.2e6}),
-        ("friction 0.6, no cohesion", {"friction": 0.6}),
-    ),
-}
-"""Options in which a source is shown, with a name; sources that are not named here are shown as packaged."""
-
-ASSUMED: Mapping[str, str] = {
-    "ferris-tin-loi-2001": "Rounded corners are contacts pulled in by 20 mm. The published values for those are of two "
-    "programs that step in time; HybriDFEM, rigid blocks on the same contacts, gives 0.586, 0.525, 0.337, 0.247 and "
-    "0.194 for walls 1 to 5 and no convergence for wall 6.",
-    "rondelet-wallette": "The bond is not published: the four plausible ones are listed. The closed forms do not see "
-    "the column that holds the wallette: they are those of a free wall, far too low, and no bound. The references are "
-    "3DEC's, with soft contacts as in the DEM here; 0.40 is printed, 0.32 follows from a difference of about 25 %.",
-    "minho-dry-stone-2005-2009": "Constant vertical load, horizontal force at the loading beam, which is free to turn; "
-    "rigid blocks, so that the DEM keeps its default stiffness (examples/minho_pushover.py has the measured one).",
-    "bnw-walls": "Friction of the joints is not in the sources at hand; the database has an initial shear strength of "
-    "0.25 MPa. Assumed here: 0.4 and 0.2 MPa, the characteristic values of EN 1996-1-1:2005 (3.6.2 and Table 3.4, clay "
-    "units, general purpose mortar M2.5 to M9), and, to show what they do, 0.6 without cohesion; no tension. Joints "
-    "crush at the masonry strength of the database. Units are rigid: cracks through them, seen in the tests of BNW2 "
-    "and BNW3, cannot appear. The UDEC run was calibrated on these walls.",
-    "murano-u-walls": "Stone layout, headers and span of the roof load are assumed; joints as calibrated in 3DEC on "
-    "these tests by the source, so no prediction is independent of them. Limit analysis lets the mortar of REGW "
-    "hold tension and cohesion for ever; the DEM drops both where a joint breaks.",
-    "mcmaster-bending": "Spans are assumed, measured strengths are only in a figure of the source: nothing to compare "
-    "with. Limit analysis lets tension and cohesion go on for ever; the DEM drops both where a joint breaks, as the "
-    "case states.",
-}
-"""What a reader must know of a source's rows beyond its data sheet."""
-
-_COPIES = ("HybriDFEM",)
-"""Published values of another program's copy of the same: not a reference of their own."""
 
 
 @dataclass(frozen=True)
@@ -108,6 +72,16 @@ class Case:
         return ", ".join(words)
 
 
+def settings_of(case: Case, *, thorough: bool = False) -> Settings:
+    """Settings of one case: in plane two points across the thickness, more along joints that crush.
+
+    Parameters
+    ----------
+    thorough : the standard search everywhere, and the range proven where that can be
+    """
+    return case.test.recipe.shown.settings_of(case.specimens[0], case.variant, thorough=thorough)
+
+
 def cases(source: str | None = None, *, specimen: str | None = None) -> tuple[Case, ...]:
     """Every packaged case that has a model, repeats of one model as one case.
 
@@ -127,7 +101,7 @@ def cases(source: str | None = None, *, specimen: str | None = None) -> tuple[Ca
 @functools.cache
 def _of_source(name: str) -> tuple[Case, ...]:
     found: dict[str, Case] = {}
-    for variant, options in VARIANTS.get(name, (("", {}),)):
+    for variant, options in recipe_of(name).shown.variants:
         for own in specimens(name):
             test = load(name, own, **options)
             if not test.has_model:
@@ -172,7 +146,7 @@ def _references(test: Experiment, directions: Iterable[str]) -> list[Reference]:
         for t in test.targets
         if t.kind in ("measured", "published")
         and t.direction in directions
-        and not any(word in t.quantity for word in _COPIES)
+        and not t.copy
         and all(test.options[k] == t.options.get(k, test.option_table[k].default) for k in named)
         and _fits(test, t.flow_rule)
     ]
@@ -186,7 +160,7 @@ def _words(test: Experiment, target: Target) -> str:
 def _fits(test: Experiment, flow_rule: str | None) -> bool:
     """Whether a published value belongs to the dilatancy of this variant where the variants differ in it."""
     dilatant = bool(test.options.get("dilatancy_deg"))
-    both = any(options.get("dilatancy_deg") for _, options in VARIANTS.get(test.source.name, ()))
+    both = any(options.get("dilatancy_deg") for _, options in test.recipe.shown.variants)
     return not both or flow_rule != "non-associative" or not dilatant
 
 

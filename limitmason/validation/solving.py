@@ -3,67 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
+from limitmason.experiments.shown import Settings
 from limitmason.methods import ASSOCIATIVE, DEM, MECHANISMS, NON_ASSOCIATIVE, THEORIES, get_method
-from limitmason.packaged.cases import Case
-from limitmason.side_by_side import Answer, SideBySide, compare
+from limitmason.validation.cases import Case, settings_of
+from limitmason.validation.comparing import SideBySide, compare
+from limitmason.validation.rows import Row
 
 Progress = Callable[[str], object]
-
-
-class Settings(NamedTuple):
-    """How a case is solved.
-
-    Parameters
-    ----------
-    contact_points : of the DEM, along the unit and across the thickness
-    grid : of limit analysis where joints crush, which corners cannot show; None for corners
-    search : effort of the non-associative search
-    proven : seconds for each end of the proven range, in thorough runs; None where the wall is too large or not plane
-    """
-
-    contact_points: tuple[int, int] = (2, 8)
-    grid: tuple[int, int] | None = None
-    search: str = "quick"
-    proven: float | None = None
-
-
-_BY_SOURCE: Mapping[str, Settings] = {
-    "ferris-tin-loi-2001": Settings((2, 2)),
-    "minho-dry-stone-2005-2009": Settings((2, 2)),
-    "rondelet-wallette": Settings((2, 8)),
-    "mcmaster-bending": Settings((4, 8)),
-    "bnw-walls": Settings((8, 2), grid=(8, 2)),
-}
-_PROVEN = {"wall-1": 120.0, "wall-3": 120.0, "wall-4": 120.0}
-"""Walls whose non-associative range can be proven, with the seconds allowed for each end."""
-_STUBBORN = ("wall-6",)
-"""Walls on which the quick search ends above the standard one."""
 _SAME = 1e-6
-
-LEFT_OUT: Mapping[tuple[str, str], str] = {
-    ("mcmaster-bending", DEM): "under a given force the narrow loading bars turn and slide off before the wallette "
-    "breaks; examples/four_point_bending.py drives them by displacement",
-}
-"""Source and method that are not asked for, and why."""
-
-
-def settings_of(case: Case, *, thorough: bool = False) -> Settings:
-    """Settings of one case: in plane two points across the thickness, more along joints that crush.
-
-    Parameters
-    ----------
-    thorough : the standard search everywhere, and the range proven where that can be
-    """
-    found = _BY_SOURCE.get(case.source, Settings())
-    if not thorough:
-        several_ends = case.specimens[0] in _STUBBORN and not case.variant
-        return found._replace(search="standard") if several_ends else found
-    return found._replace(search="standard", proven=None if case.variant else _PROVEN.get(case.specimens[0]))
 
 
 def dem_verdict(result: SideBySide) -> str:
@@ -95,7 +47,7 @@ def solve_cases(
 
     Parameters
     ----------
-    wanted : from :func:`limitmason.packaged.cases.cases`
+    wanted : from :func:`limitmason.validation.cases`
     methods : as in :func:`limitmason.compare`
     thorough : the whole error budget for every DEM answer, the standard search and proven ranges (hours)
     store : folder that keeps every answer when it is done; the same call goes on after a kill
@@ -148,11 +100,10 @@ def _solve(case: Case, methods: Sequence[str], thorough: bool, store: str | Path
             progress=lambda line: say(f"{title}: {line}"), title=title, **options,
         )  # fmt: skip
 
-    left_out = {m: LEFT_OUT[case.source, m] for m in methods if (case.source, m) in LEFT_OUT}
+    left_out = {m: why for m, why in case.test.recipe.shown.left_out.items() if m in methods}
     result = ask([m for m in methods if m not in left_out], whole=thorough)
     if left_out:
-        nothing = {m: Answer(m, *3 * (math.nan,), "", "", f"does not apply: {why}", 0.0) for m, why in left_out.items()}
-        own = {r.method: r for r in result.rows} | nothing
+        own = {r.method: r for r in result.rows} | {m: Row.refused(m, why) for m, why in left_out.items()}
         result = replace(result, rows=tuple(own[m] for m in methods))
     if not thorough and dem_verdict(result) not in ("", "inside"):
         whole = ask((DEM,), whole=True)[DEM]

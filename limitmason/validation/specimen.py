@@ -2,62 +2,20 @@
 
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from itertools import product
-from math import isfinite, nan
+from math import isfinite
 from typing import Any
 
-from limitmason.experiments.record import KINDS, Experiment, Quantity, Target
+from limitmason.experiments.record import KINDS, Experiment, Target
 from limitmason.experiments.registry import all_cases, sources
 from limitmason.methods import LIMIT, get_method, predict
 from limitmason.results import Prediction
+from limitmason.text_table import aligned
+from limitmason.validation.rows import NAN, Row
 
 NO_MODEL = "no assembly"
-
-
-@dataclass(frozen=True, eq=False)
-class Comparison:
-    """One predicted value beside one value of an experiment.
-
-    Parameters
-    ----------
-    source, specimen : which experiment
-    quantity, kind : which of its values; kind is "measured", "published", "recomputed", or "derived" where the source
-        states something that the value follows from
-    reference : that value
-    predicted : in the unit of ``reference``; NaN without a prediction
-    low, high : smallest and largest prediction over what the sources leave open; NaN where not asked for
-    method, flow_rule : what predicted it; the flow rule is empty for methods other than limit analysis
-    options : options of the assembly that differ from the experiment's own
-    status : of the prediction, or why there is none
-    seconds : time of the prediction; a value shared by several rows carries the same time
-    prediction : the whole answer, with mechanism and certificate
-    """
-
-    source: str
-    specimen: str
-    quantity: str
-    kind: str
-    reference: Quantity
-    predicted: float
-    method: str
-    flow_rule: str
-    status: str
-    seconds: float
-    low: float = nan
-    high: float = nan
-    options: Mapping[str, Any] = field(default_factory=dict)
-    prediction: Prediction | None = None
-
-    @property
-    def unit(self) -> str:
-        """Unit of both values."""
-        return self.reference.unit
-
-    @property
-    def ratio(self) -> float:
-        """Predicted over reference."""
-        return self.predicted / float(self.reference) if self.reference else nan
+OPEN = "what the sources leave open"
+"""What the range of a row is that :func:`run` made with ``spread``."""
 
 
 def run(
@@ -69,7 +27,7 @@ def run(
     quantities: Iterable[str] | None = None,
     spread: bool = False,
     **settings: Any,
-) -> tuple[Comparison, ...]:
+) -> tuple[Row, ...]:
     """Predict an experiment and compare with its values.
 
     Parameters
@@ -85,7 +43,7 @@ def run(
 
     Returns
     -------
-    tuple of Comparison
+    tuple of Row
         One row per value; without an assembly the rows say so and predict NaN.
 
     Raises
@@ -119,13 +77,16 @@ def run(
         if rule is None:
             continue
         prediction, status, seconds = solve(target.options, target.direction, rule)
-        value = prediction.collapse_multiplier * factor if prediction is not None else nan
+        value = prediction.collapse_multiplier if prediction is not None else NAN
         others = [solve({**c, **target.options}, target.direction, rule)[0] for c in combinations]
-        found = [value] + [p.collapse_multiplier * factor for p in others if p is not None]
-        row = Comparison(
-            test.source.name, test.specimen, target.quantity, test.standing(target), test.value(target), value, method,
-            rule, status, seconds, min(found) if combinations else nan, max(found) if combinations else nan,
-            dict(target.options), prediction,
+        found = [value * factor] + [p.collapse_multiplier * factor for p in others if p is not None]
+        row = Row(
+            method, value, min(found) if combinations else NAN, max(found) if combinations else NAN,
+            range_is=OPEN if combinations else "", bound=prediction.bound if prediction is not None else "",
+            status=status, seconds=seconds, prediction=prediction, factor=factor, reference=test.value(target),
+            warnings=() if prediction is None else prediction.warnings, source=test.source.name,
+            specimen=test.specimen, quantity=target.quantity, kind=test.standing(target), flow_rule=rule,
+            options=dict(target.options),
         )  # fmt: skip
         rows.append(row)
     return tuple(rows)
@@ -166,7 +127,7 @@ def table(
     method: str = "limit",
     with_model: bool | None = True,
     **arguments: Any,
-) -> tuple[Comparison, ...]:
+) -> tuple[Row, ...]:
     """Rows of :func:`run` for many experiments.
 
     Parameters
@@ -184,7 +145,7 @@ def table(
     return tuple(row for case in cases for row in run(case, method, **arguments))
 
 
-def as_text(rows: Iterable[Comparison]) -> str:
+def as_text(rows: Iterable[Row]) -> str:
     """Rows as a table in plain text, one line each."""
     header = ("experiment", "quantity", "kind", "reference", "predicted", "range", "ratio", "flow rule", "status", "s")
     lines = [header]
@@ -193,14 +154,10 @@ def as_text(rows: Iterable[Comparison]) -> str:
         options = "".join(f", {k} {v}" for k, v in r.options.items())
         line = (
             f"{r.source}/{r.specimen}", r.quantity + options, r.kind, str(r.reference),
-            f"{r.predicted:.5g}" if known else "-", f"{r.low:.4g} to {r.high:.4g}" if isfinite(r.low) else "",
+            f"{r.predicted:.5g}" if known else "-", f"{r.low:.4g} to {r.high:.4g}" if r.has_range else "",
             f"{r.ratio:.3f}" if known else "-", r.flow_rule or r.method, r.status, f"{r.seconds:.2f}",
         )  # fmt: skip
         lines.append(line)
     if not any(line[5] for line in lines[1:]):
         lines = [line[:5] + line[6:] for line in lines]
-    width = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    align = "<<<>>" + ">" * (len(width) - 8) + "<<>"
-    return "\n".join(
-        "  ".join(f"{c:{a}{w}}" for c, a, w in zip(line, align, width, strict=True)).rstrip() for line in lines
-    )
+    return aligned(lines, "<<<>>" + ">" * (len(lines[0]) - 8) + "<<>")

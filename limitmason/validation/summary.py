@@ -4,13 +4,13 @@ from collections.abc import Callable, Iterable
 from itertools import groupby
 from math import isfinite
 
-from limitmason.experiments.comparisons import Comparison, run
 from limitmason.experiments.record import Experiment
 from limitmason.experiments.registry import all_cases
+from limitmason.text_table import markdown, markdown_line, names_of, span
+from limitmason.validation.rows import Row
+from limitmason.validation.specimen import run
 
 _HEADER = ("case", "value", "reference", "limit analysis", "flow rule", "predicted / reference")
-_SKIPPED = ("HybriDFEM", "rounded")
-"""Published values of another model than the case's own: another program's copy of the same, or rounded corners."""
 
 
 def summary_table(progress: Callable[[str], None] | None = None) -> str:
@@ -23,7 +23,7 @@ def summary_table(progress: Callable[[str], None] | None = None) -> str:
     progress : called with the name of each case before it is solved
     """
     cases = all_cases(with_model=True)
-    return "\n".join([_line(_HEADER), _line(["---"] * len(_HEADER)), *table_rows(cases, progress=progress)])
+    return "\n".join([*markdown([_HEADER]), *table_rows(cases, progress=progress)])
 
 
 def table_rows(
@@ -40,35 +40,28 @@ def table_rows(
     flow_rule : only comparisons under this rule
     progress : called with the name of each case before it is solved
     """
-    rows: list[Comparison] = []
+    rows: list[Row] = []
     for case in cases:
         if progress is not None:
             progress(f"{case.source.name}/{case.specimen}")
-        rows += [r for r in run(case, flow_rule=flow_rule) if not any(word in r.quantity for word in _SKIPPED)]
+        # not those of another program's copy of the same model, nor of another model than the case's own
+        own = {t.quantity for t in case.targets if not t.copy and not t.options}
+        rows += [r for r in run(case, flow_rule=flow_rule, quantities=own) if not r.options]
     rows.sort(key=lambda r: (r.source, r.kind, r.flow_rule, r.specimen.rstrip("0123456789").split(".")[0][:2]))
     groups = groupby(rows, key=lambda r: (r.source, r.kind, r.flow_rule, r.unit, f"{r.predicted:.5g}"))
-    return [_line(_cells(list(group))) for _, group in groups]
+    return [markdown_line(_cells(list(group))) for _, group in groups]
 
 
-def _line(cells) -> str:
-    return "| " + " | ".join(cells) + " |"
-
-
-def _span(low: float, high: float, form: str) -> str:
-    return f"{low:{form}}" if f"{low:{form}}" == f"{high:{form}}" else f"{low:{form}} to {high:{form}}"
-
-
-def _cells(rows: list[Comparison]) -> list[str]:
+def _cells(rows: list[Row]) -> list[str]:
     first = rows[0]
     names = list(dict.fromkeys(r.specimen for r in rows))
-    case = names[0] if len(names) == 1 else f"{names[0]} ... {names[-1]} ({len(names)})"
     unit = "" if first.unit == "-" else f" {first.unit}"
     references = [float(r.reference) for r in rows]
     known = isfinite(first.predicted)
     ratios = [r.ratio for r in rows]
     value = f"{first.kind}" + (f", {len(rows)} values" if len(rows) > 1 else "")
     return [
-        f"{first.source} {case}", value, _span(min(references), max(references), ".4g") + unit,
+        f"{first.source} {names_of(names)}", value, span(min(references), max(references)) + unit,
         f"{first.predicted:.4g}{unit}" if known else first.status, first.flow_rule,
-        _span(min(ratios), max(ratios), ".2f") if known else "-",
+        span(min(ratios), max(ratios), ".2f") if known else "-",
     ]  # fmt: skip

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Quantity, Target, chosen_options
 from limitmason.experiments.tables import read_parameters, read_source, read_table
 
@@ -78,7 +79,10 @@ def load(specimen: str, **options: Any) -> Experiment:
         assumptions=(),
         targets=targets,
         multiplier_to_measured=Quantity(1.0, "kN"),
-        recipe=__name__,
+        recipe=RECIPE,
         row=row,
         no_model=NO_PLAN,
     )
+
+
+RECIPE = Recipe(specimens, load)

@@ -1,0 +1,197 @@
+"""Dry-joint stone shear walls of the University of Minho: 21 tests, constant vertical load, horizontal force in plane.
+
+SW: Lourenco et al. 2005, sandstone, monotonic. WS: Vasconcelos 2005 and Vasconcelos and Lourenco 2009, granite,
+monotonic and cyclic. Measured values from the StoneMasonryDatabase (Vanin et al. 2017).
+"""
+
+from typing import Any
+
+from limitmason.build import wall as running_wall
+from limitmason.constants import GRAVITY
+from limitmason.curve import Curve
+from limitmason.experiments.recipe import Recipe
+from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
+from limitmason.experiments.shown import Settings, Shown
+from limitmason.experiments.tables import read_source, read_table
+from limitmason.model.assembly import Assembly
+from limitmason.model.joint import Joint
+from limitmason.model.load import Loads
+from limitmason.model.support import Support
+
+NAME = "minho-dry-stone-2005-2009"
+UNIT_WEIGHT = 20e3  # of the masonry in the database's Ntot [N/m3]
+WS_FRICTION = 0.65  # not found for these walls: assumed, to be shown over 0.5 to 0.75
+BEAM = "beam"
+FORCE = 1e3  # live load [N]: the multiplier is the horizontal force in kN
+
+OPTIONS = {
+    "friction": Option(None, "-", "friction coefficient; None: 0.62 for SW (model of others), 0.65 for WS (assumed)"),
+    "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, used by non-associative limit analysis"),
+    "force_height": Option(None, "m", "height of the horizontal force; None: H0 of the database; SW by geometry: 0.95"),
+    "crushing": Option(False, "-", "give the joints the prism strength fc of the masonry"),
+    "first_course": Option("half", "-", "bottom course starts with a 'half' or a 'whole' block; WS: assumed as SW"),
+    "beam_rotation": Option("free", "-", "'free', or 'held': the loading beam stays level"),
+}
+
+_MEASURED = {
+    "Vmax+": "V_max_pos", "Vmax-": "V_max_neg", "Vcr": "V_cr", "Vu+": "V_u_pos", "Vu-": "V_u_neg",
+    "drift at Vmax+": "d_max_pos", "drift at Vmax-": "d_max_neg", "ultimate drift+": "d_u_pos",
+    "ultimate drift-": "d_u_neg", "Keff+": "K_eff_pos", "Keff-": "K_eff_neg",
+    "largest force of the curve": "V_peak_curve",
+}  # fmt: skip
+_PARAMETERS = {
+    "length": "L", "height": "H", "thickness": "t", "force height H0": "H0", "block length": "lb", "block height": "hb",
+    "masonry strength fc": "fc", "masonry modulus": "E_pc", "stone strength": "fc_b", "stone modulus": "E_b",
+    "precompression": "sigma0_pc", "N total at the base": "N_tot", "N on top": "N_top",
+}  # fmt: skip
+
+
+def specimens() -> tuple[str, ...]:
+    """Test unit names of the database."""
+    return tuple(r["specimen"] for r in read_table(NAME, "tests.csv").rows)
+
+
+def measured_curve(specimen: str) -> Curve:
+    """Measured force-displacement curve of a monotonic test: displacement of the top [mm] and force [kN].
+
+    Thinned; it unpacks as displacement, force.
+
+    Raises
+    ------
+    ValueError
+        For tests whose curve was not found; the message names those that have one.
+    """
+    rows = read_table(NAME, "curves.csv").rows
+    own = [r for r in rows if r["specimen"] == specimen]
+    if not own:
+        known = ", ".join(dict.fromkeys(r["specimen"] for r in rows))
+        raise ValueError(f"no curve of {specimen!r} was found; there are those of {known}")
+    units = read_table(NAME, "curves.csv").units
+    return Curve(
+        [float(r["displacement"]) for r in own], [float(r["force"]) for r in own],
+        displacement_unit=units["displacement"], load_unit=units["force"], label=specimen,
+        source=str(read_source(NAME)),
+    )  # fmt: skip
+
+
+def curve(test: Experiment) -> Curve:
+    """The curve of a test's own specimen; see :func:`measured_curve`."""
+    return measured_curve(test.specimen)
+
+
+def load(specimen: str, **options: Any) -> Experiment:
+    """One of the 21 tests by its test unit name, for example "SW.30.1" or "WS1.100"; see ``OPTIONS``."""
+    table, series_table = read_table(NAME, "tests.csv"), read_table(NAME, "series.csv")
+    row = table.row(specimen)
+    series = series_table.row(row["series"], "series")
+    chosen = chosen_options(OPTIONS, options, NAME)
+    assumptions = [
+        "The loading beam is assumed rigid and weightless, as long and as thick as the wall, and twice as high as the "
+        "distance from the top of the wall to the horizontal force, so that the force acts at its centroid.",
+        "The top load is assumed to act at the beam's centroid, so N on top + wall weight (20 kN/m3) = N total at the "
+        "base, as in the database.",
+        "The joints under the beam and on the ground are assumed to have the friction of the wall's joints.",
+        "The horizontal force is assumed to act on the beam alone; nothing else is moved by the multiplier.",
+    ]
+    if chosen["friction"] is None:
+        if series["friction"]:
+            chosen["friction"] = float(series["friction"])
+            assumptions.append("Friction 0.62 is assumed: it is the value of another author's model of these walls.")
+        else:
+            chosen["friction"] = WS_FRICTION
+            assumptions.append(
+                f"Friction {WS_FRICTION} is assumed: not found for these walls; show {series['friction_low']} to "
+                f"{series['friction_high']}."
+            )
+    if not series["odd_courses_start_with_half"]:
+        assumptions.append("The bond of the WS walls was not found: running bond as in the SW walls is assumed.")
+    if chosen["force_height"] is None:
+        chosen["force_height"] = float(row["H0"]) / 1e3
+        if series["force_height_others"]:
+            other = float(series["force_height_others"]) / 1e3
+            assumptions.append(
+                f"The force height {chosen['force_height']:g} m of the database is assumed; nine courses and a beam "
+                f"one course high put it at {other:g} m (option force_height)."
+            )
+    if chosen["beam_rotation"] not in ("free", "held"):
+        raise ValueError(f"beam_rotation must be 'free' or 'held', got {chosen['beam_rotation']!r}")
+    if not chosen["force_height"] > float(row["H"]) / 1e3:
+        raise ValueError(f"force_height must be above the wall's top at {float(row['H']) / 1e3:g} m")
+    if chosen["crushing"]:
+        assumptions.append("The prism strength of the masonry is assumed for every joint, uniform and plastic.")
+    left_open = {}
+    if series["force_height_others"]:
+        left_open["force_height"] = (float(series["force_height_others"]) / 1e3, float(row["H0"]) / 1e3)
+    if not series["friction"]:
+        left_open["friction"] = (float(series["friction_low"]), float(series["friction_high"]))
+    if not series["odd_courses_start_with_half"]:
+        left_open["first_course"] = ("half", "whole")
+    measured = table.quantities(row, _MEASURED)
+    targets = [Target(f"Vmax{s}", "measured", None, s) for s in "+-" if f"Vmax{s}" in measured]
+    failure = [w for w, c in (("flexural", "F"), ("rocking", "R"), ("sliding", "SL"), ("toe crushing", "TC"))
+               if row[f"failure_{c}"] == "1"]  # fmt: skip
+    return Experiment(
+        source=read_source(NAME),
+        specimen=specimen,
+        title=f"{row['stone']} wall with dry joints, {row['loading'].lower()}, {row['N_top']} kN on top; "
+        f"{row['reference']}",
+        parameters={
+            **table.quantities(row, _PARAMETERS),
+            **series_table.quantities(series, {"courses": "courses", "blocks per course": "blocks_per_course"}),
+            "friction coefficient": Quantity(chosen["friction"]),
+            "failure type": f"{row['failure_type']} ({', '.join(failure)})",
+        },
+        measured=measured,
+        published={},
+        recomputed={"overturning of one rigid block": table.quantity(row, "V_overturning", "N total (L/2) / H0")},
+        assumptions=tuple(assumptions),
+        targets=tuple(targets),
+        multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),
+        recipe=RECIPE,
+        options=chosen,
+        option_table=OPTIONS,
+        open_options=left_open,
+        row=row,
+    )
+
+
+def assembly(test: Experiment) -> Assembly:
+    """The wall on its ground slab under the loading beam."""
+    o, p = test.options, test.parameters
+    crushing = {"compressive_strength": float(p["masonry strength fc"]) * 1e6} if o["crushing"] else {}
+    joint = Joint.from_friction_coefficient(
+        o["friction"], dilatancy_angle_deg=o["dilatancy_deg"], name="dry joint", **crushing
+    )
+    length, height, thickness = (float(p[k]) / 1e3 for k in ("length", "height", "thickness"))
+    courses, lengths = int(p["courses"]), int(p["blocks per course"])
+    wall = running_wall(
+        length=length,
+        courses=courses,
+        unit=(length / lengths, height / courses, thickness),
+        start=o["first_course"],
+        joint=joint,
+        density=UNIT_WEIGHT / GRAVITY,
+        top_beam=2.0 * (o["force_height"] - height),
+        beam_density=0.0,
+    )
+    if o["beam_rotation"] == "held":
+        wall = wall.with_supports([Support(BEAM, dofs=("ry",))])
+    return signed(wall, test)
+
+
+def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
+    """Weight and top load dead; 1 kN sideways at the beam's centroid live."""
+    return (
+        Loads.weight(wall)
+        .with_precompression(wall, float(test.parameters["N on top"]) * 1e3, block=BEAM)
+        .with_point_load(wall, BEAM, (sense * FORCE, 0.0, 0.0))
+    )
+
+
+SHOWN = Shown(
+    settings=Settings((2, 2)),
+    assumed="Constant vertical load, horizontal force at the loading beam, which is free to turn; rigid blocks, so "
+    "that the DEM keeps its default stiffness (examples/minho_pushover.py has the measured one).",
+)
+
+RECIPE = Recipe(specimens, load, assembly, loads, curve, SHOWN)

@@ -1,0 +1,207 @@
+"""Two-leaf stone walls on a U plan under an airbag, dry (DS) and with mortar (REGW), as published by Murano et al.
+
+Tests by Martins (DS) and Maccarini (REGW); joints as calibrated on them in 3DEC. The walls are known by their overall
+dimensions and one idealisation for limit analysis, not stone by stone.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.build import wall as running_wall
+from limitmason.experiments.recipe import Recipe
+from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
+from limitmason.experiments.shown import Shown
+from limitmason.experiments.tables import read_source, read_table
+from limitmason.model.assembly import Assembly
+from limitmason.model.joint import Joint
+from limitmason.model.load import Loads
+
+Array = NDArray[np.float64]
+
+NAME = "murano-u-walls"
+FORCE = 1e3  # live load [N]: the multiplier is the force of the airbag in kN
+
+OPTIONS = {
+    "header_courses": Option(2, "-", "through-stones in every k-th course; assumed"),
+    "header_positions": Option(3, "-", "and there at every k-th position, in quincunx; assumed"),
+    "return_length": Option(None, "m", "side wall, from the facade's outer face; None: 1.00, derived from the axis"),
+    "roof_from": Option(0.3, "m", "where the load on the side walls begins, from the facade's outer face; assumed"),
+    "calibration": Option("final", "-", "joints of the source's 3DEC model: 'final', or its 'first' guess"),
+    "residual": Option(
+        "none", "-", "of failed mortar joints: 'none' (c and ft drop to 0), 'cohesion' (only ft does), 'full' (neither)"
+    ),
+    "ground": Option("bonded", "-", "joint on the ground: 'bonded' (does not fail), or a 'joint' like the others"),
+    "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, 0 in the source"),
+}
+
+_PARAMETERS = {
+    "span": "span", "height": "height", "thickness": "thickness", "leaf": "leaf", "courses": "courses",
+    "course height": "course_height", "unit length": "unit_length", "staggering": "staggering",
+    "centre line": "centre_line", "return length": "return_length", "airbag width": "airbag_width",
+    "airbag height": "airbag_height", "roof load on each side wall": "roof_load", "density": "density",
+}  # fmt: skip
+_JOINT = {"normal stiffness": "kn", "shear stiffness": "ks", "tensile strength": "ft", "cohesion": "c",
+          "friction angle": "phi"}  # fmt: skip
+_MEASURED = {
+    "peak (section 2)": "peak_2", "peak (section 6)": "peak_6", "last displacement": "last_displacement",
+    "initial stiffness": "stiffness", "light-damage load": "light_load", "light-damage displacement":
+    "light_displacement",
+}  # fmt: skip
+_PUBLISHED = {
+    "3DEC peak": "dem_peak", "3DEC knee, first guess": "dem_knee_first",
+    "3DEC failure load, first guess": "dem_peak_first", "3DEC initial stiffness": "dem_stiffness",
+    "3DEC light-damage load": "dem_light_load", "3DEC frequency 1": "dem_frequency_1", "3DEC frequency 2":
+    "dem_frequency_2", "3DEC frequency 3": "dem_frequency_3", "FE micro-model peak": "micro_peak",
+    "mechanism A": "load_A", "mechanism B": "load_B", "mechanism D": "load_D",
+}  # fmt: skip
+_AFTER_FAILURE = {
+    "none": "Mortar is assumed to lose cohesion and tensile strength at once and to keep its friction; the source does "
+    "not state its residual strength.",
+    "cohesion": "Mortar is assumed to lose its tensile strength at once and to keep cohesion and friction.",
+    "full": "Mortar is assumed perfectly plastic in tension and shear.",
+}
+_GROUND = {
+    "bonded": "The wall is assumed bonded to a rigid ground by joints of the same stiffness that do not fail, as in "
+    "the finite element macro-model of the source.",
+    "joint": "The joint on the ground is assumed like the others, the ground rigid.",
+}
+_BONDED = 2e6  # cohesion and tensile strength of bonded joints [Pa]: ten times the mortar's, never reached
+
+
+def specimens() -> tuple[str, ...]:
+    """Both walls."""
+    return tuple(r["specimen"] for r in read_table(NAME, "walls.csv").rows)
+
+
+def load(specimen: str, **options: Any) -> Experiment:
+    """One of "DS" and "REGW"; see ``OPTIONS``."""
+    table = read_table(NAME, "walls.csv")
+    row = table.row(specimen)
+    chosen = chosen_options(OPTIONS, options, NAME)
+    for key, allowed in (
+        ("calibration", ("final", "first")),
+        ("residual", tuple(_AFTER_FAILURE)),
+        ("ground", tuple(_GROUND)),
+    ):
+        if chosen[key] not in allowed:
+            raise ValueError(f"{key} must be {' or '.join(map(repr, allowed))}, got {chosen[key]!r}")
+    if chosen["return_length"] is None:
+        chosen["return_length"] = float(row["return_length"])
+    if not 0.0 <= chosen["roof_from"] < chosen["return_length"]:
+        raise ValueError(f"roof_from must lie on the side wall, 0 to {chosen['return_length']:g} m")
+    suffix = "" if chosen["calibration"] == "final" else "_first"
+    joint = {name: column + suffix for name, column in _JOINT.items()}
+    assumptions = [
+        "The layout is assumed: six equal courses in two leaves of running bond with the mean stone of the source's "
+        f"idealisation, a through-stone at every {chosen['header_positions']}. position of every "
+        f"{chosen['header_courses']}. course, interlocking corners.",
+        f"The side walls are assumed {chosen['return_length']:g} m long: derived from the axis of the plan, 3.65 m.",
+        "The airbag is assumed to press evenly on the rear face between the side walls, 1.65 m = 2.25 m - 2 x 0.30 m.",
+        f"The 10 kN on each side wall are assumed spread evenly from {chosen['roof_from']:g} m behind the facade's "
+        "outer face to its free end.",
+        _GROUND[chosen["ground"]],
+    ]
+    if float(row["c" + suffix]):
+        assumptions.append(_AFTER_FAILURE[chosen["residual"]])
+    else:
+        assumptions.append(
+            "The irregular dry wall is assumed to have the layout of the regular one, as its source did."
+        )
+    return Experiment(
+        source=read_source(NAME),
+        specimen=specimen,
+        title=f"Two-leaf U wall of {row['masonry']}, airbag behind the facade",
+        parameters={
+            **table.quantities(row, _PARAMETERS), **table.quantities(row, joint), "observed mechanism": row["observed"]
+        },
+        measured=table.quantities(row, _MEASURED),
+        published=table.quantities(row, _PUBLISHED),
+        recomputed={},
+        assumptions=tuple(assumptions),
+        targets=(Target("peak (section 2)", "measured"), Target("peak (section 6)", "measured")),
+        multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),
+        recipe=RECIPE,
+        options=chosen,
+        option_table=OPTIONS,
+        open_options={
+            "ground": ("bonded", "joint"), "residual": ("none", "cohesion"), "roof_from": (0.0, 0.3),
+            "header_positions": (2, 3, 4), "return_length": (0.85, 1.0, 1.15),
+        },
+        row=row,
+    )  # fmt: skip
+
+
+def assembly(test: Experiment) -> Assembly:
+    """Facade along x with its outer face at y = 0, side walls towards +y, on a slab."""
+    p, o = test.parameters, test.options
+    mortar = bool(p["cohesion"])
+    after = {
+        "cohesion": {"residual_tensile_strength": 0.0},
+        "none": {"residual_cohesion": 0.0, "residual_tensile_strength": 0.0},
+        "full": {},
+    }[o["residual"]]
+    joint = Joint(
+        float(p["friction angle"]), dilatancy_angle_deg=o["dilatancy_deg"], cohesion=float(p["cohesion"]) * 1e6,
+        tensile_strength=float(p["tensile strength"]) * 1e6, normal_stiffness=float(p["normal stiffness"]) * 1e9,
+        shear_stiffness=float(p["shear stiffness"]) * 1e9, name="mortar joint" if mortar else "dry joint",
+        **(after if mortar else {}),
+    )  # fmt: skip
+    ground = joint
+    if o["ground"] == "bonded":
+        ground = replace(
+            joint, cohesion=_BONDED, tensile_strength=_BONDED, residual_cohesion=None, residual_tensile_strength=None,
+            name="bonded to the ground",
+        )  # fmt: skip
+    leaf = float(p["leaf"])
+    wall = running_wall(
+        length=float(p["span"]),
+        courses=int(p["courses"]),
+        unit=(float(p["unit length"]), float(p["course height"]), leaf),
+        leaves=round(float(p["thickness"]) / leaf),
+        header_every=(int(o["header_courses"]), int(o["header_positions"])),
+        staggering=float(p["staggering"]),
+        plan="U",
+        return_length=float(o["return_length"]),
+        joint=joint,
+        joints={"base": ground},
+        density=float(p["density"]),
+    )
+    return signed(wall, test)
+
+
+def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
+    """Weight and roof load dead; an airbag of 1 kN on the rear of the facade live, pushing it off its side walls."""
+    p, o = test.parameters, test.options
+    span, depth, height = (float(p[k]) for k in ("span", "thickness", "height"))
+    start, end = float(o["roof_from"]), float(o["return_length"])
+    found = Loads.weight(wall)
+    for x in (0.0, span - depth):
+        top = [(x, start, height), (x + depth, start, height), (x + depth, end, height), (x, end, height)]
+        found = found.with_patch_pressure(wall, top, force=1e3 * float(p["roof load on each side wall"]), case="dead")
+    left = 0.5 * (span - float(p["airbag width"]))
+    right, low = span - left, height - float(p["airbag height"])
+    rear = [(right, depth, low), (left, depth, low), (left, depth, height), (right, depth, height)]
+    return found.with_patch_pressure(wall, rear, force=sense * FORCE)
+
+
+def control_block(test: Experiment) -> int:
+    """Number of the stone at the top of the facade's outer face at mid-span, where the test measured displacements."""
+    wall = test.assembly()
+    half = 0.5 * float(test.parameters["span"])
+    top = max(block.bounds[1, 2] for block in wall.blocks)
+    face = [
+        i for i, block in enumerate(wall.blocks) if block.bounds[1, 2] > top - 1e-6 and abs(block.bounds[0, 1]) < 1e-6
+    ]
+    return min(face, key=lambda i: abs(wall.centroids[i, 0] - half))
+
+
+SHOWN = Shown(
+    assumed="Stone layout, headers and span of the roof load are assumed; joints as calibrated in 3DEC on these tests "
+    "by the source, so no prediction is independent of them. Limit analysis lets the mortar of REGW hold tension and "
+    "cohesion for ever; the DEM drops both where a joint breaks.",
+)
+
+RECIPE = Recipe(specimens, load, assembly, loads, shown=SHOWN)

@@ -1,0 +1,217 @@
+"""Tilting tests on dry marble blocks, S1-S13, University of Pavia: measured and 3DEC values, a parametric specimen.
+
+The plans of the specimens are not published in the sources at hand. :func:`specimen` builds what they could be: a
+facade held by one or two return walls, of any length, height, corner bond and loading sense.
+"""
+
+from dataclasses import replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from limitmason.build.arguments import choice
+from limitmason.build.wall import wall
+from limitmason.experiments.recipe import Recipe
+from limitmason.experiments.record import Experiment, Quantity, Target, chosen_options
+from limitmason.experiments.tables import read_parameters, read_source, read_table
+from limitmason.model.assembly import Assembly
+from limitmason.model.joint import Joint
+from limitmason.model.load import Loads
+
+NAME = "pavia-tilting"
+NO_PLAN = (
+    "the plans of the specimens (lengths, courses, openings, corner bond, sense of the load) are not published in the "
+    "sources at hand; they are in Restrepo-Velez, Magenes and Griffith 2014 and in figure 7 of Godio et al. 2017; "
+    "limitmason.experiments.pavia_tilting.specimen builds walls of this kind from an assumed layout"
+)
+
+DENSITY = 2700.0  # of marble, assumed [kg/m3]: without cohesion the multiplier does not depend on it
+CONTACT_POINTS = {"facade": (2, 8), "return": (2, 2)}
+"""Points along and across a block as Godio et al. model it: 8 across the facade, 2 in the walls that hold it."""
+PUBLISHED = ("lambda_3dec_zero_dilatancy", "lambda_3dec_dilatant")
+GROUPS = {"S1": "S1-S3", "S2": "S1-S3", "S3": "S1-S3", "S8": "S8-S9", "S9": "S8-S9"}
+"""Specimens with one drawing and one 3DEC value in the source, taken as repeats of one layout."""
+SENSES = {"outward": (0.0, -1.0, 0.0), "inward": (0.0, 1.0, 0.0)}
+CORNERS = ("half lap", "whole units")
+LAYOUTS = {
+    "return_walls": (1, 2),
+    "sense": ("outward", "inward"),
+    "facade_units": (2, 3, 4, 5, 6, 7, 8, 10, 12),
+    "courses": (6, 8, 10, 12, 14, 16, 18, 20, 24),
+    "return_units": (1.5, 2, 3, 4, 6),
+    "corner": CORNERS,
+    "first_through": ("facade", "return"),
+}
+"""What a specimen may have looked like, argument by argument of :func:`specimen`: assumed, all combinations."""
+SEARCH_NOTES = (
+    "The plans of S1 to S13 are not published in the sources at hand. What follows is inferred, not measured: layouts "
+    "of a facade held by one or two return walls, 80 x 40 x 28 mm blocks, whose computed multipliers come near the two "
+    "3DEC values of Godio, Stefanou and Sab 2017 (Table 5) for a specimen, at psi = 0 and at psi = phi = 33.82 deg.",
+    "The catalogue is a random draw from all combinations of: one or two returns; outward or inward load; facade of "
+    f"{', '.join(map(str, LAYOUTS['facade_units']))} blocks; {', '.join(map(str, LAYOUTS['courses']))} courses; "
+    f"returns of {', '.join(map(str, LAYOUTS['return_units']))} blocks; head joints behind the corner over the middle "
+    "of the units below, or whole units from the corner on; facade or returns through the corner in the bottom course; "
+    "at most about 200 blocks. No openings, no other quality of the connection: both were variables of the tests, so "
+    "the true layout need not be in the catalogue.",
+    "Both values are computed by the DEM of this package with the published kn = ks = 14 GPa/m and 8 contact points "
+    "across the facade, 2 in the returns. S1 to S3 and S8 to S9 have one published value each and count once.",
+)
+"""What a reader must know of a search for the layouts."""
+
+
+def specimen(
+    *,
+    facade_units: float,
+    courses: int,
+    return_walls: int = 2,
+    return_units: float = 3.0,
+    corner: str = "half lap",
+    first_through: str = "facade",
+    sense: str = "outward",
+    dilatancy_angle_deg: float = 0.0,
+    block_scale: float = 1.0,
+) -> tuple[Assembly, Loads]:
+    """A dry wall of 80 x 40 x 28 mm blocks held by one or two return walls, and the loads of its tilting table.
+
+    lambda = tan(alpha) of the table: live load = weight of every block, horizontal, across the facade.
+
+    Parameters
+    ----------
+    facade_units : length outside to outside in block lengths, in steps of a half
+    courses : number of courses of 40 mm
+    return_walls : 1 (plan L, return at the left end) or 2 (plan U)
+    return_units : length of a return from the outer face of the facade in block lengths, in steps of a half
+    corner : bond of the courses that start behind the corner. "half lap": head joints over the middle of the units
+        below, so that the first unit behind the corner is 92 mm long; "whole units": whole units from the corner on,
+        which lap by the thickness of the wall, 28 mm. A cut unit closes the course in the middle or at a free end
+    first_through : "facade" or "return": which of the two passes through the corner in the bottom course, that is
+        which courses, odd or even, are toothed into the return
+    sense : "outward" pushes the facade away from the returns (-y), "inward" towards them (+y)
+    dilatancy_angle_deg : psi [deg], from 0 to phi = 33.82
+    block_scale : length and height of the blocks over 80 and 40 mm in a wall of the same size and thickness, for the
+        size study; the height of the wall must be a whole number of the new courses. The overlap of the courses grows
+        with the blocks, so that "whole units" then needs a cut unit behind the corner
+
+    Returns
+    -------
+    Assembly
+        Blocks "base" (held: the platform), "facade-...", "return-left-...", "return-right-...". ``recipe`` says what
+        was assumed.
+    Loads
+
+    Raises
+    ------
+    ValueError
+        Naming the argument that is wrong.
+
+    Notes
+    -----
+    Source of block size, friction (33.82 deg, platform too) and stiffness (kn = ks = 14 GPa/m): Godio, Stefanou, Sab
+    2017, Table 2. The layout is not from a source: openings, other bonds and returns inside the facade are left out.
+    """
+    choice("corner", corner, CORNERS)
+    choice("first_through", first_through, ("facade", "return"))
+    choice("sense", sense, tuple(SENSES))
+    if return_walls not in (1, 2):
+        raise ValueError(f"return_walls must be 1 or 2, got {return_walls!r}")
+    for label, units in (("facade_units", facade_units), ("return_units", return_units)):
+        if not units >= 1.0 or not float(2.0 * units).is_integer():
+            raise ValueError(f"{label} must be at least 1, in steps of half a block, got {units!r}")
+    given = read_parameters(NAME)
+    length, height, thickness = (float(given[f"block {side}"]) / 1e3 for side in ("length", "height", "thickness"))
+    rows = courses / block_scale if block_scale > 0.0 else 0.0
+    if not rows >= 1.0 or abs(rows - round(rows)) > 1e-9:
+        raise ValueError(f"block_scale {block_scale!r} does not divide {courses} courses into whole ones")
+    joint = Joint(
+        float(given["friction angle"]), dilatancy_angle_deg=dilatancy_angle_deg, name="marble on marble",
+        normal_stiffness=float(given["normal stiffness"]) * 1e9,
+        shear_stiffness=float(given["tangential stiffness"]) * 1e9,
+    )  # fmt: skip
+    built = wall(
+        length=facade_units * length,
+        courses=round(rows),
+        unit=(block_scale * length, block_scale * height, thickness),
+        joint=joint,
+        density=DENSITY,
+        plan="L" if return_walls == 1 else "U",
+        return_length=return_units * length,
+        start="whole" if first_through == "facade" else "half",
+        staggering=block_scale * thickness if corner == "whole units" else None,
+    )
+    assumed = {
+        "facade_units": float(facade_units), "courses": int(courses), "return_walls": int(return_walls),
+        "return_units": float(return_units), "corner": corner, "first_through": first_through, "sense": sense,
+    }  # fmt: skip
+    recipe = {**built.recipe, "source": NAME, "specimen": "layout assumed, not measured", "options": assumed}
+    built = replace(built, recipe=recipe)
+    return built, Loads.horizontal(built, SENSES[sense])
+
+
+def catalogue(number: int | None = None, *, seed: int = 1, most_blocks: int = 200) -> list[dict[str, Any]]:
+    """Layouts from all combinations of ``LAYOUTS``, as arguments of :func:`specimen`, in a random but fixed order.
+
+    Parameters
+    ----------
+    number : how many of them; None for all. A longer list begins with the shorter one
+    seed : of the order
+    most_blocks : walls with more blocks, about, are left out [-]
+    """
+    every = [dict(zip(LAYOUTS, values, strict=True)) for values in product(*LAYOUTS.values())]
+    small = [x for x in every if x["courses"] * (x["facade_units"] + x["return_walls"] * x["return_units"])
+             <= most_blocks]  # fmt: skip
+    order = np.random.default_rng(seed).permutation(len(small))
+    return [small[k] for k in order[:number]]
+
+
+def published_pairs() -> dict[str, tuple[float, float]]:
+    """3DEC multipliers (psi = 0, psi = phi) [-] by specimen; repeats of one layout appear once, as "S1-S3"."""
+    return {
+        GROUPS.get(r["specimen"], r["specimen"]): (float(r[PUBLISHED[0]]), float(r[PUBLISHED[1]]))
+        for r in read_table(NAME, "specimens.csv").rows
+    }
+
+
+def measured_multipliers() -> dict[str, tuple[float, ...]]:
+    """Multipliers of the tests, tan(tilt angle) [-], by specimen; several for repeats of one layout."""
+    found: dict[str, tuple[float, ...]] = {}
+    for r in read_table(NAME, "specimens.csv").rows:
+        key = GROUPS.get(r["specimen"], r["specimen"])
+        found[key] = (*found.get(key, ()), float(r["lambda_measured"]))
+    return found
+
+
+def specimens() -> tuple[str, ...]:
+    """Specimens used by Godio et al."""
+    return tuple(r["specimen"] for r in read_table(NAME, "specimens.csv").rows)
+
+
+def load(specimen: str, **options: Any) -> Experiment:
+    """Values of one specimen, "S1" to "S13" without "S4"; there is no assembly."""
+    chosen_options({}, options, NAME)
+    table = read_table(NAME, "specimens.csv")
+    row = table.row(specimen)
+    return Experiment(
+        source=read_source(NAME),
+        specimen=specimen,
+        title="Dry-stacked marble blocks at 1:5, a wall held by one or two orthogonal walls, tilted to collapse",
+        parameters=dict(read_parameters(NAME)),
+        measured=table.quantities(row, {"lambda": "lambda_measured", "tilt angle": "tilt_angle"}),
+        published=table.quantities(
+            row, {"3DEC zero dilatancy": "lambda_3dec_zero_dilatancy", "3DEC dilatant": "lambda_3dec_dilatant"}
+        ),
+        recomputed={},
+        assumptions=(),
+        targets=(
+            Target("lambda", "measured"),
+            Target("3DEC zero dilatancy", "published", "non-associative"),
+            Target("3DEC dilatant", "published", "associative"),
+        ),
+        multiplier_to_measured=Quantity(1.0, "-"),
+        recipe=RECIPE,
+        row=row,
+        no_model=NO_PLAN,
+    )
+
+
+RECIPE = Recipe(specimens, load)

@@ -1,0 +1,233 @@
+"""Stages of loading: settle, ramp, tilt, driven blocks, base motion, hold; each is plain frozen data.
+
+Loads and their factors are kept from stage to stage: a stage changes only what it names. A test is stated in them, and
+a method that steps through time follows them.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.model.assembly import Assembly
+from limitmason.model.support import DEGREES_OF_FREEDOM
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Damping:
+    """How motion is braked.
+
+    Parameters
+    ----------
+    local : Cundall's local damping, F - local |F| sign(v) per component; takes momentum from free flight
+    adaptive : ratio of the power of global viscous damping to the rate of change of kinetic energy; 0 for none
+    kinetic : stop all blocks whenever the kinetic energy has passed a peak; settles without overshoot
+    """
+
+    local: float = 0.0
+    adaptive: float = 0.0
+    kinetic: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the range."""
+        if not (0.0 <= self.local <= 0.9 and self.adaptive >= 0.0):
+            raise ValueError(
+                f"local damping must lie in 0 .. 0.9 and adaptive be >= 0, got {self.local!r} and {self.adaptive!r}"
+            )
+
+
+@dataclass(frozen=True)
+class Servo:
+    """Jack that keeps the vertical push on a block constant while the block moves.
+
+    v = gain / (K dt) (e + gain / 4 sum(e)), e = force - push: the block's vertical velocity is prescribed from what the
+    push lacks and has lacked in every step so far, as a test rig closes its loop; K is the vertical stiffness of the
+    block's own joints. A dead force does the same to a block that is free; a servo also does it to one that must stay
+    parallel or is driven.
+
+    Parameters
+    ----------
+    force : push downwards beyond the block's own loads [N]
+    parallel : hold the rotations too, as a pair of jacks does (double bending); False leaves them free (cantilever)
+    gain : part of the difference that is made up per step if nothing but the block's own joints gave way [-]; a tall
+        soft wall below answers late: lower it where the force swings
+    """
+
+    force: float
+    parallel: bool = True
+    gain: float = 2e-2
+
+    def __post_init__(self) -> None:
+        """Check the range."""
+        if not (np.isfinite(self.force) and 0.0 < self.gain <= 0.5):
+            raise ValueError(f"a servo needs a finite force and 0 < gain <= 0.5, got {self.force!r} and {self.gain!r}")
+
+
+HOLD, COAST = "hold", "coast"
+
+AT_REST = 0.01
+"""A record ends at rest where its last velocity is below this fraction of its largest [-]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stage:
+    """What all stages share.
+
+    Parameters
+    ----------
+    damping : None takes the simulation's own
+    stop_when_moved : end the stage when a block has moved this far since the stage began [m]
+    name : label in the history
+    servo : by block name or number: what keeps its vertical push constant in this stage; its degrees of freedom are
+        released after it
+    """
+
+    damping: Damping | None = None
+    stop_when_moved: float | None = None
+    name: str = ""
+    servo: Mapping[int | str, Servo] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Settle(Stage):
+    """Hold the loads until force and moment are small in four checks in a row.
+
+    Parameters
+    ----------
+    tolerance : largest unbalanced force and moment over every block's own load [-]
+    max_steps : the stage ends there in any case; the history then says "not settled"
+    """
+
+    tolerance: float = 1e-6
+    max_steps: int = 50_000
+
+
+@dataclass(frozen=True)
+class Hold(Stage):
+    """Hold the loads for a number of steps, or a duration [s]."""
+
+    steps: int | None = None
+    duration: float | None = None
+
+
+@dataclass(frozen=True)
+class Ramp(Stage):
+    """Change the multiplier of the live loads linearly.
+
+    Parameters
+    ----------
+    to : multiplier at the end [-]
+    steps or duration : length of the stage, [-] or [s]
+    """
+
+    to: float = 1.0
+    steps: int | None = None
+    duration: float | None = None
+
+
+@dataclass(frozen=True)
+class Tilt(Stage):
+    """Turn the weight of all blocks as on a tilting table: W (-cos(alpha) z + sin(alpha) d), d = axis x z.
+
+    Other dead loads and live loads stay as they are in the table's axes.
+
+    Parameters
+    ----------
+    to_deg : tilt angle at the end [deg]
+    axis : horizontal axis the table turns about by the right-hand rule, shape (3,)
+    """
+
+    to_deg: float = 45.0
+    steps: int | None = None
+    duration: float | None = None
+    axis: tuple[float, float, float] = (0.0, 1.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Drive(Stage):
+    """Move degrees of freedom of blocks with given velocities and record the reaction (load-displacement curves).
+
+    Parameters
+    ----------
+    displacement : by block name or number: {"x": 0.01, ...} [m] or [rad], travelled linearly in the stage; the degrees
+        of freedom named are held in this stage and released after it unless ``keep``
+    keep : hold these degrees of freedom after the stage too
+    """
+
+    displacement: Mapping[int | str, Mapping[str, float]] = field(default_factory=dict)
+    steps: int | None = None
+    duration: float | None = None
+    keep: bool = False
+
+    def twists(self, assembly: Assembly) -> tuple[Array, NDArray[np.bool_]]:
+        """Travel per block, shape (n, 6), and the degrees of freedom it holds."""
+        travel = np.zeros((assembly.n_blocks, 6))
+        held = np.zeros((assembly.n_blocks, 6), dtype=bool)
+        for block, moves in self.displacement.items():
+            i = assembly.block_index(block)
+            for name, value in moves.items():
+                if name not in DEGREES_OF_FREEDOM:
+                    raise ValueError(f"drive of block {block!r}: unknown degree of freedom {name!r}")
+                k = DEGREES_OF_FREEDOM.index(name)
+                travel[i, k], held[i, k] = value, True
+        if not held.any():
+            raise ValueError("a Drive stage moves nothing: give displacement={block: {'x': ...}}")
+        return travel, held
+
+
+@dataclass(frozen=True)
+class BaseMotion(Stage):
+    """Move all held blocks with a recorded ground acceleration; dynamic mode only.
+
+    Parameters
+    ----------
+    acceleration : samples [m/s2], shape (k,)
+    sample_step : time between samples [s]; linear between them
+    direction : unit vector of the motion, shape (3,)
+    after : what the ground does when the record is over and it still moves. "hold": it stops dead, a blow of its whole
+        velocity on everything that stands on it. "coast": it goes on at that velocity in the stages that follow, also
+        in a run continued from the history. None: a record that ends with more than a hundredth of its largest velocity
+        is refused where another stage follows, and named in the warnings where none does; what is left below that stops
+
+    The displacement of the ground starts from the velocity that an earlier record left it with ("coast").
+    """
+
+    acceleration: Sequence[float] = ()
+    sample_step: float = 0.01
+    direction: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    after: str | None = None
+
+    def __post_init__(self) -> None:
+        """Check what can be checked without a model."""
+        if self.after not in (None, HOLD, COAST):
+            raise ValueError(f"BaseMotion: after must be {HOLD!r}, {COAST!r} or None, got {self.after!r}")
+        if not np.isfinite(np.asarray(self.acceleration, dtype=float)).all():
+            raise ValueError("BaseMotion: the record has samples that are not finite")
+        if not (self.sample_step > 0.0 and np.isfinite(self.sample_step)):
+            raise ValueError(f"BaseMotion: sample_step must be positive, got {self.sample_step!r}")
+        if not np.linalg.norm(self.direction) > 0.0:
+            raise ValueError("BaseMotion: direction must not be zero")
+
+    @property
+    def unit(self) -> Array:
+        """Direction of unit length, shape (3,)."""
+        d = np.asarray(self.direction, dtype=float)
+        return d / np.linalg.norm(d)
+
+    def left_over(self) -> tuple[float, bool]:
+        """Velocity at the end of the record [m/s], and whether it is more than a hundredth of the largest."""
+        a = np.asarray(self.acceleration, dtype=float)
+        v = np.cumsum(0.5 * self.sample_step * (a[1:] + a[:-1]))
+        return float(v[-1]), bool(abs(v[-1]) > AT_REST * np.abs(v).max())
+
+    def velocity(self, times: Array) -> Array:
+        """Ground velocity at times since the stage began [m/s]: exact integral of the piecewise linear record."""
+        a = np.asarray(self.acceleration, dtype=float)
+        h = self.sample_step
+        nodes = np.concatenate([[0.0], np.cumsum(0.5 * h * (a[1:] + a[:-1]))])
+        k = np.clip((times / h).astype(int), 0, len(a) - 2)
+        r = np.clip(times - k * h, 0.0, h)
+        return nodes[k] + a[k] * r + 0.5 * (a[k + 1] - a[k]) / h * r * r

@@ -1,0 +1,38 @@
+"""Tables as text: columns of equal width for the terminal, Markdown for pages, and how a range is written."""
+
+from collections.abc import Sequence
+
+
+def aligned(lines: Sequence[Sequence[str]], align: str = "") -> str:
+    """Columns padded to equal width.
+
+    Parameters
+    ----------
+    lines : cells, the head first; all lines of one length
+    align : one of "<>" per column; to the left by default
+    """
+    width = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    align = align or "<" * len(width)
+    return "\n".join(
+        "  ".join(f"{c:{a}{w}}" for c, a, w in zip(line, align, width, strict=True)).rstrip() for line in lines
+    )
+
+
+def markdown(lines: Sequence[Sequence[str]]) -> list[str]:
+    """Lines of a Markdown table whose first line is the head."""
+    return [markdown_line(lines[0]), markdown_line(["---"] * len(lines[0])), *map(markdown_line, lines[1:])]
+
+
+def markdown_line(cells: Sequence[str]) -> str:
+    """One line of a Markdown table."""
+    return "| " + " | ".join(cells) + " |"
+
+
+def span(low: float, high: float, form: str = ".4g") -> str:
+    """A range as text, a single number where both ends read the same."""
+    return f"{low:{form}}" if f"{low:{form}}" == f"{high:{form}}" else f"{low:{form}} to {high:{form}}"
+
+
+def names_of(names: Sequence[str]) -> str:
+    """Several names as the first, the last and their number."""
+    return names[0] if len(names) == 1 else f"{names[0]} ... {names[-1]} ({len(names)})"

@@ -1,0 +1,251 @@
+"""One structure by several methods, beside a measurement: values, error bars, what each is, and whether they agree."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from limitmason.experiments.record import Quantity
+from limitmason.limit.proven_range import proven_range
+from limitmason.methods import NON_ASSOCIATIVE, THEORIES, get_method
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.study.store import DocumentStore
+from limitmason.text_table import aligned, markdown
+from limitmason.validation.rows import NAN, Row
+
+SCHEMA = "limitmason-answer"
+
+
+@dataclass(frozen=True, eq=False)
+class SideBySide:
+    """Rows of several methods to one question.
+
+    Parameters
+    ----------
+    rows : one per method, in the order asked for
+    measured : (low, value, high) [-], or None
+    title : of the structure
+    """
+
+    rows: tuple[Row, ...]
+    measured: tuple[float, float, float] | None = None
+    title: str = ""
+
+    def __getitem__(self, method: str) -> Row:
+        """The answer of a method by its name."""
+        for row in self.rows:
+            if row.method == method:
+                return row
+        raise KeyError(f"no answer by {method!r}; there are {', '.join(r.method for r in self.rows)}")
+
+    def __contains__(self, method: str) -> bool:
+        return any(row.method == method for row in self.rows)
+
+    def _lines(self) -> list[list[str]]:
+        head = ["method", "lambda", "range", "ratio to test", "status", "s", "what it is"]
+        lines = [head]
+        for r in self.rows:
+            ends = f"{r.low:.4f} to {r.high:.4f}" if r.has_range else ""
+            kind = "; ".join(t for t in (r.bound, f"range: {r.range_is}" if ends else "", r.beside) if t)
+            value = f"{r.multiplier:.5f}" if not math.isnan(r.multiplier) else "-"
+            ratio = f"{r.ratio:.3f}" if math.isfinite(r.ratio) else "-"
+            lines.append([r.method, value, ends, ratio, r.status, f"{r.seconds:.1f}", kind])
+        if self.measured is not None:
+            low, value, high = self.measured
+            ends = f"{low:.4f} to {high:.4f}" if high > low else ""
+            lines.append(["test", f"{value:.5f}", ends, "1.000", "measured", "", ""])
+        else:
+            lines = [line[:3] + line[4:] for line in lines]
+        return lines
+
+    def table(self) -> str:
+        """All answers as a table in plain text, and below it what agrees and what does not."""
+        lines = self._lines()
+        align = "<>" + "<" + (">" if self.measured is not None else "") + "<><"
+        return "\n".join([aligned(lines, align), "", *self.findings()])
+
+    def __str__(self) -> str:
+        """The table."""
+        return self.table()
+
+    def as_markdown(self) -> str:
+        """All answers as a Markdown table."""
+        return "\n".join(markdown(self._lines()))
+
+    def findings(self) -> tuple[str, ...]:
+        """What theory demands of the answers, checked; each line begins with "holds", "open" or "BROKEN".
+
+        Notes
+        -----
+        Non-associative <= associative, and associative <= a mechanism that is admissible on the same interfaces, are
+        theorems. The DEM must lie inside the range of the non-associative law within its own error budget; its finite
+        stiffness and its pressure in the faces may take it out, so that is "open" and needs an explanation.
+        """
+        solved = {get_method(r.method).theorem: r for r in reversed(self.rows) if r.solved}
+        upper, lower, mechanism = (solved.get(t) for t in ("upper", "admissible", "mechanism"))
+        out = []
+        if upper and lower:
+            good = lower.multiplier <= upper.multiplier * (1.0 + 1e-6) + 1e-9
+            out.append(f"{'holds' if good else 'BROKEN'}: non-associative <= associative ({_pair(lower, upper)})")
+        for row in self.rows if upper else ():
+            if row.solved and get_method(row.method).theorem == "simulation":
+                out.append(self._simulation(row, lower, upper))
+        if upper and mechanism:
+            bound = mechanism.details.get("smallest_upper_bound", NAN)
+            name = mechanism.details.get("smallest_upper_bound_of")
+            if math.isfinite(bound):
+                good = upper.multiplier <= bound * (1.0 + 1e-6) + 1e-9
+                out.append(
+                    f"{'holds' if good else 'BROKEN'}: associative <= admissible mechanism "
+                    f"({upper.multiplier:.5f}, {name} {bound:.5f})"
+                )
+        return tuple(out)
+
+    @staticmethod
+    def _simulation(row: Row, lower: Row | None, upper: Row) -> str:
+        name = get_method(row.method).look.name
+        low, high = (row.low, row.high) if row.has_range else (row.multiplier, row.multiplier)
+        floor = lower.multiplier if lower else 0.0
+        text = f"{name} {low:.5f} to {high:.5f}, admissible {floor:.5f} to {upper.multiplier:.5f}"
+        if low > upper.multiplier:
+            return f"open: the {name} lies above the associative value beyond its error budget ({text})"
+        if high < floor:
+            return f"open: the {name} lies below the smallest admissible multiplier found ({text})"
+        return f"holds: the {name} lies inside the admissible range within its error budget ({text})"
+
+
+def _pair(a: Row, b: Row) -> str:
+    return f"{a.multiplier:.5f}, {b.multiplier:.5f}"
+
+
+def compare(
+    assembly: Assembly,
+    loads: Loads,
+    methods: Sequence[str] = THEORIES,
+    measured: float | Sequence[float] | None = None,
+    *,
+    store: str | Path | None = None,
+    progress: Callable[[str], object] | None = None,
+    proven: float | None = None,
+    title: str = "",
+    **options: Mapping[str, Any],
+) -> SideBySide:
+    """Collapse multiplier of one structure by several methods, with what is known of the error of each.
+
+    Parameters
+    ----------
+    assembly, loads : the problem
+    methods : "associative", "non-associative" (both limit analysis), "dem", "mechanisms", or any other name of
+        ``limitmason.methods.available_methods``
+    measured : multiplier of the test [-]: a number, (low, high) or (low, value, high)
+    store : folder that keeps the answer of every method when it is done; the same call finds it again, also after a
+        kill, and repeats only what is missing
+    progress : called with one line before and after every method
+    proven : seconds for each end of the non-associative range by ``limitmason.proven_range`` (small plane walls only);
+        without it the range is that of the states the search found
+    title : of the structure
+    options : settings by method, with underscores for its name: ``dem={"contact_points": (2, 8)}``,
+        ``non_associative={"search": "quick"}``
+
+    Returns
+    -------
+    SideBySide
+        One row per method. The range is, for the non-associative rule, that of certified states; for the DEM its error
+        budget (bracket, and changes with ten times the stiffness, twice the points and half the rate, summed on each
+        side). Mechanisms: the smallest bound with the smallest estimate named beside it; where there is no bound, the
+        smallest estimate with the bracket of its friction factor omega = 0 and 1.
+
+    Raises
+    ------
+    ValueError
+        For unknown methods, options of a method that is not asked for, and measured values that are not positive.
+
+    Notes
+    -----
+    A method that refuses the structure has a row that says why. The store knows model, loads, method and options, not
+    the version of the code: start a new folder after an update.
+    """
+    methods = (methods,) if isinstance(methods, str) else tuple(methods)
+    settings = _settings(methods, options)
+    if proven is not None and not any(get_method(m).theorem == "admissible" for m in methods):
+        raise ValueError(f"proven is for {NON_ASSOCIATIVE!r}, which is not among the methods {', '.join(methods)}")
+    test = measured_range(measured)
+    kept = None if store is None else DocumentStore(store, SCHEMA)
+    say = progress or (lambda _: None)
+    rows = []
+    for k, method in enumerate(methods, 1):
+        # without a store there is nothing to identify, and options may be any objects
+        path = None
+        if kept is not None:
+            limit = proven if get_method(method).theorem == "admissible" else None
+            path = kept.path(method, assembly, loads, method, settings[method], limit)
+        row = None if kept is None else kept.read(path, Row.restored)
+        where = f"[{k}/{len(methods)}] {method}"
+        if row is None:
+            say(f"{where} ...")
+            row = _solve(assembly, loads, method, settings[method], proven)
+            if kept is not None:
+                kept.write(path, row.stored())
+            say(f"{where}: {row.multiplier:.5g} ({row.status}; {row.seconds:.1f} s)")
+        else:
+            say(f"{where}: {row.multiplier:.5g} (from the store)")
+        rows.append(replace(row, reference=Quantity(test[1]), kind="measured") if test else row)
+    return SideBySide(tuple(rows), test, title)
+
+
+def _settings(methods: Sequence[str], options: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
+    out: dict[str, dict[str, Any]] = {}
+    for method in methods:
+        given = options.get(method.replace("-", "_"), options.get(method, {}))
+        if not isinstance(given, Mapping):
+            raise ValueError(f"options of {method!r} must be a mapping, got {given!r}")
+        chosen = get_method(method)
+        chosen.check_options(given)
+        out[method] = {**chosen.stated, **given}
+    names = {m.replace("-", "_") for m in methods} | set(methods)
+    unused = sorted(set(options) - names)
+    if unused:
+        raise ValueError(f"options are given for {unused[0]!r}, which is not among the methods {', '.join(methods)}")
+    return out
+
+
+def measured_range(measured: float | Sequence[float] | None) -> tuple[float, float, float] | None:
+    """Low, value and high of a measured multiplier given as a number, (low, high) or (low, value, high)."""
+    if measured is None:
+        return None
+    numbers = [float(v) for v in measured] if isinstance(measured, Sequence) else [float(measured)]
+    if len(numbers) == 2:
+        numbers.insert(1, 0.5 * (numbers[0] + numbers[1]))
+    low, value, high = numbers * 3 if len(numbers) == 1 else numbers if len(numbers) == 3 else (0.0, 0.0, 0.0)
+    if not 0.0 < low <= value <= high < math.inf:
+        raise ValueError(f"measured must be positive: a number, (low, high) or (low, value, high); got {measured!r}")
+    return low, value, high
+
+
+def _solve(assembly: Assembly, loads: Loads, method: str, settings: Mapping[str, Any], proven: float | None) -> Row:
+    chosen, begun = get_method(method), time.perf_counter()
+    try:
+        found = chosen.predict(assembly, loads, **settings)
+    except ValueError as error:
+        return Row.refused(method, error, time.perf_counter() - begun)
+    low, high, range_is = chosen.range_of(found)
+    warnings = list(found.warnings)
+    if chosen.theorem == "admissible" and proven is not None:
+        try:
+            ends = proven_range(assembly, loads, time_limit=proven)
+            low, high = (ends.ends[e].bound for e in ("smallest", "largest"))
+            low, high = min(low, found.collapse_multiplier), max(high, found.collapse_multiplier)
+            range_is = "no admissible multiplier lies outside" if ends.proven else "bounds, not met by states"
+        except ValueError as error:
+            warnings.append(f"no proven range: {error}")
+    details = {k: found.details[k] for k in chosen.kept if k in found.details}
+    bound = f"{details['governing']}: {found.bound}" if "governing" in details else found.bound
+    return Row(
+        method, float(found.collapse_multiplier), float(low), float(high), range_is, bound, found.status,
+        time.perf_counter() - begun, details=details, warnings=tuple(warnings), prediction=found,
+    )  # fmt: skip

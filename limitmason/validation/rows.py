@@ -1,0 +1,131 @@
+"""One row of "predicted beside measured": what a method says about a structure, and the value it is held against."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from limitmason.experiments.record import Quantity
+from limitmason.methods import get_method
+from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction
+
+NAN = float("nan")
+REFUSED = "does not apply"
+"""Status of a method that refuses the structure, followed by the reason."""
+
+STORED = ("method", "multiplier", "low", "high", "range_is", "bound", "status", "seconds", "details", "warnings")
+"""Fields that a store keeps: what the method says, without what it is held against."""
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """What one method says about one structure, and the value beside it.
+
+    Parameters
+    ----------
+    method : its name
+    multiplier : lambda [-]; NaN without an answer
+    low, high : range about the predicted value, in ``unit``; NaN where the method has none
+    range_is : what the range is
+    bound : as in ``Prediction``
+    status : as in ``Prediction``; "does not apply: ..." where the method refuses the structure, "no assembly" where
+        there is nothing to predict
+    seconds : time it took; a prediction shared by several rows has the same time
+    details : plain further values
+    warnings : what a user should know before trusting the number
+    prediction : the whole answer; None where it was taken from a store
+    reference : measured or published value beside it, with its unit; None without one
+    factor : what a multiplier of 1 means, in ``unit``
+    source, specimen, quantity : where the reference comes from
+    kind : "measured", "published", "recomputed", or "derived" where the source states something that it follows from
+    flow_rule : of limit analysis where that was an option of the method
+    options : options of the assembly that differ from the experiment's own
+    """
+
+    method: str
+    multiplier: float = NAN
+    low: float = NAN
+    high: float = NAN
+    range_is: str = ""
+    bound: str = ""
+    status: str = ""
+    seconds: float = 0.0
+    details: Mapping[str, Any] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    prediction: Prediction | None = None
+    reference: Quantity | None = None
+    factor: float = 1.0
+    source: str = ""
+    specimen: str = ""
+    quantity: str = ""
+    kind: str = ""
+    flow_rule: str = ""
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def refused(cls, method: str, reason: object, seconds: float = 0.0) -> Row:
+        """The row of a method that does not take the structure."""
+        return cls(method, status=f"{REFUSED}: {reason}", seconds=seconds)
+
+    @property
+    def predicted(self) -> float:
+        """Predicted value in ``unit``."""
+        return self.multiplier * self.factor
+
+    @property
+    def unit(self) -> str:
+        """Unit of the predicted value and of the reference; "-" for a multiplier."""
+        return "-" if self.reference is None else self.reference.unit
+
+    @property
+    def measured(self) -> float:
+        """The measured value in ``unit``; NaN without one."""
+        return float(self.reference) if self.reference is not None and self.kind == "measured" else NAN
+
+    @property
+    def ratio(self) -> float:
+        """Predicted over reference [-]."""
+        return self.predicted / float(self.reference) if self.reference else NAN
+
+    @property
+    def beside(self) -> str:
+        """What stands beside the multiplier and must not be taken for it: the smallest estimate below a bound."""
+        return get_method(self.method).beside(self.details)
+
+    @property
+    def solved(self) -> bool:
+        """Whether there is a finite multiplier to compare."""
+        return self.status in (SOLVED, ALMOST_SOLVED) and math.isfinite(self.multiplier)
+
+    @property
+    def refusal(self) -> str | None:
+        """Why the method does not take the structure; None where it does."""
+        return self.status.removeprefix(f"{REFUSED}: ") if self.status.startswith(REFUSED) else None
+
+    @property
+    def has_range(self) -> bool:
+        """Whether both ends of the range are known."""
+        return math.isfinite(self.low) and math.isfinite(self.high)
+
+    def in_unit(self, factor: float) -> Row:
+        """The same row for another meaning of a multiplier of 1; range and predicted value follow."""
+        change = factor / self.factor
+        return replace(self, factor=factor, low=self.low * change, high=self.high * change)
+
+    def stored(self) -> dict[str, Any]:
+        """What a store keeps of it; :meth:`restored` reads it."""
+        return {name: getattr(self, name) for name in STORED}
+
+    @classmethod
+    def restored(cls, document: Mapping[str, Any]) -> Row:
+        """A row from what a store kept, also of version 0.1.
+
+        Raises
+        ------
+        KeyError, TypeError
+            For a document that lacks a field or is no mapping.
+        """
+        values = {name: document[name] for name in STORED}
+        return cls(**{**values, "warnings": tuple(values["warnings"])})
