@@ -16,12 +16,7 @@ from walls import running_bond
 
 import dem
 import limitmason as lm
-<<<<<<< HEAD:tests/cli/test_no_argument_is_ignored.py
-from limitmason import cli, diagnosis, experiments, packaged, side_by_side
-=======
 from limitmason import cli, diagnosis, experiments, validation
-from limitmason.cli import diagnosis as diagnosis_command
->>>>>>> w-exper2:tests/test_no_argument_is_ignored.py
 from limitmason.cli import models
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -30,18 +25,13 @@ PACKAGES = ("limitmason", "dem", "mechanisms")
 # ---- every parameter is read ----
 
 PROTOCOLS = {
-<<<<<<< HEAD:tests/cli/test_no_argument_is_ignored.py
     # causes of the measurement are called with (size, prediction, specimen), units are read by the declaration
     ("measurement.py", "gain", "specimen"), ("measurement.py", "angle_offset", "specimen"),
     ("measurement.py", "rig_friction", "unit"),
     # no edit of the model: refuses whatever it is called with
     ("faces.py", "torsion_strength", "size"), ("faces.py", "torsion_strength", "assembly"),
     ("faces.py", "torsion_strength", "loads"),
-    ("ferris_tin_loi.py", "loads", "test"), ("rondelet.py", "loads", "test"),  # recipes: (test, wall, sense)
-=======
-    ("measurement.py", "__call__", "specimen"),  # causes of the measurement: (size, prediction, specimen)
     ("__init__.py", "loads", "test"),  # recipes: (test, wall, sense)
->>>>>>> w-exper2:tests/test_no_argument_is_ignored.py
     ("record.py", "__setattr__", "value"),  # refuses whatever is set
 }  # fmt: skip
 
@@ -197,19 +187,11 @@ def run(canned, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(validation, "run", recorder("run", validation.run(experiments.load("pavia-tilting", "S1"))))
     monkeypatch.setattr(validation, "summary_table", recorder("summary", "a table"))
     monkeypatch.setattr(experiments, "all_cases", lambda **_: [experiments.load("pavia-tilting", "S1")])
-<<<<<<< HEAD:tests/cli/test_no_argument_is_ignored.py
-    monkeypatch.setattr(packaged, "solve_cases", recorder("solve", {}))
-    monkeypatch.setattr(packaged, "not_covered", tuple)
-    monkeypatch.setattr(side_by_side, "compare", recorder("compare", table))
-    monkeypatch.setattr(diagnosis, "investigate", investigate)
-    monkeypatch.setattr(lm.figures, "diagnosis_folder", written)
-=======
     monkeypatch.setattr(validation, "solve_cases", recorder("solve", {}))
     monkeypatch.setattr(validation, "not_covered", tuple)
     monkeypatch.setattr(validation, "compare", recorder("compare", table))
-    monkeypatch.setattr(diagnosis, "Study", FakeStudy)
-    monkeypatch.setattr(diagnosis_command, "_write", written)
->>>>>>> w-exper2:tests/test_no_argument_is_ignored.py
+    monkeypatch.setattr(diagnosis, "investigate", investigate)
+    monkeypatch.setattr(lm.figures, "diagnosis_folder", written)
     # what a figure shows is tested elsewhere: here it counts that it is drawn, of what, and how
     monkeypatch.setattr(models, "_draw", lambda *a, **o: note("draw", a[:2], a[3] and a[3].method, a[4:], o))
     monkeypatch.setattr(lm.cli.packaged, "_draw_comparison", lambda path, *_: note("draw", path))

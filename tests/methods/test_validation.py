@@ -21,7 +21,7 @@ from limitmason.validation.comparing import SCHEMA
 from limitmason.validation.page import UNEXPLAINED
 from limitmason.validation.rows import Row
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 LIBRARY = Path(lm.__file__).parent
 
 # ---- an experiment is one folder -------------------------------------------------------------------------------------
