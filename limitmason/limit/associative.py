@@ -13,7 +13,7 @@ from limitmason.limit.problem import Problem, make_problem
 from limitmason.limit.program import Solution, opening_motion, stands_under_dead_load
 from limitmason.limit.scaling import balanced, spread
 from limitmason.limit.solvers import solve_program, unsupported
-from limitmason.limit.strength import make_cones
+from limitmason.limit.strength import Cones, make_cones
 from limitmason.limit.torsion import with_torsion_limit
 from limitmason.model.load import Loads
 from limitmason.results import (
@@ -39,6 +39,9 @@ WIDE_LOADS = 1e5
 
 SEEN_LOADS = 1e3
 """The same up to which the own solver's word counts that the dead load can be carried, to 1e-10 of the total load."""
+
+WELL_SOLVED = 1e-7
+"""Residuals and gap up to which an answer for loads further apart than that is taken without a second opinion."""
 
 CELL_TARGET = 3e-3
 """Part of the gap that cells of cohesive faces may leave before they are made finer."""
@@ -118,7 +121,7 @@ def _settled(
     problem: Problem, solver: str, *, torsion: float, tolerance: float, check_dead_load: bool, verbose: bool
 ) -> tuple[Prediction, float]:
     """The first answer that its certificate accepts, or else the best, and the seconds spent in solvers."""
-    best, spent, tried = None, 0.0, []
+    best, spent, tried, unknown = None, 0.0, [], False
     for scaled, name in _attempts(problem, "clarabel" if torsion else solver):
         cones = make_cones(scaled)
         solution = solve_program(
@@ -129,18 +132,24 @@ def _settled(
         if torsion and solution.status in (SOLVED, ALMOST_SOLVED):
             solution, seconds, details = with_torsion_limit(scaled, solution, tolerance, torsion, verbose=verbose)
             spent += seconds
-        solution, stands, falling, seconds = _dead_load_checked(scaled, cones, solution, check_dead_load)
+        solution, stands, falling, seconds = _dead_load_checked(problem, scaled, cones, solution, check_dead_load)
         spent += seconds
         prediction, seconds = prediction_from(scaled, solution, bool(torsion), details, tolerance, stands, falling)
         spent += seconds
         tried.append(f"{solution.solver}: {prediction.status}")
         if best is None or _rank(prediction) < _rank(best):
-            best = prediction
-        if torsion or _rank(prediction)[0] == 0:
+            best, unknown = prediction, check_dead_load and stands is None
+        if torsion or _sure(best, problem):
             break
     if best.status == CANNOT_STAND and not best.details.get("falling_margin", 0.0) > 0 and not problem.cells:
         reason = "neither forces that carry the dead load were found nor a motion that proves it cannot be carried"
         best = replace(best, status=NOT_CONVERGED, mechanism=None, warnings=(reason,))
+    elif unknown and best.status == UNBOUNDED:
+        # a structure that cannot stand has no multiplier, whatever the live load would hold up
+        best = replace(best, status=NOT_CONVERGED, collapse_multiplier=float("nan"))
+    elif unknown and best.status == SOLVED:
+        reason = "reduced accuracy: whether it stands without live load was not found out"
+        best = replace(best, status=ALMOST_SOLVED, warnings=(*best.warnings, reason))
     if len(tried) > 1:
         best = replace(best, provenance=dict(best.provenance, attempts=tuple(tried)))
     return best, spent
@@ -157,7 +166,10 @@ def _attempts(problem: Problem, solver: str) -> Iterator[tuple[Problem, str]]:
         own = balanced(problem)
         yield own, solver
     if solver == "auto" and unsupported(problem) is None:
-        yield problem if own is None else own, "interior-point"
+        # thin blocks among thick ones may suit one scaling only
+        yield problem, "interior-point"
+        if own is not None:
+            yield own, "interior-point"
 
 
 def _rank(prediction: Prediction) -> tuple[int, float]:
@@ -165,30 +177,47 @@ def _rank(prediction: Prediction) -> tuple[int, float]:
     c = prediction.certificate
     if prediction.status in (SOLVED, ALMOST_SOLVED) and c is not None:
         numerical = replace(c, gap=c.gap - c.discretisation, discretisation=min(c.discretisation, 0.0))
-        if prediction.status == SOLVED or numerical.accepted:
-            return 0, 0.0
-        worst = np.nanmax([c.block_residual, c.joint_excess, abs(numerical.gap)])
-        return 1, float(worst)
+        worst = float(np.nanmax([c.block_residual, c.joint_excess, abs(numerical.gap)]))
+        return (0 if prediction.status == SOLVED or numerical.accepted else 1), worst
     if prediction.status == CANNOT_STAND:
         return (0 if prediction.details.get("falling_margin", 0.0) > 0 else 2), 0.0
     return (0 if prediction.status == UNBOUNDED else 3), 0.0
 
 
+def _sure(best: Prediction, problem: Problem) -> bool:
+    """Whether nothing else need be tried: accepted or proven, where loads lie far apart with something to spare.
+
+    There a small block's residual, within what is accepted, may be worth more than that in the multiplier of the whole.
+    """
+    rank, worst = _rank(best)
+    return rank == 0 and (worst <= WELL_SOLVED or spread(problem) <= SEEN_LOADS)
+
+
 def _dead_load_checked(
-    problem: Problem, cones, solution: Solution, check: bool
+    problem: Problem, scaled: Problem, cones: Cones, solution: Solution, check: bool
 ) -> tuple[Solution, bool | None, Array | None, float]:
     """Solution with the status that the dead load alone gives it, whether it stands, how it falls, and the seconds.
 
     Whatever the program with live load says, a structure that falls without it has no multiplier: also where live load
     would hold it up for ever ("unbounded"), and where the solver stopped short.
+
+    Parameters
+    ----------
+    problem, scaled, cones : the problem, the scaling of it that the solution is of, and the joint law in that scaling
     """
     if not check and solution.status != CANNOT_STAND:
         return solution, None, None, 0.0
-    stands = solution.stands if spread(problem) <= SEEN_LOADS else None
+    stands = solution.stands if spread(scaled) <= SEEN_LOADS else None
     falls = solution.status in (SOLVED, ALMOST_SOLVED) and solution.multiplier < -1e-9
     if stands and not falls and solution.status != CANNOT_STAND:
         return solution, True, None, 0.0
-    answer = stands_under_dead_load(problem, cones)
+    answer = stands_under_dead_load(scaled, cones)
+    if answer.stands is None and not falls:
+        # a scaling that suits the program with live load need not suit the one without
+        other = problem if scaled is not problem else balanced(problem)
+        again = stands_under_dead_load(other, make_cones(other))
+        velocity = None if again.velocity is None else scaled.dual(other.twists(again.velocity))
+        answer = again._replace(force=None, velocity=velocity, seconds=answer.seconds + again.seconds)
     stands = False if falls else stands if answer.stands is None else answer.stands
     if stands is False:
         velocity = solution.velocity if answer.velocity is None and falls else answer.velocity
