@@ -97,6 +97,15 @@ def own_measure(own: Array, largest: Array) -> Array:
     return np.where(own <= WEIGHTLESS * largest, largest, np.maximum(own, ROUNDING * largest))
 
 
+def load_on_blocks(assembly: Assembly, loads: Loads, multiplier: float) -> Array:
+    """Size of dead and live load on every block, forces and moments over its size [N], shape (n_blocks,)."""
+    size = np.cbrt(assembly.arrays.volume)
+    own = np.zeros(assembly.n_blocks)
+    for part, factor in ((loads.dead, 1.0), (loads.live, abs(multiplier))):
+        own += factor * (np.linalg.norm(part[:, :3], axis=1) + np.linalg.norm(part[:, 3:], axis=1) / size)
+    return own
+
+
 def block_measures(assembly: Assembly, loads: Loads, resultants: Resultants, multiplier: float) -> Array:
     """Force by which the residual of every block is judged [N], shape (n_blocks,).
 
@@ -105,10 +114,7 @@ def block_measures(assembly: Assembly, loads: Loads, resultants: Resultants, mul
     nothing carries only rounding.
     """
     x, n = assembly.arrays, assembly.n_blocks
-    size = np.cbrt(x.volume)
-    own = np.zeros(n)
-    for part, factor in ((loads.dead, 1.0), (loads.live, abs(multiplier))):
-        own += factor * (np.linalg.norm(part[:, :3], axis=1) + np.linalg.norm(part[:, 3:], axis=1) / size)
+    own = load_on_blocks(assembly, loads, multiplier)
     k = resultants.point_interface
     force = np.linalg.norm(resultants.point_force, axis=1)
     joint = np.bincount(k, force, len(x.area))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from limitmason.certificate import certify, kinematic_multiplier, resultants_from_points, scaled_mechanism
 from limitmason.limit.face_cells import Cells, refined, spread_cohesion
+from limitmason.limit.idle_joints import without_rounding
 from limitmason.limit.problem import Problem, make_problem
 from limitmason.limit.program import Solution, opening_motion, stands_under_dead_load
 from limitmason.limit.scaling import balanced, spread
@@ -16,6 +17,7 @@ from limitmason.limit.solvers import solve_program, unsupported
 from limitmason.limit.strength import Cones, make_cones
 from limitmason.limit.torsion import with_torsion_limit
 from limitmason.model.load import Loads
+from limitmason.residuals import load_on_blocks
 from limitmason.results import (
     ALMOST_SOLVED,
     CANNOT_STAND,
@@ -333,11 +335,13 @@ def prediction_from(
             method, float(value), "none", status, mechanism, provenance=provenance, details={**details, **proof},
             warnings=(reason,),
         ), 0.0  # fmt: skip
-    force = problem.forces(solution.force)
+    value = solution.multiplier * problem.live_scale
+    own = load_on_blocks(assembly, loads, value)
+    force = without_rounding(assembly, own, points.interface, problem.forces(solution.force))
     resultants = resultants_from_points(assembly, points.position, points.interface, points.area, force)
     mechanism = scaled_mechanism(assembly, loads, problem.twists(solution.velocity), points.position, points.interface)
     prediction = Prediction(
-        method, solution.multiplier * problem.live_scale, bound, solution.status, mechanism, resultants, None, (),
+        method, value, bound, solution.status, mechanism, resultants, None, (),
         provenance, details,
     )  # fmt: skip
     certificate, seconds = _certified(problem, prediction, torsion)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.limit.idle_joints import without_rounding
 from limitmason.limit.problem import Problem
 from limitmason.limit.scaling import row_blocks, unit_loads
 from limitmason.limit.strength import Cones
@@ -107,6 +108,10 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     own = np.zeros(problem.assembly.n_blocks)
     own[block] = unit_loads(problem)[block]
 
+    def settled(force: Array) -> Array:
+        scaled = force.reshape(-1, c) * problem.point_scale[:, None]
+        return (without_rounding(problem.assembly, own, points.interface, scaled) / problem.point_scale[:, None]).ravel()
+
     def balances(force: Array) -> bool:
         size = np.linalg.norm(force.reshape(-1, c), axis=1) * problem.point_scale
         joint = np.bincount(points.interface, size)[points.interface]
@@ -135,6 +140,7 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
         if str(answer.status) == "Solved":
             force = np.zeros(problem.matrix.shape[1])
             force[columns] = answer.x
+            force = settled(force)
             if balances(force):
                 return Carried(True, force, None, time.perf_counter() - start)
     r, n = problem.matrix.shape
@@ -149,7 +155,7 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     status = str(answer.status)
     seconds = time.perf_counter() - start
     if status in ("Solved", "AlmostSolved"):
-        force = np.array(answer.x)
+        force = settled(np.array(answer.x))
         return Carried(True, force, None, seconds) if balances(force) else Carried(None, None, None, seconds)
     if "PrimalInfeasible" not in status:
         return Carried(None, None, None, seconds)
