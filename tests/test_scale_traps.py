@@ -3,6 +3,7 @@
 Every expectation is a closed form.
 """
 
+import itertools
 import warnings
 
 import numpy as np
@@ -137,6 +138,35 @@ def test_neither_the_unit_of_length_nor_the_density_changes_the_multiplier(lengt
     )  # fmt: skip
     assert answer.status == "solved"
     assert answer.collapse_multiplier == pytest.approx(min(expected, 0.65), rel=1e-6)
+
+
+def small_wall(x=0.0, z=0.0, w=1.0, h=0.8):
+    """Five bricks in two courses."""
+    lower = [((x + k * w, 0, z), (x + (k + 1) * w, 1, z + h)) for k in (0, 1)]
+    edges = [x, x + 0.5 * w, x + 1.5 * w, x + 2.0 * w]
+    return lower + [((a, 0, z + h), (b, 1, z + 2 * h)) for a, b in itertools.pairwise(edges)]
+
+
+@pytest.mark.parametrize("where", ["beside", "on"])
+def test_zero_dilatancy_of_a_small_wall_does_not_depend_on_a_giant(where, ratio=100):
+    # proven smallest of the wall alone: 0.625, 14 % below the associative value; the giant itself turns at 1
+    boxes = [((0, 0, 0), (ratio, 1, ratio)), *small_wall(0.4 * ratio, ratio)] if where == "on" else (
+        [*small_wall(), ((1000, 0, 0), (1000 + ratio, 1, ratio))]
+    )  # fmt: skip
+    joint = lm.Joint.from_friction_coefficient(0.75, dilatancy_angle_deg=0.0)
+
+    def make():
+        assembly = on_slab(boxes, joint=joint)
+        return assembly, lm.Loads.horizontal(assembly)
+
+    assert right_or_refused(make, 0.625, flow_rule="non-associative", search="quick") == "right"
+
+
+def test_zero_dilatancy_of_the_small_wall_alone_is_proven():
+    assembly = on_slab(small_wall(), joint=lm.Joint.from_friction_coefficient(0.75, dilatancy_angle_deg=0.0))
+    answer = lm.limit_analysis(assembly, lm.Loads.horizontal(assembly), "non-associative")
+    assert answer.bound.startswith("exact: smallest admissible multiplier, proven")
+    assert answer.collapse_multiplier == pytest.approx(0.625, rel=1e-6)
 
 
 # ---- contacts -------------------------------------------------------------------------------------------------------

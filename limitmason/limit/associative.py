@@ -178,7 +178,7 @@ def _rank(prediction: Prediction) -> tuple[int, float]:
     """Accepted or proven answers first, then the nearer to acceptance the better."""
     c = prediction.certificate
     if prediction.status in (SOLVED, ALMOST_SOLVED) and c is not None:
-        numerical = replace(c, gap=c.gap - c.discretisation, discretisation=min(c.discretisation, 0.0))
+        numerical = replace(c, gap=c.gap - c.discretisation, discretisation=0.0)
         worst = float(np.nanmax([c.block_residual, c.joint_excess, abs(numerical.gap)]))
         return (0 if prediction.status == SOLVED or numerical.accepted else 1), worst
     if prediction.status == CANNOT_STAND:
