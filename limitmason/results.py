@@ -156,9 +156,10 @@ class Certificate:
             reasons.append(f"the joint {self.worst_joint} exceeds its law by {self.joint_excess:.1e} of its own force")
         if self.discretisation < -GAP:
             most = self.kinematic_multiplier
+            much = f"{-self.discretisation:.1e} too much" if np.isnan(most) else f"whole faces carry at most {most:.6g}"
             reasons.append(
                 "cohesion gathers at points where there is none to that amount: the forces are no admissible stresses, "
-                + (f"{-self.discretisation:.1e} too much" if np.isnan(most) else f"whole faces carry at most {most:.6g}")
+                + much
             )
         elif not np.isnan(self.kinematic_multiplier):
             if not (self.discretisation <= CELL_GAP and abs(self.gap - self.discretisation) <= GAP):

@@ -21,7 +21,7 @@ import limitmason.constants
 from limitmason.formats import write_json
 
 SEED = 7
-REFUSED_AT_MOST, UNDECIDED_AT_MOST = 0.15, 0.15
+REFUSED_AT_MOST, UNDECIDED_AT_MOST = 0.05, 0.05
 """Shares of cases that limit analysis may refuse and that the referee may leave open; neither counts as agreement."""
 
 
@@ -40,7 +40,7 @@ def check(cases, folder):
     assert not complaints, "\n".join(complaints)
     assert outcomes.count(REFUSED) <= REFUSED_AT_MOST * len(outcomes)
     assert outcomes.count(UNDECIDED) <= UNDECIDED_AT_MOST * len(outcomes)
-    assert outcomes.count(AGREE) >= 0.7 * len(outcomes)
+    assert outcomes.count(AGREE) >= 0.95 * len(outcomes)
 
 
 @pytest.mark.parametrize("shape", PLANE)

@@ -148,7 +148,8 @@ def small_wall(x=0.0, z=0.0, w=1.0, h=0.8):
 
 
 @pytest.mark.parametrize("where", ["beside", "on"])
-def test_zero_dilatancy_of_a_small_wall_does_not_depend_on_a_giant(where, ratio=100):
+def test_zero_dilatancy_of_a_small_wall_does_not_depend_on_a_giant(where):
+    ratio = 100
     # proven smallest of the wall alone: 0.625, 14 % below the associative value; the giant itself turns at 1
     boxes = [((0, 0, 0), (ratio, 1, ratio)), *small_wall(0.4 * ratio, ratio)] if where == "on" else (
         [*small_wall(), ((1000, 0, 0), (1000 + ratio, 1, ratio))]

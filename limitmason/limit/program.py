@@ -109,8 +109,9 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     own[block] = unit_loads(problem)[block]
 
     def settled(force: Array) -> Array:
-        scaled = force.reshape(-1, c) * problem.point_scale[:, None]
-        return (without_rounding(problem.assembly, own, points.interface, scaled) / problem.point_scale[:, None]).ravel()
+        scale = problem.point_scale[:, None]
+        kept = without_rounding(problem.assembly, own, points.interface, force.reshape(-1, c) * scale)
+        return (kept / scale).ravel()
 
     def balances(force: Array) -> bool:
         size = np.linalg.norm(force.reshape(-1, c), axis=1) * problem.point_scale
