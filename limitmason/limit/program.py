@@ -12,7 +12,7 @@ from limitmason.limit.idle_joints import without_rounding
 from limitmason.limit.problem import Problem
 from limitmason.limit.scaling import row_blocks, unit_loads
 from limitmason.limit.strength import Cones
-from limitmason.residuals import own_measure
+from limitmason.residuals import own_measures
 from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, OWN_RESIDUAL, SOLVED, UNBOUNDED
 
 Array = NDArray[np.float64]
@@ -120,7 +120,7 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
         np.maximum.at(largest, points.block_a, joint)
         np.maximum.at(largest, points.block_b, joint)
         rest = np.abs(problem.matrix @ force + problem.dead) * problem.row_unit
-        return bool((rest <= OWN_RESIDUAL * own_measure(own, largest)[block]).all())
+        return bool((rest <= OWN_RESIDUAL * own_measures(problem.assembly, own, largest)[block]).all())
 
     level = np.abs(points.directions[:, 0, 2]) > 1 - 1e-9
     simple = level & ~np.isfinite(problem.crushing)
