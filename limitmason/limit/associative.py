@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.certificate import certify, kinematic_multiplier, resultants_from_points, scaled_mechanism
+from limitmason.limit.associative_warnings import REASON, warnings_of
 from limitmason.limit.face_cells import Cells, refined, spread_cohesion
 from limitmason.limit.idle_joints import without_rounding
 from limitmason.limit.problem import Problem, make_problem
@@ -43,16 +44,13 @@ SEEN_LOADS = 1e3
 """The same up to which the own solver's word counts that the dead load can be carried, to 1e-10 of the total load."""
 
 WELL_SOLVED = 1e-7
-"""Residuals and gap up to which an answer for loads further apart than that is taken without a second opinion."""
+"""Residuals and gap up to which an answer for loads further apart than SEEN_LOADS is taken without a second opinion."""
 
 CELL_TARGET = 3e-3
 """Part of the gap that cells of cohesive faces may leave before they are made finer."""
 
 REFINEMENTS = 6
 """Times that cells are made finer at most."""
-
-CONFINEMENT_WARNING = 10.0
-"""Largest joint force over the total load from which an answer is said to rest on self-stress."""
 
 
 def solve_associative(
@@ -325,7 +323,7 @@ def prediction_from(
         value = np.inf if solution.status == UNBOUNDED else np.nan
         mechanism, proof = _falling(problem, falling)
         status = solution.status
-        reason = _REASON[status]
+        reason = REASON[status]
         if mechanism is not None:
             count, first = len(proof["falling_blocks"]), proof["falling_blocks"][0]
             reason += f"; the mechanism is that of the fall ({count} blocks move, among them {first!r})"
@@ -352,7 +350,7 @@ def prediction_from(
         prediction = replace(prediction, status=SOLVED if certificate.accepted else ALMOST_SOLVED)
         if certificate.discretisation > GAP:
             bound = f"lower bound for the {law}, {certificate.gap:.1e} below an upper one (cells of cohesive faces)"
-    warnings = _warnings(problem, replace(prediction, certificate=certificate), certificate.confinement)
+    warnings = warnings_of(problem, replace(prediction, certificate=certificate), certificate.confinement)
     if np.isfinite(certificate.force_cap):
         warnings.append(
             "no motion opens every joint (blocks are wedged between supports): the kinematic bound holds for joint "
@@ -378,50 +376,3 @@ def _certified(problem: Problem, prediction: Prediction, torsion: bool) -> tuple
         return certificate, seconds
     candidates = (problem.twists(motion),)
     return certify(problem.assembly, problem.loads, prediction, candidates=candidates), seconds
-
-
-_REASON = {
-    CANNOT_STAND: "no admissible joint forces carry the dead load: the structure cannot stand before any live load",
-    UNBOUNDED: "no finite multiplier: admissible joint forces grow with the live load without limit",
-    NOT_CONVERGED: "the solver stopped without an answer; try another tolerance or contact model",
-}
-
-
-def _warnings(problem: Problem, prediction: Prediction, confinement: float) -> list[str]:
-    out = []
-    if prediction.status == ALMOST_SOLVED:
-        why = prediction.certificate.refusal if prediction.certificate is not None else ""
-        out.append("reduced accuracy" + (f": {why}" if why else ": read the certificate before using the number"))
-    spread = prediction.details.get("torsion_spread", 0.0)
-    if spread > 2e-3:
-        tail = prediction.details["torsion_history"][-5:]
-        out.append(
-            f"the torsion iteration did not settle: its last values lie between {min(tail):.6g} and {max(tail):.6g}"
-        )
-    if (problem.tension > 0).any() or (problem.cohesion > 0).any():
-        out.append(
-            "tension and cohesion are taken as perfectly plastic: a section carries ft A L / 2, three times the "
-            "elastic-brittle ft A L / 6; where ft > c / tan(phi) the apex of the Coulomb cone governs"
-        )
-    if confinement > CONFINEMENT_WARNING:
-        out.append(
-            f"the answer rests on confining forces: the largest joint force is {confinement:.3g} times the load; "
-            "check with a method that builds up stress from zero"
-        )
-    if problem.contact_model == "grid" and problem.plane is None and (spread_cohesion(problem.assembly) > 0).any():
-        out.append(
-            "cohesion is lumped at the points of the grid, its outermost on the edges of the faces, which overstates "
-            "the torsion of cohesive faces (by 85 % on a square with 2 x 2 points, less with more); "
-            "contact_model='vertices' bounds the error"
-        )
-    limited = "torsion limit" in prediction.method
-    if not limited and not len(problem.stress_block) and problem.plane is None:
-        x = problem.assembly.arrays
-        twist = np.abs(prediction.resultants.torsion)
-        limit = (x.tan_phi * np.maximum(prediction.resultants.normal, 0.0) + x.cohesion * x.area) * np.sqrt(x.area)
-        if (twist > 0.4 * limit + 1e-6 * problem.force_scale).any():
-            out.append(
-                "some faces carry more torsion than uniform pressure allows (0.38 (mu N + c A) a on a square): "
-                "torsion_limit=True gives an estimate with it limited"
-            )
-    return out
