@@ -207,7 +207,11 @@ def certify(
         lift[crushes] += np.abs(rest * np.maximum(-gap[crushes], 0.0))
         gap = np.where(crushes, 0.0, gap)
         flow = float(np.maximum(-gap, 0.0).max(initial=0.0) / max(size, 1e-300))
-        return replace(forces, flow_residual=flow, complementarity=float((opposed + lift).sum() / unit))
+        lumped = Dissipation(assembly, prediction, state).spread(twists, state.sliding) / rate
+        return replace(
+            forces, flow_residual=flow, complementarity=float((opposed + lift).sum() / unit),
+            discretisation=lumped / max(abs(prediction.collapse_multiplier), 1e-300),
+        )  # fmt: skip
     k = kinematic_multiplier(assembly, loads, prediction, candidates=candidates)
     power, _ = point_dissipation(state, state.opening, state.sliding)
     used = (state.normal_force * state.opening) + (state.shear_force * state.sliding).sum(axis=1)

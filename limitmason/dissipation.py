@@ -92,8 +92,8 @@ class Dissipation:
     Faces with cohesion between rigid blocks in space are integrated in closed form, D = N_t e_n + (c - tan(phi) t) A
     integral of |s|, where t is the tension per area: e_n is linear and |s| convex, so that the flow rule holds all over
     a face when it holds at its corners. Cohesion lumped at points would dissipate more in torsion (at corners 0.7071
-    instead of 0.3826 c a^3 on a square), for it may not gather there as friction may. Faces on a grid and those of
-    plane problems, whose slip is uniform, are summed over their points.
+    instead of 0.3826 c a^3 on a square), for it may not gather there as friction may. That holds for the points of a
+    grid as well, of which only crushing is summed over the points. Plane problems, whose slip is uniform, are summed.
 
     Parameters
     ----------
@@ -112,12 +112,10 @@ class Dissipation:
         if self.pairs is not None:
             self.rigid[self.pairs[0].ravel()] = False
         x, k = assembly.arrays, resultants.point_interface
-        whole = (x.cohesion > 0) & ~np.isfinite(x.compressive_strength)
-        whole &= np.bincount(k, minlength=len(x.area)) > 0
-        if prediction.provenance.get("plane") or prediction.provenance.get("contact_model") == "grid":
+        whole = (x.cohesion > 0) & (np.bincount(k, minlength=len(x.area)) > 0)
+        if prediction.provenance.get("plane"):
             whole[:] = False
         self._faces = np.flatnonzero(whole)
-        self._on_face = whole[k]
         if len(self._faces):
             count = np.diff(x.corner_start)[self._faces]
             self._start = np.concatenate([[0], np.cumsum(count)])
@@ -130,8 +128,10 @@ class Dissipation:
             f = self._faces
             with np.errstate(divide="ignore"):
                 apex = np.where(x.tan_phi[f] > 0, x.cohesion[f] / x.tan_phi[f], np.inf)
-            self._tension = np.minimum(x.tensile_strength[f], apex)
-            self._cohesion = np.maximum(x.cohesion[f] - x.tan_phi[f] * self._tension, 0.0)
+            self._cohesion = np.maximum(x.cohesion[f] - x.tan_phi[f] * np.minimum(x.tensile_strength[f], apex), 0.0)
+            lumped = np.zeros(len(x.area))
+            lumped[f] = self._cohesion
+            self._lumped = lumped[k] * resultants.point_area
 
     def rates(self, twists: Array) -> tuple[Array, Array]:
         """Opening and sliding of the contact points, see :func:`point_rates`."""
@@ -153,15 +153,18 @@ class Dissipation:
             others[ends.ravel()] = False
             total = float(power[others].sum() + (state.cohesion * slip)[ends].sum())
             total += float(_stress_block_power(g[ends[:, 0]], g[ends[:, 1]], capacity, tension).sum())
-        if not len(self._faces):
-            return total, total, g
-        return total + float(self.of_faces(twists).sum() - power[self._on_face].sum()), total, g
+        return total + self.spread(twists, sliding), total, g
 
-    def of_faces(self, twists: Array) -> Array:
-        """Power over every face that is integrated as a whole [W]."""
+    def spread(self, twists: Array, sliding: Array) -> float:
+        """Power of cohesion where it is, spread over its faces, less that at the contact points [W].
+
+        The part that tension explains, N_t e_n, is left out: e_n is linear, and the points keep area and centroid.
+        """
+        if not len(self._faces):
+            return 0.0
         x, f = self._assembly.arrays, self._faces
-        opening, sliding = point_rates(self._assembly, twists, x.centre[f], f)
+        _, at_centre = point_rates(self._assembly, twists, x.centre[f], f)
         spin = ((twists[x.block_b[f], 3:] - twists[x.block_a[f], 3:]) * x.normal[f]).sum(axis=1)
-        at_centre = np.column_stack([(sliding * x.tangent_1[f]).sum(axis=1), (sliding * x.tangent_2[f]).sum(axis=1)])
-        slip = slip_integrals(self._corners, self._start, at_centre, spin)
-        return self._tension * x.area[f] * opening + self._cohesion * slip
+        flat = np.column_stack([(at_centre * x.tangent_1[f]).sum(axis=1), (at_centre * x.tangent_2[f]).sum(axis=1)])
+        whole = self._cohesion * slip_integrals(self._corners, self._start, flat, spin)
+        return float(whole.sum() - (self._lumped * np.linalg.norm(sliding, axis=1)).sum())

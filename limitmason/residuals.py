@@ -92,31 +92,19 @@ def unbalance(assembly: Assembly, loads: Loads, resultants: Resultants, multipli
     return rest
 
 
-def own_measure(own: Array, largest: Array) -> Array:
-    """Measure of blocks by their own load, or by the largest joint force on those without any to speak of."""
-    return np.where(own <= WEIGHTLESS * largest, largest, np.maximum(own, ROUNDING * largest))
+def own_measures(assembly: Assembly, own: Array, largest: Array) -> Array:
+    """Measure of blocks by their own load, or by the joint forces on those without any to speak of, shape (n_blocks,).
 
+    Of a weightless block the largest joint force on it, but not less than ``IDLE`` of the largest on the weightless
+    blocks that it touches: a block that does nothing carries only rounding.
 
-def block_measures(assembly: Assembly, loads: Loads, resultants: Resultants, multiplier: float) -> Array:
-    """Force by which the residual of every block is judged [N], shape (n_blocks,).
-
-    The dead and live load of the block, forces and moments over its size. Of a weightless block the largest joint
-    force on it, but not less than ``IDLE`` of the largest on the weightless blocks that it touches: a block that does
-    nothing carries only rounding.
+    Parameters
+    ----------
+    own, largest : load of every block and largest joint force on it, shape (n_blocks,); any unit
     """
     x, n = assembly.arrays, assembly.n_blocks
-    size = np.cbrt(x.volume)
-    own = np.zeros(n)
-    for part, factor in ((loads.dead, 1.0), (loads.live, abs(multiplier))):
-        own += factor * (np.linalg.norm(part[:, :3], axis=1) + np.linalg.norm(part[:, 3:], axis=1) / size)
-    k = resultants.point_interface
-    force = np.linalg.norm(resultants.point_force, axis=1)
-    joint = np.bincount(k, force, len(x.area))
-    largest = np.zeros(n)
-    np.maximum.at(largest, x.block_a, joint)
-    np.maximum.at(largest, x.block_b, joint)
     idle = own <= WEIGHTLESS * largest
-    measure = own_measure(own, largest)
+    measure = np.where(idle, largest, np.maximum(own, ROUNDING * largest))
     if idle.any():
         both = idle[x.block_a] & idle[x.block_b] & ~(assembly.fixed[x.block_a] | assembly.fixed[x.block_b])
         edges = (np.ones(both.sum()), (x.block_a[both], x.block_b[both]))
@@ -124,6 +112,32 @@ def block_measures(assembly: Assembly, loads: Loads, resultants: Resultants, mul
         group = np.zeros(n)
         np.maximum.at(group, label, np.where(idle, largest, 0.0))
         measure = np.where(idle, np.maximum(largest, IDLE * group[label]), measure)
+    return measure
+
+
+def load_on_blocks(assembly: Assembly, loads: Loads, multiplier: float) -> Array:
+    """Size of dead and live load on every block, forces and moments over its size [N], shape (n_blocks,)."""
+    size = np.cbrt(assembly.arrays.volume)
+    own = np.zeros(assembly.n_blocks)
+    for part, factor in ((loads.dead, 1.0), (loads.live, abs(multiplier))):
+        own += factor * (np.linalg.norm(part[:, :3], axis=1) + np.linalg.norm(part[:, 3:], axis=1) / size)
+    return own
+
+
+def block_measures(assembly: Assembly, loads: Loads, resultants: Resultants, multiplier: float) -> Array:
+    """Force by which the residual of every block is judged [N], shape (n_blocks,).
+
+    The dead and live load of the block, forces and moments over its size; see :func:`own_measures`.
+    """
+    x, n = assembly.arrays, assembly.n_blocks
+    own = load_on_blocks(assembly, loads, multiplier)
+    k = resultants.point_interface
+    force = np.linalg.norm(resultants.point_force, axis=1)
+    joint = np.bincount(k, force, len(x.area))
+    largest = np.zeros(n)
+    np.maximum.at(largest, x.block_a, joint)
+    np.maximum.at(largest, x.block_b, joint)
+    measure = own_measures(assembly, own, largest)
     return np.where(assembly.fixed, np.inf, np.maximum(measure, 1e-300))
 
 

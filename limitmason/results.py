@@ -223,7 +223,8 @@ class Certificate:
         Every block must be in equilibrium to 1e-6 of its own load and every joint within its law to 1e-6 of its own
         force (both to 1e-7 of the total load as well), and the two bounds must meet to 1e-6, except for what the cells
         of cohesive faces leave between them, at most 0.5 %. A non-associative answer, which has no second bound, must
-        keep its flow rule and do no power against it, to 1e-6 each.
+        keep its flow rule and do no power against it, to 1e-6 each. Cohesion must not act at points for more than it
+        does spread over the faces that the mechanism twists (a grid of too few points).
         """
         if np.isnan(self.equilibrium_residual):
             return "there are no joint forces to certify"
@@ -234,13 +235,15 @@ class Certificate:
             )
         if not (self.joint_excess <= OWN_RESIDUAL and self.yield_violation <= TOTAL_RESIDUAL):
             reasons.append(f"the joint {self.worst_joint} exceeds its law by {self.joint_excess:.1e} of its own force")
-        if not np.isnan(self.kinematic_multiplier):
-            if self.discretisation < -GAP:
-                reasons.append(
-                    "cohesion gathers at points where there is none to that amount: the forces are no admissible "
-                    f"stresses, whole faces carry at most {self.kinematic_multiplier:.6g}"
-                )
-            elif not (self.discretisation <= CELL_GAP and abs(self.gap - self.discretisation) <= GAP):
+        if self.discretisation < -GAP:
+            most = self.kinematic_multiplier
+            much = f"{-self.discretisation:.1e} too much" if np.isnan(most) else f"whole faces carry at most {most:.6g}"
+            reasons.append(
+                "cohesion gathers at points where there is none to that amount: the forces are no admissible stresses, "
+                + much
+            )
+        elif not np.isnan(self.kinematic_multiplier):
+            if not (self.discretisation <= CELL_GAP and abs(self.gap - self.discretisation) <= GAP):
                 reasons.append(f"the bounds from forces and from the mechanism differ by {self.gap:.1e}")
         elif np.isnan(self.complementarity):
             reasons.append("no mechanism proves that no more can be carried")

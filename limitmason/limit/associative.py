@@ -8,14 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.certificate import certify, kinematic_multiplier, resultants_from_points, scaled_mechanism
+from limitmason.limit.associative_warnings import REASON, warnings_of
 from limitmason.limit.face_cells import Cells, refined, spread_cohesion
+from limitmason.limit.idle_joints import without_rounding
 from limitmason.limit.problem import Problem, make_problem
 from limitmason.limit.program import Solution, opening_motion, stands_under_dead_load
 from limitmason.limit.scaling import balanced, spread
 from limitmason.limit.solvers import solve_program, unsupported
-from limitmason.limit.strength import make_cones
+from limitmason.limit.strength import Cones, make_cones
 from limitmason.limit.torsion import with_torsion_limit
 from limitmason.model.load import Loads
+from limitmason.residuals import load_on_blocks
 from limitmason.results import (
     ALMOST_SOLVED,
     CANNOT_STAND,
@@ -40,14 +43,14 @@ WIDE_LOADS = 1e5
 SEEN_LOADS = 1e3
 """The same up to which the own solver's word counts that the dead load can be carried, to 1e-10 of the total load."""
 
+WELL_SOLVED = 1e-7
+"""Residuals and gap up to which an answer for loads further apart than SEEN_LOADS is taken without a second opinion."""
+
 CELL_TARGET = 3e-3
 """Part of the gap that cells of cohesive faces may leave before they are made finer."""
 
 REFINEMENTS = 6
 """Times that cells are made finer at most."""
-
-CONFINEMENT_WARNING = 10.0
-"""Largest joint force over the total load from which an answer is said to rest on self-stress."""
 
 
 def solve_associative(
@@ -118,7 +121,7 @@ def _settled(
     problem: Problem, solver: str, *, torsion: float, tolerance: float, check_dead_load: bool, verbose: bool
 ) -> tuple[Prediction, float]:
     """The first answer that its certificate accepts, or else the best, and the seconds spent in solvers."""
-    best, spent, tried = None, 0.0, []
+    best, spent, tried, unknown = None, 0.0, [], False
     for scaled, name in _attempts(problem, "clarabel" if torsion else solver):
         cones = make_cones(scaled)
         solution = solve_program(
@@ -129,18 +132,24 @@ def _settled(
         if torsion and solution.status in (SOLVED, ALMOST_SOLVED):
             solution, seconds, details = with_torsion_limit(scaled, solution, tolerance, torsion, verbose=verbose)
             spent += seconds
-        solution, stands, falling, seconds = _dead_load_checked(scaled, cones, solution, check_dead_load)
+        solution, stands, falling, seconds = _dead_load_checked(problem, scaled, cones, solution, check_dead_load)
         spent += seconds
         prediction, seconds = prediction_from(scaled, solution, bool(torsion), details, tolerance, stands, falling)
         spent += seconds
         tried.append(f"{solution.solver}: {prediction.status}")
         if best is None or _rank(prediction) < _rank(best):
-            best = prediction
-        if torsion or _rank(prediction)[0] == 0:
+            best, unknown = prediction, check_dead_load and stands is None
+        if torsion or _sure(best, problem):
             break
     if best.status == CANNOT_STAND and not best.details.get("falling_margin", 0.0) > 0 and not problem.cells:
         reason = "neither forces that carry the dead load were found nor a motion that proves it cannot be carried"
         best = replace(best, status=NOT_CONVERGED, mechanism=None, warnings=(reason,))
+    elif unknown and best.status == UNBOUNDED:
+        # a structure that cannot stand has no multiplier, whatever the live load would hold up
+        best = replace(best, status=NOT_CONVERGED, collapse_multiplier=float("nan"))
+    elif unknown and best.status == SOLVED:
+        reason = "reduced accuracy: whether it stands without live load was not found out"
+        best = replace(best, status=ALMOST_SOLVED, warnings=(*best.warnings, reason))
     if len(tried) > 1:
         best = replace(best, provenance=dict(best.provenance, attempts=tuple(tried)))
     return best, spent
@@ -157,38 +166,58 @@ def _attempts(problem: Problem, solver: str) -> Iterator[tuple[Problem, str]]:
         own = balanced(problem)
         yield own, solver
     if solver == "auto" and unsupported(problem) is None:
-        yield problem if own is None else own, "interior-point"
+        # thin blocks among thick ones may suit one scaling only
+        yield problem, "interior-point"
+        if own is not None:
+            yield own, "interior-point"
 
 
 def _rank(prediction: Prediction) -> tuple[int, float]:
     """Accepted or proven answers first, then the nearer to acceptance the better."""
     c = prediction.certificate
     if prediction.status in (SOLVED, ALMOST_SOLVED) and c is not None:
-        numerical = replace(c, gap=c.gap - c.discretisation, discretisation=min(c.discretisation, 0.0))
-        if prediction.status == SOLVED or numerical.accepted:
-            return 0, 0.0
-        worst = np.nanmax([c.block_residual, c.joint_excess, abs(numerical.gap)])
-        return 1, float(worst)
+        numerical = replace(c, gap=c.gap - c.discretisation, discretisation=0.0)
+        worst = float(np.nanmax([c.block_residual, c.joint_excess, abs(numerical.gap)]))
+        return (0 if prediction.status == SOLVED or numerical.accepted else 1), worst
     if prediction.status == CANNOT_STAND:
         return (0 if prediction.details.get("falling_margin", 0.0) > 0 else 2), 0.0
     return (0 if prediction.status == UNBOUNDED else 3), 0.0
 
 
+def _sure(best: Prediction, problem: Problem) -> bool:
+    """Whether nothing else need be tried: accepted or proven, where loads lie far apart with something to spare.
+
+    There a small block's residual, within what is accepted, may be worth more than that in the multiplier of the whole.
+    """
+    rank, worst = _rank(best)
+    return rank == 0 and (worst <= WELL_SOLVED or spread(problem) <= SEEN_LOADS)
+
+
 def _dead_load_checked(
-    problem: Problem, cones, solution: Solution, check: bool
+    problem: Problem, scaled: Problem, cones: Cones, solution: Solution, check: bool
 ) -> tuple[Solution, bool | None, Array | None, float]:
     """Solution with the status that the dead load alone gives it, whether it stands, how it falls, and the seconds.
 
     Whatever the program with live load says, a structure that falls without it has no multiplier: also where live load
     would hold it up for ever ("unbounded"), and where the solver stopped short.
+
+    Parameters
+    ----------
+    problem, scaled, cones : the problem, the scaling of it that the solution is of, and the joint law in that scaling
     """
     if not check and solution.status != CANNOT_STAND:
         return solution, None, None, 0.0
-    stands = solution.stands if spread(problem) <= SEEN_LOADS else None
+    stands = solution.stands if spread(scaled) <= SEEN_LOADS else None
     falls = solution.status in (SOLVED, ALMOST_SOLVED) and solution.multiplier < -1e-9
     if stands and not falls and solution.status != CANNOT_STAND:
         return solution, True, None, 0.0
-    answer = stands_under_dead_load(problem, cones)
+    answer = stands_under_dead_load(scaled, cones)
+    if answer.stands is None and not falls:
+        # a scaling that suits the program with live load need not suit the one without
+        other = problem if scaled is not problem else balanced(problem)
+        again = stands_under_dead_load(other, make_cones(other))
+        velocity = None if again.velocity is None else scaled.dual(other.twists(again.velocity))
+        answer = again._replace(force=None, velocity=velocity, seconds=answer.seconds + again.seconds)
     stands = False if falls else stands if answer.stands is None else answer.stands
     if stands is False:
         velocity = solution.velocity if answer.velocity is None and falls else answer.velocity
@@ -294,7 +323,7 @@ def prediction_from(
         value = np.inf if solution.status == UNBOUNDED else np.nan
         mechanism, proof = _falling(problem, falling)
         status = solution.status
-        reason = _REASON[status]
+        reason = REASON[status]
         if mechanism is not None:
             count, first = len(proof["falling_blocks"]), proof["falling_blocks"][0]
             reason += f"; the mechanism is that of the fall ({count} blocks move, among them {first!r})"
@@ -304,11 +333,13 @@ def prediction_from(
             method, float(value), "none", status, mechanism, provenance=provenance, details={**details, **proof},
             warnings=(reason,),
         ), 0.0  # fmt: skip
-    force = problem.forces(solution.force)
+    value = solution.multiplier * problem.live_scale
+    own = load_on_blocks(assembly, loads, value)
+    force = without_rounding(assembly, own, points.interface, problem.forces(solution.force))
     resultants = resultants_from_points(assembly, points.position, points.interface, points.area, force)
     mechanism = scaled_mechanism(assembly, loads, problem.twists(solution.velocity), points.position, points.interface)
     prediction = Prediction(
-        method, solution.multiplier * problem.live_scale, bound, solution.status, mechanism, resultants, None, (),
+        method, value, bound, solution.status, mechanism, resultants, None, (),
         provenance, details,
     )  # fmt: skip
     certificate, seconds = _certified(problem, prediction, torsion)
@@ -319,7 +350,7 @@ def prediction_from(
         prediction = replace(prediction, status=SOLVED if certificate.accepted else ALMOST_SOLVED)
         if certificate.discretisation > GAP:
             bound = f"lower bound for the {law}, {certificate.gap:.1e} below an upper one (cells of cohesive faces)"
-    warnings = _warnings(problem, replace(prediction, certificate=certificate), certificate.confinement)
+    warnings = warnings_of(problem, replace(prediction, certificate=certificate), certificate.confinement)
     if np.isfinite(certificate.force_cap):
         warnings.append(
             "no motion opens every joint (blocks are wedged between supports): the kinematic bound holds for joint "
@@ -345,50 +376,3 @@ def _certified(problem: Problem, prediction: Prediction, torsion: bool) -> tuple
         return certificate, seconds
     candidates = (problem.twists(motion),)
     return certify(problem.assembly, problem.loads, prediction, candidates=candidates), seconds
-
-
-_REASON = {
-    CANNOT_STAND: "no admissible joint forces carry the dead load: the structure cannot stand before any live load",
-    UNBOUNDED: "no finite multiplier: admissible joint forces grow with the live load without limit",
-    NOT_CONVERGED: "the solver stopped without an answer; try another tolerance or contact model",
-}
-
-
-def _warnings(problem: Problem, prediction: Prediction, confinement: float) -> list[str]:
-    out = []
-    if prediction.status == ALMOST_SOLVED:
-        why = prediction.certificate.refusal if prediction.certificate is not None else ""
-        out.append("reduced accuracy" + (f": {why}" if why else ": read the certificate before using the number"))
-    spread = prediction.details.get("torsion_spread", 0.0)
-    if spread > 2e-3:
-        tail = prediction.details["torsion_history"][-5:]
-        out.append(
-            f"the torsion iteration did not settle: its last values lie between {min(tail):.6g} and {max(tail):.6g}"
-        )
-    if (problem.tension > 0).any() or (problem.cohesion > 0).any():
-        out.append(
-            "tension and cohesion are taken as perfectly plastic: a section carries ft A L / 2, three times the "
-            "elastic-brittle ft A L / 6; where ft > c / tan(phi) the apex of the Coulomb cone governs"
-        )
-    if confinement > CONFINEMENT_WARNING:
-        out.append(
-            f"the answer rests on confining forces: the largest joint force is {confinement:.3g} times the load; "
-            "check with a method that builds up stress from zero"
-        )
-    if problem.contact_model == "grid" and problem.plane is None and (spread_cohesion(problem.assembly) > 0).any():
-        out.append(
-            "cohesion is lumped at the points of the grid, its outermost on the edges of the faces, which overstates "
-            "the torsion of cohesive faces (by 85 % on a square with 2 x 2 points, less with more); "
-            "contact_model='vertices' bounds the error"
-        )
-    limited = "torsion limit" in prediction.method
-    if not limited and not len(problem.stress_block) and problem.plane is None:
-        x = problem.assembly.arrays
-        twist = np.abs(prediction.resultants.torsion)
-        limit = (x.tan_phi * np.maximum(prediction.resultants.normal, 0.0) + x.cohesion * x.area) * np.sqrt(x.area)
-        if (twist > 0.4 * limit + 1e-6 * problem.force_scale).any():
-            out.append(
-                "some faces carry more torsion than uniform pressure allows (0.38 (mu N + c A) a on a square): "
-                "torsion_limit=True gives an estimate with it limited"
-            )
-    return out

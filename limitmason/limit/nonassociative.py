@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.certificate import certify, resultants_from_points, scaled_mechanism
-from limitmason.limit.associative import CONFINEMENT_WARNING, solve_associative
+from limitmason.limit.associative import solve_associative
+from limitmason.limit.associative_warnings import CONFINEMENT_WARNING
 from limitmason.limit.joint_law import JointLaw, State, exact, joint_law, true_forces, violation
 from limitmason.limit.polish import PlanePrograms
 from limitmason.limit.problem import Problem

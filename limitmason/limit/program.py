@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.limit.idle_joints import without_rounding
 from limitmason.limit.problem import Problem
 from limitmason.limit.scaling import row_blocks, unit_loads
 from limitmason.limit.strength import Cones
-from limitmason.residuals import own_measure
+from limitmason.residuals import own_measures
 from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, OWN_RESIDUAL, SOLVED, UNBOUNDED
 
 Array = NDArray[np.float64]
@@ -107,6 +108,11 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     own = np.zeros(problem.assembly.n_blocks)
     own[block] = unit_loads(problem)[block]
 
+    def settled(force: Array) -> Array:
+        scale = problem.point_scale[:, None]
+        kept = without_rounding(problem.assembly, own, points.interface, force.reshape(-1, c) * scale)
+        return (kept / scale).ravel()
+
     def balances(force: Array) -> bool:
         size = np.linalg.norm(force.reshape(-1, c), axis=1) * problem.point_scale
         joint = np.bincount(points.interface, size)[points.interface]
@@ -114,7 +120,7 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
         np.maximum.at(largest, points.block_a, joint)
         np.maximum.at(largest, points.block_b, joint)
         rest = np.abs(problem.matrix @ force + problem.dead) * problem.row_unit
-        return bool((rest <= OWN_RESIDUAL * own_measure(own, largest)[block]).all())
+        return bool((rest <= OWN_RESIDUAL * own_measures(problem.assembly, own, largest)[block]).all())
 
     level = np.abs(points.directions[:, 0, 2]) > 1 - 1e-9
     simple = level & ~np.isfinite(problem.crushing)
@@ -135,6 +141,7 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
         if str(answer.status) == "Solved":
             force = np.zeros(problem.matrix.shape[1])
             force[columns] = answer.x
+            force = settled(force)
             if balances(force):
                 return Carried(True, force, None, time.perf_counter() - start)
     r, n = problem.matrix.shape
@@ -149,7 +156,7 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     status = str(answer.status)
     seconds = time.perf_counter() - start
     if status in ("Solved", "AlmostSolved"):
-        force = np.array(answer.x)
+        force = settled(np.array(answer.x))
         return Carried(True, force, None, seconds) if balances(force) else Carried(None, None, None, seconds)
     if "PrimalInfeasible" not in status:
         return Carried(None, None, None, seconds)

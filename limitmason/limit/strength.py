@@ -96,7 +96,8 @@ def make_cones(problem: Problem, *, torsion: TorsionLimit | None = None) -> Cone
     if len(problem.stress_block):
         first, second = problem.stress_block[:, 0].astype(int), problem.stress_block[:, 1].astype(int)
         capacity, shift = problem.stress_block[:, 2], problem.stress_block[:, 3]
-        typical = 0.25 * np.abs(problem.dead).sum()  # a share of the total load, which is what joint forces add up to
+        # a share of the total load, which is what joint forces add up to; without any, no force is typical
+        typical = 0.25 * np.abs(problem.dead).sum() or np.inf
         for end in (first, second):
             # N'^2 <= 2 Q N_i'  as  |(sqrt(2) N', Q/k - k N_i')| <= Q/k + k N_i', rows of one cone next to each other;
             # k balances capacity against force, else their difference drowns in rounding when Q is far above N

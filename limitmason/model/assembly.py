@@ -429,7 +429,10 @@ class Assembly:
     @cached_property
     def near_misses(self) -> tuple[Doubt, ...]:
         """Pairs of faces that nearly touch and are no contact, between blocks without another joint made by hand."""
-        return tuple(near_misses(self.doubts, interfaces_by_pair(self))) if self.doubts else ()
+        if not self.doubts:
+            return ()
+        given = self.contact_rules.width is not None
+        return tuple(near_misses(self.doubts, interfaces_by_pair(self), least_width_given=given))
 
     @property
     def contact_warnings(self) -> tuple[str, ...]:

@@ -103,10 +103,11 @@ class ContactReport:
     tolerance : gap up to which faces touch: least and largest over the blocks [m]
     rules : angles and width that hold
     contacts : every interface of the model
-    near_misses : faces that may have been meant to touch: "apart", "opens", "turned" where the two blocks share no
-        other contact, and "left out"
+    near_misses : faces that may have been meant to touch: "apart", "opens", "turned" or "narrow" where the two blocks
+        share no other contact, and "left out"
     kept : wedges that are contacts by a rule: "closed" or "in part"
-    passed_over : other pairs of faces that were not made a contact: "narrow", and "turned" beside another contact
+    passed_over : other pairs of faces that were not made a contact: "narrow" or "turned" beside another contact, and
+        "narrow" by a least width that was given
     edges : touching along an edge or at a corner only
     overlaps : names and depth beyond the tolerance [m]
     deepest_overlap : of faces in contact, within the tolerance [m]
@@ -239,7 +240,8 @@ def contact_report(assembly: Assembly, *, distance: float | None, angle_deg: flo
         elif doubt.kind in (*KEPT, "left out"):
             missed += [] if there else [doubt._replace(kind="left out")]
     other = [d for d in doubts if d.kind not in (*KEPT, "left out")]
-    open_ones = near_misses(other, present, 2.0 * float(near.max()))
+    given = assembly.contact_rules.width is not None
+    open_ones = near_misses(other, present, 2.0 * float(near.max()), least_width_given=given)
     missed += open_ones
     passed = [d for d in other if not any(d is m for m in open_ones)]
 

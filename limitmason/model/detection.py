@@ -145,7 +145,8 @@ def doubt_text(doubt: Doubt, blocks: Sequence[Block]) -> str:
     """Names, gap and angle of two faces."""
     low, high = (0.0 if abs(g) < 1e-6 * abs(doubt.gap[1]) else g for g in doubt.gap)
     gap = length_text(high) if high - low <= 0.01 * abs(high) else f"{length_text(low)} to {length_text(high)}"
-    return f"{blocks[doubt.a].name!r} and {blocks[doubt.b].name!r} (gap {gap}, {doubt.angle_deg:.2g} degrees)"
+    wide = f", {length_text(doubt.width)} wide" if doubt.kind == "narrow" else ""
+    return f"{blocks[doubt.a].name!r} and {blocks[doubt.b].name!r} (gap {gap}, {doubt.angle_deg:.2g} degrees{wide})"
 
 
 def interfaces_by_pair(assembly: Assembly) -> dict[tuple[int, int], list[Interface]]:
@@ -179,12 +180,17 @@ def joined(doubt: Doubt, present: Mapping[tuple[int, int], list[Interface]], sla
 
 
 def near_misses(
-    doubts: Sequence[Doubt], present: Mapping[tuple[int, int], list[Interface]], slack: float = 0.0
+    doubts: Sequence[Doubt],
+    present: Mapping[tuple[int, int], list[Interface]],
+    slack: float = 0.0,
+    *,
+    least_width_given: bool = False,
 ) -> list[Doubt]:
     """Faces that may have been meant to touch and do not.
 
     Faces that touch at too large an angle count only where their blocks have no other contact, the most nearly parallel
-    ones of each pair: beside a contact they are the next side of a rounded stone.
+    ones of each pair: beside a contact they are the next side of a rounded stone. So do faces that touch over less than
+    the least width of a contact, unless that width was given: then leaving them out was asked for.
     """
     turned: dict[tuple[int, int], Doubt] = {}
     for d in doubts:
@@ -194,16 +200,22 @@ def near_misses(
     return [
         d
         for d in doubts
-        if (d.kind in ("apart", "opens") and not joined(d, present, slack)) or d is turned.get((d.a, d.b))
+        if (d.kind in ("apart", "opens") and not joined(d, present, slack))
+        or d is turned.get((d.a, d.b))
+        or (d.kind == "narrow" and not least_width_given and (d.a, d.b) not in present)
     ]
 
 
 def warn_of_doubts(assembly: Assembly, kept: Sequence[Doubt], missed: Sequence[Doubt]) -> None:
     """Name the joints that were made by a rule, and those that were not made."""
+    narrow = [d for d in missed if d.kind == "narrow"]
+    missed = [d for d in missed if d.kind != "narrow"]
     for rows, what, do in (
         (kept, "open like a wedge and are kept as contacts", "draw them closed, or see assembly.contact_report()"),
         (missed, "nearly touch and are no contacts", "close them, raise the tolerance, or see "
          "assembly.contact_report()"),
+        (narrow, "touch over too narrow a strip and are no contacts", "lower smallest_contact to keep them, give it "
+         "to leave them out, or see assembly.contact_report()"),
     ):  # fmt: skip
         if rows:
             shown = "; ".join(doubt_text(d, assembly.blocks) for d in rows[:3])

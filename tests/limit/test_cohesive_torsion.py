@@ -124,6 +124,31 @@ def test_grid_says_that_it_overstates():
     assert any("overstates" in w for w in coarse.warnings)
 
 
+@pytest.mark.parametrize("rule", [{}, {"flow_rule": "non-associative"}])
+@pytest.mark.parametrize("strength", [{}, {"compressive_strength": 1e4 * C}])
+@pytest.mark.parametrize("n", [2, 5])
+def test_a_grid_that_lets_cohesion_gather_on_the_edges_is_refused(n, strength, rule):
+    # 85 % too much with 2 x 2 points; the mechanism turns the face about its centre, so that it proves the right value
+    assembly = glued(lm.Joint(0.0, cohesion=C, **strength))
+    answer = lm.limit_analysis(assembly, twisted(assembly, C), contact_model="grid", grid=(n, n), **rule)
+    assert answer.collapse_multiplier > 1.03 * SQUARE
+    assert answer.status == "almost solved"
+    assert "cohesion gathers at points" in answer.certificate.refusal
+    # over the answer, as the gap is
+    right = answer.collapse_multiplier * (1.0 + answer.certificate.discretisation)
+    assert right == pytest.approx(SQUARE, rel=1e-6)
+    if not rule:
+        assert answer.certificate.kinematic_multiplier == pytest.approx(SQUARE, rel=1e-6)
+
+
+def test_a_grid_is_right_where_cohesive_faces_slide_without_turning():
+    # c A and next to no weight: no twist, nothing to gather
+    assembly = glued(lm.Joint(0.0, cohesion=C))
+    push = lm.Loads.weight(assembly).with_point_load(assembly, 1, (C, 0, 0), at=(*assembly.centroids[1][:2], 0.0))
+    answer = lm.limit_analysis(assembly, push, contact_model="grid", grid=(3, 3))
+    assert (answer.status, abs(answer.certificate.discretisation) < 1e-9) == ("solved", True)
+
+
 def test_bracket_with_cells_has_the_mechanism_for_its_upper_end():
     assembly = glued(lm.Joint(30.0, cohesion=C), density=100.0)
     bracket = limit_bracket(assembly, twisted(assembly, C))

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from referee import plane, space
-from referee.__main__ import main
+from referee.__main__ import draw, main
 from referee.assemblies import GRAVITY, Case, Law, Load
 from referee.compare import AGREE, DISAGREE, REFUSED, UNDECIDED, compare, shrunk
 from referee.draw import SPACE, plane_case, space_case, twisted_case
@@ -21,7 +21,7 @@ import limitmason.constants
 from limitmason.formats import write_json
 
 SEED = 7
-REFUSED_AT_MOST, UNDECIDED_AT_MOST = 0.15, 0.15
+REFUSED_AT_MOST, UNDECIDED_AT_MOST = 0.05, 0.05
 """Shares of cases that limit analysis may refuse and that the referee may leave open; neither counts as agreement."""
 
 
@@ -40,7 +40,7 @@ def check(cases, folder):
     assert not complaints, "\n".join(complaints)
     assert outcomes.count(REFUSED) <= REFUSED_AT_MOST * len(outcomes)
     assert outcomes.count(UNDECIDED) <= UNDECIDED_AT_MOST * len(outcomes)
-    assert outcomes.count(AGREE) >= 0.7 * len(outcomes)
+    assert outcomes.count(AGREE) >= 0.95 * len(outcomes)
 
 
 @pytest.mark.parametrize("shape", PLANE)
@@ -51,6 +51,24 @@ def test_plane_assemblies(shape, tmp_path):
 @pytest.mark.parametrize("shape", SPACE)
 def test_assemblies_in_space(shape, tmp_path):
     check([space_case(SEED, k, shape) for k in range(10)], tmp_path)
+
+
+@pytest.mark.parametrize(
+    "seed, number",
+    [
+        (101, 15),  # a weightless block at rest: its joint forces are rounding
+        (101, 782),  # the same beside the part that governs
+        (202, 1007),  # the same, several of them on each other, without live load
+        (202, 366),  # the same where nothing limits the live load
+        (202, 958),  # a part without load whose joints crush
+        (101, 447),  # shims: the own interior point without scaling
+        (101, 806),  # a stone on a giant: 2.9e-6 off in units of the whole
+        (101, 1310),  # a vault of densities over 1e5
+    ],
+)
+def test_cases_that_were_wrong_or_refused(seed, number):
+    comparison = compare(draw(seed, number))
+    assert comparison.outcome in ((AGREE, UNDECIDED) if (seed, number) == (101, 1310) else (AGREE,)), comparison
 
 
 # ---- cohesion in space: the referee encloses the value --------------------------------------------------------------

@@ -270,6 +270,25 @@ def test_block_on_a_sliver_hangs():
     assert ("no least width", 1) in wide.contact_report().would_add
 
 
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_a_bearing_narrower_than_the_least_width_is_named_and_kept_on_demand(scale):
+    piers = [[[0, 0], [0.3, 0], [0.3, 1], [0, 1]], [[2 - 1e-5, 0], [2.5, 0], [2.5, 1], [2 - 1e-5, 1]]]
+    outlines = [np.multiply(scale, o) for o in (*piers, [[0, 1], [2, 1], [2, 1.3], [0, 1.3]])]
+    with pytest.warns(lm.ContactWarning, match="'block-1' and 'block-2'.*wide.*lower smallest_contact to keep them"):
+        beam = lm.Assembly.from_polygons(outlines, thickness=0.5 * scale, joint=JOINT, fixed=[0, 1])
+    (miss,) = beam.contact_report().near_misses
+    assert (miss.kind, miss.a, miss.b) == ("narrow", "block-1", "block-2")
+    assert lm.limit_analysis(beam, lm.Loads.horizontal(beam)).warnings[-1].startswith("1 pair of faces nearly touches")
+    given = {"thickness": 0.5 * scale, "joint": JOINT, "fixed": [0, 1]}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", lm.ContactWarning)
+        left_out = lm.Assembly.from_polygons(outlines, smallest_contact=1e-4 * scale, **given)
+        kept = lm.Assembly.from_polygons(outlines, smallest_contact=1e-6 * scale, **given)
+        # an edge that touches by rounding alone is no bearing
+        lm.Assembly.from_polygons([o + ((1e-5 - 1e-9) * scale * (k == 1), 0) for k, o in enumerate(outlines)], **given)
+    assert (len(left_out.interfaces), len(kept.interfaces)) == (1, 2)
+
+
 def test_untouched_faces_are_the_outer_ones():
     cubes = [box((0, 0, k), (1, 1, k + 1)) for k in range(3)]
     stack = lm.Assembly.from_polyhedra(cubes, joint=JOINT, fixed=[0])

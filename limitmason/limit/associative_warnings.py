@@ -1,0 +1,62 @@
+"""What an associative prediction says beside its number: why there is none, and what to know before it is used."""
+
+import numpy as np
+
+from limitmason.limit.face_cells import spread_cohesion
+from limitmason.limit.problem import Problem
+from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, UNBOUNDED, Prediction
+
+CONFINEMENT_WARNING = 10.0
+"""Largest joint force over the total load from which an answer is said to rest on self-stress."""
+
+REASON = {
+    CANNOT_STAND: "no admissible joint forces carry the dead load: the structure cannot stand before any live load",
+    UNBOUNDED: "no finite multiplier: admissible joint forces grow with the live load without limit",
+    NOT_CONVERGED: "the solver stopped without an answer; try another tolerance or contact model",
+}
+
+
+def warnings_of(problem: Problem, prediction: Prediction, confinement: float) -> list[str]:
+    """What to know before the number of an associative prediction is used.
+
+    Parameters
+    ----------
+    confinement : largest joint force over the total load [-]
+    """
+    out = []
+    if prediction.status == ALMOST_SOLVED:
+        why = prediction.certificate.refusal if prediction.certificate is not None else ""
+        out.append("reduced accuracy" + (f": {why}" if why else ": read the certificate before using the number"))
+    spread = prediction.details.get("torsion_spread", 0.0)
+    if spread > 2e-3:
+        tail = prediction.details["torsion_history"][-5:]
+        out.append(
+            f"the torsion iteration did not settle: its last values lie between {min(tail):.6g} and {max(tail):.6g}"
+        )
+    if (problem.tension > 0).any() or (problem.cohesion > 0).any():
+        out.append(
+            "tension and cohesion are taken as perfectly plastic: a section carries ft A L / 2, three times the "
+            "elastic-brittle ft A L / 6; where ft > c / tan(phi) the apex of the Coulomb cone governs"
+        )
+    if confinement > CONFINEMENT_WARNING:
+        out.append(
+            f"the answer rests on confining forces: the largest joint force is {confinement:.3g} times the load; "
+            "check with a method that builds up stress from zero"
+        )
+    if problem.contact_model == "grid" and problem.plane is None and (spread_cohesion(problem.assembly) > 0).any():
+        out.append(
+            "cohesion is lumped at the points of the grid, its outermost on the edges of the faces, which overstates "
+            "the torsion of cohesive faces (by 85 % on a square with 2 x 2 points, less with more); "
+            "contact_model='vertices' bounds the error"
+        )
+    limited = "torsion limit" in prediction.method
+    if not limited and not len(problem.stress_block) and problem.plane is None:
+        x = problem.assembly.arrays
+        twist = np.abs(prediction.resultants.torsion)
+        limit = (x.tan_phi * np.maximum(prediction.resultants.normal, 0.0) + x.cohesion * x.area) * np.sqrt(x.area)
+        if (twist > 0.4 * limit + 1e-6 * problem.force_scale).any():
+            out.append(
+                "some faces carry more torsion than uniform pressure allows (0.38 (mu N + c A) a on a square): "
+                "torsion_limit=True gives an estimate with it limited"
+            )
+    return out

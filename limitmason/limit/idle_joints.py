@@ -1,0 +1,48 @@
+"""Joints of weightless blocks through which nothing passes: what a solver leaves there is rounding, not force.
+
+A block without load that others do not press on may have joint forces of any size next to nothing. By its own measure,
+the forces on it, such rounding is neither in equilibrium nor within the joint law. Without forces it is in both.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from limitmason.model.assembly import Assembly
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+ROUNDING = 1e-8
+"""Forces on weightless blocks over the least load of the blocks around them up to which they are rounding."""
+
+
+def without_rounding(assembly: Assembly, own: Array, interface: Index, force: Array) -> Array:
+    """Contact forces, those at idle joints of weightless blocks set to zero.
+
+    Zero forces are within every joint law, and they are in equilibrium on a block without load. The blocks around feel
+    no more than ``ROUNDING`` of their own load. Weightless blocks that touch each other are judged together.
+
+    Parameters
+    ----------
+    own : load on every block, shape (n_blocks,); any unit
+    interface : of every contact point, shape (m,)
+    force : at every contact point, same unit, shape (m, c)
+    """
+    x, n = assembly.arrays, assembly.n_blocks
+    empty = ~assembly.fixed & (own == 0.0)
+    if not empty.any():
+        return force
+    a, b = x.block_a, x.block_b
+    both = empty[a] & empty[b]
+    _, group = connected_components(coo_array((np.ones(both.sum()), (a[both], b[both])), shape=(n, n)), directed=False)
+    joint = np.bincount(interface, np.linalg.norm(force, axis=1), len(x.area))
+    largest, least = np.zeros(n), np.full(n, np.inf)
+    for one, other in ((a, b), (b, a)):
+        at = np.flatnonzero(empty[one])
+        np.maximum.at(largest, group[one[at]], joint[at])
+        at = at[~empty[other[at]] & ~assembly.fixed[other[at]]]
+        np.minimum.at(least, group[one[at]], own[other[at]])
+    idle = empty & (largest <= ROUNDING * least)[group]
+    return np.where((idle[a] | idle[b])[interface][:, None], 0.0, force)
