@@ -53,6 +53,7 @@ class Fresh(NamedTuple):
     slip: Array  # (m, 2), filled by _inherit
     lift: Array
     damage: Array
+    setback: Array  # part of the gap that keeps the energy, filled by keep_energy
     origin: int
     contact: int
     edge: Array
@@ -103,8 +104,8 @@ def face_joint(
     m = len(area)
     return Fresh(
         a, b, grid[:, 0], grid[:, 1], area, gap, world @ ra, world, centre + grid @ world[:2],
-        relative * (1, -1, -1, -1), arm_a, arm_b, offset, law, np.zeros((m, 2)), np.zeros(m), np.zeros(m), origin,
-        contact, np.zeros(3), 0.0,
+        relative * (1, -1, -1, -1), arm_a, arm_b, offset, law, np.zeros((m, 2)), np.zeros(m), np.zeros(m), np.zeros(m),
+        origin, contact, np.zeros(3), 0.0,
     )  # fmt: skip
 
 
@@ -144,7 +145,7 @@ def crossing_joint(
         a, b, zero, zero, area, zero.copy(), world @ ra, world, point_b[None],
         _multiply(q[a] * (1, -1, -1, -1), q[b]) * (1, -1, -1, -1), arm_a, arm_b,
         (assembly.centroids[b] + arm_b) - (assembly.centroids[a] + arm_a), law, np.zeros((1, 2)), zero.copy(),
-        zero.copy(), origin, CROSSING, rb.T @ along_b, float(d @ n),
+        zero.copy(), zero.copy(), origin, CROSSING, rb.T @ along_b, float(d @ n),
     )  # fmt: skip
 
 
@@ -186,8 +187,8 @@ def inherit(state: State, now: Measured, pair_of: Array, new: Fresh) -> None:
 def keep_energy(state: State, now: Measured, code: Array, made: list[Fresh], n_blocks: int) -> None:
     """Widen the gaps of the new joints of a pair until they store no more normal elastic energy than the old ones.
 
-    Cut anew under load, the points lie elsewhere; a pair first seen when it overlaps has none to give. The widening
-    lasts until the joint is cut anew.
+    Cut anew under load, the points lie elsewhere; a pair first seen when it overlaps has none to give. Only points that
+    are pressed are set back, and :func:`close_setbacks` takes it back as they open.
     """
     points = state.points
     kn = state.joints.law[now.owner, LAW_KN]
@@ -206,7 +207,19 @@ def keep_energy(state: State, now: Measured, code: Array, made: list[Fresh], n_b
             middle = 0.5 * (low + high)
             low, high = (middle, high) if _stored(stiff, deep - middle) > allowed else (low, middle)
         for new in group:
-            new.gap[:] += high
+            new.setback[:] = np.clip(new.lift - new.gap - new.apart, 0.0, high)
+            new.gap[:] += new.setback
+
+
+def close_setbacks(state: State, now: Measured) -> None:
+    """Take back what :func:`keep_energy` has set back, as far as a point without force is open: no energy changes."""
+    if not state.setback.any():
+        return
+    free = ~now.force.any(axis=1)
+    less = np.where(free, np.minimum(state.setback, np.maximum(now.opening, 0.0)), 0.0)
+    state.points.gap[:] -= less
+    state.setback -= less
+    now.opening[:] -= less
 
 
 def _stored(stiff: Array, deep: Array) -> float:
@@ -276,6 +289,7 @@ def assemble(assembly: Assembly, state: State, stays: NDArray[np.bool_], made: l
         stack(pt.slip_1[kept], [m.slip[:, 0] for m in each]), stack(pt.slip_2[kept], [m.slip[:, 1] for m in each]),
         stack(pt.lift[kept], [m.lift for m in each]), stack(pt.damage[kept], [m.damage for m in each]),
     )  # fmt: skip
+    state.setback = stack(state.setback[kept], [m.setback for m in each])
     sizes = np.concatenate([count[stays], [len(m.s) for m in each]]).astype(np.int64)
 
     def rows(old: Array, name: str) -> Array:
