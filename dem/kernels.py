@@ -750,7 +750,7 @@ def _widest_crossing(corners, edges, n_edges, planes, p, q, out):
 
     Parameters
     ----------
-    out : a point and the unit direction of either edge [m], and the unit normal from p to q, written, shape (5, 3)
+    out : start and vector along either edge [m], and the unit normal from p to q, written, shape (5, 3)
     """
     widest, steepest = -1e300, 1.0
     for e in range(n_edges[p]):
@@ -783,8 +783,8 @@ def _widest_crossing(corners, edges, n_edges, planes, p, q, out):
                 n = (sign * m[0] / size, sign * m[1] / size, sign * m[2] / size)
                 steepest = max(max(_dot(n, a), _dot(n, b)), max(_dot(n, c), _dot(n, d)))
                 for r in range(3):
-                    out[0, r], out[1, r], out[2, r], out[3, r] = x[r], u[r] / lu, o[r], sign * v[r] / lv
-                    out[4, r] = n[r]
+                    out[0, r], out[1, r], out[3, r] = x[r], u[r], sign * v[r]
+                    out[2, r], out[4, r] = o[r] if sign > 0.0 else w[r], n[r]
     return widest, steepest
 
 

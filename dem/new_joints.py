@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.kernels import (
+    E_DAMPING,
+    E_KINETIC,
     LAW_C,
     LAW_C_R,
     LAW_CROSS,
@@ -29,6 +31,9 @@ Array = NDArray[np.float64]
 LATTICE = 4
 """Points along either side of a contact found later."""
 
+
+BEYOND = 0.01
+"""Part of an edge by which a crossing may lie beyond its end and still be made; edges that overlap cross within."""
 
 FACES, CORNER, CROSSING = 1, 2, 3  # how two pieces meet, see kernels.contact_shapes
 
@@ -121,17 +126,21 @@ def _point_area(assembly: Assembly, a: int, b: int) -> float:
 
 def crossing_joint(
     assembly: Assembly, state: State, blocks: tuple[int, int], found: Array, rot: Array, place: Array
-) -> Fresh:
+) -> Fresh | None:
     """Joint of one point where an edge of block a passes an edge of block b, blocks (a, b).
 
-    The edges carry no cohesion or tension and do not dilate.
+    The edges carry no cohesion or tension and do not dilate. None where they pass beyond their ends: of blocks
+    apart, the axis of the widest gap may belong to edges that will not touch, and nearly parallel ones pass far away.
     """
     a, b = blocks
     start_a, along_a, start_b, along_b, n = found
     size = np.linalg.norm(np.cross(along_a, along_b))
     d = start_b - start_a
-    point_a = start_a + (np.cross(d, along_b) @ n / size) * along_a
-    point_b = start_b + (np.cross(d, along_a) @ n / size) * along_b
+    part_a, part_b = np.cross(d, along_b) @ n / size, np.cross(d, along_a) @ n / size
+    if max(abs(part_a - 0.5), abs(part_b - 0.5)) > 0.5 + BEYOND:
+        return None
+    point_a, point_b = start_a + part_a * along_a, start_b + part_b * along_b
+    along_a, along_b = along_a / np.linalg.norm(along_a), along_b / np.linalg.norm(along_b)
     ra, rb = rot[a], rot[b]
     arm_a, arm_b = ra.T @ (point_a - place[a]), rb.T @ (point_b - place[b])
     world = np.stack([along_a, np.cross(n, along_a), n])
@@ -320,15 +329,21 @@ def _keep_stable(assembly: Assembly, state: State) -> list[str]:
             return ["new contacts made the joints stiffer: the time step was shortened"]
         return []
     mass, need = scaled_masses(stiffness, state.dt, 0.65)
+    before = state.energy_of_motion()
     for i in np.flatnonzero(mass > 1.001 * bodies.mass):
+        # mass that joins at rest: momentum stays, speed and energy of motion fall
         factor = mass[i] / bodies.mass[i]
         bodies.mass[i] = mass[i]
         bodies.inv_mass[i] = 1.0 / mass[i]
-        bodies.ang[i] *= factor
+        bodies.vel[i] = np.where(bodies.held[i, :3], bodies.vel[i], bodies.vel[i] / factor)
+        bodies.spin[i] = np.where(bodies.held[i, 3:], bodies.spin[i], bodies.spin[i] / factor)
         bodies.inv_inertia[i] = bodies.inv_inertia[i] / factor
     for i in range(assembly.n_blocks):
         top = np.linalg.eigvals(bodies.inv_inertia[i] @ need[i]).real.max()
         if mass[i] != 1.0 and top > 1.001:
             bodies.inv_inertia[i] /= top
-            bodies.ang[i] *= top
+            bodies.spin[i] = np.where(bodies.held[i, 3:], bodies.spin[i], bodies.spin[i] / top)
+    after = state.energy_of_motion()
+    state.total[E_DAMPING] += before - after
+    state.total[E_KINETIC] += after - before
     return []

@@ -124,8 +124,8 @@ def test_three_assumed_bonds_of_rondelets_wallette_lie_within_a_tenth_of_3dec_at
             rigid.append(program.collapse_multiplier)
     assert found == [pytest.approx(published, rel=0.1)] * 3
     if psi:
-        # associated: joints that bend stay below rigid ones of the same points, and one bond's are the 0.40 printed with
-        # two digits. The bending joints themselves lay within 3 % when eight points were 4 % too stiff in bending
+        # associated: joints that bend stay below rigid ones of the same points, and one of them meets 0.40 as printed
+        # with two digits. The bending joints themselves lay within 3 % when eight points were 4 % too stiff in bending
         assert all(value < most for value, most in zip(found, rigid, strict=True))
         assert min(abs(value - published) for value in rigid) < 0.005
     else:

@@ -240,6 +240,40 @@ def test_a_setback_goes_as_its_point_opens_and_no_energy_with_it():
         assert stored == pytest.approx(0.5 * 1e9 * area * depth**2, rel=1e-9)
 
 
+def test_a_crossing_is_made_on_both_edges_and_mass_that_joins_adds_no_energy():
+    # of blocks apart the axis of the widest gap may belong to edges whose lines pass beyond their ends, far away where
+    # they are nearly parallel: a joint there scaled a stone's inertia up at every search, and its energy with it
+    solids = [
+        box((-1, -1, -0.1), (1, 1, 0)),
+        box((-0.1, -0.1, 0), (0.1, 0.1, 0.2)),
+        box((0.4, 0.4, 0), (0.6, 0.6, 0.2)),
+    ]
+    a = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(35.0, normal_stiffness=1e9), fixed=[0])
+    pieces, margin = Pieces.of(a), near_margin(a)
+    empty = dem.make_state(a, lm.Loads.weight(a))
+    assemble(a, empty, np.zeros(len(empty.interface), dtype=bool), [])
+    empty.bodies.vel[1:], empty.bodies.spin[1:] = 1e-6, 1e-6
+    rng, found = np.random.default_rng(3), 0
+    for _ in range(150):
+        state, towards = empty.copy(), rng.normal(size=3)
+        towards /= np.linalg.norm(towards)
+        _, turn = rotation(rng.normal(size=3))
+        near = 0.1 * np.abs(towards).sum() + 0.1 * np.abs(towards @ turn).sum()
+        centre = a.centroids[1] + rng.uniform(0.8, 1.0) * near * towards
+        place(state, a, 2, turn, centre, vel=(1e-6, 0, 0), spin=(0, 1e-6, 0))
+        momentum = state.bodies.mass[:, None] * state.bodies.vel
+        energy, angular = state.energy_of_motion(), state.bodies.ang.copy()
+        redetect(a, state, pieces, margin=margin)
+        assert state.energy_of_motion() <= energy * (1.0 + 1e-12)
+        assert state.bodies.mass[:, None] * state.bodies.vel == pytest.approx(momentum, rel=1e-9)
+        assert (state.bodies.ang == angular).all()
+        edges = np.flatnonzero(state.contact == 3)
+        found += len(edges)
+        assert (np.abs(state.joints.arm_a[edges]) < 0.1 + 0.01 * 0.2 + 1e-12).all()
+        assert (np.abs(state.joints.arm_b[edges]) < 0.1 + 0.01 * 0.2 + 1e-12).all()
+    assert found > 20
+
+
 def test_kept_contacts_that_a_block_has_left_are_named():
     a, state = toppling()
     h = dem.simulate(a, dem.Hold(duration=1.0), start=state, detect_every=None)
