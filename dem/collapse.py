@@ -81,7 +81,8 @@ def collapse(
     Prediction
         ``collapse_multiplier`` is the largest load found in equilibrium (increments) or the largest one measured at
         the supports (ramp). ``interval`` is the bracket, widened on each side by what the brackets of the repeats
-        reach beyond it there. ``details`` holds the bracket, every load tried, undecided loads and the error budget.
+        reach beyond it there, and below by what forces still unbalanced carry in the mechanism. ``details`` holds the
+        bracket, every load tried, undecided loads and the error budget.
         "Almost solved" is a bracket wider than asked for, because loads in it stayed undecided.
 
     Raises
@@ -198,7 +199,7 @@ def collapse(
         details={
             "largest stable": found.stable, "smallest moving": found.moving, "undecided": undecided,
             "loads tried": [(value, v.outcome, v.steps) for value, v in found.record], "error budget": budget,
-            "interval": _interval(found, budget),
+            "interval": _interval(found, budget, _unbalanced(assembly, loads, found)),
             **found.details,
         },
     )  # fmt: skip
@@ -233,7 +234,19 @@ def _least_balanced(assembly: Assembly, found: Search, load: float) -> str:
     return f"{assembly.blocks[block].name or block!r}"
 
 
-def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]]) -> tuple[float, float] | None:
+def _unbalanced(assembly: Assembly, loads: Loads, found: Search) -> float:
+    """Part of the multiplier that the largest load in equilibrium owes to forces not quite balanced.
+
+    Joint forces within their strength that leave a wrench r unbalanced carry the load less r: by the static theorem the
+    multiplier is at least the load's less the power of r, over that of the live load, in the mechanism.
+    """
+    if found.mechanism is None or "ramps" in found.details:
+        return 0.0
+    twists = np.where(assembly.held, 0.0, found.mechanism.twists)
+    return max(float((found.state.bodies.net * twists).sum() / (loads.live * twists).sum()), 0.0)
+
+
+def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]], unbalanced: float) -> tuple[float, float] | None:
     """Bracket, with the changes of the error budget summed on each side; None without a bracket.
 
     A repeat knows its own multiplier only to its own bracket, twice as wide as the search's: what it may lie below or
@@ -241,7 +254,7 @@ def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]]) -> tuple[f
     """
     if found.status not in (SOLVED, ALMOST_SOLVED, NOT_CONVERGED) or not np.isfinite(found.stable):
         return None
-    low, high = found.stable, found.moving
+    low, high = found.stable - unbalanced, found.moving
     for check, row in budget.items():
         # deformation fades as 1 / stiffness: a tenth of it is left at ten times the stiffness
         share = 10.0 / 9.0 if check == "stiffness" else 1.0

@@ -11,6 +11,7 @@ from dem.new_joints import (
     FACES,
     Fresh,
     assemble,
+    close_setbacks,
     crossing_joint,
     face_joint,
     inherit,
@@ -109,7 +110,8 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float)
     crossing that carries nothing is looked for anew each time, so that what touches first is what the joint is made
     for. New pairs take the law of a joint of one of their blocks without cohesion and tension: they were never bonded.
     A new joint starts with the shear force and the dilation of the nearest old point of its pair, and never with more
-    elastic energy than the pair had: its gap is widened where it would.
+    elastic energy than the pair had: the gaps of pressed points are
+    widened where it would, and narrow again as the points open.
 
     Parameters
     ----------
@@ -134,6 +136,7 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float)
     )  # fmt: skip
     met = kind > 0
     now = state.measured(assembly)
+    close_setbacks(state, now)
     joints = state.joints
     pair_of = np.sort(np.column_stack([joints.block_a, joints.block_b]), axis=1)
     n_blocks = assembly.n_blocks

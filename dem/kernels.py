@@ -10,7 +10,7 @@ on a, so that elastic contact conserves energy and momentum exactly in continuou
 
 Stress at a point, compression positive, w the opening, w_p plastic opening (dilation) and g the initial gap:
 N = kn (w_p - g - w), T = ks (plastic slip - slip), N >= -ft, |T| <= c + tan(phi) N; slip by p opens w_p by tan(psi) p,
-in an open point as far as it is open: limit analysis demands the same, opening >= tan(psi) slip.
+in an open point too: limit analysis demands the same, opening >= tan(psi) slip.
 """
 
 from typing import NamedTuple
@@ -111,9 +111,9 @@ def _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, lift
         if lifts:
             # dilation in a closed joint, consistent with the friction it mobilises; crushing closes what exceeds fc
             over = max(trial - c - mu * n0, 0.0)
-            # the flow rule holds at the apex too: an open point that slides keeps the opening that goes with its slip
+            # at the apex too: an open point keeps the opening that goes with its slip, and is pressed if it slides more
             apart = min(dil * max(trial - edge, 0.0) * inv_ks, max(w - cut - old, 0.0))
-            grow = min(flow * over if n0 > -ft else apart, max(highest - old, 0.0))
+            grow = min(flow * over if n0 + kn * flow * over > -ft else apart, max(highest - old, 0.0))
             new = min(old + grow, w + fc)
             n = max(kn * (new - w), -ft)
             lift[k] = new
@@ -192,8 +192,8 @@ def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate,
         mu, dil, c, ft = mu0 + h * mu1, dil0 + h * dil1, c0 + h * c1, ft0 + h * ft1
         over = max(total - c - mu * pressed, 0.0)
         apart = min(dil * max(trial - max(c - mu * ft, 0.0), 0.0) * inv_ks, max(w - ft / kn - old, 0.0))
-        rise = dil * over / (stiffer * (ks + kn * mu * dil)) if n0 > -ft else apart
-        grow = min(rise, max(highest - old, 0.0))
+        rise = dil * over / (stiffer * (ks + kn * mu * dil))
+        grow = min(rise if n0 + kn * rise > -ft else apart, max(highest - old, 0.0))
         new = min(old + grow, w + fc)
         n = max(kn * (new - w), -ft)
         # no pull beyond the strength
@@ -750,7 +750,7 @@ def _widest_crossing(corners, edges, n_edges, planes, p, q, out):
 
     Parameters
     ----------
-    out : a point and the unit direction of either edge [m], and the unit normal from p to q, written, shape (5, 3)
+    out : start and vector along either edge [m], and the unit normal from p to q, written, shape (5, 3)
     """
     widest, steepest = -1e300, 1.0
     for e in range(n_edges[p]):
@@ -783,8 +783,8 @@ def _widest_crossing(corners, edges, n_edges, planes, p, q, out):
                 n = (sign * m[0] / size, sign * m[1] / size, sign * m[2] / size)
                 steepest = max(max(_dot(n, a), _dot(n, b)), max(_dot(n, c), _dot(n, d)))
                 for r in range(3):
-                    out[0, r], out[1, r], out[2, r], out[3, r] = x[r], u[r] / lu, o[r], sign * v[r] / lv
-                    out[4, r] = n[r]
+                    out[0, r], out[1, r], out[3, r] = x[r], u[r], sign * v[r]
+                    out[2, r], out[4, r] = o[r] if sign > 0.0 else w[r], n[r]
     return widest, steepest
 
 

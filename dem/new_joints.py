@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.kernels import (
+    E_DAMPING,
+    E_KINETIC,
     LAW_C,
     LAW_C_R,
     LAW_CROSS,
@@ -30,6 +32,9 @@ LATTICE = 4
 """Points along either side of a contact found later."""
 
 
+BEYOND = 0.01
+"""Part of an edge by which a crossing may lie beyond its end and still be made; edges that overlap cross within."""
+
 FACES, CORNER, CROSSING = 1, 2, 3  # how two pieces meet, see kernels.contact_shapes
 
 
@@ -53,6 +58,7 @@ class Fresh(NamedTuple):
     slip: Array  # (m, 2), filled by _inherit
     lift: Array
     damage: Array
+    setback: Array  # part of the gap that keeps the energy, filled by keep_energy
     origin: int
     contact: int
     edge: Array
@@ -103,8 +109,8 @@ def face_joint(
     m = len(area)
     return Fresh(
         a, b, grid[:, 0], grid[:, 1], area, gap, world @ ra, world, centre + grid @ world[:2],
-        relative * (1, -1, -1, -1), arm_a, arm_b, offset, law, np.zeros((m, 2)), np.zeros(m), np.zeros(m), origin,
-        contact, np.zeros(3), 0.0,
+        relative * (1, -1, -1, -1), arm_a, arm_b, offset, law, np.zeros((m, 2)), np.zeros(m), np.zeros(m), np.zeros(m),
+        origin, contact, np.zeros(3), 0.0,
     )  # fmt: skip
 
 
@@ -120,17 +126,21 @@ def _point_area(assembly: Assembly, a: int, b: int) -> float:
 
 def crossing_joint(
     assembly: Assembly, state: State, blocks: tuple[int, int], found: Array, rot: Array, place: Array
-) -> Fresh:
+) -> Fresh | None:
     """Joint of one point where an edge of block a passes an edge of block b, blocks (a, b).
 
-    The edges carry no cohesion or tension and do not dilate.
+    The edges carry no cohesion or tension and do not dilate. None where they pass beyond their ends: of blocks
+    apart, the axis of the widest gap may belong to edges that will not touch, and nearly parallel ones pass far away.
     """
     a, b = blocks
     start_a, along_a, start_b, along_b, n = found
     size = np.linalg.norm(np.cross(along_a, along_b))
     d = start_b - start_a
-    point_a = start_a + (np.cross(d, along_b) @ n / size) * along_a
-    point_b = start_b + (np.cross(d, along_a) @ n / size) * along_b
+    part_a, part_b = np.cross(d, along_b) @ n / size, np.cross(d, along_a) @ n / size
+    if max(abs(part_a - 0.5), abs(part_b - 0.5)) > 0.5 + BEYOND:
+        return None
+    point_a, point_b = start_a + part_a * along_a, start_b + part_b * along_b
+    along_a, along_b = along_a / np.linalg.norm(along_a), along_b / np.linalg.norm(along_b)
     ra, rb = rot[a], rot[b]
     arm_a, arm_b = ra.T @ (point_a - place[a]), rb.T @ (point_b - place[b])
     world = np.stack([along_a, np.cross(n, along_a), n])
@@ -144,7 +154,7 @@ def crossing_joint(
         a, b, zero, zero, area, zero.copy(), world @ ra, world, point_b[None],
         _multiply(q[a] * (1, -1, -1, -1), q[b]) * (1, -1, -1, -1), arm_a, arm_b,
         (assembly.centroids[b] + arm_b) - (assembly.centroids[a] + arm_a), law, np.zeros((1, 2)), zero.copy(),
-        zero.copy(), origin, CROSSING, rb.T @ along_b, float(d @ n),
+        zero.copy(), zero.copy(), origin, CROSSING, rb.T @ along_b, float(d @ n),
     )  # fmt: skip
 
 
@@ -186,8 +196,8 @@ def inherit(state: State, now: Measured, pair_of: Array, new: Fresh) -> None:
 def keep_energy(state: State, now: Measured, code: Array, made: list[Fresh], n_blocks: int) -> None:
     """Widen the gaps of the new joints of a pair until they store no more normal elastic energy than the old ones.
 
-    Cut anew under load, the points lie elsewhere; a pair first seen when it overlaps has none to give. The widening
-    lasts until the joint is cut anew.
+    Cut anew under load, the points lie elsewhere; a pair first seen when it overlaps has none to give. Only points that
+    are pressed are set back, and :func:`close_setbacks` takes it back as they open.
     """
     points = state.points
     kn = state.joints.law[now.owner, LAW_KN]
@@ -206,7 +216,19 @@ def keep_energy(state: State, now: Measured, code: Array, made: list[Fresh], n_b
             middle = 0.5 * (low + high)
             low, high = (middle, high) if _stored(stiff, deep - middle) > allowed else (low, middle)
         for new in group:
-            new.gap[:] += high
+            new.setback[:] = np.clip(new.lift - new.gap - new.apart, 0.0, high)
+            new.gap[:] += new.setback
+
+
+def close_setbacks(state: State, now: Measured) -> None:
+    """Take back what :func:`keep_energy` has set back, as far as a point without force is open: no energy changes."""
+    if not state.setback.any():
+        return
+    free = ~now.force.any(axis=1)
+    less = np.where(free, np.minimum(state.setback, np.maximum(now.opening, 0.0)), 0.0)
+    state.points.gap[:] -= less
+    state.setback -= less
+    now.opening[:] -= less
 
 
 def _stored(stiff: Array, deep: Array) -> float:
@@ -276,6 +298,7 @@ def assemble(assembly: Assembly, state: State, stays: NDArray[np.bool_], made: l
         stack(pt.slip_1[kept], [m.slip[:, 0] for m in each]), stack(pt.slip_2[kept], [m.slip[:, 1] for m in each]),
         stack(pt.lift[kept], [m.lift for m in each]), stack(pt.damage[kept], [m.damage for m in each]),
     )  # fmt: skip
+    state.setback = stack(state.setback[kept], [m.setback for m in each])
     sizes = np.concatenate([count[stays], [len(m.s) for m in each]]).astype(np.int64)
 
     def rows(old: Array, name: str) -> Array:
@@ -306,15 +329,21 @@ def _keep_stable(assembly: Assembly, state: State) -> list[str]:
             return ["new contacts made the joints stiffer: the time step was shortened"]
         return []
     mass, need = scaled_masses(stiffness, state.dt, 0.65)
+    before = state.energy_of_motion()
     for i in np.flatnonzero(mass > 1.001 * bodies.mass):
+        # mass that joins at rest: momentum stays, speed and energy of motion fall
         factor = mass[i] / bodies.mass[i]
         bodies.mass[i] = mass[i]
         bodies.inv_mass[i] = 1.0 / mass[i]
-        bodies.ang[i] *= factor
+        bodies.vel[i] = np.where(bodies.held[i, :3], bodies.vel[i], bodies.vel[i] / factor)
+        bodies.spin[i] = np.where(bodies.held[i, 3:], bodies.spin[i], bodies.spin[i] / factor)
         bodies.inv_inertia[i] = bodies.inv_inertia[i] / factor
     for i in range(assembly.n_blocks):
         top = np.linalg.eigvals(bodies.inv_inertia[i] @ need[i]).real.max()
         if mass[i] != 1.0 and top > 1.001:
             bodies.inv_inertia[i] /= top
-            bodies.ang[i] *= top
+            bodies.spin[i] = np.where(bodies.held[i, 3:], bodies.spin[i], bodies.spin[i] / top)
+    after = state.energy_of_motion()
+    state.total[E_DAMPING] += before - after
+    state.total[E_KINETIC] += after - before
     return []

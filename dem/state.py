@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 QUASI_STATIC, DYNAMIC = "quasi-static", "dynamic"
 
 
-_PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "factors", "ground", "joint_table")
+_PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "factors", "ground", "joint_table", "setback")
 
 JOINT_FIELDS = tuple(f.name for f in fields(Joint) if f.name != "name")
 
@@ -67,6 +67,7 @@ class State:
     factors : of the load cases now: dead loads but weight, weight, live loads, weight along x, and along y, shape (5,)
     ground : velocity at which held blocks coast after a base motion [m/s], shape (3,)
     joint_table : what the joints of the assembly said when it was made, columns ``JOINT_FIELDS``, shape (k, ..)
+    setback : part of the gap of points cut anew under load that keeps their energy, until they open [m], shape (m,)
     """
 
     points: Points
@@ -84,6 +85,7 @@ class State:
     factors: Array
     ground: Array
     joint_table: Array
+    setback: Array
     warnings: tuple[str, ...] = field(default_factory=tuple)
 
     def copy(self) -> "State":
@@ -269,5 +271,6 @@ def make_state(
     whole_faces = np.ones(len(interface), dtype=np.int64)
     return State(
         points, joints, bodies, interface, total, 0.0, float(dt), mode, laws, whole_faces, loads.dead.copy(),
-        loads.live.copy(), np.array((1.0, 1.0, 0.0, 0.0, 0.0)), np.zeros(3), joint_table(assembly), warnings,
+        loads.live.copy(), np.array((1.0, 1.0, 0.0, 0.0, 0.0)), np.zeros(3), joint_table(assembly),
+        np.zeros(len(points.s)), warnings,
     )  # fmt: skip
