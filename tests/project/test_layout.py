@@ -55,3 +55,13 @@ def test_every_test_module_is_collected(pytestconfig: pytest.Config):
 def test_names_of_test_modules_and_builders_are_all_different():
     names = [path.stem for path in (*MODULES, *(TESTS / "builders").glob("*.py"))]
     assert sorted(names) == sorted(set(names))
+
+
+def test_what_is_listed_as_slow_exists():
+    listed = [line for line in (TESTS / "slow.txt").read_text(encoding="utf-8").split("\n") if line]
+    assert listed == sorted(set(listed))
+    for line in listed:
+        file, _, test = line.partition("::")
+        assert (TESTS / file).is_file(), line
+        name = test.partition("[")[0]
+        assert f"def {name}(" in (TESTS / file).read_text(encoding="utf-8") if name else True, line
