@@ -36,6 +36,7 @@ if TYPE_CHECKING:
         results,
         study,
     )
+    from limitmason.capacity import pushover
     from limitmason.limit import limit_analysis, limit_bracket, proven_range, settlement_analysis
     from limitmason.methods import predict, predict_cases
     from limitmason.side_by_side import compare
@@ -65,6 +66,7 @@ _NAMES = {
     "predict": "limitmason.methods",
     "predict_cases": "limitmason.methods",
     "compare": "limitmason.side_by_side",
+    "pushover": "limitmason.capacity",
 }
 
 __all__ = [

@@ -5,7 +5,6 @@ mean weight over the mean stiffness of a contact point) and that over the size: 
 stalls at 1e-5 of a block's weight.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from limitmason.pushover.kinematics import (
+from limitmason.capacity.kinematics import (
     Bodies,
     Contact,
     Pose,
@@ -23,7 +22,7 @@ from limitmason.pushover.kinematics import (
     moved,
     point_wrenches,
 )
-from limitmason.pushover.point_law import Elastic, History, Returned, return_map
+from limitmason.capacity.point_law import Elastic, History, Returned, return_map
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -45,7 +44,6 @@ class Evaluated(NamedTuple):
         return float(np.abs(self.residual).max(initial=0.0))
 
 
-@dataclass(frozen=True, eq=False)
 class System:
     """Joints, loads and the control of one path.
 
@@ -54,41 +52,30 @@ class System:
     bodies, law : contact points and what they carry
     dead, live : wrenches on the degrees of freedom [N, N m], shape (n, d)
     control : weights of the degrees of freedom in the control displacement, shape (n, d)
-    weight, size, length : units of force [N], of arms [m] and of displacement [m]
+    weight, size : units of force [N] and of arms [m]; that of displacement, ``length``, is the elastic one
     """
 
-    bodies: Bodies
-    law: Elastic
-    dead: Array
-    live: Array
-    control: Array
-    weight: float
-    size: float
-    length: float
-
-    def __post_init__(self) -> None:
-        """Number the free degrees of freedom and make the patterns of both matrices."""
-        free = self.bodies.free
-        n, d = free.shape
+    def __init__(
+        self, bodies: Bodies, law: Elastic, dead: Array, live: Array, control: Array, weight: float, size: float
+    ) -> None:
+        """Number the free degrees of freedom and make the pattern of the bordered tangent."""
+        self.bodies, self.law, self.dead, self.live, self.control = bodies, law, dead, live, control
+        self.weight, self.size = weight, size
+        self.length = weight / float((law.kn * bodies.area).mean())
+        free = bodies.free
+        self.order = int(free.sum())
         number = np.full(free.shape, -1, np.intp)
-        number[free] = np.arange(int(free.sum()))
-        turns = np.abs(self.bodies.basis[3:]).max(axis=0) > 0.5
-        put = object.__setattr__
-        put(self, "number", number)
-        put(self, "order", int(free.sum()))
-        put(self, "row_scale", np.broadcast_to(np.where(turns, 1.0 / (self.weight * self.size), 1.0 / self.weight), (n, d)))
-        put(self, "motion_scale", np.where(turns, self.length / self.size, self.length))
-        live = (self.live * self.row_scale)[free]
-        put(self, "live_own", live)
-        put(self, "control_own", (self.control * self.motion_scale)[free] / self.length)
-        ends = np.stack([number[self.bodies.block_a], number[self.bodies.block_b]], axis=1)  # (m, 2, d)
-        put(self, "ends", ends)
-        starts = np.flatnonzero(np.diff(np.concatenate([[-1], self._pairs()])))
-        put(self, "starts", starts)
-        self._tangent_pattern(ends[starts].reshape(len(starts), 2 * d))
-
-    def _pairs(self) -> Array:
-        return self.bodies.block_a * len(self.bodies.free) + self.bodies.block_b
+        number[free] = np.arange(self.order)
+        turns = np.abs(bodies.basis[3:]).max(axis=0) > 0.5
+        self.row_scale = np.where(turns, 1.0 / (weight * size), 1.0 / weight)
+        self.motion_scale = np.where(turns, self.length / size, self.length)
+        self.live_own = (live * self.row_scale)[free]
+        self.control_own = (control * self.motion_scale)[free] / self.length
+        self.ends = np.stack([number[bodies.block_a], number[bodies.block_b]], axis=1)  # (m, 2, d)
+        # points come joint by joint: one element per run of points between the same two blocks
+        pair = bodies.block_a * len(free) + bodies.block_b
+        self.starts = np.flatnonzero(np.diff(pair, prepend=-1))
+        self._tangent_pattern(self.ends[self.starts].reshape(len(self.starts), -1))
 
     def _tangent_pattern(self, dofs: Index) -> None:
         """Where every entry of the elements, the border and nothing else goes in the bordered matrix."""
@@ -101,11 +88,8 @@ class System:
         columns = np.concatenate([columns[keep], own, np.full(order, order), own, [order]])
         key, slot = np.unique(columns * (order + 1) + rows, return_inverse=True)
         indptr = np.searchsorted(key, np.arange(order + 2) * (order + 1))
-        put = object.__setattr__
-        put(self, "_keep", keep)
-        put(self, "_slot", slot)
-        put(self, "_indices", (key % (order + 1)).astype(np.int32))
-        put(self, "_indptr", indptr.astype(np.int32))
+        self._keep, self._slot = keep, slot
+        self._indices, self._indptr = (key % (order + 1)).astype(np.int32), indptr.astype(np.int32)
 
     # ---- equations ----------------------------------------------------------------------------------------------
 
@@ -140,7 +124,7 @@ class System:
         stiff = (b.area[:, None, None] * at.returned.tangent) @ flat.transpose(0, 2, 1)
         element = geometric_stiffness(b, at.contact, at.force) - flat @ stiff
         element = np.add.reduceat(element, self.starts, axis=0)
-        rows = np.concatenate([self.row_scale[0]] * 2)
+        rows = np.concatenate([self.row_scale] * 2)
         columns = np.concatenate([self.motion_scale] * 2)
         element *= rows[:, None] * columns
         border = np.zeros(self.order) if prescribed == "multiplier" else self.control_own
@@ -154,7 +138,7 @@ class System:
     def equilibrium(self, wrenches: Array) -> sparse.csc_matrix:
         """Wrench matrix of a pose in own units on the free degrees of freedom, shape (order, c m)."""
         m, c = wrenches.shape[:2]
-        values = wrenches * self.row_scale[0] * self.weight
+        values = wrenches * self.row_scale * self.weight
         rows = np.broadcast_to(self.ends[:, None], values.shape)
         columns = np.broadcast_to(np.arange(m * c).reshape(m, c)[:, :, None, None], values.shape)
         keep = rows >= 0

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.pushover.system import System
+from limitmason.capacity.system import System
 
 Array = NDArray[np.float64]
 

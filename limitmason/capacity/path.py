@@ -6,17 +6,17 @@ from itertools import pairwise
 
 import numpy as np
 
+from limitmason.capacity import stepping
+from limitmason.capacity.kinematics import Pose, motion_between, moved
+from limitmason.capacity.stepping import Node
+from limitmason.capacity.system import System
 from limitmason.errors import InputError
-from limitmason.pushover import stepping
-from limitmason.pushover.kinematics import Pose, motion_between, moved
-from limitmason.pushover.stepping import Node
-from limitmason.pushover.system import System
 
 REACHED, PASSED, OVERTURNED, STOPPED = "reached", "limit point passed", "overturned", "stopped"
 
 _SHORTEST = 1e-4  # elastic lengths
 _HALVINGS = 6  # of a step that loses or makes energy
-_DROP = 0.01  # fall below a limit point after which it is passed, of its load
+_DROP = 0.002  # fall below a limit point after which it is passed, of its load
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,8 @@ def follow(
     Parameters
     ----------
     ratio : work-conjugate displacement of the live loads per control displacement, at first [N]
-    energy : what a step leaves over of its work, over the gross work: a step above ``steps.energy`` is halved, and where
-        that does not mend it energy that went is a jump, energy that came is refused
+    energy : what a step leaves over of its work, over the gross work: a step above ``steps.energy`` is halved, and
+        where that does not mend it energy that went is a jump, energy that came is refused
 
     Returns
     -------

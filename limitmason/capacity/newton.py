@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.pushover.kinematics import Pose
-from limitmason.pushover.point_law import History
-from limitmason.pushover.system import Evaluated, System
+from limitmason.capacity.kinematics import Pose
+from limitmason.capacity.point_law import History
+from limitmason.capacity.system import Evaluated, System
 
 Array = NDArray[np.float64]
 

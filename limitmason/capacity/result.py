@@ -6,13 +6,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.capacity.certificate import State, StepCertificate, Structure, forces
+from limitmason.capacity.kinematics import Pose, motion_between
+from limitmason.capacity.stepping import Node
+from limitmason.capacity.system import System
 from limitmason.certificate import resultants_from_points, scaled_mechanism
 from limitmason.curve import Curve, CurvePoint
 from limitmason.errors import InputError
-from limitmason.pushover.certificate import State, StepCertificate, Structure, forces
-from limitmason.pushover.kinematics import Pose, motion_between
-from limitmason.pushover.stepping import Node
-from limitmason.pushover.system import System
 from limitmason.results import Mechanism, Resultants
 
 Array = NDArray[np.float64]
@@ -41,7 +41,7 @@ class Cost(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PushoverCurve(Curve):
-    """Capacity curve by :func:`limitmason.pushover.pushover`; the load is the multiplier [-].
+    """Capacity curve by :func:`limitmason.pushover`; the load is the multiplier [-].
 
     The displacement is that of the control from the state under dead load [m]. Sample 0 is that state.
     """
@@ -96,8 +96,8 @@ class PushoverCurve(Curve):
     def resultants(self, step: int) -> Resultants:
         """Joint forces of a sample, in the joints' frames: those of block a in its reference pose.
 
-        Normal and shear are along the frame that block a carries; moments are about the undeformed joint's centroid, with
-        the displacement of the points in it.
+        Normal and shear are along the frame that block a carries; moments are about the undeformed joint's centroid,
+        with the displacement of the points in it.
 
         Raises
         ------

@@ -2,25 +2,26 @@
 
 import time
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.capacity import path, stepping
+from limitmason.capacity.certificate import Balance, StepCertificate, Structure, certify, equilibrium
+from limitmason.capacity.kinematics import Pose, at_rest, make_bodies
+from limitmason.capacity.path import Steps
+from limitmason.capacity.point_law import Elastic
+from limitmason.capacity.result import Energy, PushoverCurve, state_of
+from limitmason.capacity.stepping import Node
+from limitmason.capacity.system import System
 from limitmason.curve import Event
 from limitmason.equilibrium import Grid, contact_points, find_plane, project
 from limitmason.errors import InputError, NotApplicable
 from limitmason.law import interface_law
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.pushover import path, stepping
-from limitmason.pushover.certificate import Balance, StepCertificate, Structure, certify, equilibrium
-from limitmason.pushover.kinematics import Pose, at_rest, make_bodies
-from limitmason.pushover.path import Steps
-from limitmason.pushover.point_law import Elastic
-from limitmason.pushover.result import Energy, PushoverCurve, state_of
-from limitmason.pushover.stepping import Node
-from limitmason.pushover.system import System
 from limitmason.results import CANNOT_STAND
 from limitmason.stated import tension_cut
 from limitmason.stiffness import SETTLEMENT, default_stiffness
@@ -46,7 +47,7 @@ def pushover(
     start: PushoverCurve | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> PushoverCurve:
-    """Capacity curve of rigid blocks with elastic, unilateral, frictional joints: load against displacement, statically.
+    """Capacity curve of rigid blocks with elastic, unilateral, frictional joints: load against displacement.
 
     The joint law, the contact points and the stiffness are those of the DEM; rotations are finite. The dead load is
     applied first, to the unstressed structure.
@@ -57,12 +58,12 @@ def pushover(
     control : what is prescribed: "live", the mean displacement along the live forces, sum(live . shift) / sum |live|;
         or (block, "x"), "y" or "z" of its centroid
     to : control displacement from the state under dead load [m]; negative for the other sense; None goes on until the
-        load has fallen 1 % below its first limit point, at most to a tenth of a block
+        load has fallen 0.2 % below its first limit point, at most to a tenth of a block
     contact_model, grid : as in :func:`limitmason.equilibrium.contact_points`
     stiffness : kn, or (kn, ks), of every joint [Pa/m]; by default that of the joints, else the DEM's default
     steps : see :class:`Steps`
-    start : curve whose last state is gone on from, for the same model, contact points and dead load; its live load must be the same
-        up to a factor, which may be negative
+    start : curve whose last state is gone on from, for the same model, contact points and dead load; its live load must
+        be the same up to a factor, which may be negative
     progress : called with a line per step
 
     Returns
@@ -105,15 +106,13 @@ def pushover(
     size = float(np.median(np.cbrt(assembly.arrays.volume[mine])))
     kn, ks = kn[points.interface], ks[points.interface]
     row, ratio = _control(assembly, control, bodies.basis, free, live)
-    system = System(
-        bodies, Elastic(law, kn, ks), dead, live, row, weight, size, weight / float((kn * points.area).mean())
-    )
+    system = System(bodies, Elastic(law, kn, ks), dead, live, row, weight, size)
     structure = Structure(assembly, loads, points, law, kn, ks, weight, size)
     nodes, origin = _begin(system, structure, start, say)
     if not nodes:
-        warnings.append("no state of equilibrium under the dead load was found: is it carried, and is every block held?")
+        warnings.append("no equilibrium under the dead load was found: is it carried, and is every block held?")
         return PushoverCurve(
-            [0.0], [0.0], load_unit="-", label="pushover", status=str(CANNOT_STAND), warnings=tuple(warnings),
+            np.zeros(1), np.zeros(1), load_unit="-", label="pushover", status=str(CANNOT_STAND), warnings=tuple(warnings),
             source="limitmason", structure=structure, system=system,
         )  # fmt: skip
     if to is not None and not (np.isfinite(to) and to != 0.0):
@@ -139,10 +138,11 @@ def _refuse(assembly: Assembly, loads: Loads) -> None:
                 f"the joint between {names[0]!r} and {names[1]!r} crushes (compressive_strength): pushover does not "
                 "follow crushing; leave it out or use method 'dem'"
             )
-        if any(v is not None for v in (j.residual_friction_angle_deg, j.residual_cohesion, j.residual_tensile_strength)):
+        residual = (j.residual_friction_angle_deg, j.residual_cohesion, j.residual_tensile_strength)
+        if any(v is not None for v in residual):
             raise NotApplicable(
-                f"the joint between {names[0]!r} and {names[1]!r} softens (residual values): pushover follows perfectly "
-                "plastic joints only; leave them out or use method 'dem'"
+                f"the joint between {names[0]!r} and {names[1]!r} softens (residual values): pushover follows "
+                "perfectly plastic joints only; leave them out or use method 'dem'"
             )
     if assembly.fixed.all():
         raise NotApplicable("every block is held: there is nothing to push")
@@ -161,7 +161,7 @@ def _refuse_partial_rotations(assembly: Assembly) -> None:
 def _stiffnesses(
     assembly: Assembly, loads: Loads, stiffness: float | tuple[float, float] | None
 ) -> tuple[Array, Array, list[str]]:
-    """kn and ks per interface [Pa/m], and what a user should know about them."""
+    """Kn and ks per interface [Pa/m], and what a user should know about them."""
     x, warnings = assembly.arrays, []
     if cut := tension_cut(assembly):
         warnings.append(cut)
@@ -249,9 +249,9 @@ def _curve(
     states = [state_of(n) for n in nodes]
     zero = StepCertificate(equilibrium(structure, states[0]), 0.0, 0.0, 0.0, 0.0, 0.0)
     certificates, balances = [zero], [Balance(0.0, 0.0, 0.0, 0.0)]
-    for before, after in zip(states, states[1:], strict=False):
+    for (before, after), node in zip(pairwise(states), nodes[1:], strict=True):
         certificate, balance = certify(structure, before, after)
-        certificates.append(certificate)
+        certificates.append(certificate._replace(jump=node.jump))
         balances.append(balance)
     table = np.array(balances)
     gross = np.cumsum(np.abs(table[:, 0]) + np.abs(table[:, 1]))
@@ -268,14 +268,16 @@ def _curve(
         slid = np.linalg.norm(s.slip, axis=1) / size
         worst = int(np.argmax(slid))
         if slid[worst] > WANDERED:
-            a, b = (structure.assembly.blocks[x[worst]].name for x in (structure.points.block_a, structure.points.block_b))
+            p, blocks = structure.points, structure.assembly.blocks
+            a, b = blocks[p.block_a[worst]].name, blocks[p.block_b[worst]].name
             warnings.append(
-                f"from sample {k} on {a!r} and {b!r} have slid by more than {WANDERED:g} of their joint: contacts are not "
-                "found anew, and the curve beyond is that of the first contacts"
+                f"from sample {k} on {a!r} and {b!r} have slid by more than {WANDERED:g} of their joint: contacts are "
+                "not found anew, and the curve beyond is that of the first contacts"
             )
             break
     return PushoverCurve(
-        [n.control - system.controlled(origin) for n in nodes], [n.multiplier for n in nodes], load_unit="-", label="pushover",
+        np.array([n.control for n in nodes]) - system.controlled(origin), np.array([n.multiplier for n in nodes]),
+        load_unit="-", label="pushover",
         events=tuple(Event("jump", k) for k in jumps), errors={"energy": np.array([c.energy for c in certificates])},
         states=tuple(states), status=status, warnings=tuple(warnings), source="limitmason", structure=structure,
         system=system, nodes=tuple(nodes), certificates=tuple(certificates), energy=energy, jumps=jumps, origin=origin,

@@ -5,16 +5,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.pushover import newton
-from limitmason.pushover.kinematics import Pose, at_rest
-from limitmason.pushover.point_law import History, trial, virgin
-from limitmason.pushover.program import solve_step
-from limitmason.pushover.system import System
+from limitmason.capacity import newton
+from limitmason.capacity.kinematics import Pose, at_rest
+from limitmason.capacity.point_law import History, trial, virgin
+from limitmason.capacity.program import solve_step
+from limitmason.capacity.system import System
 
 Array = NDArray[np.float64]
 
 PROGRAMS = 12
-PROXIMAL = 1e-4
+PROXIMAL = 1e-4  # block weights per elastic length, of the program against the motion it makes
 _NEAR = 0.3  # block weights: unbalance from which Newton takes over
 _QUIET = 1e-5  # block weights: largest viscous force at the end of a jump
 
@@ -82,7 +82,7 @@ def _by_programs(
     for k in range(1, PROGRAMS + 1):
         elastic = trial(system.law, old, now.contact.displacement) * area
         advance = None if target is None else (target - system.controlled(now.pose)) * ratio
-        # without geometric stiffness free motions swing to and fro: a proximal term, gone at the fixed point, damps them
+        # without geometric stiffness free motions swing to and fro; a proximal term, gone at the end, damps them
         proximal = viscosity == 0.0 and k > 3
         eta, since = (PROXIMAL, None) if proximal else (viscosity, done if viscosity > 0.0 else None)
         found = solve_step(system, now.wrenches, elastic, normal, advance, multiplier, eta, since)
