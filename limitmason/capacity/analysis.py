@@ -112,8 +112,8 @@ def pushover(
     if not nodes:
         warnings.append("no equilibrium under the dead load was found: is it carried, and is every block held?")
         return PushoverCurve(
-            np.zeros(1), np.zeros(1), load_unit="-", label="pushover", status=str(CANNOT_STAND), warnings=tuple(warnings),
-            source="limitmason", structure=structure, system=system,
+            np.zeros(1), np.zeros(1), load_unit="-", label="pushover", status=str(CANNOT_STAND),
+            warnings=tuple(warnings), source="limitmason", structure=structure, system=system,
         )  # fmt: skip
     if to is not None and not (np.isfinite(to) and to != 0.0):
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")

@@ -35,8 +35,8 @@ class StepCertificate(NamedTuple):
     times the slip, and ``against`` of the slip from the sense of the shear and of slip below the limit, both over the
     largest slip or elastic displacement; ``dissipation`` the least over the points of the energy that slip loses, over
     the gross work; ``energy`` what work by trapezoids, change of stored energy and loss leave over, over the gross
-    work |dW_live| + |dW_dead| of the step. A ``jump`` passes through states that are not kept, so that its slip and lift
-    are sums that the flow rule does not bind together.
+    work |dW_live| + |dW_dead| of the step. A ``jump`` passes through states that are not kept, so that its slip and
+    lift are sums that the flow rule does not bind together.
     """
 
     equilibrium: float
