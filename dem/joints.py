@@ -11,12 +11,10 @@ from dem.kernels import Joints, Points
 from limitmason.equilibrium import ContactPoints, contact_points
 from limitmason.model import Assembly, Joint
 from limitmason.stated import tension_cut
+from limitmason.stiffness import SETTLEMENT, default_stiffness
 
 Array = NDArray[np.float64]
 PerJoint = float | Mapping[str, float] | Sequence[float] | Array
-
-SETTLEMENT = 1e-6
-"""Default stiffness: the base shortens by this fraction of the median block size under the whole dead load [-]."""
 
 _BRITTLE = 1e30
 
@@ -67,28 +65,6 @@ def per_interface(value: PerJoint, kinds: Sequence[str], label: str) -> Array:
     if np.isnan(out).any() or (out < 0).any():
         raise ValueError(f"{label} must not be negative or NaN")
     return out
-
-
-def default_stiffness(assembly: Assembly, dead: Array) -> float:
-    """Joint stiffness for joints that name none [Pa/m].
-
-    kn = (dead load / area of the joints on supports) / (1e-6 x median block size): the foot of the structure shortens
-    by 1e-6 of a block. Small enough that the change of geometry does not show in the multiplier, large enough to
-    settle fast. It is a number for rigid-block collapse, not a property of a material.
-
-    Parameters
-    ----------
-    dead : wrench per block [N, N m], shape (n, 6)
-    """
-    x = assembly.arrays
-    free = ~assembly.fixed
-    load = np.linalg.norm(dead[free, :3], axis=1).sum()
-    load = max(float(load), float(assembly.weights[free].sum()), 1e-300)
-    at_support = assembly.held[x.block_a].any(axis=1) ^ assembly.held[x.block_b].any(axis=1)
-    level = at_support & (np.abs(x.normal[:, 2]) > 0.5)
-    area = x.area[level].sum() if level.any() else x.area[at_support].sum() if at_support.any() else x.area.mean()
-    size = float(np.median(np.cbrt(x.volume[free])))
-    return load / area / (SETTLEMENT * size)
 
 
 def make_points(

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         study,
         validation,
     )
+    from limitmason.capacity import pushover
     from limitmason.limit import limit_analysis, limit_bracket, proven_range, settlement_analysis
     from limitmason.methods import predict, predict_cases
     from limitmason.validation import compare
@@ -67,6 +68,7 @@ _NAMES = {
     "predict": "limitmason.methods",
     "predict_cases": "limitmason.methods",
     "compare": "limitmason.validation",
+    "pushover": "limitmason.capacity",
 }
 
 __all__ = [

@@ -31,6 +31,7 @@ METHODS: Mapping[str, str] = {
     NON_ASSOCIATIVE: "limitmason.limit.method:NON_ASSOCIATIVE",
     DEM: "dem.method:DEM",
     MECHANISMS: "mechanisms.method:MECHANISMS",
+    "pushover": "limitmason.capacity.method:PUSHOVER",
 }
 """Method name to "module:object"; other packages add theirs through the entry-point group "limitmason.methods", as a
 :class:`limitmason.method.Method` or as a plain function of assembly and loads."""

@@ -15,6 +15,7 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
 from limitmason.results import ALMOST_SOLVED, SOLVED
+from limitmason.stiffness import default_stiffness
 from limitmason.study.dilatancy import with_dilatancy
 from limitmason.study.store import fingerprint
 from limitmason.study.sweep import Progress, sweep
@@ -37,7 +38,6 @@ STIFFER = 10.0
 _MOST_STEPS = 100_000  # for one load
 # first stride and displacement that counts as moving: just above the limit blocks move too slowly to be told from rest
 _TRIES = ((1.0, 0.02), (1.37, 0.01), (0.73, 0.005))
-_SETTLEMENT = 1e-6  # of a block: default stiffness, that of the DEM
 
 
 @dataclass(frozen=True)
@@ -198,17 +198,8 @@ def _changing(assembly: Assembly) -> list[str]:
 
 
 def with_stiffness(assembly: Assembly, loads: Loads) -> Assembly:
-    """The assembly with a stiffness in every joint: its own, or the DEM's default.
-
-    kn = ks = (dead load / area of the level joints on supports) / (1e-6 x median block size).
-    """
-    x = assembly.arrays
-    free = ~assembly.fixed
-    load = max(float(np.linalg.norm(loads.dead[free, :3], axis=1).sum()), float(assembly.weights[free].sum()))
-    at_support = assembly.held[x.block_a].any(axis=1) ^ assembly.held[x.block_b].any(axis=1)
-    level = at_support & (np.abs(x.normal[:, 2]) > 0.5)
-    area = x.area[level].sum() if level.any() else x.area[at_support].sum() if at_support.any() else x.area.mean()
-    standard = load / area / (_SETTLEMENT * float(np.median(np.cbrt(x.volume[free]))))
+    """The assembly with a stiffness in every joint: its own, or kn = ks by ``default_stiffness``."""
+    standard = default_stiffness(assembly, loads.dead)
 
     def filled(joint: Joint) -> Joint:
         kn = joint.normal_stiffness or standard

@@ -1,0 +1,8 @@
+"""Capacity curves: static paths past limit points, by cone programs with a Newton finish on the DEM's joint law."""
+
+from limitmason.capacity.analysis import pushover
+from limitmason.capacity.certificate import StepCertificate
+from limitmason.capacity.path import Steps
+from limitmason.capacity.result import Energy, PushoverCurve
+
+__all__ = ["Energy", "PushoverCurve", "StepCertificate", "Steps", "pushover"]

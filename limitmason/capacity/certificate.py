@@ -1,0 +1,157 @@
+"""What proves a step, from poses and histories by numpy alone: nothing here knows how the path was found.
+
+The forces are worked out anew from the reference geometry, the joint law and the state; a solver that drops a term of
+its own equations cannot hide it here.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.equilibrium import ContactPoints
+from limitmason.law import PointLaw
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+
+Array = NDArray[np.float64]
+
+
+class State(NamedTuple):
+    """A state of the path: shift [m], (n, 3); R - I, (n, 3, 3); slip [m], (m, c - 1); lift [m], (m,); multiplier."""
+
+    shift: Array
+    turn: Array
+    slip: Array
+    lift: Array
+    multiplier: float
+
+
+class StepCertificate(NamedTuple):
+    """How well one state, reached from the one before, keeps the theory.
+
+    ``equilibrium`` is the largest unbalanced force, or moment over a block's size, in mean block weights; ``excess``
+    the largest excess over the joint law in block weights; ``flow`` the largest departure of the lift from tan(psi)
+    times the slip, and ``against`` of the slip from the sense of the shear and of slip below the limit, both over the
+    largest slip or elastic displacement; ``dissipation`` the least over the points of the energy that slip loses, over
+    the gross work; ``energy`` what work by trapezoids, change of stored energy and loss leave over, over the gross
+    work |dW_live| + |dW_dead| of the step. A ``jump`` passes through states that are not kept, so that its slip and
+    lift are sums that the flow rule does not bind together.
+    """
+
+    equilibrium: float
+    excess: float
+    flow: float
+    against: float
+    dissipation: float
+    energy: float
+    jump: bool = False
+
+    @property
+    def accepted(self) -> bool:
+        """Equilibrium to 1e-6 of a block weight, law and flow rule to rounding, no energy made by slip."""
+        return (
+            self.equilibrium < 1e-6
+            and self.excess < 1e-6
+            and (self.jump or (self.flow < 1e-6 and self.against < 1e-6 and self.dissipation > -1e-9))
+        )
+
+
+class Balance(NamedTuple):
+    """Energy of a step [J]: work of live and dead load, change of stored energy, loss."""
+
+    live: float
+    dead: float
+    stored: float
+    lost: float
+
+
+class Structure(NamedTuple):
+    """What the certificate reads: the model, its points, and their law and stiffness per area."""
+
+    assembly: Assembly
+    loads: Loads
+    points: ContactPoints
+    law: PointLaw
+    kn: Array
+    ks: Array
+    weight: float
+    size: float
+
+
+def forces(s: Structure, at: State) -> tuple[Array, Array, Array]:
+    """Force components on block b [N], (m, c); displacement [m], (m, c); present places of b's points [m], (m, 3)."""
+    p, x = s.points, s.assembly.centroids
+    rotation = at.turn + np.eye(3)
+    a, b = p.block_a, p.block_b
+    moved_a = at.shift[a] + np.einsum("mij,mj->mi", at.turn[a], p.position - x[a])
+    moved_b = at.shift[b] + np.einsum("mij,mj->mi", at.turn[b], p.position - x[b])
+    in_a = np.einsum("mji,mj->mi", rotation[a], moved_b - moved_a)
+    apart = np.einsum("mci,mi->mc", p.directions, in_a)
+    normal = np.maximum(s.kn * (at.lift - apart[:, 0]), -s.law.tension)
+    shear = s.ks[:, None] * (at.slip - apart[:, 1:])
+    return np.column_stack([normal, shear]) * p.area[:, None], apart, p.position + moved_b
+
+
+def equilibrium(s: Structure, at: State) -> float:
+    """Largest unbalanced force, or moment over a block's size, of a free motion, in mean block weights."""
+    p = s.points
+    components, _, place = forces(s, at)
+    local = np.einsum("mc,mci->mi", components, p.directions)
+    force = np.einsum("mij,mj->mi", at.turn[p.block_a] + np.eye(3), local)
+    total = s.loads.dead + at.multiplier * s.loads.live
+    centroid = s.assembly.centroids + at.shift
+    for block, sign in ((p.block_b, 1.0), (p.block_a, -1.0)):
+        np.add.at(total, (block, slice(0, 3)), sign * force)
+        np.add.at(total, (block, slice(3, 6)), sign * np.cross(place - centroid[block], force))
+    total = total / np.array([1.0, 1.0, 1.0, s.size, s.size, s.size]) / s.weight
+    return float(np.abs(np.where(s.assembly.held, 0.0, total)).max(initial=0.0))
+
+
+def stored(s: Structure, at: State) -> float:
+    """Elastic energy, with what opening against the tensile strength keeps [J]; a closing joint gives it back."""
+    components, apart, _ = forces(s, at)
+    stress = components / s.points.area[:, None]
+    beyond = np.maximum(apart[:, 0] - at.lift - s.law.tension / s.kn, 0.0)
+    density = 0.5 * stress[:, 0] ** 2 / s.kn + s.law.tension * beyond + 0.5 * (stress[:, 1:] ** 2).sum(axis=1) / s.ks
+    return float((density * s.points.area).sum())
+
+
+def certify(s: Structure, before: State, after: State) -> tuple[StepCertificate, Balance]:
+    """Certificate and energy of the step from one state to the next."""
+    old, new = forces(s, before)[0], forces(s, after)[0]
+    area = s.points.area
+    shear = np.linalg.norm(new[:, 1:], axis=1)
+    law = s.law.over(area)
+    excess = float(law.excess(new[:, 0], shear).max(initial=0.0)) / s.weight
+    slip = after.slip - before.slip
+    size = np.linalg.norm(slip, axis=1)
+    lift = after.lift - before.lift
+    length = max(float(size.max(initial=0.0)), s.weight / float((s.kn * area).mean()))
+    flow = float(np.abs(lift - s.law.tan_psi * size).max(initial=0.0)) / length
+    # slip runs against the shear on b and only where the law is exhausted: its power is - T . slip = limit |slip|
+    limit = np.maximum(law.cohesion + law.tan_phi * new[:, 0], 0.0)
+    power = limit * size + (new[:, 1:] * slip).sum(axis=1)
+    against = float(np.abs(power).max(initial=0.0)) / (s.weight * length)
+    loss = -(new[:, 1:] * slip).sum(axis=1) - new[:, 0] * lift
+    mean = 0.5 * (old + new)
+    lost = float(-(mean[:, 1:] * slip).sum() - (mean[:, 0] * lift).sum())
+    motion = np.concatenate([after.shift - before.shift, _spins(before.turn, after.turn)], axis=1)
+    motion = np.where(s.assembly.held, 0.0, motion)
+    live = 0.5 * (before.multiplier + after.multiplier) * float((s.loads.live * motion).sum())
+    dead = float((s.loads.dead * motion).sum())
+    change = stored(s, after) - stored(s, before)
+    gross = max(abs(live) + abs(dead), 1e-300)
+    error = (live + dead - change - lost) / gross
+    return (
+        StepCertificate(equilibrium(s, after), excess, flow, against, float(loss.min(initial=0.0)) / gross, error),
+        Balance(live, dead, change, lost),
+    )
+
+
+def _spins(before: Array, after: Array) -> Array:
+    """Rotation vectors of small steps by the skew part, right to second order."""
+    step = (after - before) @ np.swapaxes(before + np.eye(3), 1, 2)
+    return 0.5 * np.stack(
+        [step[:, 2, 1] - step[:, 1, 2], step[:, 0, 2] - step[:, 2, 0], step[:, 1, 0] - step[:, 0, 1]], axis=1
+    )

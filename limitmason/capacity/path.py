@@ -1,0 +1,170 @@
+"""The path: how long steps are, when they are halved, how a limit point is closed in on, and when to stop."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from limitmason.capacity import stepping
+from limitmason.capacity.kinematics import Pose, motion_between, moved
+from limitmason.capacity.stepping import Node
+from limitmason.capacity.system import System
+from limitmason.errors import InputError
+
+REACHED, PASSED, OVERTURNED, STOPPED = "reached", "limit point passed", "overturned", "stopped"
+
+_SHORTEST = 1e-4  # elastic lengths
+_HALVINGS = 6  # of a step that loses or makes energy
+_DROP = 0.002  # fall below a limit point after which it is passed, of its load
+
+
+@dataclass(frozen=True)
+class Steps:
+    """How a path is stepped.
+
+    Parameters
+    ----------
+    first : first step, in elastic lengths (mean block weight over the mean stiffness of a contact point) [-]
+    largest : largest step over the median block size [-]
+    smooth : departure of the multiplier from its extrapolation up to which steps grow, of the largest so far [-]
+    peak : width in load within which the first limit point is known, of its load [-]
+    energy : energy that a step may leave over, of its gross work [-]
+    most : steps after which the path is given up
+    """
+
+    first: float = 0.25
+    largest: float = 0.04
+    smooth: float = 0.02
+    peak: float = 2e-4
+    energy: float = 0.01
+    most: int = 400
+
+    def __post_init__(self) -> None:
+        """Refuse what is not positive."""
+        for name in ("first", "largest", "smooth", "peak", "energy", "most"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0):
+                raise InputError(f"steps: {name} must be a positive number, got {value!r}")
+
+
+def follow(
+    system: System,
+    nodes: list[Node],
+    to: float | None,
+    ratio: float,
+    steps: Steps,
+    say: Callable[[str], None],
+    energy: Callable[[Node, Node], float],
+) -> tuple[str, list[str]]:
+    """Extend a path from its last node to a control displacement [m], or past its first limit point if ``to`` is None.
+
+    Parameters
+    ----------
+    ratio : work-conjugate displacement of the live loads per control displacement, at first [N]
+    energy : what a step leaves over of its work, over the gross work: a step above ``steps.energy`` is halved, and
+        where that does not mend it energy that went is a jump, energy that came is refused
+
+    Returns
+    -------
+    status and warnings; the nodes are appended to the list
+    """
+    begin = len(nodes) - 1
+    sense = 1.0 if to is None or to >= nodes[-1].control else -1.0
+    # without a limit point within a tenth of a block the path is no longer one of small displacement
+    end = nodes[begin].control + 0.1 * system.size if to is None else to
+    longest = steps.largest * system.size
+    advance = steps.first * system.length
+    closing = failures = rough = 0
+    coarse = advance
+    passed = False
+    warnings: list[str] = []
+    for _ in range(steps.most):
+        last = nodes[-1]
+        left = sense * (end - last.control)
+        if left <= 1e-9 * abs(end) or left <= 1e-6 * system.length:
+            return REACHED, warnings
+        advance = min(advance, longest)
+        move = left if left < 1.2 * advance else advance
+        guess = _extrapolated(system, nodes, begin, sense * move)
+        new = stepping.step(system, last, last.control + sense * move, guess, ratio)
+        if new is None and failures >= 2:
+            new = stepping.jump(system, last, last.control + sense * move, ratio)
+            if new is not None:
+                say(f"jump at {new.control:.4g} m: lambda {last.multiplier:.5f} to {new.multiplier:.5f}")
+        if new is None:
+            failures += 1
+            advance = 0.5 * move
+            if advance < _SHORTEST * system.length:
+                warnings.append(
+                    f"the path stops at {last.control:.4g} m, lambda {last.multiplier:.5g}: no step goes on from there"
+                )
+                return STOPPED, warnings
+            continue
+        failures = 0
+        over = 0.0 if new.jump else energy(last, new)
+        if abs(over) > steps.energy:
+            if rough < _HALVINGS and move > _SHORTEST * system.length:
+                rough += 1
+                advance = 0.5 * move
+                continue
+            if over < 0.0:
+                warnings.append(
+                    f"the path stops at {last.control:.4g} m, lambda {last.multiplier:.5g}: the next step would make "
+                    f"{-over:.1%} of its work out of nothing"
+                )
+                return STOPPED, warnings
+            new = new._replace(jump=True)
+            say(f"jump at {new.control:.4g} m: {over:.1%} of the step's work is lost")
+        rough = 0
+        # a limit point is closed in on from the node before the highest, with shorter steps
+        if not passed and len(nodes) - begin >= 2 and not new.jump and sense * (new.multiplier - last.multiplier) < 0.0:
+            before = nodes[-2]
+            width = max(abs(last.multiplier - before.multiplier), abs(last.multiplier - new.multiplier))
+            if width > steps.peak * abs(last.multiplier) and closing < 8:
+                coarse = coarse if closing else abs(last.control - before.control)
+                closing += 1
+                advance = 0.25 * abs(last.control - before.control)
+                nodes.pop()
+                continue
+            passed, closing = True, 0
+            move = 0.5 * max(coarse, move)
+        nodes.append(new)
+        say(f"u {new.control:.4g} m, lambda {new.multiplier:.5f}")
+        largest = max(abs(n.multiplier) for n in nodes[begin:])
+        if to is None and passed and sense * new.multiplier < (1.0 - _DROP) * largest:
+            return PASSED, warnings
+        if passed and sense * new.multiplier <= 0.0:
+            return OVERTURNED, warnings
+        off = np.inf if guess is None else abs(new.multiplier - guess[1]) / max(largest, 1e-300)
+        if closing:
+            advance = move
+        elif off < 0.25 * steps.smooth:
+            advance = 2.5 * move
+        else:
+            advance = move * (1.5 if off < steps.smooth or guess is None else 0.7 if off > 4 * steps.smooth else 1.0)
+    warnings.append(f"{steps.most} steps were made and {end:.4g} m not reached: raise steps.most")
+    return STOPPED, warnings
+
+
+def _extrapolated(system: System, nodes: list[Node], begin: int, move: float) -> tuple[Pose, float] | None:
+    """Pose and multiplier by the last increment, or by the elastic tangent at the start."""
+    last = nodes[-1]
+    if len(nodes) - begin >= 2:
+        before = nodes[-2]
+        share = move / (last.control - before.control)
+        pose = moved(last.pose, share * motion_between(before.pose, last.pose))
+        return pose, last.multiplier + share * (last.multiplier - before.multiplier)
+    now = system.evaluate(last.pose, last.history, last.multiplier)
+    try:
+        step = system.bordered(now, "control").solve(np.concatenate([np.zeros(system.order), [move / system.length]]))
+    except RuntimeError:
+        return None
+    if not np.isfinite(step).all():
+        return None
+    return system.advanced(last.pose, step[:-1]), last.multiplier + float(step[-1])
+
+
+def jumps(nodes: list[Node]) -> tuple[int, ...]:
+    """Numbers of the nodes that were reached by a jump."""
+    return tuple(k for k, (_, node) in enumerate(pairwise(nodes), 1) if node.jump)

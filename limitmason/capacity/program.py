@@ -1,0 +1,119 @@
+"""One step as a convex cone program in the forces, with the multiplier free: limit points need no arc length.
+
+min 1/2 (f - f0)' C (f - f0) - lambda du   s.t.   A f + dead + lambda live = 0,  N >= -t,
+|T| <= c + (tan(phi) - tan(psi)) N_bar + tan(psi) N, with A of the present pose and f0 the elastic forces there; an open
+gap is a linear cost. The multipliers of equilibrium are the pose increment. N_bar is the normal force of the previous
+program (Haslinger's fixed point); with psi = phi it drops out and one program is exact for its pose.
+"""
+
+from typing import NamedTuple
+
+import clarabel
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from limitmason.capacity.system import System
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1e-12
+"""Of the interior point [-]: 1e-10 stalls the path at 2e-5 of a block's weight."""
+
+
+class Stepped(NamedTuple):
+    """Answer of a program: motion in own units, forces [N], (m, c), and the multiplier."""
+
+    motion: Array
+    force: Array
+    multiplier: float
+
+
+def solve_step(
+    system: System,
+    wrenches: Array,
+    elastic: Array,
+    normal: Array | None,
+    advance: float | None,
+    multiplier: float = 0.0,
+    viscosity: float = 0.0,
+    done: Array | None = None,
+) -> Stepped | None:
+    """Solve the program of a step in a pose; None where the solver finds no answer.
+
+    Parameters
+    ----------
+    wrenches : of unit forces in the pose, (m, c, 2, d)
+    elastic : f0, the forces without limits in that pose [N], (m, c)
+    normal : N_bar [N], (m,); None for the associative program, which needs none
+    advance : what is left of the live-conjugate displacement, live . motion [N m]; None at a given multiplier
+    multiplier : where ``advance`` is None [-]
+    viscosity : eta of a viscous force against the motion, own units; 0 for none
+    done : motion since the viscous force was nothing, own units; none by default
+    """
+    m, c = elastic.shape
+    law, area, force = system.law.strength, system.bodies.area, system.weight
+    stiffness = np.column_stack([system.law.kn, *[system.law.ks] * (c - 1)]) * area[:, None] * system.length / force
+    compliance = (1.0 / stiffness).ravel()
+    start = (elastic / force).ravel()
+    order, free = system.order, advance is not None
+    a = system.equilibrium(wrenches)
+    dead = (system.dead * system.row_scale)[system.bodies.free]
+    if not free:
+        dead = dead + multiplier * system.live_own
+    if done is not None:
+        dead = dead - viscosity * done
+    columns = [a]
+    p = [compliance]
+    q = [-compliance * start]
+    if free:
+        columns.append(sparse.csc_matrix(system.live_own[:, None]))
+        p.append(np.zeros(1))
+        q.append(np.array([-advance / (force * system.length)]))
+    if viscosity > 0.0:  # A f + w = viscosity * motion: one more force y per equation at the cost |y|^2 / (2 viscosity)
+        columns.append(sparse.identity(order, format="csc"))
+        p.append(np.full(order, 1.0 / viscosity))
+        q.append(np.zeros(order))
+    equations = sparse.hstack(columns, format="csc")
+    unknowns = equations.shape[1]
+    rows = np.arange(m)
+    tan = law.tan_psi if normal is not None else law.tan_phi
+    fixed = law.cohesion * area / force
+    if normal is not None:
+        fixed = fixed + np.maximum((law.tan_phi - law.tan_psi) * normal / force, -fixed)
+    tension = law.tension * area / force
+    one = np.ones(m)
+    place = [sparse.csc_matrix((-one, (rows, c * rows)), shape=(m, unknowns))]
+    limit = [tension]
+    cones = [clarabel.ZeroConeT(order), clarabel.NonnegativeConeT(m if c == 3 else 3 * m)]
+    if c == 2:
+        for sign in (1.0, -1.0):
+            entry = np.concatenate([sign * one, -tan])
+            place.append(
+                sparse.csc_matrix(
+                    (entry, (np.tile(rows, 2), np.concatenate([2 * rows + 1, 2 * rows]))), shape=(m, unknowns)
+                )
+            )
+            limit.append(fixed)
+    else:
+        entry = np.concatenate([-tan, -one, -one])
+        where = np.concatenate([3 * rows, 3 * rows + 1, 3 * rows + 2])
+        place.append(sparse.csc_matrix((entry, (where, where)), shape=(3 * m, unknowns)))
+        limit.append(np.column_stack([fixed, np.zeros((m, 2))]).ravel())
+        cones += [clarabel.SecondOrderConeT(3)] * m
+    matrix = sparse.vstack([equations, *place], format="csc")
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.max_iter = 100
+    settings.max_threads = 1
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
+    settings.tol_ktratio = 1e-9
+    quadratic = sparse.diags(np.concatenate(p), format="csc")
+    solver = clarabel.DefaultSolver(
+        quadratic, np.concatenate(q), matrix, np.concatenate([-dead, *limit]), cones, settings
+    )
+    found = solver.solve()
+    if str(found.status) not in ("Solved", "AlmostSolved"):
+        return None
+    x, z = np.array(found.x), np.array(found.z)
+    return Stepped(z[:order], x[: c * m].reshape(m, c) * force, float(x[c * m]) if free else multiplier)

@@ -1,0 +1,128 @@
+"""From state to state: Newton from the extrapolated increment, programs where it sticks, halving, viscous jumps."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.capacity import newton
+from limitmason.capacity.kinematics import Pose, at_rest
+from limitmason.capacity.point_law import History, trial, virgin
+from limitmason.capacity.program import solve_step
+from limitmason.capacity.system import System
+
+Array = NDArray[np.float64]
+
+PROGRAMS = 12
+PROXIMAL = 1e-4  # block weights per elastic length, of the program against the motion it makes
+_NEAR = 0.3  # block weights: unbalance from which Newton takes over
+_QUIET = 1e-5  # block weights: largest viscous force at the end of a jump
+
+
+class Node(NamedTuple):
+    """A converged state of the path: pose, history, multiplier, control displacement [m], forces [N]."""
+
+    pose: Pose
+    history: History
+    multiplier: float
+    control: float
+    force: Array  # (m, c)
+    residual: float  # block weights
+    jump: bool = False
+    programs: int = 0
+    iterations: int = 0
+
+
+def node_of(system: System, solved: newton.Solved, jump: bool = False, programs: int = 0) -> Node:
+    """The node of a solved step: its history is committed here."""
+    s = solved.state
+    return Node(
+        s.pose, s.returned.history, solved.multiplier, system.controlled(s.pose), s.force, s.unbalance, jump, programs,
+        solved.iterations,
+    )  # fmt: skip
+
+
+def dead_load(system: System) -> Node | None:
+    """The state under the dead load alone, from the unstressed pose; None where none is found."""
+    n = len(system.bodies.free)
+    m, c = system.bodies.directions.shape[:2]
+    old, pose = virgin(m, c), at_rest(n)
+    solved = newton.solve(system, pose, 0.0, old, None)
+    if solved is not None:
+        return node_of(system, solved)
+    # the associative program first: a limit frozen at no normal force would carry nothing
+    found = _by_programs(system, pose, old, None, 0.0, None, 1.0)
+    return None if found is None else node_of(system, found[0], programs=found[1])
+
+
+def step(system: System, node: Node, target: float, guess: tuple[Pose, float] | None, ratio: float) -> Node | None:
+    """The state at the control displacement ``target`` [m]; None where neither Newton nor programs find it.
+
+    Parameters
+    ----------
+    guess : extrapolated pose and multiplier
+    ratio : work-conjugate displacement of the live loads per control displacement [N], for the program
+    """
+    if guess is not None:
+        solved = newton.solve(system, guess[0], guess[1], node.history, target)
+        if solved is not None:
+            return node_of(system, solved)
+    found = _by_programs(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio)
+    return None if found is None else node_of(system, found[0], programs=found[1])
+
+
+def _by_programs(
+    system: System, pose: Pose, old: History, target: float | None, multiplier: float, normal: Array | None,
+    ratio: float, viscosity: float = 0.0,
+) -> tuple[newton.Solved, int] | None:  # fmt: skip
+    """The fixed point of programs, finished by Newton; also the number of programs."""
+    area = system.bodies.area[:, None]
+    now = system.evaluate(pose, old, multiplier)
+    done = np.zeros(system.order)
+    for k in range(1, PROGRAMS + 1):
+        elastic = trial(system.law, old, now.contact.displacement) * area
+        advance = None if target is None else (target - system.controlled(now.pose)) * ratio
+        # without geometric stiffness free motions swing to and fro; a proximal term, gone at the end, damps them
+        proximal = viscosity == 0.0 and k > 3
+        eta, since = (PROXIMAL, None) if proximal else (viscosity, done if viscosity > 0.0 else None)
+        found = solve_step(system, now.wrenches, elastic, normal, advance, multiplier, eta, since)
+        if found is None:
+            return None
+        multiplier, normal = found.multiplier, found.force[:, 0]
+        done = done + found.motion
+        now = system.evaluate(system.advanced(now.pose, found.motion), old, multiplier)
+        unbalance = float(np.abs(now.residual - viscosity * done).max(initial=0.0))
+        if not np.isfinite(unbalance):
+            return None
+        if unbalance < _NEAR or k >= 3:
+            solved = newton.solve(system, now.pose, multiplier, old, target, viscosity=viscosity, origin=done)
+            if solved is not None:
+                return solved, k
+    return None
+
+
+def jump(system: System, node: Node, target: float, ratio: float) -> Node | None:
+    """The state reached through viscous sub-steps at a fixed control displacement, recorded as a jump.
+
+    Every sub-step ends with its history committed; eta is lowered until the viscous force is below 1e-5 of a block
+    weight, then Newton finishes without it.
+    """
+    eta = 0.02 / max(abs(target - node.control) / system.length, 1.0)
+    pose, history, multiplier, normal = node.pose, node.history, node.multiplier, node.force[:, 0]
+    total = 0
+    for _ in range(60):
+        found = _by_programs(system, pose, history, target, multiplier, normal, ratio, eta)
+        total += PROGRAMS if found is None else found[1]
+        if found is None:
+            eta *= 10.0
+            if eta > 10.0:
+                return None
+            continue
+        state = found[0].state
+        pose, history, multiplier, normal = state.pose, state.returned.history, found[0].multiplier, state.force[:, 0]
+        if state.unbalance < _QUIET:
+            last = newton.solve(system, pose, multiplier, history, target)
+            if last is not None:
+                return node_of(system, last, jump=True, programs=total)
+        eta *= 0.2
+    return None

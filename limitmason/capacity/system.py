@@ -1,0 +1,145 @@
+"""The structure as equations: residual, bordered tangent and sparse patterns, in units of weight and elastic length.
+
+Forces are counted in mean block weights, moments in that times a block's size, motions in the elastic length (the
+mean weight over the mean stiffness of a contact point) and that over the size: in newtons and metres an interior point
+stalls at 1e-5 of a block's weight.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from limitmason.capacity.kinematics import (
+    Bodies,
+    Contact,
+    Pose,
+    block_wrenches,
+    contact,
+    geometric_stiffness,
+    moved,
+    point_wrenches,
+)
+from limitmason.capacity.point_law import Elastic, History, Returned, return_map
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+class Evaluated(NamedTuple):
+    """A pose with the stresses that the law gives there, wrenches, and the unbalance at a multiplier, in own units."""
+
+    pose: Pose
+    contact: Contact
+    wrenches: Array  # (m, c, 2, d)
+    returned: Returned
+    force: Array  # [N], (m, c)
+    residual: Array  # own units, free degrees of freedom
+
+    @property
+    def unbalance(self) -> float:
+        """Largest unbalanced force or moment, in mean block weights."""
+        return float(np.abs(self.residual).max(initial=0.0))
+
+
+class System:
+    """Joints, loads and the control of one path.
+
+    Parameters
+    ----------
+    bodies, law : contact points and what they carry
+    dead, live : wrenches on the degrees of freedom [N, N m], shape (n, d)
+    control : weights of the degrees of freedom in the control displacement, shape (n, d)
+    weight, size : units of force [N] and of arms [m]; that of displacement, ``length``, is the elastic one
+    """
+
+    def __init__(
+        self, bodies: Bodies, law: Elastic, dead: Array, live: Array, control: Array, weight: float, size: float
+    ) -> None:
+        """Number the free degrees of freedom and make the pattern of the bordered tangent."""
+        self.bodies, self.law, self.dead, self.live, self.control = bodies, law, dead, live, control
+        self.weight, self.size = weight, size
+        self.length = weight / float((law.kn * bodies.area).mean())
+        free = bodies.free
+        self.order = int(free.sum())
+        number = np.full(free.shape, -1, np.intp)
+        number[free] = np.arange(self.order)
+        turns = np.abs(bodies.basis[3:]).max(axis=0) > 0.5
+        self.row_scale = np.where(turns, 1.0 / (weight * size), 1.0 / weight)
+        self.motion_scale = np.where(turns, self.length / size, self.length)
+        self.live_own = (live * self.row_scale)[free]
+        self.control_own = (control * self.motion_scale)[free] / self.length
+        self.ends = np.stack([number[bodies.block_a], number[bodies.block_b]], axis=1)  # (m, 2, d)
+        # points come joint by joint: one element per run of points between the same two blocks
+        pair = bodies.block_a * len(free) + bodies.block_b
+        self.starts = np.flatnonzero(np.diff(pair, prepend=-1))
+        self._tangent_pattern(self.ends[self.starts].reshape(len(self.starts), -1))
+
+    def _tangent_pattern(self, dofs: Index) -> None:
+        """Where every entry of the elements, the border and nothing else goes in the bordered matrix."""
+        k, size, order = len(dofs), dofs.shape[1], self.order
+        rows = np.broadcast_to(dofs[:, :, None], (k, size, size)).ravel()
+        columns = np.broadcast_to(dofs[:, None, :], (k, size, size)).ravel()
+        keep = (rows >= 0) & (columns >= 0)
+        own = np.arange(order)
+        rows = np.concatenate([rows[keep], own, own, np.full(order, order), [order]])
+        columns = np.concatenate([columns[keep], own, np.full(order, order), own, [order]])
+        key, slot = np.unique(columns * (order + 1) + rows, return_inverse=True)
+        indptr = np.searchsorted(key, np.arange(order + 2) * (order + 1))
+        self._keep, self._slot = keep, slot
+        self._indices, self._indptr = (key % (order + 1)).astype(np.int32), indptr.astype(np.int32)
+
+    # ---- equations ----------------------------------------------------------------------------------------------
+
+    def evaluate(self, pose: Pose, old: History, multiplier: float) -> Evaluated:
+        """Stresses, wrenches and unbalance in a pose reached from a history."""
+        at = contact(self.bodies, pose)
+        wrenches = point_wrenches(self.bodies, at)
+        returned = return_map(self.law, old, at.displacement)
+        force = returned.stress * self.bodies.area[:, None]
+        total = block_wrenches(self.bodies, wrenches, force) + self.dead + multiplier * self.live
+        return Evaluated(pose, at, wrenches, returned, force, (total * self.row_scale)[self.bodies.free])
+
+    def controlled(self, pose: Pose) -> float:
+        """The control displacement of a pose [m]; only shifts count."""
+        shift = pose.shift @ self.bodies.basis[:3]
+        return float((self.control * shift).sum())
+
+    def advanced(self, pose: Pose, own: Array) -> Pose:
+        """The pose after a motion in own units of the free degrees of freedom."""
+        motion = np.zeros(self.bodies.free.shape)
+        motion[self.bodies.free] = own
+        return moved(pose, (motion * self.motion_scale) @ self.bodies.basis.T)
+
+    def bordered(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0):
+        """Factors of the tangent, bordered by the control row, or by lambda = constant ("multiplier").
+
+        Unknowns: motion and multiplier in own units; equations: equilibrium, and what is prescribed.
+        """
+        b, d = self.bodies, self.bodies.basis.shape[1]
+        m, c = at.force.shape
+        flat = at.wrenches.transpose(0, 2, 3, 1).reshape(m, 2 * d, c)
+        stiff = (b.area[:, None, None] * at.returned.tangent) @ flat.transpose(0, 2, 1)
+        element = geometric_stiffness(b, at.contact, at.force) - flat @ stiff
+        element = np.add.reduceat(element, self.starts, axis=0)
+        rows = np.concatenate([self.row_scale] * 2)
+        columns = np.concatenate([self.motion_scale] * 2)
+        element *= rows[:, None] * columns
+        border = np.zeros(self.order) if prescribed == "multiplier" else self.control_own
+        corner = 1.0 if prescribed == "multiplier" else 0.0
+        viscous = np.broadcast_to(-np.asarray(viscosity, float), (self.order,))
+        data = np.concatenate([element.ravel()[self._keep], viscous, self.live_own, border, [corner]])
+        values = np.bincount(self._slot, data, len(self._indices))
+        matrix = sparse.csc_matrix((values, self._indices, self._indptr), shape=(self.order + 1,) * 2)
+        return splu(matrix)
+
+    def equilibrium(self, wrenches: Array) -> sparse.csc_matrix:
+        """Wrench matrix of a pose in own units on the free degrees of freedom, shape (order, c m)."""
+        m, c = wrenches.shape[:2]
+        values = wrenches * self.row_scale * self.weight
+        rows = np.broadcast_to(self.ends[:, None], values.shape)
+        columns = np.broadcast_to(np.arange(m * c).reshape(m, c)[:, :, None, None], values.shape)
+        keep = rows >= 0
+        return sparse.csc_matrix((values[keep], (rows[keep], columns[keep])), shape=(self.order, m * c))

@@ -1,0 +1,139 @@
+"""Kinematics and return map of the capacity curve against differences, and against the DEM's law for small steps."""
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from limitmason.capacity.kinematics import (
+    at_rest,
+    block_wrenches,
+    contact,
+    geometric_stiffness,
+    make_bodies,
+    motion_between,
+    moved,
+    point_wrenches,
+)
+from limitmason.capacity.point_law import Elastic, History, return_map
+from limitmason.equilibrium import contact_points, equilibrium_matrix, find_plane
+from limitmason.law import PointLaw
+
+
+@pytest.fixture
+def turned():
+    """Bodies of a small wall in space, in a pose with rotations of a fifth of a radian."""
+    wall = lm.build.wall(length=0.8, courses=2, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0))
+    points = contact_points(wall)
+    bodies = make_bodies(wall, points, None)
+    rng = np.random.default_rng(1)
+    return wall, points, bodies, moved(at_rest(wall.n_blocks), 0.2 * rng.normal(size=(wall.n_blocks, 6)))
+
+
+def test_the_wrench_matrix_of_the_reference_pose_is_that_of_limit_analysis():
+    wall = lm.build.wall(length=0.8, courses=2, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0))
+    loads = lm.Loads.horizontal(wall)
+    for plane in (None, find_plane(wall, loads)):
+        points = contact_points(wall, plane=plane)
+        bodies = make_bodies(wall, points, plane)
+        force = np.random.default_rng(0).normal(size=(points.count, points.components))
+        wrenches = point_wrenches(bodies, contact(bodies, at_rest(wall.n_blocks)))
+        expected = equilibrium_matrix(wall, points, plane=plane) @ force.ravel()
+        assert block_wrenches(bodies, wrenches, force).ravel() == pytest.approx(expected, abs=1e-12)
+
+
+def test_wrenches_are_the_transpose_of_the_derivative_of_the_displacement(turned):
+    wall, _, bodies, pose = turned
+    motion = np.random.default_rng(2).normal(size=(wall.n_blocks, 6))
+    h = 1e-6
+    ahead, behind = (contact(bodies, moved(pose, s * h * motion)).displacement for s in (1.0, -1.0))
+    wrenches = point_wrenches(bodies, contact(bodies, pose))
+    ends = np.stack([motion[bodies.block_a], motion[bodies.block_b]], axis=1)
+    assert (ahead - behind) / (2 * h) == pytest.approx(np.einsum("mcsd,msd->mc", wrenches, ends), abs=1e-8)
+
+
+def test_the_geometric_stiffness_is_the_derivative_of_the_wrenches(turned):
+    wall, points, bodies, pose = turned
+    rng = np.random.default_rng(3)
+    motion, force = rng.normal(size=(wall.n_blocks, 6)), rng.normal(size=(points.count, 3))
+    h = 1e-6
+    change = [
+        np.einsum("mcsd,mc->msd", point_wrenches(bodies, contact(bodies, moved(pose, s * h * motion))), force)
+        for s in (1.0, -1.0)
+    ]
+    stiffness = geometric_stiffness(bodies, contact(bodies, pose), force)
+    ends = np.concatenate([motion[bodies.block_a], motion[bodies.block_b]], axis=1)
+    expected = np.einsum("mij,mj->mi", stiffness, ends)
+    assert ((change[0] - change[1]) / (2 * h)).reshape(expected.shape) == pytest.approx(expected, abs=1e-7)
+
+
+def test_the_motion_between_two_poses_is_the_one_made(turned):
+    wall, _, _, pose = turned
+    motion = 0.5 * np.random.default_rng(4).normal(size=(wall.n_blocks, 6))
+    assert motion_between(pose, moved(pose, motion)) == pytest.approx(motion, abs=1e-12)
+
+
+def law_of(m, rng):
+    one = np.ones(m)
+    cohesion = rng.choice([0.0, 0.3], m)
+    tension = np.minimum(rng.choice([0.0, 0.2, 0.5], m), cohesion / 0.6)
+    strength = PointLaw(0.6 * one, rng.uniform(0.0, 0.6, m), cohesion, tension, np.full(m, np.inf))
+    return Elastic(strength, 2.0 * one, 3.0 * one)
+
+
+@pytest.mark.parametrize("components", [2, 3])
+def test_the_tangent_is_the_derivative_of_the_returned_stress(components):
+    rng = np.random.default_rng(5)
+    m = 2000
+    law = law_of(m, rng)
+    old = History(0.2 * rng.normal(size=(m, components - 1)), 0.1 * np.abs(rng.normal(size=m)))
+    at = 0.4 * rng.normal(size=(m, components))
+    found, h = return_map(law, old, at), 1e-7
+    for k in range(components):
+        step = np.zeros(components)
+        step[k] = h
+        change = return_map(law, old, at - step).stress - return_map(law, old, at + step).stress
+        assert change / (2 * h) == pytest.approx(found.tangent[:, :, k], abs=1e-6)
+
+
+def test_the_return_keeps_the_law_the_flow_rule_and_the_energy():
+    rng = np.random.default_rng(6)
+    m = 5000
+    law = law_of(m, rng)
+    old = History(0.2 * rng.normal(size=(m, 2)), 0.1 * np.abs(rng.normal(size=m)))
+    found = return_map(law, old, 0.4 * rng.normal(size=(m, 3)))
+    shear = np.linalg.norm(found.stress[:, 1:], axis=1)
+    slip = found.history.slip - old.slip
+    size = np.linalg.norm(slip, axis=1)
+    assert law.strength.excess(found.stress[:, 0], shear).max() < 1e-12
+    assert found.history.lift - old.lift == pytest.approx(law.strength.tan_psi * size, abs=1e-12)
+    limit = law.strength.cohesion + law.strength.tan_phi * found.stress[:, 0]
+    assert (found.stress[:, 1:] * slip).sum(axis=1) == pytest.approx(-limit * size, abs=1e-12)
+    loss = limit * size - found.stress[:, 0] * (found.history.lift - old.lift)
+    assert loss.min() > -1e-12
+
+
+def test_small_steps_come_to_the_same_as_the_dem_kernel():
+    """The kernel's apex rule is an incremental one; over many small steps both are one law."""
+    from dem.kernels import _sum_plain
+
+    def scan(d, law_row, points):
+        g = (0.0,) * 6
+        return _sum_plain(*points, 0, 1, d, g, 0, law_row, True)
+
+    mu, dil, kn, ks, cohesion, tension = 0.6, 0.3, 2.0, 3.0, 0.3, 0.2
+    row = np.zeros((1, 16))
+    row[0, :8] = kn, ks, mu, dil, cohesion, tension, np.inf, np.inf
+    points = [np.zeros(1), np.zeros(1), np.ones(1), *(np.zeros(1) for _ in range(4))]
+    one = np.ones(1)
+    law = Elastic(PointLaw(mu * one, dil * one, cohesion * one, tension * one, np.inf * one), kn * one, ks * one)
+    old = History(np.zeros((1, 2)), np.zeros(1))
+    s = np.linspace(0.0, 1.0, 4001)
+    # pressed, slid round a bend, pulled open while sliding, and closed again
+    way = np.column_stack([0.5 * np.sin(3.0 * s), 0.4 * s**2, -0.3 + 0.9 * np.sin(2.5 * s)])
+    worst = 0.0
+    for e1, e2, w in way:
+        found = return_map(law, old, np.array([[w, e1, e2]]))
+        old = found.history
+        dem = scan((e1, e2, w), row, points)
+        worst = max(worst, np.abs(found.stress[0] - [dem[2], dem[0], dem[1]]).max())
+    assert worst < 1e-3
