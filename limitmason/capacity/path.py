@@ -30,7 +30,7 @@ class Steps:
     smooth : departure of the multiplier from its extrapolation up to which steps grow, of the largest so far [-]
     peak : width in load within which the first limit point is known, of its load [-]
     energy : energy that a step may leave over, of its gross work [-]
-    most : steps after which the path is given up
+    most : tries of a step, with those that are halved, after which the path is given up
     """
 
     first: float = 0.25
@@ -143,7 +143,7 @@ def follow(
             advance = 2.5 * move
         else:
             advance = move * (1.5 if off < steps.smooth or guess is None else 0.7 if off > 4 * steps.smooth else 1.0)
-    warnings.append(f"{steps.most} steps were made and {end:.4g} m not reached: raise steps.most")
+    warnings.append(f"{steps.most} tries of a step were made and {end:.4g} m was not reached: raise steps.most")
     return STOPPED, warnings
 
 
