@@ -13,8 +13,11 @@ from limitmason.capacity.system import System
 from limitmason.errors import InputError
 
 REACHED, PASSED, OVERTURNED, STOPPED = "reached", "limit point passed", "overturned", "stopped"
+PLATEAU = "slides on at constant load"
+LEVEL, LASTING = 1e-6, 6  # a plateau: so little change, of the largest load, over so many samples
 
 _SHORTEST = 1e-4  # elastic lengths
+_TRIES = 12  # short steps towards a limit point that then does not come
 _HALVINGS = 6  # of a step that loses or makes energy
 _DROP = 0.002  # fall below a limit point after which it is passed, of its load
 
@@ -75,7 +78,7 @@ def follow(
     end = nodes[begin].control + 0.1 * system.size if to is None else to
     longest = steps.largest * system.size
     advance = steps.first * system.length
-    closing = failures = rough = 0
+    closing = failures = rough = tries = 0
     coarse = advance
     passed = False
     warnings: list[str] = []
@@ -123,7 +126,7 @@ def follow(
             width = max(abs(last.multiplier - before.multiplier), abs(last.multiplier - new.multiplier))
             if width > steps.peak * abs(last.multiplier) and closing < 8:
                 coarse = coarse if closing else abs(last.control - before.control)
-                closing += 1
+                closing, tries = closing + 1, 0
                 advance = 0.25 * abs(last.control - before.control)
                 nodes.pop()
                 continue
@@ -134,10 +137,14 @@ def follow(
         largest = max(abs(n.multiplier) for n in nodes[begin:])
         if to is None and passed and sense * new.multiplier < (1.0 - _DROP) * largest:
             return PASSED, warnings
+        level = [n.multiplier for n in nodes[begin:]][-LASTING:]
+        if to is None and len(level) == LASTING and max(level) - min(level) <= LEVEL * largest and not passed:
+            return PLATEAU, warnings
         if passed and sense * new.multiplier <= 0.0:
             return OVERTURNED, warnings
         off = np.inf if guess is None else abs(new.multiplier - guess[1]) / max(largest, 1e-300)
-        if closing:
+        if closing and tries < _TRIES:
+            tries += 1
             advance = move
         elif off < 0.25 * steps.smooth:
             advance = 2.5 * move
