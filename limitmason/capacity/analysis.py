@@ -70,8 +70,8 @@ def pushover(
     -------
     PushoverCurve
         ``status`` is "reached", "limit point passed", "slides on at constant load", "overturned" (the multiplier came
-        back to zero), "stopped" or "cannot stand under dead load". The first limit point at psi < phi is that of the path from the unstressed
-        wall: an estimate, no bound.
+        back to zero), "stopped" or "cannot stand under dead load". The first limit point at psi < phi is that of the
+        path from the unstressed wall: an estimate, no bound.
 
     Raises
     ------
