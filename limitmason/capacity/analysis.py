@@ -69,9 +69,9 @@ def pushover(
     Returns
     -------
     PushoverCurve
-        ``status`` is "reached", "limit point passed", "overturned" (the multiplier came back to zero), "stopped" or
-        "cannot stand under dead load". The first limit point at psi < phi is that of the path from the unstressed
-        wall: an estimate, no bound.
+        ``status`` is "reached", "limit point passed", "slides on at constant load", "overturned" (the multiplier came
+        back to zero), "stopped" or "cannot stand under dead load". The first limit point at psi < phi is that of the
+        path from the unstressed wall: an estimate, no bound.
 
     Raises
     ------

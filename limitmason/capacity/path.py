@@ -13,8 +13,11 @@ from limitmason.capacity.system import System
 from limitmason.errors import InputError
 
 REACHED, PASSED, OVERTURNED, STOPPED = "reached", "limit point passed", "overturned", "stopped"
+PLATEAU = "slides on at constant load"
+LEVEL, LASTING = 1e-6, 6  # a plateau: so little change, of the largest load, over so many samples
 
 _SHORTEST = 1e-4  # elastic lengths
+_TRIES = 12  # short steps towards a limit point that then does not come
 _HALVINGS = 6  # of a step that loses or makes energy
 _DROP = 0.002  # fall below a limit point after which it is passed, of its load
 
@@ -30,7 +33,7 @@ class Steps:
     smooth : departure of the multiplier from its extrapolation up to which steps grow, of the largest so far [-]
     peak : width in load within which the first limit point is known, of its load [-]
     energy : energy that a step may leave over, of its gross work [-]
-    most : steps after which the path is given up
+    most : tries of a step, with those that are halved, after which the path is given up
     """
 
     first: float = 0.25
@@ -75,7 +78,7 @@ def follow(
     end = nodes[begin].control + 0.1 * system.size if to is None else to
     longest = steps.largest * system.size
     advance = steps.first * system.length
-    closing = failures = rough = 0
+    closing = failures = rough = tries = 0
     coarse = advance
     passed = False
     warnings: list[str] = []
@@ -123,7 +126,7 @@ def follow(
             width = max(abs(last.multiplier - before.multiplier), abs(last.multiplier - new.multiplier))
             if width > steps.peak * abs(last.multiplier) and closing < 8:
                 coarse = coarse if closing else abs(last.control - before.control)
-                closing += 1
+                closing, tries = closing + 1, 0
                 advance = 0.25 * abs(last.control - before.control)
                 nodes.pop()
                 continue
@@ -134,16 +137,20 @@ def follow(
         largest = max(abs(n.multiplier) for n in nodes[begin:])
         if to is None and passed and sense * new.multiplier < (1.0 - _DROP) * largest:
             return PASSED, warnings
+        level = [n.multiplier for n in nodes[begin:]][-LASTING:]
+        if to is None and len(level) == LASTING and max(level) - min(level) <= LEVEL * largest and not passed:
+            return PLATEAU, warnings
         if passed and sense * new.multiplier <= 0.0:
             return OVERTURNED, warnings
         off = np.inf if guess is None else abs(new.multiplier - guess[1]) / max(largest, 1e-300)
-        if closing:
+        if closing and tries < _TRIES:
+            tries += 1
             advance = move
         elif off < 0.25 * steps.smooth:
             advance = 2.5 * move
         else:
             advance = move * (1.5 if off < steps.smooth or guess is None else 0.7 if off > 4 * steps.smooth else 1.0)
-    warnings.append(f"{steps.most} steps were made and {end:.4g} m not reached: raise steps.most")
+    warnings.append(f"{steps.most} tries of a step were made and {end:.4g} m was not reached: raise steps.most")
     return STOPPED, warnings
 
 

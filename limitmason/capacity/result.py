@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from limitmason.capacity.certificate import State, StepCertificate, Structure, forces
 from limitmason.capacity.kinematics import Pose, motion_between
+from limitmason.capacity.path import LASTING, LEVEL
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.system import System
 from limitmason.certificate import resultants_from_points, scaled_mechanism
@@ -61,9 +62,13 @@ class PushoverCurve(Curve):
 
     @property
     def first_limit_point(self) -> CurvePoint | None:
-        """The first sample after which the load falls by more than rounding; None while it only rises."""
-        falls = np.flatnonzero(np.diff(self.load) < -1e-9 * np.abs(self.load).max())
-        return self.point(int(falls[0])) if len(falls) else None
+        """The first sample after which the load falls, or the first of a plateau at the end; None while it rises."""
+        largest = float(np.abs(self.load).max())
+        falls = np.flatnonzero(np.diff(self.load) < -LEVEL * largest)
+        if len(falls):
+            return self.point(int(falls[0]))
+        first = int(np.argmax(self.load >= self.load[-1] - LEVEL * largest))
+        return self.point(first) if len(self) - first >= LASTING else None
 
     @property
     def cost(self) -> Cost:

@@ -308,3 +308,13 @@ def test_a_block_that_lifts_itself_is_refused(monkeypatch):
     curve = lm.pushover(w, lm.Loads.horizontal(w), to=0.01, stiffness=1e8)
     assert not all(c.accepted for c in curve.certificates)
     assert min(c.dissipation for c in curve.certificates) < -1e-3
+
+
+@pytest.mark.parametrize("size", [1e-2, 1.0])
+def test_a_wall_that_slides_on_its_bed_ends_on_a_plateau(size):
+    """It slides at tan(phi) and the load never falls: the plateau is the limit."""
+    wall = lm.build.wall(length=0.8 * size, courses=3, unit=(0.4 * size, 0.2 * size, 0.2 * size), joint=lm.Joint(33.0))
+    found = lm.predict(wall, lm.Loads.horizontal(wall), "pushover")
+    assert found.status == "solved"
+    assert found.collapse_multiplier == pytest.approx(math.tan(math.radians(33.0)), rel=1e-5)
+    assert found.details["curve"].status == "slides on at constant load"

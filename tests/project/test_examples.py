@@ -50,6 +50,11 @@ def traced_drawing(g):
     assert all(p.status == "solved" for p in g["predictions"].values())
 
 
+def capacity_curve(g):
+    assert g["point"].load == pytest.approx(0.33195, rel=4e-3)
+    assert g["worst"] < 1e-6
+
+
 def ferris_tin_loi_walls(g):
     associative = {"wall-1": 0.64286, "wall-2": 0.58000, "wall-3": 0.40369, "wall-4": 0.33195, "wall-5": 0.23964,
                    "wall-6": 0.34782}  # fmt: skip
@@ -251,7 +256,7 @@ CHECKS = {
         mechanisms_of_a_u_shaped_wall, three_theories_one_wall, dilatancy_and_block_size,
         four_point_bending, minho_pushover, rondelet_contact_points, own_cause, pavia_layouts,
         diagnose_pavia, diagnose_brick_panels, diagnose_ferris_tin_loi, diagnose_minho,
-        tilt_test, murano_pushover,
+        tilt_test, murano_pushover, capacity_curve,
     )
 }  # fmt: skip
 

@@ -1,0 +1,30 @@
+"""Capacity curve of a dry wall pushed in its plane, with and without dilation, beside what limit analysis says.
+
+Wall 4 of Ferris and Tin-Loi (2001) with stiff joints: at psi = phi the path peaks at the associative multiplier, less
+the change of geometry; at psi = 0 at the smallest multiplier published for it. Both then fall with the displacement.
+"""
+
+import sys
+from pathlib import Path
+
+import limitmason as lm
+from limitmason.experiments import ferris_tin_loi
+
+OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figure
+
+curves, levels = {}, {}
+for label, psi_deg in (("ψ = 0", 0.0), ("ψ = φ", 33.0238)):
+    test = ferris_tin_loi.load("wall-4", dilatancy_deg=psi_deg)
+    wall = ferris_tin_loi.assembly(test)
+    loads = ferris_tin_loi.loads(test, wall, 1.0)
+    weight = float(wall.weights[~wall.fixed].sum())
+    curve = lm.pushover(wall, loads, stiffness=1e10, to=1.5e-3)
+    worst = max(c.equilibrium for c in curve.certificates)
+    point = curve.first_limit_point
+    print(curve)
+    print(f"  first limit point {point.load:.4f} at {1e3 * point.displacement:.3f} mm, unbalance {worst:.0e} blocks")
+    curves[label] = (curve.displacement, weight * curve.multiplier)
+levels["limit analysis, associative"] = weight * lm.limit_analysis(wall, loads, "associative").collapse_multiplier
+levels["published, non-associative"] = weight * float(test.published["non-associative"])
+figure = lm.figures.load_displacement(curves, levels=levels, title="Wall 4, dry joints, kn = ks = 10 GPa/m")
+figure.savefig(OUT / "capacity_curve.png")
