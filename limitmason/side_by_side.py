@@ -15,7 +15,7 @@ from limitmason.limit.proven_range import proven_range
 from limitmason.methods import NON_ASSOCIATIVE, THEORIES, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction
+from limitmason.results import ALMOST_SOLVED, SOLVED, Bound, BoundKind, Prediction
 from limitmason.study.store import fingerprint
 from limitmason.study.table import aligned
 
@@ -47,7 +47,7 @@ class Answer:
     low: float
     high: float
     range_is: str
-    bound: str
+    bound: Bound
     status: str
     seconds: float
     measured: float = _NAN
@@ -283,8 +283,9 @@ def _solve(assembly: Assembly, loads: Loads, method: str, settings: Mapping[str,
     try:
         found = chosen.predict(assembly, loads, **settings)
     except ValueError as error:
-        return Answer(method, _NAN, _NAN, _NAN, "", "", f"does not apply: {error}", time.perf_counter() - begun)
-    low, high, range_is = chosen.range_of(found)
+        words = f"does not apply: {error}"
+        return Answer(method, _NAN, _NAN, _NAN, "", Bound(BoundKind.NONE, ""), words, time.perf_counter() - begun)
+    low, high, range_is = found.range
     warnings = list(found.warnings)
     if chosen.theorem == "admissible" and proven is not None:
         try:
@@ -295,7 +296,7 @@ def _solve(assembly: Assembly, loads: Loads, method: str, settings: Mapping[str,
         except ValueError as error:
             warnings.append(f"no proven range: {error}")
     details = {k: found.details[k] for k in chosen.kept if k in found.details}
-    bound = f"{details['governing']}: {found.bound}" if "governing" in details else found.bound
+    bound = Bound(found.bound.kind, f"{found.governing}: {found.bound}") if found.governing else found.bound
     return Answer(
         method, float(found.collapse_multiplier), float(low), float(high), range_is, bound, found.status,
         time.perf_counter() - begun, details=details, warnings=tuple(warnings), prediction=found,
@@ -313,13 +314,19 @@ def _read(path: Path) -> Answer | None:
         values = {name: document[name] for name in _STORED}
     except (ValueError, KeyError, TypeError):
         raise ValueError(f"{path} is damaged or not an answer of limitmason; delete it to compute it again") from None
-    return Answer(**{**values, "warnings": tuple(values["warnings"])})
+    governing, kind = values["details"].get("governing"), document.get("bound_kind")
+    words = values["bound"]
+    # stores of 0.1 hold the words alone, behind the name of the mechanism that governs
+    known = Bound.from_text(words.removeprefix(f"{governing}: ")).kind if kind is None else BoundKind(kind)
+    return Answer(**{**values, "bound": Bound(known, words), "warnings": tuple(values["warnings"])})
 
 
 def _write(path: Path, row: Answer) -> None:
     """Write an answer whole or not at all, so that a kill leaves no half file."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    text = json.dumps({"schema": _SCHEMA, **{name: getattr(row, name) for name in _STORED}}, default=str, indent=1)
+    values = {name: getattr(row, name) for name in _STORED}
+    document = {"schema": _SCHEMA, **values, "bound_kind": str(row.bound.kind)}
+    text = json.dumps(document, default=str, indent=1)
     part = path.with_suffix(".part")
     part.write_text(text + "\n", encoding="utf-8")
     os.replace(part, path)

@@ -3,11 +3,14 @@
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.certificate import certify, kinematic_multiplier, resultants_from_points, scaled_mechanism
+from limitmason.law import interface_law
+from limitmason.law_table import ASSOCIATIVE, notes
 from limitmason.limit.face_cells import Cells, refined, spread_cohesion
 from limitmason.limit.problem import Problem, make_problem
 from limitmason.limit.program import Solution, opening_motion, stands_under_dead_load
@@ -23,7 +26,11 @@ from limitmason.results import (
     NOT_CONVERGED,
     SOLVED,
     UNBOUNDED,
+    Bound,
+    BoundKind,
     Certificate,
+    ContactModel,
+    FlowRule,
     Mechanism,
     Prediction,
     Resultants,
@@ -255,9 +262,7 @@ def _falling(problem: Problem, velocity: Array | None) -> tuple[Mechanism | None
     if m is None:
         return None, {}
     none = resultants_from_points(assembly, points.position, points.interface, points.area, np.zeros((points.count, 3)))
-    provenance = {"plane": problem.plane is not None, "contact_model": problem.contact_model,
-                  "crushing": "stress block" if len(problem.stress_block) else "points"}  # fmt: skip
-    trial = Prediction("", np.nan, "", CANNOT_STAND, m, none, provenance=provenance)
+    trial = Prediction("", np.nan, Bound(BoundKind.NONE), CANNOT_STAND, m, none, **contact_facts(problem))
     bound = kinematic_multiplier(assembly, fall, trial).multiplier
     if not bound < 1.0:
         motion, _ = opening_motion(problem)
@@ -265,6 +270,14 @@ def _falling(problem: Problem, velocity: Array | None) -> tuple[Mechanism | None
             bound = kinematic_multiplier(assembly, fall, trial, candidates=(problem.twists(motion),)).multiplier
     blocks = tuple(assembly.blocks[i].name for i in m.moving_blocks(1e-4))
     return m, {"falling_blocks": blocks, "falling_margin": 1.0 - bound}
+
+
+def contact_facts(problem: Problem) -> dict[str, Any]:
+    """What a prediction says of the contacts that its forces act at, as its fields."""
+    return {
+        "contact_model": ContactModel(problem.contact_model), "plane": problem.plane is not None,
+        "stress_block": problem.stress_block.count > 0,
+    }  # fmt: skip
 
 
 def prediction_from(
@@ -277,7 +290,7 @@ def prediction_from(
         "flow_rule": "associative",
         "contact_model": problem.contact_model,
         "plane": problem.plane is not None,
-        "crushing": "stress block" if len(problem.stress_block) else "points",
+        "crushing": "stress block" if problem.stress_block.count else "points",
         "solver": solution.solver,
         "tolerance": tolerance,
         "iterations": solution.iterations,
@@ -285,10 +298,14 @@ def prediction_from(
     }
     if solution.fallback:
         provenance["solver_fallback"] = solution.fallback
+    facts = {"flow_rule": FlowRule.ASSOCIATIVE, **contact_facts(problem)}
     law = "associative law (psi = phi)"
-    bound = f"exact for the {law}" if not torsion else "estimate: torsion limited to that of uniform pressure"
+    bound = Bound(BoundKind.EXACT, f"exact for the {law}")
+    if torsion:
+        bound = Bound(BoundKind.ESTIMATE, "estimate: torsion limited to that of uniform pressure")
     if problem.contact_model == "grid" and problem.plane is None and (spread_cohesion(assembly) > 0).any():
-        bound = f"estimate: {law} at the points of a grid, which overstate the torsion of cohesive faces"
+        words = f"estimate: {law} at the points of a grid, which overstate the torsion of cohesive faces"
+        bound = Bound(BoundKind.ESTIMATE, words)
     method = "limit analysis, associative" + (", torsion limit" if torsion else "")
     if solution.status in (CANNOT_STAND, UNBOUNDED, NOT_CONVERGED):
         value = np.inf if solution.status == UNBOUNDED else np.nan
@@ -301,15 +318,15 @@ def prediction_from(
         if status == UNBOUNDED and stands is None:
             reason += "; whether it stands without live load was not found out"
         return Prediction(
-            method, float(value), "none", status, mechanism, provenance=provenance, details={**details, **proof},
-            warnings=(reason,),
+            method, float(value), Bound(BoundKind.NONE), status, mechanism, provenance=provenance,
+            details={**details, **proof}, warnings=(reason,), **facts,
         ), 0.0  # fmt: skip
     force = problem.forces(solution.force)
     resultants = resultants_from_points(assembly, points.position, points.interface, points.area, force)
     mechanism = scaled_mechanism(assembly, loads, problem.twists(solution.velocity), points.position, points.interface)
     prediction = Prediction(
         method, solution.multiplier * problem.live_scale, bound, solution.status, mechanism, resultants, None, (),
-        provenance, details,
+        provenance, details, **facts,
     )  # fmt: skip
     certificate, seconds = _certified(problem, prediction, torsion)
     if not torsion:
@@ -318,17 +335,15 @@ def prediction_from(
         provenance["solver_status"] = prediction.status
         prediction = replace(prediction, status=SOLVED if certificate.accepted else ALMOST_SOLVED)
         if certificate.discretisation > GAP:
-            bound = f"lower bound for the {law}, {certificate.gap:.1e} below an upper one (cells of cohesive faces)"
-    warnings = _warnings(problem, replace(prediction, certificate=certificate), certificate.confinement)
+            words = f"lower bound for the {law}, {certificate.gap:.1e} below an upper one (cells of cohesive faces)"
+            bound = Bound(BoundKind.LOWER, words)
+    warnings = _warnings(problem, replace(prediction, certificate=certificate), torsion)
     if np.isfinite(certificate.force_cap):
         warnings.append(
             "no motion opens every joint (blocks are wedged between supports): the kinematic bound holds for joint "
             f"forces up to {certificate.force_cap:.3g} times the load"
         )
-    return Prediction(
-        method, prediction.collapse_multiplier, bound, prediction.status, mechanism, resultants, certificate,
-        tuple(warnings), provenance, details,
-    ), seconds  # fmt: skip
+    return replace(prediction, bound=bound, certificate=certificate, warnings=tuple(warnings)), seconds
 
 
 def _certified(problem: Problem, prediction: Prediction, torsion: bool) -> tuple[Certificate, float]:
@@ -354,8 +369,9 @@ _REASON = {
 }
 
 
-def _warnings(problem: Problem, prediction: Prediction, confinement: float) -> list[str]:
+def _warnings(problem: Problem, prediction: Prediction, torsion: bool) -> list[str]:
     out = []
+    confinement = np.nan if prediction.certificate is None else prediction.certificate.confinement
     if prediction.status == ALMOST_SOLVED:
         why = prediction.certificate.refusal if prediction.certificate is not None else ""
         out.append("reduced accuracy" + (f": {why}" if why else ": read the certificate before using the number"))
@@ -365,11 +381,7 @@ def _warnings(problem: Problem, prediction: Prediction, confinement: float) -> l
         out.append(
             f"the torsion iteration did not settle: its last values lie between {min(tail):.6g} and {max(tail):.6g}"
         )
-    if (problem.tension > 0).any() or (problem.cohesion > 0).any():
-        out.append(
-            "tension and cohesion are taken as perfectly plastic: a section carries ft A L / 2, three times the "
-            "elastic-brittle ft A L / 6; where ft > c / tan(phi) the apex of the Coulomb cone governs"
-        )
+    out += notes(ASSOCIATIVE, problem.assembly, problem.interfaces)
     if confinement > CONFINEMENT_WARNING:
         out.append(
             f"the answer rests on confining forces: the largest joint force is {confinement:.3g} times the load; "
@@ -381,11 +393,11 @@ def _warnings(problem: Problem, prediction: Prediction, confinement: float) -> l
             "the torsion of cohesive faces (by 85 % on a square with 2 x 2 points, less with more); "
             "contact_model='vertices' bounds the error"
         )
-    limited = "torsion limit" in prediction.method
-    if not limited and not len(problem.stress_block) and problem.plane is None:
+    if not torsion and not problem.stress_block.count and problem.plane is None:
         x = problem.assembly.arrays
         twist = np.abs(prediction.resultants.torsion)
-        limit = (x.tan_phi * np.maximum(prediction.resultants.normal, 0.0) + x.cohesion * x.area) * np.sqrt(x.area)
+        pressed = np.maximum(prediction.resultants.normal, 0.0)
+        limit = interface_law(x).over(x.area).shear_strength(pressed) * np.sqrt(x.area)
         if (twist > 0.4 * limit + 1e-6 * problem.force_scale).any():
             out.append(
                 "some faces carry more torsion than uniform pressure allows (0.38 (mu N + c A) a on a square): "
