@@ -15,7 +15,16 @@ from dem.stepping import EQUILIBRIUM, UNDECIDED, Verdict, smallest_edge
 from limitmason.certificate import certify
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
-from limitmason.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED, UNBOUNDED, Prediction
+from limitmason.results import (
+    ALMOST_SOLVED,
+    NOT_CONVERGED,
+    SOLVED,
+    UNBOUNDED,
+    Bound,
+    BoundKind,
+    ContactModel,
+    Prediction,
+)
 from limitmason.stated import states
 
 Grid = tuple[int, int]
@@ -187,7 +196,7 @@ def collapse(
         method=f"dem, {method}",
         collapse_multiplier=found.stable if answered else
         float("inf") if found.status == UNBOUNDED else float("nan"),
-        bound="estimate for joints of finite stiffness with their own dilatancy angles",
+        bound=Bound(BoundKind.ESTIMATE, "estimate for joints of finite stiffness with their own dilatancy angles"),
         status=found.status,
         resultants=found.state.resultants(assembly) if answered else None,
         warnings=tuple(warnings),
@@ -200,8 +209,9 @@ def collapse(
             "largest stable": found.stable, "smallest moving": found.moving, "undecided": undecided,
             "loads tried": [(value, v.outcome, v.steps) for value, v in found.record], "error budget": budget,
             "interval": _interval(found, budget, _unbalanced(assembly, loads, found)),
-            **found.details,
+            "steps": found.steps, **found.details,
         },
+        contact_model=ContactModel(contact_model), error_budget=budget,
     )  # fmt: skip
     if prediction.resultants is not None and method == INCREMENTS:
         prediction = replace(prediction, certificate=certify(assembly, loads, prediction))

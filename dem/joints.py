@@ -7,9 +7,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.kernels import Joints, Points
+from dem.kernels import (
+    LAW_C,
+    LAW_C_R,
+    LAW_DASH,
+    LAW_DIL,
+    LAW_DIL_R,
+    LAW_FC,
+    LAW_FT,
+    LAW_FT_R,
+    LAW_KN,
+    LAW_KS,
+    LAW_LIFT,
+    LAW_MU,
+    LAW_MU_R,
+    LAW_RATE,
+    Joints,
+    Points,
+)
 from limitmason.equilibrium import ContactPoints, contact_points
-from limitmason.model import Assembly, Joint
+from limitmason.law import peak_law, residual_law
+from limitmason.model import Assembly
 from limitmason.stated import tension_cut
 from limitmason.stiffness import SETTLEMENT, default_stiffness
 
@@ -116,7 +134,7 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
     it, since other codes do not cut it.
     """
     kinds = [i.kind for i in assembly.interfaces]
-    laws: list[Joint] = [i.joint for i in assembly.interfaces]
+    laws = [i.joint for i in assembly.interfaces]
     warnings: list[str] = []
     standard = default_stiffness(assembly, dead)
     without = sum(j.normal_stiffness is None for j in laws)
@@ -132,6 +150,12 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
     dash = per_interface(0.0 if options.dashpot is None else options.dashpot, kinds, "dashpot")
     later = options.residual_dilatancy_angle_deg
     psi_r = None if later is None else np.tan(np.deg2rad(per_interface(later, kinds, "residual_dilatancy_angle_deg")))
+    peak, rest = peak_law(laws), residual_law(laws, psi_r)
+    soft = np.array([j.softens for j in laws], dtype=bool)
+    if psi_r is not None:
+        soft |= psi_r != peak.tan_psi
+    with np.errstate(divide="ignore"):
+        rate = np.where(soft, np.where(softening > 0.0, 1.0 / softening, _BRITTLE), 0.0)
     out = np.zeros((len(laws), kernels.LAW_SIZE))
     for k, joint in enumerate(laws):
         kn = (joint.normal_stiffness or standard) * options.stiffness_factor
@@ -139,23 +163,13 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
         ks = kn if ks is None else ks * options.stiffness_factor
         if not ks > 0.0:
             raise ValueError(f"joint of interface {k} has shear_stiffness 0: it must be positive in the DEM")
-        mu, dil, c = joint.tan_phi, joint.tan_psi, joint.cohesion
-        ft = min(joint.tensile_strength, c / mu) if mu > 0 else joint.tensile_strength
-        soft = (
-            joint.residual_friction_angle_deg is not None
-            or joint.residual_cohesion is not None
-            or joint.residual_tensile_strength is not None
-            or (psi_r is not None and psi_r[k] != dil)
-        )
-        phi_r = joint.residual_friction_angle_deg
-        mu_r = mu if phi_r is None else np.tan(np.deg2rad(phi_r))
-        c_r = c if joint.residual_cohesion is None else joint.residual_cohesion
-        ft_r = ft if joint.residual_tensile_strength is None else joint.residual_tensile_strength
-        ft_r = min(ft_r, c_r / mu_r) if mu_r > 0 else ft_r
-        dil_r = min(dil if psi_r is None else psi_r[k], mu_r)
-        rate = 0.0 if not soft else 1.0 / softening[k] if softening[k] > 0 else _BRITTLE
-        limit = dil * dilatant[k] if dil > 0.0 else 0.0
-        out[k, :14] = (
-            kn, ks, mu, dil, c, ft, joint.compressive_strength / kn, limit, mu_r, dil_r, c_r, ft_r, rate, dash[k],
-        )  # fmt: skip
+        out[k, [LAW_KN, LAW_KS]] = kn, ks
+    for column, value in (
+        (LAW_MU, peak.tan_phi), (LAW_DIL, peak.tan_psi), (LAW_C, peak.cohesion), (LAW_FT, peak.tension),
+        (LAW_FC, peak.crushing / out[:, LAW_KN]), (LAW_MU_R, rest.tan_phi), (LAW_DIL_R, rest.tan_psi),
+        (LAW_C_R, rest.cohesion), (LAW_FT_R, rest.tension), (LAW_RATE, rate), (LAW_DASH, dash),
+    ):  # fmt: skip
+        out[:, column] = value
+    # a joint that does not dilate is never lifted, for an infinite slip either
+    out[:, LAW_LIFT] = peak.tan_psi * np.where(peak.tan_psi > 0.0, dilatant, 0.0)
     return out, tuple(warnings)

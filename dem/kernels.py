@@ -90,8 +90,8 @@ def _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, lift
     """
     d1, d2, d3 = d
     g11, g12, g21, g22, g31, g32 = g
-    kn, ks, mu, dil, c, ft, fc = law[j, 0], law[j, 1], law[j, 2], law[j, 3], law[j, 4], law[j, 5], law[j, 6]
-    highest = law[j, 7]
+    kn, ks, mu, dil = law[j, LAW_KN], law[j, LAW_KS], law[j, LAW_MU], law[j, LAW_DIL]
+    c, ft, fc, highest = law[j, LAW_C], law[j, LAW_FT], law[j, LAW_FC], law[j, LAW_LIFT]
     flow = dil / (ks + kn * mu * dil)
     inv_ks = 1.0 / ks
     edge, cut = max(c - mu * ft, 0.0), ft / kn  # shear strength and opening of a point pulled to its strength
@@ -151,10 +151,10 @@ def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate,
     """
     d1, d2, d3 = d
     g11, g12, g21, g22, g31, g32 = g
-    kn, ks, mu0, dil0, c0, ft0, fc = law[j, 0], law[j, 1], law[j, 2], law[j, 3], law[j, 4], law[j, 5], law[j, 6]
-    highest = law[j, 7]
-    mu1, dil1, c1, ft1 = law[j, 8] - mu0, law[j, 9] - dil0, law[j, 10] - c0, law[j, 11] - ft0
-    soften, dash = law[j, 12], law[j, 13]
+    kn, ks, mu0, dil0 = law[j, LAW_KN], law[j, LAW_KS], law[j, LAW_MU], law[j, LAW_DIL]
+    c0, ft0, fc, highest = law[j, LAW_C], law[j, LAW_FT], law[j, LAW_FC], law[j, LAW_LIFT]
+    mu1, dil1, c1, ft1 = law[j, LAW_MU_R] - mu0, law[j, LAW_DIL_R] - dil0, law[j, LAW_C_R] - c0, law[j, LAW_FT_R] - ft0
+    soften, dash = law[j, LAW_RATE], law[j, LAW_DASH]
     inv_ks = 1.0 / ks
     # without a step there is no motion to brake
     per_dt = 1.0 / dt if dt > 0.0 else 0.0
@@ -664,7 +664,7 @@ def measure(points, joints, bodies, position, force, opening, slip):
     for j in range(joints.block_a.size):
         b = joints.block_b[j]
         law = joints.law[j]
-        kn, ks, fc = law[0], law[1], law[6]
+        kn, ks, fc = law[LAW_KN], law[LAW_KS], law[LAW_FC]
         if law[LAW_CROSS] != 0.0:
             axes, far, _, rb = _crossing(j, joints, bodies)
             k = joints.start[j]
@@ -682,9 +682,9 @@ def measure(points, joints, bodies, position, force, opening, slip):
             e1 = d[0] + g[0] * x + g[1] * y
             e2 = d[1] + g[2] * x + g[3] * y
             e3 = d[2] + g[4] * x + g[5] * y
-            mu = law[2] + h * (law[8] - law[2])
-            c = law[4] + h * (law[10] - law[4])
-            ft = law[5] + h * (law[11] - law[5])
+            mu = law[LAW_MU] + h * (law[LAW_MU_R] - law[LAW_MU])
+            c = law[LAW_C] + h * (law[LAW_C_R] - law[LAW_C])
+            ft = law[LAW_FT] + h * (law[LAW_FT_R] - law[LAW_FT])
             w = e3 + points.gap[k]
             n = min(max(kn * (points.lift[k] - w), -ft), kn * fc)
             a1, a2 = points.slip_1[k] - e1, points.slip_2[k] - e2

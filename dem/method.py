@@ -12,7 +12,7 @@ def _bracket_and_budget(found: Prediction) -> Range:
     if found.status not in (SOLVED, ALMOST_SOLVED) or not math.isfinite(found.collapse_multiplier):
         return Range()
     low, high = found.interval or (math.nan, math.nan)
-    budget = found.details["error budget"]
+    budget = found.error_budget
     undecided = [f"{name} undecided" for name, row in budget.items() if not math.isfinite(row["change"])]
     parts = ["bracket", *(name for name, row in budget.items() if math.isfinite(row["change"])), *undecided]
     return Range(low, high, f"error budget: {', '.join(parts)}" if budget else "bracket of the search")

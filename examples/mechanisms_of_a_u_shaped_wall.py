@@ -36,13 +36,13 @@ for name, prediction in found.items():
         text += f" (omega 0: {low:.4f}, 1: {high:.4f}), hinge {d['hinge_courses']} courses down"
         text += f", crack {d['crack_angle_deg']:.1f} deg"
     print(text)
-    print(f"{'':<25} {prediction.bound.split(':')[0]}")
+    print(f"{'':<25} {prediction.bound.kind}")
 
 associative = lm.limit_analysis(wall, outwards)
 smallest = mechanisms.smallest(wall, outwards)
 d = smallest.details
 print(f"associative limit analysis {associative.collapse_multiplier:.4f}")
-print(f"smallest bound             {smallest.collapse_multiplier:.4f} ({d['governing']})")
+print(f"smallest bound             {smallest.collapse_multiplier:.4f} ({smallest.governing})")
 print(f"smallest estimate          {d['smallest_estimate']:.4f} ({d['smallest_estimate_of']}), which bounds nothing")
 
 slope = np.linspace(0.0, facade.steepest_crack, 61)

@@ -25,7 +25,7 @@ from limitmason.residuals import (
     unbalance,
     yield_excess,
 )
-from limitmason.results import GAP, Certificate, Mechanism, Prediction, Resultants
+from limitmason.results import GAP, Certificate, FlowRule, Mechanism, Prediction, Resultants
 
 Array = NDArray[np.float64]
 
@@ -113,7 +113,7 @@ def kinematic_multiplier(
         for field in (*_opening_fields(assembly, label), *candidates):
             field = np.where(moving[:, None], field, 0.0)
             opening, sliding = joints.rates(field)
-            margin = (opening - state.tan_phi * np.linalg.norm(sliding, axis=1))[rigid & touched]
+            margin = state.law.lift(opening, np.linalg.norm(sliding, axis=1))[rigid & touched]
             if margin.min(initial=np.inf) <= 0.0:
                 continue
             # g is concave in v, so adding t field raises every g by at least t times the field's own margin
@@ -187,33 +187,23 @@ def certify(
         return forces
     pairs = stress_block_pairs(assembly, prediction)
     if pairs is not None:
-        crushing = state.crushing.copy()
-        crushing[pairs[0].ravel()] = np.inf
-        state = state._replace(crushing=crushing)
+        state = state._replace(law=state.law.without_crushing(pairs.ends))
     slip = np.linalg.norm(state.sliding, axis=1)
     size = max(float(np.abs(state.opening).max(initial=0.0)), float(slip.max(initial=0.0)))
     rate = float((loads.live * twists).sum())
     unit = max(abs(rate), 1e-300) * scale / max(live_size(assembly, loads), 1e-300)
     if not rate > 0.0:
         return forces  # a motion on which the live load does no work is no collapse mechanism
-    if prediction.provenance.get("flow_rule") == "non-associative":
-        gap = state.opening - state.tan_psi * slip
-        capacity = state.cohesion + state.tan_phi * state.normal_force
-        opposed = np.abs((state.shear_force * state.sliding).sum(axis=1) + capacity * slip)
-        # at the tension cut-off a point may open freely with N = -N_t, at the crushing limit it may close with N = N_c
-        crushes = np.isfinite(state.crushing)
-        lift = np.abs((state.normal_force + state.tension) * np.where(crushes, np.maximum(gap, 0.0), gap))
-        rest = (state.crushing - state.normal_force)[crushes]
-        lift[crushes] += np.abs(rest * np.maximum(-gap[crushes], 0.0))
-        gap = np.where(crushes, 0.0, gap)
-        flow = float(np.maximum(-gap, 0.0).max(initial=0.0) / max(size, 1e-300))
+    if prediction.flow_rule == FlowRule.NON_ASSOCIATIVE:
+        short, opposed = state.law.flow_residual(state.normal_force, state.shear_force, state.opening, state.sliding)
+        flow = float(short.max(initial=0.0) / max(size, 1e-300))
         lumped = Dissipation(assembly, prediction, state).spread(twists, state.sliding) / rate
         return replace(
-            forces, flow_residual=flow, complementarity=float((opposed + lift).sum() / unit),
+            forces, flow_residual=flow, complementarity=float(opposed.sum() / unit),
             discretisation=lumped / max(abs(prediction.collapse_multiplier), 1e-300),
         )  # fmt: skip
     k = kinematic_multiplier(assembly, loads, prediction, candidates=candidates)
-    power, _ = point_dissipation(state, state.opening, state.sliding)
+    power, _ = point_dissipation(state.law, state.opening, state.sliding)
     used = (state.normal_force * state.opening) + (state.shear_force * state.sliding).sum(axis=1)
     slack = np.abs(used + power) if pairs is None else np.full(1, np.nan)  # a stress block's two ends act together
     static = prediction.collapse_multiplier
@@ -235,16 +225,9 @@ def _forces_certified(assembly: Assembly, loads: Loads, prediction: Prediction, 
     r, value, x = prediction.resultants, prediction.collapse_multiplier, assembly.arrays
     scale = total_load(assembly, loads)
     pairs = stress_block_pairs(assembly, prediction)
-    ends = sections = None
-    if pairs is not None:
-        ends, capacity, tension = pairs
-        sections = np.column_stack([state.normal_force[ends], capacity, tension])
-        crushing = state.crushing.copy()
-        crushing[ends.ravel()] = np.inf
-        state = state._replace(crushing=crushing)
     rest = np.abs(unbalance(assembly, loads, r, value)).max(axis=1)
     measures = block_measures(assembly, loads, r, value)
-    excess = yield_excess(state, ends, sections)
+    excess = yield_excess(state, pairs)
     own = rest / measures
     joint = np.zeros(len(x.area))
     np.maximum.at(joint, r.point_interface, excess)

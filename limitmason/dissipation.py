@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.geometry.slip import slip_integrals
+from limitmason.law import PointLaw, StressBlock, interface_law, stress_blocks
 from limitmason.model.assembly import Assembly
 from limitmason.residuals import PointState
 from limitmason.results import Prediction, Resultants
@@ -33,57 +34,32 @@ def point_state(assembly: Assembly, resultants: Resultants, twists: Array) -> Po
     n = x.normal[k]
     normal_force = (resultants.point_force * n).sum(axis=1)
     opening, sliding = point_rates(assembly, twists, resultants.point_position, k)
-    area = resultants.point_area
-    cohesion = x.cohesion[k] * area
-    with np.errstate(divide="ignore", invalid="ignore"):
-        apex = np.where(x.tan_phi[k] > 0, cohesion / x.tan_phi[k], np.inf)
-    tension = np.minimum(x.tensile_strength[k] * area, apex)
-    crushing = np.full(len(k), np.inf)
-    crushes = np.isfinite(x.compressive_strength[k])
-    crushing[crushes] = x.compressive_strength[k][crushes] * area[crushes]
     return PointState(
-        normal_force, resultants.point_force - normal_force[:, None] * n, opening, sliding, x.tan_phi[k], x.tan_psi[k],
-        cohesion, tension, crushing,
+        normal_force, resultants.point_force - normal_force[:, None] * n, opening, sliding,
+        interface_law(x).at(k).over(resultants.point_area),
     )  # fmt: skip
 
 
-def point_dissipation(state: PointState, opening: Array, sliding: Array) -> tuple[Array, Array]:
+def point_dissipation(law: PointLaw, opening: Array, sliding: Array) -> tuple[Array, Array]:
     """Power a point can dissipate under the associative law, and g = e_n - tan(phi) |e_t|, which must not be negative.
 
-    D = c |e_t| A + N_t g for g >= 0 (N_t the tension capacity) and c |e_t| A - N_c g for g < 0 (N_c the crushing
-    capacity; infinite without crushing, which is what makes g < 0 inadmissible).
+    Without crushing g < 0 is inadmissible, see :meth:`limitmason.law.PointLaw.dissipation`.
     """
     slip = np.linalg.norm(sliding, axis=1)
-    g = opening - state.tan_phi * slip
-    power = state.cohesion * slip + np.where(g > 0, state.tension * g, 0.0)
-    finite = np.isfinite(state.crushing)
-    power[finite] += state.crushing[finite] * np.maximum(-g[finite], 0.0)
-    return power, g
+    return law.dissipation(opening, slip), law.lift(opening, slip)
 
 
-def _stress_block_power(g1: Array, g2: Array, capacity: Array, tension: Array) -> Array:
-    """Power of a crushing in-plane section: max of -(g1 N1 + g2 N2) over N_i >= (N1 + N2)^2 / (2 Q)."""
-    low, high = np.minimum(g1, g2), np.maximum(g1, g2)
-    spread = np.maximum(high - low, 1e-300)
-    n = np.where(low < 0, np.clip(capacity * -low / spread, 0.0, capacity), 0.0)
-    return -low * n - (high - low) * n**2 / (2.0 * capacity) + 0.5 * tension * (g1 + g2)
-
-
-def stress_block_pairs(assembly: Assembly, prediction: Prediction) -> tuple[Array, Array, Array] | None:
-    """End points, crushing capacity Q and tension of interfaces with a crushing stress block; None where none has."""
-    if prediction.provenance.get("crushing") != "stress block" or prediction.resultants is None:
+def stress_block_pairs(assembly: Assembly, prediction: Prediction) -> StressBlock | None:
+    """Interfaces of a prediction whose crushing is that of a stress block; None where none is."""
+    if not prediction.stress_block or prediction.resultants is None:
         return None
-    x = assembly.arrays
+    law = interface_law(assembly.arrays)
     k = prediction.resultants.point_interface
-    rows = np.flatnonzero(np.isfinite(x.compressive_strength))
+    rows = np.flatnonzero(law.crushes)
     first = np.searchsorted(k, rows)
     found = (first < len(k)) & (k[np.minimum(first, len(k) - 1)] == rows)
     rows, first = rows[found], first[found]
-    tension = np.minimum(
-        x.tensile_strength[rows], np.divide(x.cohesion[rows], x.tan_phi[rows], out=np.full(len(rows), np.inf),
-                                            where=x.tan_phi[rows] > 0)
-    ) * x.area[rows]  # fmt: skip
-    return np.column_stack([first, first + 1]), x.compressive_strength[rows] * x.area[rows] + tension, tension
+    return stress_blocks(law.at(rows).over(assembly.arrays.area[rows]), np.column_stack([first, first + 1]))
 
 
 class Dissipation:
@@ -98,7 +74,7 @@ class Dissipation:
     Parameters
     ----------
     assembly : the structure
-    prediction : with forces at contact points; its provenance says which contact model they follow
+    prediction : with forces at contact points and the contact model that they follow
     state : its points, see :func:`point_state`
     """
 
@@ -108,12 +84,12 @@ class Dissipation:
             raise ValueError("a prediction without joint forces says nothing about its joints")
         self._assembly, self._resultants, self.state = assembly, resultants, state
         self.pairs = stress_block_pairs(assembly, prediction)
-        self.rigid = ~np.isfinite(state.crushing)
+        self.rigid = ~state.law.crushes
         if self.pairs is not None:
-            self.rigid[self.pairs[0].ravel()] = False
-        x, k = assembly.arrays, resultants.point_interface
-        whole = (x.cohesion > 0) & (np.bincount(k, minlength=len(x.area)) > 0)
-        if prediction.provenance.get("plane"):
+            self.rigid[self.pairs.ends] = False
+        x, k, law = assembly.arrays, resultants.point_interface, interface_law(assembly.arrays)
+        whole = (law.cohesion > 0) & (np.bincount(k, minlength=len(x.area)) > 0)
+        if prediction.plane:
             whole[:] = False
         self._faces = np.flatnonzero(whole)
         if len(self._faces):
@@ -126,9 +102,7 @@ class Dissipation:
                 [(arm * x.tangent_1[owner]).sum(axis=1), (arm * x.tangent_2[owner]).sum(axis=1)]
             )
             f = self._faces
-            with np.errstate(divide="ignore"):
-                apex = np.where(x.tan_phi[f] > 0, x.cohesion[f] / x.tan_phi[f], np.inf)
-            self._cohesion = np.maximum(x.cohesion[f] - x.tan_phi[f] * np.minimum(x.tensile_strength[f], apex), 0.0)
+            self._cohesion = law.at(f).corner_cohesion
             lumped = np.zeros(len(x.area))
             lumped[f] = self._cohesion
             self._lumped = lumped[k] * resultants.point_area
@@ -141,18 +115,18 @@ class Dissipation:
     def power(self, twists: Array) -> tuple[float, float, Array]:
         """Power [W] over whole faces, the same summed over contact points, and g = e_n - tan(phi) |e_t| per point."""
         opening, sliding = self.rates(twists)
-        state = self.state
+        law = self.state.law
         if self.pairs is None:
-            power, g = point_dissipation(state, opening, sliding)
+            power, g = point_dissipation(law, opening, sliding)
             total = float(power.sum())
         else:
-            ends, capacity, tension = self.pairs
-            power, g = point_dissipation(state._replace(crushing=np.full_like(opening, np.inf)), opening, sliding)
+            ends = self.pairs.ends
+            power, g = point_dissipation(law.without_crushing(), opening, sliding)
             slip = np.linalg.norm(sliding, axis=1)
             others = np.ones(len(g), dtype=bool)
-            others[ends.ravel()] = False
-            total = float(power[others].sum() + (state.cohesion * slip)[ends].sum())
-            total += float(_stress_block_power(g[ends[:, 0]], g[ends[:, 1]], capacity, tension).sum())
+            others[ends] = False
+            total = float(power[others].sum() + (law.cohesion * slip)[ends].sum())
+            total += float(self.pairs.power(g[ends]).sum())
         return total + self.spread(twists, sliding), total, g
 
     def spread(self, twists: Array, sliding: Array) -> float:

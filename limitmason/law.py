@@ -5,9 +5,10 @@
 The tension corner t is worked out here and nowhere else: where ft > c / tan(phi) the apex of the Coulomb cone is the
 cut-off. Counted from that corner, N' = N + t, the law reads |T| <= c' + tan(phi) N', 0 <= N' <= q with
 c' = c - tan(phi) t >= 0 and q = fc + t. Compression is positive; c, t and fc are strengths [Pa], or forces [N] once the
-law is taken :meth:`PointLaw.over` tributary areas.
+law is taken :meth:`PointLaw.over` tributary areas. Which theory takes which term stands in :mod:`limitmason.law_table`.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,10 @@ from limitmason.model.arrays import AssemblyArrays
 from limitmason.model.joint import Joint
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+BELOW_THE_APEX = 1e-12
+"""Part of the cohesion that friction must leave at the tension corner for it to lie below the apex, beyond rounding."""
 
 
 def tension_corner(tensile_strength: Array, cohesion: Array, tan_phi: Array) -> Array:
@@ -42,6 +47,22 @@ class PointLaw(NamedTuple):
     crushing: Array  # fc, infinite without crushing
 
     @property
+    def apex(self) -> Array:
+        """Tension at the tip of the Coulomb cone, c / tan(phi); infinite without friction."""
+        return tension_corner(np.full(np.shape(self.cohesion), np.inf), self.cohesion, self.tan_phi)
+
+    @property
+    def cut_off(self) -> NDArray[np.bool_]:
+        """Points whose tension corner is a cut-off below the apex, so that the cone alone does not limit tension."""
+        smooth = (self.tan_phi == 0.0) & (self.cohesion == 0.0)
+        return (self.tan_phi * self.tension < (1.0 - BELOW_THE_APEX) * self.cohesion) | smooth
+
+    @property
+    def crushes(self) -> NDArray[np.bool_]:
+        """Points with a finite compressive strength."""
+        return np.isfinite(self.crushing)
+
+    @property
     def corner_cohesion(self) -> Array:
         """Shear strength at the tension corner, c' = c - tan(phi) t >= 0."""
         return np.maximum(self.cohesion - self.tan_phi * self.tension, 0.0)
@@ -51,17 +72,38 @@ class PointLaw(NamedTuple):
         """Largest normal force counted from the tension corner, q = fc + t."""
         return self.crushing + self.tension
 
+    def from_corner(self) -> "PointLaw":
+        """The same law of N' = N + t: cohesion c', no tension, crushing at q, and psi never above phi."""
+        return PointLaw(
+            self.tan_phi, np.minimum(self.tan_psi, self.tan_phi), self.corner_cohesion,
+            np.zeros(np.shape(self.tension)), self.corner_crushing,
+        )  # fmt: skip
+
     def over(self, area: Array) -> "PointLaw":
         """Capacities [N] over tributary areas [m2], shape (m,), of a law given by strengths [Pa]."""
-        return self._replace(cohesion=self.cohesion * area, tension=self.tension * area, crushing=self.crushing * area)
+        crushing = np.full(np.shape(self.crushing), np.inf)
+        np.multiply(self.crushing, area, out=crushing, where=self.crushes)
+        return self._replace(cohesion=self.cohesion * area, tension=self.tension * area, crushing=crushing)
 
-    def scaled(self, factor: float) -> "PointLaw":
-        """All strengths times a factor [-]."""
-        return self.over(np.full(np.shape(self.cohesion), factor))
+    def in_units_of(self, force: Array | float) -> "PointLaw":
+        """All capacities [N] over a force [N], one or one per point, shape (m,)."""
+        return self._replace(
+            cohesion=self.cohesion / force, tension=self.tension / force, crushing=self.crushing / force
+        )
 
     def at(self, rows: NDArray) -> "PointLaw":
         """The law at some points, in the order asked for."""
         return PointLaw(*(column[rows] for column in self))
+
+    def without_crushing(self, rows: NDArray | None = None) -> "PointLaw":
+        """The law with infinite compressive strength at some points, at all where none are named."""
+        crushing = np.array(self.crushing)
+        crushing[slice(None) if rows is None else rows] = np.inf
+        return self._replace(crushing=crushing)
+
+    def shear_strength(self, normal: Array) -> Array:
+        """Largest shear under a normal force, c + tan(phi) N [N], shape (m,); negative beyond the apex."""
+        return self.cohesion + self.tan_phi * normal
 
     def excess(self, normal: Array, shear: Array) -> Array:
         """How far a force lies outside the law, the largest of its three conditions [N], shape (m,); <= 0 inside.
@@ -90,9 +132,31 @@ class PointLaw(NamedTuple):
         """
         g = self.lift(opening, slip)
         power = self.cohesion * slip + np.where(g > 0, self.tension * g, 0.0)
-        finite = np.isfinite(self.crushing)
+        finite = self.crushes
         power[finite] += self.crushing[finite] * np.maximum(-g[finite], 0.0)
         return power
+
+    def flow_residual(self, normal: Array, shear: Array, opening: Array, sliding: Array) -> tuple[Array, Array]:
+        """What forces and rates violate of the flow rule with psi: rate [m/s] and power against it [W], both (m,).
+
+        A point opens by tan(psi) per slip, or more with N = -t, or less with N = fc; and T = -(c + tan(phi) N) along
+        the slip. The power is |(N + t) p| + |(fc - N) k| + |T . e_t + (c + tan(phi) N) |e_t||, where p and k are the
+        opening beyond tan(psi) |e_t| and short of it; where nothing crushes k is a violation of the rate itself.
+
+        Parameters
+        ----------
+        normal : N [N], shape (m,)
+        shear, sliding : T [N] and e_t [m/s] in any axes, shape (m, d)
+        opening : e_n [m/s], shape (m,)
+        """
+        slip = np.linalg.norm(sliding, axis=1)
+        gap = opening - self.tan_psi * slip
+        opposed = np.abs((shear * sliding).sum(axis=1) + self.shear_strength(normal) * slip)
+        crushes = self.crushes
+        power = np.abs((normal + self.tension) * np.where(crushes, np.maximum(gap, 0.0), gap))
+        rest = (self.crushing - normal)[crushes]
+        power[crushes] += np.abs(rest * np.maximum(-gap[crushes], 0.0))
+        return np.where(crushes, 0.0, np.maximum(-gap, 0.0)), opposed + power
 
     def inside(self) -> "PointLaw":
         """The associative law with friction psi that lies inside this one and shares its tension corner.
@@ -104,34 +168,79 @@ class PointLaw(NamedTuple):
         return self._replace(tan_phi=self.tan_psi, cohesion=cohesion)
 
 
+class StressBlock(NamedTuple):
+    """Crushing in-plane sections by the forces N1, N2 at their two ends, j sections.
+
+    N_i' >= (N1' + N2')^2 / (2 Q) with N_i' = N_i + t / 2, which is |M| <= N' L / 2 - N'^2 / (2 fc b): the exact block
+    of compressed masonry at its strength, whose capacity Q = q counts from the tension corner.
+    """
+
+    ends: Index  # numbers of both end points, (j, 2)
+    capacity: Array  # Q = fc A + t A, [N], (j,)
+    tension: Array  # t A [N], (j,)
+
+    @property
+    def count(self) -> int:
+        """Number of sections."""
+        return len(self.ends)
+
+    def excess(self, normal: Array) -> Array:
+        """How far end forces (j, 2) lie outside the section's law [N], shape (j,); <= 0 inside."""
+        n1, n2 = (normal[:, k] + 0.5 * self.tension for k in (0, 1))
+        return (n1 + n2) ** 2 / (2.0 * self.capacity) - np.minimum(n1, n2)
+
+    def power(self, lift: Array) -> Array:
+        """Power that sections dissipate where their ends open by g (j, 2): max of -(g1 N1 + g2 N2) [W], shape (j,)."""
+        low, high = lift.min(axis=1), lift.max(axis=1)
+        spread = np.maximum(high - low, 1e-300)
+        n = np.where(low < 0, np.clip(self.capacity * -low / spread, 0.0, self.capacity), 0.0)
+        return -low * n - (high - low) * n**2 / (2.0 * self.capacity) + 0.5 * self.tension * lift.sum(axis=1)
+
+    def in_units_of(self, force: Array | float) -> "StressBlock":
+        """Capacities over a force [N], one or one per section, shape (j,)."""
+        return self._replace(capacity=self.capacity / force, tension=self.tension / force)
+
+
+def stress_blocks(law: PointLaw, ends: Index) -> StressBlock:
+    """Stress blocks of sections.
+
+    Parameters
+    ----------
+    law : of every section over its whole area [N], shape (j,)
+    ends : numbers of the end points, shape (j, 2)
+    """
+    return StressBlock(ends, law.corner_crushing, law.tension)
+
+
 def interface_law(arrays: AssemblyArrays) -> PointLaw:
     """The law of every interface by its strengths [Pa], shape (k,)."""
     tension = tension_corner(arrays.tensile_strength, arrays.cohesion, arrays.tan_phi)
     return PointLaw(arrays.tan_phi, arrays.tan_psi, arrays.cohesion, tension, arrays.compressive_strength)
 
 
-def peak_law(joint: Joint) -> PointLaw:
-    """The law of one joint before it softens, strengths [Pa], arrays of one entry."""
-    return _one(joint.tan_phi, joint.tan_psi, joint.cohesion, joint.tensile_strength, joint.compressive_strength)
+def peak_law(joints: Sequence[Joint]) -> PointLaw:
+    """The law of joints before they soften, strengths [Pa], shape (number of joints,)."""
+    rows = [(j.tan_phi, j.tan_psi, j.cohesion, j.tensile_strength, j.compressive_strength) for j in joints]
+    mu, psi, c, ft, fc = np.array(rows, dtype=float).reshape(-1, 5).T
+    return PointLaw(mu, psi, c, tension_corner(ft, c, mu), fc)
 
 
-def residual_law(joint: Joint, tan_psi: float | None = None) -> PointLaw:
-    """The law of one joint after it has softened; values it does not name stay at their peak, strengths [Pa].
+def residual_law(joints: Sequence[Joint], tan_psi: Array | None = None) -> PointLaw:
+    """The law of joints after they have softened; values a joint does not name stay at their peak, strengths [Pa].
 
     Parameters
     ----------
-    tan_psi : residual dilatancy [-]; that of the peak where omitted, never above the residual friction
+    tan_psi : residual dilatancy [-], shape (number of joints,); that of the peak where omitted, never above the
+        residual friction
     """
-    peak = peak_law(joint)
-    phi, c, ft = joint.residual_friction_angle_deg, joint.residual_cohesion, joint.residual_tensile_strength
-    friction = joint.tan_phi if phi is None else float(np.tan(np.deg2rad(phi)))
-    return _one(
-        friction, min(joint.tan_psi if tan_psi is None else tan_psi, friction), joint.cohesion if c is None else c,
-        float(peak.tension[0]) if ft is None else ft, joint.compressive_strength,
-    )  # fmt: skip
+    peak = peak_law(joints)
 
+    def after(values: Sequence[float | None], before: Array) -> Array:
+        return np.array([b if v is None else v for v, b in zip(values, before, strict=True)], dtype=float)
 
-def _one(tan_phi: float, tan_psi: float, cohesion: float, tensile_strength: float, crushing: float) -> PointLaw:
-    columns = [np.array([float(v)]) for v in (tan_phi, tan_psi, cohesion, tensile_strength, crushing)]
-    columns[3] = tension_corner(columns[3], columns[2], columns[0])
-    return PointLaw(*columns)
+    angle = [j.residual_friction_angle_deg for j in joints]
+    friction = after([None if a is None else float(np.tan(np.deg2rad(a))) for a in angle], peak.tan_phi)
+    cohesion = after([j.residual_cohesion for j in joints], peak.cohesion)
+    strength = after([j.residual_tensile_strength for j in joints], peak.tension)
+    dilatancy = np.minimum(peak.tan_psi if tan_psi is None else tan_psi, friction)
+    return PointLaw(friction, dilatancy, cohesion, tension_corner(strength, cohesion, friction), peak.crushing)

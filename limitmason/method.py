@@ -6,7 +6,7 @@ it looks beside others. ``limitmason.methods`` finds it by name.
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, make_dataclass
+from dataclasses import dataclass, field, fields, make_dataclass, replace
 from difflib import get_close_matches
 from types import MappingProxyType
 from typing import Any
@@ -101,7 +101,7 @@ class Method:
 
     def row_of(self, found: Prediction) -> dict[str, Any]:
         """Multiplier, range and status of one of its predictions as columns of a table."""
-        low, high, _ = self.range_of(found)
+        low, high, _ = found.range if found.range.known else self.range_of(found)
         return {
             "multiplier": float(found.collapse_multiplier), "low": float(low), "high": float(high),
             "status": found.status,
@@ -132,4 +132,5 @@ class Method:
             As the method itself.
         """
         self.check_options(options)
-        return self.solve(assembly, loads, **options)
+        found = self.solve(assembly, loads, **options)
+        return found if found.range.known else replace(found, range=self.range_of(found))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from limitmason.law import PointLaw, StressBlock
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import Resultants
@@ -35,11 +36,7 @@ class PointState(NamedTuple):
     shear_force: Array  # T in global axes [N], (m, 3)
     opening: Array  # e_n [m/s], (m,)
     sliding: Array  # e_t in global axes [m/s], (m, 3)
-    tan_phi: Array
-    tan_psi: Array
-    cohesion: Array  # c A_p [N]
-    tension: Array  # tension capacity min(ft A_p, c A_p / tan phi) [N]
-    crushing: Array  # fc A_p [N]; infinite for stress blocks, which are checked by interface
+    law: PointLaw  # capacities over tributary areas [N]
 
 
 def live_size(assembly: Assembly, loads: Loads) -> float:
@@ -150,21 +147,17 @@ def joint_measures(assembly: Assembly, resultants: Resultants, blocks: Array) ->
     return np.maximum(joint, np.where(np.isfinite(lighter), lighter, 1e-300))
 
 
-def yield_excess(state: PointState, ends: Index | None, stress_blocks: Array | None) -> Array:
+def yield_excess(state: PointState, sections: StressBlock | None) -> Array:
     """Excess of every contact force over the joint law [N], shape (m,), zero within it.
 
     Parameters
     ----------
-    ends : the two end points of every in-plane stress block, shape (j, 2), or None
-    stress_blocks : (N1, N2, capacity, tension) of each, shape (j, 4)
+    sections : in-plane stress blocks, which stand for the crushing of the points at their ends; None where none has
     """
-    shear = np.linalg.norm(state.shear_force, axis=1)
-    excess = np.maximum(shear - state.cohesion - state.tan_phi * state.normal_force, 0.0)
-    excess = np.maximum(excess, -state.normal_force - state.tension)
-    excess = np.maximum(excess, state.normal_force - state.crushing)
-    if ends is not None and stress_blocks is not None and len(ends):
-        n1, n2 = (stress_blocks[:, k] + 0.5 * stress_blocks[:, 3] for k in (0, 1))
-        over = (n1 + n2) ** 2 / (2.0 * stress_blocks[:, 2]) - np.minimum(n1, n2)
-        for k in (0, 1):
-            excess[ends[:, k]] = np.maximum(excess[ends[:, k]], over)
+    law = state.law if sections is None else state.law.without_crushing(sections.ends)
+    excess = np.maximum(law.excess(state.normal_force, np.linalg.norm(state.shear_force, axis=1)), 0.0)
+    if sections is not None:
+        over = sections.excess(state.normal_force[sections.ends])
+        for end in sections.ends.T:
+            excess[end] = np.maximum(excess[end], over)
     return excess

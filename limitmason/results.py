@@ -81,9 +81,9 @@ class Bound(str):
     __slots__ = ("kind",)
     kind: BoundKind
 
-    def __new__(cls, kind: BoundKind, text: str = "") -> "Bound":
+    def __new__(cls, kind: BoundKind, text: str | None = None) -> "Bound":
         """Take the kind and the words, which are the kind alone where none are given."""
-        self = super().__new__(cls, text or str(kind))
+        self = super().__new__(cls, str(kind) if text is None else text)
         self.kind = BoundKind(kind)
         return self
 
@@ -290,17 +290,25 @@ class Prediction:
     ----------
     method : which theory and flow rule
     collapse_multiplier : lambda [-]; NaN when the structure cannot stand, infinite when unbounded
-    bound : "lower", "upper", "exact" or "estimate", followed by what it is relative to
+    bound : what it is relative to, in words; ``bound.kind`` is the :class:`BoundKind`. Words alone are taken for a
+        :class:`Bound` by the kind that they begin with
     status : one of ``limitmason.results.STATUSES``
     mechanism, resultants, certificate : None where the method has none
     warnings : what a user should know before trusting the number
-    provenance : versions, settings and times that reproduce it
+    provenance : versions, settings and times that reproduce it: written for a reader, read by no program
     details : further results of the method
+    flow_rule : that the answer follows; None where the method has no such rule
+    contact_model : that the joint forces follow; None where the method has its own
+    plane : whether the problem was reduced to a plane one
+    stress_block : whether crushing is that of in-plane sections, not of points
+    governing : which of several cases the answer belongs to; empty where there is one
+    error_budget : what changed with every setting that was checked, by its name; empty without checks
+    range : low and high end about the multiplier and what they are; filled in by ``limitmason.predict``
     """
 
     method: str
     collapse_multiplier: float
-    bound: str
+    bound: Bound
     status: str
     mechanism: Mechanism | None = None
     resultants: Resultants | None = None
@@ -308,6 +316,18 @@ class Prediction:
     warnings: tuple[str, ...] = ()
     provenance: Mapping[str, Any] = field(default_factory=dict)
     details: Mapping[str, Any] = field(default_factory=dict)
+    flow_rule: FlowRule | None = None
+    contact_model: ContactModel | None = None
+    plane: bool = False
+    stress_block: bool = False
+    governing: str = ""
+    error_budget: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    range: Range = field(default_factory=Range)
+
+    def __post_init__(self) -> None:
+        """Take a bound in words alone, as other packages and files of 0.1 give it, for what it begins with."""
+        if not isinstance(self.bound, Bound):
+            object.__setattr__(self, "bound", Bound.from_text(self.bound))
 
     @property
     def interval(self) -> tuple[float, float] | None:
@@ -343,12 +363,11 @@ class Prediction:
         """Multiplier, what it is, and its certificate."""
         lines = [f"{self.method}: {self.answer} ({self.status}; {self.bound})"]
         if self.interval is not None:
-            budget = self.details.get("error budget", {})
             parts = [
                 f"{name} {100 * row['change']:+.1f} % (resolved to {100 * row['resolution']:.1g} %)"
                 if np.isfinite(row["change"])
                 else f"{name} undecided"
-                for name, row in budget.items()
+                for name, row in self.error_budget.items()
             ]
             low, high = self.interval
             lines.append(f"  interval {low:.6g} to {high:.6g}: {', '.join(['bracket', *parts])}")

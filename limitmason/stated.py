@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.law import interface_law
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import NO_TILT, Prediction
@@ -57,15 +58,16 @@ def tension_cut(assembly: Assembly) -> str:
     The Coulomb cone ends at its apex, so ft > c / tan(phi) is never reached. Codes that check ft apart from the cone do
     not cut it: parameters calibrated in them lose tension here.
     """
-    joints = [i.joint for i in assembly.interfaces]
-    cut = [j for j in joints if j.tan_phi > 0.0 and j.tensile_strength > (1.0 + _SAME) * j.cohesion / j.tan_phi]
-    if not cut:
+    x, corner = assembly.arrays, interface_law(assembly.arrays).tension
+    lost = np.where(x.tensile_strength > (1.0 + _SAME) * corner, x.tensile_strength - corner, 0.0)
+    if not lost.any():
         return ""
-    worst = max(cut, key=lambda j: j.tensile_strength - j.cohesion / j.tan_phi)
+    k = int(np.argmax(lost))
+    worst = assembly.interfaces[k].joint
     name = f" ({worst.name})" if worst.name else ""
     return (
-        f"tension is cut at the apex of the Coulomb cone in {len(cut)} of {len(joints)} joints: a tensile strength of "
-        f"{worst.tensile_strength:.4g} Pa{name} counts as c / tan(phi) = {worst.cohesion / worst.tan_phi:.4g} Pa"
+        f"tension is cut at the apex of the Coulomb cone in {np.count_nonzero(lost)} of {len(lost)} joints: a tensile "
+        f"strength of {worst.tensile_strength:.4g} Pa{name} counts as c / tan(phi) = {corner[k]:.4g} Pa"
     )
 
 

@@ -134,7 +134,7 @@ def smallest(
         "smallest_estimate": estimates[estimate_of] if estimate_of else math.nan,
         "smallest_estimate_of": estimate_of,
     }
-    return replace(lead, details=details, warnings=(*notes, *skipped))
+    return replace(lead, details=details, governing=name, warnings=(*notes, *skipped))
 
 
 def _least(values: dict[str, float]) -> str | None:

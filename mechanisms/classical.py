@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import Prediction
+from limitmason.results import Bound, BoundKind, Prediction
 from mechanisms.flexure import flexure_terms
 from mechanisms.motion import FREE_WALL, THIS_MOTION, UPPER_IDEAL, answer, flexure_twists, rotation, translation
 from mechanisms.optimum import ratio
@@ -20,7 +20,7 @@ from mechanisms.virtual_work import check_contacts
 
 Array = NDArray[np.float64]
 
-EXACT = "exact for rigid blocks without tension"
+EXACT = Bound(BoundKind.EXACT, "exact for rigid blocks without tension")
 
 
 class Level(NamedTuple):

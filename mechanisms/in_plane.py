@@ -9,14 +9,15 @@ import numpy as np
 
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import Prediction
+from limitmason.results import Bound, BoundKind, Prediction
 from mechanisms.motion import ESTIMATE, UPPER_IDEAL, above, answer, rotation
 from mechanisms.parameters import Facade, foot_level, load_direction, read, wall_recipe
 from mechanisms.virtual_work import ContactCheck, check_contacts
 
-BEDS_ONLY = (
+BEDS_ONLY = Bound(
+    BoundKind.UPPER,
     "upper without head-joint contact only: the motion is admissible on the bed joints; head joints rub in it and "
-    "raise associative limit analysis"
+    "raise associative limit analysis",
 )
 SOURCE = "derived (docs/mechanisms.md, section 8)"
 

@@ -10,28 +10,46 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from limitmason.certificate import scaled_mechanism
+from limitmason.law_table import MECHANISMS, RESIDUAL, TERMS
+from limitmason.law_table import notes as left_out
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import NO_TILT, SOLVED, Certificate, Mechanism, Prediction
+from limitmason.results import NO_TILT, SOLVED, Bound, BoundKind, Certificate, Mechanism, Prediction
 from limitmason.stated import why_no_tilt_angle
 from mechanisms.parameters import Facade, load_direction, wall_recipe
 from mechanisms.virtual_work import ContactCheck, check_contacts
 
 Array = NDArray[np.float64]
 
-UPPER = "upper: admissible as a contact field, so not below associative limit analysis on the same interfaces"
-UPPER_IDEAL = (
-    "upper bound of associative limit analysis on the same geometry (no assembly is given on which to check it)"
+UPPER = Bound(
+    BoundKind.UPPER,
+    "upper: admissible as a contact field, so not below associative limit analysis on the same interfaces",
 )
-ESTIMATE = "estimate: friction is a prescribed force, not a contact result; no bound of limit analysis"
-ESTIMATE_INADMISSIBLE = (
+UPPER_IDEAL = Bound(
+    BoundKind.UPPER,
+    "upper bound of associative limit analysis on the same geometry (no assembly is given on which to check it)",
+)
+ESTIMATE = Bound(
+    BoundKind.ESTIMATE, "estimate: friction is a prescribed force, not a contact result; no bound of limit analysis"
+)
+ESTIMATE_INADMISSIBLE = Bound(
+    BoundKind.ESTIMATE,
     "estimate: friction is a prescribed force and the motion is not admissible as a contact field (blocks "
-    "interpenetrate or slide without opening); no bound of limit analysis"
+    "interpenetrate or slide without opening); no bound of limit analysis",
 )
 
-THIS_MOTION = "estimate: exact for this motion without friction, which is not admissible as a contact field; no bound"
-FREE_WALL = "estimate: exact for the facade without its side walls; with them no bound"
-NOT_ADMISSIBLE = "estimate: the motion of these blocks is not admissible as a contact field; no bound of limit analysis"
+THIS_MOTION = Bound(
+    BoundKind.ESTIMATE,
+    "estimate: exact for this motion without friction, which is not admissible as a contact field; no bound",
+)
+FREE_WALL = Bound(BoundKind.ESTIMATE, "estimate: exact for the facade without its side walls; with them no bound")
+NOT_ADMISSIBLE = Bound(
+    BoundKind.ESTIMATE,
+    "estimate: the motion of these blocks is not admissible as a contact field; no bound of limit analysis",
+)
+NO_POWER_BALANCE = Bound(
+    BoundKind.ESTIMATE, "estimate: the closed form is not the power balance of these blocks"
+)
 
 ON_BLOCKS = "the motion is admissible on these blocks and gives the upper bound"
 
@@ -149,7 +167,7 @@ def answer(
     assembly: Assembly | None = None,
     loads: Loads | None = None,
     twists: Array | None = None,
-    ideal_bound: str = ESTIMATE,
+    ideal_bound: Bound = ESTIMATE,
     details: Mapping[str, Any] | None = None,
     warnings: tuple[str, ...] = (),
     source: str = "",
@@ -179,13 +197,11 @@ def answer(
         if check.admissible and kinematic <= multiplier * (1.0 + _SAME):
             bound = UPPER
         elif check.admissible:
-            bound = "estimate: the closed form is not the power balance of these blocks"
+            bound = NO_POWER_BALANCE
             notes.append(f"{ON_BLOCKS} {kinematic:.6g} there (details['kinematic_multiplier'])")
         elif ideal_bound == UPPER_IDEAL:
             bound = NOT_ADMISSIBLE
-        cohesion = [i.joint.name or "a joint" for i in assembly.interfaces if not i.joint.is_cohesionless]
-        if cohesion and not check.admissible:
-            notes.append("cohesion, tension and crushing of the joints are left out by this closed form")
+        notes += left_out(MECHANISMS, assembly, terms=(RESIDUAL,) if check.admissible else TERMS)
     provenance: dict[str, Any] = {"theory": "analytical mechanism", "source": source}
     if facade is not None:
         provenance["parameters"] = facade.as_dict()

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.equilibrium import ContactPoints, contact_points, equilibrium_matrix
+from limitmason.law import interface_law
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.parameters import Facade
@@ -205,14 +206,12 @@ def check_contacts(assembly: Assembly, loads: Loads, twists: Array) -> ContactCh
     v = np.where(assembly.held, 0.0, twists)
     points = contact_points(assembly)
     rates = (equilibrium_matrix(assembly, points).T @ v.ravel()).reshape(-1, 3)
-    x = assembly.arrays
-    k = points.interface
+    # mechanisms of rigid blocks: a crushing strength is left out, and what overlaps is a violation
+    law = interface_law(assembly.arrays).at(points.interface).over(points.area).without_crushing()
     opening, sliding = rates[:, 0], np.linalg.norm(rates[:, 1:], axis=1)
-    excess = opening - x.tan_phi[k] * sliding
+    excess = law.lift(opening, sliding)
     largest = max(float(np.abs(opening).max(initial=0.0)), float(sliding.max(initial=0.0)), 1e-300)
-    apex = np.divide(x.cohesion[k], x.tan_phi[k], out=np.full(len(k), np.inf), where=x.tan_phi[k] > 0.0)
-    tension = np.minimum(x.tensile_strength[k], apex) * points.area
-    dissipated = float((x.cohesion[k] * points.area * sliding + tension * np.maximum(excess, 0.0)).sum())
+    dissipated = float(law.dissipation(opening, sliding).sum())
     work = float((loads.live * v).sum())
     if not work > 0.0:
         raise ValueError("the live load does no work in this mechanism: it is not moved by it, or in the other sense")

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from limitmason.figures import elevation, solid, style
 from limitmason.figures.mechanism import chosen_plane, page_frame
 from limitmason.figures.painter import camera
+from limitmason.law import interface_law
 from limitmason.model import Assembly, AssemblyArrays
 from limitmason.results import Prediction
 
@@ -73,7 +74,7 @@ def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
     centre = np.where(pressed[:, None], moment / np.where(pressed, total, 1.0)[:, None], x.centre)
     normal = np.einsum("ij,ij->i", force, x.normal)
     shear = np.linalg.norm(force - normal[:, None] * x.normal, axis=1)
-    strength = x.cohesion * x.area + x.tan_phi * normal
+    strength = interface_law(x).over(x.area).shear_strength(normal)
     carries = size > 1e-4 * largest
     return JointForces(force, centre, carries, carries & (shear >= 0.999 * strength - 1e-9 * largest))
 

@@ -216,7 +216,7 @@ def prediction_text(prediction: Any) -> str:
     parts = [] if silent else [answer if "support_reaction" not in prediction.details else str(prediction.answer)]
     parts += [] if silent else [str(prediction.bound)]
     parts.append(str(prediction.method))
-    rule = prediction.details.get("flow_rule") or prediction.provenance.get("flow_rule")
+    rule = prediction.flow_rule
     if rule and not _mentions(prediction.method, str(rule)):
         parts.append(f"{rule} flow rule")
     if prediction.status != "solved":

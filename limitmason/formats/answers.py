@@ -6,8 +6,9 @@ Numbers that are not finite (a multiplier that does not exist, a gap that does n
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
@@ -15,16 +16,27 @@ import numpy as np
 
 from limitmason.formats.document import Node, plain, read_document, restored, write_document
 from limitmason.model import Assembly
-from limitmason.results import Certificate, Mechanism, Prediction, Resultants
+from limitmason.results import (
+    Bound,
+    BoundKind,
+    Certificate,
+    ContactModel,
+    FlowRule,
+    Mechanism,
+    Prediction,
+    Range,
+    Resultants,
+)
 
-SCHEMA, VERSION = "limitmason-prediction", 1
+SCHEMA, VERSION = "limitmason-prediction", 2
 UNITS = {
     "twists": "m/s, rad/s up to a common factor", "opening": "m/s", "sliding": "m/s", "normal": "N", "shear": "N",
     "moment": "N m", "torsion": "N m", "point_position": "m", "point_force": "N",
 }  # fmt: skip
 _KEYS = (
-    "schema", "version", "units", "method", "collapse_multiplier", "bound", "status", "warnings", "certificate",
-    "blocks", "mechanism", "resultants", "provenance", "details",
+    "schema", "version", "units", "method", "collapse_multiplier", "bound", "bound_kind", "status", "warnings",
+    "certificate", "blocks", "mechanism", "resultants", "provenance", "details", "flow_rule", "contact_model", "plane",
+    "stress_block", "governing", "error_budget", "range",
 )  # fmt: skip
 
 
@@ -43,7 +55,8 @@ def write_prediction(path: str | Path, prediction: Prediction, *, assembly: Asse
         "units": UNITS,
         "method": prediction.method,
         "collapse_multiplier": plain(float(prediction.collapse_multiplier), "collapse_multiplier"),
-        "bound": prediction.bound,
+        "bound": str(prediction.bound),
+        "bound_kind": str(prediction.bound.kind),
         "status": prediction.status,
         "warnings": list(prediction.warnings),
         "certificate": None if prediction.certificate is None else plain(prediction.certificate, "certificate"),
@@ -55,6 +68,13 @@ def write_prediction(path: str | Path, prediction: Prediction, *, assembly: Asse
         document[key] = (
             None if part is None else {f.name: plain(getattr(part, f.name), f"{key}.{f.name}") for f in fields(part)}
         )
+    document |= {
+        "flow_rule": None if prediction.flow_rule is None else str(prediction.flow_rule),
+        "contact_model": None if prediction.contact_model is None else str(prediction.contact_model),
+        "plane": prediction.plane, "stress_block": prediction.stress_block, "governing": prediction.governing,
+        "error_budget": plain(prediction.error_budget, "error_budget", strict=False),
+        "range": plain(prediction.range._asdict(), "range"),
+    }  # fmt: skip
     document["provenance"] = plain(prediction.provenance, "provenance", strict=False)
     document["details"] = plain(prediction.details, "details", strict=False)
     write_document(path, document)
@@ -84,10 +104,12 @@ def read_prediction(path: str | Path) -> Prediction:
             if v.value is not None
         }
         certificate = Certificate(**given)
+    provenance = restored(node["provenance"].mapping()) if "provenance" in node else {}
+    details = restored(node["details"].mapping()) if "details" in node else {}
     return Prediction(
         method=node["method"].text(),
         collapse_multiplier=node["collapse_multiplier"].number(),
-        bound=node["bound"].text(),
+        bound=_bound(node),
         status=node["status"].text(),
         mechanism=_arrays(node, "mechanism", Mechanism, {"twists": (6,), "sliding": (2,)}),
         resultants=_arrays(
@@ -96,9 +118,59 @@ def read_prediction(path: str | Path) -> Prediction:
         ),
         certificate=certificate,
         warnings=tuple(w.text() for w in node.get("warnings") or ()),
-        provenance=restored(node["provenance"].mapping()) if "provenance" in node else {},
-        details=restored(node["details"].mapping()) if "details" in node else {},
+        provenance=provenance,
+        details=details,
+        **(_typed(node) if node["version"].value > 1 else _typed_of_0_1(provenance, details)),
     )  # fmt: skip
+
+
+def _chosen(node: Node, kind: type[StrEnum]) -> Any:
+    """A value of a closed set."""
+    if node.text() not in tuple(kind):
+        raise node.error(f"expected one of {', '.join(kind)}, got {node.text()!r}")
+    return kind(node.text())
+
+
+def _bound(node: Node) -> Bound:
+    """The bound with its kind; files of 0.1 hold its words alone."""
+    words = node["bound"].text()
+    return Bound(_chosen(node["bound_kind"], BoundKind), words) if "bound_kind" in node else Bound.from_text(words)
+
+
+def _typed(node: Node) -> dict[str, Any]:
+    """Typed fields of a prediction; keys that are missing keep their defaults."""
+    out: dict[str, Any] = {}
+    for key, kind in (("flow_rule", FlowRule), ("contact_model", ContactModel)):
+        if key in node:
+            out[key] = _chosen(node[key], kind)
+    for key in ("plane", "stress_block"):
+        if key in node:
+            if not isinstance(node[key].value, bool):
+                raise node[key].error("expected true or false")
+            out[key] = node[key].value
+    if "governing" in node:
+        out["governing"] = node["governing"].text() if node["governing"].value else ""
+    if "error_budget" in node:
+        out["error_budget"] = restored(node["error_budget"].mapping())
+    if "range" in node:
+        part = node["range"]
+        part.mapping(Range._fields)
+        meaning = part["meaning"]
+        out["range"] = Range(part["low"].number(), part["high"].number(), meaning.text() if meaning.value else "")
+    return out
+
+
+def _typed_of_0_1(provenance: Mapping[str, Any], details: Mapping[str, Any]) -> dict[str, Any]:
+    """The same of a file of 0.1, which held them in provenance and details only."""
+    out: dict[str, Any] = {
+        "plane": bool(provenance.get("plane", False)), "stress_block": provenance.get("crushing") == "stress block",
+        "governing": str(details.get("governing") or ""), "error_budget": details.get("error budget") or {},
+    }  # fmt: skip
+    if provenance.get("flow_rule") in tuple(FlowRule):
+        out["flow_rule"] = FlowRule(provenance["flow_rule"])
+    if provenance.get("contact_model") in tuple(ContactModel):
+        out["contact_model"] = ContactModel(provenance["contact_model"])
+    return out
 
 
 def _arrays(node: Node, key: str, kind: Any, columns: dict[str, Sequence[int]]) -> Any:

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,11 @@ from limitmason.results import (
     NOT_CONVERGED,
     SOLVED,
     UNBOUNDED,
+    Bound,
+    BoundKind,
     Certificate,
+    ContactModel,
+    FlowRule,
     Mechanism,
     Prediction,
     Resultants,
@@ -284,9 +289,7 @@ def _falling(problem: Problem, velocity: Array | None) -> tuple[Mechanism | None
     if m is None:
         return None, {}
     none = resultants_from_points(assembly, points.position, points.interface, points.area, np.zeros((points.count, 3)))
-    provenance = {"plane": problem.plane is not None, "contact_model": problem.contact_model,
-                  "crushing": "stress block" if len(problem.stress_block) else "points"}  # fmt: skip
-    trial = Prediction("", np.nan, "", CANNOT_STAND, m, none, provenance=provenance)
+    trial = Prediction("", np.nan, Bound(BoundKind.NONE), CANNOT_STAND, m, none, **contact_facts(problem))
     bound = kinematic_multiplier(assembly, fall, trial).multiplier
     if not bound < 1.0:
         motion, _ = opening_motion(problem)
@@ -294,6 +297,14 @@ def _falling(problem: Problem, velocity: Array | None) -> tuple[Mechanism | None
             bound = kinematic_multiplier(assembly, fall, trial, candidates=(problem.twists(motion),)).multiplier
     blocks = tuple(assembly.blocks[i].name for i in m.moving_blocks(1e-4))
     return m, {"falling_blocks": blocks, "falling_margin": 1.0 - bound}
+
+
+def contact_facts(problem: Problem) -> dict[str, Any]:
+    """What a prediction says of the contacts that its forces act at, as its fields."""
+    return {
+        "contact_model": ContactModel(problem.contact_model), "plane": problem.plane is not None,
+        "stress_block": problem.stress_block.count > 0,
+    }  # fmt: skip
 
 
 def prediction_from(
@@ -306,7 +317,7 @@ def prediction_from(
         "flow_rule": "associative",
         "contact_model": problem.contact_model,
         "plane": problem.plane is not None,
-        "crushing": "stress block" if len(problem.stress_block) else "points",
+        "crushing": "stress block" if problem.stress_block.count else "points",
         "solver": solution.solver,
         "tolerance": tolerance,
         "iterations": solution.iterations,
@@ -314,10 +325,14 @@ def prediction_from(
     }
     if solution.fallback:
         provenance["solver_fallback"] = solution.fallback
+    facts = {"flow_rule": FlowRule.ASSOCIATIVE, **contact_facts(problem)}
     law = "associative law (psi = phi)"
-    bound = f"exact for the {law}" if not torsion else "estimate: torsion limited to that of uniform pressure"
+    bound = Bound(BoundKind.EXACT, f"exact for the {law}")
+    if torsion:
+        bound = Bound(BoundKind.ESTIMATE, "estimate: torsion limited to that of uniform pressure")
     if problem.contact_model == "grid" and problem.plane is None and (spread_cohesion(assembly) > 0).any():
-        bound = f"estimate: {law} at the points of a grid, which overstate the torsion of cohesive faces"
+        words = f"estimate: {law} at the points of a grid, which overstate the torsion of cohesive faces"
+        bound = Bound(BoundKind.ESTIMATE, words)
     method = "limit analysis, associative" + (", torsion limit" if torsion else "")
     if solution.status in (CANNOT_STAND, UNBOUNDED, NOT_CONVERGED):
         value = np.inf if solution.status == UNBOUNDED else np.nan
@@ -330,8 +345,8 @@ def prediction_from(
         if status == UNBOUNDED and stands is None:
             reason += "; whether it stands without live load was not found out"
         return Prediction(
-            method, float(value), "none", status, mechanism, provenance=provenance, details={**details, **proof},
-            warnings=(reason,),
+            method, float(value), Bound(BoundKind.NONE), status, mechanism, provenance=provenance,
+            details={**details, **proof}, warnings=(reason,), **facts,
         ), 0.0  # fmt: skip
     value = solution.multiplier * problem.live_scale
     own = load_on_blocks(assembly, loads, value)
@@ -340,7 +355,7 @@ def prediction_from(
     mechanism = scaled_mechanism(assembly, loads, problem.twists(solution.velocity), points.position, points.interface)
     prediction = Prediction(
         method, value, bound, solution.status, mechanism, resultants, None, (),
-        provenance, details,
+        provenance, details, **facts,
     )  # fmt: skip
     certificate, seconds = _certified(problem, prediction, torsion)
     if not torsion:
@@ -349,17 +364,15 @@ def prediction_from(
         provenance["solver_status"] = prediction.status
         prediction = replace(prediction, status=SOLVED if certificate.accepted else ALMOST_SOLVED)
         if certificate.discretisation > GAP:
-            bound = f"lower bound for the {law}, {certificate.gap:.1e} below an upper one (cells of cohesive faces)"
-    warnings = warnings_of(problem, replace(prediction, certificate=certificate), certificate.confinement)
+            words = f"lower bound for the {law}, {certificate.gap:.1e} below an upper one (cells of cohesive faces)"
+            bound = Bound(BoundKind.LOWER, words)
+    warnings = warnings_of(problem, replace(prediction, certificate=certificate), certificate.confinement, torsion)
     if np.isfinite(certificate.force_cap):
         warnings.append(
             "no motion opens every joint (blocks are wedged between supports): the kinematic bound holds for joint "
             f"forces up to {certificate.force_cap:.3g} times the load"
         )
-    return Prediction(
-        method, prediction.collapse_multiplier, bound, prediction.status, mechanism, resultants, certificate,
-        tuple(warnings), provenance, details,
-    ), seconds  # fmt: skip
+    return replace(prediction, bound=bound, certificate=certificate, warnings=tuple(warnings)), seconds
 
 
 def _certified(problem: Problem, prediction: Prediction, torsion: bool) -> tuple[Certificate, float]:

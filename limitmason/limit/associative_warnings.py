@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from limitmason.law import interface_law
+from limitmason.law_table import ASSOCIATIVE, notes
 from limitmason.limit.face_cells import spread_cohesion
 from limitmason.limit.problem import Problem
 from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, UNBOUNDED, Prediction
@@ -16,12 +18,13 @@ REASON = {
 }
 
 
-def warnings_of(problem: Problem, prediction: Prediction, confinement: float) -> list[str]:
+def warnings_of(problem: Problem, prediction: Prediction, confinement: float, torsion: bool) -> list[str]:
     """What to know before the number of an associative prediction is used.
 
     Parameters
     ----------
     confinement : largest joint force over the total load [-]
+    torsion : the torsion of the faces was limited
     """
     out = []
     if prediction.status == ALMOST_SOLVED:
@@ -33,11 +36,7 @@ def warnings_of(problem: Problem, prediction: Prediction, confinement: float) ->
         out.append(
             f"the torsion iteration did not settle: its last values lie between {min(tail):.6g} and {max(tail):.6g}"
         )
-    if (problem.tension > 0).any() or (problem.cohesion > 0).any():
-        out.append(
-            "tension and cohesion are taken as perfectly plastic: a section carries ft A L / 2, three times the "
-            "elastic-brittle ft A L / 6; where ft > c / tan(phi) the apex of the Coulomb cone governs"
-        )
+    out += notes(ASSOCIATIVE, problem.assembly, problem.interfaces)
     if confinement > CONFINEMENT_WARNING:
         out.append(
             f"the answer rests on confining forces: the largest joint force is {confinement:.3g} times the load; "
@@ -49,11 +48,11 @@ def warnings_of(problem: Problem, prediction: Prediction, confinement: float) ->
             "the torsion of cohesive faces (by 85 % on a square with 2 x 2 points, less with more); "
             "contact_model='vertices' bounds the error"
         )
-    limited = "torsion limit" in prediction.method
-    if not limited and not len(problem.stress_block) and problem.plane is None:
+    if not torsion and not problem.stress_block.count and problem.plane is None:
         x = problem.assembly.arrays
         twist = np.abs(prediction.resultants.torsion)
-        limit = (x.tan_phi * np.maximum(prediction.resultants.normal, 0.0) + x.cohesion * x.area) * np.sqrt(x.area)
+        pressed = np.maximum(prediction.resultants.normal, 0.0)
+        limit = interface_law(x).over(x.area).shear_strength(pressed) * np.sqrt(x.area)
         if (twist > 0.4 * limit + 1e-6 * problem.force_scale).any():
             out.append(
                 "some faces carry more torsion than uniform pressure allows (0.38 (mu N + c A) a on a square): "

@@ -3,12 +3,13 @@
 import math
 from dataclasses import dataclass, replace
 
+from limitmason.law import peak_law
 from limitmason.limit.associative import solve_associative
 from limitmason.limit.problem import make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
-from limitmason.results import Prediction
+from limitmason.results import Bound, BoundKind, Prediction
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,16 +57,17 @@ def limit_bracket(assembly: Assembly, loads: Loads, **options) -> Bracket:
         upper = replace(upper, collapse_multiplier=c.kinematic_multiplier)
     reduced = assembly.with_interfaces(replace(i, joint=_inside(i.joint)) for i in assembly.interfaces)
     lower = solve_associative(make_problem(reduced, loads, **options))
+    of_all = "bound for every flow rule between psi and phi (Radenkovic)"
     return Bracket(
-        replace(lower, bound="lower bound for every flow rule between psi and phi (Radenkovic)"),
-        replace(upper, bound="upper bound for every flow rule between psi and phi (Radenkovic)"),
+        replace(lower, bound=Bound(BoundKind.LOWER, f"lower {of_all}")),
+        replace(upper, bound=Bound(BoundKind.UPPER, f"upper {of_all}")),
     )
 
 
 def _inside(joint: Joint) -> Joint:
     """Joint with friction psi whose law lies inside the given one and shares its tension corner."""
-    tension = min(joint.tensile_strength, joint.cohesion / joint.tan_phi if joint.tan_phi > 0 else math.inf)
-    cohesion = max(joint.cohesion - (joint.tan_phi - joint.tan_psi) * tension, 0.0)
+    law = peak_law([joint]).inside()
     return replace(
-        joint, friction_angle_deg=joint.dilatancy_angle_deg, cohesion=cohesion, tensile_strength=tension,
+        joint, friction_angle_deg=joint.dilatancy_angle_deg, cohesion=float(law.cohesion[0]),
+        tensile_strength=float(law.tension[0]),
     )  # fmt: skip

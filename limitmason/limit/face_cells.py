@@ -18,6 +18,7 @@ from limitmason.dissipation import point_rates
 from limitmason.equilibrium import ContactPoints
 from limitmason.geometry.polygon import clip_convex, polygon_area_centroid
 from limitmason.geometry.slip import slip_integrals
+from limitmason.law import interface_law
 from limitmason.model.assembly import Assembly
 
 Array = NDArray[np.float64]
@@ -30,10 +31,8 @@ MOST_WEDGES = 48
 
 def spread_cohesion(assembly: Assembly) -> Array:
     """Cohesion less what the cone's own tension corner explains, c - tan(phi) t, per interface [Pa]."""
-    x = assembly.arrays
-    apex = np.divide(x.cohesion, x.tan_phi, out=np.full(len(x.area), np.inf), where=x.tan_phi > 0)
-    rest = x.cohesion - x.tan_phi * np.minimum(x.tensile_strength, apex)
-    return np.where(rest > 1e-12 * x.cohesion, rest, 0.0)
+    law = interface_law(assembly.arrays)
+    return np.where(law.cut_off, law.corner_cohesion, 0.0)
 
 
 def whole_faces(assembly: Assembly) -> Cells:

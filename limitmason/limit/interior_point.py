@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.errors import NotApplicable
 from limitmason.limit.blas_threads import one_blas_thread
 from limitmason.limit.multifrontal import BlockCholesky
 from limitmason.limit.newton import ConeProgram, Iterate, NewtonSystem, Residuals, residuals, step_lengths
@@ -75,12 +76,12 @@ def solve_interior_point(
 
     Raises
     ------
-    ValueError
+    NotApplicable
         For a joint law that it does not cover.
     """
     reason = unsupported(problem)
     if reason is not None:
-        raise ValueError(f"the interior-point solver of this package does not cover {reason}; use solver='clarabel'")
+        raise NotApplicable(reason)
     start = time.perf_counter()
     program, shift = cone_program(problem)
     # numbers that overflow on the last, useless steps are caught where steps are measured
@@ -94,7 +95,7 @@ def solve_interior_point(
         if check_dead_load:
             stands = False if status == SOLVED and it.multiplier < -1e-9 else _stands(program, factor, first)
     force = it.x.copy()
-    force[:, 0] /= problem.tan_phi
+    force[:, 0] /= problem.law.tan_phi
     force[:, 0] -= shift
     seconds = time.perf_counter() - start
     return Solution(status, float(it.multiplier), force.ravel(), -it.y, iterations, seconds, stands, "interior-point")
@@ -111,15 +112,15 @@ def cone_program(problem: Problem) -> tuple[ConeProgram, Array]:
     In plane the two half-planes |T| <= tan(phi) N + c A are a cone in two dimensions: one method serves both. Cut-offs
     N >= -ft A that do not cut the cone's tip and infinite crushing forces are left out.
     """
-    c, m, mu = problem.components, problem.points.count, problem.tan_phi
-    shift = problem.cohesion / mu
+    law = problem.law
+    c, m, mu, shift = problem.components, problem.points.count, law.tan_phi, law.apex
     scale = np.ones((m, c))
     scale[:, 0] = 1.0 / mu
     matrix = sparse.csr_array(problem.matrix @ sparse.diags_array(scale.ravel()))
     moved = np.zeros((m, c))
     moved[:, 0] = shift
-    low = np.flatnonzero(problem.tension < shift)
-    high = np.flatnonzero(np.isfinite(problem.crushing))
+    low = np.flatnonzero(law.cut_off)
+    high = np.flatnonzero(law.crushes)
     program = ConeProgram(
         matrix,
         sparse.csr_array(matrix.T),
@@ -128,7 +129,7 @@ def cone_program(problem: Problem) -> tuple[ConeProgram, Array]:
         c,
         np.concatenate([low, high]),
         np.repeat([1.0, -1.0], [len(low), len(high)]),
-        np.concatenate([(mu * (shift - problem.tension))[low], -(mu * (problem.crushing + shift))[high]]),
+        np.concatenate([(mu * (shift - law.tension))[low], -(mu * (law.crushing + shift))[high]]),
         problem.size,
     )
     return program, shift

@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.law import PointLaw
+from limitmason.law_table import NON_ASSOCIATIVE, STRESS_BLOCK, refuse
 from limitmason.limit.problem import Problem
 
 Array = NDArray[np.float64]
@@ -29,6 +31,11 @@ class JointLaw(NamedTuple):
     components: int  # c = 3, or 2 in plane
     live_size: float  # sum |live|: velocities are scaled to live . v = live_size, a mean live velocity of one
     total: float  # total load in scaled units
+
+    @property
+    def points(self) -> PointLaw:
+        """The law of the points alone, in N' = N + t."""
+        return PointLaw(self.tan_phi, self.tan_psi, self.cohesion, np.zeros(len(self.tan_phi)), self.crushing)
 
     @property
     def dilatant(self) -> NDArray[np.bool_]:
@@ -71,23 +78,17 @@ def joint_law(problem: Problem) -> JointLaw:
 
     Raises
     ------
-    ValueError
+    NotApplicable
         For in-plane sections with an exact crushing stress block, which has no dilatancy law here.
     """
-    if len(problem.stress_block):
-        raise ValueError(
-            "non-associative analysis has no exact crushing stress block; use contact_model='grid', which limits the "
-            "normal force of every contact point"
-        )
-    mu, cohesion = problem.tan_phi, problem.cohesion
-    apex = np.divide(cohesion, mu, out=np.full(len(mu), np.inf), where=mu > 0)
-    tension = np.minimum(problem.tension, apex)
+    refuse(NON_ASSOCIATIVE, STRESS_BLOCK, problem.assembly, problem.block_interfaces)
+    law, tension = problem.law.from_corner(), problem.law.tension
     corner = np.zeros(problem.matrix.shape[1])
     corner[:: problem.components] = tension
     return JointLaw(
-        problem.matrix, problem.dead - problem.matrix @ corner, problem.live, mu, np.minimum(problem.tan_psi, mu),
-        tension, np.maximum(cohesion - mu * tension, 0.0), problem.crushing + tension, problem.components,
-        float(np.abs(problem.live).sum()), float(np.sqrt((~problem.assembly.fixed).sum())),
+        problem.matrix, problem.dead - problem.matrix @ corner, problem.live, law.tan_phi, law.tan_psi,
+        tension, law.cohesion, law.crushing, problem.components, float(np.abs(problem.live).sum()),
+        float(np.sqrt((~problem.assembly.fixed).sum())),
     )  # fmt: skip
 
 
@@ -119,8 +120,7 @@ def normalised(law: JointLaw, velocity: Array) -> Array | None:
 def excess(law: JointLaw, force: Array) -> float:
     """Largest excess of forces (N', T) over the joint law, over the total load."""
     normal, _, shear = split(law, force)
-    over = (shear - law.cohesion - law.tan_phi * normal, -normal, normal - law.crushing)
-    return max(float(o.max(initial=0.0)) for o in over) / law.total
+    return float(law.points.excess(normal, shear).max(initial=0.0)) / law.total
 
 
 def violation(law: JointLaw, state: State) -> Violation:
@@ -130,17 +130,12 @@ def violation(law: JointLaw, state: State) -> Violation:
     load at mean live velocity one: to first order, how far the multiplier could be wrong.
     """
     normal, shear, _ = split(law, state.force)
-    opening, sliding, slip = split(law, law.matrix.T @ state.velocity)
+    opening, sliding, _ = split(law, law.matrix.T @ state.velocity)
     rest = law.matrix @ state.force + law.dead + state.multiplier * law.live
-    gap = opening - law.tan_psi * slip
-    crushable = np.isfinite(law.crushing)
-    flow = np.where(crushable, 0.0, -gap).max(initial=0.0)
-    power = np.abs(normal * np.where(crushable, np.maximum(gap, 0.0), gap)).sum()
-    power += ((law.crushing - normal)[crushable] * np.maximum(-gap[crushable], 0.0)).sum()
-    power += np.abs((shear * sliding).sum(axis=1) + (law.cohesion + law.tan_phi * normal) * slip).sum()
+    short, power = law.points.flow_residual(normal, shear, opening, sliding)
     return Violation(
-        float(np.abs(rest).max(initial=0.0) / law.total), excess(law, state.force), float(flow),
-        float(power / law.total),
+        float(np.abs(rest).max(initial=0.0) / law.total), excess(law, state.force), float(short.max(initial=0.0)),
+        float(power.sum() / law.total),
     )  # fmt: skip
 
 

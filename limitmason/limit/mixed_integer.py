@@ -126,7 +126,7 @@ class BoundedProgram:
         slack = (_maxima(model, -cone.toarray()) + bound).reshape(2, m)
         assumed = not (np.isfinite(normal).all() and np.isfinite(slack).all())
         normal = np.minimum(normal, force)
-        slack = np.minimum(slack, 2.0 * (law.cohesion / p.unit + law.tan_phi * normal))
+        slack = np.minimum(slack, 2.0 * law.points.in_units_of(p.unit).shear_strength(normal))
 
         # velocities (v, z+, z-), one sliding rate per group
         eye = sparse.eye_array(g)

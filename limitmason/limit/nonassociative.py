@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.certificate import certify, resultants_from_points, scaled_mechanism
-from limitmason.limit.associative import solve_associative
+from limitmason.law_table import NON_ASSOCIATIVE, notes
+from limitmason.limit.associative import contact_facts, solve_associative
 from limitmason.limit.associative_warnings import CONFINEMENT_WARNING
 from limitmason.limit.joint_law import JointLaw, State, exact, joint_law, true_forces, violation
 from limitmason.limit.polish import PlanePrograms
@@ -24,7 +25,16 @@ from limitmason.limit.proven_search import (
 from limitmason.limit.search import EFFORTS, Effort, Polisher, Search, Trial, search_smallest
 from limitmason.limit.sequential import FrozenCones
 from limitmason.limit.smallest import Smallest, prove_smallest, velocity_limits
-from limitmason.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED, UNBOUNDED, Prediction
+from limitmason.results import (
+    ALMOST_SOLVED,
+    NOT_CONVERGED,
+    SOLVED,
+    UNBOUNDED,
+    Bound,
+    BoundKind,
+    FlowRule,
+    Prediction,
+)
 
 Array = NDArray[np.float64]
 
@@ -127,22 +137,22 @@ def solve_nonassociative(
             "proof_seconds is given, but no proof is tried: prove=False, or not a plane problem of at most "
             f"{PROVEN_POINTS[named]} contact points without crushing; prove=True demands one in plane without crushing"
         )
-    everywhere = bool((problem.tan_psi >= problem.tan_phi - 1e-15).all())
+    everywhere = bool((problem.law.tan_psi >= problem.law.tan_phi - 1e-15).all())
     law = None if everywhere else joint_law(problem)
     upper = solve_associative(
         problem, tolerance=tolerance, check_dead_load=check_dead_load, solver=solver, verbose=verbose
     )
     provenance = dict(
-        upper.provenance, flow_rule="non-associative", seed=seed,
+        upper.provenance, flow_rule=str(FlowRule.NON_ASSOCIATIVE), seed=seed,
         solver="clarabel" if problem.plane is None else "clarabel, HiGHS",
         search=search if isinstance(search, str) else "given",
     )  # fmt: skip
     if law is None:
         # psi = phi: the two laws are one and the associative certificate, with its gap, says more
-        provenance["flow_rule"] = "associative"
+        provenance["flow_rule"] = str(FlowRule.ASSOCIATIVE)
         return replace(upper, method=f"{METHOD} (psi = phi: associative)", provenance=provenance)
     if upper.status not in (SOLVED, ALMOST_SOLVED, UNBOUNDED):
-        return replace(upper, method=METHOD, provenance=provenance)
+        return replace(upper, method=METHOD, provenance=provenance, flow_rule=FlowRule.NON_ASSOCIATIVE)
     low = radenkovic_lower(law)
     if proof_seconds is None:
         proof_seconds = PROOF_SECONDS[named]
@@ -165,11 +175,13 @@ def solve_nonassociative(
             )
         if upper.status == UNBOUNDED:
             return replace(
-                upper, method=METHOD, provenance=provenance, details=details, warnings=(*upper.warnings, reason)
-            )
+                upper, method=METHOD, provenance=provenance, details=details, warnings=(*upper.warnings, reason),
+                flow_rule=FlowRule.NON_ASSOCIATIVE,
+            )  # fmt: skip
         return Prediction(
-            METHOD, float("nan"), "none", NOT_CONVERGED, provenance=provenance, details=details, warnings=(reason,)
-        )
+            METHOD, float("nan"), Bound(BoundKind.NONE), NOT_CONVERGED, provenance=provenance, details=details,
+            warnings=(reason,), flow_rule=FlowRule.NON_ASSOCIATIVE, **contact_facts(problem),
+        )  # fmt: skip
     ends = Polisher(ordered, accuracy).interval(state) if status == SOLVED else (state.multiplier, state.multiplier)
     details["interval_at_mechanism"] = tuple(e * problem.live_scale for e in ends)
     if measure_jump is None:
@@ -282,27 +294,29 @@ def _prediction(
     between = f"between {low:.6g} and {high:.6g}" if np.isfinite(low) else f"at most {high:.6g}"
     if not np.isfinite(high):
         between = "without an upper bound, the associative multiplier being infinite"
-    bound = f"{_what_it_is(details['proof'], search)}; not unique, {between} (Radenkovic)"
+    kind, words = _what_it_is(details["proof"], search)
+    bound = Bound(kind, f"{words}; not unique, {between} (Radenkovic)")
     return Prediction(
         METHOD, state.multiplier * problem.live_scale, bound, status, mechanism, resultants, None, (), provenance,
-        details,
+        details, FlowRule.NON_ASSOCIATIVE, **contact_facts(problem),
     )  # fmt: skip
 
 
-def _what_it_is(proof: dict | None, search: str | Effort) -> str:
+def _what_it_is(proof: dict | None, search: str | Effort) -> tuple[BoundKind, str]:
     """First part of the bound: proven, found, or only a value."""
     if proof is None:
+        words = "estimate: smallest admissible multiplier found, not proven"
         if search == "quick":
-            return "estimate: an admissible multiplier, not the smallest (quick search: a longer one may end lower)"
-        return "estimate: smallest admissible multiplier found, not proven"
+            words = "estimate: an admissible multiplier, not the smallest (quick search: a longer one may end lower)"
+        return BoundKind.ESTIMATE, words
     within = ""
     if np.isfinite(proof["velocity_bound"]):
         within = f" for velocities up to {proof['velocity_bound']:g} times the mean live velocity"
     if np.isfinite(proof["force_bound"]):
         within += f" and joint forces up to {proof['force_bound']:g} times the load"
     if proof["proven"]:
-        return f"exact: smallest admissible multiplier, proven{within} (gap {proof['gap']:.1e})"
-    return (
+        return BoundKind.EXACT, f"exact: smallest admissible multiplier, proven{within} (gap {proof['gap']:.1e})"
+    return BoundKind.ESTIMATE, (
         f"estimate: smallest admissible multiplier found, not proven in the time given (proven: none below "
         f"{proof['bound']:.6g}{within})"
     )
@@ -334,11 +348,10 @@ def _warnings(problem: Problem, prediction: Prediction) -> list[str]:
         else:
             text += "which of the two a structure meets depends on the joint forces that its history leaves"
         out.append(text)
-    if np.isfinite(problem.crushing).any():
+    if problem.law.crushes.any():
         n = int(np.bincount(problem.points.interface).max())
         out.append(f"crushing on a grid of {n} points per interface: refine the grid to see its error")
-    if (problem.tension > 0).any() or (problem.cohesion > 0).any():
-        out.append("tension and cohesion are taken as perfectly plastic, and dilatancy goes on with any slip")
+    out += notes(NON_ASSOCIATIVE, problem.assembly, problem.interfaces)
     if certificate.confinement > CONFINEMENT_WARNING:
         out.append(
             f"the answer rests on confining forces: the largest joint force is {certificate.confinement:.3g} times the "

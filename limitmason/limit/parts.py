@@ -24,6 +24,8 @@ from limitmason.results import (
     NOT_CONVERGED,
     SOLVED,
     UNBOUNDED,
+    Bound,
+    BoundKind,
     Prediction,
     Resultants,
 )
@@ -115,9 +117,10 @@ def _failed(first: Prediction, part: int, rows: tuple, falling: Prediction | Non
         reason = f"the part with block {name!r} cannot carry {load}; the mechanism is that of its fall"
         details = dict(falling.details)
     return Prediction(
-        first.method, float("nan"), "none", NOT_CONVERGED if falling is None else CANNOT_STAND,
+        first.method, float("nan"), Bound(BoundKind.NONE), NOT_CONVERGED if falling is None else CANNOT_STAND,
         None if falling is None else falling.mechanism, provenance=first.provenance, warnings=(reason,),
-        details={**details, "parts": rows, "governing_part": part},
+        details={**details, "parts": rows, "governing_part": part}, flow_rule=first.flow_rule,
+        contact_model=first.contact_model, plane=first.plane, stress_block=first.stress_block,
     )  # fmt: skip
 
 

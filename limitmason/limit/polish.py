@@ -58,13 +58,13 @@ class PlanePrograms:
         )
         psi = sparse.diags_array(law.tan_psi)
         self._opening = sparse.csr_array(sparse.hstack([-self.normal.T, psi, psi, -eye]))
-        self._crushable = np.isfinite(law.crushing)
+        self._crushable = law.points.crushes
         self._options = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 
     def slacks(self, force: Array) -> Array:
         """N', R - T, R + T and q - N' in mean block loads, shape (4, m); infinite where nothing crushes."""
         normal, shear = force[0::2], force[1::2]
-        strength = self.law.cohesion + self.law.tan_phi * normal
+        strength = self.law.points.shear_strength(normal)
         return np.array([normal, strength - shear, strength + shear, self.law.crushing - normal]) / self.unit
 
     def rates(self, velocity: Array) -> Array:

@@ -16,6 +16,8 @@ from limitmason.equilibrium import (
     equilibrium_matrix,
     find_plane,
 )
+from limitmason.law import PointLaw, StressBlock, interface_law, stress_blocks
+from limitmason.law_table import ASSOCIATIVE, CORNER_CRUSHING, refuse
 from limitmason.limit.face_cells import Cells, whole_faces, with_cells
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -45,12 +47,8 @@ class Problem(NamedTuple):
     row_radius: Array  # 1 for force rows, the block's radius [m] for moment rows
     force_scale: float  # [N]
     live_scale: float  # multiplier = scaled multiplier * live_scale
-    tan_phi: Array  # per point
-    tan_psi: Array
-    cohesion: Array  # c A_p / force_scale
-    tension: Array  # ft A_p / force_scale
-    crushing: Array  # fc A_p / force_scale, infinite without crushing and for stress blocks
-    stress_block: Array  # rows (point, point, capacity, tension) of crushing in-plane sections, scaled, (j, 4)
+    law: PointLaw  # of every point, over force_scale; crushing is infinite where a stress block stands for it
+    stress_block: StressBlock  # of crushing in-plane sections, over force_scale
     point_scale: Array  # forces of a point are so many times their scaled value and ``force_scale`` [-], (m,)
     row_unit: Array  # rows are in so many ``force_scale`` [-], (r,)
     size: float  # total load in scaled units [-]
@@ -60,6 +58,16 @@ class Problem(NamedTuple):
     def components(self) -> int:
         """Force components per point: 3, or 2 in plane."""
         return self.points.components
+
+    @property
+    def interfaces(self) -> Index:
+        """Interfaces that have contact points."""
+        return np.unique(self.points.interface)
+
+    @property
+    def block_interfaces(self) -> Index:
+        """Interfaces whose crushing is that of a stress block."""
+        return self.points.interface[self.stress_block.ends[:, 0]]
 
     def forces(self, scaled: Array) -> Array:
         """Contact forces on block b in global axes [N], shape (m, 3), from the scaled unknowns."""
@@ -139,14 +147,8 @@ def make_problem(
             "in_plane=True, but blocks, rectangular interfaces and loads are not all symmetric about one plane"
         )
     x = assembly.arrays
-    crushes = np.isfinite(x.compressive_strength)
-    if contact_model == "vertices" and plane is None and crushes.any():
-        i = assembly.interfaces[int(np.flatnonzero(crushes)[0])]
-        raise ValueError(
-            f"the joint between {assembly.blocks[i.block_a].name!r} and {assembly.blocks[i.block_b].name!r} has a "
-            "finite compressive strength, which points at the corners cannot represent (they would only crush at half "
-            "the full load); use contact_model='grid' with grid=(8, 8) or finer"
-        )
+    if contact_model == "vertices" and plane is None:
+        refuse(ASSOCIATIVE, CORNER_CRUSHING, assembly)
     points = contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane)
     if plane is not None or contact_model != "vertices":
         cells = {}
@@ -169,25 +171,14 @@ def make_problem(
     matrix = sparse.csc_array(sparse.diags_array(1.0 / row_radius) @ matrix)
 
     k = points.interface
-    block = np.empty((0, 4))
-    crushing = np.where(crushes[k], x.compressive_strength[k], 1.0) * points.area / scale
-    crushing[~crushes[k]] = np.inf
-    if plane is not None and contact_model == "vertices" and crushes[k].any():
-        first = np.flatnonzero(crushes[k])[::2]
-        tension = (
-            np.minimum(
-                x.tensile_strength,
-                np.divide(x.cohesion, x.tan_phi, out=np.full(len(x.area), np.inf), where=x.tan_phi > 0),
-            )[k[first]]
-            * x.area[k[first]]
-            / scale
-        )
-        capacity = x.compressive_strength[k[first]] * x.area[k[first]] / scale + tension
-        block = np.column_stack([first, first + 1, capacity, tension])
-        crushing = np.where(crushes[k], np.inf, crushing)
+    of_faces = interface_law(x)
+    law = of_faces.at(k).over(points.area).in_units_of(scale)
+    first = np.flatnonzero(law.crushes)[::2] if plane is not None and contact_model == "vertices" else np.empty(0, int)
+    sections = of_faces.at(k[first]).over(x.area[k[first]]).in_units_of(scale)
+    block = stress_blocks(sections, np.column_stack([first, first + 1]))
+    law = law.without_crushing(block.ends)
     return Problem(
         assembly, loads, points, plane, contact_model, matrix, dead / scale, live * live_scale / scale, row, row_radius,
-        float(scale), float(live_scale), x.tan_phi[k], x.tan_psi[k], x.cohesion[k] * points.area / scale,
-        x.tensile_strength[k] * points.area / scale, crushing, block, np.ones(points.count),
-        np.ones(len(row)), float(np.sqrt((~assembly.fixed).sum())), cells,
+        float(scale), float(live_scale), law, block, np.ones(points.count), np.ones(len(row)),
+        float(np.sqrt((~assembly.fixed).sum())), cells,
     )  # fmt: skip

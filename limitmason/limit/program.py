@@ -123,9 +123,8 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
         return bool((rest <= OWN_RESIDUAL * own_measures(problem.assembly, own, largest)[block]).all())
 
     level = np.abs(points.directions[:, 0, 2]) > 1 - 1e-9
-    simple = level & ~np.isfinite(problem.crushing)
-    if len(problem.stress_block):
-        simple[problem.stress_block[:, :2].astype(int).ravel()] = False
+    simple = level & ~problem.law.crushes
+    simple[problem.stress_block.ends] = False
     columns = c * np.flatnonzero(simple)
     if len(columns):
         part = problem.matrix[:, columns]
@@ -174,7 +173,7 @@ def opening_motion(problem: Problem) -> tuple[Array | None, float]:
     r = problem.matrix.shape[0]
     c, m = problem.components, problem.points.count
     opening = problem.matrix[:, ::c].T
-    mu = sparse.diags_array(problem.tan_phi)
+    mu = sparse.diags_array(problem.law.tan_phi)
     if c == 2:
         sliding = mu @ problem.matrix[:, 1::c].T
         rows = sparse.vstack([-(opening - sliding), -(opening + sliding)])
@@ -182,7 +181,7 @@ def opening_motion(problem: Problem) -> tuple[Array | None, float]:
         kinds = [clarabel.NonnegativeConeT(2 * m)]
     else:
         scale = np.ones(3 * m)
-        scale.reshape(m, 3)[:, 1:] = problem.tan_phi[:, None]
+        scale.reshape(m, 3)[:, 1:] = problem.law.tan_phi[:, None]
         rows = -(sparse.diags_array(scale) @ problem.matrix.T)
         bound = np.zeros(3 * m)
         bound[::3] = -1.0

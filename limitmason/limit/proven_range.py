@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.equilibrium import Grid
+from limitmason.errors import NotApplicable, NotConverged
+from limitmason.law_table import CRUSHING, PROVEN_RANGE, refuse
 from limitmason.limit.associative import solve_associative
 from limitmason.limit.joint_law import State, exact, from_corner, joint_law
 from limitmason.limit.mixed_integer import BoundedProgram
@@ -152,8 +154,9 @@ def proven_range(
     Notes
     -----
     Sources: Radenkovic (1961) for the associative end, Sherali and Adams (1990) for the lifted program. Proofs are
-    numerical, to about 1e-6, with HiGHS. Velocities far above the mean live velocity belong to mechanisms in which the
-    live load hardly moves anything; raise the bound when it is reached.
+    numerical, to about 1e-6, with HiGHS. Cohesion and tension are perfectly plastic, residual values are left out.
+    Velocities far above the mean live velocity belong to mechanisms in which the live load hardly moves anything; raise
+    the bound when it is reached.
     """
     began = time.perf_counter()
     if isinstance(which, str):
@@ -169,12 +172,13 @@ def proven_range(
             raise ValueError(f"{label} must be positive, got {number}")
     problem = make_problem(assembly, loads, contact_model=contact_model, grid=chosen_grid(contact_model, grid))
     if problem.plane is None:
-        raise ValueError("a proven range needs a plane problem: blocks, interfaces and loads symmetric about one plane")
-    if np.isfinite(assembly.arrays.compressive_strength[problem.points.interface]).any():
-        raise ValueError("a proven range is available for joints with infinite compressive strength only")
+        raise NotApplicable(
+            "a proven range needs a plane problem: blocks, interfaces and loads symmetric about one plane"
+        )
+    refuse(PROVEN_RANGE, CRUSHING, assembly, problem.interfaces)
     upper = solve_associative(problem)
     if upper.status not in (SOLVED, ALMOST_SOLVED):
-        raise ValueError(f"the associative analysis ended with {upper.status!r}: there is no range to prove")
+        raise NotConverged(f"the associative analysis ended with {upper.status!r}: there is no range to prove")
     law = joint_law(problem)
     scale, top = problem.live_scale, upper.collapse_multiplier / problem.live_scale
     if law.dilatant.all():

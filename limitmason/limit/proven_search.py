@@ -5,6 +5,8 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.errors import NotApplicable
+from limitmason.law_table import CRUSHING, PROVEN_SMALLEST, refuse
 from limitmason.limit.joint_law import JointLaw, split, violation
 from limitmason.limit.numbering import Numbering, numbering
 from limitmason.limit.polish import PlanePrograms
@@ -35,14 +37,14 @@ WIDENINGS = 3
 
 def proof_is_tried(problem: Problem, prove: bool | None, search: str) -> bool:
     """Whether a proof is tried; a demand that cannot be met is refused."""
-    reason = ""
-    if problem.plane is None:
-        reason = "the problem is not plane"
-    elif np.isfinite(problem.crushing).any() or len(problem.stress_block):
-        reason = "joints crush"
-    if prove and reason:
-        raise ValueError(f"prove=True: {reason}; a proof needs a plane problem with infinite compressive strength")
-    return bool(prove) or (prove is None and not reason and problem.points.count <= PROVEN_POINTS[search])
+    if prove:
+        if problem.plane is None:
+            raise NotApplicable("prove=True: the problem is not plane; a proof needs a plane problem")
+        refuse(PROVEN_SMALLEST, CRUSHING, problem.assembly, problem.interfaces)
+        return True
+    crushes = problem.law.crushes.any() or problem.stress_block.count > 0
+    few = problem.plane is not None and problem.points.count <= PROVEN_POINTS[search]
+    return prove is None and few and not crushes
 
 
 def search_and_prove(

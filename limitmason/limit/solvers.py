@@ -8,6 +8,8 @@ import logging
 
 import numpy as np
 
+from limitmason.errors import NotApplicable
+from limitmason.law_table import INTERIOR_POINT, SMOOTH, STRESS_BLOCK, refuse
 from limitmason.limit.problem import Problem
 from limitmason.limit.program import Solution, solve_static
 from limitmason.limit.strength import Cones
@@ -27,12 +29,16 @@ _log = logging.getLogger(__name__)
 
 def unsupported(problem: Problem) -> str | None:
     """What keeps the own solver from a problem, or None: it needs friction everywhere and linear bounds per point."""
-    if len(problem.stress_block):
-        return "the stress blocks of crushing in-plane sections"
-    if not (problem.tan_phi > 1e-6).all():
-        return "joints without friction"
+    try:
+        refuse(INTERIOR_POINT, STRESS_BLOCK, problem.assembly, problem.block_interfaces)
+        refuse(INTERIOR_POINT, SMOOTH, problem.assembly, problem.interfaces)
+    except NotApplicable as refusal:
+        return str(refusal)
     if (np.bincount(problem.matrix.indices, minlength=len(problem.row)) == 0).any():
-        return "blocks with a free motion that no joint resists"
+        return (
+            "the interior-point solver of this package does not cover blocks with a free motion that no joint resists; "
+            "use solver='clarabel'"
+        )
     return None
 
 

@@ -65,17 +65,14 @@ def make_cones(problem: Problem, *, torsion: TorsionLimit | None = None) -> Cone
     """
     c, m = problem.components, problem.points.count
     column = c * np.arange(m)
-    mu, cohesion, tension = problem.tan_phi, problem.cohesion, problem.tension
+    law = problem.law
+    mu, cohesion, tension = law.tan_phi, law.cohesion, law.tension
     linear = _Rows()
-    blocked = np.zeros(m, dtype=bool)
-    if len(problem.stress_block):
-        blocked[problem.stress_block[:, :2].astype(int).ravel()] = True
-    apex = np.divide(cohesion, mu, out=np.full(m, np.inf), where=mu > 0)
-    apex[(mu == 0) & (cohesion == 0)] = np.inf
-    cut = (tension < apex) & ~((cohesion == 0) & (mu > 0)) & ~blocked
+    cut = law.cut_off
+    cut[problem.stress_block.ends] = False
     linear.add(column[cut, None], np.ones(1), tension[cut])
-    crushed = np.isfinite(problem.crushing)
-    linear.add(column[crushed, None], -np.ones(1), problem.crushing[crushed])
+    crushed = law.crushes
+    linear.add(column[crushed, None], -np.ones(1), law.crushing[crushed])
     smooth = (mu == 0) & (cohesion == 0)
     if c == 2:
         pair = np.column_stack([column, column + 1])
@@ -93,9 +90,9 @@ def make_cones(problem: Problem, *, torsion: TorsionLimit | None = None) -> Cone
         constants = np.concatenate([cohesion, np.zeros(2 * m)])[order]
         linear.add(columns[:, None], values[:, None], constants)
         sizes += [3] * m
-    if len(problem.stress_block):
-        first, second = problem.stress_block[:, 0].astype(int), problem.stress_block[:, 1].astype(int)
-        capacity, shift = problem.stress_block[:, 2], problem.stress_block[:, 3]
+    if problem.stress_block.count:
+        first, second = problem.stress_block.ends.T
+        capacity, shift = problem.stress_block.capacity, problem.stress_block.tension
         # a share of the total load, which is what joint forces add up to; without any, no force is typical
         typical = 0.25 * np.abs(problem.dead).sum() or np.inf
         for end in (first, second):
@@ -135,9 +132,9 @@ def _add_torsion(problem: Problem, torsion: TorsionLimit, rows: _Rows) -> None:
         columns = (3 * p[:, None] + np.arange(3)).ravel()
         width = len(columns)
         values = np.zeros((4, width))
-        values[0, 0::3] = problem.tan_phi[p]
+        values[0, 0::3] = problem.law.tan_phi[p]
         values[1, 1::3] = 1.0
         values[2, 2::3] = 1.0
         values[3] = (moment / max(radius, 1e-12)).ravel()
-        constant = np.array([problem.cohesion[p].sum(), 0.0, 0.0, 0.0])
+        constant = np.array([problem.law.cohesion[p].sum(), 0.0, 0.0, 0.0])
         rows.add(np.broadcast_to(columns, (4, width)), values, constant)

@@ -96,6 +96,12 @@ class Joint:
         return math.tan(math.radians(self.dilatancy_angle_deg))
 
     @property
+    def softens(self) -> bool:
+        """Whether it names a residual value."""
+        residual = (self.residual_friction_angle_deg, self.residual_cohesion, self.residual_tensile_strength)
+        return any(value is not None for value in residual)
+
+    @property
     def is_cohesionless(self) -> bool:
         """True for a dry joint with unlimited compression: the multiplier then does not depend on the scale."""
         return self.cohesion == 0.0 and self.tensile_strength == 0.0 and math.isinf(self.compressive_strength)

@@ -124,5 +124,5 @@ def _by_dem(build: Build, options: Mapping[str, Any], deadline: float, *, psi: f
     high = found.details.get("smallest moving", np.nan)
     return {
         "low": low, "high": high, "multiplier": 0.5 * (low + high), "status": found.status,
-        "steps": found.provenance.get("steps", 0),
+        "steps": found.details.get("steps", 0),
     }  # fmt: skip

@@ -14,6 +14,7 @@ from limitmason.limit.proven_range import proven_range
 from limitmason.methods import NON_ASSOCIATIVE, THEORIES, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.results import Bound
 from limitmason.study.store import DocumentStore
 from limitmason.text_table import aligned, markdown
 from limitmason.validation.rows import NAN, Row
@@ -233,7 +234,7 @@ def _solve(assembly: Assembly, loads: Loads, method: str, settings: Mapping[str,
         found = chosen.predict(assembly, loads, **settings)
     except ValueError as error:
         return Row.refused(method, error, time.perf_counter() - begun)
-    low, high, range_is = chosen.range_of(found)
+    low, high, range_is = found.range
     warnings = list(found.warnings)
     if chosen.theorem == "admissible" and proven is not None:
         try:
@@ -244,7 +245,7 @@ def _solve(assembly: Assembly, loads: Loads, method: str, settings: Mapping[str,
         except ValueError as error:
             warnings.append(f"no proven range: {error}")
     details = {k: found.details[k] for k in chosen.kept if k in found.details}
-    bound = f"{details['governing']}: {found.bound}" if "governing" in details else found.bound
+    bound = Bound(found.bound.kind, f"{found.governing}: {found.bound}") if found.governing else found.bound
     return Row(
         method, float(found.collapse_multiplier), float(low), float(high), range_is, bound, found.status,
         time.perf_counter() - begun, details=details, warnings=tuple(warnings), prediction=found,

@@ -14,6 +14,7 @@ from limitmason.limit import make_problem
 from limitmason.limit.joint_law import State, joint_law, violation
 from limitmason.limit.nonassociative import radenkovic_lower
 from limitmason.limit.search import Effort
+from limitmason.results import FlowRule
 
 
 def analyse(assembly, direction=(1, 0, 0), *, loads=None, search="quick", measure_jump=False, **options):
@@ -231,7 +232,7 @@ def test_certificate_notices_a_mechanism_that_dilates():
     wall = running_bond(4, 5)
     loads = lm.Loads.horizontal(wall)
     associative = lm.limit_analysis(wall, loads)
-    wrong = dataclasses.replace(associative, provenance={**associative.provenance, "flow_rule": "non-associative"})
+    wrong = dataclasses.replace(associative, flow_rule=FlowRule.NON_ASSOCIATIVE)
     assert certify(wall, loads, wrong).complementarity > 1e-3
     assert certify(wall, loads, analyse(wall)).complementarity < 1e-9
 

@@ -103,7 +103,8 @@ def test_crushing_strength_left_out(monkeypatch):
     original = strength.make_cones
 
     def without(problem_, *, torsion=None):
-        return original(problem_._replace(stress_block=np.empty((0, 4))), torsion=torsion)
+        none = problem_.stress_block._make(column[:0] for column in problem_.stress_block)
+        return original(problem_._replace(stress_block=none), torsion=torsion)
 
     monkeypatch.setattr(associative, "make_cones", without)
     caught("limit/test_joint_law.py::test_crushing_toe_in_plane_is_exact[500000.0-100000.0]")

@@ -1,0 +1,233 @@
+"""Which theory takes which term of the joint law: one table, which refuses, warns and is docs/laws.md."""
+
+from collections.abc import Callable, Mapping
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.errors import NotApplicable
+from limitmason.model.assembly import Assembly
+
+Index = NDArray[np.intp]
+
+LEAST_FRICTION = 1e-6
+"""tan(phi) below which a joint counts as frictionless for a method that divides by it."""
+
+
+class Taken(StrEnum):
+    """What a theory does with a term of the law."""
+
+    TAKEN = "taken"
+    PLASTIC = "perfectly plastic"
+    LEFT_OUT = "left out, says so"
+    REFUSED = "refused"
+
+
+class Term(NamedTuple):
+    """A term of the joint law: in the words of a table, in those of a refusal ("the joint ... "), and who has it."""
+
+    name: str
+    words: str
+    in_joints: Callable[[Assembly], NDArray[np.bool_]]  # which interfaces have it, shape (k,)
+
+
+class Cell(NamedTuple):
+    """What a theory does with a term.
+
+    Parameters
+    ----------
+    how : taken, perfectly plastic, left out or refused
+    why : why it is refused, or a remark for the table
+    remedy : what to do where it is refused
+    says : warning of a prediction whose joints have the term; empty for none
+    """
+
+    how: Taken
+    why: str = ""
+    remedy: str = ""
+    says: str = ""
+
+
+def _crushes(assembly: Assembly) -> NDArray[np.bool_]:
+    return np.isfinite(assembly.arrays.compressive_strength)
+
+
+_FC = "has a finite compressive strength"
+DILATANCY = Term(
+    "dilatancy psi < phi", "dilates less than its friction",
+    lambda a: a.arrays.tan_psi < a.arrays.tan_phi,
+)  # fmt: skip
+COHESION = Term("cohesion", "has cohesion", lambda a: a.arrays.cohesion > 0.0)
+TENSION = Term("tensile strength", "has tensile strength", lambda a: a.arrays.tensile_strength > 0.0)
+CRUSHING = Term("crushing, at points of a grid", _FC, _crushes)
+STRESS_BLOCK = Term("crushing, in-plane sections by their ends", _FC, _crushes)
+CORNER_CRUSHING = Term("crushing, faces in space by their corners", _FC, _crushes)
+RESIDUAL = Term(
+    "softening to residual values", "has residual values",
+    lambda a: np.array([i.joint.softens for i in a.interfaces], dtype=bool),
+)  # fmt: skip
+SMOOTH = Term("no friction", "has no friction", lambda a: a.arrays.tan_phi <= LEAST_FRICTION)
+TERMS = (DILATANCY, COHESION, TENSION, CRUSHING, STRESS_BLOCK, CORNER_CRUSHING, RESIDUAL, SMOOTH)
+
+ASSOCIATIVE, NON_ASSOCIATIVE, DEM, MECHANISMS = "associative", "non-associative", "dem", "mechanisms"
+PROVEN_SMALLEST, PROVEN_RANGE = "prove=True", "proven range"
+INTERIOR_POINT = "interior-point"
+THEORIES: Mapping[str, str] = {
+    ASSOCIATIVE: "limit analysis, associative",
+    NON_ASSOCIATIVE: "limit analysis, non-associative",
+    PROVEN_SMALLEST: "non-associative with prove=True",
+    PROVEN_RANGE: "proven_range",
+    INTERIOR_POINT: "solver='interior-point'",
+    DEM: "distinct elements",
+    MECHANISMS: "analytical mechanisms",
+}
+"""Theories and solvers by name, as a reader knows them."""
+
+_TAKEN = Cell(Taken.TAKEN)
+_AT_CORNERS = Cell(
+    Taken.REFUSED, "points at the corners cannot represent (they would only crush at half the full load)",
+    "use contact_model='grid' with grid=(8, 8) or finer",
+)  # fmt: skip
+_ASSOCIATIVE_PLASTIC = Cell(
+    Taken.PLASTIC, says="tension and cohesion are taken as perfectly plastic: a section carries ft A L / 2, three "
+    "times the elastic-brittle ft A L / 6; where ft > c / tan(phi) the apex of the Coulomb cone governs",
+)  # fmt: skip
+_NON_ASSOCIATIVE_PLASTIC = Cell(
+    Taken.PLASTIC, says="tension and cohesion are taken as perfectly plastic, and dilatancy goes on with any slip"
+)
+_NO_SOFTENING = Cell(
+    Taken.LEFT_OUT, says="residual values of the joints are left out: joints keep their peak strength at any slip and "
+    "opening, so joints that soften carry less; the DEM follows them",
+)  # fmt: skip
+_NO_BLOCK = Cell(
+    Taken.REFUSED, "non-associative analysis cannot follow at joints that dilate less than their friction: it has no "
+    "exact crushing stress block",
+    "use contact_model='grid', which limits the normal force of every contact point",
+)  # fmt: skip
+_NO_PROOF = Cell(
+    Taken.REFUSED, "a proof does not take: where joints crush the smallest multiplier can only be searched for",
+    "use lm.limit_analysis(..., flow_rule='non-associative') without prove=True",
+)  # fmt: skip
+_BY_POINTS = Cell(Taken.TAKEN, "at its contact points, like all others")
+_CLOSED_FORM = Cell(
+    Taken.LEFT_OUT, "by closed forms; a motion that is admissible on the blocks is charged with their power",
+    says="cohesion, tension and crushing of the joints are left out by this closed form",
+)  # fmt: skip
+_CLOSED_FORM_CRUSHING = _CLOSED_FORM._replace(
+    why="an upper bound stays one: a motion that opens every joint crushes nothing"
+)
+
+TAKES: Mapping[str, Mapping[Term, Cell]] = {
+    ASSOCIATIVE: {
+        DILATANCY: Cell(Taken.LEFT_OUT, "psi = phi is taken, and the bound says so"),
+        COHESION: _ASSOCIATIVE_PLASTIC, TENSION: _ASSOCIATIVE_PLASTIC,
+        CRUSHING: Cell(Taken.TAKEN, "errs on the high side; says what half as many points give"),
+        STRESS_BLOCK: Cell(Taken.TAKEN, "exact"),
+        CORNER_CRUSHING: _AT_CORNERS, RESIDUAL: _NO_SOFTENING, SMOOTH: _TAKEN,
+    },
+    NON_ASSOCIATIVE: {
+        DILATANCY: Cell(Taken.TAKEN, "goes on with any slip"),
+        COHESION: _NON_ASSOCIATIVE_PLASTIC, TENSION: _NON_ASSOCIATIVE_PLASTIC,
+        CRUSHING: Cell(Taken.TAKEN, "errs on the high side; says how many points there are"),
+        STRESS_BLOCK: _NO_BLOCK, CORNER_CRUSHING: _AT_CORNERS, RESIDUAL: _NO_SOFTENING, SMOOTH: _TAKEN,
+    },
+    PROVEN_SMALLEST: {
+        DILATANCY: _TAKEN, COHESION: _NON_ASSOCIATIVE_PLASTIC, TENSION: _NON_ASSOCIATIVE_PLASTIC,
+        CRUSHING: _NO_PROOF, STRESS_BLOCK: _NO_PROOF, CORNER_CRUSHING: _NO_PROOF, RESIDUAL: _NO_SOFTENING,
+        SMOOTH: _TAKEN,
+    },
+    PROVEN_RANGE: {
+        DILATANCY: _TAKEN, COHESION: Cell(Taken.PLASTIC), TENSION: Cell(Taken.PLASTIC),
+        CRUSHING: _NO_PROOF, STRESS_BLOCK: _NO_PROOF, CORNER_CRUSHING: _NO_PROOF,
+        RESIDUAL: Cell(Taken.LEFT_OUT, "a range has no warnings: its docstring says so"), SMOOTH: _TAKEN,
+    },
+    INTERIOR_POINT: {
+        DILATANCY: Cell(Taken.LEFT_OUT, "psi = phi is taken, and the bound says so"),
+        COHESION: _ASSOCIATIVE_PLASTIC, TENSION: _ASSOCIATIVE_PLASTIC, CRUSHING: _TAKEN,
+        STRESS_BLOCK: Cell(Taken.REFUSED, "as stress blocks of in-plane sections the interior-point solver of this "
+                           "package does not cover", "use solver='clarabel'"),
+        CORNER_CRUSHING: _AT_CORNERS, RESIDUAL: _NO_SOFTENING,
+        SMOOTH: Cell(Taken.REFUSED, "the interior-point solver of this package does not cover",
+                     "use solver='clarabel'"),
+    },
+    DEM: {
+        DILATANCY: Cell(Taken.TAKEN, "up to JointOptions.dilatant_slip"), COHESION: _TAKEN,
+        TENSION: Cell(Taken.TAKEN, "with residual values it is lost, without them it is perfectly plastic"),
+        CRUSHING: _TAKEN, STRESS_BLOCK: _BY_POINTS, CORNER_CRUSHING: _BY_POINTS,
+        RESIDUAL: Cell(Taken.TAKEN, "over JointOptions.softening_slip, a sudden drop by default"), SMOOTH: _TAKEN,
+    },
+    MECHANISMS: {
+        DILATANCY: Cell(Taken.LEFT_OUT, "what is admissible bounds the associative value, and the bound says so"),
+        COHESION: _CLOSED_FORM, TENSION: _CLOSED_FORM, CRUSHING: _CLOSED_FORM_CRUSHING,
+        STRESS_BLOCK: _CLOSED_FORM_CRUSHING, CORNER_CRUSHING: _CLOSED_FORM_CRUSHING, RESIDUAL: _NO_SOFTENING,
+        SMOOTH: _TAKEN,
+    },
+}  # fmt: skip
+"""What every theory does with every term. "interior-point" is a solver of the associative theory."""
+
+
+def having(assembly: Assembly, term: Term, rows: Index | None = None) -> Index:
+    """Numbers of the interfaces whose joints have a term, out of ``rows`` where given."""
+    found = np.flatnonzero(term.in_joints(assembly))
+    return found if rows is None else np.intersect1d(found, rows)
+
+
+def refuse(theory: str, term: Term, assembly: Assembly, rows: Index | None = None) -> None:
+    """Refuse the joints whose law a theory does not take; does nothing where the table lets the term pass.
+
+    Parameters
+    ----------
+    theory : of ``THEORIES``
+    rows : interfaces that the theory sees; all where omitted
+
+    Raises
+    ------
+    NotApplicable
+        Naming the joint, why, and what to do.
+    """
+    cell = TAKES[theory][term]
+    found = having(assembly, term, rows) if cell.how is Taken.REFUSED else np.empty(0, np.intp)
+    if len(found):
+        i = assembly.interfaces[int(found[0])]
+        a, b = (assembly.blocks[n].name for n in (i.block_a, i.block_b))
+        raise NotApplicable(f"the joint between {a!r} and {b!r} {term.words}, which {cell.why}; {cell.remedy}")
+
+
+def notes(theory: str, assembly: Assembly, rows: Index | None = None, terms: tuple[Term, ...] = TERMS) -> list[str]:
+    """Warnings of what a theory makes of the terms that its joints have, each said once.
+
+    Parameters
+    ----------
+    rows : interfaces that the theory sees; all where omitted
+    terms : to be told of; all where omitted
+    """
+    cells = [TAKES[theory][term] for term in terms if len(having(assembly, term, rows))]
+    return list(dict.fromkeys(cell.says for cell in cells if cell.says))
+
+
+def page() -> str:
+    """The table as a page of the documentation, docs/laws.md."""
+    head = ["term of the joint law", *THEORIES.values()]
+    lines = [
+        "# Which theory takes which joint law", "",
+        "Written by `limitmason.law_table.page()`; the same table refuses and warns.", "",
+        "| " + " | ".join(head) + " |", "|" + "---|" * len(head),
+    ]  # fmt: skip
+    remarks: dict[str, int] = {}
+    for term in TERMS:
+        row = [term.name]
+        for theory in THEORIES:
+            cell = TAKES[theory][term]
+            text = "; ".join(t for t in (_remark(term, cell), f'warns: "{cell.says}"' if cell.says else "") if t)
+            mark = f" [{remarks.setdefault(text, len(remarks) + 1)}]" if text else ""
+            row.append(cell.how + mark)
+        lines.append("| " + " | ".join(row) + " |")
+    lines += ["", *(f"{n}. {text[:1].upper()}{text[1:]}." for text, n in remarks.items())]
+    lines += ["", "\"Refused\" raises `limitmason.errors.NotApplicable`, which names the joint and what to do.", ""]
+    return "\n".join(lines)
+
+
+def _remark(term: Term, cell: Cell) -> str:
+    return f"the joint {term.words}, which {cell.why}; {cell.remedy}" if cell.how is Taken.REFUSED else cell.why

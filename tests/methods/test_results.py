@@ -1,0 +1,125 @@
+"""Results carry what programs ask of them as typed fields: kind of bound, range, governing case."""
+
+import json
+import math
+
+import pytest
+from walls import on_slab
+
+import dem
+import limitmason as lm
+import mechanisms
+from limitmason import formats, side_by_side
+from limitmason.results import SOLVED, Bound, BoundKind, ContactModel, FlowRule, Prediction
+
+DRY = lm.Joint(33.0)
+GLUED = lm.Joint(33.0, cohesion=2e3, tensile_strength=1e3)
+
+
+def model(joint=DRY):
+    wall = on_slab([((0.0, 0.0, 0.0), (0.4, 0.3, 0.3)), ((0.0, 0.0, 0.3), (0.3, 0.3, 0.5))], joint=joint, density=2e3)
+    return wall, lm.Loads.horizontal(wall)
+
+
+KINDS = {
+    "associative": (lambda w, p: lm.limit_analysis(w, p), DRY, BoundKind.EXACT),
+    "torsion limit": (lambda w, p: lm.limit_analysis(w, p, torsion_limit=True, in_plane=False), DRY,
+                      BoundKind.ESTIMATE),
+    "cohesive faces on a grid": (
+        lambda w, p: lm.limit_analysis(w, p, contact_model="grid", grid=(2, 2), in_plane=False), GLUED,
+        BoundKind.ESTIMATE,
+    ),
+    "proven smallest": (lambda w, p: lm.limit_analysis(w, p, "non-associative", prove=True), DRY, BoundKind.EXACT),
+    "quick search": (lambda w, p: lm.limit_analysis(w, p, "non-associative", search="quick", prove=False), DRY,
+                     BoundKind.ESTIMATE),
+    "bracket, low": (lambda w, p: lm.limit.limit_bracket(w, p).lower, lm.Joint(33.0, 20.0), BoundKind.LOWER),
+    "bracket, high": (lambda w, p: lm.limit.limit_bracket(w, p).upper, lm.Joint(33.0, 20.0), BoundKind.UPPER),
+    "dem": (lambda w, p: dem.collapse(w, p, contact_points=(2, 2), error_budget=()), DRY, BoundKind.ESTIMATE),
+    "admissible mechanism": (lambda w, p: lm.predict(w, p, "mechanisms"), DRY, BoundKind.UPPER),
+    "one block": (
+        lambda w, p: mechanisms.stack(width=0.2, course_height=0.2, courses=5, friction=0.6), DRY, BoundKind.EXACT,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_the_kind_of_a_bound_is_what_its_words_say(name):
+    call, joint, kind = KINDS[name]
+    bound = call(*model(joint)).bound
+    assert isinstance(bound, Bound)
+    assert bound.kind is kind
+    assert bound.startswith(str(bound.kind))
+
+
+def test_without_a_multiplier_there_is_no_bound():
+    blocks = [((0.25, 0.0, 0.0), (0.45, 0.3, 0.3)), ((0.0, 0.0, 0.3), (0.3, 0.3, 0.6))]
+    leaning = on_slab(blocks, joint=DRY, density=2e3)
+    found = lm.limit_analysis(leaning, lm.Loads.horizontal(leaning))
+    assert found.status == "cannot stand under dead load"
+    assert (found.bound.kind, str(found.bound)) == (BoundKind.NONE, "none")
+
+
+def test_words_of_another_package_are_taken_for_the_kind_that_they_begin_with():
+    for words, kind in (("upper: theirs", BoundKind.UPPER), ("their own", BoundKind.ESTIMATE), ("", BoundKind.NONE)):
+        found = Prediction("theirs", 0.3, words, SOLVED)
+        assert (found.bound.kind, str(found.bound)) == (kind, words)
+
+
+def test_what_logic_needs_is_in_fields():
+    wall, loads = model()
+    associative = lm.predict(wall, loads)
+    assert (associative.flow_rule, associative.contact_model) == (FlowRule.ASSOCIATIVE, ContactModel.VERTICES)
+    lowest = lm.predict(wall, loads, "non-associative", search="quick")
+    assert lowest.flow_rule is FlowRule.NON_ASSOCIATIVE
+    assert lowest.range.known
+    assert lowest.range.low <= lowest.collapse_multiplier <= lowest.range.high
+    run = lm.predict(wall, loads, "dem", contact_points=(2, 2), error_budget=("stiffness",))
+    assert set(run.error_budget) == {"stiffness"}
+    assert (run.range.low, run.range.high) == run.interval
+    assert run.flow_rule is None
+    lead = lm.predict(wall, loads, "mechanisms")
+    assert lead.governing == lead.details["governing"]
+    crushing = lm.predict(*model(lm.Joint(33.0, compressive_strength=1e6)))
+    assert (crushing.plane, crushing.stress_block) == (True, True)
+
+
+@pytest.mark.parametrize("method", ["associative", "non-associative", "mechanisms"])
+def test_files_keep_the_typed_fields_and_those_of_0_1_are_read(method, tmp_path):
+    wall, loads = model()
+    found = lm.predict(wall, loads, method)
+    path = tmp_path / "answer.json"
+    formats.write_prediction(path, found)
+    back = formats.read_prediction(path)
+    names = ("bound", "flow_rule", "contact_model", "plane", "stress_block", "governing", "range")
+    for name in names:
+        here, there = getattr(found, name), getattr(back, name)
+        assert here == there or (name == "range" and math.isnan(here.low) and math.isnan(there.low))
+        assert type(here) is type(there)
+    assert back.bound.kind is found.bound.kind
+    # a file of 0.1 has the words of the bound, and the rest in provenance and details
+    document = json.loads(path.read_text(encoding="utf-8"))
+    assert document["bound_kind"] == str(found.bound.kind)
+    new = {"bound_kind", "flow_rule", "contact_model", "plane", "stress_block", "governing", "error_budget", "range"}
+    old = {k: v for k, v in document.items() if k not in new} | {"version": 1}
+    path.write_text(json.dumps(old), encoding="utf-8")
+    again = formats.read_prediction(path)
+    assert again.bound.kind is found.bound.kind
+    for name in names[:-1]:
+        assert getattr(again, name) == getattr(found, name), name
+    document["bound_kind"] = "hearsay"
+    path.write_text(json.dumps(document), encoding="utf-8")
+    with pytest.raises(ValueError, match="bound_kind: expected one of exact, lower, upper, estimate, none"):
+        formats.read_prediction(path)
+
+
+def test_stored_answers_of_a_comparison_keep_the_kind_and_old_ones_get_it(tmp_path):
+    wall, loads = model()
+    fresh = lm.compare(wall, loads, ("mechanisms",), store=tmp_path)["mechanisms"]
+    assert fresh.bound.kind is BoundKind.UPPER
+    assert lm.compare(wall, loads, ("mechanisms",), store=tmp_path)["mechanisms"].bound.kind is BoundKind.UPPER
+    (path,) = tmp_path.glob("**/mechanisms-*.json")
+    document = json.loads(path.read_text(encoding="utf-8"))
+    del document["bound_kind"]
+    path.write_text(json.dumps(document), encoding="utf-8")
+    old = side_by_side._read(path)
+    assert (old.bound.kind, str(old.bound)) == (BoundKind.UPPER, str(fresh.bound))
