@@ -114,17 +114,22 @@ def verdict_by_dem(scope, part):
     return study.diagnose(causes, draws=499, pairs=part == "WS")
 
 
-def test_granite_walls_by_dem_need_a_difference_of_directions_and_more_at_low_load(by_dem):
+def test_granite_walls_by_dem_need_a_difference_of_directions_and_more_strength(by_dem):
     # limit analysis left softer, crushing or stress-dependent joints open: with sway in the baseline none is called for
     verdict = verdict_by_dem(by_dem, "WS")
     assert verdict.kind == "two"
-    sided, at_low_load = (
-        {"shift of direction -", "out-of-plumb", "eccentric overload"},
-        {"friction of the rig", "cohesion"},
-    )
-    assert all(sided & set(names) and at_low_load & set(names) for names in verdict.pairs)
+    sided = {"shift of direction -", "out-of-plumb", "eccentric overload"}
+    at_low_load = {"friction of the rig", "cohesion"}
+    # on joints with the bending stiffness of their faces the walls sway more: strength at every load fits now as well
+    # as strength at low load, which alone was left with trapezoid areas (8 % too stiff at six points)
+    at_every_load = {"inclined load", "overload magnitude", "force height"}
+    for names in verdict.pairs:
+        assert len(sided & set(names)) == 1, names
+        assert len((at_low_load | at_every_load) & set(names)) == 1, names
+    assert any(at_low_load & set(names) for names in verdict.pairs)
     for name in ("joint softness", "finite compressive strength", "stress-dependent friction", "edge rounding"):
-        assert verdict.verdict.tested[(name,)].gain < 0.1, name
+        # a size fitted to noise alone gains half of chi-square with one degree of freedom: 0.5 on average
+        assert verdict.verdict.tested[(name,)].gain < 0.5, name
     assert verdict.gain.leave_group_out.total > 0
 
 
