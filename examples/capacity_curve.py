@@ -8,15 +8,14 @@ import sys
 from pathlib import Path
 
 import limitmason as lm
-from limitmason.experiments import ferris_tin_loi
+from limitmason import experiments
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figure
 
 curves, levels = {}, {}
 for label, psi_deg in (("ψ = 0", 0.0), ("ψ = φ", 33.0238)):
-    test = ferris_tin_loi.load("wall-4", dilatancy_deg=psi_deg)
-    wall = ferris_tin_loi.assembly(test)
-    loads = ferris_tin_loi.loads(test, wall, 1.0)
+    test = experiments.load("ferris-tin-loi-2001", "wall-4", dilatancy_deg=psi_deg)
+    wall, loads = test.assembly(), test.loads()
     weight = float(wall.weights[~wall.fixed].sum())
     curve = lm.pushover(wall, loads, stiffness=1e10, to=1.5e-3)
     worst = max(c.equilibrium for c in curve.certificates)

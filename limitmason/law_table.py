@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from limitmason.errors import NotApplicable
 from limitmason.model.assembly import Assembly
+from limitmason.text_table import markdown
 
 Index = NDArray[np.intp]
 
@@ -213,8 +214,8 @@ def page() -> str:
     lines = [
         "# Which theory takes which joint law", "",
         "Written by `limitmason.law_table.page()`; the same table refuses and warns.", "",
-        "| " + " | ".join(head) + " |", "|" + "---|" * len(head),
     ]  # fmt: skip
+    rows = [head]
     remarks: dict[str, int] = {}
     for term in TERMS:
         row = [term.name]
@@ -223,8 +224,8 @@ def page() -> str:
             text = "; ".join(t for t in (_remark(term, cell), f'warns: "{cell.says}"' if cell.says else "") if t)
             mark = f" [{remarks.setdefault(text, len(remarks) + 1)}]" if text else ""
             row.append(cell.how + mark)
-        lines.append("| " + " | ".join(row) + " |")
-    lines += ["", *(f"{n}. {text[:1].upper()}{text[1:]}." for text, n in remarks.items())]
+        rows.append(row)
+    lines += [*markdown(rows), "", *(f"{n}. {text[:1].upper()}{text[1:]}." for text, n in remarks.items())]
     lines += ["", "\"Refused\" raises `limitmason.errors.NotApplicable`, which names the joint and what to do.", ""]
     return "\n".join(lines)
 

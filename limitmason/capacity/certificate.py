@@ -131,7 +131,7 @@ def certify(s: Structure, before: State, after: State) -> tuple[StepCertificate,
     length = max(float(size.max(initial=0.0)), elastic)
     flow = float(np.abs(lift - s.law.tan_psi * size).max(initial=0.0)) / length
     # slip runs against the shear on b and only where the law is exhausted: its power is - T . slip = limit |slip|
-    limit = np.maximum(law.cohesion + law.tan_phi * new[:, 0], 0.0)
+    limit = np.maximum(law.shear_strength(new[:, 0]), 0.0)
     power = limit * size + (new[:, 1:] * slip).sum(axis=1)
     against = float(np.abs(power).max(initial=0.0)) / (s.weight * length)
     loss = -(new[:, 1:] * slip).sum(axis=1) - new[:, 0] * lift

@@ -61,7 +61,7 @@ def return_map(law: Elastic, old: History, displacement: Array) -> Returned:
     size = np.linalg.norm(shear, axis=1)
     along = shear / np.maximum(size, 1e-300)[:, None]
     hardness = ks + kn * s.tan_phi * s.tan_psi
-    over = np.maximum(size - s.cohesion - s.tan_phi * n0, 0.0)
+    over = np.maximum(size - s.shear_strength(n0), 0.0)
     apex = n0 + kn * s.tan_psi * over / hardness <= -s.tension
     cone = ~apex & (over > 0.0)
     edge = s.corner_cohesion

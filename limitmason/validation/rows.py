@@ -9,7 +9,7 @@ from typing import Any
 
 from limitmason.experiments.record import Quantity
 from limitmason.methods import get_method
-from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction
+from limitmason.results import ALMOST_SOLVED, SOLVED, Bound, BoundKind, Prediction
 
 NAN = float("nan")
 REFUSED = "does not apply"
@@ -49,7 +49,7 @@ class Row:
     low: float = NAN
     high: float = NAN
     range_is: str = ""
-    bound: str = ""
+    bound: Bound = field(default_factory=lambda: Bound(BoundKind.NONE, ""))
     status: str = ""
     seconds: float = 0.0
     details: Mapping[str, Any] = field(default_factory=dict)
@@ -128,4 +128,7 @@ class Row:
             For a document that lacks a field or is no mapping.
         """
         values = {name: document[name] for name in STORED}
-        return cls(**{**values, "warnings": tuple(values["warnings"])})
+        words, governing = values["bound"], values["details"].get("governing")
+        # the words begin with the kind, behind the name of the mechanism that governs
+        bound = Bound(Bound.from_text(words.removeprefix(f"{governing}: ")).kind, words)
+        return cls(**{**values, "bound": bound, "warnings": tuple(values["warnings"])})

@@ -82,7 +82,7 @@ def run(
         found = [value * factor] + [p.collapse_multiplier * factor for p in others if p is not None]
         row = Row(
             method, value, min(found) if combinations else NAN, max(found) if combinations else NAN,
-            range_is=OPEN if combinations else "", bound=prediction.bound if prediction is not None else "",
+            range_is=OPEN if combinations else "", bound=prediction.bound if prediction is not None else Row("").bound,
             status=status, seconds=seconds, prediction=prediction, factor=factor, reference=test.value(target),
             warnings=() if prediction is None else prediction.warnings, source=test.source.name,
             specimen=test.specimen, quantity=target.quantity, kind=test.standing(target), flow_rule=rule,

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import limitmason as lm
+from limitmason import experiments
 from limitmason.capacity import Steps, path, stepping
 from limitmason.capacity import system as equations
 from limitmason.capacity.kinematics import at_rest
 from limitmason.errors import InputError, NotApplicable
-from limitmason.experiments import ferris_tin_loi
 
 PHI = math.degrees(math.atan(0.65))
 
@@ -22,9 +22,8 @@ def column(courses=1, psi=0.0, phi=60.0, **options):
 
 
 def ferris(name, psi_deg):
-    test = ferris_tin_loi.load(name, dilatancy_deg=psi_deg)
-    wall = ferris_tin_loi.assembly(test)
-    return wall, ferris_tin_loi.loads(test, wall, 1.0)
+    test = experiments.load("ferris-tin-loi-2001", name, dilatancy_deg=psi_deg)
+    return test.assembly(), test.loads()
 
 
 def certified(curve):
