@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -27,6 +28,9 @@ from limitmason.stated import tension_cut
 from limitmason.stiffness import SETTLEMENT, default_stiffness
 
 Array = NDArray[np.float64]
+
+_VERIFIED_SLIP = 5e-3
+"""Slip past the first limit point, over the size of a joint, from which a curve is said to be unverified."""
 
 WANDERED = 0.1
 """Slip over the size of a joint from which the contacts, which are not found anew, are no longer where they were."""
@@ -275,10 +279,22 @@ def _curve(
                 "not found anew, and the curve beyond is that of the first contacts"
             )
             break
-    return PushoverCurve(
+    curve = PushoverCurve(
         np.array([n.control for n in nodes]) - system.controlled(origin), np.array([n.multiplier for n in nodes]),
         load_unit="-", label="pushover",
         events=tuple(Event("jump", k) for k in jumps), errors={"energy": np.array([c.energy for c in certificates])},
         states=tuple(states), status=status, warnings=tuple(warnings), source="limitmason", structure=structure,
         system=system, nodes=tuple(nodes), certificates=tuple(certificates), energy=energy, jumps=jumps, origin=origin,
     )  # fmt: skip
+    top = curve.first_limit_point
+    if top is None:
+        return curve
+    beyond = float((np.linalg.norm(states[-1].slip - states[top.index].slip, axis=1) / size).max())
+    if beyond <= _VERIFIED_SLIP:
+        return curve
+    unverified = (
+        f"past the first limit point (sample {top.index}, lambda {top.load:.5g}) joints slide by {beyond:.2g} of "
+        "their size: such branches are not verified, and walls were met on which the curve left the right one; quote "
+        "it up to there"
+    )
+    return replace(curve, warnings=(*curve.warnings, unverified))
