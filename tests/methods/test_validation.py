@@ -36,7 +36,7 @@ def test_no_source_is_named_outside_its_folder():
             continue
         # examples in docstrings and help may name one
         code = re.sub(r'"""[\s\S]*?"""', "", text)
-        own = path.parent.name if path.parent.parent == LIBRARY / "experiments" else ""
+        own = path.parent.name if path.parent.parent == ROOT / "limitmason" / "experiments" else ""
         named = {w for w in words if re.search(rf"['\"/.]{w}\b", code)}
         guilty += [f"{path.relative_to(ROOT)}: {w}" for w in named if w.replace("-", "_") != own]
     assert guilty == []
