@@ -13,6 +13,7 @@ from dem.search import Controls, Search, increments, ramps
 from dem.state import QUASI_STATIC, State, make_state
 from dem.stepping import EQUILIBRIUM, UNDECIDED, Verdict, smallest_edge
 from limitmason.certificate import certify
+from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
 from limitmason.results import (
@@ -106,20 +107,20 @@ def collapse(
     is an estimate, not a bound. Source of the procedure: Godio, Stefanou, Sab 2017, eq. 5.
     """
     if method not in (INCREMENTS, RAMP):
-        raise ValueError(f"method must be {INCREMENTS!r} or {RAMP!r}, got {method!r}")
+        raise InputError(f"method must be {INCREMENTS!r} or {RAMP!r}, got {method!r}")
     if tolerance is not None and method == RAMP:
-        raise ValueError(f"tolerance is for method={INCREMENTS!r}; ramps are slowed until lambda changes by under 1 %")
+        raise InputError(f"tolerance is for method={INCREMENTS!r}; ramps are slowed until lambda changes by under 1 %")
     tolerance = 5e-3 if tolerance is None else tolerance
     if ramp_steps is not None and method != RAMP:
-        raise ValueError(f"ramp_steps is for method={RAMP!r}; {method!r} holds loads one after the other")
+        raise InputError(f"ramp_steps is for method={RAMP!r}; {method!r} holds loads one after the other")
     if isinstance(error_budget, str):
-        raise ValueError(f"error_budget must be several of {', '.join(CHECKS)}, such as ({error_budget!r},)")
+        raise InputError(f"error_budget must be several of {', '.join(CHECKS)}, such as ({error_budget!r},)")
     for check in error_budget:
         if check not in CHECKS:
-            raise ValueError(f"unknown check {check!r} in error_budget; known: {', '.join(CHECKS)}")
+            raise InputError(f"unknown check {check!r} in error_budget; known: {', '.join(CHECKS)}")
     unit = _unit(assembly, loads)
     if not tolerance > 0:
-        raise ValueError(f"tolerance must be positive, got {tolerance!r}")
+        raise InputError(f"tolerance must be positive, got {tolerance!r}")
     begun = time.perf_counter()
     first = first_increment if first_increment is not None else 0.05 * unit
     controls = Controls(
@@ -282,7 +283,7 @@ def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]], unbalanced
 def _unit(assembly: Assembly, loads: Loads) -> float:
     """Multiplier at which the live load equals the dead load, the natural scale of the search."""
     if len(loads.dead) != assembly.n_blocks:
-        raise ValueError(f"loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
+        raise InputError(f"loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
     moves = ~assembly.held
     size = np.r_[1.0, 1.0, 1.0, 0.0, 0.0, 0.0]
     dead = np.linalg.norm(loads.dead * moves * size, axis=1).sum()
@@ -291,7 +292,7 @@ def _unit(assembly: Assembly, loads: Loads) -> float:
         length = np.cbrt(assembly.arrays.volume)[:, None]
         live = np.linalg.norm((loads.live * moves)[:, 3:] / length, axis=1).sum()
     if live == 0.0:
-        raise ValueError("no live load acts on a free degree of freedom: there is nothing to multiply")
+        raise InputError("no live load acts on a free degree of freedom: there is nothing to multiply")
     return float(dead / live) if dead > 0 else 1.0
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from dem.resuming import Position, check_continues
 from dem.state import State, write_archive
 from limitmason.curve import Curve
+from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
 
@@ -108,7 +109,7 @@ class History:
 
             def take(name: str) -> Any:
                 if name not in file:
-                    raise ValueError(f"{path} lacks {name!r}: it is no history, or of another version of this package")
+                    raise InputError(f"{path} lacks {name!r}: it is no history, or of another version of this package")
                 return file[name]
 
             state = State.from_arrays(
@@ -137,7 +138,7 @@ class History:
         i = self.assembly.block_index(block)
         found = np.flatnonzero(self.reaction_blocks == i)
         if not len(found):
-            raise ValueError(f"no reaction is recorded for block {block!r}: it is neither held nor driven")
+            raise InputError(f"no reaction is recorded for block {block!r}: it is neither held nor driven")
         return self.reaction[:, int(found[0])]
 
     def displacement_of(self, block: int | str) -> Array:

@@ -26,6 +26,7 @@ from dem.kernels import (
     Points,
 )
 from limitmason.equilibrium import ContactPoints, contact_points
+from limitmason.errors import InputError
 from limitmason.law import peak_law, residual_law
 from limitmason.model import Assembly
 from limitmason.stated import tension_cut
@@ -76,12 +77,12 @@ def per_interface(value: PerJoint, kinds: Sequence[str], label: str) -> Array:
     if isinstance(value, Mapping):
         missing = set(kinds) - set(value)
         if missing:
-            raise ValueError(f"{label} has no entry for joints of kind {sorted(missing)[0]!r}")
+            raise InputError(f"{label} has no entry for joints of kind {sorted(missing)[0]!r}")
         out = np.array([value[k] for k in kinds], dtype=float)
     else:
         out = np.broadcast_to(np.asarray(value, dtype=float), (len(kinds),)).copy()
     if np.isnan(out).any() or (out < 0).any():
-        raise ValueError(f"{label} must not be negative or NaN")
+        raise InputError(f"{label} must not be negative or NaN")
     return out
 
 
@@ -162,7 +163,7 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
         ks = joint.shear_stiffness
         ks = kn if ks is None else ks * options.stiffness_factor
         if not ks > 0.0:
-            raise ValueError(f"joint of interface {k} has shear_stiffness 0: it must be positive in the DEM")
+            raise InputError(f"joint of interface {k} has shear_stiffness 0: it must be positive in the DEM")
         out[k, [LAW_KN, LAW_KS]] = kn, ks
     for column, value in (
         (LAW_MU, peak.tan_phi), (LAW_DIL, peak.tan_psi), (LAW_C, peak.cohesion), (LAW_FT, peak.tension),

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.errors import InputError
 from limitmason.model import Assembly
 from limitmason.model.stages import COAST, HOLD, BaseMotion, Drive, Stage
 
@@ -29,7 +30,7 @@ def check_base_motions(stages: Sequence[Stage]) -> list[str]:
             continue
         name = stage.name or f"stage {number} (BaseMotion)"
         if number + 1 < len(stages):
-            raise ValueError(
+            raise InputError(
                 f"{name}: the record ends with a ground velocity of {velocity:.3g} m/s; correct its baseline, or say "
                 f"after={COAST!r} (the ground goes on) or after={HOLD!r} (it stops dead, which is a blow)"
             )
@@ -55,7 +56,7 @@ def servo_holds(stage: Stage, assembly: Assembly) -> NDArray[np.bool_]:
             assembly.block_index(b) == i and "z" in moves for b, moves in stage.displacement.items()
         )
         if assembly.held[i, 2] or driven:
-            raise ValueError(f"servo on block {block!r}: its vertical is held or driven already; leave z to the servo")
+            raise InputError(f"servo on block {block!r}: its vertical is held or driven already; leave z to the servo")
         held[i, 2] = True
         held[i, 3:] = servo.parallel
     return held
@@ -71,11 +72,11 @@ def stage_length(stage: Stage) -> tuple[int | None, float | None]:
     """
     if isinstance(stage, BaseMotion):
         if len(stage.acceleration) < 2:
-            raise ValueError("BaseMotion needs at least two samples of acceleration")
+            raise InputError("BaseMotion needs at least two samples of acceleration")
         return None, (len(stage.acceleration) - 1) * stage.sample_step
     steps, duration = getattr(stage, "steps", None), getattr(stage, "duration", None)
     if (steps is None) == (duration is None):
-        raise ValueError(f"{type(stage).__name__}: give either steps or duration")
+        raise InputError(f"{type(stage).__name__}: give either steps or duration")
     if not (steps if steps is not None else duration) > 0:
-        raise ValueError(f"{type(stage).__name__}: steps or duration must be positive")
+        raise InputError(f"{type(stage).__name__}: steps or duration must be positive")
     return (None if steps is None else int(steps)), duration

@@ -11,6 +11,7 @@ from scipy.sparse.linalg import eigsh
 from dem.joints import JointOptions, make_laws, make_points
 from dem.kernels import LAW_KN, LAW_KS
 from limitmason.equilibrium import equilibrium_matrix
+from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 
 Array = NDArray[np.float64]
@@ -94,9 +95,9 @@ def natural_frequencies(
     moving = ~assembly.held.all(axis=1)
     if (moving & ~(x.mass > 0.0)).any():
         name = assembly.blocks[int(np.flatnonzero(moving & ~(x.mass > 0.0))[0])].name
-        raise ValueError(f"block {name!r} has no mass: natural frequencies need a positive density")
+        raise InputError(f"block {name!r} has no mass: natural frequencies need a positive density")
     if not 1 <= count < free.sum():
-        raise ValueError(f"count must lie between 1 and {int(free.sum()) - 1}, got {count!r}")
+        raise InputError(f"count must lie between 1 and {int(free.sum()) - 1}, got {count!r}")
     k = stiffness_matrix(
         assembly, contact_points=contact_points, contact_model=contact_model, joint_options=joint_options
     )[free][:, free]

@@ -14,6 +14,7 @@ from dem.history import COLUMNS, History
 from dem.resuming import Position
 from dem.state import State, UnstableError
 from dem.stepping import Scale, unbalance
+from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Drive, Ramp, Stage, Tilt
 
@@ -124,7 +125,7 @@ class Recorder:
         elif isinstance(stage, Tilt):
             axis = np.asarray(stage.axis, dtype=float)
             if not np.linalg.norm(axis) > 0 or abs(axis[2]) > 1e-9 * np.linalg.norm(axis):
-                raise ValueError(f"tilting axis {stage.axis} is not horizontal")
+                raise InputError(f"tilting axis {stage.axis} is not horizontal")
             d = np.cross(axis / np.linalg.norm(axis), (0.0, 0.0, 1.0))
             first = float(np.arctan2(start[3] * d[0] + start[4] * d[1], start[1]))
             angle = first + part * (target - first)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from dem import kernels
 from dem.joints import JointOptions, make_laws
 from dem.state import JOINT_FIELDS, State, joint_table
+from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Stage
 
@@ -86,9 +87,9 @@ def check_same_stages(stages: Sequence[Stage], before: Sequence[str]) -> None:
     now = [spelled(s) for s in stages]
     for number, (one, two) in enumerate(zip(now, before, strict=False)):
         if one != two:
-            raise ValueError(f"stage {number} is not the one the run was cut off in: {one} against {two}")
+            raise InputError(f"stage {number} is not the one the run was cut off in: {one} against {two}")
     if len(now) != len(before):
-        raise ValueError(f"the run was cut off in {len(before)} stages, {len(now)} are given")
+        raise InputError(f"the run was cut off in {len(before)} stages, {len(now)} are given")
 
 
 def check_continues(assembly: Assembly, state: State, loads: Loads, options: JointOptions | None) -> None:
@@ -101,7 +102,7 @@ def check_continues(assembly: Assembly, state: State, loads: Loads, options: Joi
     """
     n = assembly.n_blocks
     if len(state.bodies.mass) != n or len(state.joint_table) != len(assembly.interfaces):
-        raise ValueError(
+        raise InputError(
             f"the state is of another assembly: {len(state.bodies.mass)} blocks and {len(state.joint_table)} "
             f"interfaces, not {n} and {len(assembly.interfaces)}"
         )
@@ -110,7 +111,7 @@ def check_continues(assembly: Assembly, state: State, loads: Loads, options: Joi
     if not same.all():
         k, f = np.argwhere(~same)[0]
         a, b = (assembly.blocks[i].name for i in (assembly.arrays.block_a[k], assembly.arrays.block_b[k]))
-        raise ValueError(
+        raise InputError(
             f"the joint between {a!r} and {b!r} has another {JOINT_FIELDS[f]} now ({now[k, f]:g}) than in the run that "
             f"ended in this state ({state.joint_table[k, f]:g}), which goes on with its own laws: make a new state"
         )
@@ -119,7 +120,7 @@ def check_continues(assembly: Assembly, state: State, loads: Loads, options: Joi
         kept = [c for c in range(kernels.LAW_DASH) if c != kernels.LAW_CROSS]
         kept += [kernels.LAW_DASH] if options.dashpot is not None else []
         if not np.array_equal(laws[:, kept], state.laws[:, kept]):
-            raise ValueError(
+            raise InputError(
                 "joint_options differ from those of the run that ended in this state, which goes on with its own laws: "
                 "leave them out, or make a new state"
             )
@@ -133,7 +134,7 @@ def check_continues(assembly: Assembly, state: State, loads: Loads, options: Joi
         off = (np.abs(mine - old) > 1e-12 * scale).any(axis=1) & free
         if off.any():
             i = int(np.flatnonzero(off)[0])
-            raise ValueError(
+            raise InputError(
                 f"the {case} load of block {assembly.blocks[i].name!r} is {mine[i].tolist()} now and was "
                 f"{old[i].tolist()} in the run that ended in this state: a jump of a load that acts is not a load "
                 "history; leave loads out to keep them, or bring the change as live load"

@@ -15,6 +15,7 @@ from dem.resuming import Interrupt, Position, check_continues, check_same_stages
 from dem.stability import block_stiffness
 from dem.state import DYNAMIC, QUASI_STATIC, State, UnstableError, make_state
 from dem.stepping import displacement_since, run
+from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import COAST, BaseMotion, Damping, Drive, Servo, Settle, Stage
 
@@ -87,7 +88,7 @@ def simulate(
     todo = [stages] if isinstance(stages, Stage) else list(stages)
     notes = check_base_motions(todo)
     if sample < 1 or checkpoint_every < 1 or (detect_every is not None and detect_every < 1):
-        raise ValueError(
+        raise InputError(
             f"sample, checkpoint_every and detect_every must be at least 1, got {sample}, {checkpoint_every} and "
             f"{detect_every}"
         )
@@ -102,14 +103,14 @@ def simulate(
         loads = loads if loads is not None else Loads(state.dead, state.live)
         for name, value in (("contact_points", contact_points), ("contact_model", contact_model), ("dt", dt)):
             if value is not None:
-                raise ValueError(f"{name} is part of the state to start from: leave it out, or make a new state")
+                raise InputError(f"{name} is part of the state to start from: leave it out, or make a new state")
         if mode is not None and mode != state.mode:
-            raise ValueError(f"the state to start from is {state.mode}, not {mode}")
+            raise InputError(f"the state to start from is {state.mode}, not {mode}")
         check_continues(assembly, state, loads, joint_options)
     if factors is not None:
         given = np.array(factors, dtype=float)
         if given.shape != state.factors.shape:
-            raise ValueError(f"factors must be {len(state.factors)} numbers, got {factors!r}")
+            raise InputError(f"factors must be {len(state.factors)} numbers, got {factors!r}")
         state.factors = given
     state.dead, state.live = loads.dead.copy(), loads.live.copy()
     recorder = Recorder(assembly, loads, state, todo, detect_every)
@@ -144,7 +145,7 @@ def resume(
     todo = [stages] if isinstance(stages, Stage) else list(stages)
     at = history.position
     if at is None:
-        raise ValueError(f"the run is over ({history.status}): give simulate(start=history) further stages")
+        raise InputError(f"the run is over ({history.status}): give simulate(start=history) further stages")
     sample, damping, before = history.settings[:3]
     check_same_stages(todo, before)
     state = history.state.copy()
@@ -238,7 +239,7 @@ def _run_stage(
         drives, own = np.concatenate([drives, coasting]), 1
     if isinstance(stage, BaseMotion):
         if not dynamic:
-            raise ValueError("BaseMotion needs mode='dynamic': scaled masses have no inertia to speak of")
+            raise InputError("BaseMotion needs mode='dynamic': scaled masses have no inertia to speak of")
         shaken = np.zeros((1, assembly.n_blocks, 6))
         shaken[0, :, :3] = assembly.held[:, :3] * stage.unit
         drives = np.concatenate([drives, shaken])
@@ -323,7 +324,7 @@ class _Jack:
         self.block, self.force, self.gain = assembly.block_index(block), servo.force, servo.gain
         stiffness = block_stiffness(state.points, state.joints, assembly.n_blocks)[self.block, 2, 2]
         if not stiffness > 0.0:
-            raise ValueError(f"servo on block {block!r}: no joint of it carries a vertical force")
+            raise InputError(f"servo on block {block!r}: no joint of it carries a vertical force")
         self.give, self.sum = servo.gain / stiffness, 0.0
 
     def lacking(self, state: State) -> float:

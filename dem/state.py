@@ -14,6 +14,7 @@ from dem.joints import JointOptions, make_joints, make_points
 from dem.kernels import Bodies, Joints, Points
 from dem.stability import block_stiffness, scaled_masses, stable_step
 from limitmason.certificate import resultants_from_points
+from limitmason.errors import InputError
 from limitmason.model import Assembly, Joint, Loads
 from limitmason.results import Resultants
 
@@ -120,7 +121,7 @@ class State:
 
         def take(name: str) -> Any:
             if name not in file:
-                raise ValueError(
+                raise InputError(
                     f"{path} lacks {name!r}: it was cut short, or written by another version of this package"
                 )
             return file[name]
@@ -130,7 +131,7 @@ class State:
 
         clock, total = take("clock"), take("total")
         if len(total) != kernels.E_SIZE:
-            raise ValueError(f"{path} was written by another version of this package: its sums of energy differ")
+            raise InputError(f"{path} was written by another version of this package: its sums of energy differ")
         return cls(
             group(Points, "points"), group(Joints, "joints"), group(Bodies, "bodies"), time=float(clock[0]),
             dt=float(clock[1]), mode=str(take("mode")), warnings=tuple(str(w) for w in take("warnings")),
@@ -226,15 +227,15 @@ def make_state(
         time step above the stable one.
     """
     if mode not in (QUASI_STATIC, DYNAMIC):
-        raise ValueError(f"mode must be {QUASI_STATIC!r} or {DYNAMIC!r}, got {mode!r}")
+        raise InputError(f"mode must be {QUASI_STATIC!r} or {DYNAMIC!r}, got {mode!r}")
     x = assembly.arrays
     n = assembly.n_blocks
     free = ~assembly.fixed
     if not free.any():
-        raise ValueError("every block is held: there is nothing to simulate")
+        raise InputError("every block is held: there is nothing to simulate")
     contacts = make_points(assembly, contact_points, contact_model)
     if not contacts.count:
-        raise ValueError("no joint touches a free block: there is nothing to settle on")
+        raise InputError("no joint touches a free block: there is nothing to settle on")
     options = joint_options or JointOptions()
     points, joints, interface, laws, warnings = make_joints(assembly, loads.dead, contacts, options)
     stiffness = block_stiffness(points, joints, n)
@@ -247,7 +248,7 @@ def make_state(
         light = free & ~(mass > 0.0)
         if light.any():
             name = assembly.blocks[int(np.flatnonzero(light)[0])].name
-            raise ValueError(f"block {name!r} has no mass: a dynamic simulation needs a positive density")
+            raise InputError(f"block {name!r} has no mass: a dynamic simulation needs a positive density")
         massless = ~(mass > 0.0)
         mass[massless], inertia[massless] = 1.0, np.eye(3)
         if options.dashpot is None:
@@ -258,7 +259,7 @@ def make_state(
         if dt is None:
             dt = safety * largest
         elif dt > largest:
-            raise ValueError(f"dt = {dt:g} s is above the stable time step of {largest:g} s of these joints and masses")
+            raise InputError(f"dt = {dt:g} s is above the stable time step of {largest:g} s of these joints and masses")
     zero = np.zeros((n, 3))
     quat = np.zeros((n, 4))
     quat[:, 0] = 1.0

@@ -12,6 +12,7 @@ from dem.search import Controls, Search
 from dem.search import increments as held_loads
 from dem.simulate import simulate
 from dem.stepping import UNDECIDED, Scale
+from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Settle, Tilt
 from limitmason.results import CANNOT_STAND, NOT_CONVERGED, UNBOUNDED, Prediction
@@ -176,11 +177,11 @@ def tilt_test(
     loads = Loads.horizontal(assembly, direction)
     d = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
     if not 0.0 < to_deg < 90.0:
-        raise ValueError(f"to_deg must lie between 0 and 90 degrees, got {to_deg!r}")
+        raise InputError(f"to_deg must lie between 0 and 90 degrees, got {to_deg!r}")
     if not tolerance > 0.0 or steps < 1 or halvings < 1:
-        raise ValueError("tolerance, steps and halvings must be positive: the rate check needs at least one halving")
+        raise InputError("tolerance, steps and halvings must be positive: the rate check needs at least one halving")
     if not assembly.held.any():
-        raise ValueError("nothing is held: a tilting test reads the reactions of the held blocks (the table)")
+        raise InputError("nothing is held: a tilting test reads the reactions of the held blocks (the table)")
     axis = tuple(np.cross((0.0, 0.0, 1.0), d).tolist())
     scale = Scale.of(assembly, loads.dead)
     weight = float(assembly.weights[~assembly.fixed].sum())

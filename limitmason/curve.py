@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from limitmason.errors import InputError
+
 Array = NDArray[np.float64]
 
 _EMPTY: Mapping[str, Any] = MappingProxyType({})
@@ -79,22 +81,22 @@ class Curve:
         for name in ("displacement", "load"):
             column = np.array(getattr(self, name), dtype=float)
             if column.ndim != 1 or not len(column):
-                raise ValueError(f"{name} must be a column of at least one number, got shape {column.shape}")
+                raise InputError(f"{name} must be a column of at least one number, got shape {column.shape}")
             if not np.isfinite(column).all():
-                raise ValueError(f"{name} is not finite at sample {int(np.argmin(np.isfinite(column)))}")
+                raise InputError(f"{name} is not finite at sample {int(np.argmin(np.isfinite(column)))}")
             column.flags.writeable = False
             object.__setattr__(self, name, column)
         n = len(self.displacement)
         if len(self.load) != n:
-            raise ValueError(f"the curve has {n} displacements and {len(self.load)} loads")
+            raise InputError(f"the curve has {n} displacements and {len(self.load)} loads")
         for name, values in self.errors.items():
             if np.shape(values) != (n,):
-                raise ValueError(f"error {name!r} has shape {np.shape(values)}, the curve {n} samples")
+                raise InputError(f"error {name!r} has shape {np.shape(values)}, the curve {n} samples")
         if len(self.states) not in (0, n):
-            raise ValueError(f"there are {len(self.states)} states for {n} samples")
+            raise InputError(f"there are {len(self.states)} states for {n} samples")
         outside = [e for e in self.events if not 0 <= e.index < n]
         if outside:
-            raise ValueError(f"event {outside[0].name!r} is at sample {outside[0].index} of a curve of {n}")
+            raise InputError(f"event {outside[0].name!r} is at sample {outside[0].index} of a curve of {n}")
         object.__setattr__(self, "events", tuple(sorted(self.events, key=lambda e: e.index)))
 
     def __len__(self) -> int:
@@ -142,7 +144,7 @@ class Curve:
             For shares out of order, and where the curve starts above the lower one.
         """
         if not 0.0 <= low < high <= 1.0:
-            raise ValueError(f"shares of the peak must satisfy 0 <= low < high <= 1, got {low!r} and {high!r}")
+            raise InputError(f"shares of the peak must satisfy 0 <= low < high <= 1, got {low!r} and {high!r}")
         top = self.peak
         ends = [self._crossing(share * top.load, top.index) for share in (low, high)]
         return (high - low) * top.load / (ends[1] - ends[0])
@@ -153,7 +155,7 @@ class Curve:
         k = int(reached[0])
         if k == 0:
             if self.load[0] > load:
-                raise ValueError(f"the curve starts at {self.load[0]:g} {self.load_unit}, above {load:g}")
+                raise InputError(f"the curve starts at {self.load[0]:g} {self.load_unit}, above {load:g}")
             return float(self.displacement[0])
         x, y = self.displacement[k - 1 : k + 1], self.load[k - 1 : k + 1]
         return float(x[0] + (load - y[0]) / (y[1] - y[0]) * (x[1] - x[0]))
@@ -173,7 +175,7 @@ class Curve:
             For a curve that turns back (cycles), which has no single load at a displacement.
         """
         if (np.diff(self.displacement) < 0.0).any():
-            raise ValueError("the curve turns back: it has no single load at a displacement; cut out one branch first")
+            raise InputError("the curve turns back: it has no single load at a displacement; cut out one branch first")
         return np.interp(np.asarray(displacement, float), self.displacement, self.load, left=np.nan, right=np.nan)
 
     def event(self, name: str) -> CurvePoint | None:

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.errors import InputError
 from limitmason.geometry.slip import slip_integrals
 from limitmason.law import PointLaw, StressBlock, interface_law, stress_blocks
 from limitmason.model.assembly import Assembly
@@ -81,7 +82,7 @@ class Dissipation:
     def __init__(self, assembly: Assembly, prediction: Prediction, state: PointState) -> None:
         resultants = prediction.resultants
         if resultants is None:
-            raise ValueError("a prediction without joint forces says nothing about its joints")
+            raise InputError("a prediction without joint forces says nothing about its joints")
         self._assembly, self._resultants, self.state = assembly, resultants, state
         self.pairs = stress_block_pairs(assembly, prediction)
         self.rigid = ~state.law.crushes

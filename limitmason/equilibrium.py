@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
@@ -163,7 +164,7 @@ def contact_points(
         second moment too. With 2 it is three times too large, which no points at the edges alone can better.
     """
     if contact_model not in ("vertices", "grid"):
-        raise ValueError(f"contact_model must be 'vertices' or 'grid', got {contact_model!r}")
+        raise InputError(f"contact_model must be 'vertices' or 'grid', got {contact_model!r}")
     x = assembly.arrays
     kinds = np.array([i.kind for i in assembly.interfaces])
     active = np.flatnonzero(~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b]))
@@ -212,12 +213,12 @@ def _grid_sizes(assembly: Assembly, kinds: NDArray, contact_model: str, grid: Gr
     table = grid if isinstance(grid, Mapping) else dict.fromkeys(set(kinds.tolist()), grid)
     for name, size in table.items():
         if np.shape(size) != (2,) or min(size) < 2 or any(int(s) != s for s in size):
-            raise ValueError(f"grid for {name!r} must be two whole numbers of at least 2, got {size!r}")
+            raise InputError(f"grid for {name!r} must be two whole numbers of at least 2, got {size!r}")
     walls = [name for name in table if name not in KINDS]
     names = [block.name for block in assembly.blocks]
     for wall in walls:
         if not any(name.startswith(wall) for name in names):
-            raise ValueError(
+            raise InputError(
                 f"grid has an entry {wall!r}, which is no kind of joint ({', '.join(KINDS)}) and begins the name of no "
                 "block"
             )
@@ -226,7 +227,7 @@ def _grid_sizes(assembly: Assembly, kinds: NDArray, contact_model: str, grid: Gr
         ends = (assembly.interfaces[k].block_a, assembly.interfaces[k].block_b) if walls else ()
         own = [table[wall] for wall in walls if any(names[block].startswith(wall) for block in ends)]
         if not own and kind not in table:
-            raise ValueError(f"grid has no entry for joints of kind {kind!r}")
+            raise InputError(f"grid has no entry for joints of kind {kind!r}")
         sizes[k] = np.max(own, axis=0) if own else table[kind]
     return sizes
 

@@ -5,6 +5,7 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any
 
+from limitmason.errors import InputError
 from limitmason.method import ASSOCIATIVE, DEM, LIMIT, MECHANISMS, NON_ASSOCIATIVE, THEORIES, Look, Method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -63,12 +64,12 @@ def get_method(name: str, flow_rule: str | None = None) -> Method:
         rules = tuple(str(rule) for rule in FlowRule)
         name = FlowRule.ASSOCIATIVE if flow_rule is None else flow_rule
         if name not in rules:
-            raise ValueError(f"flow_rule must be one of {rules}, got {flow_rule!r}")
+            raise InputError(f"flow_rule must be one of {rules}, got {flow_rule!r}")
     elif flow_rule is not None:
-        raise ValueError(f"flow_rule is an option of method 'limit'; method {name!r} has its own")
+        raise InputError(f"flow_rule is an option of method 'limit'; method {name!r} has its own")
     table = available_methods()
     if name not in table:
-        raise ValueError(f"unknown method {name!r}; available: {', '.join(sorted({LIMIT, *table}))}")
+        raise InputError(f"unknown method {name!r}; available: {', '.join(sorted({LIMIT, *table}))}")
     module, _, attribute = table[name].partition(":")
     found = getattr(import_module(module), attribute)
     return found if isinstance(found, Method) else Method(name, found, look=Look(name))
@@ -109,5 +110,5 @@ def predict_cases(
         In the order given; the governing case is ``min(out, key=lambda k: out[k].collapse_multiplier)``.
     """
     if not cases:
-        raise ValueError("no load cases are given")
+        raise InputError("no load cases are given")
     return {name: predict(assembly, loads, method, **options) for name, loads in cases.items()}

@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.errors import InputError
+
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
@@ -348,7 +350,7 @@ class Prediction:
         """
         reason = self.details.get(NO_TILT, "it does not say which loads it is for; lm.predict and lm.limit_analysis do")
         if reason:
-            raise ValueError(f"no tilt angle belongs to the multiplier of {self.method!r}: {reason}")
+            raise InputError(f"no tilt angle belongs to the multiplier of {self.method!r}: {reason}")
         return float(np.degrees(np.arctan(self.collapse_multiplier)))
 
     @property

@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 from limitmason.build import arch_minimum_thickness
+from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 
 
@@ -47,7 +48,7 @@ def arch_limit(angle_deg: float = 180.0) -> ArchLimit:
     where friction is too small for the springings, and for other cuts (0.1095 with vertical joints).
     """
     if not 60.0 <= angle_deg <= 180.0:
-        raise ValueError(f"angle_deg must lie between 60 and 180, got {angle_deg!r}")
+        raise InputError(f"angle_deg must lie between 60 and 180, got {angle_deg!r}")
     # scipy.optimize takes a quarter of a second to load, which whoever asks for walls need not wait for
     from scipy.optimize import brentq, minimize_scalar
 
@@ -90,7 +91,7 @@ def geometric_safety(assembly: Assembly) -> float:
     """
     recipe = assembly.recipe
     if recipe.get("kind") != "arch" or recipe.get("shape") != "circular" or recipe.get("pier_height") is not None:
-        raise ValueError("recipe of a circular arch without piers is needed: build it with limitmason.build.arch")
+        raise InputError("recipe of a circular arch without piers is needed: build it with limitmason.build.arch")
     thinnest = arch_minimum_thickness(
         voussoirs=recipe["voussoirs"], angle_deg=recipe["angle_deg"], radius=recipe["radius"]
     )

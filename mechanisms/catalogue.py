@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
+from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import Prediction
@@ -52,9 +53,9 @@ def catalogue(
     wanted = set(NAMES if include is None else [include] if isinstance(include, str) else include)
     unknown = wanted - set(NAMES)
     if unknown:
-        raise ValueError(f"include: unknown mechanism {sorted(unknown)[0]!r}; known are {', '.join(NAMES)}")
+        raise InputError(f"include: unknown mechanism {sorted(unknown)[0]!r}; known are {', '.join(NAMES)}")
     if assembly.recipe.get("kind") == "arch":
-        raise ValueError(
+        raise InputError(
             "the catalogue has no mechanism of an arch under live load; mechanisms.arch_limit and geometric_safety "
             "compare thicknesses, limit analysis finds the hinges"
         )
@@ -69,7 +70,7 @@ def catalogue(
             except ValueError as error:
                 skipped.append(f"{name} left out: {error}")
     if not found:
-        raise ValueError("no mechanism of the catalogue fits: " + "; ".join(skipped))
+        raise InputError("no mechanism of the catalogue fits: " + "; ".join(skipped))
     return found, tuple(skipped)
 
 

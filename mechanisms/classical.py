@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import Bound, BoundKind, Prediction
@@ -62,7 +63,7 @@ def overturning(
     """
     if isinstance(facade, Facade):
         if loads is not None:
-            raise ValueError("loads go with an assembly; a Facade carries its overload itself")
+            raise InputError("loads go with an assembly; a Facade carries its overload itself")
         free = simple_rocking(facade.changed(side_walls=0), hinge_courses=hinge_courses)
         details = {"hinge_height": free.details["hinge_height"], "hinge_courses": free.details["hinge_courses"]}
         return answer(
@@ -70,7 +71,7 @@ def overturning(
             ideal_bound=FREE_WALL if facade.side_walls else UPPER_IDEAL, source="moment equilibrium about the toe",
         )  # fmt: skip
     if hinge_courses is not None:
-        raise ValueError("hinge_courses is for numbers; all flat joints of an assembly are tried")
+        raise InputError("hinge_courses is for numbers; all flat joints of an assembly are tried")
     loads, direction = _direction(facade, loads)
     sideways = np.array([direction[1], -direction[0], 0.0])
 
@@ -97,7 +98,7 @@ def sliding(facade: Facade | Assembly, *, loads: Loads | None = None) -> Predict
     """
     if isinstance(facade, Facade):
         if loads is not None:
-            raise ValueError("loads go with an assembly; a Facade carries its overload itself")
+            raise InputError("loads go with an assembly; a Facade carries its overload itself")
         f = facade
         load = f.overload * f.overload_length
         value = f.friction * (f.weight + load) / (f.weight + load * f.overload_inertia)
@@ -131,10 +132,10 @@ def rigid_block(
     """
     for name, value in (("width", width), ("height", height), ("weight", weight)):
         if not value > 0.0:
-            raise ValueError(f"{name} must be above zero, got {value!r}")
+            raise InputError(f"{name} must be above zero, got {value!r}")
     for name, value in (("friction", friction), ("top_load", top_load)):
         if not value >= 0.0:
-            raise ValueError(f"{name} must not be negative, got {value!r}")
+            raise InputError(f"{name} must not be negative, got {value!r}")
     rocking = width / height * (weight + top_load) / (weight + 2.0 * top_load)
     name, value = min((("rocking", rocking), ("sliding", friction)), key=lambda pair: pair[1])
     details = {"rocking": rocking, "sliding": friction}
@@ -156,7 +157,7 @@ def stack(*, width: float, course_height: float, courses: int, friction: float) 
     Exact. Source: docs/mechanisms.md, section 8.
     """
     if courses < 1:
-        raise ValueError(f"courses must be at least 1, got {courses!r}")
+        raise InputError(f"courses must be at least 1, got {courses!r}")
     whole = rigid_block(width=width, height=courses * course_height, friction=friction)
     details = {"rocking": [width / (j * course_height) for j in range(1, courses + 1)], "sliding": friction}
     return answer(
@@ -198,12 +199,12 @@ def inclined_hinge(
     seen = read(facade, loads, side_walls=side_walls)
     f = seen.facade
     if f.side_walls not in (1, 2):
-        raise ValueError(f"side_walls must be 1 or 2, got {f.side_walls}")
+        raise InputError(f"side_walls must be 1 or 2, got {f.side_walls}")
     length = f.length if f.side_walls == 1 else 0.5 * f.length
     diagonal = length / f.height
     tangent = diagonal if crack_tangent is None else crack_tangent
     if not 0.0 < tangent <= diagonal * (1.0 + 1e-9):
-        raise ValueError(f"crack_tangent must be above 0 and at most L/H = {diagonal:g}, got {crack_tangent!r}")
+        raise InputError(f"crack_tangent must be above 0 and at most L/H = {diagonal:g}, got {crack_tangent!r}")
     terms = flexure_terms(f, f.courses, 0.0)
     value = ratio(terms.numerator, terms.denominator, tangent)
     twists = None
@@ -239,10 +240,10 @@ def rondelet_thickness(*, length: float, height: float, side_walls: int = 1, div
     collapse load: the rotation about the diagonal gives 1.5 t/H for any L/H and does not imply it.
     """
     if side_walls not in (1, 2):
-        raise ValueError(f"side_walls must be 1 or 2, got {side_walls!r}")
+        raise InputError(f"side_walls must be 1 or 2, got {side_walls!r}")
     for name, value in (("length", length), ("height", height), ("divisor", divisor)):
         if not value > 0.0:
-            raise ValueError(f"{name} must be above zero, got {value!r}")
+            raise InputError(f"{name} must be above zero, got {value!r}")
     run = length / side_walls
     return height / divisor * run / math.hypot(run, height)
 
@@ -274,7 +275,7 @@ def flat_levels(assembly: Assembly) -> list[Level]:
         corners = np.concatenate([assembly.interfaces[k].polygon for k in rows])
         levels.append(Level(float(x.centre[rows, 2].mean()), moving, corners, float(x.tan_phi[rows].max())))
     if not levels:
-        raise ValueError("the assembly has no flat joint through it: nothing can overturn or slide in one piece")
+        raise InputError("the assembly has no flat joint through it: nothing can overturn or slide in one piece")
     return levels
 
 
@@ -288,7 +289,7 @@ def _worst_level(name: str, assembly: Assembly, loads: Loads, motion: Any, sourc
         if best is None or value < best[0] * (1.0 - 1e-12):
             best = (value, level, twists)
     if best is None:
-        raise ValueError(f"the live loads do no work in {name}")
+        raise InputError(f"the live loads do no work in {name}")
     value, level, twists = best
     kind = assembly.recipe.get("kind")
     foot = foot_level(assembly) if kind == "wall" else 0.0
@@ -312,5 +313,5 @@ def _direction(assembly: Assembly, loads: Loads | None) -> tuple[Loads, Array]:
     total = loads.live[~assembly.fixed, :3].sum(axis=0) * [1.0, 1.0, 0.0]
     size = np.linalg.norm(total)
     if not size > 1e-9 * np.abs(loads.live).max(initial=1e-300):
-        raise ValueError("the live loads have no horizontal resultant")
+        raise InputError("the live loads have no horizontal resultant")
     return loads, total / size

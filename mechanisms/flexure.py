@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import Prediction
@@ -85,16 +86,16 @@ def horizontal_flexure(
     seen = read(facade, loads, side_walls=side_walls)
     f = seen.facade
     if f.side_walls not in (1, 2):
-        raise ValueError(f"side_walls must be 1 or 2 for horizontal flexure, got {f.side_walls}")
+        raise InputError(f"side_walls must be 1 or 2 for horizontal flexure, got {f.side_walls}")
     if not 0.0 < contact_factor <= 1.0:
-        raise ValueError(f"contact_factor must be above 0 and at most 1, got {contact_factor!r}")
+        raise InputError(f"contact_factor must be above 0 and at most 1, got {contact_factor!r}")
     if reduction is not None and not 0.0 <= reduction <= 1.0:
-        raise ValueError(f"reduction must lie between 0 and 1, got {reduction!r}")
+        raise InputError(f"reduction must lie between 0 and 1, got {reduction!r}")
     if hinge_courses is not None and not 1 <= hinge_courses <= f.courses:
-        raise ValueError(f"hinge_courses must be a whole number from 1 to {f.courses}, got {hinge_courses!r}")
+        raise InputError(f"hinge_courses must be a whole number from 1 to {f.courses}, got {hinge_courses!r}")
     arm = torsion_radius(f.staggering, f.thickness) if torsion_arm is None else torsion_arm
     if not arm >= 0.0:
-        raise ValueError(f"torsion_arm must not be negative [m], got {torsion_arm!r}")
+        raise InputError(f"torsion_arm must not be negative [m], got {torsion_arm!r}")
     hinges = range(1, f.courses + 1) if hinge_courses is None else [int(hinge_courses)]
 
     def search(omega: float | None) -> tuple[Smallest, int]:
@@ -111,7 +112,7 @@ def horizontal_flexure(
             if best is None or here.value < best[0].value * (1.0 - 1e-12):
                 best = (here, n)
         if best is None:
-            raise ValueError(f"crack_tangent {crack_tangent!r} must lie between 0 and min(tan(alpha_b), L / (2 H_k))")
+            raise InputError(f"crack_tangent {crack_tangent!r} must lie between 0 and min(tan(alpha_b), L / (2 H_k))")
         return best
 
     (value, tangent), n = search(reduction)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from limitmason.errors import InputError
 from limitmason.geometry.polygon import polar_mean_radius
 
 Array = NDArray[np.float64]
@@ -74,7 +75,7 @@ def bed_joint_friction(
     wall is unloaded by the rocking itself.
     """
     if crossed < 1:
-        raise ValueError(f"crossed must be at least one course, got {crossed!r}")
+        raise InputError(f"crossed must be at least one course, got {crossed!r}")
     n, h = crossed, course_height
     return FrictionSums(
         friction * unit_weight * thickness * staggering * h * n * (n + 1) / 2.0,
@@ -126,7 +127,7 @@ def crack_angle_reduction(tangent: ArrayLike, steepest: float) -> Array | float:
     """
     t = np.asarray(tangent, dtype=float)
     if (t < 0.0).any() or (t > steepest * (1.0 + 1e-9)).any():
-        raise ValueError(f"crack tangent must lie between 0 and tan(alpha_b) = {steepest:g}, got {tangent!r}")
+        raise InputError(f"crack tangent must lie between 0 and tan(alpha_b) = {steepest:g}, got {tangent!r}")
     out = np.maximum(1.0 - t / steepest, 0.0)
     return float(out) if out.ndim == 0 else out
 
@@ -151,7 +152,7 @@ def torsion_radius(a: float, b: float) -> float:
     nearly doubles.
     """
     if not (a > 0.0 and b > 0.0):
-        raise ValueError(f"sides a and b must be above zero, got {a!r} and {b!r}")
+        raise InputError(f"sides a and b must be above zero, got {a!r} and {b!r}")
     d = math.hypot(a, b)
     return (2.0 * a * b * d + a**3 * math.asinh(b / a) + b**3 * math.asinh(a / b)) / (12.0 * a * b)
 

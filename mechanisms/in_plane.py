@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import Bound, BoundKind, Prediction
@@ -100,7 +101,7 @@ def sloping_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
     _straight(f.side_walls, "side_walls")
     value, tangent = sloping_crack_limit(f.friction, f.slope, f.courses)
     if f.height * tangent > f.length * (1.0 + 1e-9):
-        raise ValueError(
+        raise InputError(
             f"length {f.length:g} m is less than H tan(alpha) = {f.height * tangent:g} m: the crack leaves the wall"
         )
     return answer(
@@ -142,7 +143,7 @@ def slender_wall(width: float, height: float, slope: float) -> float:
     """
     b = width / (height * slope)
     if b > 1.0 + 1e-9:
-        raise ValueError(
+        raise InputError(
             f"width {width:g} m exceeds H v/h = {height * slope:g} m: the crack ends in the top, not the side"
         )
     return width / height * (1.0 - 2.0 * b / 3.0) / (1.0 - b * b / 3.0)
@@ -172,7 +173,7 @@ def _on_blocks(wall: Assembly, loads: Loads | None) -> Prediction:
             if check.admissible and (best is None or check.multiplier < best[0].multiplier):
                 best = (check, twists, level)
     if best is None:
-        raise ValueError(
+        raise InputError(
             f"no staircase through these blocks opens its bed joints as the law asks (friction {f.friction:.3g}, "
             f"v/h {f.slope:.3g}): the closed form for numbers is an estimate then"
         )
@@ -197,10 +198,10 @@ def _details(slope: float, tangent: float | None = None) -> dict[str, float]:
 def _in_plane(wall: Assembly, loads: Loads) -> int:
     axis, sense = load_direction(wall, loads)
     if axis != "x":
-        raise ValueError("loads must be in the plane of the wall: Loads.horizontal(wall, (1, 0, 0))")
+        raise InputError("loads must be in the plane of the wall: Loads.horizontal(wall, (1, 0, 0))")
     return sense
 
 
 def _straight(number: int, what: str) -> None:
     if number:
-        raise ValueError(f"{what} must be 0: the in-plane crack is that of a straight wall without openings")
+        raise InputError(f"{what} must be 0: the in-plane crack is that of a straight wall without openings")

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from limitmason.certificate import scaled_mechanism
+from limitmason.errors import InputError
 from limitmason.law_table import MECHANISMS, RESIDUAL, TERMS
 from limitmason.law_table import notes as left_out
 from limitmason.model.assembly import Assembly
@@ -108,7 +109,7 @@ def rocking_twists(
     recipe = wall_recipe(assembly)
     thickness = recipe["thickness"]
     if axis != "y" or (sense > 0 and recipe["returns"]):
-        raise ValueError(
+        raise InputError(
             "the loads must push the facade out of plane, away from its side walls: Loads.horizontal(wall, (0, -1, 0))"
         )
     moving = above(assembly, level + 1e-6)
@@ -138,9 +139,9 @@ def flexure_twists(assembly: Assembly, loads: Loads, level: float, tangent: floa
     axis, sense = load_direction(assembly, loads)
     recipe = wall_recipe(assembly)
     if recipe["plan"] not in ("L", "U"):
-        raise ValueError(f"plan {recipe['plan']!r}: mechanism D needs a facade held at one end (L) or both (U)")
+        raise InputError(f"plan {recipe['plan']!r}: mechanism D needs a facade held at one end (L) or both (U)")
     if axis != "y" or sense > 0:
-        raise ValueError("the loads must push the facade away from its side walls: Loads.horizontal(wall, (0, -1, 0))")
+        raise InputError("the loads must push the facade away from its side walls: Loads.horizontal(wall, (0, -1, 0))")
     length, height = recipe["length"], recipe["height"] - level
     a = math.atan(tangent)
     reach = height * tangent

@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from limitmason.errors import InputError
 from mechanisms.flexure import horizontal_flexure
 from mechanisms.friction import FrictionSums
 from mechanisms.optimum import ratio
@@ -103,7 +104,7 @@ def murano_facade(wall: str) -> Facade:
     walls 0.30 m, 5.48 kN/m on all of them (physically the 20 kN stood on the side walls). g = 10 m/s2.
     """
     if wall not in FRICTION_ANGLE_DEG:
-        raise ValueError(f"wall must be one of {tuple(FRICTION_ANGLE_DEG)}, got {wall!r}")
+        raise InputError(f"wall must be one of {tuple(FRICTION_ANGLE_DEG)}, got {wall!r}")
     load = line_load()
     return Facade(
         length=2.25, thickness=0.30, courses=6, course_height=0.225, staggering=0.144,

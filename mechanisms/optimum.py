@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from limitmason.errors import InputError
+
 
 class Smallest(NamedTuple):
     """Smallest value and where it is taken."""
@@ -33,7 +35,7 @@ def smallest_ratio(numerator: ArrayLike, denominator: ArrayLike, low: float, hig
         When the interval is empty.
     """
     if not low <= high:
-        raise ValueError(f"the interval from {low!r} to {high!r} is empty")
+        raise InputError(f"the interval from {low!r} to {high!r} is empty")
     n, d = np.asarray(numerator, dtype=float), np.asarray(denominator, dtype=float)
     slope = (n[1] * d[0] - n[0] * d[1], 2.0 * (n[2] * d[0] - n[0] * d[2]), n[2] * d[1] - n[1] * d[2])
     points = [low, high]

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import Prediction
@@ -145,18 +146,18 @@ def compound_rocking(
     seen = read(facade, loads, side_walls=side_walls)
     f = seen.facade
     if f.side_walls < 1:
-        raise ValueError(
+        raise InputError(
             "side_walls must be at least 1: without side walls there is nothing to take along (mechanism A)"
         )
     if crack not in CRACKS:
-        raise ValueError(f"crack must be one of {CRACKS}, got {crack!r}")
+        raise InputError(f"crack must be one of {CRACKS}, got {crack!r}")
     if below_crack not in BELOW_CRACK:
-        raise ValueError(f"below_crack must be one of {BELOW_CRACK}, got {below_crack!r}")
+        raise InputError(f"below_crack must be one of {BELOW_CRACK}, got {below_crack!r}")
     if crack == "stepped":
         taken = {"crossed_courses": crossed_courses, "crack_tangent": crack_tangent, "reduction": reduction}
         given = [name for name, value in taken.items() if value is not None]
         if given or below_crack != "connected":
-            raise ValueError(
+            raise InputError(
                 f"{(given or ['below_crack'])[0]} is for a straight crack; a stepped one is searched whole"
             )
         return _stepped(seen, hinge_courses)
@@ -164,7 +165,7 @@ def compound_rocking(
         _share("reduction", reduction)
     if crack_tangent is not None and not 0.0 <= crack_tangent <= f.steepest_crack * (1.0 + 1e-9):
         steepest = f.steepest_crack
-        raise ValueError(f"crack_tangent must lie between 0 and tan(alpha_b) = {steepest:g}, got {crack_tangent!r}")
+        raise InputError(f"crack_tangent must lie between 0 and tan(alpha_b) = {steepest:g}, got {crack_tangent!r}")
 
     def search(omega: float | None) -> tuple[Smallest, int, int]:
         best: tuple[Smallest, int, int] | None = None
@@ -179,7 +180,7 @@ def compound_rocking(
                 if best is None or here.value < best[0].value * (1.0 - 1e-12):
                     best = (here, n, m)
         if best is None:
-            raise ValueError(f"crossed_courses must be a whole number from 1 to {f.courses}, got {crossed_courses!r}")
+            raise InputError(f"crossed_courses must be a whole number from 1 to {f.courses}, got {crossed_courses!r}")
         return best
 
     (value, tangent), n, m = search(reduction)
@@ -313,7 +314,7 @@ def _range(name: str, value: int | None, most: int) -> range:
     if value is None:
         return range(1, most + 1)
     if isinstance(value, bool) or value != int(value) or not 1 <= value <= most:
-        raise ValueError(f"{name} must be a whole number from 1 to {most}, got {value!r}")
+        raise InputError(f"{name} must be a whole number from 1 to {most}, got {value!r}")
     return range(int(value), int(value) + 1)
 
 
@@ -322,14 +323,14 @@ def _crossed(value: int | str | None, hinge: int, *, given: bool) -> range:
     if value == "hinge":
         return range(hinge, hinge + 1)
     if isinstance(value, str):
-        raise ValueError(f"crossed_courses must be a number of courses or 'hinge', got {value!r}")
+        raise InputError(f"crossed_courses must be a number of courses or 'hinge', got {value!r}")
     if value is not None and value > hinge:
         if not given:
             return range(0)
-        raise ValueError(f"crossed_courses {value} exceeds hinge_courses {hinge}: the crack would pass below the hinge")
+        raise InputError(f"crossed_courses {value} exceeds hinge_courses {hinge}: the crack would pass below the hinge")
     return _range("crossed_courses", value, hinge)
 
 
 def _share(name: str, value: float) -> None:
     if not 0.0 <= value <= 1.0:
-        raise ValueError(f"{name} must lie between 0 (no friction) and 1 (all of it), got {value!r}")
+        raise InputError(f"{name} must lie between 0 (no friction) and 1 (all of it), got {value!r}")

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from limitmason.constants import GRAVITY
+from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
@@ -90,7 +91,7 @@ class Facade:
             if field.name in ("courses", "side_walls"):
                 least = 1 if field.name == "courses" else 0
                 if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-                    raise ValueError(f"{field.name} must be a whole number of at least {least}, got {value!r}")
+                    raise InputError(f"{field.name} must be a whole number of at least {least}, got {value!r}")
             elif field.name in _ABOVE_ZERO:
                 _positive(field.name, value)
             else:
@@ -160,7 +161,7 @@ class Facade:
         recipe = wall_recipe(assembly)
         staggering = recipe.get("staggering")
         if not staggering:
-            raise ValueError("recipe['staggering'] is missing: the bond has no overlap from which cracks could step")
+            raise InputError("recipe['staggering'] is missing: the bond has no overlap from which cracks could step")
         returns = recipe.get("returns", [])
         thickness = recipe["thickness"]
         beyond = [r["length"] - thickness for r in returns]
@@ -210,7 +211,7 @@ def read(facade: Facade | Assembly, loads: Loads | None = None, **changes: Any) 
     if not isinstance(facade, Facade):
         raise TypeError(f"facade must be a mechanisms.Facade or a limitmason.Assembly, got {type(facade).__name__}")
     if loads is not None:
-        raise ValueError("loads go with an assembly; a Facade carries its overload itself")
+        raise InputError("loads go with an assembly; a Facade carries its overload itself")
     return Reading(facade.changed(**given) if given else facade, None, None)
 
 
@@ -218,7 +219,7 @@ def wall_recipe(assembly: Assembly) -> dict[str, Any]:
     """Recipe of a built wall, or an error that says what to do."""
     recipe = dict(assembly.recipe)
     if recipe.get("kind") != "wall":
-        raise ValueError(
+        raise InputError(
             f"recipe of kind 'wall' is needed, this assembly has {recipe.get('kind')!r}: build it with "
             "limitmason.build.wall or layout, or give the numbers as mechanisms.Facade"
         )
@@ -244,9 +245,9 @@ def bed_friction(assembly: Assembly) -> float:
         if len(values):
             if np.ptp(values) > _EPS:
                 span = f"{values.min():.4g} to {values.max():.4g}"
-                raise ValueError(f"friction of the bed joints differs ({span}); read the Facade with friction=...")
+                raise InputError(f"friction of the bed joints differs ({span}); read the Facade with friction=...")
             return float(values[0])
-    raise ValueError("friction cannot be read: the assembly has no bed joints")
+    raise InputError("friction cannot be read: the assembly has no bed joints")
 
 
 def load_direction(assembly: Assembly, loads: Loads) -> tuple[str, int]:
@@ -270,7 +271,7 @@ def load_direction(assembly: Assembly, loads: Loads) -> tuple[str, int]:
     levels = np.array([assembly.blocks[k].bounds[1, 2] for k in units])
     below = levels < levels.max() - _EPS * np.ptp(np.append(levels, 0.0))
     if top.any() or (np.abs(extra[below]) > _EPS * weight[below, None]).any() or not abs(total[axis]) > 1.0 - _EPS:
-        raise ValueError(
+        raise InputError(
             "live loads must be the weights turned along x or y (Loads.horizontal, Loads.tilting), with more of them "
             "only on the top course and on beams: the closed forms know no other load"
         )
@@ -295,9 +296,9 @@ def _read_overloads(assembly: Assembly, loads: Loads | None, found: dict, beyond
         if max(abs(down), abs(push)) <= _EPS * assembly.weights[k]:
             continue
         if np.abs(loads.dead[k, :2]).max() > _EPS * abs(assembly.weights[k]) or down < 0.0:
-            raise ValueError(f"dead load on block {block.name!r} must act downwards: the closed forms know no other")
+            raise InputError(f"dead load on block {block.name!r} must act downwards: the closed forms know no other")
         if block.bounds[1, 2] < top:
-            raise ValueError(f"dead load on block {block.name!r} lies below the top course: it cannot be an overload")
+            raise InputError(f"dead load on block {block.name!r} lies below the top course: it cannot be an overload")
         side = "facade" if block.name in ("beam",) or block.name.startswith("facade") else "side"
         vertical[side] += down
         if side == "facade":
@@ -326,16 +327,16 @@ def _number(name: str, value: Any) -> float:
     try:
         return float(value)
     except (TypeError, ValueError):
-        raise ValueError(f"{name} must be a number, got {value!r}") from None
+        raise InputError(f"{name} must be a number, got {value!r}") from None
 
 
 def _positive(name: str, value: Any) -> None:
     number = _number(name, value)
     if not number > 0.0 or (math.isinf(number) and name != "side_wall_length"):
-        raise ValueError(f"{name} must be a number above zero, got {value!r}")
+        raise InputError(f"{name} must be a number above zero, got {value!r}")
 
 
 def _not_negative(name: str, value: Any) -> None:
     number = _number(name, value)
     if not (number >= 0.0 and math.isfinite(number)):
-        raise ValueError(f"{name} must be zero or more and finite, got {value!r}")
+        raise InputError(f"{name} must be zero or more and finite, got {value!r}")

@@ -10,6 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from limitmason.errors import InputError
+
 
 def masonry_modulus_itasca(block_modulus: float, normal_stiffness: float, spacing: float) -> float:
     """Return the modulus of masonry loaded across its joints, 1/E_m = 1/E_mu + 1/(k_n s) [Pa].
@@ -207,11 +209,11 @@ def light_damage(
     """
     d, f = np.asarray(displacement, dtype=float), np.asarray(load, dtype=float)
     if d.ndim != 1 or d.shape != f.shape or len(d) < 2:
-        raise ValueError(f"displacement and load must be curves of equal length, got shapes {d.shape} and {f.shape}")
+        raise InputError(f"displacement and load must be curves of equal length, got shapes {d.shape} and {f.shape}")
     if not (np.diff(d) > 0.0).all() or d[0] < 0.0:
-        raise ValueError("displacement must grow from zero on: cut the curve before it turns")
+        raise InputError("displacement must grow from zero on: cut the curve before it turns")
     if not 0.0 < drop < 1.0:
-        raise ValueError(f"drop must lie between 0 and 1, got {drop!r}")
+        raise InputError(f"drop must lie between 0 and 1, got {drop!r}")
     away = d > 0.0
     d, f = d[away], f[away]
     k0 = float(f[0] / d[0]) if initial_stiffness is None else float(initial_stiffness)
@@ -221,7 +223,7 @@ def light_damage(
         d, f, spare = np.append(0.0, d), np.append(0.0, f), np.append(0.0, spare)
     below = np.flatnonzero(spare < 0.0)
     if not len(below):
-        raise ValueError(f"the curve never loses {drop:.0%} of its initial stiffness: it ends before light damage")
+        raise InputError(f"the curve never loses {drop:.0%} of its initial stiffness: it ends before light damage")
     j = int(below[0])
     share = spare[j - 1] / (spare[j - 1] - spare[j])
     return LightDamage(
@@ -232,7 +234,7 @@ def light_damage(
 def _series(stiff: float, soft: float, length: float, names: tuple[str, str, str]) -> float:
     _above_zero(**dict(zip(names, (stiff, soft, length), strict=True)))
     if soft >= stiff:
-        raise ValueError(
+        raise InputError(
             f"{names[1]} {soft:g} Pa must be below {names[0]} {stiff:g} Pa: nothing is left for the joints"
         )
     return soft / (length * (1.0 - soft / stiff))
@@ -241,10 +243,10 @@ def _series(stiff: float, soft: float, length: float, names: tuple[str, str, str
 def _above_zero(**values: float) -> None:
     for name, value in values.items():
         if not value > 0.0:
-            raise ValueError(f"{name} must be above zero, got {value!r}")
+            raise InputError(f"{name} must be above zero, got {value!r}")
 
 
 def _poisson(value: float) -> float:
     if not 0.0 <= value <= 0.5:
-        raise ValueError(f"poisson must lie between 0 and 0.5, got {value!r}")
+        raise InputError(f"poisson must lie between 0 and 0.5, got {value!r}")
     return value

@@ -9,6 +9,7 @@ import numpy as np
 
 from limitmason.build.arguments import choice, count, finite, positive
 from limitmason.build.erect import Site
+from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import prism
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -78,12 +79,12 @@ def arch(
     depth = positive("thickness", thickness)
     if shape == "pointed":
         if radius is not None or span is None or rise is None:
-            raise ValueError("a pointed arch is given by span and rise, not by radius")
+            raise InputError("a pointed arch is given by span and rise, not by radius")
         inner, outer, facts = _pointed(positive("span", span), positive("rise", rise), depth, number)
     else:
         r, angle = _circle(radius, angle_deg, span, rise)
         if depth >= 2.0 * r:
-            raise ValueError(f"thickness {depth:g} m leaves no intrados at a centre-line radius of {r:g} m")
+            raise InputError(f"thickness {depth:g} m leaves no intrados at a centre-line radius of {r:g} m")
         theta = np.linspace(-angle / 2.0, angle / 2.0, number + 1)
         direction = np.column_stack([np.sin(theta), np.cos(theta)])
         drop = np.array([0.0, r * math.cos(angle / 2.0)])
@@ -136,12 +137,12 @@ def arch_from_curves(
     """
     inner, outer = np.asarray(intrados, dtype=float), np.asarray(extrados, dtype=float)
     if inner.ndim != 2 or inner.shape != outer.shape or inner.shape[1] != 2 or len(inner) < 2:
-        raise ValueError(
+        raise InputError(
             f"intrados and extrados must both have shape (n + 1, 2) with n of at least 1, "
             f"got {inner.shape} and {outer.shape}"
         )
     if not (np.isfinite(inner).all() and np.isfinite(outer).all()):
-        raise ValueError("intrados and extrados must be finite")
+        raise InputError("intrados and extrados must be finite")
     first = float(np.linalg.norm(outer[0] - inner[0]))
     middle = 0.5 * (inner + outer)
     recipe = {
@@ -169,16 +170,16 @@ def arch_from_curves(
 def _circle(radius: object, angle_deg: object, span: object, rise: object) -> tuple[float, float]:
     """Radius [m] and angle of embrace [rad] from whichever pair is given."""
     if (span is None) != (rise is None) or (radius is None) == (span is None):
-        raise ValueError("give radius (and angle_deg), or both span and rise")
+        raise InputError("give radius (and angle_deg), or both span and rise")
     if radius is not None:
         angle = finite("angle_deg", angle_deg)
         if not 0.0 < angle < 330.0:
-            raise ValueError(f"angle_deg must be above 0 and below 330, got {angle_deg!r}")
+            raise InputError(f"angle_deg must be above 0 and below 330, got {angle_deg!r}")
         return positive("radius", radius), math.radians(angle)
     half, height = positive("span", span) / 2.0, positive("rise", rise)
     angle = 4.0 * math.atan2(height, half)
     if angle >= math.radians(330.0):
-        raise ValueError(f"rise {height:g} m is too large for a span of {2.0 * half:g} m")
+        raise InputError(f"rise {height:g} m is too large for a span of {2.0 * half:g} m")
     return (half**2 + height**2) / (2.0 * height), angle
 
 
@@ -186,20 +187,20 @@ def _pointed(span: float, rise: float, thickness: float, voussoirs: int) -> tupl
     """Joint ends of two arcs whose centres lie on the springing line; the crown joint is vertical."""
     half = span / 2.0
     if voussoirs % 2:
-        raise ValueError(f"voussoirs must be even for a pointed arch, got {voussoirs}")
+        raise InputError(f"voussoirs must be even for a pointed arch, got {voussoirs}")
     if rise <= half:
-        raise ValueError(f"rise {rise:g} m of a pointed arch must exceed half its span ({half:g} m)")
+        raise InputError(f"rise {rise:g} m of a pointed arch must exceed half its span ({half:g} m)")
     radius = (half**2 + rise**2) / (2.0 * half)
     centre = radius - half
     if radius - thickness / 2.0 <= centre:
-        raise ValueError(f"thickness {thickness:g} m leaves no intrados at the crown")
+        raise InputError(f"thickness {thickness:g} m leaves no intrados at the crown")
     crown = math.atan2(rise, -centre)
     phi = np.linspace(math.pi, crown, voussoirs // 2 + 1)
     sides = []
     for r in (radius - thickness / 2.0, radius + thickness / 2.0):
         curve = np.column_stack([centre + r * np.cos(phi), r * np.sin(phi)])
         if (curve[:-1, 0] >= 0.0).any():
-            raise ValueError(
+            raise InputError(
                 f"voussoirs: {voussoirs} are too many for a thickness of {thickness:g} m; joints cross at the crown"
             )
         curve[-1] = 0.0, math.sqrt(r**2 - centre**2)
@@ -234,7 +235,7 @@ def _erect(
     pier_height, pier_width, pier_courses = piers
     if pier_height is None:
         if pier_width is not None:
-            raise ValueError("pier_width is given but pier_height is not")
+            raise InputError("pier_width is given but pier_height is not")
         for side, end in (("left", 0), ("right", -1)):
             outline = _springing(inner[end], outer[end], base_thickness, left=side == "left")
             site.add(f"base-{side}", prism(outline, 0.0, wide), fixed=True)
@@ -282,10 +283,10 @@ def _add_piers(
     joint = abs(outer[0, 0] - inner[0, 0])
     level = max(abs(outer[0, 1] - inner[0, 1]), abs(outer[-1, 1] - inner[-1, 1]), abs(inner[0, 1] - inner[-1, 1]))
     if level > 1e-9 * joint:
-        raise ValueError("pier_height: piers need level springings (angle_deg of 180, or a pointed arch)")
+        raise InputError("pier_height: piers need level springings (angle_deg of 180, or a pointed arch)")
     broad = joint if pier_width is None else positive("pier_width", pier_width)
     if broad < joint * (1.0 - 1e-9):
-        raise ValueError(f"pier_width {broad:g} m is less than the thickness of the arch ({joint:g} m)")
+        raise InputError(f"pier_width {broad:g} m is less than the thickness of the arch ({joint:g} m)")
     top = float(inner[0, 1])
     near, far = float(inner[0, 0]), float(inner[-1, 0])
     xs = {"left": (near - broad, near), "right": (far, far + broad)}
@@ -305,7 +306,7 @@ def _check_convex(outlines: np.ndarray) -> None:
         after = np.roll(side, -1, axis=0)
         turn = side[:, 0] * after[:, 1] - side[:, 1] * after[:, 0]
         if (turn <= 0.0).any():
-            raise ValueError(
+            raise InputError(
                 f"voussoir {k + 1} is not convex or has no area: its joints cross, or intrados and extrados are "
                 "swapped or not given from left to right"
             )

@@ -6,12 +6,14 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from limitmason.errors import InputError
+
 
 def positive(name: str, value: object) -> float:
     """Return `value` as a float, or say which argument is not a finite number above zero."""
     number = finite(name, value)
     if number <= 0.0:
-        raise ValueError(f"{name} must be above zero, got {value!r}")
+        raise InputError(f"{name} must be above zero, got {value!r}")
     return number
 
 
@@ -20,9 +22,9 @@ def finite(name: str, value: object) -> float:
     try:
         number = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        raise ValueError(f"{name} must be a number, got {value!r}") from None
+        raise InputError(f"{name} must be a number, got {value!r}") from None
     if not math.isfinite(number):
-        raise ValueError(f"{name} must be finite, got {value!r}")
+        raise InputError(f"{name} must be finite, got {value!r}")
     return number
 
 
@@ -30,14 +32,14 @@ def count(name: str, value: object, least: int = 1) -> int:
     """Return `value` as an int, or say which argument is not a whole number of at least `least`."""
     number = finite(name, value)
     if number != round(number) or number < least:
-        raise ValueError(f"{name} must be a whole number of at least {least}, got {value!r}")
+        raise InputError(f"{name} must be a whole number of at least {least}, got {value!r}")
     return int(number)
 
 
 def choice(name: str, value: object, allowed: Sequence[object]) -> object:
     """Return `value` if it is one of `allowed`, or list what is allowed."""
     if value not in allowed:
-        raise ValueError(f"{name} must be one of {', '.join(repr(a) for a in allowed)}, got {value!r}")
+        raise InputError(f"{name} must be one of {', '.join(repr(a) for a in allowed)}, got {value!r}")
     return value
 
 
@@ -49,7 +51,7 @@ def unit_size(unit: object, parts: int = 3) -> tuple[float, ...]:
     except TypeError:
         sizes = ()
     if len(sizes) != parts:
-        raise ValueError(f"unit must be ({', '.join(names)}) in metres, got {unit!r}")
+        raise InputError(f"unit must be ({', '.join(names)}) in metres, got {unit!r}")
     return tuple(positive(f"unit {name}", size) for name, size in zip(names, sizes, strict=True))
 
 
@@ -60,14 +62,14 @@ def courses_from(height: object, courses: object, unit_height: float, where: str
     that silently rounds it changes the slenderness that the analysis is about.
     """
     if (height is None) == (courses is None):
-        raise ValueError(f"give exactly one of {where} and courses, got {where}={height!r} and courses={courses!r}")
+        raise InputError(f"give exactly one of {where} and courses, got {where}={height!r} and courses={courses!r}")
     if courses is not None:
         return count("courses", courses)
     total = positive(where, height)
     number = round(total / unit_height)
     if number < 1 or abs(number * unit_height - total) > 1e-6 * unit_height:
         below = max(int(total / unit_height), 1)
-        raise ValueError(
+        raise InputError(
             f"{where} {total:g} m is not a whole number of courses of {unit_height:g} m; "
             f"nearest are {below * unit_height:g} m and {(below + 1) * unit_height:g} m"
         )

@@ -13,6 +13,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from limitmason.build.arguments import choice, count, positive
+from limitmason.errors import InputError
 
 BONDS = ("running", "header", "english", "flemish")
 _TOLERANCE = 1e-9  # of the unit length: only rounding, no piece of masonry is that short
@@ -85,7 +86,7 @@ def make_bond(
     length, _, thickness = unit
     half_bonded = name in ("english", "flemish")
     if half_bonded and abs(length - 2.0 * thickness) > 1e-6 * length:
-        raise ValueError(
+        raise InputError(
             f"unit: {name} bond needs units twice as long as thick (nominal sizes, joints included), "
             f"got {length:g} x {thickness:g} m"
         )
@@ -95,7 +96,7 @@ def make_bond(
         pitch, across, depth = length, number, number * thickness
     else:
         if leaves is not None:
-            raise ValueError(f"leaves is for running bond; a wall in {name} bond is one unit length thick")
+            raise InputError(f"leaves is for running bond; a wall in {name} bond is one unit length thick")
         depth, across = length, 2 if half_bonded else 1
         module = {
             "header": ((thickness, True),),
@@ -106,17 +107,17 @@ def make_bond(
     if staggering is None:
         lap = pitch / 4.0 if half_bonded else pitch / 2.0
     elif half_bonded:
-        raise ValueError(f"staggering of {name} bond is a quarter of the unit length; leave it out")
+        raise InputError(f"staggering of {name} bond is a quarter of the unit length; leave it out")
     else:
         lap = positive("staggering", staggering)
         if lap > pitch / 2.0 * (1.0 + 1e-9):
-            raise ValueError(
+            raise InputError(
                 f"staggering is the shorter overlap of two courses, at most half a unit ({pitch / 2.0:g} m); "
                 f"got {lap:g} m"
             )
     shortest = pitch / 4.0 if min_piece is None else positive("min_piece", min_piece)
     if shortest > pitch / 2.0:
-        raise ValueError(f"min_piece must not exceed half a unit ({pitch / 2.0:g} m), got {shortest:g} m")
+        raise InputError(f"min_piece must not exceed half a unit ({pitch / 2.0:g} m), got {shortest:g} m")
     return Bond(name, pitch, module, thickness, lap, across, depth, shortest)
 
 
@@ -134,7 +135,7 @@ def leading_course(bond: Bond, length: float, ends: Ends) -> Leading:
         first, last = _lead(bond, ends.start), _lead(bond, ends.end)
         used = sum(size for size, _ in first + last)
         if used > length + bond.tolerance:
-            raise ValueError(f"length {length:g} m is too short for interlocking corners at both ends")
+            raise InputError(f"length {length:g} m is too short for interlocking corners at both ends")
         return _place(length, *_symmetric(bond, first, last, length - used))
     if ends.end:
         mirrored = leading_course(bond, length, Ends(ends.end, 0.0))

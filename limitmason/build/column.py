@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from limitmason.build.arguments import choice, courses_from, positive
 from limitmason.build.erect import BASES, Site, add_slab
+from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 
@@ -56,7 +57,7 @@ def column(
     choice("base", base, BASES)
     if unit_height is None:
         if height is None or courses is None:
-            raise ValueError("unit_height is needed unless height and courses are both given")
+            raise InputError("unit_height is needed unless height and courses are both given")
         number = courses_from(None, courses, 1.0)
         tall = positive("height", height) / number
     else:
@@ -66,7 +67,7 @@ def column(
     if base == "slab":
         margin = wide / 2.0 if base_margin is None else float(base_margin)
         if not 0.0 <= margin < float("inf"):
-            raise ValueError(f"base_margin must be zero or more, got {base_margin!r}")
+            raise InputError(f"base_margin must be zero or more, got {base_margin!r}")
         slab = tall if base_thickness is None else positive("base_thickness", base_thickness)
         add_slab(site, (0.0, wide, 0.0, deep), slab, margin)
     for k in range(number):

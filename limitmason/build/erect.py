@@ -8,6 +8,7 @@ from typing import Any
 
 from limitmason.build.arguments import choice, positive
 from limitmason.build.plan import Box, Unit
+from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid, box
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -119,5 +120,5 @@ def check_ground(
     thickness = unit[1] if base_thickness is None else positive("base_thickness", base_thickness)
     margin = unit[0] / 2.0 if base_margin is None else float(base_margin)
     if not 0.0 <= margin < float("inf"):
-        raise ValueError(f"base_margin must be zero or more, got {base_margin!r}")
+        raise InputError(f"base_margin must be zero or more, got {base_margin!r}")
     return thickness, margin

@@ -9,6 +9,7 @@ from limitmason.build.arguments import choice, finite, positive, unit_size
 from limitmason.build.bond import Piece
 from limitmason.build.erect import Site, add_slab, add_units, check_ground
 from limitmason.build.plan import Unit
+from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 
@@ -67,7 +68,7 @@ def layout(
     `recipe["staggering"]` is measured: the smallest overlap of successive rows.
     """
     if isinstance(rows, str) or len(rows) == 0:
-        raise ValueError("rows must be a sequence of rows, bottom first")
+        raise InputError("rows must be a sequence of rows, bottom first")
     values = [float(v) for v in unit] if isinstance(unit, (tuple, list)) else unit
     if thickness is None:
         length, height, depth = unit_size(values)
@@ -81,7 +82,7 @@ def layout(
     if not ragged:
         for number, span in enumerate(spans):
             if abs(span - spans[0]) > 1e-9 * spans[0]:
-                raise ValueError(
+                raise InputError(
                     f"rows[{number}] is {span:g} block lengths long, rows[0] is {spans[0]:g}; "
                     "pass ragged=True if that is meant"
                 )
@@ -152,9 +153,9 @@ def _read(row: Row, number: int) -> list[float]:
     tokens = row.split() if isinstance(row, str) else list(row)
     widths = [finite(f"rows[{number}]", token) for token in tokens]
     if any(width == 0.0 for width in widths):
-        raise ValueError(f"rows[{number}] has a block of zero width: {row!r}")
+        raise InputError(f"rows[{number}] has a block of zero width: {row!r}")
     if not any(width > 0.0 for width in widths):
-        raise ValueError(f"rows[{number}] has no block: {row!r}")
+        raise InputError(f"rows[{number}] has no block: {row!r}")
     return widths
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from limitmason.build.arguments import finite, positive
 from limitmason.build.plan import Box, Unit
+from limitmason.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,7 @@ def place_openings(
         x0, z0 = finite(f"{where}.x", opening.x), finite(f"{where}.z", opening.z)
         x1, z1 = x0 + positive(f"{where}.width", opening.width), z0 + positive(f"{where}.height", opening.height)
         if x0 < -1e-9 or x1 > length + 1e-9 or z0 < -1e-9 or z1 > height + 1e-9:
-            raise ValueError(
+            raise InputError(
                 f"{where} spans x {x0:g} to {x1:g}, z {z0:g} to {z1:g} m and leaves the facade "
                 f"({length:g} x {height:g} m)"
             )
@@ -105,9 +106,9 @@ def place_openings(
             bearing = unit[0] / 2.0 if opening.bearing is None else positive(f"{where}.bearing", opening.bearing)
             top = z1 + depth
             if top > height + 1e-9:
-                raise ValueError(f"{where}.lintel: its top at {top:g} m is above the wall ({height:g} m)")
+                raise InputError(f"{where}.lintel: its top at {top:g} m is above the wall ({height:g} m)")
             if x0 - bearing < -1e-9 or x1 + bearing > length + 1e-9:
-                raise ValueError(f"{where}.bearing {bearing:g} m reaches beyond the end of the facade")
+                raise InputError(f"{where}.bearing {bearing:g} m reaches beyond the end of the facade")
             top = _snap(f"{where}.lintel", top, levels)
             lintel = ((max(x0 - bearing, 0.0), 0.0, z1), (min(x1 + bearing, length), thickness, top))
         here = Placed(max(x0, 0.0), min(x1, length), z0, z1, lintel)
@@ -152,8 +153,8 @@ def _opening(given: Opening | Mapping, where: str) -> Opening:
         try:
             return Opening(**given)
         except TypeError as problem:
-            raise ValueError(f"{where}: {problem}") from None
-    raise ValueError(f"{where} must be an Opening or a mapping with its fields, got {given!r}")
+            raise InputError(f"{where}: {problem}") from None
+    raise InputError(f"{where} must be an Opening or a mapping with its fields, got {given!r}")
 
 
 def _snap(field: str, z: float, levels: Sequence[float]) -> float:
@@ -166,7 +167,7 @@ def _snap(field: str, z: float, levels: Sequence[float]) -> float:
                 if abs(z - bed) <= 1e-6 * (high - low):
                     return bed
                 if abs(z - bed) < thin:
-                    raise ValueError(
+                    raise InputError(
                         f"{field}: the edge at {z:g} m leaves a slice of {abs(z - bed):.3g} m beside the bed joint at "
                         f"{bed:g} m; move it onto the joint"
                     )
@@ -179,12 +180,12 @@ def _check_neighbours(
     x0, x1 = here.reach
     for name, low, high in occupied:
         if x0 < high - 1e-9 and x1 > low + 1e-9:
-            raise ValueError(
+            raise InputError(
                 f"{where} (with its lintel) spans x {x0:g} to {x1:g} m and cuts into {name} ({low:g} to {high:g} m)"
             )
     for index, other in enumerate(placed):
         if any(_cross(a, b) for a in _rectangles(here) for b in _rectangles(other)):
-            raise ValueError(f"{where} (with its lintel) overlaps openings[{index}]")
+            raise InputError(f"{where} (with its lintel) overlaps openings[{index}]")
 
 
 def _rectangles(opening: Placed) -> list[tuple[float, float, float, float]]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from limitmason.build.arguments import choice, positive
 from limitmason.build.bond import Bond, Ends, Piece, drop_cut_ends, lapping_course, leading_course, smallest_overlap
+from limitmason.errors import InputError
 
 # lower and upper corner [m]
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -94,26 +95,26 @@ def make_runs(
     if plan == "straight":
         for name, value in (("return_length", return_length), ("return_thickness", return_thickness)):
             if value is not None:
-                raise ValueError(f"{name} is given but plan is 'straight'; choose plan 'L', 'T' or 'U'")
+                raise InputError(f"{name} is given but plan is 'straight'; choose plan 'L', 'T' or 'U'")
     if plan != "T" and return_position is not None:
-        raise ValueError(f"return_position is for plan 'T', got plan {plan!r}")
+        raise InputError(f"return_position is for plan 'T', got plan {plan!r}")
     if plan == "straight":
         return [Run("facade", 0, (0.0, 0.0), length, thickness, Ends())]
     if return_length is None:
-        raise ValueError(f"return_length is needed for plan {plan!r}")
+        raise InputError(f"return_length is needed for plan {plan!r}")
     depth = thickness if return_thickness is None else positive("return_thickness", return_thickness)
     both = return_length if isinstance(return_length, (tuple, list)) else (return_length, return_length)
     if len(both) != 2 or (plan != "U" and isinstance(return_length, (tuple, list))):
-        raise ValueError(
+        raise InputError(
             f"return_length must be one length, or a pair (left, right) for plan 'U'; got {return_length!r}"
         )
     lengths = [positive("return_length", value) for value in both]
     for value in lengths:
         if value <= thickness:
-            raise ValueError(f"return_length {value:g} m does not reach beyond the facade ({thickness:g} m thick)")
+            raise InputError(f"return_length {value:g} m does not reach beyond the facade ({thickness:g} m thick)")
     needed = 2.0 * depth if plan == "U" else depth
     if length <= needed:
-        raise ValueError(f"length {length:g} m leaves no facade beside returns {depth:g} m thick")
+        raise InputError(f"length {length:g} m leaves no facade beside returns {depth:g} m thick")
 
     def make(name: str, x: float, reach: float, outer_first: bool) -> Run:
         return Run(name, 1, (x, 0.0), reach, depth, Ends(start=thickness), outer_first, leads_even=False)
@@ -128,7 +129,7 @@ def make_runs(
     middle = length / 2.0 if return_position is None else positive("return_position", return_position)
     x0 = middle - depth / 2.0
     if x0 <= 0.0 or x0 + depth >= length:
-        raise ValueError(f"return_position {middle:g} m puts the return at the end of the facade; use plan 'L'")
+        raise InputError(f"return_position {middle:g} m puts the return at the end of the facade; use plan 'L'")
     stem = make("return-middle", x0, lengths[0], True)
     return [Run("facade", 0, (0.0, 0.0), length, thickness, Ends(crossing=(x0, x0 + depth))), stem]
 

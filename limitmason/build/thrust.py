@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from limitmason.build.arguments import choice, count, finite, positive
+from limitmason.errors import InputError
 
 _SHAPES = ("chord", "sector")
 
@@ -144,5 +145,5 @@ def centroid_radius(thickness: float, step: float, *, chord: bool) -> float:
 def _angle(angle_deg: object) -> float:
     angle = finite("angle_deg", angle_deg)
     if not 0.0 < angle <= 180.0:
-        raise ValueError(f"angle_deg must be above 0 and at most 180, got {angle_deg!r}")
+        raise InputError(f"angle_deg must be above 0 and at most 180, got {angle_deg!r}")
     return angle

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.model.assembly import Assembly
@@ -34,7 +35,7 @@ def with_part_of_thickness(assembly: Assembly, share: float, direction: ArrayLik
         For a share outside its range.
     """
     if not 0.0 < read_number("share", share) <= 1.0:
-        raise ValueError(f"share of the thickness in contact must be above 0 and at most 1, got {share!r}")
+        raise InputError(f"share of the thickness in contact must be above 0 and at most 1, got {share!r}")
     d = _unit("direction", direction)
     changed = []
     for i in assembly.interfaces:
@@ -67,7 +68,7 @@ def with_head_joints_gaping(assembly: Assembly, gap: float) -> Assembly:
         When a bed joint is not longer than what it loses.
     """
     if not read_number("gap", gap) >= 0.0:
-        raise ValueError(f"gap must be >= 0 m, got {gap!r}")
+        raise InputError(f"gap must be >= 0 m, got {gap!r}")
     heads = [i for i in assembly.interfaces if abs(i.normal[2]) < np.sqrt(0.5)]
     low = np.array([h.polygon.min(axis=0) for h in heads]).reshape(-1, 3) - 2.0 * assembly.tolerance
     high = np.array([h.polygon.max(axis=0) for h in heads]).reshape(-1, 3) + 2.0 * assembly.tolerance
@@ -104,7 +105,7 @@ def without_head_joints(assembly: Assembly, share: float = 1.0) -> Assembly:
         For a share outside its range, and when a block then hangs on nothing.
     """
     if not 0.0 <= read_number("share", share) <= 1.0:
-        raise ValueError(f"share of open head joints must be 0 to 1, got {share!r}")
+        raise InputError(f"share of open head joints must be 0 to 1, got {share!r}")
     heads = [k for k, i in enumerate(assembly.interfaces) if i.kind == "head"]
     rank = np.argsort(np.argsort((np.arange(1, len(heads) + 1) * 0.6180339887498949) % 1.0))
     removed = {k for k, r in zip(heads, rank.tolist(), strict=True) if r < round(share * len(heads))}
@@ -123,7 +124,7 @@ def resized(assembly: Assembly, factors: ArrayLike) -> Assembly:
     """
     f = read_vector("factors", factors)
     if not (f > 0).all():
-        raise ValueError(f"factors must be positive, got {tuple(f.tolist())}")
+        raise InputError(f"factors must be positive, got {tuple(f.tolist())}")
     blocks = tuple(replace(b, parts=tuple(Solid(p.vertices * f, p.faces) for p in b.parts)) for b in assembly.blocks)
     interfaces = []
     for i in assembly.interfaces:
@@ -135,7 +136,7 @@ def resized(assembly: Assembly, factors: ArrayLike) -> Assembly:
 def with_density_factor(assembly: Assembly, factor: float, blocks: Iterable[int | str] | None = None) -> Assembly:
     """This assembly with the density of all blocks, or of those named, times a factor [-], >= 0."""
     if not read_number("factor", factor) >= 0.0:
-        raise ValueError(f"density factor must be >= 0, got {factor!r}")
+        raise InputError(f"density factor must be >= 0, got {factor!r}")
     chosen = set(range(assembly.n_blocks)) if blocks is None else {assembly.block_index(b) for b in blocks}
     recipe = dict(assembly.recipe)
     if blocks is None and "density" in recipe:
@@ -158,7 +159,7 @@ def displaced(assembly: Assembly, displacements: Sequence[Array] | Array) -> Ass
     """
     u = np.asarray(displacements, dtype=float)
     if u.shape != (assembly.n_blocks, 6) or not np.isfinite(u).all():
-        raise ValueError(f"displacements must be finite and of shape ({assembly.n_blocks}, 6), got shape {u.shape}")
+        raise InputError(f"displacements must be finite and of shape ({assembly.n_blocks}, 6), got shape {u.shape}")
     turn, centre = rotation_matrices(u[:, 3:]), assembly.centroids
 
     def moved(points: Array, block: int) -> Array:
@@ -198,11 +199,11 @@ def _cut_edge(
     if len(out) >= 3:
         return np.array(out)
     a, b = assembly.blocks[interface.block_a].name, assembly.blocks[interface.block_b].name
-    raise ValueError(f"the joint between {a!r} and {b!r} is not longer than the {depth:.3g} m it loses at a head joint")
+    raise InputError(f"the joint between {a!r} and {b!r} is not longer than the {depth:.3g} m it loses at a head joint")
 
 
 def _unit(name: str, vector: ArrayLike) -> Array:
     v = read_vector(name, vector)
     if not np.linalg.norm(v) > 0:
-        raise ValueError(f"{name} must not be zero")
+        raise InputError(f"{name} must not be zero")
     return v / np.linalg.norm(v)

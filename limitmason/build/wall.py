@@ -10,6 +10,7 @@ from limitmason.build.bond import make_bond
 from limitmason.build.erect import Site, add_slab, add_units, check_ground
 from limitmason.build.opening import Opening, Placed, cut_openings, place_openings
 from limitmason.build.plan import Run, lay_courses, lay_run, make_runs
+from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 
@@ -136,7 +137,7 @@ def wall(
     choice("start", start, ("whole", "half"))
     choice("beam_over", beam_over, ("facade", "returns", "all"))
     if return_thickness is not None and (laid.name != "running" or laid.leaves > 1):
-        raise ValueError("return_thickness is for running bond in one leaf; other bonds fix the thickness")
+        raise InputError("return_thickness is for running bond in one leaf; other bonds fix the thickness")
     if header_every is not None:
         header_every = _headers(header_every, laid.leaves, laid.name)
     ragged = _ragged(ends, plan, laid.name)
@@ -177,7 +178,7 @@ def wall(
     if top_beam is not None:
         _add_beams(site, runs, levels[-1], positive("top_beam", top_beam), beam_over, beam_density)
     elif beam_over != "facade":
-        raise ValueError("beam_over is given but top_beam is not")
+        raise InputError("beam_over is given but top_beam is not")
     recipe = {
         "kind": "wall",
         "plan": plan,
@@ -211,16 +212,16 @@ def wall(
 
 def _headers(given: object, leaves: int, bond: str) -> tuple[int, int]:
     if bond != "running" or leaves < 2:
-        raise ValueError("header_every ties leaves: it needs running bond with leaves of 2 or more")
+        raise InputError("header_every ties leaves: it needs running bond with leaves of 2 or more")
     if not isinstance(given, (tuple, list)) or len(given) != 2:
-        raise ValueError(f"header_every must be a pair (every k-th course, every j-th position), got {given!r}")
+        raise InputError(f"header_every must be a pair (every k-th course, every j-th position), got {given!r}")
     return count("header_every course", given[0]), count("header_every position", given[1])
 
 
 def _ragged(ends: object, plan: str, bond: str) -> bool | tuple[bool, bool]:
     if isinstance(ends, (tuple, list)):
         if len(ends) != 2 or plan != "straight":
-            raise ValueError(f"ends must be one word, or a pair (left, right) for a straight wall; got {ends!r}")
+            raise InputError(f"ends must be one word, or a pair (left, right) for a straight wall; got {ends!r}")
         left, right = (choice("ends", end, _ENDS) == "ragged" for end in ends)
         pair: bool | tuple[bool, bool] = (left, right)
         either = left or right
@@ -228,7 +229,7 @@ def _ragged(ends: object, plan: str, bond: str) -> bool | tuple[bool, bool]:
         pair = choice("ends", ends, _ENDS) == "ragged"
         either = bool(pair)
     if either and bond in ("english", "flemish"):
-        raise ValueError(f"ends: ragged ends are for running and header bond, got bond {bond!r}")
+        raise InputError(f"ends: ragged ends are for running and header bond, got bond {bond!r}")
     return pair
 
 
@@ -244,7 +245,7 @@ def _bounds(runs: Sequence[Run]) -> tuple[float, float, float, float]:
 
 def _add_beams(site: Site, runs: Sequence[Run], top: float, depth: float, over: str, density: float | None) -> None:
     if over != "facade" and len(runs) == 1:
-        raise ValueError(f"beam_over {over!r} needs returns, but plan is 'straight'")
+        raise InputError(f"beam_over {over!r} needs returns, but plan is 'straight'")
     for run in runs:
         facade = run.name == "facade"
         if over != "all" and facade != (over == "facade"):

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
+from limitmason.errors import InputError
+
 ACTS_ON = ("simulation", "measurement")
 
 
@@ -62,13 +64,13 @@ class Cause:
         object.__setattr__(self, "bounds", (low, high))
         object.__setattr__(self, "baseline", float(self.baseline))
         if not (isfinite(low) and isfinite(high) and low < high):
-            raise ValueError(f"cause {self.name!r}: bounds must be finite and increasing, got {self.bounds}")
+            raise InputError(f"cause {self.name!r}: bounds must be finite and increasing, got {self.bounds}")
         if not low <= self.baseline <= high:
-            raise ValueError(f"cause {self.name!r}: bounds {self.bounds} exclude the baseline {self.baseline:g}")
+            raise InputError(f"cause {self.name!r}: bounds {self.bounds} exclude the baseline {self.baseline:g}")
         if self.acts_on not in ACTS_ON:
-            raise ValueError(f"cause {self.name!r}: acts_on must be one of {ACTS_ON}, got {self.acts_on!r}")
+            raise InputError(f"cause {self.name!r}: acts_on must be one of {ACTS_ON}, got {self.acts_on!r}")
         if self.apply is None and not str(self.parameter).isidentifier():
-            raise ValueError(
+            raise InputError(
                 f"cause {self.name!r}: {self.parameter!r} cannot be a keyword of simulate; rename it or give apply="
             )
 
@@ -123,15 +125,15 @@ def check_causes(causes: Iterable[Cause], nuisance: Iterable[str] = ()) -> tuple
     """
     causes = tuple(causes)
     if not causes:
-        raise ValueError("the list of causes is empty: a verdict is conditional on a list")
+        raise InputError("the list of causes is empty: a verdict is conditional on a list")
     names: list[str] = []
     for cause in causes:
         if not isinstance(cause, Cause):
             raise TypeError(f"a cause must be a Cause, got {type(cause).__name__}")
         if cause.name in names:
-            raise ValueError(f"the name {cause.name!r} is used by two causes")
+            raise InputError(f"the name {cause.name!r} is used by two causes")
         if cause.apply is None and cause.parameter in tuple(nuisance):
-            raise ValueError(
+            raise InputError(
                 f"cause {cause.name!r}: its parameter {cause.parameter!r} is also a measured nuisance input; "
                 "a measured input is redrawn within its error and cannot be a free cause as well"
             )

@@ -17,6 +17,7 @@ from types import MappingProxyType
 from typing import Any
 
 from limitmason.causes.cause import Cause
+from limitmason.errors import InputError
 from limitmason.method import ASSOCIATIVE, DEM, NON_ASSOCIATIVE
 
 Bounds = tuple[float, float]
@@ -84,7 +85,7 @@ class Declared:
         variant: Callable[..., Mapping[str, str]] | None,
     ):  # fmt: skip
         if lever not in LEVERS:
-            raise ValueError(f"cause {name!r}: lever must be one of {', '.join(LEVERS)}, got {lever!r}")
+            raise InputError(f"cause {name!r}: lever must be one of {', '.join(LEVERS)}, got {lever!r}")
         update_wrapper(self, function)
         self.function, self.name, self.lever = function, name, lever
         self.baseline, self.bounds, self.variant = baseline, bounds, variant

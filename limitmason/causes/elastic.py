@@ -6,6 +6,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from limitmason.equilibrium import contact_points, equilibrium_matrix
+from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 
 Array = NDArray[np.float64]
@@ -73,7 +74,7 @@ def elastic_displacements(
     except RuntimeError:
         solved = np.full(len(free), np.nan)
     if not np.isfinite(solved).all():
-        raise ValueError("the joints do not hold every block in place: an elastic state does not exist")
+        raise InputError("the joints do not hold every block in place: an elastic state does not exist")
     u = np.zeros(assembly.n_blocks * 6)
     u[free] = scale @ solved
     force = -springs * (matrix.T @ u)

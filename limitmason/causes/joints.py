@@ -9,6 +9,7 @@ import numpy as np
 
 from limitmason.causes.declare import declare
 from limitmason.causes.elastic import dead_load_stress
+from limitmason.errors import InputError
 from limitmason.model import Assembly, Joint, Loads
 
 KINDS = ("bed", "head", "base")
@@ -54,7 +55,7 @@ def head_joint_friction(factor: float, assembly: Assembly, loads: Loads) -> tupl
 
 def _positive_stresses(*, reference_stress: float, least_stress: float) -> Mapping[str, str]:
     if not (reference_stress > 0 and least_stress > 0):
-        raise ValueError("reference_stress [Pa] and least_stress [-] must be positive")
+        raise InputError("reference_stress [Pa] and least_stress [-] must be positive")
     return {}
 
 
@@ -187,11 +188,11 @@ def wear(
     order : name under which every specimen holds the number of its test, 1 for the first
     """
     if specimen is None:
-        raise ValueError("wear depends on the test: give specimen={'" + order + "': number of the test}")
+        raise InputError("wear depends on the test: give specimen={'" + order + "': number of the test}")
     try:
         number = float(specimen[order] if hasattr(specimen, "keys") else getattr(specimen, order))
     except (KeyError, AttributeError):
-        raise ValueError(f"wear needs {order!r} (1 for the first test) in every specimen") from None
+        raise InputError(f"wear needs {order!r} (1 for the first test) in every specimen") from None
     factor = exp(-rate * (number - 1.0))
     return assembly.with_joints(lambda joint: with_friction_factor(joint, factor), kinds=KINDS), loads
 

@@ -7,6 +7,7 @@ from typing import Any
 from limitmason.causes import faces, joints, loads, measurement, shape
 from limitmason.causes.cause import Cause
 from limitmason.causes.declare import Declared
+from limitmason.errors import InputError
 from limitmason.method import ASSOCIATIVE, LIMIT, THEORIES
 
 METHODS = (LIMIT, *THEORIES)
@@ -33,7 +34,7 @@ def acts_on(cause: Cause, method: str) -> bool:
         For an unknown method.
     """
     if method not in METHODS:
-        raise ValueError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
+        raise InputError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
     if cause.acts_on == "measurement" or not cause.methods:
         return True
     return (ASSOCIATIVE if method == LIMIT else method) in cause.methods
@@ -99,7 +100,7 @@ def standard(
     names = [c.name for c in causes]
     unknown = [n for n in without if n not in names]
     if unknown:
-        raise ValueError(f"without: the list has no cause {unknown[0]!r}; it has {', '.join(names)}")
+        raise InputError(f"without: the list has no cause {unknown[0]!r}; it has {', '.join(names)}")
     return [c for c in causes if acts_on(c, method) and c.name not in tuple(without)]
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from limitmason.causes.declare import declare
 from limitmason.causes.wrenches import Direction, live_direction, overload_of, shared_acceleration, turned
+from limitmason.errors import InputError
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.model import Assembly, Loads
 
@@ -61,7 +62,7 @@ def overload_magnitude(
 
 def _turned_in(*, plane: str) -> Mapping[str, str]:
     if plane not in ("vertical", "horizontal"):
-        raise ValueError(f"plane must be 'vertical' or 'horizontal', got {plane!r}")
+        raise InputError(f"plane must be 'vertical' or 'horizontal', got {plane!r}")
     name, parameter = ("inclined load", "rise_deg") if plane == "vertical" else ("skewed load", "skew_deg")
     physics = f"the live load is turned by size in the {plane} plane"
     return {"name": name, "parameter": parameter, "physics": physics}
@@ -85,6 +86,6 @@ def load_direction(size: float, assembly: Assembly, loads: Loads, *, plane: str 
     d = live_direction(loads)
     axis = np.array([0.0, 0.0, 1.0]) if plane == "horizontal" else np.cross(d, (0.0, 0.0, 1.0))
     if np.linalg.norm(axis) < 1e-9:
-        raise ValueError("a vertical live load has no vertical plane of its own: use plane='horizontal'")
+        raise InputError("a vertical live load has no vertical plane of its own: use plane='horizontal'")
     rotation = rotation_matrices(np.radians(size) * axis / np.linalg.norm(axis))
     return assembly, replace(loads, live=turned(loads.live, rotation))

@@ -8,6 +8,7 @@ from math import atan, radians, tan
 from typing import Any
 
 from limitmason.causes.declare import declare
+from limitmason.errors import InputError
 
 FLOOR = 1e-3  # of the prediction: a reading stays positive, so that its logarithm exists
 
@@ -23,7 +24,7 @@ def entry(specimen: Any, name: str, cause: str) -> Any:
     try:
         return specimen[name] if hasattr(specimen, "keys") else getattr(specimen, name)
     except (KeyError, AttributeError):
-        raise ValueError(f"cause {cause!r} needs {name!r} in every specimen") from None
+        raise InputError(f"cause {cause!r} needs {name!r} in every specimen") from None
 
 
 @declare(
@@ -38,7 +39,7 @@ def angle_offset(size: float, prediction: float, specimen: Any) -> float:
     """Zero of the inclinometer off by the size [deg]: read lambda = tan(atan lambda + size); for tilting tests."""
     angle = atan(prediction) + radians(size)
     if angle >= radians(89.9):
-        raise ValueError(f"an angle offset of {size:g} deg on a multiplier of {prediction:g} passes the vertical")
+        raise InputError(f"an angle offset of {size:g} deg on a multiplier of {prediction:g} passes the vertical")
     return max(tan(angle), FLOOR * prediction)
 
 

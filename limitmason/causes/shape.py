@@ -10,6 +10,7 @@ from limitmason.causes.declare import declare
 from limitmason.causes.elastic import elastic_displacements
 from limitmason.causes.joints import MM_PER_MPA
 from limitmason.causes.wrenches import Direction, live_direction, rescaled_loads, turned
+from limitmason.errors import InputError
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.limit import limit_analysis
 from limitmason.model import Assembly, Loads
@@ -39,14 +40,14 @@ def out_of_plumb(
     d = live_direction(loads) if direction is None else np.asarray(direction, dtype=float)
     axis = np.cross((0.0, 0.0, 1.0), d)
     if np.linalg.norm(axis) < 1e-9:
-        raise ValueError("out-of-plumb needs a horizontal direction: give direction=")
+        raise InputError("out-of-plumb needs a horizontal direction: give direction=")
     back = rotation_matrices(-np.radians(size) * axis / np.linalg.norm(axis))
     return assembly, replace(loads, dead=turned(loads.dead, back), live=turned(loads.live, back))
 
 
 def _along(*, axes: str) -> Mapping[str, str]:
     if not axes or set(axes) - set("xyz"):
-        raise ValueError(f"axes must be letters out of 'xyz', got {axes!r}")
+        raise InputError(f"axes must be letters out of 'xyz', got {axes!r}")
     if set(axes) == set("xyz"):
         return {}
     some = sorted(set(axes))

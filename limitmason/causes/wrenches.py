@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 
 Array = NDArray[np.float64]
@@ -60,7 +61,7 @@ def live_direction(loads: Loads) -> Array:
     total = loads.live[:, :3].sum(axis=0)
     size = float(np.linalg.norm(total))
     if size <= 1e-9 * float(np.abs(loads.live[:, :3]).sum() or 1.0):
-        raise ValueError("the live forces add up to zero: give the cause a direction")
+        raise InputError("the live forces add up to zero: give the cause a direction")
     return total / size
 
 

@@ -7,6 +7,7 @@ import warnings
 from pathlib import Path
 
 from limitmason.cli.console import figure_file, load_target, say, show_text
+from limitmason.errors import InputError
 from limitmason.model import Assembly, ContactError, ContactWarning, Joint, PlausibilityWarning
 
 _DRAWINGS = (".dxf", ".obj")
@@ -63,7 +64,7 @@ def _loaded(options: argparse.Namespace) -> tuple[Assembly, str]:
     if path.suffix.lower() not in _DRAWINGS:
         for name in ("tolerance", "thickness", "scale"):
             if getattr(options, name) is not None:
-                raise ValueError(f"--{name} is for drawings (.dxf, .obj); a model holds its own")
+                raise InputError(f"--{name} is for drawings (.dxf, .obj); a model holds its own")
         assembly, _, title = load_target(options.target, needs_live_load=False)
         return assembly, title
     from limitmason import formats
@@ -72,7 +73,7 @@ def _loaded(options: argparse.Namespace) -> tuple[Assembly, str]:
     joint = Joint(30.0)  # any: contacts do not depend on it
     if path.suffix.lower() == ".obj":
         if options.thickness is not None:
-            raise ValueError("--thickness is for .dxf outlines; solids have their own")
+            raise InputError("--thickness is for .dxf outlines; solids have their own")
         solids, names = formats.read_obj(path, **scale)
         return Assembly.from_polyhedra(solids, names=names, joint=joint, tolerance=options.tolerance), path.stem
     outlines, names, _ = formats.read_dxf(path, **scale)

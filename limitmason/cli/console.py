@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
+from limitmason.errors import InputError
 from limitmason.methods import ASSOCIATIVE, LIMIT, NON_ASSOCIATIVE, available_methods
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -53,19 +54,19 @@ def load_target(target: str, *, needs_live_load: bool = True) -> tuple[Assembly,
         from limitmason import formats
 
         if path.suffix.lower() in (".obj", ".dxf"):
-            raise ValueError(
+            raise InputError(
                 f"{path} holds geometry alone: read it with limitmason.formats in a script, give thickness, joints and "
                 "loads, and write the model as .json (see examples/traced_drawing.py)"
             )
         model = formats.read_json(path)
         if needs_live_load and not model.loads.live.any():
-            raise ValueError(f"{path}: the file holds no live load; add a 'loads' entry, see `limitmason template`")
+            raise InputError(f"{path}: the file holds no live load; add a 'loads' entry, see `limitmason template`")
         return model.assembly, model.loads, path.stem
     from limitmason import experiments
 
     source, slash, specimen = target.partition("/")
     if not slash:
-        raise ValueError(f"{target!r} is neither a file nor SOURCE/SPECIMEN; see `limitmason experiments list`")
+        raise InputError(f"{target!r} is neither a file nor SOURCE/SPECIMEN; see `limitmason experiments list`")
     test = experiments.load(source, specimen)
     return test.assembly(), test.loads(), f"{source} {specimen}"
 
@@ -112,7 +113,7 @@ def refuse(options: argparse.Namespace, names: Iterable[str], because: str) -> N
         value = getattr(options, name)
         if value is not None and value is not False and value != []:
             shown = name.upper() if name == "data" else f"--{name.replace('_', '-')}"
-            raise ValueError(f"{shown} is not used {because}: leave it out")
+            raise InputError(f"{shown} is not used {because}: leave it out")
 
 
 def method_of(options: argparse.Namespace) -> str:
@@ -130,7 +131,7 @@ def settings_of(options: argparse.Namespace) -> dict:
         refuse(options, ("flow_rule",), f"by --method {method}, which has its own")
         return {}
     if options.grid and options.contact_model != "grid":
-        raise ValueError("--grid needs --contact-model grid")
+        raise InputError("--grid needs --contact-model grid")
     found = {"contact_model": options.contact_model, "grid": options.grid and tuple(options.grid),
              "torsion_limit": options.torsion_limit or None, "flow_rule": options.flow_rule}  # fmt: skip
     return {name: value for name, value in found.items() if value is not None}

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from limitmason.cli.console import ANALYSIS, analysis_options, method_of, refuse, say, settings_of, show_text
+from limitmason.errors import InputError
 from limitmason.experiments.series import cases_of, series_of, write_template
 
 ABOUT = """\
@@ -100,7 +101,7 @@ def _run(options: argparse.Namespace) -> int:
         others = [name for name in vars(options) if name not in ("template", "model", "run", "debug")]
         refuse(options, others, "with --template, which writes a file and stops")
         if options.model and ":" in options.model:
-            raise ValueError(f"--template with --model needs a packaged series, got {options.model!r}")
+            raise InputError(f"--template with --model needs a packaged series, got {options.model!r}")
         write_template(options.template, options.model)
         say(f"wrote {options.template}: replace its rows, keep the row of units, then `limitmason diagnose`")
         return 0
@@ -110,7 +111,7 @@ def _run(options: argparse.Namespace) -> int:
         if getattr(options, name) is None:
             setattr(options, name, default)
     if options.out.exists() and not options.out.is_dir():
-        raise ValueError(f"--out {options.out} is a file; name a folder")
+        raise InputError(f"--out {options.out} is a file; name a folder")
     store = options.out / "simulations.jsonl"
     if options.fresh:
         store.unlink(missing_ok=True)
@@ -138,9 +139,9 @@ def _stated(options: argparse.Namespace) -> dict[str, Any]:
     _refuse_unused(options, own=own, has_model=has_model)
     model = load_object(options.model, "--model") if own else options.model
     if own and not callable(model):
-        raise ValueError(f"--model {options.model}: it is no function")
+        raise InputError(f"--model {options.model}: it is no function")
     if own and not options.causes:
-        raise ValueError("a model of your own needs its list of causes: --causes module:LIST")
+        raise InputError("a model of your own needs its list of causes: --causes module:LIST")
     return {
         "model": model,
         "method": method_of(options),
@@ -199,7 +200,7 @@ def load_object(text: str, what: str) -> Any:
     path = Path(module)
     place = str(path.resolve().parent if path.suffix == ".py" else Path.cwd())
     if path.suffix == ".py" and not path.exists():
-        raise ValueError(f"{what} {text}: there is no file {module}")
+        raise InputError(f"{what} {text}: there is no file {module}")
     if place not in sys.path:
         sys.path.insert(0, place)  # stays: worker processes import the same module
     try:
@@ -208,12 +209,12 @@ def load_object(text: str, what: str) -> Any:
         if error.name is None or error.name.split(".")[0] != module.split(".")[0]:
             note_own(error, f"{what} {text}: {path} needs a module that is not there")
             raise
-        raise ValueError(f"{what} {text}: {error}; give module:name or file.py:name") from None
+        raise InputError(f"{what} {text}: {error}; give module:name or file.py:name") from None
     except Exception as error:  # whatever the user's module may raise
         note_own(error, f"{what} {text}: {path} fails when it is imported")
         raise
     if not hasattr(found, name):
-        raise ValueError(f"{what} {text}: {module} has no {name!r}")
+        raise InputError(f"{what} {text}: {module} has no {name!r}")
     return getattr(found, name)
 
 
@@ -244,7 +245,7 @@ def _noise(text: str | None) -> float | str | None:
     try:
         return float(text.rstrip("%")) / (100.0 if text.endswith("%") else 1.0)
     except ValueError:
-        raise ValueError(
+        raise InputError(
             f"--noise must be a number such as 0.04 or 4%, 'unknown' or 'replicates', got {text!r}"
         ) from None
 
@@ -256,7 +257,7 @@ def _input(text: str) -> tuple[str, Any]:
     try:
         value, sd = (float(v) for v in rest.split(","))
     except ValueError:
-        raise ValueError(f"--input must read NAME=VALUE,SD such as friction=0.65,0.03, got {text!r}") from None
+        raise InputError(f"--input must read NAME=VALUE,SD such as friction=0.65,0.03, got {text!r}") from None
     return name.strip(), Measured(value, sd)
 
 

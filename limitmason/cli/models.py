@@ -19,6 +19,7 @@ from limitmason.cli.console import (
     settings_of,
     writable,
 )
+from limitmason.errors import InputError
 from limitmason.methods import predict
 from limitmason.model.assembly import Assembly
 from limitmason.results import Prediction
@@ -109,11 +110,11 @@ def _draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | No
         return
     elif kind == "mechanism":
         if prediction.mechanism is None:
-            raise ValueError(f"there is no mechanism to draw: {prediction.method!r} gives none")
+            raise InputError(f"there is no mechanism to draw: {prediction.method!r} gives none")
         figure = figures.mechanism(assembly, prediction, title=title, view=view)
     else:
         if prediction.resultants is None:
-            raise ValueError(f"there are no joint forces to draw: {prediction.method!r} gives none")
+            raise InputError(f"there are no joint forces to draw: {prediction.method!r} gives none")
         figure = figures.contact_forces(assembly, prediction, title=title, view=view)
     figure.savefig(path, dpi=dpi)
     say(f"wrote {path}")
@@ -121,7 +122,7 @@ def _draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | No
 
 def _template(options: argparse.Namespace) -> int:
     if options.file.exists():
-        raise ValueError(f"{options.file} exists already; choose another name")
+        raise InputError(f"{options.file} exists already; choose another name")
     stones = {"ground": [[-0.2, -0.2], [1.4, -0.2], [1.4, 0.0], [-0.2, 0.0]]}
     for course, ends in enumerate([[0, 0.4, 0.8, 1.2], [0, 0.2, 0.6, 1.0, 1.2]] * 3):
         low, high = round(0.2 * course, 3), round(0.2 * (course + 1), 3)

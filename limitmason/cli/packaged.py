@@ -9,6 +9,7 @@ from math import isfinite
 from pathlib import Path
 
 from limitmason.cli.console import analysis_options, figure_file, method_of, say, settings_of, show_text, writable
+from limitmason.errors import InputError
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
@@ -70,7 +71,7 @@ def _show(options: argparse.Namespace) -> int:
 
     source, _, specimen = options.source.partition("/")
     if specimen and options.specimen:
-        raise ValueError(f"specimen {options.specimen!r} is given besides {options.source!r}: name one")
+        raise InputError(f"specimen {options.specimen!r} is given besides {options.source!r}: name one")
     specimen = options.specimen or specimen
     for name in [specimen] if specimen else experiments.specimens(source):
         show_text(str(experiments.load(source, name)) + "\n")
@@ -81,7 +82,7 @@ def _run(options: argparse.Namespace) -> int:
     from limitmason import experiments, validation
 
     if options.all == bool(options.source):
-        raise ValueError("name a source, or give --all; see `limitmason experiments list`")
+        raise InputError("name a source, or give --all; see `limitmason experiments list`")
     settings = settings_of(options)
     flow_rule = settings.pop("flow_rule", None)
     if options.all:
@@ -109,7 +110,7 @@ def _draw_comparison(path: Path, rows: Sequence, figures) -> None:
     known = [r for r in rows if isfinite(r.predicted)]
     units = {r.unit for r in known}
     if len(units) != 1:
-        raise ValueError(
+        raise InputError(
             "no row has a prediction: there is nothing to draw" if not known
             else f"the values have different units ({', '.join(sorted(units))}): draw one source at a time"
         )  # fmt: skip
@@ -141,9 +142,9 @@ def _methods(options: argparse.Namespace) -> int:
     wanted = validation.cases(options.source, specimen=options.specimen)
     if not wanted:
         name = " ".join(n for n in (options.source, options.specimen) if n)
-        raise ValueError(f"no packaged case with a model is called {name!r}; see `limitmason experiments list`")
+        raise InputError(f"no packaged case with a model is called {name!r}; see `limitmason experiments list`")
     if options.thorough and not {"non-associative", "dem"} & set(options.methods):
-        raise ValueError("--thorough is not used by associative limit analysis and mechanisms: leave it out")
+        raise InputError("--thorough is not used by associative limit analysis and mechanisms: leave it out")
     found = validation.solve_cases(
         wanted, options.methods, thorough=options.thorough,
         store=options.store, workers=options.workers, progress=say,

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from limitmason.cli.console import figure_file, load_target, say, show_text
+from limitmason.errors import InputError
 from limitmason.methods import THEORIES, available_methods
 
 
@@ -40,7 +41,7 @@ def _compare(options: argparse.Namespace) -> int:
         dem = {"contact_points": tuple(options.points)} if options.points else {}
         settings["dem"] = {**dem, "error_budget": ()} if options.no_budget else dem
     elif options.points or options.no_budget:
-        raise ValueError("--points and --no-budget are for the dem, which is not among --methods")
+        raise InputError("--points and --no-budget are for the dem, which is not among --methods")
     result = compare(
         assembly, loads, options.methods, options.measured, store=options.store, progress=say, proven=options.proven,
         title=title, **settings,

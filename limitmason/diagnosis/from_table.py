@@ -15,6 +15,7 @@ from limitmason.causes.cause import Cause
 from limitmason.constants import VERSION
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.simulate import Collapse, packaged
+from limitmason.errors import InputError
 from limitmason.experiments.measured_table import MeasuredTable, read_measured
 from limitmason.experiments.series import (
     cases_of,
@@ -96,11 +97,11 @@ def study_arguments(
         series = series_of(model)
         if series is None:
             packed = ", ".join(experiments.sources())
-            raise ValueError(f"the model {model!r} is neither module:function nor a packaged series ({packed})")
+            raise InputError(f"the model {model!r} is neither module:function nor a packaged series ({packed})")
     elif model is not None and not callable(model):
-        raise ValueError(f"model must be a function or the name of a packaged series, got {model!r}")
+        raise InputError(f"model must be a function or the name of a packaged series, got {model!r}")
     if table is None and series is None:
-        raise ValueError("name a data file, or a packaged series as the model; `limitmason diagnose --template FILE` "
+        raise InputError("name a data file, or a packaged series as the model; `limitmason diagnose --template FILE` "
                          "writes a file to start from")  # fmt: skip
     data = _read(table) if table is not None else packaged_table(str(series))
     inside = series if series is not None and any(c.has_model for c in cases_of(series)) else None
@@ -119,12 +120,12 @@ def study_arguments(
         notes.append(f"The predictions come from the column {column!r}: causes inside the model cannot be tried.")
     else:
         where = f"the series {series} has no model that could be built" if series else "no model is given"
-        raise ValueError(f"{data.name}: {where} and there is no column 'predicted'; name one by predicted")
+        raise InputError(f"{data.name}: {where} and there is no column 'predicted'; name one by predicted")
     tabulated = isinstance(simulate, Tabulated)
     if inputs and tabulated:
-        raise ValueError("a measured input needs a model that takes it: predictions in a column are fixed")
+        raise InputError("a measured input needs a model that takes it: predictions in a column are fixed")
     if towards and not tabulated:
-        raise ValueError("towards goes with predicted: it leads from one column of predictions to another")
+        raise InputError("towards goes with predicted: it leads from one column of predictions to another")
     values = [factor * v for v in data.positive(measured, "the measured values")]
     used = {measured, group, column if tabulated else None, *towards, *(r for r in ROLES if r != "direction")}
     for name in covariates or ():
@@ -139,9 +140,9 @@ def study_arguments(
         felt_by = get_method(method, (settings or {}).get("flow_rule")).name
         known = offered.inside(inside, plane=not spatial, method=felt_by, covariates=kept)
         if spatial and known == offered.inside(inside, plane=True, method=felt_by, covariates=kept):
-            raise ValueError(f"spatial changes no cause that method {felt_by!r} feels: leave it out")
+            raise InputError(f"spatial changes no cause that method {felt_by!r} feels: leave it out")
     elif not tabulated and causes is None:
-        raise ValueError("a model of your own needs its list of causes")
+        raise InputError("a model of your own needs its list of causes")
     return {
         "specimens": data.rows,
         "simulate": simulate,
@@ -186,7 +187,7 @@ def _read(table: str | Path | MeasuredTable) -> MeasuredTable:
 def _tabulated(data: MeasuredTable, column: str, towards: Sequence[str], measured: str, unit: str) -> Tabulated:
     data.positive(column, "the predictions")
     if data.units[column] != unit:
-        raise ValueError(
+        raise InputError(
             f"{data.name}: column {column!r} is in {data.units[column]!r}, {measured!r} in {unit!r}; give both in one "
             "unit"
         )
@@ -212,7 +213,7 @@ def _noise(
     if stated is None and "noise" in table.columns:
         values, unit = np.array(table.positive("noise")), table.units["noise"]
         if unit not in ("-", "%", table.units[column]):
-            raise ValueError(
+            raise InputError(
                 f"{table.name}: column 'noise' is in {unit!r}; give it relative ('-' or '%') or in the unit of "
                 f"{column!r}, {table.units[column]!r}"
             )
@@ -224,14 +225,14 @@ def _noise(
         return Noise(float(values[0]) if same else tuple(float(v) for v in values), dof, tails)
     if stated in (None, "unknown"):
         if dof is not None or tails is not None:
-            raise ValueError("dof and tails need a stated noise")
+            raise InputError("dof and tails need a stated noise")
         return Noise.unknown()
     if stated == "replicates":
         if groups is None:
-            raise ValueError("noise from replicates needs a column of configurations, see group")
+            raise InputError("noise from replicates needs a column of configurations, see group")
         return Noise.from_replicates(measured, groups)
     if isinstance(stated, str):
-        raise ValueError(f"noise must be a number such as 0.04, 'unknown' or 'replicates', got {stated!r}")
+        raise InputError(f"noise must be a number such as 0.04, 'unknown' or 'replicates', got {stated!r}")
     return Noise(float(stated), dof, tails)
 
 
@@ -275,16 +276,16 @@ def _chosen(wanted: Iterable[Cause] | Iterable[str] | None, known: list[Cause], 
     chosen: list[Any] = list(wanted)
     if not all(isinstance(c, str) for c in chosen):
         if bad := next((c for c in chosen if not isinstance(c, Cause)), None):
-            raise ValueError(f"a list of Cause is needed, it holds {bad!r}")
+            raise InputError(f"a list of Cause is needed, it holds {bad!r}")
         if tabulated and (inside := [c.name for c in chosen if not c.transforms]):
-            raise ValueError(f"{inside[0]!r} acts inside the model, a column of predictions cannot show it")
+            raise InputError(f"{inside[0]!r} acts inside the model, a column of predictions cannot show it")
         return chosen
     by_name = {c.name: c for c in known}
     if not tabulated:
         by_name |= {n: declared() for n, declared in causes.ALL.items() if n not in by_name}
     for name in chosen:
         if name not in by_name:
-            raise ValueError(f"there is no cause {name!r}; known here: {', '.join(by_name)}")
+            raise InputError(f"there is no cause {name!r}; known here: {', '.join(by_name)}")
     return [by_name[n] for n in chosen]
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from limitmason import experiments
+from limitmason.errors import InputError
 from limitmason.method import Method
 from limitmason.methods import get_method, predict
 from limitmason.model import Assembly, Loads
@@ -46,7 +47,7 @@ class Collapse:
     def __post_init__(self):
         get_method(self.method, self.options.get("flow_rule"))  # refuses an unknown one
         if not self.floor > 0:
-            raise ValueError(f"floor must be positive, got {self.floor!r}: a prediction needs a logarithm")
+            raise InputError(f"floor must be positive, got {self.floor!r}: a prediction needs a logarithm")
 
     @property
     def _method(self) -> Method:
@@ -99,7 +100,7 @@ class Collapse:
         if prediction.status == CANNOT_STAND or (prediction.status in self.accept and value <= self.floor):
             value = self.floor
         elif prediction.status not in self.accept or not np.isfinite(value):
-            raise ValueError(
+            raise InputError(
                 f"method {self.method!r} ended {prediction.status!r} (multiplier {value:.4g}) for specimen {specimen!r}"
                 "; narrow the bounds of the cause, change the method's options, or list the status in accept="
             )
@@ -185,7 +186,7 @@ def packaged(source: str, method: str = "limit", *, floor: float = FLOOR, **opti
     method, floor, options : as in :func:`collapse`
     """
     if source not in experiments.sources():
-        raise ValueError(f"unknown experiment source {source!r}; known: {', '.join(experiments.sources())}")
+        raise InputError(f"unknown experiment source {source!r}; known: {', '.join(experiments.sources())}")
     unit, same = _PackagedUnit(source), _PackagedModel(source)
     return Collapse(_Packaged(source), method, unit, floor, options=options, same=same)
 

@@ -13,6 +13,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from limitmason.causes.cause import Cause, Extension
+from limitmason.errors import InputError
 from limitmason.study.store import fingerprint
 
 OWN = "in code given to the study: "  # begins the note on an error that code of the user raised
@@ -104,7 +105,7 @@ class Simulator:
         for name in names:
             if name not in takes:
                 known = ", ".join(takes[1:]) or "none"
-                raise ValueError(f"simulate does not take the parameter {name!r} of {of}; it takes: {known}")
+                raise InputError(f"simulate does not take the parameter {name!r} of {of}; it takes: {known}")
 
     def predict(self, jobs: Sequence[Job]) -> np.ndarray:
         """Predictions of all jobs, computing only those never computed before.
@@ -212,9 +213,9 @@ def positive(value: Any, what: Callable[[], str]) -> float:
     try:
         number = float(value)
     except (TypeError, ValueError):
-        raise ValueError(f"{what()} gave {_short(value)}; a positive number is needed") from None
+        raise InputError(f"{what()} gave {_short(value)}; a positive number is needed") from None
     if not isfinite(number) or number <= 0.0:
-        raise ValueError(
+        raise InputError(
             f"{what()} gave {number!r}; a positive finite number is needed: narrow the bounds of the cause, give the "
             "measured input bounds, or return a small positive number for a model that cannot stand"
         )

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.errors import InputError
+
 
 def called(specimen: Any, number: int) -> str:
     """What a specimen is called: its "specimen" or "name", else its number counted from 0."""
@@ -26,10 +28,10 @@ def positive_values(values: Sequence[float] | np.ndarray, n: int) -> np.ndarray:
     """
     out = np.array(values, dtype=float)
     if out.shape != (n,):
-        raise ValueError(f"measured must have one value per specimen ({n}), got shape {out.shape}")
+        raise InputError(f"measured must have one value per specimen ({n}), got shape {out.shape}")
     bad = np.flatnonzero(~(np.isfinite(out) & (out > 0)))
     if len(bad):
-        raise ValueError(f"measured values must be positive and finite; specimen {bad[0]} has {out[bad[0]]!r}")
+        raise InputError(f"measured values must be positive and finite; specimen {bad[0]} has {out[bad[0]]!r}")
     out.flags.writeable = False
     return out
 
@@ -52,8 +54,8 @@ def covariates_of(given: Iterable[str] | Mapping[str, Sequence], specimens: Sequ
                 try:
                     out[name].append(s[name] if isinstance(s, Mapping) else getattr(s, name))
                 except (KeyError, AttributeError):
-                    raise ValueError(f"covariate {name!r} is not recorded for specimen {i}") from None
+                    raise InputError(f"covariate {name!r} is not recorded for specimen {i}") from None
     for name, column in out.items():
         if len(column) != len(specimens):
-            raise ValueError(f"covariate {name!r} has {len(column)} values for {len(specimens)} specimens")
+            raise InputError(f"covariate {name!r} has {len(column)} values for {len(specimens)} specimens")
     return out

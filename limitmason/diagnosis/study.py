@@ -25,6 +25,7 @@ from limitmason.diagnosis.specimens import called, covariates_of, positive_value
 from limitmason.diagnosis.suggest import suggest
 from limitmason.diagnosis.tables import ASSUMED_NOISE, PoolGrids, Tables, placing_noise
 from limitmason.diagnosis.tabulate import Tabulator
+from limitmason.errors import InputError
 from limitmason.experiments.measured_table import MeasuredTable
 
 FEWEST = 4  # specimens
@@ -101,14 +102,14 @@ class Study:
         specimens = tuple(self.specimens)
         n = len(specimens)
         if n < FEWEST:
-            raise ValueError(f"at least {FEWEST} specimens are needed, got {n}")
+            raise InputError(f"at least {FEWEST} specimens are needed, got {n}")
         noise = self.noise if self.noise is not None else Noise.unknown()
         nuisance = dict(self.nuisance or {})
         for name, value in nuisance.items():
             if not isinstance(value, Measured):
-                raise ValueError(f"nuisance {name!r} must be Measured(value, sd), got {value!r}")
+                raise InputError(f"nuisance {name!r} must be Measured(value, sd), got {value!r}")
         if self.groups is not None and len(self.groups) != n:
-            raise ValueError(f"groups has {len(self.groups)} labels for {n} specimens")
+            raise InputError(f"groups has {len(self.groups)} labels for {n} specimens")
         fixed = {
             "specimens": specimens,
             "noise": noise,
@@ -263,7 +264,7 @@ class Study:
             Without measured values.
         """
         if self.measured is None:
-            raise ValueError("the study has no measured values: it can plan (confusable, rehearse), not diagnose")
+            raise InputError("the study has no measured values: it can plan (confusable, rehearse), not diagnose")
         causes = self._listed(causes)
         design = self.design(causes)
         chances = Draws.make([seed, self.n], self.n, design.inputs, self.noise, draws)

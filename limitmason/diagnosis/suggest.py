@@ -11,6 +11,7 @@ from limitmason.diagnosis.inference.grid import Grid, at_measured
 from limitmason.diagnosis.inference.plan import NextTests, choose_tests, confusable
 from limitmason.diagnosis.inference.shapes import is_numeric
 from limitmason.diagnosis.result import Diagnosis
+from limitmason.errors import InputError
 
 
 def suggest(
@@ -37,7 +38,7 @@ def suggest(
     """
     pool = list(pool)
     if not 1 <= k <= len(pool):
-        raise ValueError(f"k must lie between 1 and the size of the pool ({len(pool)}), got {k}")
+        raise InputError(f"k must lie between 1 and the size of the pool ({len(pool)}), got {k}")
     verdict = diagnosis.verdict if diagnosis is not None else None
     if verdict is not None and verdict.kind in ("unexplained", "scatter"):
         return _spread(verdict.covariate if verdict.kind == "unexplained" else None, pool, k)
@@ -99,7 +100,7 @@ def _spread(covariate: str | None, pool: list, k: int) -> NextTests:
         return NextTests(indices, tuple(pool[i] for i in indices), "to measure the scatter: repeat each several times")
     column = [s.get(covariate) if isinstance(s, Mapping) else getattr(s, covariate, None) for s in pool]
     if any(v is None for v in column):
-        raise ValueError(
+        raise InputError(
             f"the residuals vary with {covariate}: give it for every specimen of the pool, number "
             f"{next(i for i, v in enumerate(column) if v is None)} lacks it"
         )

@@ -12,6 +12,7 @@ from limitmason.diagnosis.inference.grid import Grid, Table, at_measured
 from limitmason.diagnosis.inference.noise import Noise
 from limitmason.diagnosis.inference.shapes import Shapes
 from limitmason.diagnosis.tabulate import Tabulator
+from limitmason.errors import InputError
 
 ASSUMED_NOISE = 0.04  # places levels and nodes, and scales distances, where the noise is unknown
 PAIR_TABLES = ("verified", "exact", "additive")
@@ -35,7 +36,7 @@ class Tables:
 
     def __init__(self, tabulator: Tabulator, pair_tables: str = "verified"):
         if pair_tables not in PAIR_TABLES:
-            raise ValueError(f"pair_tables must be one of {PAIR_TABLES}, got {pair_tables!r}")
+            raise InputError(f"pair_tables must be one of {PAIR_TABLES}, got {pair_tables!r}")
         self.tabulator = tabulator
         self.pair_tables = pair_tables
         self._base: Table | None = None

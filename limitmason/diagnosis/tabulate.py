@@ -12,6 +12,7 @@ from limitmason.causes.cause import Cause
 from limitmason.diagnosis.inference.grid import Table
 from limitmason.diagnosis.inference.noise import Measured
 from limitmason.diagnosis.simulator import Job, Simulator, note_own, positive
+from limitmason.errors import InputError
 
 REACH = 4.0  # standard deviations of a measured input that the refit may use
 TOLERANCE = 0.1  # of the noise: largest interpolation error that needs no further level
@@ -53,14 +54,14 @@ class Tabulator:
         crossed: str = "full",
     ):
         if crossed not in CROSSED:
-            raise ValueError(f"crossed must be one of {CROSSED}, got {crossed!r}")
+            raise InputError(f"crossed must be one of {CROSSED}, got {crossed!r}")
         self.crossed = crossed
         self.simulator = simulator
         self.nuisance = dict(nuisance)
         self.fixed = tuple((k, m.value) for k, m in nuisance.items() if m.sd == 0)
         self.free = {k: m for k, m in nuisance.items() if m.sd > 0}
         if len(self.free) not in NODES:
-            raise ValueError(f"at most {max(NODES)} measured inputs can have an error, got {', '.join(self.free)}")
+            raise InputError(f"at most {max(NODES)} measured inputs can have an error, got {', '.join(self.free)}")
         self.noise = noise
         self.levels = levels
         count = nuisance_levels or (5 if len(self.free) == 1 else 3)
@@ -200,7 +201,7 @@ class Tabulator:
         else:
             value = self.simulator.predict([Job(0, parameters, ((cause, cause.baseline),))])[0]
         if abs(np.log(value / plain)) > 0.02 * self.noise[0]:
-            raise ValueError(
+            raise InputError(
                 f"cause {cause.name!r} at its baseline {cause.baseline:g} predicts {value:.6g} for specimen 0, the "
                 f"baseline model {plain:.6g}: a cause must be nested in the baseline"
             )

@@ -10,6 +10,8 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from limitmason.errors import InputError
+
 FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6}
 
 
@@ -48,7 +50,7 @@ class MeasuredTable:
         """
         if name not in self.columns:
             for_ = f" for {what}" if what else ""
-            raise ValueError(
+            raise InputError(
                 f"{self.name}: there is no column {name!r}{for_}; the columns are {', '.join(self.columns)}"
             )
         return self.columns[name]
@@ -63,7 +65,7 @@ class MeasuredTable:
         """
         for line, value in zip(self.lines, self.column(name, what), strict=True):
             if isinstance(value, str) or not (isfinite(value) and value > 0):
-                raise ValueError(
+                raise InputError(
                     f"{self.name}: row {line}, column {name!r}: a positive number is needed, got {value!r}"
                 )
         return [float(v) for v in self.columns[name]]
@@ -83,24 +85,24 @@ def read_measured(path: str | Path) -> MeasuredTable:
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
-        raise ValueError(f"{path}: the file is not UTF-8 text ({error.reason} at byte {error.start})") from None
+        raise InputError(f"{path}: the file is not UTF-8 text ({error.reason} at byte {error.start})") from None
     kept = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     numbers = [n for n, _ in kept]
     rows = [[cell.strip() for cell in row] for row in csv.reader([line for _, line in kept])]
     if len(rows) < 3:
-        raise ValueError(f"{path}: a row of column names, a row of units and rows of values are needed; `limitmason "
+        raise InputError(f"{path}: a row of column names, a row of units and rows of values are needed; `limitmason "
                          "diagnose --template FILE` writes a file to start from")  # fmt: skip
     header, units = rows[0], rows[1]
     twice = next((h for i, h in enumerate(header) if h in header[:i]), None)
     if twice is not None or "" in header:
-        raise ValueError(f"{path}: row {numbers[0]}: " + (f"the column {twice!r} is there twice" if twice else
+        raise InputError(f"{path}: row {numbers[0]}: " + (f"the column {twice!r} is there twice" if twice else
                          f"column {header.index('') + 1} has no name"))  # fmt: skip
     for number, row in zip(numbers, rows, strict=True):
         if len(row) != len(header):
-            raise ValueError(f"{path}: row {number} has {len(row)} cells, the header has {len(header)}")
+            raise InputError(f"{path}: row {number} has {len(row)} cells, the header has {len(header)}")
     for name, unit in zip(header, units, strict=True):
         if not unit or _number(unit) is not None:
-            raise ValueError(
+            raise InputError(
                 f"{path}: row {numbers[1]} must give the unit of every column; {name!r} has {unit!r} ('-' for pure "
                 "numbers and words)"
             )
@@ -129,7 +131,7 @@ def write_measured(
     """
     path = Path(path)
     if path.exists():
-        raise ValueError(f"{path} exists already; choose another name")
+        raise InputError(f"{path} exists already; choose another name")
     out = io.StringIO()
     out.writelines(f"# {line}\n" for line in note.splitlines())
     writer = csv.writer(out, lineterminator="\n")
@@ -152,13 +154,13 @@ def force_factor(given: str, wanted: str, where: str) -> float:
         return 1.0
     if given in FORCES and wanted in FORCES:
         return FORCES[given] / FORCES[wanted]
-    raise ValueError(f"{where} has the unit {given!r}, but the predictions come in {wanted!r}")
+    raise InputError(f"{where} has the unit {given!r}, but the predictions come in {wanted!r}")
 
 
 def _column(path: str, name: str, unit: str, lines: Sequence[int], cells: Sequence[str]) -> tuple:
     for line, cell in zip(lines, cells, strict=True):
         if not cell:
-            raise ValueError(f"{path}: row {line}, column {name!r} is blank; fill it, or leave the row or column out")
+            raise InputError(f"{path}: row {line}, column {name!r} is blank; fill it, or leave the row or column out")
     values = [_number(cell) for cell in cells]
     bad = [k for k, value in enumerate(values) if value is None]
     if not bad:
@@ -168,7 +170,7 @@ def _column(path: str, name: str, unit: str, lines: Sequence[int], cells: Sequen
     if unit == "-" and len(bad) >= len(cells) / 2:
         return tuple(cells)
     why = f"its unit is {unit!r}" if unit != "-" else "most of the column are numbers"
-    raise ValueError(f"{path}: row {lines[bad[0]]}, column {name!r}: {cells[bad[0]]!r} is not a number, but {why}")
+    raise InputError(f"{path}: row {lines[bad[0]]}, column {name!r}: {cells[bad[0]]!r} is not a number, but {why}")
 
 
 def _number(cell: str) -> float | None:

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from limitmason.curve import Curve
+from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -187,7 +188,7 @@ class Experiment:
     @cached_property
     def _assembly(self) -> Assembly:
         if self.no_model or self.recipe.assembly is None:
-            raise ValueError(f"{self.name} has no assembly: {self.no_model}")
+            raise InputError(f"{self.name} has no assembly: {self.no_model}")
         return self.recipe.assembly(self)
 
     def loads(self, direction: str = "+") -> Loads:
@@ -198,10 +199,10 @@ class Experiment:
         direction : sense of the live load, "+" or "-"
         """
         if direction not in ("+", "-"):
-            raise ValueError(f"direction must be '+' or '-', got {direction!r}")
+            raise InputError(f"direction must be '+' or '-', got {direction!r}")
         assembly = self.assembly()
         if self.recipe.loads is None:
-            raise ValueError(f"{self.name} has no loads: the sources at hand do not state them")
+            raise InputError(f"{self.name} has no loads: the sources at hand do not state them")
         return self.recipe.loads(self, assembly, 1.0 if direction == "+" else -1.0)
 
     def curve(self) -> Curve:
@@ -213,7 +214,7 @@ class Experiment:
             Where none was found; the message names the specimens that have one.
         """
         if self.recipe.curve is None:
-            raise ValueError(f"no curve of {self.name} was found; {self.source.name} has none")
+            raise InputError(f"no curve of {self.name} was found; {self.source.name} has none")
         return self.recipe.curve(self)
 
     def with_options(self, **options: Any) -> "Experiment":
@@ -260,7 +261,7 @@ def chosen_options(table: Mapping[str, Option], given: Mapping[str, Any], source
     for key in given:
         if key not in table:
             known = ", ".join(table) or "none"
-            raise ValueError(f"{source} has no option {key!r}; its options are: {known}")
+            raise InputError(f"{source} has no option {key!r}; its options are: {known}")
     return {key: given.get(key, option.default) for key, option in table.items()}
 
 

@@ -5,6 +5,7 @@ from difflib import get_close_matches
 from functools import cache
 from importlib import import_module
 
+from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment
 
@@ -58,7 +59,7 @@ def load(source: str, specimen: str, **options: object) -> Experiment:
         near = get_close_matches(str(specimen), known, n=3, cutoff=0.3)
         names = ", ".join(known) if len(known) <= 12 else ", ".join(known[:12]) + ", ..."
         hint = f"; near it: {', '.join(near)}" if near else ""
-        raise ValueError(f"{source} has no specimen {specimen!r}{hint}; it has {names}")
+        raise InputError(f"{source} has no specimen {specimen!r}{hint}; it has {names}")
     return found.load(specimen, **options)
 
 
@@ -86,5 +87,5 @@ def recipe_of(source: str) -> Recipe:
     if source not in sources():
         near = get_close_matches(str(source), sources(), n=2, cutoff=0.3)
         hint = f"; near it: {', '.join(near)}" if near else ""
-        raise ValueError(f"unknown experiment source {source!r}{hint}; known: {', '.join(sources())}")
+        raise InputError(f"unknown experiment source {source!r}{hint}; known: {', '.join(sources())}")
     return import_module(f"{__package__}.{source.replace('-', '_')}").RECIPE

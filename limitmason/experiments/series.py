@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.errors import InputError
 from limitmason.experiments import registry
 from limitmason.experiments.measured_table import MeasuredTable, force_factor, write_measured
 from limitmason.experiments.record import Experiment
@@ -21,7 +22,7 @@ def series_of(name: str) -> str | None:
     """The packaged source that a name means: its name or the beginning of one; None where it is none."""
     found = [s for s in registry.sources() if s == name] or [s for s in registry.sources() if s.startswith(name)]
     if len(found) > 1:
-        raise ValueError(f"the series {name!r} could be {' or '.join(found)}")
+        raise InputError(f"the series {name!r} could be {' or '.join(found)}")
     return found[0] if found else None
 
 
@@ -55,12 +56,12 @@ def check_names(table: MeasuredTable, series: str) -> None:
     known = registry.specimens(series)
     for line, name in zip(table.lines, table.column("specimen", f"the specimens of {series}"), strict=True):
         if name not in known:
-            raise ValueError(
+            raise InputError(
                 f"{table.name}: row {line}, column 'specimen': {series} has no {name!r}; it has {', '.join(known)}"
             )
     for line, sense in zip(table.lines, table.columns.get("direction", ()), strict=False):
         if sense not in ("+", "-"):
-            raise ValueError(f"{table.name}: row {line}, column 'direction' must be + or -, got {sense!r}")
+            raise InputError(f"{table.name}: row {line}, column 'direction' must be + or -, got {sense!r}")
 
 
 def series_notes(series: str, table: MeasuredTable, inputs: Iterable[str]) -> list[str]:
@@ -116,7 +117,7 @@ def packaged_table(series: str) -> MeasuredTable:
             rows.append(row)
             units.update({w: "-" for w in words})
     if not rows:
-        raise ValueError(f"{series} has no measured values; it is a numerical benchmark")
+        raise InputError(f"{series} has no measured values; it is a numerical benchmark")
     units.update({k: u for k, u in shown.items() if k not in units})
     whole = [k for k in units if all(k in r for r in rows)]
     kept = [k for k in whole if k in ("specimen", "measured", "group", "predicted") or len({r[k] for r in rows}) > 1]
@@ -152,7 +153,7 @@ def write_template(path: Path, model: str | None = None) -> None:
     series = series_of(model) if model and ":" not in model else None
     if model and series is None:
         known = ", ".join(registry.sources())
-        raise ValueError(f"a template of {model!r}: that is no packaged series; they are {known}")
+        raise InputError(f"a template of {model!r}: that is no packaged series; they are {known}")
     if series is not None:
         table = packaged_table(series)
         source = registry.load(series, registry.specimens(series)[0]).source

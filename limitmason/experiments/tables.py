@@ -9,6 +9,7 @@ from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 
+from limitmason.errors import InputError
 from limitmason.experiments.record import Quantity, Source
 
 
@@ -32,7 +33,7 @@ class Table:
         for row in self.rows:
             if row[column] == key:
                 return row
-        raise ValueError(f"{self.name} has no row with {column} {key!r}")
+        raise InputError(f"{self.name} has no row with {column} {key!r}")
 
     def quantity(self, row: Mapping[str, str], column: str, note: str = "") -> Quantity | None:
         """A cell as a number with its unit, None for a blank cell."""
@@ -43,7 +44,7 @@ class Table:
             return Quantity(float(text), self.units[column], note)
         except ValueError:
             first = next(iter(row.values()))
-            raise ValueError(f"{self.name}: {column} of {first!r} is not a number: {text!r}") from None
+            raise InputError(f"{self.name}: {column} of {first!r} is not a number: {text!r}") from None
 
     def quantities(self, row: Mapping[str, str], columns: Mapping[str, str]) -> dict[str, Quantity]:
         """Cells that are not blank, renamed: ``columns`` maps the new name to the column."""
@@ -73,13 +74,13 @@ def parse_table(text: str, name: str) -> Table:
     """Table from the text of a CSV file; the first row names the columns, the second gives their units."""
     rows = list(csv.reader(text.splitlines()))
     if len(rows) < 2:
-        raise ValueError(f"{name}: expected a header row and a units row")
+        raise InputError(f"{name}: expected a header row and a units row")
     header, units = rows[0], rows[1]
     if len(set(header)) < len(header):
-        raise ValueError(f"{name}: a column name is used twice")
+        raise InputError(f"{name}: a column name is used twice")
     for number, row in enumerate(rows[1:], start=2):
         if len(row) != len(header):
-            raise ValueError(f"{name}: row {number} has {len(row)} cells, the header has {len(header)}")
+            raise InputError(f"{name}: row {number} has {len(row)} cells, the header has {len(header)}")
     found = tuple(dict(zip(header, row, strict=True)) for row in rows[2:])
     return Table(name, dict(zip(header, units, strict=True)), found)
 

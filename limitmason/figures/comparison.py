@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from limitmason.errors import InputError
 from limitmason.figures import style
 
 LABELS = ("auto", "all", "outside", "none")
@@ -39,7 +40,7 @@ def comparison_rows(rows: Iterable[Sequence[Any]]) -> list[Row]:
     for number, row in enumerate(rows):
         items = list(row)
         if not 3 <= len(items) <= 4:
-            raise ValueError(f"row {number}: expected (label, published, predicted[, group]), got {row!r}")
+            raise InputError(f"row {number}: expected (label, published, predicted[, group]), got {row!r}")
         label = str(items[0])
         values = [_with_range(v, f"row {number} ({label})") for v in items[1:3]]
         out.append(Row(label, values[0], values[1], str(items[3]) if len(items) == 4 else ""))
@@ -50,7 +51,7 @@ def _with_range(value: Any, where: str) -> tuple[float, float, float]:
     try:
         numbers = [float(v) for v in (value if np.ndim(value) else [value])]
     except (TypeError, ValueError):
-        raise ValueError(f"{where}: {value!r} is not a number or a range of numbers") from None
+        raise InputError(f"{where}: {value!r} is not a number or a range of numbers") from None
     if len(numbers) == 1:
         return numbers[0], numbers[0], numbers[0]
     if len(numbers) == 2:
@@ -58,7 +59,7 @@ def _with_range(value: Any, where: str) -> tuple[float, float, float]:
         return low, 0.5 * (low + high), high
     if len(numbers) == 3 and numbers[0] <= numbers[1] <= numbers[2]:
         return numbers[0], numbers[1], numbers[2]
-    raise ValueError(f"{where}: a range is (low, high) or (low, value, high), got {value!r}")
+    raise InputError(f"{where}: a range is (low, high) or (low, value, high), got {value!r}")
 
 
 @style.in_print_style
@@ -101,15 +102,15 @@ def predicted_against_published(
         When a row is malformed, none is finite, or a logarithmic axis meets a value that is not positive.
     """
     if labels not in LABELS:
-        raise ValueError(f"labels must be one of {', '.join(map(repr, LABELS))}, got {labels!r}")
+        raise InputError(f"labels must be one of {', '.join(map(repr, LABELS))}, got {labels!r}")
     if not 0.0 <= band < 1.0:
-        raise ValueError(f"band must be a fraction from 0 to 1, got {band!r}")
+        raise InputError(f"band must be a fraction from 0 to 1, got {band!r}")
     table = comparison_rows(rows)
     finite = [r for r in table if np.isfinite(r.published).all() and np.isfinite(r.predicted).all()]
     if not finite:
-        raise ValueError(f"none of the {len(table)} rows has finite values to compare")
+        raise InputError(f"none of the {len(table)} rows has finite values to compare")
     if log and (bad := next((r for r in finite if min(r.published[0], r.predicted[0]) <= 0.0), None)):
-        raise ValueError(f"row {bad.label!r} is not positive and cannot stand on a logarithmic axis")
+        raise InputError(f"row {bad.label!r} is not positive and cannot stand on a logarithmic axis")
     page = style.Page((1.0, 1.0), ax)
     if page.own:
         page.inch = _SIDE

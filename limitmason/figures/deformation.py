@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from limitmason.equilibrium import Plane
+from limitmason.errors import InputError
 from limitmason.figures import elevation, solid, style
 from limitmason.figures.mechanism import chosen_plane, page_frame
 from limitmason.figures.motion import MovingJoints, RigidMotion, structure_size
@@ -136,7 +137,7 @@ def animate(
     target = Path(path)
     count = len(history.shift)
     if not count:
-        raise ValueError("the history has no sample to show")
+        raise InputError("the history has no sample to show")
     writer = writer or _writer(target, fps)
     rows = np.unique(np.linspace(0, count - 1, min(max(int(frames), 1), count)).round().astype(int))
     moved = [_moved_blocks(model, history, int(k)) for k in rows]
@@ -210,7 +211,7 @@ def _draw_plane(
 def rigid_motion(model: Assembly, shift: Array, vector: Array, scale: float) -> RigidMotion:
     """Motion of the blocks with displacements [m] and rotation vectors [rad] times a factor [-]."""
     if not (np.isfinite(scale) and scale > 0.0):
-        raise ValueError(f"scale must be a positive factor, got {scale!r}")
+        raise InputError(f"scale must be a positive factor, got {scale!r}")
     return RigidMotion(model.centroids, scale * shift, rotation_matrices(scale * vector))
 
 
@@ -254,7 +255,7 @@ def _moved_blocks(model: Assembly, state: Any, sample: int) -> tuple[Array, Arra
         shift, quaternion = bodies.shift, bodies.quat
     elif hasattr(state, "quaternion"):
         if not -len(state.shift) <= sample < len(state.shift):
-            raise ValueError(f"sample {sample} is not one of the {len(state.shift)} samples of the history")
+            raise InputError(f"sample {sample} is not one of the {len(state.shift)} samples of the history")
         shift, quaternion = state.shift[sample], state.quaternion[sample]
     else:
         shift, quaternion = state
@@ -265,12 +266,12 @@ def _checked(model: Assembly, shift: ArrayLike, quaternion: ArrayLike) -> tuple[
     u, q = np.array(shift, dtype=float), np.array(quaternion, dtype=float)
     n = model.n_blocks
     if u.shape != (n, 3) or q.shape != (n, 4):
-        raise ValueError(
+        raise InputError(
             f"displacements of shape {u.shape} and quaternions of shape {q.shape} do not belong to {n} blocks"
         )
     bad = ~(np.isfinite(u).all(axis=1) & np.isfinite(q).all(axis=1))
     if bad.any():
-        raise ValueError(f"the position of block {model.blocks[int(np.flatnonzero(bad)[0])].name!r} is not finite")
+        raise InputError(f"the position of block {model.blocks[int(np.flatnonzero(bad)[0])].name!r} is not finite")
     return u, rotation_vectors(q)
 
 
@@ -278,5 +279,5 @@ def _writer(path: Path, fps: int) -> AbstractMovieWriter:
     if path.suffix.lower() == ".gif":
         return PillowWriter(fps=fps)
     if not writers.is_available("ffmpeg"):
-        raise ValueError(f"{path.name}: ffmpeg is not installed; write a .gif, or give a writer")
+        raise InputError(f"{path.name}: ffmpeg is not installed; write a .gif, or give a writer")
     return writers["ffmpeg"](fps=fps)

@@ -6,6 +6,7 @@ import csv
 from pathlib import Path
 from typing import Any
 
+from limitmason.errors import InputError
 from limitmason.figures.confusion import confusable, rehearsal
 from limitmason.figures.diagnosis import diagnosis
 from limitmason.figures.diagnosis_page import diagnosis_page
@@ -32,7 +33,7 @@ def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> 
     """
     out, answer = Path(folder), found.answer
     if out.exists() and not out.is_dir():
-        raise ValueError(f"{out} is a file; name a folder")
+        raise InputError(f"{out} is a file; name a folder")
     out.mkdir(parents=True, exist_ok=True)
     about = answer.study.about
     (out / "report.txt").write_text(found.report(checks=checks) + "\n", encoding="utf-8")

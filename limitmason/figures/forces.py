@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from limitmason.errors import InputError
 from limitmason.figures import elevation, solid, style
 from limitmason.figures.mechanism import chosen_plane, page_frame
 from limitmason.figures.painter import camera
@@ -56,12 +57,12 @@ def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
     """
     r = prediction.resultants
     if r is None:
-        raise ValueError(
+        raise InputError(
             f"this prediction ({prediction.method}) has no joint forces to draw: its status is {prediction.status!r}"
         )
     x, k = model.arrays, len(model.interfaces)
     if len(r.point_interface) and int(np.max(r.point_interface)) >= k:
-        raise ValueError(f"the resultants name interface {int(np.max(r.point_interface))}, the assembly has {k}")
+        raise InputError(f"the resultants name interface {int(np.max(r.point_interface))}, the assembly has {k}")
     owner = np.asarray(r.point_interface, dtype=np.intp)
     force = np.zeros((k, 3))
     np.add.at(force, owner, r.point_force)

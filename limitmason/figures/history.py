@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from limitmason.curve import Curve
+from limitmason.errors import InputError
 from limitmason.figures import style
 
 Array = NDArray[np.float64]
@@ -63,7 +64,7 @@ def load_displacement(
     """
     named = _by_label(curves)
     if not named:
-        raise ValueError("no curve to draw")
+        raise InputError("no curve to draw")
     ax = _axes(ax)
     ax.axhline(0.0, color=style.FAINT, linewidth=0.5, zorder=0.5)
     for (label, curve), look in zip(named, _looks(), strict=False):
@@ -114,14 +115,14 @@ def history_curves(
         For a name that the history does not have.
     """
     if not names:
-        raise ValueError("name at least one quantity to draw")
+        raise InputError("name at least one quantity to draw")
     units = units or {}
     x = np.asarray(history[against], dtype=float)
     ax = _axes(ax)
     for name, look in zip(names, _looks(), strict=False):
         y = np.asarray(history[name], dtype=float)
         if y.shape != x.shape:
-            raise ValueError(f"{name!r} has shape {y.shape}, {against!r} has {x.shape}")
+            raise InputError(f"{name!r} has shape {y.shape}, {against!r} has {x.shape}")
         if log:
             y = np.where(y > 0.0, y, np.nan)
         label = name if len(names) > 1 else None
@@ -161,7 +162,7 @@ def _curve(curve: Any, block: int | str | None, direction: Any, label: str) -> t
     if isinstance(curve, Curve):
         length, force = curve.displacement_unit, curve.load_unit
         if length not in ("m", "mm") or force not in ("N", "kN", "MN"):
-            raise ValueError(
+            raise InputError(
                 f"curve {label!r} is in {length} and {force}; drawn are lengths (m, mm) and forces (N, kN, MN): "
                 "convert it with Curve.in_units"
             )
@@ -169,10 +170,10 @@ def _curve(curve: Any, block: int | str | None, direction: Any, label: str) -> t
     try:
         displacement, force = curve
     except (TypeError, ValueError):
-        raise ValueError(f"curve {label!r} is neither a history nor a pair (displacement, force)") from None
+        raise InputError(f"curve {label!r} is neither a history nor a pair (displacement, force)") from None
     u, f = np.asarray(displacement, dtype=float), np.asarray(force, dtype=float)
     if u.ndim != 1 or u.shape != f.shape or not len(u):
-        raise ValueError(f"curve {label!r} has displacements of shape {u.shape} and forces of shape {f.shape}")
+        raise InputError(f"curve {label!r} has displacements of shape {u.shape} and forces of shape {f.shape}")
     return u, f
 
 
@@ -181,7 +182,7 @@ def _driven(history: Any) -> int:
     blocks = [int(i) for i in history.reaction_blocks if not history.assembly.fixed[int(i)]]
     if len(blocks) != 1:
         names = ", ".join(history.assembly.blocks[i].name for i in blocks) or "none"
-        raise ValueError(f"name the driven block with block=...; reactions are recorded on: {names}")
+        raise InputError(f"name the driven block with block=...; reactions are recorded on: {names}")
     return blocks[0]
 
 

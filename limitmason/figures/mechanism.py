@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from limitmason.equilibrium import Plane
+from limitmason.errors import InputError
 from limitmason.figures import elevation, solid, style
 from limitmason.figures.motion import (
     MovingJoints,
@@ -147,7 +148,7 @@ def mechanism(
 def chosen_plane(model: Assembly, view: str, twists: Array | None) -> Plane | None:
     """Plane of the elevation that a view asks for, or None for a drawing in space."""
     if view not in VIEWS:
-        raise ValueError(f"view must be one of {', '.join(map(repr, VIEWS))}, got {view!r}")
+        raise InputError(f"view must be one of {', '.join(map(repr, VIEWS))}, got {view!r}")
     if view == "3d":
         return None
     plane = wall_plane(model, twists if view == "auto" else None)

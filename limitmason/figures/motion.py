@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from limitmason.errors import InputError
 from limitmason.model import Assembly
 from limitmason.results import Prediction
 
@@ -91,7 +92,7 @@ def drawn_motion(assembly: Assembly, twists: Array, scale: float) -> RigidMotion
     scale : largest displacement over that size [-]; rotations are held below 0.35 rad whatever it is
     """
     if not (np.isfinite(scale) and scale > 0.0):
-        raise ValueError(f"scale must be a positive fraction of the structure's size, got {scale!r}")
+        raise InputError(f"scale must be a positive fraction of the structure's size, got {scale!r}")
     fastest = float(largest_rates(assembly, twists).max(initial=0.0))
     spin = float(np.linalg.norm(twists[:, 3:], axis=1).max(initial=0.0))
     if fastest == 0.0:
@@ -151,16 +152,16 @@ def moving_joints(assembly: Assembly, twists: Array, threshold: float) -> Moving
 def checked_twists(assembly: Assembly, prediction: Prediction) -> Array:
     """The mechanism's twists, or an error that says why there is nothing to draw."""
     if prediction.mechanism is None:
-        raise ValueError(
+        raise InputError(
             f"this prediction ({prediction.method}) has no mechanism to draw: its status is {prediction.status!r}"
         )
     twists = np.asarray(prediction.mechanism.twists, dtype=float)
     if twists.shape != (assembly.n_blocks, 6):
-        raise ValueError(
+        raise InputError(
             f"the mechanism has twists of shape {twists.shape}, the assembly {assembly.n_blocks} blocks: they do not "
             "belong together"
         )
     if not np.isfinite(twists).all():
         block = int(np.flatnonzero(~np.isfinite(twists).all(axis=1))[0])
-        raise ValueError(f"the twist of block {assembly.blocks[block].name!r} is not finite")
+        raise InputError(f"the twist of block {assembly.blocks[block].name!r} is not finite")
     return twists

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.errors import InputError
 from limitmason.geometry import Solid
 from limitmason.geometry.boxtree import overlapping_pairs
 from limitmason.geometry.polyhedron import face_planes, group_by_topology
@@ -37,7 +38,7 @@ class Camera(NamedTuple):
 def camera(azimuth_deg: float, elevation_deg: float) -> Camera:
     """Camera that looks at the origin from a horizontal angle, counted from x towards y, and a height angle [deg]."""
     if not -90.0 < elevation_deg < 90.0:
-        raise ValueError(f"elevation_deg must be between -90 and 90, got {elevation_deg!r}")
+        raise InputError(f"elevation_deg must be between -90 and 90, got {elevation_deg!r}")
     a, e = np.radians(azimuth_deg), np.radians(elevation_deg)
     towards = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
     right = np.array([-np.sin(a), np.cos(a), 0.0])

@@ -12,6 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.method import Look
 from limitmason.methods import available_methods, get_method
@@ -85,7 +86,7 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
     rows = [r for r in result.rows if math.isfinite(r.multiplier)]
     left_out = [r for r in result.rows if not math.isfinite(r.multiplier)]
     if not rows:
-        raise ValueError("no method has a finite multiplier: there is nothing to draw")
+        raise InputError("no method has a finite multiplier: there is nothing to draw")
     figure, ax = _paper(style.FULL_WIDTH, 1.1 + 0.55 * len(rows), ax)
     ends = [v for r in rows for v in (r.multiplier, r.low, r.high) if math.isfinite(v)]
     if result.measured is not None:
@@ -168,7 +169,7 @@ def study_lines(
     """
     rows = [r for r in table if r.get(x) is not None and r.get(y) is not None and math.isfinite(r[y])]
     if not rows:
-        raise ValueError(f"no row has finite values of {x!r} and {y!r}: there is nothing to draw")
+        raise InputError(f"no row has finite values of {x!r} and {y!r}: there is nothing to draw")
     figure, ax = _paper(style.FULL_WIDTH, 3.4, ax)
     positive = sorted({float(r[x]) for r in rows if r[x] > 0})
     edge = 0.5 * positive[0] if positive else 1.0

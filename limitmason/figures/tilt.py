@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from limitmason.errors import InputError
 from limitmason.figures import style
 
 _WIDTH, _PANEL, _FOOT = style.FULL_WIDTH, 2.35, 0.46
@@ -57,7 +58,7 @@ def tilt_test(
     """
     named = dict(tests) if isinstance(tests, Mapping) else {"wall": tests}
     if not named:
-        raise ValueError("no tilting test to draw")
+        raise InputError("no tilting test to draw")
     for label, test in named.items():
         _check(label, test)
     figure = Figure(figsize=(_WIDTH, _PANEL + 1.0), dpi=200)
@@ -117,10 +118,10 @@ def tilt_test(
 def _check(label: str, test: Any) -> None:
     missing = [name for name in _FIELDS if not hasattr(test, name)]
     if missing:
-        raise ValueError(f"tilting test {label!r} has no {missing[0]!r}; it must carry {', '.join(_FIELDS)}")
+        raise InputError(f"tilting test {label!r} has no {missing[0]!r}; it must carry {', '.join(_FIELDS)}")
     shapes = {name: np.shape(getattr(test, name)) for name in _FIELDS[:5]}
     if len(set(shapes.values())) != 1 or len(shapes["ratio"]) != 1 or not shapes["ratio"][0]:
-        raise ValueError(f"tilting test {label!r}: arrays of different or no length: {shapes}")
+        raise InputError(f"tilting test {label!r}: arrays of different or no length: {shapes}")
 
 
 def _bounds(measured: float | tuple[float, float] | None) -> tuple[float, float]:
@@ -128,7 +129,7 @@ def _bounds(measured: float | tuple[float, float] | None) -> tuple[float, float]
         return math.nan, math.nan
     values = np.atleast_1d(np.asarray(measured, dtype=float))
     if not (np.isfinite(values).all() and (values > 0.0).all() and (values < 90.0).all()):
-        raise ValueError(f"measured must be angles between 0 and 90 degrees, got {measured!r}")
+        raise InputError(f"measured must be angles between 0 and 90 degrees, got {measured!r}")
     return float(values.min()), float(values.max())
 
 

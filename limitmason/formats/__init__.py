@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from limitmason.errors import InputError
 from limitmason.experiments.measured_table import MeasuredTable, read_measured, write_measured
 from limitmason.formats.answers import read_prediction, write_prediction
 from limitmason.formats.dxf import Outlines, read_dxf
@@ -56,7 +57,7 @@ def read(path: str | Path, **options: Any) -> Model | Solids | Outlines:
     """
     suffix = Path(path).suffix.lower()
     if suffix not in _READERS:
-        raise ValueError(f"{path}: cannot read {suffix or 'a file without suffix'}; known: {', '.join(_READERS)}")
+        raise InputError(f"{path}: cannot read {suffix or 'a file without suffix'}; known: {', '.join(_READERS)}")
     return _READERS[suffix](path, **options)
 
 
@@ -79,10 +80,10 @@ def write(
     """
     suffix = Path(path).suffix.lower()
     if suffix not in _WRITERS:
-        raise ValueError(f"{path}: cannot write {suffix or 'a file without suffix'}; known: {', '.join(_WRITERS)}")
+        raise InputError(f"{path}: cannot write {suffix or 'a file without suffix'}; known: {', '.join(_WRITERS)}")
     if suffix == ".json":
         if prediction is not None:
-            raise ValueError(f"{path}: a model file holds no prediction; use write_prediction for a file of its own")
+            raise InputError(f"{path}: a model file holds no prediction; use write_prediction for a file of its own")
         write_json(path, assembly, loads)
     elif suffix == ".obj":
         write_obj(path, assembly)

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.errors import InputError
+
 Array = NDArray[np.float64]
 
 _NOT_FINITE = {"Infinity": math.inf, "-Infinity": -math.inf, "NaN": math.nan}
@@ -133,11 +135,11 @@ def read_document(path: str | Path, schema: str, version: int) -> Node:
     try:
         value = json.loads(Path(path).read_text(encoding="utf-8"), object_pairs_hook=_without_doubles)
     except json.JSONDecodeError as error:
-        raise ValueError(f"{name}: line {error.lineno}, column {error.colno}: not JSON: {error.msg}") from None
+        raise InputError(f"{name}: line {error.lineno}, column {error.colno}: not JSON: {error.msg}") from None
     except UnicodeDecodeError as error:
-        raise ValueError(f"{name}: not a text file in UTF-8: {error.reason} at byte {error.start}") from None
+        raise InputError(f"{name}: not a text file in UTF-8: {error.reason} at byte {error.start}") from None
     except _Double as error:
-        raise ValueError(f"{name}: key {error.args[0]!r} is given twice in one object") from None
+        raise InputError(f"{name}: key {error.args[0]!r} is given twice in one object") from None
     node = Node(value, name)
     node.mapping()
     if "schema" not in node:
@@ -216,7 +218,7 @@ def plain(value: Any, where: str, *, strict: bool = True) -> Any:
     if isinstance(value, list | tuple | set | frozenset):
         return [plain(v, f"{where}[{i}]", strict=strict) for i, v in enumerate(value)]
     if strict:
-        raise ValueError(f"{where}: a {type(value).__name__} is not plain data; use numbers, texts, lists and dicts")
+        raise InputError(f"{where}: a {type(value).__name__} is not plain data; use numbers, texts, lists and dicts")
     return str(value)
 
 

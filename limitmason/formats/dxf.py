@@ -10,6 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.errors import InputError
+
 Array = NDArray[np.float64]
 
 # $INSUNITS: code -> (name, metres)
@@ -70,22 +72,22 @@ def read_dxf(
     try:
         drawing = readfile(path)
     except DXFError as error:
-        raise ValueError(f"{path}: not a DXF drawing that can be read: {error}") from None
+        raise InputError(f"{path}: not a DXF drawing that can be read: {error}") from None
     except OSError as error:
         # ezdxf reports text that is no DXF as an OSError; a missing file stays what it is
         if isinstance(error, FileNotFoundError):
             raise
-        raise ValueError(f"{path}: not a DXF drawing: {error}") from None
+        raise InputError(f"{path}: not a DXF drawing: {error}") from None
     metres = _metres_per_unit(drawing, path) if scale is None else float(scale)
     if not (np.isfinite(metres) and metres > 0.0):
-        raise ValueError(f"scale must be positive [m per drawing unit], got {scale!r}")
+        raise InputError(f"scale must be positive [m per drawing unit], got {scale!r}")
     wanted = None if layers is None else {name.casefold() for name in layers}
     if wanted is not None:
         known = {layer.dxf.name.casefold(): layer.dxf.name for layer in drawing.layers}
         unknown = sorted(wanted - set(known))
         if unknown:
             there = ", ".join(sorted(known.values()))
-            raise ValueError(f"{path}: there is no layer {unknown[0]!r}; there are {there}")
+            raise InputError(f"{path}: there is no layer {unknown[0]!r}; there are {there}")
     outlines, names, of_layer = [], [], []
     count: Counter[str] = Counter()
     for entity in drawing.modelspace().query("LWPOLYLINE POLYLINE"):
@@ -99,14 +101,14 @@ def read_dxf(
         of_layer.append(layer)
     if not outlines:
         where = "" if wanted is None else " on the layers asked for"
-        raise ValueError(f"{path}: no closed polyline{where}; draw every block as one, in the model space")
+        raise InputError(f"{path}: no closed polyline{where}; draw every block as one, in the model space")
     return Outlines(outlines, names, of_layer)
 
 
 def _metres_per_unit(drawing: Any, path: str | Path) -> float:
     code = int(drawing.header.get("$INSUNITS", 0))
     if code not in _UNITS:
-        raise ValueError(
+        raise InputError(
             f"{path}: the drawing has no unit of length that is known ($INSUNITS = {code}); give scale=, the metres "
             "per drawing unit, for example scale=0.001 for millimetres"
         )
@@ -116,7 +118,7 @@ def _metres_per_unit(drawing: Any, path: str | Path) -> float:
 def _outline(entity: Any, ezpath: Any, metres: float, flatness: float, where: str) -> Array:
     kind = entity.dxftype()
     if kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline):
-        raise ValueError(f"{where}: a mesh is no outline; explode it or leave its layer out")
+        raise InputError(f"{where}: a mesh is no outline; explode it or leave its layer out")
     if kind == "POLYLINE" and (entity.is_3d_polyline or entity.dxf.flags & _FITTED):
         points = np.array([tuple(p) for p in ezpath.make_path(entity).flattening(max(flatness / metres, 1e-12))])
     else:
@@ -130,11 +132,11 @@ def _outline(entity: Any, ezpath: Any, metres: float, flatness: float, where: st
     if len(points) > 1 and np.linalg.norm(points[0] - points[-1]) <= 1e-9 * max(size, 1e-300):
         points = points[:-1]
     elif not entity.is_closed:
-        raise ValueError(f"{where}: the polyline is open; close it, or leave its layer out with layers=[...]")
+        raise InputError(f"{where}: the polyline is open; close it, or leave its layer out with layers=[...]")
     if len(points) < 3:
-        raise ValueError(f"{where}: the polyline has {len(points)} corners and encloses no area")
+        raise InputError(f"{where}: the polyline has {len(points)} corners and encloses no area")
     if np.ptp(points[:, 2]) > 1e-6 * max(size, 1e-300):
-        raise ValueError(f"{where}: the polyline does not lie in the plane of the drawing")
+        raise InputError(f"{where}: the polyline does not lie in the plane of the drawing")
     return points[:, :2] * metres
 
 

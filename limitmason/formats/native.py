@@ -42,6 +42,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from limitmason.errors import InputError
 from limitmason.formats.document import Node, plain, read_document, restored, write_document
 from limitmason.formats.entries import block_of, block_pair, blocks_of, joint_of, joint_table, loads_of, support_of
 from limitmason.geometry.contact import ContactRules
@@ -80,7 +81,7 @@ def write_json(path: str | Path, assembly: Assembly, loads: Loads | None = None)
         When the recipe holds something that is not plain data, or the loads belong to another assembly.
     """
     if loads is not None and len(loads.dead) != assembly.n_blocks:
-        raise ValueError(f"the loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
+        raise InputError(f"the loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
     laws: dict[Joint, str] = {}
     for interface in assembly.interfaces:
         if interface.joint not in laws:

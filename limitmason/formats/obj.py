@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.errors import InputError
 from limitmason.geometry import Solid
 from limitmason.model import Assembly
 
@@ -59,7 +60,7 @@ def write_obj(path: str | Path, assembly: Assembly | Solids) -> None:
     first = 1
     for name, parts in zip(names, solids, strict=True):
         if name != " ".join(name.split()) or not name:
-            raise ValueError(f"block name {name!r} cannot be written to OBJ: it is empty or has odd spaces")
+            raise InputError(f"block name {name!r} cannot be written to OBJ: it is empty or has odd spaces")
         lines.append(f"o {name}")
         for k, part in enumerate(parts):
             if len(parts) > 1:
@@ -91,9 +92,9 @@ def read_obj(path: str | Path, *, scale: float = 1.0, up: str = "z") -> Solids:
         exist, statements of curved surfaces, no faces at all.
     """
     if up not in ("y", "z"):
-        raise ValueError(f"up must be 'y' or 'z', got {up!r}")
+        raise InputError(f"up must be 'y' or 'z', got {up!r}")
     if not (np.isfinite(scale) and scale > 0.0):
-        raise ValueError(f"scale must be positive [m per unit], got {scale!r}")
+        raise InputError(f"scale must be positive [m per unit], got {scale!r}")
     vertices, faces = _parsed(path)
     points = np.array(vertices, dtype=float).reshape(-1, 3)
     if up == "y":
@@ -115,7 +116,7 @@ def _parsed(path: str | Path) -> tuple[list[list[float]], list[_Face]]:
     try:
         text = Path(path).read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
-        raise ValueError(f"{path}: not a text file in UTF-8: {error.reason} at byte {error.start}") from None
+        raise InputError(f"{path}: not a text file in UTF-8: {error.reason} at byte {error.start}") from None
     pending = ""
     for number, raw in enumerate(text.splitlines(), 1):
         # names may hold a number sign, everything else ends there
@@ -137,9 +138,9 @@ def _parsed(path: str | Path) -> tuple[list[list[float]], list[_Face]]:
         elif keyword == "g":
             group = rest.strip() or None
         else:
-            raise ValueError(f"{where}: statement {keyword!r} is not read; blocks need plane polygons (v, f, o, g)")
+            raise InputError(f"{where}: statement {keyword!r} is not read; blocks need plane polygons (v, f, o, g)")
     if not faces:
-        raise ValueError(f"{path}: there are no faces")
+        raise InputError(f"{path}: there are no faces")
     return vertices, faces
 
 
@@ -148,11 +149,11 @@ def _vertex(text: str, where: str) -> list[float]:
     try:
         numbers = [float(w) for w in words[:3]]
     except ValueError:
-        raise ValueError(f"{where}: {text!r} is not a vertex of three numbers") from None
+        raise InputError(f"{where}: {text!r} is not a vertex of three numbers") from None
     if len(numbers) < 3:
-        raise ValueError(f"{where}: a vertex needs three coordinates, got {len(numbers)}")
+        raise InputError(f"{where}: a vertex needs three coordinates, got {len(numbers)}")
     if not np.isfinite(numbers).all():
-        raise ValueError(f"{where}: a coordinate is not finite: {text!r}")
+        raise InputError(f"{where}: a coordinate is not finite: {text!r}")
     return numbers
 
 
@@ -162,13 +163,13 @@ def _face(text: str, count: int, where: str) -> tuple[int, ...]:
         try:
             index = int(word.split("/", 1)[0])
         except ValueError:
-            raise ValueError(f"{where}: {word!r} is not a vertex of a face") from None
+            raise InputError(f"{where}: {word!r} is not a vertex of a face") from None
         place = index - 1 if index > 0 else count + index
         if index == 0 or not 0 <= place < count:
-            raise ValueError(f"{where}: vertex {index} does not exist; {count} vertices were given before this line")
+            raise InputError(f"{where}: vertex {index} does not exist; {count} vertices were given before this line")
         out.append(place)
     if len(out) < 3:
-        raise ValueError(f"{where}: a face needs at least three vertices, got {len(out)}")
+        raise InputError(f"{where}: a face needs at least three vertices, got {len(out)}")
     return tuple(out)
 
 

@@ -10,6 +10,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from limitmason.errors import InputError
 from limitmason.formats import vtu
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.model import Assembly
@@ -58,9 +59,9 @@ def write_pvd(
     the block's joints, where the history records it (NaN where its contacts were found anew).
     """
     if encoding not in vtu.ENCODINGS:
-        raise ValueError(f"encoding must be one of {', '.join(map(repr, vtu.ENCODINGS))}, got {encoding!r}")
+        raise InputError(f"encoding must be one of {', '.join(map(repr, vtu.ENCODINGS))}, got {encoding!r}")
     if not isinstance(every, int) or every < 1:
-        raise ValueError(f"every must be a whole number of at least 1, got {every!r}")
+        raise InputError(f"every must be a whole number of at least 1, got {every!r}")
     if history is not None:
         shift = history.shift if shift is None else shift
         quaternion = history.quaternion if quaternion is None else quaternion
@@ -92,19 +93,19 @@ def _checked(
     assembly: Assembly, shift: ArrayLike | None, quaternion: ArrayLike | None, times: ArrayLike | None
 ) -> tuple[Array, Array, Array]:
     if shift is None or quaternion is None:
-        raise ValueError("give a history, or shift and quaternion")
+        raise InputError("give a history, or shift and quaternion")
     u, q = np.asarray(shift, dtype=float), np.asarray(quaternion, dtype=float)
     n = assembly.n_blocks
     if u.ndim != 3 or u.shape[1:] != (n, 3) or q.shape != u.shape[:2] + (4,):
-        raise ValueError(
+        raise InputError(
             f"shift and quaternion have shapes {u.shape} and {q.shape}; an assembly of {n} blocks needs "
             f"(samples, {n}, 3) and (samples, {n}, 4)"
         )
     if not len(u):
-        raise ValueError("there is no sample to write")
+        raise InputError("there is no sample to write")
     t = np.arange(len(u), dtype=float) if times is None else np.asarray(times, dtype=float)
     if t.shape != (len(u),) or not (np.diff(t) >= 0.0).all():
-        raise ValueError(f"times must not decrease and be one per sample ({len(u)}), got shape {t.shape}")
+        raise InputError(f"times must not decrease and be one per sample ({len(u)}), got shape {t.shape}")
     return u, q, t
 
 

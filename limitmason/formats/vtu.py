@@ -11,6 +11,7 @@ from xml.sax.saxutils import escape
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.errors import InputError
 from limitmason.model import Assembly
 from limitmason.results import Prediction
 
@@ -66,7 +67,7 @@ def write_vtu(
     [m2], ``N`` [N], ``V`` [N] as a vector on block b, ``opening`` and ``sliding`` (largest rates at the corners).
     """
     if encoding not in ENCODINGS:
-        raise ValueError(f"encoding must be one of {', '.join(map(repr, ENCODINGS))}, got {encoding!r}")
+        raise InputError(f"encoding must be one of {', '.join(map(repr, ENCODINGS))}, got {encoding!r}")
     target = Path(path)
     twists = _twists(assembly, prediction)
     written = [target]
@@ -83,7 +84,7 @@ def _twists(assembly: Assembly, prediction: Prediction | None) -> Array | None:
         return None
     twists = np.asarray(prediction.mechanism.twists, dtype=float)
     if twists.shape != (assembly.n_blocks, 6):
-        raise ValueError(f"the mechanism has twists of shape {twists.shape}, the assembly {assembly.n_blocks} blocks")
+        raise InputError(f"the mechanism has twists of shape {twists.shape}, the assembly {assembly.n_blocks} blocks")
     return twists
 
 
@@ -165,7 +166,7 @@ def _interfaces(assembly: Assembly, prediction: Prediction | None, twists: Array
     if prediction is not None and prediction.resultants is not None:
         r = prediction.resultants
         if len(r.normal) != k:
-            raise ValueError(f"the resultants are for {len(r.normal)} interfaces, the assembly has {k}")
+            raise InputError(f"the resultants are for {len(r.normal)} interfaces, the assembly has {k}")
         shear = np.asarray(r.shear, dtype=float)
         cells |= {"N": np.asarray(r.normal, dtype=float),
                   "V": shear[:, :1] * x.tangent_1 + shear[:, 1:2] * x.tangent_2}  # fmt: skip

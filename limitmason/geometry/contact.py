@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from limitmason.errors import InputError
 from limitmason.geometry.facing import Faces, FacingPairs, all_faces, facing_pairs
 from limitmason.geometry.overlap import near_pairs, penetrations
 from limitmason.geometry.polyhedron import Solid
@@ -46,9 +47,9 @@ class ContactRules:
         for name in ("distance", "width"):
             value = getattr(self, name)
             if value is not None and not (np.isfinite(value) and value > 0.0):
-                raise ValueError(f"contact {name} must be positive [m], got {value!r}")
+                raise InputError(f"contact {name} must be positive [m], got {value!r}")
         if not 0.0 <= self.wedge_deg <= self.angle_deg <= LOOKED_AT_DEG:
-            raise ValueError(
+            raise InputError(
                 f"contact angles must keep 0 <= wedge ({self.wedge_deg!r}) <= angle ({self.angle_deg!r}) <= "
                 f"{LOOKED_AT_DEG:g} degrees"
             )

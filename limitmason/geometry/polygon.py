@@ -5,6 +5,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from limitmason.errors import InputError
+
 Array = NDArray[np.float64]
 
 
@@ -48,9 +50,9 @@ def clean_outline(outline: ArrayLike, tolerance: float) -> Array:
     """
     p = np.asarray(outline, dtype=float)
     if p.ndim != 2 or p.shape[1] != 2:
-        raise ValueError(f"an outline is an array of shape (n, 2), got shape {p.shape}")
+        raise InputError(f"an outline is an array of shape (n, 2), got shape {p.shape}")
     if not np.isfinite(p).all():
-        raise ValueError("the outline has a coordinate that is not finite (NaN or infinite)")
+        raise InputError("the outline has a coordinate that is not finite (NaN or infinite)")
     p = p[np.linalg.norm(p - np.roll(p, 1, axis=0), axis=1) > tolerance]
     while len(p) > 2:
         before, after = np.roll(p, 1, axis=0), np.roll(p, -1, axis=0)
@@ -61,9 +63,9 @@ def clean_outline(outline: ArrayLike, tolerance: float) -> Array:
             break
         p = np.delete(p, offset.argmin(), axis=0)
     if len(p) < 3:
-        raise ValueError("the outline encloses no area (fewer than three distinct vertices)")
+        raise InputError("the outline encloses no area (fewer than three distinct vertices)")
     if crossing := _crossing_edges(p):
-        raise ValueError(f"the outline crosses itself: edges {crossing[0]} and {crossing[1]} intersect")
+        raise InputError(f"the outline crosses itself: edges {crossing[0]} and {crossing[1]} intersect")
     return p if polygon_area_centroid(p)[0] > 0 else p[::-1].copy()
 
 
@@ -151,7 +153,7 @@ def _ears(p: Array) -> list[tuple[int, int, int]]:
             if best is None or quality > best[0]:
                 best = (quality, k, (a, b, c))
         if best is None:
-            raise ValueError("the outline cannot be divided into triangles: it touches or crosses itself")
+            raise InputError("the outline cannot be divided into triangles: it touches or crosses itself")
         triangles.append(best[2])
         del remaining[best[1]]
     triangles.append((remaining[0], remaining[1], remaining[2]))

@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from limitmason.errors import InputError
+
 Array = NDArray[np.float64]
 Faces = tuple[tuple[int, ...], ...]
 
@@ -117,13 +119,13 @@ def check_closed(solids: Sequence[Solid], names: Sequence[str]) -> None:
         n = vertices.shape[1]
         for f in faces:
             if len(f) < 3 or min(f) < 0 or max(f) >= n or len(set(f)) != len(f):
-                raise ValueError(
+                raise InputError(
                     f"block {first!r}: face {f} is not a polygon of at least three distinct vertex indices below {n}"
                 )
         edges = Counter((f[k], f[(k + 1) % len(f)]) for f in faces for k in range(len(f)))
         for (i, j), count in edges.items():
             if count > 1 or edges.get((j, i), 0) != 1:
-                raise ValueError(
+                raise InputError(
                     f"block {first!r} is open or has faces of mixed orientation: edge {i}-{j} is not shared by exactly "
                     "two faces that run along it in opposite senses; close the solid and orient every face "
                     "counter-clockwise seen from outside"
@@ -147,31 +149,31 @@ def check_solids(solids: Sequence[Solid], names: Sequence[str], flatness: float)
     for faces, members, vertices in group_by_topology(solids):
         bad = ~np.isfinite(vertices).all(axis=(1, 2))
         if bad.any():
-            raise ValueError(f"block {names[members[bad][0]]!r} has a coordinate that is not finite (NaN or infinite)")
+            raise InputError(f"block {names[members[bad][0]]!r} has a coordinate that is not finite (NaN or infinite)")
         volume = mass_properties([solids[i] for i in members]).volume
         size = np.ptp(vertices, axis=1).max(axis=1)
         inverted = volume < -1e-12 * size**3
         if inverted.any():
-            raise ValueError(
+            raise InputError(
                 f"block {names[members[inverted][0]]!r} is inverted (signed volume {volume[inverted][0]:.3g} m3): "
                 "its faces run clockwise seen from outside; reverse them"
             )
         flat = volume <= 1e-12 * size**3
         if flat.any():
-            raise ValueError(f"block {names[members[flat][0]]!r} has zero thickness: it encloses no volume")
+            raise InputError(f"block {names[members[flat][0]]!r} has zero thickness: it encloses no volume")
         for f in faces:
             corner = vertices[:, list(f)]
             normal, offset = face_planes(corner)
             inside = np.einsum("kni,ki->kn", vertices, normal) - offset[:, None]
             skew = np.abs(inside[:, list(f)]).max(axis=1) > flatness
             if skew.any():
-                raise ValueError(
+                raise InputError(
                     f"block {names[members[skew][0]]!r}: face {f} is not plane within {flatness:.3g} m; split it into "
                     "triangles"
                 )
             concave = inside.max(axis=1) > flatness
             if concave.any():
-                raise ValueError(
+                raise InputError(
                     f"block {names[members[concave][0]]!r} is not convex (a vertex lies outside face {f}); give it as "
                     "a list of convex pieces [(vertices, faces), ...]"
                 )

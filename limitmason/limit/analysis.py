@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from limitmason.equilibrium import Grid
+from limitmason.errors import InputError
 from limitmason.limit.associative import analyse
 from limitmason.limit.contact_notes import with_contact_warnings
 from limitmason.limit.parts import governed, independent_parts
@@ -81,16 +82,16 @@ def limit_analysis(
     the warnings).
     """
     if flow_rule not in FLOW_RULES:
-        raise ValueError(f"flow_rule must be one of {FLOW_RULES}, got {flow_rule!r}")
+        raise InputError(f"flow_rule must be one of {FLOW_RULES}, got {flow_rule!r}")
     if not 0.0 <= float(torsion_limit) < np.inf:
-        raise ValueError(f"torsion_limit must be True, False or a number >= 0, got {torsion_limit!r}")
+        raise InputError(f"torsion_limit must be True, False or a number >= 0, got {torsion_limit!r}")
     if flow_rule == "associative" and options:
         raise TypeError(f"unknown option {sorted(options)[0]!r} for associative limit analysis")
     if flow_rule == "non-associative":
         if torsion_limit:
-            raise ValueError("torsion_limit is available with the associative flow rule only")
+            raise InputError("torsion_limit is available with the associative flow rule only")
         if solver != "auto":
-            raise ValueError(f"solver={solver!r} is available with the associative flow rule only")
+            raise InputError(f"solver={solver!r} is available with the associative flow rule only")
     model = {"contact_model": contact_model, "grid": chosen_grid(contact_model, grid), "in_plane": in_plane}
     settings = {"tolerance": tolerance, "check_dead_load": check_dead_load, "verbose": verbose}
     if flow_rule == "associative":

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.certificate import certify, kinematic_multiplier, resultants_from_points, scaled_mechanism
+from limitmason.errors import InputError
 from limitmason.limit.associative_warnings import REASON, warnings_of
 from limitmason.limit.face_cells import Cells, refined, spread_cohesion
 from limitmason.limit.idle_joints import without_rounding
@@ -104,7 +105,7 @@ def analyse(
     """:func:`solve_associative`, and the problem with the cells of cohesive faces as fine as the answer needed them."""
     start = time.perf_counter()
     if torsion_limit and solver not in ("auto", "clarabel"):
-        raise ValueError(f"solver={solver!r} does not cover the torsion limit; use solver='clarabel'")
+        raise InputError(f"solver={solver!r} does not cover the torsion limit; use solver='clarabel'")
     settings = {"tolerance": tolerance, "check_dead_load": check_dead_load, "verbose": verbose}
     seconds = 0.0
     for refinement in range(REFINEMENTS + 1):

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.certificate import certify, resultants_from_points, scaled_mechanism
+from limitmason.errors import InputError
 from limitmason.law_table import NON_ASSOCIATIVE, notes
 from limitmason.limit.associative import contact_facts, solve_associative
 from limitmason.limit.associative_warnings import CONFINEMENT_WARNING
@@ -123,17 +124,17 @@ def solve_nonassociative(
     """
     start = time.perf_counter()
     if isinstance(search, str) and search not in EFFORTS:
-        raise ValueError(f"search must be one of {tuple(EFFORTS)}, got {search!r}")
+        raise InputError(f"search must be one of {tuple(EFFORTS)}, got {search!r}")
     if solver not in ("auto", "clarabel"):
-        raise ValueError(f"solver={solver!r} goes with the associative flow rule only; use 'auto' or 'clarabel'")
+        raise InputError(f"solver={solver!r} goes with the associative flow rule only; use 'auto' or 'clarabel'")
     for name, number in (("accuracy", accuracy), ("budget", budget), ("proof_seconds", proof_seconds)):
         if number is not None and not number > 0:
-            raise ValueError(f"{name} must be positive, got {number}")
+            raise InputError(f"{name} must be positive, got {number}")
     effort = EFFORTS[search] if isinstance(search, str) else search
     named = search if isinstance(search, str) else "standard"
     proving = proof_is_tried(problem, prove, named)
     if proof_seconds is not None and not proving:
-        raise ValueError(
+        raise InputError(
             "proof_seconds is given, but no proof is tried: prove=False, or not a plane problem of at most "
             f"{PROVEN_POINTS[named]} contact points without crushing; prove=True demands one in plane without crushing"
         )

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.optimize import linprog
 
+from limitmason.errors import InputError
 from limitmason.limit.joint_law import JointLaw, State
 
 Array = NDArray[np.float64]
@@ -37,7 +38,7 @@ class PlanePrograms:
 
     def __init__(self, law: JointLaw) -> None:
         if law.components != 2:
-            raise ValueError("the plane polish needs a problem reduced to the plane")
+            raise InputError("the plane polish needs a problem reduced to the plane")
         self.law = law
         self.m, self.n = len(law.tan_phi), law.matrix.shape[0]
         # unit of force of the linear programs: the mean block load

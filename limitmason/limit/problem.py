@@ -16,6 +16,7 @@ from limitmason.equilibrium import (
     equilibrium_matrix,
     find_plane,
 )
+from limitmason.errors import InputError
 from limitmason.law import PointLaw, StressBlock, interface_law, stress_blocks
 from limitmason.law_table import ASSOCIATIVE, CORNER_CRUSHING, refuse
 from limitmason.limit.face_cells import Cells, whole_faces, with_cells
@@ -98,7 +99,7 @@ def chosen_grid(contact_model: str, grid: Grid | Mapping[str, Grid] | None) -> G
     if grid is None:
         return (5, 5)
     if contact_model != "grid":
-        raise ValueError(f"grid={grid!r} is not used by contact_model={contact_model!r}: give contact_model='grid'")
+        raise InputError(f"grid={grid!r} is not used by contact_model={contact_model!r}: give contact_model='grid'")
     return grid
 
 
@@ -130,20 +131,20 @@ def make_problem(
     """
     n = assembly.n_blocks
     if len(loads.dead) != n:
-        raise ValueError(f"the loads are for {len(loads.dead)} blocks, the assembly has {n}")
+        raise InputError(f"the loads are for {len(loads.dead)} blocks, the assembly has {n}")
     assembly.check_connected()
     if assembly.fixed.all():
-        raise ValueError("every block is fixed: there is nothing to solve")
+        raise InputError("every block is fixed: there is nothing to solve")
     if live_required and not loads.live[~assembly.held].any():
-        raise ValueError(
+        raise InputError(
             "the live load is zero on every free degree of freedom; use Loads.horizontal or one of the with_ methods "
             "with case='live'"
         )
     if not assembly.interfaces:
-        raise ValueError("the assembly has no interfaces: no two blocks touch")
+        raise InputError("the assembly has no interfaces: no two blocks touch")
     plane = find_plane(assembly, loads) if in_plane is not False else None
     if in_plane and plane is None:
-        raise ValueError(
+        raise InputError(
             "in_plane=True, but blocks, rectangular interfaces and loads are not all symmetric about one plane"
         )
     x = assembly.arrays

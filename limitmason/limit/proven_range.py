@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.equilibrium import Grid
-from limitmason.errors import NotApplicable, NotConverged
+from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.law_table import CRUSHING, PROVEN_RANGE, refuse
 from limitmason.limit.associative import solve_associative
 from limitmason.limit.joint_law import State, exact, from_corner, joint_law
@@ -162,14 +162,14 @@ def proven_range(
     if isinstance(which, str):
         which = (which,)
     if not which or not set(which) <= set(ENDS):
-        raise ValueError(f"which must hold names of {ENDS}, got {which!r}")
+        raise InputError(f"which must hold names of {ENDS}, got {which!r}")
     if not velocity_bound > 1:
-        raise ValueError(f"velocity_bound must exceed the mean live velocity, 1, got {velocity_bound}")
+        raise InputError(f"velocity_bound must exceed the mean live velocity, 1, got {velocity_bound}")
     if search not in EFFORTS:
-        raise ValueError(f"search must be one of {tuple(EFFORTS)}, got {search!r}")
+        raise InputError(f"search must be one of {tuple(EFFORTS)}, got {search!r}")
     for label, number in (("force_bound", force_bound), ("time_limit", time_limit), ("tolerance", tolerance)):
         if not number > 0:
-            raise ValueError(f"{label} must be positive, got {number}")
+            raise InputError(f"{label} must be positive, got {number}")
     problem = make_problem(assembly, loads, contact_model=contact_model, grid=chosen_grid(contact_model, grid))
     if problem.plane is None:
         raise NotApplicable(
@@ -199,7 +199,7 @@ def proven_range(
         )  # fmt: skip
         found = lowest.state
     if found is None:
-        raise ValueError(
+        raise InputError(
             f"no admissible state exists with velocities up to {velocity_bound:g} times the mean live velocity"
             if lowest.none
             else "no admissible state was found to begin with; try search='thorough' or a longer time_limit"

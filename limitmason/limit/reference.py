@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 
+from limitmason.errors import InputError
 from limitmason.limit.problem import Problem
 from limitmason.limit.program import Solution
 from limitmason.limit.strength import make_cones
@@ -42,7 +43,7 @@ def solve_reference(problem: Problem, *, solver: str | None = None, verbose: boo
     try:
         program.solve(solver=solver, verbose=verbose, **options)
     except cp.error.SolverError as error:
-        raise ValueError(f"cvxpy could not use solver {solver!r}: {error}") from None
+        raise InputError(f"cvxpy could not use solver {solver!r}: {error}") from None
     seconds = time.perf_counter() - begin
     status = {
         cp.OPTIMAL: SOLVED,

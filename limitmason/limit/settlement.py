@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from limitmason.errors import InputError
 from limitmason.limit.analysis import limit_analysis
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -50,22 +51,22 @@ def settlement_analysis(
         When the block is not held along the direction, and for loads with a live part.
     """
     if direction not in _DIRECTIONS:
-        raise ValueError(f"direction must be one of {sorted(_DIRECTIONS)}, got {direction!r}")
+        raise InputError(f"direction must be one of {sorted(_DIRECTIONS)}, got {direction!r}")
     if options.get("flow_rule", "associative") != "associative":
-        raise ValueError("settlement analysis knows the associative flow rule only: its multipliers may be negative")
+        raise InputError("settlement analysis knows the associative flow rule only: its multipliers may be negative")
     axis, sign = _DIRECTIONS[direction]
     i = assembly.block_index(support)
     held = assembly.held[i]
     if not held[axis]:
-        raise ValueError(f"block {assembly.blocks[i].name!r} is not held along {direction!r}, so it cannot settle")
+        raise InputError(f"block {assembly.blocks[i].name!r} is not held along {direction!r}, so it cannot settle")
     rest = [name for k, name in enumerate(DEGREES_OF_FREEDOM) if held[k] and k != axis]
     others = [s for s in assembly.supports if assembly.block_index(s.block) != i]
     if not others:
-        raise ValueError("the only support settles: the whole structure would follow it without deforming")
+        raise InputError("the only support settles: the whole structure would follow it without deforming")
     guided = replace(assembly, supports=(*others, *([Support(i, dofs=rest)] if rest else [])))
     loads = Loads.weight(assembly) if loads is None else loads
     if loads.live.any():
-        raise ValueError("loads: the live part has no role in a settlement; give dead loads alone, case='dead'")
+        raise InputError("loads: the live part has no role in a settlement; give dead loads alone, case='dead'")
     dead = np.array(loads.dead)
     dead[i] = 0.0  # the weight of the support itself is no concern of the structure
     free = ~guided.fixed

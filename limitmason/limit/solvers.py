@@ -8,7 +8,7 @@ import logging
 
 import numpy as np
 
-from limitmason.errors import NotApplicable
+from limitmason.errors import InputError, NotApplicable
 from limitmason.law_table import INTERIOR_POINT, SMOOTH, STRESS_BLOCK, refuse
 from limitmason.limit.problem import Problem
 from limitmason.limit.program import Solution, solve_static
@@ -51,7 +51,7 @@ def choose_solver(problem: Problem, solver: str = "auto") -> str:
         For an unknown name.
     """
     if solver not in SOLVERS and not solver.startswith("cvxpy:"):
-        raise ValueError(f"solver must be one of {SOLVERS} or 'cvxpy:NAME', got {solver!r}")
+        raise InputError(f"solver must be one of {SOLVERS} or 'cvxpy:NAME', got {solver!r}")
     if solver != "auto":
         return solver
     large = LARGE_IN_SPACE if problem.plane is None else LARGE_IN_PLANE
@@ -87,7 +87,7 @@ def solve_program(
         from limitmason.limit.reference import solve_reference
 
         if tolerance != TOLERANCE:
-            raise ValueError(f"tolerance={tolerance!r} is not passed on to solver={solver!r}; leave it out")
+            raise InputError(f"tolerance={tolerance!r} is not passed on to solver={solver!r}; leave it out")
         name = chosen.partition(":")[2].upper() or None
         return solve_reference(problem, solver=name, verbose=verbose)._replace(solver=chosen)
     if chosen == "clarabel":

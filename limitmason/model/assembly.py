@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from limitmason.constants import GRAVITY
+from limitmason.errors import InputError
 from limitmason.geometry.contact import KEPT, ContactRules, Doubt
 from limitmason.geometry.polygon import clean_outline, convex_pieces
 from limitmason.geometry.polyhedron import longest_sides, mass_properties, prism
@@ -118,13 +119,13 @@ class Assembly:
             For densities and sizes that look like other units, and a tolerance too large for the smallest block.
         """
         if not len(solids):
-            raise ValueError("an assembly needs at least one block")
+            raise InputError("an assembly needs at least one block")
         names = tuple(f"block-{i}" for i in range(len(solids))) if names is None else tuple(str(n) for n in names)
         if len(names) != len(solids):
-            raise ValueError(f"{len(names)} names are given for {len(solids)} blocks")
+            raise InputError(f"{len(names)} names are given for {len(solids)} blocks")
         if len(set(names)) < len(names):
             twice = next(n for n in names if names.count(n) > 1)
-            raise ValueError(f"block name {twice!r} is used more than once")
+            raise InputError(f"block name {twice!r} is used more than once")
         densities = read_densities(density, names)
         pieces = [read_pieces(solid, name) for solid, name in zip(solids, names, strict=True)]
         if axes is None:
@@ -135,7 +136,7 @@ class Assembly:
         )
         supports = tuple(Support.fixed(f) for f in read_fixed(fixed))
         if tolerance is not None and not read_number("tolerance", tolerance) > 0:
-            raise ValueError(f"tolerance must be positive [m], got {tolerance!r}")
+            raise InputError(f"tolerance must be positive [m], got {tolerance!r}")
         rules = ContactRules(
             None if tolerance is None else float(tolerance), read_number("angle_tolerance_deg", angle_tolerance_deg),
             read_number("wedge_tolerance_deg", wedge_tolerance_deg),
@@ -178,9 +179,9 @@ class Assembly:
             As :meth:`from_polyhedra`, and for outlines that cross themselves or enclose no area.
         """
         if not read_number("thickness", thickness) > 0:
-            raise ValueError(f"thickness must be positive [m], got {thickness!r}")
+            raise InputError(f"thickness must be positive [m], got {thickness!r}")
         if names is not None and len(names) != len(outlines):
-            raise ValueError(f"{len(names)} names are given for {len(outlines)} outlines")
+            raise InputError(f"{len(names)} names are given for {len(outlines)} outlines")
         if tolerance is not None:
             read_number("tolerance", tolerance)
         names = tuple(f"block-{i}" for i in range(len(outlines))) if names is None else tuple(names)
@@ -192,7 +193,7 @@ class Assembly:
             try:
                 pieces = convex_pieces(clean_outline(outline, slack))
             except ValueError as error:
-                raise ValueError(f"block {name!r}: {error}") from None
+                raise InputError(f"block {name!r}: {error}") from None
             solids.append([prism(piece, 0.0, thickness) for piece in pieces])
         return cls.from_polyhedra(
             solids, joint=joint, density=density, fixed=fixed, names=names, joints=joints, recipe=recipe,
@@ -252,7 +253,7 @@ class Assembly:
             For kinds beside a table, which names its joints itself.
         """
         if isinstance(kinds, str):
-            raise ValueError(f"kinds must be several names such as ('bed', 'base'), got the single word {kinds!r}")
+            raise InputError(f"kinds must be several names such as ('bed', 'base'), got the single word {kinds!r}")
         chosen = None if kinds is None else set(kinds)
         names = [b.name for b in self.blocks]
         if isinstance(joints, Joint) or callable(joints):
@@ -266,7 +267,7 @@ class Assembly:
                 laid.append(i)
             changed = tuple(laid)
         elif chosen is not None:
-            raise ValueError("kinds goes with one law or a function; a table names its joints itself")
+            raise InputError("kinds goes with one law or a function; a table names its joints itself")
         else:
             choose = JointChoice(None, joints, names, required=False)
             changed = tuple(replace(i, joint=choose(i.block_a, i.block_b, i.kind) or i.joint) for i in self.interfaces)
@@ -293,14 +294,14 @@ class Assembly:
             When an interface is not wider than twice the inset.
         """
         if not inset >= 0:
-            raise ValueError(f"inset must be >= 0 m, got {inset!r}")
+            raise InputError(f"inset must be >= 0 m, got {inset!r}")
         keep = None if direction is None else np.asarray(direction, dtype=float) / np.linalg.norm(direction)
         changed = []
         for interface in self.interfaces:
             polygon = pulled_in(interface, inset, keep)
             if polygon is None:
                 a, b = self.blocks[interface.block_a].name, self.blocks[interface.block_b].name
-                raise ValueError(f"the interface between {a!r} and {b!r} is not wider than twice the inset {inset} m")
+                raise InputError(f"the interface between {a!r} and {b!r} is not wider than twice the inset {inset} m")
             changed.append(replace(interface, polygon=polygon))
         return replace(self, interfaces=tuple(changed))
 
@@ -338,10 +339,10 @@ class Assembly:
         if isinstance(block, str):
             if block not in self._numbers:
                 near = sorted(self._numbers, key=lambda n: (n[:3] != block[:3], abs(len(n) - len(block))))[:5]
-                raise ValueError(f"there is no block named {block!r}; names include {', '.join(near)}")
+                raise InputError(f"there is no block named {block!r}; names include {', '.join(near)}")
             return self._numbers[block]
         if not 0 <= int(block) < self.n_blocks:
-            raise ValueError(f"block number {block} is outside 0 .. {self.n_blocks - 1}")
+            raise InputError(f"block number {block} is outside 0 .. {self.n_blocks - 1}")
         return int(block)
 
     @cached_property
@@ -421,7 +422,7 @@ class Assembly:
             When nothing is held; a ``ContactError`` naming the block that floats.
         """
         if not self.held.any():
-            raise ValueError("nothing is fixed: give fixed=[...] or with_supports([...]) for at least one block")
+            raise InputError("nothing is fixed: give fixed=[...] or with_supports([...]) for at least one block")
         loose = loose_blocks(self)
         if len(loose):
             raise ContactError(floating_text(self, loose), self)

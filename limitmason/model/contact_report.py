@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.errors import InputError
 from limitmason.geometry.contact import (
     CONTACT_CODES,
     KEPT,
@@ -213,9 +214,9 @@ class ContactReport:
 def contact_report(assembly: Assembly, *, distance: float | None, angle_deg: float | None) -> ContactReport:
     """See ``Assembly.contact_report``."""
     if distance is not None and not (np.isfinite(distance) and distance > 0.0):
-        raise ValueError(f"distance must be positive [m], got {distance!r}")
+        raise InputError(f"distance must be positive [m], got {distance!r}")
     if angle_deg is not None and not 0.0 < angle_deg < 90.0:
-        raise ValueError(f"angle_deg must be between 0 and 90, got {angle_deg!r}")
+        raise InputError(f"angle_deg must be between 0 and 90, got {angle_deg!r}")
     rules, blocks = assembly.contact_rules, assembly.blocks
     pieces = pieces_of(blocks)
     near = contact_distances(pieces.widths, rules)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.constants import RELATIVE_TOLERANCE
+from limitmason.errors import InputError
 from limitmason.geometry.contact import KEPT, NEAR, ContactPatches, ContactRules, Doubt, find_contacts
 from limitmason.geometry.polyhedron import Solid, check_closed, check_solids, least_widths
 from limitmason.model.plausibility import PlausibilityWarning, warn
@@ -94,7 +95,7 @@ def _check_pieces(blocks: Sequence[Block], pieces: Pieces, distances: Array) -> 
     among = find_contacts([pieces.solids[i] for i in rows], np.arange(len(rows)), distances[owner[rows]])
     for i, j, depth in among.overlaps:
         if owner[rows[i]] == owner[rows[j]]:
-            raise ValueError(
+            raise InputError(
                 f"two pieces of block {blocks[owner[rows[i]]].name!r} overlap by {depth:.3g} m; the convex "
                 "pieces of a block must fill it without overlapping"
             )

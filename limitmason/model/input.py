@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid
 from limitmason.model.joint import Joint
 
@@ -16,13 +17,13 @@ def read_densities(density: Any, names: Sequence[str]) -> list[float]:
     try:
         values = np.asarray(density, dtype=float)
     except (TypeError, ValueError):
-        raise ValueError(f"density must be a number [kg/m3] or one per block, got {density!r}") from None
+        raise InputError(f"density must be a number [kg/m3] or one per block, got {density!r}") from None
     if values.shape not in ((), (len(names),)):
-        raise ValueError(f"density must be one number or one per block ({len(names)}), got shape {values.shape}")
+        raise InputError(f"density must be one number or one per block ({len(names)}), got shape {values.shape}")
     values = np.broadcast_to(values, (len(names),))
     for name, value in zip(names, values.tolist(), strict=True):
         if not (np.isfinite(value) and value >= 0):
-            raise ValueError(f"block {name!r}: density must be finite and not negative [kg/m3], got {value}")
+            raise InputError(f"block {name!r}: density must be finite and not negative [kg/m3], got {value}")
     return [float(v) for v in values]
 
 
@@ -39,15 +40,15 @@ def read_pieces(solid: Any, name: str) -> tuple[Solid, ...]:
         for vertices, faces in items:
             v = np.array(vertices, dtype=float)
             if v.ndim != 2 or v.shape[1] != 3:
-                raise ValueError(f"vertices must have shape (n, 3), got {v.shape}")
+                raise InputError(f"vertices must have shape (n, 3), got {v.shape}")
             v.setflags(write=False)
             if not isinstance(faces, tuple) or not all(isinstance(f, tuple) for f in faces):
                 faces = tuple(tuple(int(i) for i in f) for f in faces)
             out.append(Solid(v, faces))
     except (TypeError, ValueError) as error:
-        raise ValueError(f"block {name!r}: expected (vertices, faces) or a list of such pieces; {error}") from None
+        raise InputError(f"block {name!r}: expected (vertices, faces) or a list of such pieces; {error}") from None
     if not out:
-        raise ValueError(f"block {name!r} has no pieces")
+        raise InputError(f"block {name!r} has no pieces")
     return tuple(out)
 
 
@@ -58,7 +59,7 @@ def read_number(name: str, value: Any) -> float:
     except (TypeError, ValueError):
         number = float("nan")
     if not np.isfinite(number) or isinstance(value, str):
-        raise ValueError(f"{name} must be a finite number, got {value!r}")
+        raise InputError(f"{name} must be a finite number, got {value!r}")
     return number
 
 
@@ -69,18 +70,18 @@ def read_vector(name: str, value: Any) -> np.ndarray:
     except (TypeError, ValueError):
         vector = np.empty(0)
     if vector.shape != (3,) or not np.isfinite(vector).all():
-        raise ValueError(f"{name} must be three finite numbers, got {value!r}")
+        raise InputError(f"{name} must be three finite numbers, got {value!r}")
     return vector
 
 
 def read_fixed(fixed: Any) -> tuple[int | str, ...]:
     """Names or numbers of held blocks; a single one is an error that says how to write it."""
     if isinstance(fixed, str | int | np.integer):
-        raise ValueError(f"fixed must be a list of block names or numbers: write fixed=[{fixed!r}]")
+        raise InputError(f"fixed must be a list of block names or numbers: write fixed=[{fixed!r}]")
     out = tuple(fixed)
     for item in out:
         if not isinstance(item, str | int | np.integer) or isinstance(item, bool):
-            raise ValueError(f"fixed: {item!r} is neither a block name nor a whole number")
+            raise InputError(f"fixed: {item!r} is neither a block name nor a whole number")
     return out
 
 
@@ -91,7 +92,7 @@ class JointChoice:
         self, default: Joint | None, table: JointTable, names: Sequence[str], *, required: bool = True
     ) -> None:
         if not isinstance(default, Joint) and (required or default is not None):
-            raise ValueError(f"joint must be a limitmason.Joint, got {default!r}")
+            raise InputError(f"joint must be a limitmason.Joint, got {default!r}")
         self.default = default
         self.kinds: dict[str, Joint] = {}
         self.pairs: dict[frozenset[str], Joint] = {}
@@ -99,16 +100,16 @@ class JointChoice:
         self.names = names
         for key, law in table.items():
             if not isinstance(law, Joint):
-                raise ValueError(f"joints[{key!r}] must be a limitmason.Joint, got {law!r}")
+                raise InputError(f"joints[{key!r}] must be a limitmason.Joint, got {law!r}")
             if isinstance(key, str):
                 self.kinds[key] = law
             elif isinstance(key, tuple) and len(key) == 2:
                 for name in key:
                     if name not in names:
-                        raise ValueError(f"joints[{key!r}]: there is no block named {name!r}")
+                        raise InputError(f"joints[{key!r}]: there is no block named {name!r}")
                 self.pairs[frozenset(key)] = law
             else:
-                raise ValueError(f"joints[{key!r}]: a key is a kind ('bed', 'head', 'base') or a pair of block names")
+                raise InputError(f"joints[{key!r}]: a key is a kind ('bed', 'head', 'base') or a pair of block names")
 
     def __call__(self, a: int, b: int, kind: str) -> Joint | None:
         """Law of the joint between blocks a and b."""
@@ -124,7 +125,7 @@ class JointChoice:
         """A pair that touches nowhere is a mistake, and so is a kind that is not known."""
         for pair in self.pairs:
             if pair not in self.used:
-                raise ValueError(f"joints: blocks {' and '.join(map(repr, sorted(pair)))} do not touch")
+                raise InputError(f"joints: blocks {' and '.join(map(repr, sorted(pair)))} do not touch")
         for kind in self.kinds:
             if kind not in ("bed", "head", "base") and kind not in self.used:
-                raise ValueError(f"joints: there is no joint of kind {kind!r}; kinds are 'bed', 'head' and 'base'")
+                raise InputError(f"joints: there is no joint of kind {kind!r}; kinds are 'bed', 'head' and 'base'")

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, fields
 from typing import Any
 
+from limitmason.errors import InputError
 from limitmason.model.plausibility import given_as_coefficient, warn_of_joint
 
 
@@ -57,31 +58,31 @@ class Joint:
             if field.name == "name" or value is None:
                 continue
             if isinstance(value, bool) or (not isinstance(value, (int, float)) and not hasattr(value, "__float__")):
-                raise ValueError(f"{label}: {field.name} must be a number, got {value!r}")
+                raise InputError(f"{label}: {field.name} must be a number, got {value!r}")
             if math.isnan(float(value)):
-                raise ValueError(f"{label}: {field.name} is NaN")
+                raise InputError(f"{label}: {field.name} is NaN")
             if float(value) < 0.0:
-                raise ValueError(f"{label}: {field.name} = {value} must not be negative")
+                raise InputError(f"{label}: {field.name} = {value} must not be negative")
             if math.isinf(float(value)) and field.name != "compressive_strength":
-                raise ValueError(f"{label}: {field.name} must be finite")
+                raise InputError(f"{label}: {field.name} must be finite")
         if self.friction_angle_deg >= 90.0:
-            raise ValueError(f"{label}: friction_angle_deg = {self.friction_angle_deg} must be below 90 degrees")
+            raise InputError(f"{label}: friction_angle_deg = {self.friction_angle_deg} must be below 90 degrees")
         if self.dilatancy_angle_deg > self.friction_angle_deg:
-            raise ValueError(
+            raise InputError(
                 f"{label}: dilatancy_angle_deg = {self.dilatancy_angle_deg} exceeds friction_angle_deg = "
                 f"{self.friction_angle_deg}; a joint cannot dilate more than its friction angle"
             )
         if self.compressive_strength == 0.0:
-            raise ValueError(f"{label}: compressive_strength must be positive (infinite when crushing is left out)")
+            raise InputError(f"{label}: compressive_strength must be positive (infinite when crushing is left out)")
         if self.residual_friction_angle_deg is not None and self.residual_friction_angle_deg >= 90.0:
-            raise ValueError(f"{label}: residual_friction_angle_deg must be below 90 degrees")
+            raise InputError(f"{label}: residual_friction_angle_deg must be below 90 degrees")
         warn_of_joint(self, label)
 
     @classmethod
     def from_friction_coefficient(cls, coefficient: float, **options: Any) -> "Joint":
         """Joint with tan(phi) = coefficient [-]; other fields as keywords."""
         if not coefficient >= 0.0:
-            raise ValueError(f"friction coefficient must be a number >= 0, got {coefficient!r}")
+            raise InputError(f"friction coefficient must be a number >= 0, got {coefficient!r}")
         with given_as_coefficient():
             return cls(math.degrees(math.atan(coefficient)), **options)
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import face_planes
 from limitmason.model.input import read_number, read_vector
 from limitmason.model.patch import patch_wrenches
@@ -52,14 +53,14 @@ class Loads:
         for label in ("dead", "live"):
             wrench = np.array(getattr(self, label), dtype=float)
             if wrench.ndim != 2 or wrench.shape[1] != 6:
-                raise ValueError(f"{label} loads must have shape (n_blocks, 6), got {wrench.shape}")
+                raise InputError(f"{label} loads must have shape (n_blocks, 6), got {wrench.shape}")
             if not np.isfinite(wrench).all():
                 block = int(np.flatnonzero(~np.isfinite(wrench).all(axis=1))[0])
-                raise ValueError(f"{label} load of block number {block} is not finite (NaN or infinite)")
+                raise InputError(f"{label} load of block number {block} is not finite (NaN or infinite)")
             wrench.setflags(write=False)
             object.__setattr__(self, label, wrench)
         if self.dead.shape != self.live.shape:
-            raise ValueError(f"dead loads are given for {len(self.dead)} blocks, live loads for {len(self.live)}")
+            raise InputError(f"dead loads are given for {len(self.dead)} blocks, live loads for {len(self.live)}")
 
     @classmethod
     def weight(cls, assembly: "Assembly") -> "Loads":
@@ -78,7 +79,7 @@ class Loads:
         """
         d = read_vector("direction", direction)
         if not np.linalg.norm(d) > 0:
-            raise ValueError(f"direction must be a vector of three finite numbers that is not zero, got {direction!r}")
+            raise InputError(f"direction must be a vector of three finite numbers that is not zero, got {direction!r}")
         d = d / np.linalg.norm(d)
         base = cls.weight(assembly)
         live = np.zeros_like(base.dead)
@@ -102,7 +103,7 @@ class Loads:
         """
         d = read_vector("direction", direction)
         if abs(d[2]) > 1e-9 * np.linalg.norm(d):
-            raise ValueError(
+            raise InputError(
                 f"direction {tuple(float(x) for x in d)} is not horizontal; use Loads.body_force for an inclined one"
             )
         return replace(cls.body_force(assembly, d), name=f"horizontal ({d[0]:.4g}, {d[1]:.4g}, 0)")
@@ -130,10 +131,10 @@ class Loads:
         """
         a = read_vector("axis", axis)
         if not np.linalg.norm(a) > 0:
-            raise ValueError(f"axis must be a vector of three finite numbers that is not zero, got {axis!r}")
+            raise InputError(f"axis must be a vector of three finite numbers that is not zero, got {axis!r}")
         a = a / np.linalg.norm(a)
         if abs(a[2]) > 1e-9:
-            raise ValueError(f"tilting axis {tuple(float(x) for x in a)} is not horizontal")
+            raise InputError(f"tilting axis {tuple(float(x) for x in a)} is not horizontal")
         return replace(
             cls.horizontal(assembly, np.cross(a, (0.0, 0.0, 1.0))),
             name=f"tilting about ({a[0]:.4g}, {a[1]:.4g}, 0)",
@@ -160,7 +161,7 @@ class Loads:
         i = assembly.block_index(block)
         f = np.asarray(force, dtype=float)
         if f.shape != (3,) or not np.isfinite(f).all():
-            raise ValueError(f"force on block {block!r} must be three finite numbers [N], got {force!r}")
+            raise InputError(f"force on block {block!r} must be three finite numbers [N], got {force!r}")
         arm = np.zeros(3) if at is None else read_vector("at", at) - assembly.centroids[i]
         if at is not None and f.any():
             warn_of_point(assembly.blocks[i].name, arm + assembly.centroids[i], assembly.blocks[i].bounds)
@@ -195,12 +196,12 @@ class Loads:
         """
         i = assembly.block_index(block)
         if (pressure is None) == (traction is None):
-            raise ValueError(f"load on block {block!r}: give either pressure or traction")
+            raise InputError(f"load on block {block!r}: give either pressure or traction")
         if isinstance(face, str) and face not in _SIDES:
-            raise ValueError(f"face {face!r} is not one of {tuple(_SIDES)} or a direction of three numbers")
+            raise InputError(f"face {face!r} is not one of {tuple(_SIDES)} or a direction of three numbers")
         outward = read_vector("face", _SIDES[face] if isinstance(face, str) else face)
         if not np.linalg.norm(outward) > 0:
-            raise ValueError("face must be a direction that is not zero")
+            raise InputError("face must be a direction that is not zero")
         if pressure is not None:
             warn_of_pressure(f"block {assembly.blocks[i].name!r}", read_number("pressure", pressure))
         per_unit = None if traction is None else read_vector("traction", traction)
@@ -221,7 +222,7 @@ class Loads:
                 force = per_area * triangle.sum()
                 wrench[i] += np.concatenate([force, np.cross(centre - assembly.centroids[i], force)])
         if not found:
-            raise ValueError(f"block {assembly.blocks[i].name!r} has no face towards {face!r}")
+            raise InputError(f"block {assembly.blocks[i].name!r} has no face towards {face!r}")
         return self._plus(assembly, wrench, case)
 
     def with_patch_pressure(
@@ -252,7 +253,7 @@ class Loads:
             When not exactly one of pressure and force is given, or no face lies in the patch.
         """
         if (pressure is None) == (force is None):
-            raise ValueError("load on a patch: give either pressure or force")
+            raise InputError("load on a patch: give either pressure or force")
         if pressure is not None:
             warn_of_pressure("a patch", read_number("pressure", pressure))
         wrench, area = patch_wrenches(assembly, corners, pressure=1.0 if pressure is None else pressure)
@@ -269,7 +270,7 @@ class Loads:
         block : the loading beam, a block named "beam" by default (``build.wall(..., top_beam=...)`` makes one)
         """
         if not force >= 0.0:
-            raise ValueError(f"precompression force must be >= 0 N, got {force!r}")
+            raise InputError(f"precompression force must be >= 0 N, got {force!r}")
         return self.with_point_load(assembly, block, (0.0, 0.0, -force), case="dead")
 
     def with_body_force(
@@ -295,9 +296,9 @@ class Loads:
 
     def _plus(self, assembly: "Assembly", wrench: Array, case: str) -> "Loads":
         if case not in ("dead", "live"):
-            raise ValueError(f"case must be 'dead' or 'live', got {case!r}")
+            raise InputError(f"case must be 'dead' or 'live', got {case!r}")
         if len(self.dead) != assembly.n_blocks:
-            raise ValueError(f"these loads are for {len(self.dead)} blocks, the assembly has {assembly.n_blocks}")
+            raise InputError(f"these loads are for {len(self.dead)} blocks, the assembly has {assembly.n_blocks}")
         return replace(self, **{case: getattr(self, case) + wrench})
 
     def __add__(self, other: "Loads") -> "Loads":

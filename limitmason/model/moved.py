@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid
 from limitmason.model.block import Block
 from limitmason.model.detection import moved_doubts, renumbered_doubts
@@ -23,7 +24,7 @@ def transformed(assembly: Assembly, matrix: ArrayLike, translation: ArrayLike) -
     m, t = np.asarray(matrix, dtype=float), np.asarray(translation, dtype=float)
     scale = abs(np.linalg.det(m)) ** (1.0 / 3.0)
     if m.shape != (3, 3) or scale == 0 or not np.allclose(m @ m.T, scale**2 * np.eye(3), atol=1e-9 * scale**2):
-        raise ValueError("matrix must be a multiple of an orthogonal 3 x 3 matrix (rotation, mirror, uniform scale)")
+        raise InputError("matrix must be a multiple of an orthogonal 3 x 3 matrix (rotation, mirror, uniform scale)")
     mirrored = np.linalg.det(m) < 0
 
     def moved(solid: Solid) -> Solid:
@@ -58,7 +59,7 @@ def renumbered(assembly: Assembly, order: Sequence[int]) -> Assembly:
     """See ``Assembly.renumbered``."""
     order = [int(k) for k in order]
     if sorted(order) != list(range(assembly.n_blocks)):
-        raise ValueError("order must hold every block number once")
+        raise InputError("order must hold every block number once")
     new = np.empty(assembly.n_blocks, dtype=int)
     new[order] = np.arange(assembly.n_blocks)
     names = [b.name for b in assembly.blocks]

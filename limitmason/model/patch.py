@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from limitmason.errors import InputError
 from limitmason.geometry.polygon import clip_convex, polygon_area_centroid
 from limitmason.geometry.polyhedron import face_planes
 from limitmason.model.input import read_number, read_vector
@@ -49,7 +50,7 @@ def patch_wrenches(
     """
     p = np.array([read_vector(f"corners[{k}] of the patch", c) for k, c in enumerate(np.atleast_2d(corners))])
     if len(p) < 3:
-        raise ValueError(f"a patch needs at least three corners, got {len(p)}")
+        raise InputError(f"a patch needs at least three corners, got {len(p)}")
     normal, size = _normal(p)
     load = -read_number("pressure", pressure) * normal if traction is None else read_vector("traction", traction)
     first = p[1] - p[0]
@@ -76,7 +77,7 @@ def patch_wrenches(
                 wrench[i] += np.concatenate([force, np.cross(arm, force)])
                 total += area
     if total == 0.0:
-        raise ValueError(
+        raise InputError(
             f"no face of a block lies in the patch with corners {p.tolist()} and outward normal "
             f"({normal[0]:.3g}, {normal[1]:.3g}, {normal[2]:.3g}): give the corners counter-clockwise seen from outside"
         )
@@ -90,10 +91,10 @@ def _normal(corners: Array) -> tuple[Array, float]:
     area = 0.5 * np.cross(r[1:-1], r[2:]).sum(axis=0)
     length = float(np.linalg.norm(area))
     if length <= 1e-12 * size**2:
-        raise ValueError("the corners of the patch lie on one line")
+        raise InputError("the corners of the patch lie on one line")
     normal = area / length
     edges = np.roll(corners, -1, axis=0) - corners
     turns = np.cross(edges, np.roll(edges, -1, axis=0)) @ normal
     if np.abs(r @ normal).max() > _NEAR * size or turns.min() < -_NEAR * size**2:
-        raise ValueError("the corners of the patch must be a flat convex polygon, in order around it")
+        raise InputError("the corners of the patch must be a flat convex polygon, in order around it")
     return normal, size

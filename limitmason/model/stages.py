@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.support import DEGREES_OF_FREEDOM
 
@@ -34,7 +35,7 @@ class Damping:
     def __post_init__(self) -> None:
         """Check the range."""
         if not (0.0 <= self.local <= 0.9 and self.adaptive >= 0.0):
-            raise ValueError(
+            raise InputError(
                 f"local damping must lie in 0 .. 0.9 and adaptive be >= 0, got {self.local!r} and {self.adaptive!r}"
             )
 
@@ -63,7 +64,7 @@ class Servo:
     def __post_init__(self) -> None:
         """Check the range."""
         if not (np.isfinite(self.force) and 0.0 < self.gain <= 0.5):
-            raise ValueError(f"a servo needs a finite force and 0 < gain <= 0.5, got {self.force!r} and {self.gain!r}")
+            raise InputError(f"a servo needs a finite force and 0 < gain <= 0.5, got {self.force!r} and {self.gain!r}")
 
 
 HOLD, COAST = "hold", "coast"
@@ -170,11 +171,11 @@ class Drive(Stage):
             i = assembly.block_index(block)
             for name, value in moves.items():
                 if name not in DEGREES_OF_FREEDOM:
-                    raise ValueError(f"drive of block {block!r}: unknown degree of freedom {name!r}")
+                    raise InputError(f"drive of block {block!r}: unknown degree of freedom {name!r}")
                 k = DEGREES_OF_FREEDOM.index(name)
                 travel[i, k], held[i, k] = value, True
         if not held.any():
-            raise ValueError("a Drive stage moves nothing: give displacement={block: {'x': ...}}")
+            raise InputError("a Drive stage moves nothing: give displacement={block: {'x': ...}}")
         return travel, held
 
 
@@ -203,13 +204,13 @@ class BaseMotion(Stage):
     def __post_init__(self) -> None:
         """Check what can be checked without a model."""
         if self.after not in (None, HOLD, COAST):
-            raise ValueError(f"BaseMotion: after must be {HOLD!r}, {COAST!r} or None, got {self.after!r}")
+            raise InputError(f"BaseMotion: after must be {HOLD!r}, {COAST!r} or None, got {self.after!r}")
         if not np.isfinite(np.asarray(self.acceleration, dtype=float)).all():
-            raise ValueError("BaseMotion: the record has samples that are not finite")
+            raise InputError("BaseMotion: the record has samples that are not finite")
         if not (self.sample_step > 0.0 and np.isfinite(self.sample_step)):
-            raise ValueError(f"BaseMotion: sample_step must be positive, got {self.sample_step!r}")
+            raise InputError(f"BaseMotion: sample_step must be positive, got {self.sample_step!r}")
         if not np.linalg.norm(self.direction) > 0.0:
-            raise ValueError("BaseMotion: direction must not be zero")
+            raise InputError("BaseMotion: direction must not be zero")
 
     @property
     def unit(self) -> Array:

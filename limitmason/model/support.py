@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from limitmason.errors import InputError
+
 DEGREES_OF_FREEDOM = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -34,7 +36,7 @@ class Support:
         names = (dofs,) if isinstance(dofs, str) else tuple(dofs)
         unknown = [d for d in names if d not in DEGREES_OF_FREEDOM]
         if unknown:
-            raise ValueError(
+            raise InputError(
                 f"support of block {block!r}: unknown degree of freedom {unknown[0]!r}; use any of {DEGREES_OF_FREEDOM}"
             )
         object.__setattr__(self, "block", block)
@@ -42,7 +44,7 @@ class Support:
         object.__setattr__(self, "rotations", bool(rotations))
         object.__setattr__(self, "dofs", names)
         if not any(self.held):
-            raise ValueError(f"support of block {block!r} holds nothing: set translations, rotations or dofs")
+            raise InputError(f"support of block {block!r} holds nothing: set translations, rotations or dofs")
 
     @classmethod
     def fixed(cls, block: int | str) -> "Support":

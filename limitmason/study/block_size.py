@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.build.wall import wall
+from limitmason.errors import InputError
 from limitmason.methods import ASSOCIATIVE, MECHANISMS, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -29,9 +30,9 @@ _PIECES = ("overturning", "sliding")
 def scaled_unit(unit: Unit, size: float, vary: str) -> Unit:
     """Unit (length, height, thickness) [m] with its face, or all of it, scaled."""
     if vary not in (IN_PLANE, WHOLE):
-        raise ValueError(f"vary must be {IN_PLANE!r} or {WHOLE!r}, got {vary!r}")
+        raise InputError(f"vary must be {IN_PLANE!r} or {WHOLE!r}, got {vary!r}")
     if not size > 0.0:
-        raise ValueError(f"size must be positive, got {size!r}")
+        raise InputError(f"size must be positive, got {size!r}")
     length, height, thickness = unit
     return size * length, size * height, thickness * (size if vary == WHOLE else 1.0)
 
@@ -85,14 +86,14 @@ def block_size_study(
     if isinstance(build, Mapping):
         arguments = dict(build)
         if "unit" not in arguments and unit is None:
-            raise ValueError("the wall's arguments name no unit")
+            raise InputError("the wall's arguments name no unit")
         unit = tuple(arguments.pop("unit", unit)) if unit is None else unit
         arguments.pop("unit", None)
         if arguments.get("height") is None:
             arguments["height"] = arguments.pop("courses") * unit[1]
         build = functools.partial(_wall, arguments, direction)
     elif unit is None:
-        raise ValueError("give the reference unit=(length, height, thickness) with a building function")
+        raise InputError("give the reference unit=(length, height, thickness) with a building function")
     by_method = _sizes_by_method(sizes, methods)
     methods = tuple(by_method)
     for method in methods:
@@ -123,7 +124,7 @@ def _sizes_by_method(
 ) -> dict[str, list[float]]:
     if isinstance(sizes, Mapping):
         if methods is not None:
-            raise ValueError("sizes are given by method: leave methods out")
+            raise InputError("sizes are given by method: leave methods out")
         return {m: [float(s) for s in own] for m, own in sizes.items()}
     return {m: [float(s) for s in sizes] for m in methods or (ASSOCIATIVE,)}
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.errors import InputError
 from limitmason.methods import ASSOCIATIVE, DEM, NON_ASSOCIATIVE, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -24,7 +25,7 @@ POINTS = (2, 3, 4, 6, 8, 12, 16, 20)
 def with_dilatancy(assembly: Assembly, share: float) -> Assembly:
     """The assembly with psi = share x phi in every joint, 0 <= share <= 1."""
     if not 0.0 <= share <= 1.0:
-        raise ValueError(f"share must be psi / phi from 0 to 1, got {share!r}")
+        raise InputError(f"share must be psi / phi from 0 to 1, got {share!r}")
     return assembly.with_joints(lambda joint: replace(joint, dilatancy_angle_deg=share * joint.friction_angle_deg))
 
 
@@ -134,7 +135,7 @@ def contact_point_study(
     the pressure and torsion falls to that of uniform pressure; at psi = phi dilation carries it back to the corners.
     """
     if any(n < 2 for n in points):
-        raise ValueError(f"at least 2 contact points across are needed, got {min(points)}")
+        raise InputError(f"at least 2 contact points across are needed, got {min(points)}")
     for share in shares:
         with_dilatancy(assembly, share)
     jobs = [{"method": DEM, "share": float(s), "points": int(n)} for s in shares for n in points]

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 
@@ -51,13 +52,13 @@ def lognormal(mean: float, variation: float) -> Any:
 def uniform(low: float, high: float) -> Any:
     """Uniform distribution between two values; ``scipy.stats.uniform``."""
     if not high > low:
-        raise ValueError(f"uniform: the upper value {high!r} must exceed the lower one {low!r}")
+        raise InputError(f"uniform: the upper value {high!r} must exceed the lower one {low!r}")
     return stats.uniform(loc=low, scale=high - low)
 
 
 def _positive(name: str, value: float) -> float:
     if not value > 0.0:
-        raise ValueError(f"{name} must be positive, got {value!r}")
+        raise InputError(f"{name} must be positive, got {value!r}")
     return value
 
 
@@ -87,20 +88,20 @@ class Random:
     def __post_init__(self) -> None:
         """Check every field."""
         if self.per not in PER:
-            raise ValueError(f"per must be one of {PER}, got {self.per!r}")
+            raise InputError(f"per must be one of {PER}, got {self.per!r}")
         if not (hasattr(self.distribution, "ppf") and hasattr(self.distribution, "cdf")):
-            raise ValueError(f"distribution must be a frozen one of scipy.stats, got {self.distribution!r}")
+            raise InputError(f"distribution must be a frozen one of scipy.stats, got {self.distribution!r}")
         if not self.high > self.low:
-            raise ValueError(f"high = {self.high} must exceed low = {self.low}")
+            raise InputError(f"high = {self.high} must exceed low = {self.low}")
         if not self.correlation_length >= 0.0 or (self.correlation_length > 0.0 and self.per != "interface"):
-            raise ValueError("correlation_length must not be negative, and needs per='interface'")
+            raise InputError("correlation_length must not be negative, and needs per='interface'")
 
     def value(self, share: Array | float, bounds: tuple[float, float] = (-math.inf, math.inf)) -> Array:
         """Value at a share of the probability [-] between the bounds: F^-1(F(low) + u (F(high) - F(low)))."""
         low, high = max(self.low, bounds[0]), min(self.high, bounds[1])
         below, above = float(self.distribution.cdf(low)), float(self.distribution.cdf(high))
         if not above > below:
-            raise ValueError(f"the distribution has no probability between {low:g} and {high:g}")
+            raise InputError(f"the distribution has no probability between {low:g} and {high:g}")
         out = self.distribution.ppf(below + np.asarray(share, dtype=float) * (above - below))
         return np.clip(out, low, high)
 
@@ -109,12 +110,12 @@ def check_joint_draws(joints: Mapping[str, Random]) -> None:
     """Refuse names that no joint has, and two names for one property."""
     for name, random in joints.items():
         if name not in BOUNDS:
-            raise ValueError(f"unknown joint property {name!r}; known: {', '.join(BOUNDS)}")
+            raise InputError(f"unknown joint property {name!r}; known: {', '.join(BOUNDS)}")
         if not isinstance(random, Random):
-            raise ValueError(f"joint property {name!r} needs a Random(...), got {random!r}")
+            raise InputError(f"joint property {name!r} needs a Random(...), got {random!r}")
     for pair in (("friction_coefficient", "friction_angle_deg"), ("dilatancy_angle_deg", "dilatancy_ratio")):
         if set(pair) <= set(joints):
-            raise ValueError(f"{pair[0]!r} and {pair[1]!r} are the same property: draw one of them")
+            raise InputError(f"{pair[0]!r} and {pair[1]!r} are the same property: draw one of them")
 
 
 def draw_joints(

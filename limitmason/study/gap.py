@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.errors import InputError
 from limitmason.methods import ASSOCIATIVE, DEM, get_method, predict
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -163,7 +164,7 @@ def attribute_gap(
     given = with_stiffness(assembly, loads)
     top = predict(assembly, loads, ASSOCIATIVE)
     if top.status != SOLVED:
-        raise ValueError(f"there is no gap to split: associative limit analysis says {top.status!r}")
+        raise InputError(f"there is no gap to split: associative limit analysis says {top.status!r}")
     upper = top.collapse_multiplier
     names = _changing(given)
     chain = [tuple(a in names[:k] for a in ASSUMPTIONS) for k in range(len(names) + 1)]
@@ -177,7 +178,7 @@ def attribute_gap(
     for state, row in zip(states, table, strict=True):
         if row["status"] not in (SOLVED, ALMOST_SOLVED):
             changed = ", ".join(a for a, s in zip(ASSUMPTIONS, state, strict=True) if s) or "none"
-            raise ValueError(f"the DEM with these assumptions as given: {changed}; says {row['status']!r}")
+            raise InputError(f"the DEM with these assumptions as given: {changed}; says {row['status']!r}")
         value[state] = row["multiplier"]
     forward = {a: value[chain[k]] - value[chain[k + 1]] for k, a in enumerate(names)}
     backward = {a: value[back[k]] - value[back[k + 1]] for k, a in enumerate(reversed(names))}

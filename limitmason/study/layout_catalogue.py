@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.errors import InputError
 from limitmason.methods import ASSOCIATIVE, DEM, predict
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -71,7 +72,7 @@ def compute_layouts(
     of a face change nothing there.
     """
     if not len(layouts) or not len(targets):
-        raise ValueError("layouts and targets must not be empty")
+        raise InputError("layouts and targets must not be empty")
     deadline = time.time() + time_limit
     given = dict(options or {})
     folder = None if store is None else Path(store)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import hypergeom
 
+from limitmason.errors import InputError
 from limitmason.study.table import Table
 
 Array = NDArray[np.float64]
@@ -92,7 +93,7 @@ class LayoutSearch:
     def layouts(self, specimen: str) -> Table:
         """The compatible layouts of one specimen, marked as inferred."""
         if specimen not in self.compatible:
-            raise ValueError(f"no specimen {specimen!r}; specimens: {', '.join(self.compatible)}")
+            raise InputError(f"no specimen {specimen!r}; specimens: {', '.join(self.compatible)}")
         rows = tuple(self.catalogue.rows[k] for k in self.compatible[specimen])
         return Table(rows, self.catalogue.units, (f"layouts {INFERRED}",))
 
@@ -169,14 +170,14 @@ def search_layouts(
     Wrong as a measure of likelihood: how many layouts fit depends on how the catalogue was drawn.
     """
     if not pairs:
-        raise ValueError("no published pairs are given")
+        raise InputError("no published pairs are given")
     for name, pair in pairs.items():
         if len(pair) != 2 or not (np.isfinite(pair).all() and min(pair) > 0.0):
-            raise ValueError(f"the published pair of {name!r} must be two positive numbers, got {pair!r}")
+            raise InputError(f"the published pair of {name!r} must be two positive numbers, got {pair!r}")
     if not tolerance > 0.0:
-        raise ValueError(f"tolerance must be positive, got {tolerance!r}")
+        raise InputError(f"tolerance must be positive, got {tolerance!r}")
     if not len(catalogue):
-        raise ValueError("the catalogue holds no layout")
+        raise InputError("the catalogue holds no layout")
     computed = np.column_stack([catalogue[c] for c in columns]).astype(float)
     published = np.array(list(pairs.values()), dtype=float)
 

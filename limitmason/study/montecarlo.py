@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import stats
 from scipy.stats import qmc
 
+from limitmason.errors import InputError
 from limitmason.methods import get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -75,9 +76,9 @@ def monte_carlo(
     """
     names, joints, parameters = _variables(build, joints, parameters)
     if scheme not in SCHEMES:
-        raise ValueError(f"scheme must be one of {SCHEMES}, got {scheme!r}")
+        raise InputError(f"scheme must be one of {SCHEMES}, got {scheme!r}")
     if samples < 1:
-        raise ValueError(f"samples must be at least 1, got {samples!r}")
+        raise InputError(f"samples must be at least 1, got {samples!r}")
     shares = _stratified(len(names), samples, seed) if scheme == SCHEMES[0] else _independent(len(names), samples, seed)
     points = [{"sample": k, "shares": dict(zip(names, shares[k].tolist(), strict=True))} for k in range(samples)]
     run = functools.partial(_sample, build, method, joints, parameters, seed, dict(options or {}))
@@ -96,15 +97,15 @@ def _variables(
     """Names of what is drawn once per assembly, and both mappings checked."""
     joints, parameters = dict(joints or {}), dict(parameters or {})
     if not joints and not parameters:
-        raise ValueError("nothing is random: give joints={...} or parameters={...}")
+        raise InputError("nothing is random: give joints={...} or parameters={...}")
     check_joint_draws(joints)
     if parameters and not callable(build):
-        raise ValueError("parameters vary what a function builds; build is a fixed model")
+        raise InputError("parameters vary what a function builds; build is a fixed model")
     for name, random in parameters.items():
         if not isinstance(random, Random) or random.per != "assembly":
-            raise ValueError(f"parameter {name!r} needs a Random(...) per assembly, got {random!r}")
+            raise InputError(f"parameter {name!r} needs a Random(...) per assembly, got {random!r}")
         if name in BOUNDS:
-            raise ValueError(f"parameter {name!r} has the name of a joint property: draw it in joints")
+            raise InputError(f"parameter {name!r} has the name of a joint property: draw it in joints")
     return [*(n for n in BOUNDS if n in joints and joints[n].per == "assembly"), *parameters], joints, parameters
 
 
@@ -195,9 +196,9 @@ def sobol(
     """
     names, joints, parameters = _variables(build, joints, parameters)
     if len(names) < len(joints) + len(parameters):
-        raise ValueError("Sobol indices are for values drawn per assembly; a field of values has no single index")
+        raise InputError("Sobol indices are for values drawn per assembly; a field of values has no single index")
     if samples < 2 or samples & (samples - 1):
-        raise ValueError(f"samples must be a power of two, got {samples!r}")
+        raise InputError(f"samples must be a power of two, got {samples!r}")
     d = len(names)
     both = qmc.Sobol(d=2 * d, seed=np.random.default_rng(seed)).random(samples)
     a, b = both[:, :d], both[:, d:]
@@ -212,7 +213,7 @@ def sobol(
     value = table["multiplier"]
     if not np.isfinite(value).all():
         bad = int((~np.isfinite(value)).sum())
-        raise ValueError(f"{bad} of {len(value)} samples have no finite multiplier: narrow the distributions")
+        raise InputError(f"{bad} of {len(value)} samples have no finite multiplier: narrow the distributions")
     given = {"f_A": value[None, :samples], "f_B": value[None, samples : 2 * samples],
              "f_AB": value[2 * samples :].reshape(d, 1, samples)}  # fmt: skip
     found = stats.sobol_indices(func=given, n=samples)

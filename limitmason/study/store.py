@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
@@ -141,10 +142,10 @@ class DocumentStore:
         try:
             document = json.loads(path.read_text(encoding="utf-8"))
             if document["schema"] != self.schema:
-                raise ValueError
+                raise KeyError("schema")
             return build(document)
         except (ValueError, KeyError, TypeError):
-            raise ValueError(
+            raise InputError(
                 f"{path} is damaged or not an answer of limitmason; delete it to compute it again"
             ) from None
 
@@ -180,7 +181,7 @@ class RowStore:
         lines = complete.split("\n") if complete else []
         if not lines:
             if cut and not f'{{"schema": "{SCHEMA}"'.startswith(cut[: len(SCHEMA) + 12]):
-                raise ValueError(f"{self.path} is not a store of rows of limitmason")
+                raise InputError(f"{self.path} is not a store of rows of limitmason")
             self._start()
             return
         self._check_header(lines[0])
@@ -189,7 +190,7 @@ class RowStore:
                 entry = json.loads(line)
                 self.rows[int(entry["number"])] = entry["row"]
             except (ValueError, KeyError, TypeError):
-                raise ValueError(
+                raise InputError(
                     f"{self.path}, line {number} is damaged; remove the line to compute it again"
                 ) from None
         if cut:
@@ -205,9 +206,9 @@ class RowStore:
         except ValueError:
             known = False
         if not known:
-            raise ValueError(f"{self.path} is not a store of rows of limitmason")
+            raise InputError(f"{self.path} is not a store of rows of limitmason")
         if header["key"] != self.key:
-            raise ValueError(
+            raise InputError(
                 f"{self.path} holds the rows of another study (other model, method, options or seed); "
                 "give another file, or delete it"
             )

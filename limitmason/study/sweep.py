@@ -7,6 +7,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+from limitmason.errors import InputError
 from limitmason.results import Prediction
 from limitmason.study.store import RowStore, fingerprint, plain
 from limitmason.study.table import Table
@@ -86,13 +87,13 @@ def _points(parameters: Any) -> list[dict[str, Any]]:
         values = {k: list(v) for k, v in parameters.items()}
         empty = next((k for k, v in values.items() if not v), None)
         if empty is not None or not values:
-            raise ValueError(f"parameter {empty!r} has no values" if values else "no parameters are given")
+            raise InputError(f"parameter {empty!r} has no values" if values else "no parameters are given")
         return [dict(zip(values, point, strict=True)) for point in product(*values.values())]
     points = [dict(p) for p in parameters]
     if not points:
-        raise ValueError("no points are given")
+        raise InputError("no points are given")
     if any(p.keys() != points[0].keys() for p in points):
-        raise ValueError("all points must have the same parameter names")
+        raise InputError("all points must have the same parameter names")
     return points
 
 
@@ -149,7 +150,7 @@ def _submit(
     if hasattr(executor, "get_executor"):
         executor = executor.get_executor()  # a dask client in the form of the standard library
     if not hasattr(executor, "submit"):
-        raise ValueError("executor must have a submit method, as those of concurrent.futures, or be a dask client")
+        raise InputError("executor must have a submit method, as those of concurrent.futures, or be a dask client")
     futures = [executor.submit(_call, function, number, point) for number, point in jobs]
     try:
         for future in as_completed(futures):

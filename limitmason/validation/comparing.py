@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from limitmason.errors import InputError
 from limitmason.experiments.record import Quantity
 from limitmason.limit.proven_range import proven_range
 from limitmason.methods import NON_ASSOCIATIVE, THEORIES, get_method
@@ -174,7 +175,7 @@ def compare(
     methods = (methods,) if isinstance(methods, str) else tuple(methods)
     settings = _settings(methods, options)
     if proven is not None and not any(get_method(m).theorem == "admissible" for m in methods):
-        raise ValueError(f"proven is for {NON_ASSOCIATIVE!r}, which is not among the methods {', '.join(methods)}")
+        raise InputError(f"proven is for {NON_ASSOCIATIVE!r}, which is not among the methods {', '.join(methods)}")
     test = measured_range(measured)
     kept = None if store is None else DocumentStore(store, SCHEMA)
     say = progress or (lambda _: None)
@@ -204,14 +205,14 @@ def _settings(methods: Sequence[str], options: Mapping[str, Mapping[str, Any]]) 
     for method in methods:
         given = options.get(method.replace("-", "_"), options.get(method, {}))
         if not isinstance(given, Mapping):
-            raise ValueError(f"options of {method!r} must be a mapping, got {given!r}")
+            raise InputError(f"options of {method!r} must be a mapping, got {given!r}")
         chosen = get_method(method)
         chosen.check_options(given)
         out[method] = {**chosen.stated, **given}
     names = {m.replace("-", "_") for m in methods} | set(methods)
     unused = sorted(set(options) - names)
     if unused:
-        raise ValueError(f"options are given for {unused[0]!r}, which is not among the methods {', '.join(methods)}")
+        raise InputError(f"options are given for {unused[0]!r}, which is not among the methods {', '.join(methods)}")
     return out
 
 
@@ -224,7 +225,7 @@ def measured_range(measured: float | Sequence[float] | None) -> tuple[float, flo
         numbers.insert(1, 0.5 * (numbers[0] + numbers[1]))
     low, value, high = numbers * 3 if len(numbers) == 1 else numbers if len(numbers) == 3 else (0.0, 0.0, 0.0)
     if not 0.0 < low <= value <= high < math.inf:
-        raise ValueError(f"measured must be positive: a number, (low, high) or (low, value, high); got {measured!r}")
+        raise InputError(f"measured must be positive: a number, (low, high) or (low, value, high); got {measured!r}")
     return low, value, high
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from limitmason.errors import InputError
 from limitmason.experiments.shown import Settings
 from limitmason.methods import ASSOCIATIVE, DEM, MECHANISMS, NON_ASSOCIATIVE, THEORIES, get_method
 from limitmason.validation.cases import Case, settings_of
@@ -69,7 +70,7 @@ def solve_cases(
     say = progress or (lambda _: None)
     if workers != 1:
         if store is None:
-            raise ValueError("several workers hand their answers over in a store: give a folder")
+            raise InputError("several workers hand their answers over in a store: give a folder")
         from joblib import Parallel, delayed, parallel_config
 
         with parallel_config(backend="loky", n_jobs=workers, inner_max_num_threads=1):

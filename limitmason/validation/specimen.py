@@ -6,6 +6,7 @@ from itertools import product
 from math import isfinite
 from typing import Any
 
+from limitmason.errors import InputError
 from limitmason.experiments.record import KINDS, Experiment, Target
 from limitmason.experiments.registry import all_cases, sources
 from limitmason.methods import LIMIT, get_method, predict
@@ -53,9 +54,9 @@ def run(
     """
     kinds = (kinds,) if isinstance(kinds, str) else tuple(kinds)
     if unknown := [k for k in kinds if k not in KINDS]:
-        raise ValueError(f"kinds: there is no {unknown[0]!r}; known are {', '.join(KINDS)}")
+        raise InputError(f"kinds: there is no {unknown[0]!r}; known are {', '.join(KINDS)}")
     if flow_rule is not None and method != "limit":
-        raise ValueError(f"flow_rule is an option of limit analysis; method {method!r} takes that of the joints")
+        raise InputError(f"flow_rule is an option of limit analysis; method {method!r} takes that of the joints")
     wanted = None if quantities is None else set(quantities)
     solved: dict[tuple, tuple[Prediction | None, str, float]] = {}
 
@@ -141,7 +142,7 @@ def table(
         names = sources() if source is None else (source,) if isinstance(source, str) else tuple(source)
         cases = [case for name in names for case in all_cases(source=name, with_model=with_model)]
     elif source is not None:
-        raise ValueError("give either cases or source")
+        raise InputError("give either cases or source")
     return tuple(row for case in cases for row in run(case, method, **arguments))
 
 

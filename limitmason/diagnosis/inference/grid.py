@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from limitmason.diagnosis.inference.cells import Cells
+from limitmason.errors import InputError
 
 
 class Tabulated(Protocol):
@@ -51,7 +52,7 @@ class Grid:
         self.shape = tuple(len(a) for a in axes)
         self.n = values.shape[-1]
         if values.shape[:-1] != self.shape:
-            raise ValueError(f"values of shape {values.shape} do not fit axes of lengths {self.shape}")
+            raise InputError(f"values of shape {values.shape} do not fit axes of lengths {self.shape}")
 
     @cached_property
     def nodes(self) -> np.ndarray:

@@ -6,6 +6,8 @@ from math import inf, isfinite
 
 import numpy as np
 
+from limitmason.errors import InputError
+
 
 @dataclass(frozen=True)
 class Measured:
@@ -33,9 +35,9 @@ class Measured:
 
     def __post_init__(self):
         if not (isfinite(self.value) and isfinite(self.sd)) or self.sd < 0:
-            raise ValueError(f"a measured input needs a finite value and an error of at least 0, got {self}")
+            raise InputError(f"a measured input needs a finite value and an error of at least 0, got {self}")
         if not self.bounds[0] <= self.value <= self.bounds[1]:
-            raise ValueError(f"a measured input must lie within its bounds, got {self}")
+            raise InputError(f"a measured input must lie within its bounds, got {self}")
 
     def at(self, z: float) -> float:
         """The input ``z`` standard deviations above its measured value."""
@@ -74,14 +76,14 @@ class Noise:
         if self.sd is not None:
             sd = np.asarray(self.sd, dtype=float)
             if sd.ndim > 1 or not np.all(np.isfinite(sd)) or np.any(sd <= 0):
-                raise ValueError(f"noise must be a positive relative standard deviation, got {self.sd!r}")
+                raise InputError(f"noise must be a positive relative standard deviation, got {self.sd!r}")
             if np.any(sd >= 1.0):
-                raise ValueError(f"noise is relative: 0.04 is 4 %; got {self.sd!r}, which is 100 % or more")
+                raise InputError(f"noise is relative: 0.04 is 4 %; got {self.sd!r}, which is 100 % or more")
             object.__setattr__(self, "sd", float(sd) if sd.ndim == 0 else tuple(float(s) for s in sd))
         if self.dof is not None and (self.sd is None or not self.dof >= 1):
-            raise ValueError("degrees of freedom need a standard deviation from replicates and must be at least 1")
+            raise InputError("degrees of freedom need a standard deviation from replicates and must be at least 1")
         if self.tails is not None and (self.sd is None or self.dof is not None or not self.tails > 2):
-            raise ValueError("Student errors need a known standard deviation and more than 2 degrees of freedom")
+            raise InputError("Student errors need a known standard deviation and more than 2 degrees of freedom")
 
     @classmethod
     def unknown(cls) -> "Noise":
@@ -110,14 +112,14 @@ class Noise:
         logs = np.log(np.asarray(values, dtype=float))
         labels = [str(c) for c in configurations]
         if len(labels) != len(logs):
-            raise ValueError(f"{len(labels)} configurations are given for {len(logs)} values")
+            raise InputError(f"{len(labels)} configurations are given for {len(logs)} values")
         total, dof = 0.0, 0
         for name in dict.fromkeys(labels):  # a set would add them up in another order in every process
             part = logs[[c == name for c in labels]]
             total += float(((part - part.mean()) ** 2).sum())
             dof += len(part) - 1
         if dof < 1 or total <= 0.0:
-            raise ValueError("the noise cannot be taken from replicates: no configuration has two different values")
+            raise InputError("the noise cannot be taken from replicates: no configuration has two different values")
         return cls(float(np.sqrt(total / dof)), float(dof))
 
     @property
@@ -139,7 +141,7 @@ class Noise:
             return np.ones(n)
         sd = np.asarray(self.sd, dtype=float)
         if sd.ndim and len(sd) != n:
-            raise ValueError(f"noise is given for {len(sd)} specimens, but there are {n}")
+            raise InputError(f"noise is given for {len(sd)} specimens, but there are {n}")
         return np.broadcast_to(sd, (n,)).copy()
 
     def for_others(self) -> "Noise":

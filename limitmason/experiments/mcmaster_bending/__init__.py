@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
 from limitmason.experiments.shown import Settings, Shown
@@ -54,14 +55,14 @@ def load(specimen: str, **options: Any) -> Experiment:
     given = read_parameters(NAME)
     span = float(given["length"]) / 1e3
     if not 0.0 < chosen["load_span"] < chosen["support_span"] <= span - _BAR:
-        raise ValueError(
+        raise InputError(
             f"load_span {chosen['load_span']:g} m and support_span {chosen['support_span']:g} m must grow in this "
             f"order and fit on the wallette of {span:g} m"
         )
     if chosen["residual"] not in ("none", "full"):
-        raise ValueError(f"residual must be 'none' or 'full', got {chosen['residual']!r}")
+        raise InputError(f"residual must be 'none' or 'full', got {chosen['residual']!r}")
     if not chosen["block_scale"] > 0.0:
-        raise ValueError(f"block_scale must be positive, got {chosen['block_scale']!r}")
+        raise InputError(f"block_scale must be positive, got {chosen['block_scale']!r}")
     closed_form = table.quantities(row, {"plastic tension": "fxt_plastic"})
     return Experiment(
         source=read_source(NAME),
@@ -149,7 +150,7 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
         For the other sense: the wallette rests on its supports and would be lifted off them.
     """
     if sense < 0.0:
-        raise ValueError(f"{NAME} has no loads in direction '-': the wallette is pressed against its supports")
+        raise InputError(f"{NAME} has no loads in direction '-': the wallette is pressed against its supports")
     force = line_load(test, 1e6)
     none = Loads(np.zeros((wall.n_blocks, 6)), np.zeros((wall.n_blocks, 6)), "four-point bending")
     for bar in LOADED:

@@ -9,6 +9,7 @@ from typing import Any
 from limitmason.build import wall as running_wall
 from limitmason.constants import GRAVITY
 from limitmason.curve import Curve
+from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
 from limitmason.experiments.shown import Settings, Shown
@@ -65,7 +66,7 @@ def measured_curve(specimen: str) -> Curve:
     own = [r for r in rows if r["specimen"] == specimen]
     if not own:
         known = ", ".join(dict.fromkeys(r["specimen"] for r in rows))
-        raise ValueError(f"no curve of {specimen!r} was found; there are those of {known}")
+        raise InputError(f"no curve of {specimen!r} was found; there are those of {known}")
     units = read_table(NAME, "curves.csv").units
     return Curve(
         [float(r["displacement"]) for r in own], [float(r["force"]) for r in own],
@@ -114,9 +115,9 @@ def load(specimen: str, **options: Any) -> Experiment:
                 f"one course high put it at {other:g} m (option force_height)."
             )
     if chosen["beam_rotation"] not in ("free", "held"):
-        raise ValueError(f"beam_rotation must be 'free' or 'held', got {chosen['beam_rotation']!r}")
+        raise InputError(f"beam_rotation must be 'free' or 'held', got {chosen['beam_rotation']!r}")
     if not chosen["force_height"] > float(row["H"]) / 1e3:
-        raise ValueError(f"force_height must be above the wall's top at {float(row['H']) / 1e3:g} m")
+        raise InputError(f"force_height must be above the wall's top at {float(row['H']) / 1e3:g} m")
     if chosen["crushing"]:
         assumptions.append("The prism strength of the masonry is assumed for every joint, uniform and plastic.")
     left_open = {}

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.build import wall as running_wall
+from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
 from limitmason.experiments.shown import Shown
@@ -87,11 +88,11 @@ def load(specimen: str, **options: Any) -> Experiment:
         ("ground", tuple(_GROUND)),
     ):
         if chosen[key] not in allowed:
-            raise ValueError(f"{key} must be {' or '.join(map(repr, allowed))}, got {chosen[key]!r}")
+            raise InputError(f"{key} must be {' or '.join(map(repr, allowed))}, got {chosen[key]!r}")
     if chosen["return_length"] is None:
         chosen["return_length"] = float(row["return_length"])
     if not 0.0 <= chosen["roof_from"] < chosen["return_length"]:
-        raise ValueError(f"roof_from must lie on the side wall, 0 to {chosen['return_length']:g} m")
+        raise InputError(f"roof_from must lie on the side wall, 0 to {chosen['return_length']:g} m")
     suffix = "" if chosen["calibration"] == "final" else "_first"
     joint = {name: column + suffix for name, column in _JOINT.items()}
     assumptions = [

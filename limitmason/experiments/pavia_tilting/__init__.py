@@ -12,6 +12,7 @@ import numpy as np
 
 from limitmason.build.arguments import choice
 from limitmason.build.wall import wall
+from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Quantity, Target, chosen_options
 from limitmason.experiments.tables import read_parameters, read_source, read_table
@@ -114,15 +115,15 @@ def specimen(
     choice("first_through", first_through, ("facade", "return"))
     choice("sense", sense, tuple(SENSES))
     if return_walls not in (1, 2):
-        raise ValueError(f"return_walls must be 1 or 2, got {return_walls!r}")
+        raise InputError(f"return_walls must be 1 or 2, got {return_walls!r}")
     for label, units in (("facade_units", facade_units), ("return_units", return_units)):
         if not units >= 1.0 or not float(2.0 * units).is_integer():
-            raise ValueError(f"{label} must be at least 1, in steps of half a block, got {units!r}")
+            raise InputError(f"{label} must be at least 1, in steps of half a block, got {units!r}")
     given = read_parameters(NAME)
     length, height, thickness = (float(given[f"block {side}"]) / 1e3 for side in ("length", "height", "thickness"))
     rows = courses / block_scale if block_scale > 0.0 else 0.0
     if not rows >= 1.0 or abs(rows - round(rows)) > 1e-9:
-        raise ValueError(f"block_scale {block_scale!r} does not divide {courses} courses into whole ones")
+        raise InputError(f"block_scale {block_scale!r} does not divide {courses} courses into whole ones")
     joint = Joint(
         float(given["friction angle"]), dilatancy_angle_deg=dilatancy_angle_deg, name="marble on marble",
         normal_stiffness=float(given["normal stiffness"]) * 1e9,

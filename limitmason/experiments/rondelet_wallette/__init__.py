@@ -3,6 +3,7 @@
 from typing import Any
 
 from limitmason.build import layout
+from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
 from limitmason.experiments.shown import Departure, Settings, Shown, Variant
@@ -32,7 +33,7 @@ def load(specimen: str, **options: Any) -> Experiment:
     row = table.row(specimen)
     chosen = chosen_options(OPTIONS, options, NAME)
     if chosen["column"] not in ("translations", "fixed"):
-        raise ValueError(f"column must be 'translations' or 'fixed', got {chosen['column']!r}")
+        raise InputError(f"column must be 'translations' or 'fixed', got {chosen['column']!r}")
     given = read_parameters(NAME)
     results = ("3DEC dilatant", "3DEC zero dilatancy")
     window = ("window low", "window high")
