@@ -97,7 +97,7 @@ def collapse(
 
     Raises
     ------
-    ValueError
+    InputError
         For unknown methods or checks, no live load, and what :func:`dem.state.make_state` refuses.
 
     Notes

@@ -102,7 +102,7 @@ class History:
 
         Raises
         ------
-        ValueError
+        InputError
             For an assembly with other blocks, interfaces or joint laws, and a file that lacks something, by name.
         """
         with np.load(path, allow_pickle=False) as file:
@@ -153,7 +153,7 @@ class History:
 
         Raises
         ------
-        ValueError
+        InputError
             For a block that is neither held nor driven, and a history with nothing recorded.
         """
         d = np.asarray(direction, dtype=float) / np.linalg.norm(direction)

@@ -26,7 +26,7 @@ from dem.kernels import (
     Points,
 )
 from limitmason.equilibrium import ContactPoints, contact_points
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotApplicable
 from limitmason.law import peak_law, residual_law
 from limitmason.model import Assembly
 from limitmason.stated import tension_cut
@@ -163,7 +163,7 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
         ks = joint.shear_stiffness
         ks = kn if ks is None else ks * options.stiffness_factor
         if not ks > 0.0:
-            raise InputError(f"joint of interface {k} has shear_stiffness 0: it must be positive in the DEM")
+            raise NotApplicable(f"joint of interface {k} has shear_stiffness 0: it must be positive in the DEM")
         out[k, [LAW_KN, LAW_KS]] = kn, ks
     for column, value in (
         (LAW_MU, peak.tan_phi), (LAW_DIL, peak.tan_psi), (LAW_C, peak.cohesion), (LAW_FT, peak.tension),

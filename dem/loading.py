@@ -18,7 +18,7 @@ def check_base_motions(stages: Sequence[Stage]) -> list[str]:
 
     Raises
     ------
-    ValueError
+    InputError
         Where such a record is followed by another stage and does not say what the ground does then.
     """
     notes = []
@@ -46,7 +46,7 @@ def servo_holds(stage: Stage, assembly: Assembly) -> NDArray[np.bool_]:
 
     Raises
     ------
-    ValueError
+    InputError
         Where a support or a Drive already prescribes the vertical of the block.
     """
     held = np.zeros((assembly.n_blocks, 6), dtype=bool)
@@ -67,7 +67,7 @@ def stage_length(stage: Stage) -> tuple[int | None, float | None]:
 
     Raises
     ------
-    ValueError
+    InputError
         When not exactly one is given, or it is not positive.
     """
     if isinstance(stage, BaseMotion):

@@ -82,7 +82,7 @@ def natural_frequencies(
 
     Raises
     ------
-    ValueError
+    InputError
         When a free block has no mass, or fewer modes exist than asked for.
 
     Notes

@@ -81,7 +81,7 @@ def check_same_stages(stages: Sequence[Stage], before: Sequence[str]) -> None:
 
     Raises
     ------
-    ValueError
+    InputError
         Naming the first stage that differs.
     """
     now = [spelled(s) for s in stages]
@@ -97,7 +97,7 @@ def check_continues(assembly: Assembly, state: State, loads: Loads, options: Joi
 
     Raises
     ------
-    ValueError
+    InputError
         Naming the block, or the joint and its field.
     """
     n = assembly.n_blocks

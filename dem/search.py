@@ -19,7 +19,7 @@ from dem.stepping import (
     run,
 )
 from limitmason.certificate import scaled_mechanism
-from limitmason.errors import InputError
+from limitmason.errors import NotApplicable
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
 from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Mechanism
@@ -238,7 +238,7 @@ def _one_ramp(
     dead = (loads.dead[:, :3] * moves).sum(axis=0)
     live = (loads.live[:, :3] * moves).sum(axis=0)
     if not np.linalg.norm(live) > 1e-9 * np.abs(loads.live[:, :3]).sum():
-        raise InputError("the live loads have no resultant: a ramp cannot read the multiplier at the supports")
+        raise NotApplicable("the live loads have no resultant: a ramp cannot read the multiplier at the supports")
     shift, quat = state.bodies.shift.copy(), state.bodies.quat.copy()
     value, taken, chunk = 0.0, 0, 50
     window: list[float] = []

@@ -82,7 +82,7 @@ def simulate(
     ------
     UnstableError
         When the state is no longer finite or energy appears from nowhere; ``error.history`` holds what was recorded.
-    ValueError
+    InputError
         For stages that the mode does not allow, what does not fit ``start``, and what :func:`dem.make_state` refuses.
     """
     todo = [stages] if isinstance(stages, Stage) else list(stages)
@@ -139,7 +139,7 @@ def resume(
 
     Raises
     ------
-    ValueError
+    InputError
         When the run was over, for other stages (named), and for an assembly whose joints have changed.
     """
     todo = [stages] if isinstance(stages, Stage) else list(stages)

@@ -14,7 +14,7 @@ from dem.joints import JointOptions, make_joints, make_points
 from dem.kernels import Bodies, Joints, Points
 from dem.stability import block_stiffness, scaled_masses, stable_step
 from limitmason.certificate import resultants_from_points
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotConverged
 from limitmason.model import Assembly, Joint, Loads
 from limitmason.results import Resultants
 
@@ -44,8 +44,11 @@ def write_archive(path: str | Path, arrays: Mapping[str, Array]) -> None:
     os.replace(beside, path)
 
 
-class UnstableError(RuntimeError):
-    """The state is not finite or its energy explodes; the message names what and when, ``history`` what was kept."""
+class UnstableError(NotConverged, RuntimeError):
+    """The state is not finite or its energy explodes; the message names what and when, ``history`` what was kept.
+
+    A run without an answer, and a ``RuntimeError`` as in 0.1.
+    """
 
     history: Any = None
 
@@ -115,7 +118,7 @@ class State:
 
         Raises
         ------
-        ValueError
+        InputError
             Where something is missing, by its name.
         """
 
@@ -222,7 +225,7 @@ def make_state(
 
     Raises
     ------
-    ValueError
+    InputError
         For an unknown mode, no free block, joints without stiffness, massless blocks in a dynamic run, and a given
         time step above the stable one.
     """

@@ -164,7 +164,7 @@ def tilt_test(
 
     Raises
     ------
-    ValueError
+    InputError
         When the direction is zero or not horizontal, ``to_deg`` is not between 0 and 90 or nothing is held.
 
     Notes

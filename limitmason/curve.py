@@ -60,7 +60,7 @@ class Curve:
 
     Raises
     ------
-    ValueError
+    InputError
         When the two columns differ in length, are empty or not finite, or an error or the states do not fit them.
     """
 
@@ -140,7 +140,7 @@ class Curve:
 
         Raises
         ------
-        ValueError
+        InputError
             For shares out of order, and where the curve starts above the lower one.
         """
         if not 0.0 <= low < high <= 1.0:
@@ -171,7 +171,7 @@ class Curve:
 
         Raises
         ------
-        ValueError
+        InputError
             For a curve that turns back (cycles), which has no single load at a displacement.
         """
         if (np.diff(self.displacement) < 0.0).any():

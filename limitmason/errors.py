@@ -1,7 +1,8 @@
 """What can go wrong by name: wrong input, a theory that does not apply, a run that found no answer.
 
 All are ``ValueError`` too, so that a caller may catch them together; code that goes on after a refusal catches
-:class:`NotApplicable` alone, and a mistake elsewhere then stays visible.
+:class:`NotApplicable` alone, or :class:`NotConverged` where no answer is an answer, and a mistake elsewhere then stays
+visible. ``limitmason.ContactError`` is wrong input, ``dem.UnstableError`` a run that did not converge.
 """
 
 

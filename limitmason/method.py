@@ -62,7 +62,7 @@ class Method:
     Parameters
     ----------
     name : by which ``predict``, ``compare``, the command line and causes know it
-    solve : called with assembly, loads and the settings as keywords
+    solve : called with assembly, loads and the settings as keywords; raises ``NotApplicable`` for what it refuses
     settings : frozen dataclass of its options; None for a function of another package, which checks its own
     range_of : low and high end of one of its predictions, and what they are
     look : how it is drawn
@@ -128,8 +128,8 @@ class Method:
         ------
         TypeError
             For an option that it does not take.
-        ValueError
-            As the method itself.
+        InputError, NotApplicable, NotConverged
+            As the method itself: wrong input, a structure, law or load that it refuses, a run without an answer.
         """
         self.check_options(options)
         found = self.solve(assembly, loads, **options)

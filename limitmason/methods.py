@@ -56,7 +56,7 @@ def get_method(name: str, flow_rule: str | None = None) -> Method:
 
     Raises
     ------
-    ValueError
+    InputError
         For an unknown method or flow rule, and for a flow rule with a method that has its own; the message lists the
         known ones.
     """
@@ -86,8 +86,12 @@ def predict(assembly: Assembly, loads: Loads, method: str = LIMIT, **options: An
 
     Raises
     ------
-    ValueError
+    InputError
         For an unknown method; the message lists the known ones.
+    NotApplicable
+        Where the method refuses the structure, its joint laws or its loads.
+    NotConverged
+        Where it found no answer that could be certified.
     TypeError
         For an option that the method does not take.
     """

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.errors import InputError
+from limitmason.errors import NotApplicable
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -343,14 +343,14 @@ class Prediction:
 
         Raises
         ------
-        ValueError
+        NotApplicable
             Where the multiplier is not the tangent of a tilt angle: dead loads besides the own weight, live loads other
             than the weights turned to one horizontal direction, or joints with cohesion, tensile or compressive
             strength; the message says which. Also where the method did not say what its loads were.
         """
         reason = self.details.get(NO_TILT, "it does not say which loads it is for; lm.predict and lm.limit_analysis do")
         if reason:
-            raise InputError(f"no tilt angle belongs to the multiplier of {self.method!r}: {reason}")
+            raise NotApplicable(f"no tilt angle belongs to the multiplier of {self.method!r}: {reason}")
         return float(np.degrees(np.arctan(self.collapse_multiplier)))
 
     @property

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from limitmason.build import arch_minimum_thickness
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 
 
@@ -38,7 +38,7 @@ def arch_limit(angle_deg: float = 180.0) -> ArchLimit:
 
     Raises
     ------
-    ValueError
+    InputError
         Outside 60 to 180 degrees.
 
     Notes
@@ -82,7 +82,7 @@ def geometric_safety(assembly: Assembly) -> float:
 
     Raises
     ------
-    ValueError
+    NotApplicable
         For other assemblies.
 
     Notes
@@ -91,7 +91,7 @@ def geometric_safety(assembly: Assembly) -> float:
     """
     recipe = assembly.recipe
     if recipe.get("kind") != "arch" or recipe.get("shape") != "circular" or recipe.get("pier_height") is not None:
-        raise InputError("recipe of a circular arch without piers is needed: build it with limitmason.build.arch")
+        raise NotApplicable("recipe of a circular arch without piers is needed: build it with limitmason.build.arch")
     thinnest = arch_minimum_thickness(
         voussoirs=recipe["voussoirs"], angle_deg=recipe["angle_deg"], radius=recipe["radius"]
     )

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import Prediction
@@ -47,15 +47,19 @@ def catalogue(
 
     Raises
     ------
-    ValueError
-        For an unknown name, and when no mechanism fits.
+    InputError
+        For an unknown name, numbers of the mechanisms that are wrong, and a structure of which every block is fixed.
+    NotApplicable
+        When no mechanism fits.
     """
     wanted = set(NAMES if include is None else [include] if isinstance(include, str) else include)
     unknown = wanted - set(NAMES)
     if unknown:
         raise InputError(f"include: unknown mechanism {sorted(unknown)[0]!r}; known are {', '.join(NAMES)}")
+    if assembly.fixed.all():
+        raise InputError("every block is fixed: there is nothing to solve")
     if assembly.recipe.get("kind") == "arch":
-        raise InputError(
+        raise NotApplicable(
             "the catalogue has no mechanism of an arch under live load; mechanisms.arch_limit and geometric_safety "
             "compare thicknesses, limit analysis finds the hinges"
         )
@@ -67,10 +71,10 @@ def catalogue(
         if name in wanted and name in candidates:
             try:
                 found[name] = candidates[name]()
-            except ValueError as error:
+            except NotApplicable as error:
                 skipped.append(f"{name} left out: {error}")
     if not found:
-        raise InputError("no mechanism of the catalogue fits: " + "; ".join(skipped))
+        raise NotApplicable("no mechanism of the catalogue fits: " + "; ".join(skipped))
     return found, tuple(skipped)
 
 
@@ -99,7 +103,7 @@ def smallest(
 
     Raises
     ------
-    ValueError
+    InputError, NotApplicable
         As :func:`catalogue`.
 
     Notes
@@ -156,7 +160,7 @@ def _fitting(
         return {}, ["A, B, D and the in-plane cracks are left out: they are for walls without openings"]
     try:
         axis, sense = load_direction(assembly, loads)
-    except ValueError as error:
+    except NotApplicable as error:
         return {}, [f"A, B, D and the in-plane cracks are left out: {error}"]
     sides = len(recipe["returns"])
     if axis == "x":

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import Bound, BoundKind, Prediction
@@ -53,7 +53,7 @@ def overturning(
 
     Raises
     ------
-    ValueError
+    NotApplicable
         For an assembly without a flat joint through it, or live loads that do no work.
 
     Notes
@@ -187,8 +187,10 @@ def inclined_hinge(
 
     Raises
     ------
-    ValueError
-        For another number of side walls, and for a hinge that leaves the facade.
+    InputError
+        For a hinge that leaves the facade.
+    NotApplicable
+        For another number of side walls.
 
     Notes
     -----
@@ -199,7 +201,7 @@ def inclined_hinge(
     seen = read(facade, loads, side_walls=side_walls)
     f = seen.facade
     if f.side_walls not in (1, 2):
-        raise InputError(f"side_walls must be 1 or 2, got {f.side_walls}")
+        raise NotApplicable(f"side_walls must be 1 or 2, got {f.side_walls}")
     length = f.length if f.side_walls == 1 else 0.5 * f.length
     diagonal = length / f.height
     tangent = diagonal if crack_tangent is None else crack_tangent
@@ -231,7 +233,7 @@ def rondelet_thickness(*, length: float, height: float, side_walls: int = 1, div
 
     Raises
     ------
-    ValueError
+    InputError
         For sizes that are not positive and other numbers of side walls.
 
     Notes
@@ -253,7 +255,7 @@ def flat_levels(assembly: Assembly) -> list[Level]:
 
     Raises
     ------
-    ValueError
+    NotApplicable
         When there is none.
     """
     x = assembly.arrays
@@ -275,7 +277,7 @@ def flat_levels(assembly: Assembly) -> list[Level]:
         corners = np.concatenate([assembly.interfaces[k].polygon for k in rows])
         levels.append(Level(float(x.centre[rows, 2].mean()), moving, corners, float(x.tan_phi[rows].max())))
     if not levels:
-        raise InputError("the assembly has no flat joint through it: nothing can overturn or slide in one piece")
+        raise NotApplicable("the assembly has no flat joint through it: nothing can overturn or slide in one piece")
     return levels
 
 
@@ -289,7 +291,7 @@ def _worst_level(name: str, assembly: Assembly, loads: Loads, motion: Any, sourc
         if best is None or value < best[0] * (1.0 - 1e-12):
             best = (value, level, twists)
     if best is None:
-        raise InputError(f"the live loads do no work in {name}")
+        raise NotApplicable(f"the live loads do no work in {name}")
     value, level, twists = best
     kind = assembly.recipe.get("kind")
     foot = foot_level(assembly) if kind == "wall" else 0.0
@@ -313,5 +315,5 @@ def _direction(assembly: Assembly, loads: Loads | None) -> tuple[Loads, Array]:
     total = loads.live[~assembly.fixed, :3].sum(axis=0) * [1.0, 1.0, 0.0]
     size = np.linalg.norm(total)
     if not size > 1e-9 * np.abs(loads.live).max(initial=1e-300):
-        raise InputError("the live loads have no horizontal resultant")
+        raise NotApplicable("the live loads have no horizontal resultant")
     return loads, total / size

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import Prediction
@@ -73,8 +73,10 @@ def horizontal_flexure(
 
     Raises
     ------
-    ValueError
+    InputError
         Naming the argument that is wrong.
+    NotApplicable
+        Without side walls; for an assembly as :meth:`Facade.from_assembly`.
 
     Notes
     -----
@@ -86,7 +88,7 @@ def horizontal_flexure(
     seen = read(facade, loads, side_walls=side_walls)
     f = seen.facade
     if f.side_walls not in (1, 2):
-        raise InputError(f"side_walls must be 1 or 2 for horizontal flexure, got {f.side_walls}")
+        raise NotApplicable(f"side_walls must be 1 or 2 for horizontal flexure, got {f.side_walls}")
     if not 0.0 < contact_factor <= 1.0:
         raise InputError(f"contact_factor must be above 0 and at most 1, got {contact_factor!r}")
     if reduction is not None and not 0.0 <= reduction <= 1.0:

@@ -64,7 +64,7 @@ def bed_joint_friction(
 
     Raises
     ------
-    ValueError
+    InputError
         When ``crossed`` is below one.
 
     Notes
@@ -116,7 +116,7 @@ def crack_angle_reduction(tangent: ArrayLike, steepest: float) -> Array | float:
 
     Raises
     ------
-    ValueError
+    InputError
         For a crack that no bond allows.
 
     Notes

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.errors import InputError
+from limitmason.errors import NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import Bound, BoundKind, Prediction
@@ -44,7 +44,7 @@ def stepped_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
 
     Raises
     ------
-    ValueError
+    NotApplicable
         For walls with side walls or openings, and loads out of plane.
 
     Notes
@@ -82,7 +82,7 @@ def sloping_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
 
     Raises
     ------
-    ValueError
+    NotApplicable
         Where the crack would leave the wall, H tan(alpha) > B.
 
     Notes
@@ -101,7 +101,7 @@ def sloping_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
     _straight(f.side_walls, "side_walls")
     value, tangent = sloping_crack_limit(f.friction, f.slope, f.courses)
     if f.height * tangent > f.length * (1.0 + 1e-9):
-        raise InputError(
+        raise NotApplicable(
             f"length {f.length:g} m is less than H tan(alpha) = {f.height * tangent:g} m: the crack leaves the wall"
         )
     return answer(
@@ -138,12 +138,12 @@ def slender_wall(width: float, height: float, slope: float) -> float:
 
     Raises
     ------
-    ValueError
+    NotApplicable
         When the wall is not slender.
     """
     b = width / (height * slope)
     if b > 1.0 + 1e-9:
-        raise InputError(
+        raise NotApplicable(
             f"width {width:g} m exceeds H v/h = {height * slope:g} m: the crack ends in the top, not the side"
         )
     return width / height * (1.0 - 2.0 * b / 3.0) / (1.0 - b * b / 3.0)
@@ -173,7 +173,7 @@ def _on_blocks(wall: Assembly, loads: Loads | None) -> Prediction:
             if check.admissible and (best is None or check.multiplier < best[0].multiplier):
                 best = (check, twists, level)
     if best is None:
-        raise InputError(
+        raise NotApplicable(
             f"no staircase through these blocks opens its bed joints as the law asks (friction {f.friction:.3g}, "
             f"v/h {f.slope:.3g}): the closed form for numbers is an estimate then"
         )
@@ -198,10 +198,10 @@ def _details(slope: float, tangent: float | None = None) -> dict[str, float]:
 def _in_plane(wall: Assembly, loads: Loads) -> int:
     axis, sense = load_direction(wall, loads)
     if axis != "x":
-        raise InputError("loads must be in the plane of the wall: Loads.horizontal(wall, (1, 0, 0))")
+        raise NotApplicable("loads must be in the plane of the wall: Loads.horizontal(wall, (1, 0, 0))")
     return sense
 
 
 def _straight(number: int, what: str) -> None:
     if number:
-        raise InputError(f"{what} must be 0: the in-plane crack is that of a straight wall without openings")
+        raise NotApplicable(f"{what} must be 0: the in-plane crack is that of a straight wall without openings")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from limitmason.certificate import scaled_mechanism
-from limitmason.errors import InputError
+from limitmason.errors import NotApplicable
 from limitmason.law_table import MECHANISMS, RESIDUAL, TERMS
 from limitmason.law_table import notes as left_out
 from limitmason.model.assembly import Assembly
@@ -102,14 +102,14 @@ def rocking_twists(
 
     Raises
     ------
-    ValueError
+    NotApplicable
         When side walls are there and the live load pushes the facade towards them.
     """
     axis, sense = load_direction(assembly, loads)
     recipe = wall_recipe(assembly)
     thickness = recipe["thickness"]
     if axis != "y" or (sense > 0 and recipe["returns"]):
-        raise InputError(
+        raise NotApplicable(
             "the loads must push the facade out of plane, away from its side walls: Loads.horizontal(wall, (0, -1, 0))"
         )
     moving = above(assembly, level + 1e-6)
@@ -133,15 +133,17 @@ def flexure_twists(assembly: Assembly, loads: Loads, level: float, tangent: floa
 
     Raises
     ------
-    ValueError
+    NotApplicable
         For plans other than L and U, and loads that push the facade towards its side walls.
     """
     axis, sense = load_direction(assembly, loads)
     recipe = wall_recipe(assembly)
     if recipe["plan"] not in ("L", "U"):
-        raise InputError(f"plan {recipe['plan']!r}: mechanism D needs a facade held at one end (L) or both (U)")
+        raise NotApplicable(f"plan {recipe['plan']!r}: mechanism D needs a facade held at one end (L) or both (U)")
     if axis != "y" or sense > 0:
-        raise InputError("the loads must push the facade away from its side walls: Loads.horizontal(wall, (0, -1, 0))")
+        raise NotApplicable(
+            "the loads must push the facade away from its side walls: Loads.horizontal(wall, (0, -1, 0))"
+        )
     length, height = recipe["length"], recipe["height"] - level
     a = math.atan(tangent)
     reach = height * tangent

@@ -31,7 +31,7 @@ def smallest_ratio(numerator: ArrayLike, denominator: ArrayLike, low: float, hig
 
     Raises
     ------
-    ValueError
+    InputError
         When the interval is empty.
     """
     if not low <= high:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import Prediction
@@ -63,9 +63,10 @@ def simple_rocking(
 
     Raises
     ------
-    ValueError
-        For a hinge outside the wall or a reduction outside 0 to 1; from an assembly as
-        :meth:`Facade.from_assembly`.
+    InputError
+        For a hinge outside the wall or a reduction outside 0 to 1.
+    NotApplicable
+        For an assembly as :meth:`Facade.from_assembly`.
 
     Notes
     -----
@@ -134,8 +135,10 @@ def compound_rocking(
 
     Raises
     ------
-    ValueError
+    InputError
         Naming the argument that is wrong.
+    NotApplicable
+        Without side walls; for an assembly as :meth:`Facade.from_assembly`.
 
     Notes
     -----
@@ -146,7 +149,7 @@ def compound_rocking(
     seen = read(facade, loads, side_walls=side_walls)
     f = seen.facade
     if f.side_walls < 1:
-        raise InputError(
+        raise NotApplicable(
             "side_walls must be at least 1: without side walls there is nothing to take along (mechanism A)"
         )
     if crack not in CRACKS:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from limitmason.constants import GRAVITY
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
@@ -44,7 +44,7 @@ class Facade:
 
     Raises
     ------
-    ValueError
+    InputError
         Naming the field that is wrong.
 
     Notes
@@ -154,14 +154,14 @@ class Facade:
 
         Raises
         ------
-        ValueError
+        NotApplicable
             Without such a recipe; for a bond without stagger, bed joints of different friction, dead loads below the
             top course, and live loads that are not the weights turned horizontally.
         """
         recipe = wall_recipe(assembly)
         staggering = recipe.get("staggering")
         if not staggering:
-            raise InputError("recipe['staggering'] is missing: the bond has no overlap from which cracks could step")
+            raise NotApplicable("recipe['staggering'] is missing: the bond has no overlap from which cracks could step")
         returns = recipe.get("returns", [])
         thickness = recipe["thickness"]
         beyond = [r["length"] - thickness for r in returns]
@@ -179,7 +179,13 @@ class Facade:
             found["side_wall_thickness"] = recipe["side_wall_thickness"]
             found["side_wall_length"] = min(beyond)
         found |= _read_overloads(assembly, loads, found, sum(beyond))
-        return cls(**{**found, **changes})
+        try:
+            return cls(**{**found, **changes})
+        except InputError as error:
+            if changes:
+                raise
+            # nobody gave these numbers: they are what a closed form would need of this wall
+            raise NotApplicable(f"the closed forms do not take what is read off this wall: {error}") from None
 
 
 _ABOVE_ZERO = (
@@ -219,7 +225,7 @@ def wall_recipe(assembly: Assembly) -> dict[str, Any]:
     """Recipe of a built wall, or an error that says what to do."""
     recipe = dict(assembly.recipe)
     if recipe.get("kind") != "wall":
-        raise InputError(
+        raise NotApplicable(
             f"recipe of kind 'wall' is needed, this assembly has {recipe.get('kind')!r}: build it with "
             "limitmason.build.wall or layout, or give the numbers as mechanisms.Facade"
         )
@@ -237,7 +243,7 @@ def bed_friction(assembly: Assembly) -> float:
 
     Raises
     ------
-    ValueError
+    NotApplicable
         When they differ: a closed form knows one value.
     """
     for kind in ("bed", "base"):
@@ -245,9 +251,9 @@ def bed_friction(assembly: Assembly) -> float:
         if len(values):
             if np.ptp(values) > _EPS:
                 span = f"{values.min():.4g} to {values.max():.4g}"
-                raise InputError(f"friction of the bed joints differs ({span}); read the Facade with friction=...")
+                raise NotApplicable(f"friction of the bed joints differs ({span}); read the Facade with friction=...")
             return float(values[0])
-    raise InputError("friction cannot be read: the assembly has no bed joints")
+    raise NotApplicable("friction cannot be read: the assembly has no bed joints")
 
 
 def load_direction(assembly: Assembly, loads: Loads) -> tuple[str, int]:
@@ -255,11 +261,13 @@ def load_direction(assembly: Assembly, loads: Loads) -> tuple[str, int]:
 
     Raises
     ------
-    ValueError
+    NotApplicable
         For any other live load on the units: a closed form has nowhere to put it.
     """
     units = [k for k, b in enumerate(assembly.blocks) if not assembly.fixed[k] and not b.name.startswith("beam")]
     weight = assembly.weights[units]
+    if not weight.sum() > 0.0:
+        raise NotApplicable("no unit with weight is free to move: the closed forms turn the weights of units")
     live = loads.live[units, :3]
     top = live[:, 2] != 0.0
     total = live.sum(axis=0) / weight.sum()
@@ -271,7 +279,7 @@ def load_direction(assembly: Assembly, loads: Loads) -> tuple[str, int]:
     levels = np.array([assembly.blocks[k].bounds[1, 2] for k in units])
     below = levels < levels.max() - _EPS * np.ptp(np.append(levels, 0.0))
     if top.any() or (np.abs(extra[below]) > _EPS * weight[below, None]).any() or not abs(total[axis]) > 1.0 - _EPS:
-        raise InputError(
+        raise NotApplicable(
             "live loads must be the weights turned along x or y (Loads.horizontal, Loads.tilting), with more of them "
             "only on the top course and on beams: the closed forms know no other load"
         )
@@ -296,9 +304,11 @@ def _read_overloads(assembly: Assembly, loads: Loads | None, found: dict, beyond
         if max(abs(down), abs(push)) <= _EPS * assembly.weights[k]:
             continue
         if np.abs(loads.dead[k, :2]).max() > _EPS * abs(assembly.weights[k]) or down < 0.0:
-            raise InputError(f"dead load on block {block.name!r} must act downwards: the closed forms know no other")
+            raise NotApplicable(f"dead load on block {block.name!r} must act downwards: the closed forms know no other")
         if block.bounds[1, 2] < top:
-            raise InputError(f"dead load on block {block.name!r} lies below the top course: it cannot be an overload")
+            raise NotApplicable(
+                f"dead load on block {block.name!r} lies below the top course: it cannot be an overload"
+            )
         side = "facade" if block.name in ("beam",) or block.name.startswith("facade") else "side"
         vertical[side] += down
         if side == "facade":

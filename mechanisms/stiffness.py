@@ -198,7 +198,7 @@ def light_damage(
 
     Raises
     ------
-    ValueError
+    InputError
         For curves that are too short, not increasing in displacement, or that never lose that much stiffness.
 
     Notes

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.equilibrium import ContactPoints, contact_points, equilibrium_matrix
-from limitmason.errors import InputError
+from limitmason.errors import NotApplicable
 from limitmason.law import interface_law
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -201,7 +201,7 @@ def check_contacts(assembly: Assembly, loads: Loads, twists: Array) -> ContactCh
 
     Raises
     ------
-    ValueError
+    NotApplicable
         When the live load does no work in this motion.
     """
     v = np.where(assembly.held, 0.0, twists)
@@ -215,7 +215,9 @@ def check_contacts(assembly: Assembly, loads: Loads, twists: Array) -> ContactCh
     dissipated = float(law.dissipation(opening, sliding).sum())
     work = float((loads.live * v).sum())
     if not work > 0.0:
-        raise InputError("the live load does no work in this mechanism: it is not moved by it, or in the other sense")
+        raise NotApplicable(
+            "the live load does no work in this mechanism: it is not moved by it, or in the other sense"
+        )
     multiplier = (dissipated - float((loads.dead * v).sum())) / work
     return ContactCheck(abs(float(excess.min(initial=0.0))) / largest, multiplier, opening, sliding, points)
 

@@ -66,7 +66,7 @@ def arch(
 
     Raises
     ------
-    ValueError
+    InputError
         Naming the argument that is wrong.
 
     Notes
@@ -132,7 +132,7 @@ def arch_from_curves(
 
     Raises
     ------
-    ValueError
+    InputError
         Curves of different length, fewer than two points, or a voussoir that is not convex, named by its number.
     """
     inner, outer = np.asarray(intrados, dtype=float), np.asarray(extrados, dtype=float)

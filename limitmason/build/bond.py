@@ -79,7 +79,7 @@ def make_bond(
 
     Raises
     ------
-    ValueError
+    InputError
         Unknown bond; staggering beyond half a unit; English or Flemish bond with a unit not twice as long as thick.
     """
     choice("bond", name, BONDS)

@@ -49,7 +49,7 @@ def column(
 
     Raises
     ------
-    ValueError
+    InputError
         Naming the argument that is wrong.
     """
     wide, deep = positive("width", width), positive("depth", depth)

@@ -59,7 +59,7 @@ def layout(
 
     Raises
     ------
-    ValueError
+    InputError
         Naming the row: not numbers, zero width, no block, another length than the first row.
 
     Notes

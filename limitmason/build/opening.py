@@ -82,7 +82,7 @@ def place_openings(
 
     Raises
     ------
-    ValueError
+    InputError
         Naming the opening: outside the facade, into a return, over another opening, or leaving a slice thinner than a
         tenth of a course.
     """

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from limitmason.build.arguments import choice, count, finite, positive
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotConverged
 
 _SHAPES = ("chord", "sector")
 
@@ -52,7 +52,7 @@ def arch_minimum_thickness(
 
     Raises
     ------
-    ValueError
+    InputError
         Naming the argument that is wrong.
 
     Notes
@@ -118,7 +118,7 @@ def thrust_margin(thickness: float, voussoirs: int, angle: float, *, chord: bool
         [0.0, 0.0, 0.0, -1.0], A_ub=rows, b_ub=limits, bounds=[(None, None)] * 3 + [(None, 10.0)], method="highs"
     )
     if solution.status != 0:
-        raise RuntimeError(f"the thrust line program was not solved: {solution.message}")
+        raise NotConverged(f"the thrust line program was not solved: {solution.message}")
     return float(solution.x[3])
 
 

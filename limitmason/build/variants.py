@@ -31,7 +31,7 @@ def with_part_of_thickness(assembly: Assembly, share: float, direction: ArrayLik
 
     Raises
     ------
-    ValueError
+    InputError
         For a share outside its range.
     """
     if not 0.0 < read_number("share", share) <= 1.0:
@@ -64,7 +64,7 @@ def with_head_joints_gaping(assembly: Assembly, gap: float) -> Assembly:
 
     Raises
     ------
-    ValueError
+    InputError
         When a bed joint is not longer than what it loses.
     """
     if not read_number("gap", gap) >= 0.0:
@@ -101,7 +101,7 @@ def without_head_joints(assembly: Assembly, share: float = 1.0) -> Assembly:
 
     Raises
     ------
-    ValueError
+    InputError
         For a share outside its range, and when a block then hangs on nothing.
     """
     if not 0.0 <= read_number("share", share) <= 1.0:

@@ -121,7 +121,7 @@ def wall(
 
     Raises
     ------
-    ValueError
+    InputError
         Naming the argument that is wrong.
 
     Notes

@@ -95,7 +95,7 @@ def pushover(
     plane = find_plane(assembly, loads)
     points = contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane, elastic=True)
     if not points.count:
-        raise NotApplicable("no joint touches a free block: there is nothing that could carry a load")
+        raise InputError("no joint touches a free block: there is nothing that could carry a load")
     if plane is None:
         _refuse_partial_rotations(assembly)
     kn, ks, warnings = _stiffnesses(assembly, loads, stiffness)
@@ -149,7 +149,7 @@ def _refuse(assembly: Assembly, loads: Loads) -> None:
                 "perfectly plastic joints only; leave them out or use method 'dem'"
             )
     if assembly.fixed.all():
-        raise NotApplicable("every block is held: there is nothing to push")
+        raise InputError("every block is held: there is nothing to push")
 
 
 def _refuse_partial_rotations(assembly: Assembly) -> None:
@@ -185,7 +185,9 @@ def _stiffnesses(
     kn = np.where(missing, standard, x.normal_stiffness)
     ks = np.where(np.isnan(x.shear_stiffness), kn, x.shear_stiffness)
     if not (ks > 0.0).all():
-        raise InputError(f"joint of interface {int(np.argmin(ks > 0))} has shear_stiffness 0: it must be positive here")
+        raise NotApplicable(
+            f"joint of interface {int(np.argmin(ks > 0))} has shear_stiffness 0: it must be positive here"
+        )
     return kn, ks, warnings
 
 

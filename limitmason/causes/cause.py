@@ -36,7 +36,7 @@ class Cause:
 
     Raises
     ------
-    ValueError
+    InputError
         For bounds that exclude the baseline or are not finite and increasing, or an unknown ``acts_on``.
 
     Notes
@@ -120,7 +120,7 @@ def check_causes(causes: Iterable[Cause], nuisance: Iterable[str] = ()) -> tuple
     ------
     TypeError
         For an entry that is no cause.
-    ValueError
+    InputError
         For an empty list, a name used twice, or a parameter that is also a nuisance input.
     """
     causes = tuple(causes)

@@ -6,7 +6,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from limitmason.equilibrium import contact_points, equilibrium_matrix
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotApplicable
 from limitmason.model import Assembly, Loads
 
 Array = NDArray[np.float64]
@@ -40,7 +40,7 @@ def elastic_displacements(
 
     Raises
     ------
-    ValueError
+    NotApplicable
         For a structure that its joints do not hold in place.
 
     Notes
@@ -74,7 +74,7 @@ def elastic_displacements(
     except RuntimeError:
         solved = np.full(len(free), np.nan)
     if not np.isfinite(solved).all():
-        raise InputError("the joints do not hold every block in place: an elastic state does not exist")
+        raise NotApplicable("the joints do not hold every block in place: an elastic state does not exist")
     u = np.zeros(assembly.n_blocks * 6)
     u[free] = scale @ solved
     force = -springs * (matrix.T @ u)
@@ -98,7 +98,7 @@ def _stands_without_head_joints(assembly: Assembly) -> bool:
     """Whether every block has a way to a support through bed and base joints."""
     try:
         assembly.with_interfaces(i for i in assembly.interfaces if i.kind != "head").check_connected()
-    except ValueError:
+    except InputError:
         return False
     return True
 

@@ -30,7 +30,7 @@ def acts_on(cause: Cause, method: str) -> bool:
 
     Raises
     ------
-    ValueError
+    InputError
         For an unknown method.
     """
     if method not in METHODS:
@@ -67,7 +67,7 @@ def standard(
 
     Raises
     ------
-    ValueError
+    InputError
         For an unknown method or name.
     """
     normal = (0.0, 1.0, 0.0) if plane else None

@@ -18,7 +18,7 @@ def entry(specimen: Any, name: str, cause: str) -> Any:
 
     Raises
     ------
-    ValueError
+    InputError
         Naming the cause that needs it.
     """
     try:

@@ -55,7 +55,7 @@ def live_direction(loads: Loads) -> Array:
 
     Raises
     ------
-    ValueError
+    InputError
         When the live forces add up to nothing.
     """
     total = loads.live[:, :3].sum(axis=0)

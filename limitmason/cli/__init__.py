@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from limitmason import __version__
 from limitmason.cli import check, diagnosis, models, packaged, theories
 from limitmason.cli.console import say
+from limitmason.errors import InputError, NotApplicable, NotConverged
 
 _DESCRIPTION = """\
 Collapse multiplier of rigid-block masonry: at what load a block structure collapses, how, and how far to trust it.
@@ -58,11 +59,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 130
     except BrokenPipeError:
         return 0
-    except (ValueError, TypeError, KeyError, OSError, ImportError) as error:
+    except (InputError, NotApplicable, NotConverged, TypeError, KeyError, OSError, ImportError, UnicodeError) as error:
+        # a plain ValueError is no refusal but a mistake of ours: it keeps its traceback
         if options.debug:
             raise
         if isinstance(error, FileNotFoundError):
-            error = ValueError(f"{error.filename}: no such file")
+            error = InputError(f"{error.filename}: no such file")
         say(f"error: {error.args[0] if isinstance(error, KeyError) and error.args else error}")
         return 2
 

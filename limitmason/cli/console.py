@@ -106,7 +106,7 @@ def refuse(options: argparse.Namespace, names: Iterable[str], because: str) -> N
 
     Raises
     ------
-    ValueError
+    InputError
         Naming the first of them.
     """
     for name in names:

@@ -191,7 +191,7 @@ def load_object(text: str, what: str) -> Any:
 
     Raises
     ------
-    ValueError
+    InputError
         Naming what is not found. An error of the module itself comes through as it is, with a note.
     """
     from limitmason.diagnosis.simulator import note_own

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from limitmason import experiments
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotConverged
 from limitmason.method import Method
 from limitmason.methods import get_method, predict
 from limitmason.model import Assembly, Loads
@@ -100,7 +100,7 @@ class Collapse:
         if prediction.status == CANNOT_STAND or (prediction.status in self.accept and value <= self.floor):
             value = self.floor
         elif prediction.status not in self.accept or not np.isfinite(value):
-            raise InputError(
+            raise NotConverged(
                 f"method {self.method!r} ended {prediction.status!r} (multiplier {value:.4g}) for specimen {specimen!r}"
                 "; narrow the bounds of the cause, change the method's options, or list the status in accept="
             )

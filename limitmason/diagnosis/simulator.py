@@ -92,7 +92,7 @@ class Simulator:
 
         Raises
         ------
-        ValueError
+        InputError
             The message lists what it takes.
         """
         try:
@@ -112,7 +112,7 @@ class Simulator:
 
         Raises
         ------
-        ValueError
+        InputError
             For a prediction that is not a positive finite number; the message names specimen and parameters. An error
             of ``simulate`` itself comes through as it is, with a note that names them.
         """

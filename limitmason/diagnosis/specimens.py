@@ -23,7 +23,7 @@ def positive_values(values: Sequence[float] | np.ndarray, n: int) -> np.ndarray:
 
     Raises
     ------
-    ValueError
+    InputError
         For another number of them, or values that are not positive and finite.
     """
     out = np.array(values, dtype=float)
@@ -41,7 +41,7 @@ def covariates_of(given: Iterable[str] | Mapping[str, Sequence], specimens: Sequ
 
     Raises
     ------
-    ValueError
+    InputError
         For a covariate that a specimen lacks, or a wrong number of values.
     """
     if isinstance(given, Mapping):

@@ -67,7 +67,7 @@ class Study:
 
     Raises
     ------
-    ValueError
+    InputError
         For lengths that do not match, measured values that are not positive, or a covariate that a specimen lacks.
 
     Notes
@@ -162,7 +162,7 @@ class Study:
 
         Raises
         ------
-        ValueError
+        InputError
             Naming file, row and column of what is wrong.
         """
         return cls(cache=cache, n_jobs=n_jobs, **study_arguments(table, **stated))
@@ -260,7 +260,7 @@ class Study:
 
         Raises
         ------
-        ValueError
+        InputError
             Without measured values.
         """
         if self.measured is None:

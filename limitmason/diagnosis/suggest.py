@@ -33,7 +33,7 @@ def suggest(
 
     Raises
     ------
-    ValueError
+    InputError
         For an empty pool or more tests than the pool holds.
     """
     pool = list(pool)

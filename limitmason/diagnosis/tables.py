@@ -30,7 +30,7 @@ class Tables:
 
     Raises
     ------
-    ValueError
+    InputError
         For another word.
     """
 

@@ -39,7 +39,7 @@ class Tabulator:
 
     Raises
     ------
-    ValueError
+    InputError
         For more than three measured inputs with an error.
     """
 
@@ -142,7 +142,7 @@ class Tabulator:
 
         Raises
         ------
-        ValueError
+        InputError
             When the cause at its baseline size does not recover the baseline model, or for an unknown parameter.
         """
         self._check(cause)

@@ -45,7 +45,7 @@ class MeasuredTable:
 
         Raises
         ------
-        ValueError
+        InputError
             Where there is none of that name; the message lists the columns.
         """
         if name not in self.columns:
@@ -60,7 +60,7 @@ class MeasuredTable:
 
         Raises
         ------
-        ValueError
+        InputError
             Naming row and column of the first value that is no positive number.
         """
         for line, value in zip(self.lines, self.column(name, what), strict=True):
@@ -78,7 +78,7 @@ def read_measured(path: str | Path) -> MeasuredTable:
 
     Raises
     ------
-    ValueError
+    InputError
         Naming row, column and unit of what is wrong.
     """
     path = Path(path)
@@ -126,7 +126,7 @@ def write_measured(
 
     Raises
     ------
-    ValueError
+    InputError
         Where the file exists already.
     """
     path = Path(path)
@@ -147,7 +147,7 @@ def force_factor(given: str, wanted: str, where: str) -> float:
 
     Raises
     ------
-    ValueError
+    InputError
         For units that do not convert, naming both.
     """
     if given == wanted:

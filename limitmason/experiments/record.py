@@ -180,7 +180,7 @@ class Experiment:
 
         Raises
         ------
-        ValueError
+        InputError
             When the sources at hand do not say enough to build it; the message says what is missing.
         """
         return self._assembly
@@ -210,7 +210,7 @@ class Experiment:
 
         Raises
         ------
-        ValueError
+        InputError
             Where none was found; the message names the specimens that have one.
         """
         if self.recipe.curve is None:

@@ -22,7 +22,7 @@ def specimens(source: str) -> tuple[str, ...]:
 
     Raises
     ------
-    ValueError
+    InputError
         For an unknown source; the message lists the known ones.
     """
     return recipe_of(source).specimens()
@@ -44,7 +44,7 @@ def load(source: str, specimen: str, **options: object) -> Experiment:
 
     Raises
     ------
-    ValueError
+    InputError
         For an unknown source, specimen or option; the message lists near or known names.
 
     Examples
@@ -81,7 +81,7 @@ def recipe_of(source: str) -> Recipe:
 
     Raises
     ------
-    ValueError
+    InputError
         For an unknown source; the message lists the known ones.
     """
     if source not in sources():

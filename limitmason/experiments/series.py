@@ -85,7 +85,7 @@ def packaged_table(series: str) -> MeasuredTable:
 
     Raises
     ------
-    ValueError
+    InputError
         Where nothing was measured.
     """
     rows, units = [], {"specimen": "-", "direction": "-", "measured": "-", "group": "-"}
@@ -147,7 +147,7 @@ def write_template(path: Path, model: str | None = None) -> None:
 
     Raises
     ------
-    ValueError
+    InputError
         For a series that is not packaged, or a file that exists.
     """
     series = series_of(model) if model and ":" not in model else None

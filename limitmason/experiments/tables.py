@@ -63,7 +63,7 @@ def read_table(source: str, name: str) -> Table:
 
     Raises
     ------
-    ValueError
+    InputError
         When the file has no header and units rows, or a row of another length.
     """
     text = (folder(source) / name).read_text(encoding="utf-8")

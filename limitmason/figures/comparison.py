@@ -33,7 +33,7 @@ def comparison_rows(rows: Iterable[Sequence[Any]]) -> list[Row]:
 
     Raises
     ------
-    ValueError
+    InputError
         Naming the row that is malformed.
     """
     out = []
@@ -98,7 +98,7 @@ def predicted_against_published(
 
     Raises
     ------
-    ValueError
+    InputError
         When a row is malformed, none is finite, or a logarithmic axis meets a value that is not positive.
     """
     if labels not in LABELS:

@@ -64,7 +64,7 @@ def deformed(
 
     Raises
     ------
-    ValueError
+    InputError
         When the state is not one of this assembly, not finite, or the scale not positive.
     """
     shift, vector = _moved_blocks(model, state, sample)
@@ -131,7 +131,7 @@ def animate(
 
     Raises
     ------
-    ValueError
+    InputError
         When the history is empty or not one of this assembly, or no writer is installed for the ending.
     """
     target = Path(path)

@@ -28,7 +28,7 @@ def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> 
 
     Raises
     ------
-    ValueError
+    InputError
         Where a file stands in place of the folder.
     """
     out, answer = Path(folder), found.answer

@@ -52,7 +52,7 @@ def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
 
     Raises
     ------
-    ValueError
+    InputError
         When the prediction has no resultants, or those of another assembly.
     """
     r = prediction.resultants
@@ -198,7 +198,7 @@ def contact_forces(
 
     Raises
     ------
-    ValueError
+    InputError
         When the prediction has no resultants, or those of another assembly.
 
     Notes

@@ -58,7 +58,7 @@ def load_displacement(
 
     Raises
     ------
-    ValueError
+    InputError
         When a curve has not one force per displacement, none is given, its units are of something else than length and
         force, or the driven block is not clear.
     """
@@ -109,7 +109,7 @@ def history_curves(
 
     Raises
     ------
-    ValueError
+    InputError
         When no name is given, or arrays differ in length.
     KeyError
         For a name that the history does not have.

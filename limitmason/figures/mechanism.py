@@ -118,7 +118,7 @@ def mechanism(
 
     Raises
     ------
-    ValueError
+    InputError
         When the prediction has no mechanism, or one of another assembly.
 
     Notes

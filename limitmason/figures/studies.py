@@ -80,7 +80,7 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
 
     Raises
     ------
-    ValueError
+    InputError
         When no theory has a finite multiplier.
     """
     rows = [r for r in result.rows if math.isfinite(r.multiplier)]
@@ -164,7 +164,7 @@ def study_lines(
 
     Raises
     ------
-    ValueError
+    InputError
         When no row has finite values of both columns, or a column is missing.
     """
     rows = [r for r in table if r.get(x) is not None and r.get(y) is not None and math.isfinite(r[y])]

@@ -49,7 +49,7 @@ def tilt_test(
 
     Raises
     ------
-    ValueError
+    InputError
         When nothing is given, a test lacks one of the arrays, or they differ in length.
 
     Notes

@@ -52,7 +52,7 @@ def read(path: str | Path, **options: Any) -> Model | Solids | Outlines:
 
     Raises
     ------
-    ValueError
+    InputError
         For an unknown suffix, and as the readers do.
     """
     suffix = Path(path).suffix.lower()
@@ -74,7 +74,7 @@ def write(
 
     Raises
     ------
-    ValueError
+    InputError
         For an unknown suffix; and for a prediction given with a .json model, which goes to a file of its own with
         :func:`write_prediction`.
     """

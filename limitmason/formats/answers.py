@@ -89,7 +89,7 @@ def read_prediction(path: str | Path) -> Prediction:
 
     Raises
     ------
-    ValueError
+    InputError
         For malformed files; the message names file and key.
     """
     node = read_document(path, SCHEMA, VERSION)

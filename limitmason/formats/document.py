@@ -35,9 +35,9 @@ class Node:
         self.file = file
         self.where = where
 
-    def error(self, message: str) -> ValueError:
+    def error(self, message: str) -> InputError:
         """An error that names file and key."""
-        return ValueError(f"{self.file}: {self.where}: {message}" if self.where else f"{self.file}: {message}")
+        return InputError(f"{self.file}: {self.where}: {message}" if self.where else f"{self.file}: {message}")
 
     def __contains__(self, key: str) -> bool:
         """Whether the key is there and not null."""
@@ -100,7 +100,7 @@ class Node:
 
         Raises
         ------
-        ValueError
+        InputError
             Naming the entry that is not a number or the row whose length is wrong.
         """
         if columns is None:
@@ -126,7 +126,7 @@ def read_document(path: str | Path, schema: str, version: int) -> Node:
 
     Raises
     ------
-    ValueError
+    InputError
         For text that is not JSON (with line and column), a key given twice, another schema, a newer version.
     FileNotFoundError
         When there is no such file.

@@ -59,7 +59,7 @@ def read_dxf(
     ------
     ImportError
         When ezdxf is not installed; the message says how to install it.
-    ValueError
+    InputError
         Naming the file, and the layer and handle of the entity: an open polyline, a drawing without units, an unknown
         layer, nothing to read.
     """

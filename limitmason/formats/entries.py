@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import fields, replace
 from typing import Any
 
+from limitmason.errors import InputError
 from limitmason.formats.document import Node
 from limitmason.model import Assembly, Joint, Loads, Support
 
@@ -61,7 +62,7 @@ def joint_of(node: Node) -> Joint:
         if "friction_coefficient" in values:
             return Joint.from_friction_coefficient(values.pop("friction_coefficient"), **values)
         return Joint(**values)
-    except ValueError as error:
+    except InputError as error:
         raise node.error(str(error)) from None
 
 
@@ -86,7 +87,7 @@ def block_pair(node: Node, assembly: Assembly) -> tuple[int, int]:
         raise node.error(f"expected two block names, got {len(pair)}")
     try:
         return assembly.block_index(block_of(pair[0])), assembly.block_index(block_of(pair[1]))
-    except ValueError as error:
+    except InputError as error:
         raise node.error(str(error)) from None
 
 
@@ -108,7 +109,7 @@ def support_of(node: Node) -> Support:
         flags[key] = flag is not None and flag.value
     try:
         return Support(block_of(node["block"]), dofs=[d.text() for d in node.get("dofs") or ()], **flags)
-    except ValueError as error:
+    except InputError as error:
         raise (error if str(error).startswith(node.file) else node.error(str(error))) from None
 
 

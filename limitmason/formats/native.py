@@ -77,7 +77,7 @@ def write_json(path: str | Path, assembly: Assembly, loads: Loads | None = None)
 
     Raises
     ------
-    ValueError
+    InputError
         When the recipe holds something that is not plain data, or the loads belong to another assembly.
     """
     if loads is not None and len(loads.dead) != assembly.n_blocks:
@@ -191,7 +191,7 @@ def read_json(path: str | Path) -> Model:
 
     Raises
     ------
-    ValueError
+    InputError
         For malformed files and impossible models; the message names file, key and block.
     """
     node = read_document(path, SCHEMA, VERSION)
@@ -206,7 +206,7 @@ def read_json(path: str | Path) -> Model:
         return Model(assembly, loads_of(node, assembly))
     except ContactError as error:
         raise ContactError(f"{node.file}: {error}", error.assembly) from None
-    except ValueError as error:
+    except InputError as error:
         text = str(error)
         raise (error if text.startswith(f"{node.file}: ") else node.error(text)) from None
 

@@ -48,7 +48,7 @@ def write_obj(path: str | Path, assembly: Assembly | Solids) -> None:
 
     Raises
     ------
-    ValueError
+    InputError
         For a block name that spans lines, which the format cannot hold.
     """
     if isinstance(assembly, Assembly):
@@ -87,7 +87,7 @@ def read_obj(path: str | Path, *, scale: float = 1.0, up: str = "z") -> Solids:
 
     Raises
     ------
-    ValueError
+    InputError
         Naming file and line: numbers that are not, faces with fewer than three corners or with vertices that do not
         exist, statements of curved surfaces, no faces at all.
     """

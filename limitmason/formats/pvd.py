@@ -48,7 +48,7 @@ def write_pvd(
 
     Raises
     ------
-    ValueError
+    InputError
         When there is no sample, the arrays are not those of the assembly, or times decrease.
 
     Notes

@@ -45,7 +45,7 @@ def clean_outline(outline: ArrayLike, tolerance: float) -> Array:
 
     Raises
     ------
-    ValueError
+    InputError
         When fewer than three vertices remain, a coordinate is not finite, or two edges cross.
     """
     p = np.asarray(outline, dtype=float)

@@ -111,7 +111,7 @@ def check_closed(solids: Sequence[Solid], names: Sequence[str]) -> None:
 
     Raises
     ------
-    ValueError
+    InputError
         Naming the block, what is wrong and what to do.
     """
     for faces, members, vertices in group_by_topology(solids):
@@ -143,7 +143,7 @@ def check_solids(solids: Sequence[Solid], names: Sequence[str], flatness: float)
 
     Raises
     ------
-    ValueError
+    InputError
         Naming the block, what is wrong and what to do.
     """
     for faces, members, vertices in group_by_topology(solids):

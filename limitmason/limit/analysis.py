@@ -70,9 +70,10 @@ def limit_analysis(
 
     Raises
     ------
-    ValueError
-        For loads that do not fit the assembly, no live load, floating blocks, and combinations a model cannot
-        represent.
+    InputError
+        For loads that do not fit the assembly, no live load, floating blocks, and options that exclude each other.
+    NotApplicable
+        For joint laws that the analysis cannot represent.
 
     Notes
     -----

@@ -84,7 +84,7 @@ def solve_associative(
 
     Raises
     ------
-    ValueError
+    InputError, NotApplicable
         When the chosen solver does not cover the problem.
     """
     return analyse(

@@ -104,9 +104,11 @@ def solve_nonassociative(
 
     Raises
     ------
-    ValueError
-        For an unknown search, another solver, times that are not positive, in-plane sections with an exact crushing
-        stress block, and where a proof is demanded that is not available: in 3-D and for joints that crush.
+    InputError
+        For an unknown search, another solver, and times that are not positive.
+    NotApplicable
+        For in-plane sections with an exact crushing stress block, and where a proof is demanded that is not available:
+        in 3-D and for joints that crush.
 
     Notes
     -----

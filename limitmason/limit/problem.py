@@ -93,7 +93,7 @@ def chosen_grid(contact_model: str, grid: Grid | Mapping[str, Grid] | None) -> G
 
     Raises
     ------
-    ValueError
+    InputError
         For a grid with another contact model, which would not use it.
     """
     if grid is None:
@@ -125,9 +125,10 @@ def make_problem(
 
     Raises
     ------
-    ValueError
-        When loads and assembly do not fit, no free block carries live load, nothing is held, or ``vertices`` meets a
-        finite compressive strength in 3-D.
+    InputError
+        When loads and assembly do not fit, no free block carries live load, or nothing is held.
+    NotApplicable
+        Where ``vertices`` meets a finite compressive strength in 3-D.
     """
     n = assembly.n_blocks
     if len(loads.dead) != n:

@@ -147,9 +147,12 @@ def proven_range(
 
     Raises
     ------
-    ValueError
-        For a problem that is not plane, joints that crush, a structure without a finite associative multiplier, and
-        where no admissible state is found.
+    InputError
+        For settings that make no sense.
+    NotApplicable
+        For a problem that is not plane, and joints that crush.
+    NotConverged
+        For a structure without a finite associative multiplier, and where no admissible state is found.
 
     Notes
     -----
@@ -199,7 +202,7 @@ def proven_range(
         )  # fmt: skip
         found = lowest.state
     if found is None:
-        raise InputError(
+        raise NotConverged(
             f"no admissible state exists with velocities up to {velocity_bound:g} times the mean live velocity"
             if lowest.none
             else "no admissible state was found to begin with; try search='thorough' or a longer time_limit"

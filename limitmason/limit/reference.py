@@ -21,7 +21,7 @@ def solve_reference(problem: Problem, *, solver: str | None = None, verbose: boo
 
     Raises
     ------
-    ValueError
+    InputError
         When cvxpy does not know the solver or it cannot solve this kind of program.
     """
     import cvxpy as cp

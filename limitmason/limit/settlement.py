@@ -47,7 +47,7 @@ def settlement_analysis(
 
     Raises
     ------
-    ValueError
+    InputError
         When the block is not held along the direction, and for loads with a live part.
     """
     if direction not in _DIRECTIONS:

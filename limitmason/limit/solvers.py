@@ -47,7 +47,7 @@ def choose_solver(problem: Problem, solver: str = "auto") -> str:
 
     Raises
     ------
-    ValueError
+    InputError
         For an unknown name.
     """
     if solver not in SOLVERS and not solver.startswith("cvxpy:"):
@@ -79,8 +79,10 @@ def solve_program(
 
     Raises
     ------
-    ValueError
-        For an unknown name, for "interior-point" on a problem that it does not cover, and for a tolerance with cvxpy.
+    InputError
+        For an unknown name, and for a tolerance with cvxpy.
+    NotApplicable
+        For "interior-point" on a problem that it does not cover.
     """
     chosen = choose_solver(problem, solver)
     if chosen.startswith("cvxpy"):

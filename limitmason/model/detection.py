@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-class ContactError(ValueError):
+class ContactError(InputError):
     """Blocks that overlap or float; ``assembly`` holds them as far as they go, for ``assembly.contact_report()``."""
 
     def __init__(self, text: str, assembly: Assembly) -> None:

@@ -29,7 +29,7 @@ class Joint:
 
     Raises
     ------
-    ValueError
+    InputError
         When a value is outside its range; the message names the field.
 
     Warns

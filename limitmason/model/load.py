@@ -98,7 +98,7 @@ class Loads:
 
         Raises
         ------
-        ValueError
+        InputError
             When the direction is zero, not finite or not horizontal.
         """
         d = read_vector("direction", direction)
@@ -121,7 +121,7 @@ class Loads:
 
         Raises
         ------
-        ValueError
+        InputError
             When the axis is not horizontal: the weight then runs over a cone, and no single multiplier describes it.
 
         Notes
@@ -191,7 +191,7 @@ class Loads:
 
         Raises
         ------
-        ValueError
+        InputError
             When the block has no face on that side, or not exactly one of pressure and traction is given.
         """
         i = assembly.block_index(block)
@@ -249,7 +249,7 @@ class Loads:
 
         Raises
         ------
-        ValueError
+        InputError
             When not exactly one of pressure and force is given, or no face lies in the patch.
         """
         if (pressure is None) == (force is None):

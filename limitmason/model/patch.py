@@ -41,7 +41,7 @@ def patch_wrenches(
 
     Raises
     ------
-    ValueError
+    InputError
         When the corners are not a flat convex polygon, or no face lies in it.
 
     Notes

@@ -21,7 +21,7 @@ class Support:
 
     Raises
     ------
-    ValueError
+    InputError
         For an unknown degree of freedom, or when nothing is held.
     """
 

@@ -75,7 +75,7 @@ def block_size_study(
 
     Raises
     ------
-    ValueError
+    InputError
         For an unknown ``vary``, a size that does not fit the height, and methods given beside sizes by method.
 
     Notes

@@ -59,7 +59,7 @@ def dilatancy_study(
 
     Raises
     ------
-    ValueError
+    InputError
         For shares outside 0 to 1 and unknown methods.
 
     Notes

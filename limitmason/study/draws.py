@@ -75,7 +75,7 @@ class Random:
 
     Raises
     ------
-    ValueError
+    InputError
         For an unknown ``per``, bounds in the wrong order, and a correlation length without "interface".
     """
 

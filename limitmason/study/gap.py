@@ -150,7 +150,7 @@ def attribute_gap(
 
     Raises
     ------
-    ValueError
+    InputError
         When a search does not end, naming the state of the assumptions.
 
     Notes

@@ -63,7 +63,7 @@ def compute_layouts(
 
     Raises
     ------
-    ValueError
+    InputError
         For no layouts or no targets, and a store of another study.
 
     Notes

@@ -162,7 +162,7 @@ def search_layouts(
 
     Raises
     ------
-    ValueError
+    InputError
         For no pairs, values that are not positive, an empty catalogue and missing columns.
 
     Notes

@@ -65,7 +65,7 @@ def monte_carlo(
 
     Raises
     ------
-    ValueError
+    InputError
         For nothing random, unknown properties, and distributions without probability within the physical bounds.
 
     Notes
@@ -187,7 +187,7 @@ def sobol(
 
     Raises
     ------
-    ValueError
+    InputError
         For spatial draws, a number that is no power of two, and samples without a finite multiplier.
 
     Notes

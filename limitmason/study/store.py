@@ -134,7 +134,7 @@ class DocumentStore:
 
         Raises
         ------
-        ValueError
+        InputError
             For a file that is no document of this schema, or that ``build`` cannot read.
         """
         if not path.exists():
@@ -165,7 +165,7 @@ class RowStore:
 
     Raises
     ------
-    ValueError
+    InputError
         When the file belongs to another study, or is no such file.
 
     Notes

@@ -53,7 +53,7 @@ def sweep(
 
     Raises
     ------
-    ValueError
+    InputError
         For no points, points with different names, a store of another study.
     Exception
         What ``function`` raises; the rows finished before are in the store.

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments.record import Quantity
 from limitmason.limit.proven_range import proven_range
 from limitmason.methods import NON_ASSOCIATIVE, THEORIES, get_method
@@ -164,12 +164,13 @@ def compare(
 
     Raises
     ------
-    ValueError
+    InputError
         For unknown methods, options of a method that is not asked for, and measured values that are not positive.
 
     Notes
     -----
-    A method that refuses the structure has a row that says why. The store knows model, loads, method and options, not
+    A method that refuses the structure (``NotApplicable``) or finds no answer (``NotConverged``) has a row that says
+    why; wrong input and every other error come through. The store knows model, loads, method and options, not
     the version of the code: start a new folder after an update.
     """
     methods = (methods,) if isinstance(methods, str) else tuple(methods)
@@ -233,8 +234,10 @@ def _solve(assembly: Assembly, loads: Loads, method: str, settings: Mapping[str,
     chosen, begun = get_method(method), time.perf_counter()
     try:
         found = chosen.predict(assembly, loads, **settings)
-    except ValueError as error:
-        return Row.refused(method, error, time.perf_counter() - begun)
+    except NotApplicable as refusal:
+        return Row.refused(method, refusal, time.perf_counter() - begun)
+    except NotConverged as failure:
+        return Row.unanswered(method, failure, time.perf_counter() - begun)
     low, high, range_is = found.range
     warnings = list(found.warnings)
     if chosen.theorem == "admissible" and proven is not None:
@@ -243,7 +246,7 @@ def _solve(assembly: Assembly, loads: Loads, method: str, settings: Mapping[str,
             low, high = (ends.ends[e].bound for e in ("smallest", "largest"))
             low, high = min(low, found.collapse_multiplier), max(high, found.collapse_multiplier)
             range_is = "no admissible multiplier lies outside" if ends.proven else "bounds, not met by states"
-        except ValueError as error:
+        except (NotApplicable, NotConverged) as error:
             warnings.append(f"no proven range: {error}")
     details = {k: found.details[k] for k in chosen.kept if k in found.details}
     bound = Bound(found.bound.kind, f"{found.governing}: {found.bound}") if found.governing else found.bound

@@ -15,6 +15,9 @@ NAN = float("nan")
 REFUSED = "does not apply"
 """Status of a method that refuses the structure, followed by the reason."""
 
+NO_ANSWER = "no answer"
+"""Status of a method whose run ended without one, followed by the reason."""
+
 STORED = ("method", "multiplier", "low", "high", "range_is", "bound", "status", "seconds", "details", "warnings")
 """Fields that a store keeps: what the method says, without what it is held against."""
 
@@ -30,8 +33,8 @@ class Row:
     low, high : range about the predicted value, in ``unit``; NaN where the method has none
     range_is : what the range is
     bound : as in ``Prediction``
-    status : as in ``Prediction``; "does not apply: ..." where the method refuses the structure, "no assembly" where
-        there is nothing to predict
+    status : as in ``Prediction``; "does not apply: ..." where the method refuses the structure, "no answer: ..." where
+        its run ended without one, "no assembly" where there is nothing to predict
     seconds : time it took; a prediction shared by several rows has the same time
     details : plain further values
     warnings : what a user should know before trusting the number
@@ -68,6 +71,11 @@ class Row:
     def refused(cls, method: str, reason: object, seconds: float = 0.0) -> Row:
         """The row of a method that does not take the structure."""
         return cls(method, status=f"{REFUSED}: {reason}", seconds=seconds)
+
+    @classmethod
+    def unanswered(cls, method: str, reason: object, seconds: float = 0.0) -> Row:
+        """The row of a method that takes the structure and found no answer that could be certified."""
+        return cls(method, status=f"{NO_ANSWER}: {reason}", seconds=seconds)
 
     @property
     def predicted(self) -> float:

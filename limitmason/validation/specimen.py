@@ -49,7 +49,7 @@ def run(
 
     Raises
     ------
-    ValueError
+    InputError
         For unknown kinds, and a flow rule with a method that has none.
     """
     kinds = (kinds,) if isinstance(kinds, str) else tuple(kinds)

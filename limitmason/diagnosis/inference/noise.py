@@ -21,7 +21,7 @@ class Measured:
 
     Raises
     ------
-    ValueError
+    InputError
         For a value or error that is not finite, a negative error, or a value outside the bounds.
 
     Notes
@@ -60,7 +60,7 @@ class Noise:
 
     Raises
     ------
-    ValueError
+    InputError
         For a standard deviation that is not positive, degrees of freedom below 1, or options that do not go together.
 
     Notes
@@ -101,7 +101,7 @@ class Noise:
 
         Raises
         ------
-        ValueError
+        InputError
             Where no configuration was tested twice.
 
         Notes
@@ -134,7 +134,7 @@ class Noise:
 
         Raises
         ------
-        ValueError
+        InputError
             When one value per specimen is given and the number does not match.
         """
         if self.sd is None:

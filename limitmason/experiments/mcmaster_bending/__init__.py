@@ -146,7 +146,7 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
 
     Raises
     ------
-    ValueError
+    InputError
         For the other sense: the wallette rests on its supports and would be lifted off them.
     """
     if sense < 0.0:

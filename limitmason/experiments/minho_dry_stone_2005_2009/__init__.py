@@ -59,7 +59,7 @@ def measured_curve(specimen: str) -> Curve:
 
     Raises
     ------
-    ValueError
+    InputError
         For tests whose curve was not found; the message names those that have one.
     """
     rows = read_table(NAME, "curves.csv").rows

@@ -103,7 +103,7 @@ def specimen(
 
     Raises
     ------
-    ValueError
+    InputError
         Naming the argument that is wrong.
 
     Notes
