@@ -208,7 +208,7 @@ def collapse(
         },
         details={
             "largest stable": found.stable, "smallest moving": found.moving, "undecided": undecided,
-            "loads tried": [(value, v.outcome, v.steps) for value, v in found.record], "error budget": budget,
+            "loads tried": [(value, str(v.outcome), v.steps) for value, v in found.record], "error budget": budget,
             "interval": _interval(found, budget, _unbalanced(assembly, loads, found)),
             "steps": found.steps, **found.details,
         },

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.resuming import Position, check_continues
+from dem.resuming import Position, RunStatus, check_continues
 from dem.state import State, write_archive
 from limitmason.curve import Curve
 from limitmason.errors import InputError
@@ -49,7 +49,7 @@ class History:
     Parameters
     ----------
     assembly : what was simulated
-    status : "finished", "interrupted", "not settled" or "unstable"
+    status : "finished", "interrupted", "not settled" or "unstable", a ``RunStatus``
     scalars : one array per entry of ``COLUMNS``, shape (samples,)
     reaction : force and moment about the block's centroid that the support (or drive) exerts on each recorded block,
         [N, N m], shape (samples, r, 6)
@@ -63,7 +63,7 @@ class History:
     """
 
     assembly: Assembly
-    status: str
+    status: RunStatus
     scalars: Mapping[str, Array]
     reaction: Array
     reaction_blocks: NDArray[np.intp]
@@ -75,7 +75,9 @@ class History:
     warnings: tuple[str, ...] = ()
     factors: tuple[float, ...] = ()
     position: Position | None = None
-    settings: tuple[int, Damping | None, tuple[str, ...], int | None, str] = (1, None, (), None, "finished")
+    settings: tuple[int, Damping | None, tuple[str, ...], int | None, RunStatus] = (
+        1, None, (), None, RunStatus.FINISHED
+    )  # fmt: skip
 
     def save(self, path: str | Path) -> None:
         """Write everything but the assembly to a numpy archive; the file is whole, or the one that was there before."""
@@ -119,13 +121,13 @@ class History:
             brake, every = take("settings.damping").tolist(), int(take("settings.detect_every"))
             damping = None if np.isnan(brake[0]) else Damping(brake[0], brake[1], bool(brake[2]))
             return cls(
-                assembly, str(take("status")), {c: take(f"scalar.{c}") for c in COLUMNS}, state=state,
+                assembly, RunStatus(str(take("status"))), {c: take(f"scalar.{c}") for c in COLUMNS}, state=state,
                 **{k: take(k) for k in _ARRAYS}, stages=tuple(take("stages").tolist()),
                 warnings=tuple(take("notes").tolist()), factors=tuple(take("factors").tolist()),
                 position=Position.from_arrays(file),
                 settings=(
                     int(take("settings.sample")), damping, tuple(take("settings.stages").tolist()),
-                    None if every < 0 else every, str(take("settings.status")),
+                    None if every < 0 else every, RunStatus(str(take("settings.status"))),
                 ),
             )  # fmt: skip
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from dem import kernels
 from dem.detection import SOONEST, Pieces, near_margin, reaches, redetect, travel_per_step
 from dem.history import COLUMNS, History
-from dem.resuming import Position
+from dem.resuming import Position, RunStatus
 from dem.state import State, UnstableError
 from dem.stepping import Scale, unbalance
 from limitmason.errors import InputError
@@ -87,7 +87,7 @@ class Recorder:
         self.notes: list[str] = list(state.warnings)
         self.settings: tuple[int, Damping | None, tuple[str, ...]] = (1, None, ())
         self.position: Position | None = None
-        self.status = "finished"
+        self.status = RunStatus.FINISHED
 
     def take_up(self, history: History) -> None:
         """Go on with the samples of an interrupted run."""
@@ -242,7 +242,7 @@ class Recorder:
             )
         return row
 
-    def history(self, status: str) -> History:
+    def history(self, status: RunStatus) -> History:
         """Everything recorded so far."""
         table = np.array(self.rows).reshape(len(self.rows), len(COLUMNS))
         n, k = self.assembly.n_blocks, len(self.assembly.interfaces)

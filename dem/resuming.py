@@ -2,9 +2,10 @@
 
 import signal
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,15 @@ from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Stage
 
 Array = NDArray[np.float64]
+
+
+class RunStatus(StrEnum):
+    """How a run of stages, or one of them, ended."""
+
+    FINISHED = "finished"
+    INTERRUPTED = "interrupted"
+    NOT_SETTLED = "not settled"
+    UNSTABLE = "unstable"
 
 
 @dataclass
@@ -45,7 +55,7 @@ class Position:
     quat: Array
     held: NDArray[np.bool_]
     quiet: int
-    outcome: str
+    outcome: RunStatus
     servo: Array
     watch: Array
     energy: Array
@@ -60,7 +70,10 @@ class Position:
         if "position.stage" not in file:
             return None
         raw = {f.name: file[f"position.{f.name}"] for f in fields(cls)}
-        numbers = {"stage": int, "done": int, "quiet": int, "begun": float, "dt": float, "outcome": str}
+        numbers: dict[str, Callable[[Any], Any]] = {
+            "stage": int, "done": int, "quiet": int, "begun": float, "dt": float,
+            "outcome": lambda x: RunStatus(str(x)),
+        }  # fmt: skip
         return cls(**{name: numbers[name](x) if name in numbers else x for name, x in raw.items()})
 
 

@@ -22,7 +22,7 @@ from limitmason.certificate import scaled_mechanism
 from limitmason.errors import NotApplicable
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
-from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Mechanism
+from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Mechanism, Status
 
 Array = NDArray[np.float64]
 
@@ -56,7 +56,7 @@ class Search:
 
     stable: float
     moving: float
-    status: str
+    status: Status
     state: State
     mechanism: Mechanism | None
     record: list[tuple[float, Verdict]]

@@ -11,7 +11,15 @@ from dem.history import History
 from dem.joints import JointOptions
 from dem.loading import SERVO_EVERY, check_base_motions, servo_holds, stage_length
 from dem.recording import Recorder, Watch
-from dem.resuming import Interrupt, Position, check_continues, check_same_stages, interrupts_wait, spelled
+from dem.resuming import (
+    Interrupt,
+    Position,
+    RunStatus,
+    check_continues,
+    check_same_stages,
+    interrupts_wait,
+    spelled,
+)
 from dem.stability import block_stiffness
 from dem.state import DYNAMIC, QUASI_STATIC, State, UnstableError, make_state
 from dem.stepping import displacement_since, run
@@ -165,12 +173,12 @@ def _follow(
     checkpoint_every: int,
 ) -> History:
     """Run the stages from a position, or from the first."""
-    status = "finished" if at is None else rec.status
+    status = RunStatus.FINISHED if at is None else rec.status
 
     def write() -> None:
         if checkpoint is not None and len(rec.rows) % checkpoint_every == 0:
             rec.status = status
-            rec.history("interrupted").save(checkpoint)
+            rec.history(RunStatus.INTERRUPTED).save(checkpoint)
 
     try:
         with interrupts_wait() as interrupt:
@@ -180,15 +188,15 @@ def _follow(
                 rec.status = status
                 outcome = _run_stage(rec, number, at, progress, write, interrupt)
                 at = None
-                if outcome == "interrupted":
+                if outcome == RunStatus.INTERRUPTED:
                     return rec.history(outcome)
-                if outcome != "finished":
+                if outcome != RunStatus.FINISHED:
                     status = outcome
     except KeyboardInterrupt:
-        return rec.history("interrupted")
+        return rec.history(RunStatus.INTERRUPTED)
     except UnstableError as error:
         rec.position = None
-        error.history = rec.history("unstable")
+        error.history = rec.history(RunStatus.UNSTABLE)
         raise
     rec.position = None
     return rec.history(status)
@@ -201,7 +209,7 @@ def _run_stage(
     progress: Progress | None,
     write: Callable[[], None],
     interrupt: Interrupt,
-) -> str:
+) -> RunStatus:
     """One stage in chunks of ``sample`` steps; the last may be shorter."""
     assembly, state, stage = rec.assembly, rec.state, rec.stages[number]
     sample, damping, _ = rec.settings
@@ -217,8 +225,8 @@ def _run_stage(
     if at is None:
         at = Position(
             number, 0, state.time, state.dt, rec.factors.copy(), state.bodies.shift.copy(), state.bodies.quat.copy(),
-            state.bodies.held.copy(), 0, "not settled" if settle else "finished", np.zeros((len(servos), 2)),
-            np.zeros(4), np.zeros(len(rec.begun)),
+            state.bodies.held.copy(), 0, RunStatus.NOT_SETTLED if settle else RunStatus.FINISHED,
+            np.zeros((len(servos), 2)), np.zeros(4), np.zeros(len(rec.begun)),
         )  # fmt: skip
     else:
         for servo, kept in zip(servos, at.servo, strict=True):
@@ -290,7 +298,7 @@ def _run_stage(
         keep()
         if at.done % sample and remaining() > 0:
             if interrupt.asked:
-                return "interrupted"
+                return RunStatus.INTERRUPTED
             continue
         sampled = rec.add(state, number)
         over = False
@@ -299,13 +307,13 @@ def _run_stage(
             worst = max(sampled["unbalanced force"], sampled["unbalanced moment"], off / rec.scale.force)
             at.quiet = at.quiet + 1 if worst < stage.tolerance else 0
             over = at.quiet >= 4
-            at.outcome = "finished" if over else at.outcome
+            at.outcome = RunStatus.FINISHED if over else at.outcome
         if stage.stop_when_moved is not None:
             over = over or displacement_since(state, at.shift, at.quat, rec.scale) > stage.stop_when_moved
         if not over and remaining() > 0:
             write()
         if (progress is not None and progress(sampled)) or interrupt.asked:
-            return "interrupted"
+            return RunStatus.INTERRUPTED
         if over:
             break
     held = at.held.copy()

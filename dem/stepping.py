@@ -1,6 +1,7 @@
 """Running the kernel in chunks: constant or tabulated loads, unbalanced forces, detection of bad states."""
 
 from dataclasses import dataclass, replace
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -160,17 +161,25 @@ def displacement_since(state: State, shift: Array, quat: Array, scale: Scale) ->
     return float(max(moved.max(initial=0.0), turned.max(initial=0.0)))
 
 
-EQUILIBRIUM, MOVING, UNDECIDED = "equilibrium", "moving", "undecided"
+class Outcome(StrEnum):
+    """How holding a load ended."""
+
+    EQUILIBRIUM = "equilibrium"
+    MOVING = "moving"
+    UNDECIDED = "undecided"
+
+
+EQUILIBRIUM, MOVING, UNDECIDED = Outcome
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Outcome of holding a load: "equilibrium", "moving" or "undecided", steps used, last unbalance, displacement.
+    """Outcome of holding a load, steps used, last unbalance, displacement.
 
     ``block`` is the number of the block with the largest unbalance at the end.
     """
 
-    outcome: str
+    outcome: Outcome
     steps: int
     unbalance: tuple[float, float]
     moved: float

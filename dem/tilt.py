@@ -1,6 +1,7 @@
 """Tilting tests: turn the weight slowly until the wall falls, and stop the table where it may still stand."""
 
 from dataclasses import dataclass, replace
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from dem.collapse import LOADING, Grid, collapse
 from dem.history import History
 from dem.joints import JointOptions
+from dem.resuming import RunStatus
 from dem.search import Controls, Search
 from dem.search import increments as held_loads
 from dem.simulate import simulate
@@ -15,7 +17,7 @@ from dem.stepping import UNDECIDED, Scale
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Settle, Tilt
-from limitmason.results import CANNOT_STAND, NOT_CONVERGED, UNBOUNDED, Prediction
+from limitmason.results import UNBOUNDED, Prediction
 
 Array = NDArray[np.float64]
 
@@ -23,7 +25,18 @@ _WINDOW = 5  # samples of the running median: a single sample may ride on a vibr
 _WITHIN = 1e-3  # the multiplier counts as reached where the ratio comes this near to it [-]
 _LAST_BITS = 1e-9  # part of the angle by which the repeat of a run differs: nothing but its last bits can [-]
 
-DID_NOT_FALL = "did not fall"
+
+class TiltStatus(StrEnum):
+    """How a tilting test ended."""
+
+    SOLVED = "solved"
+    ALMOST_SOLVED = "almost solved"
+    CANNOT_STAND = "cannot stand under dead load"
+    NOT_CONVERGED = "not converged"
+    DID_NOT_FALL = "did not fall"
+
+
+DID_NOT_FALL = TiltStatus.DID_NOT_FALL
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +66,7 @@ class TiltTest:
     warnings : what a reader must know
     """
 
-    status: str
+    status: TiltStatus
     collapse_multiplier: float
     tilt_deg: Array
     steps: Array
@@ -190,12 +203,13 @@ def tilt_test(
     }  # fmt: skip
     every = sample or max(steps // 200, 20)
     settled = simulate(assembly, Settle(tolerance=1e-6), sample=every, **options)
-    if settled.status != "finished":
+    if settled.status != RunStatus.FINISHED:
         fell = float(np.abs(settled.shift[-1]).max()) > moved_limit * scale.smallest
         found = _read(settled, float("nan"), d, weight)
         return TiltTest(
-            CANNOT_STAND if fell else NOT_CONVERGED, float("nan"), *found, runs=((0.0, float("nan")),),
-            direction=tuple(d.tolist()), history=settled, warnings=("it did not settle on the level table",),
+            TiltStatus.CANNOT_STAND if fell else TiltStatus.NOT_CONVERGED, float("nan"), *found,
+            runs=((0.0, float("nan")),), direction=tuple(d.tolist()), history=settled,
+            warnings=("it did not settle on the level table",),
         )  # fmt: skip
     held = collapse(assembly, loads, error_budget=(), **options) if increments else None
     runs: list[tuple[float, float]] = []
@@ -229,9 +243,9 @@ def tilt_test(
     else:
         multiplier = min(reading, repeat, bracket.moving)
         lowest = min(reading, repeat)
-        status = bracket.status
+        status = TiltStatus(bracket.status)
         if lowest < (1.0 - tolerance) * bracket.stable:
-            status = NOT_CONVERGED
+            status = TiltStatus.NOT_CONVERGED
             notes.append(f"it fell at {lowest:.4f} while the table turned and stood at {bracket.stable:.4f}")
         undecided = [f"{x:.4f}" for x, v in bracket.record if v.outcome == UNDECIDED and x > bracket.stable]
         if undecided:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.errors import NotApplicable
+from limitmason.errors import InputError, NotApplicable
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -111,6 +111,14 @@ class Range(NamedTuple):
     def known(self) -> bool:
         """Whether both ends are numbers."""
         return math.isfinite(self.low) and math.isfinite(self.high)
+
+
+def _member(kind: type[StrEnum], text: str, field_: str) -> StrEnum:
+    """Member of a closed set by its words, or an error that lists them all."""
+    try:
+        return kind(text)
+    except ValueError:
+        raise InputError(f"{field_} must be one of {', '.join(map(repr, map(str, kind)))}, got {text!r}") from None
 
 
 OWN_RESIDUAL = 1e-6
@@ -294,7 +302,7 @@ class Prediction:
     collapse_multiplier : lambda [-]; NaN when the structure cannot stand, infinite when unbounded
     bound : what it is relative to, in words; ``bound.kind`` is the :class:`BoundKind`. Words alone are taken for a
         :class:`Bound` by the kind that they begin with
-    status : one of ``limitmason.results.STATUSES``
+    status : a :class:`Status`; its words are taken for it
     mechanism, resultants, certificate : None where the method has none
     warnings : what a user should know before trusting the number
     provenance : versions, settings and times that reproduce it: written for a reader, read by no program
@@ -311,7 +319,7 @@ class Prediction:
     method: str
     collapse_multiplier: float
     bound: Bound
-    status: str
+    status: Status
     mechanism: Mechanism | None = None
     resultants: Resultants | None = None
     certificate: Certificate | None = None
@@ -327,9 +335,13 @@ class Prediction:
     range: Range = field(default_factory=Range)
 
     def __post_init__(self) -> None:
-        """Take a bound in words alone, as other packages and files of 0.1 give it, for what it begins with."""
+        """Take words alone, as other packages and files of 0.1 give them, for the member of the set that they name."""
         if not isinstance(self.bound, Bound):
             object.__setattr__(self, "bound", Bound.from_text(self.bound))
+        for name, kind in (("status", Status), ("flow_rule", FlowRule), ("contact_model", ContactModel)):
+            given = getattr(self, name)
+            if not isinstance(given, kind) and (given is not None or name == "status"):
+                object.__setattr__(self, name, _member(kind, given, name))
 
     @property
     def interval(self) -> tuple[float, float] | None:

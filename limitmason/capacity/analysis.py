@@ -23,7 +23,6 @@ from limitmason.errors import InputError, NotApplicable
 from limitmason.law import interface_law
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import CANNOT_STAND
 from limitmason.stated import tension_cut
 from limitmason.stiffness import SETTLEMENT, default_stiffness
 
@@ -116,7 +115,7 @@ def pushover(
     if not nodes:
         warnings.append("no equilibrium under the dead load was found: is it carried, and is every block held?")
         return PushoverCurve(
-            np.zeros(1), np.zeros(1), load_unit="-", label="pushover", status=str(CANNOT_STAND),
+            np.zeros(1), np.zeros(1), load_unit="-", label="pushover", status=path.CANNOT_STAND,
             warnings=tuple(warnings), source="limitmason", structure=structure, system=system,
         )  # fmt: skip
     if to is not None and not (np.isfinite(to) and to != 0.0):
@@ -250,7 +249,7 @@ def _begin(
 
 
 def _curve(
-    structure: Structure, system: System, nodes: list[Node], origin: Pose, status: str, warnings: list[str]
+    structure: Structure, system: System, nodes: list[Node], origin: Pose, status: path.PathEnd, warnings: list[str]
 ) -> PushoverCurve:
     states = [state_of(n) for n in nodes]
     zero = StepCertificate(equilibrium(structure, states[0]), 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import StrEnum
 from itertools import pairwise
 
 import numpy as np
@@ -12,8 +13,19 @@ from limitmason.capacity.stepping import Node
 from limitmason.capacity.system import System
 from limitmason.errors import InputError
 
-REACHED, PASSED, OVERTURNED, STOPPED = "reached", "limit point passed", "overturned", "stopped"
-PLATEAU = "slides on at constant load"
+
+class PathEnd(StrEnum):
+    """How a path ended."""
+
+    REACHED = "reached"
+    PASSED = "limit point passed"
+    OVERTURNED = "overturned"
+    STOPPED = "stopped"
+    PLATEAU = "slides on at constant load"
+    CANNOT_STAND = "cannot stand under dead load"
+
+
+REACHED, PASSED, OVERTURNED, STOPPED, PLATEAU, CANNOT_STAND = PathEnd
 LEVEL, LASTING = 1e-6, 6  # a plateau: so little change, of the largest load, over so many samples
 
 _SHORTEST = 1e-4  # elastic lengths
@@ -59,7 +71,7 @@ def follow(
     steps: Steps,
     say: Callable[[str], None],
     energy: Callable[[Node, Node], float],
-) -> tuple[str, list[str]]:
+) -> tuple[PathEnd, list[str]]:
     """Extend a path from its last node to a control displacement [m], or past its first limit point if ``to`` is None.
 
     Parameters

@@ -101,7 +101,7 @@ class Collapse:
             value = self.floor
         elif prediction.status not in self.accept or not np.isfinite(value):
             raise NotConverged(
-                f"method {self.method!r} ended {prediction.status!r} (multiplier {value:.4g}) for specimen {specimen!r}"
+                f"method {self.method!r} ended '{prediction.status}' (multiplier {value:.4g}) for specimen {specimen!r}"
                 "; narrow the bounds of the cause, change the method's options, or list the status in accept="
             )
         if self.measured_as is None:

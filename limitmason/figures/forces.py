@@ -58,7 +58,7 @@ def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
     r = prediction.resultants
     if r is None:
         raise InputError(
-            f"this prediction ({prediction.method}) has no joint forces to draw: its status is {prediction.status!r}"
+            f"this prediction ({prediction.method}) has no joint forces to draw: its status is '{prediction.status}'"
         )
     x, k = model.arrays, len(model.interfaces)
     if len(r.point_interface) and int(np.max(r.point_interface)) >= k:

@@ -153,7 +153,7 @@ def checked_twists(assembly: Assembly, prediction: Prediction) -> Array:
     """The mechanism's twists, or an error that says why there is nothing to draw."""
     if prediction.mechanism is None:
         raise InputError(
-            f"this prediction ({prediction.method}) has no mechanism to draw: its status is {prediction.status!r}"
+            f"this prediction ({prediction.method}) has no mechanism to draw: its status is '{prediction.status}'"
         )
     twists = np.asarray(prediction.mechanism.twists, dtype=float)
     if twists.shape != (assembly.n_blocks, 6):

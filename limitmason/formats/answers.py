@@ -26,6 +26,7 @@ from limitmason.results import (
     Prediction,
     Range,
     Resultants,
+    Status,
 )
 
 SCHEMA, VERSION = "limitmason-prediction", 2
@@ -110,7 +111,7 @@ def read_prediction(path: str | Path) -> Prediction:
         method=node["method"].text(),
         collapse_multiplier=node["collapse_multiplier"].number(),
         bound=_bound(node),
-        status=node["status"].text(),
+        status=_chosen(node["status"], Status),
         mechanism=_arrays(node, "mechanism", Mechanism, {"twists": (6,), "sliding": (2,)}),
         resultants=_arrays(
             node, "resultants", Resultants,

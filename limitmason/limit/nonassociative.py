@@ -35,6 +35,7 @@ from limitmason.results import (
     BoundKind,
     FlowRule,
     Prediction,
+    Status,
 )
 
 Array = NDArray[np.float64]
@@ -284,7 +285,7 @@ def _proof_details(problem: Problem, proof: Smallest) -> dict:
 
 
 def _prediction(
-    problem: Problem, law: JointLaw, state: State, status: str, details: dict, provenance: dict,
+    problem: Problem, law: JointLaw, state: State, status: Status, details: dict, provenance: dict,
     search: str | Effort,
 ) -> Prediction:  # fmt: skip
     assembly, points = problem.assembly, problem.points

@@ -13,7 +13,7 @@ from limitmason.limit.problem import Problem
 from limitmason.limit.scaling import row_blocks, unit_loads
 from limitmason.limit.strength import Cones
 from limitmason.residuals import own_measures
-from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, OWN_RESIDUAL, SOLVED, UNBOUNDED
+from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, OWN_RESIDUAL, SOLVED, UNBOUNDED, Status
 
 Array = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 class Solution(NamedTuple):
     """Scaled result: multiplier, contact forces and block velocities (live . v = 1), with the solver's account."""
 
-    status: str
+    status: Status
     multiplier: float
     force: Array
     velocity: Array

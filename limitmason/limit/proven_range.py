@@ -181,7 +181,7 @@ def proven_range(
     refuse(PROVEN_RANGE, CRUSHING, assembly, problem.interfaces)
     upper = solve_associative(problem)
     if upper.status not in (SOLVED, ALMOST_SOLVED):
-        raise NotConverged(f"the associative analysis ended with {upper.status!r}: there is no range to prove")
+        raise NotConverged(f"the associative analysis ended with '{upper.status}': there is no range to prove")
     law = joint_law(problem)
     scale, top = problem.live_scale, upper.collapse_multiplier / problem.live_scale
     if law.dilatant.all():

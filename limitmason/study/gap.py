@@ -164,7 +164,7 @@ def attribute_gap(
     given = with_stiffness(assembly, loads)
     top = predict(assembly, loads, ASSOCIATIVE)
     if top.status != SOLVED:
-        raise InputError(f"there is no gap to split: associative limit analysis says {top.status!r}")
+        raise InputError(f"there is no gap to split: associative limit analysis says '{top.status}'")
     upper = top.collapse_multiplier
     names = _changing(given)
     chain = [tuple(a in names[:k] for a in ASSUMPTIONS) for k in range(len(names) + 1)]

@@ -9,8 +9,12 @@ from walls import on_slab
 import dem
 import limitmason as lm
 import mechanisms
+from dem.resuming import RunStatus
 from limitmason import formats
-from limitmason.results import SOLVED, Bound, BoundKind, ContactModel, FlowRule, Prediction
+from limitmason.capacity.path import PathEnd
+from limitmason.errors import InputError
+from limitmason.model.stages import Settle
+from limitmason.results import SOLVED, Bound, BoundKind, ContactModel, FlowRule, Prediction, Status
 from limitmason.validation.rows import Row
 
 DRY = lm.Joint(33.0)
@@ -121,3 +125,26 @@ def test_stored_answers_of_a_comparison_keep_the_kind_and_old_ones_get_it(tmp_pa
     (path,) = tmp_path.glob("**/mechanisms-*.json")
     old = Row.restored(json.loads(path.read_text(encoding="utf-8")))  # stores of 0.1 hold the same words
     assert (old.bound.kind, str(old.bound)) == (BoundKind.UPPER, str(fresh.bound))
+
+
+def test_the_words_of_a_closed_set_become_its_members_and_others_are_refused():
+    found = Prediction("other", 0.5, Bound(BoundKind.NONE), "solved", flow_rule="associative", contact_model="grid")
+    assert found.status is Status.SOLVED
+    assert found.flow_rule is FlowRule.ASSOCIATIVE
+    assert found.contact_model is ContactModel.GRID
+    with pytest.raises(InputError, match="status must be one of 'solved', .* got 'optimal'"):
+        Prediction("other", 0.5, Bound(BoundKind.NONE), "optimal")
+    with pytest.raises(InputError, match="flow_rule must be one of"):
+        Prediction("other", 0.5, Bound(BoundKind.NONE), "solved", flow_rule="normality")
+
+
+def test_how_a_run_ended_is_a_member_of_a_closed_set_that_reads_as_before(tmp_path):
+    wall = lm.build.wall(length=0.4, courses=2, unit=(0.2, 0.1, 0.1), joint=lm.Joint(33.0))
+    loads = lm.Loads.horizontal(wall)
+    history = dem.simulate(wall, Settle())
+    assert history.status is RunStatus.FINISHED
+    assert str(history.status) == "finished"
+    history.save(tmp_path / "history.npz")
+    assert dem.History.load(tmp_path / "history.npz", wall).status is RunStatus.FINISHED
+    assert isinstance(lm.pushover(wall, loads).status, PathEnd)
+    assert isinstance(dem.collapse(wall, loads, error_budget=(), contact_points=(2, 2)).status, Status)
