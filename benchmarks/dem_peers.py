@@ -89,13 +89,13 @@ def peer(script, interpreter, assembly, step, ramp):
     }  # fmt: skip
 
 
-def ours(assembly, loads, grid, method):
+def ours(assembly, loads, grid, loading):
     """Row of our search without error budget."""
     begun = time.perf_counter(), time.process_time()
-    p = dem.collapse(assembly, loads, contact_points=grid, method=method, error_budget=())
+    p = dem.collapse(assembly, loads, contact_points=grid, loading=loading, error_budget=())
     count = len(dem.make_state(assembly, loads, contact_points=grid).points.s)
     return {
-        "points": str(count), "how": HOW[method],
+        "points": str(count), "how": HOW[loading],
         "multiplier": p.collapse_multiplier, "elapsed": time.perf_counter() - begun[0],
         "processor": time.process_time() - begun[1], "version": lm.__version__,
         "note": "" if p.status == "solved" else f" ({p.status})",

@@ -4,6 +4,7 @@ from dem.collapse import collapse
 from dem.history import History
 from dem.joints import JointOptions
 from dem.modes import Modes, natural_frequencies, stiffness_matrix
+from dem.settings import DemSettings
 from dem.simulate import resume, simulate
 from dem.state import State, UnstableError, make_state
 from dem.tilt import TiltTest, tilt_test
@@ -12,6 +13,7 @@ from limitmason.model.stages import BaseMotion, Damping, Drive, Hold, Ramp, Serv
 __all__ = [
     "BaseMotion",
     "Damping",
+    "DemSettings",
     "Drive",
     "History",
     "Hold",

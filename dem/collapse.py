@@ -1,7 +1,7 @@
 """Collapse multiplier by the DEM with its own error budget: stiffness, contact points and rate."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -10,8 +10,9 @@ import numpy as np
 
 from dem.joints import JointOptions
 from dem.search import Controls, Search, increments, ramps
+from dem.settings import DemSettings, Grid, Loading
 from dem.state import QUASI_STATIC, State, make_state
-from dem.stepping import EQUILIBRIUM, UNDECIDED, Verdict, smallest_edge
+from dem.stepping import EQUILIBRIUM, UNDECIDED, smallest_edge
 from limitmason.certificate import certify
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
@@ -28,33 +29,13 @@ from limitmason.results import (
 )
 from limitmason.stated import states
 
-Grid = tuple[int, int]
-
-INCREMENTS, RAMP = "increments", "ramp"
-CHECKS = ("stiffness", "contact points", "rate")
-
 LOADING = Damping(local=0.4, kinetic=True)
 RAMPING = Damping(local=0.5)
 
 
 @states
 def collapse(
-    assembly: Assembly,
-    loads: Loads,
-    *,
-    contact_points: Grid | Mapping[str, Grid] = (4, 8),
-    contact_model: str = "grid",
-    method: str = INCREMENTS,
-    tolerance: float | None = None,
-    error_budget: tuple[str, ...] = CHECKS,
-    joint_options: JointOptions | None = None,
-    first_increment: float | None = None,
-    max_steps: int = 60_000,
-    moved_limit: float = 0.02,
-    equilibrium: float = 1e-4,
-    ramp_steps: int | None = None,
-    damping: Damping | None = None,
-    progress: Callable[[float, Verdict], object] | None = None,
+    assembly: Assembly, loads: Loads, settings: DemSettings | None = None, **options: Any
 ) -> Prediction:
     """Collapse multiplier of an assembly by the explicit distinct element method, quasi-static.
 
@@ -62,29 +43,9 @@ def collapse(
 
     Parameters
     ----------
-    contact_points : points along the unit and across the thickness of every interface, one pair, or one per kind
-        ("bed", "head", "base") or per wall by how its blocks' names begin ({"facade": (2, 8), "return": (2, 2)}; a
-        joint between two walls takes the finer); at psi < phi torsion needs about 8 across
-    contact_model : "grid", or "vertices" for corners only
-    method : "increments" holds each load until force and moment are small in four checks in a row, restores the last
-        equilibrium when the blocks keep moving and halves the increment; "ramp" raises the load steadily, reads the
-        largest multiplier at the supports as max(Rh / Rv) does, repeats at half speed and extrapolates to none, until
-        that changes by < 1 %
-    tolerance : width of the final bracket over the multiplier [-], 0.005 by default; increments only
-    error_budget : what to repeat the search with: "stiffness" (kn, ks x 10), "contact points" (x 2) and "rate"
-        (increments half as long; a ramp at half speed). The repeats start near the multiplier found and close in on it
-        to twice ``tolerance``; all three together take two to four times as long as the search. () for none
-    joint_options : limits of dilation, softening lengths
-    first_increment : first step of the multiplier; a twentieth of that at which live equals dead load by default
-    max_steps : budget for one load, up to three times that while it is still on its way to a verdict; when it runs out
-        the load is "undecided", never counted as stable
-    moved_limit : displacement that counts as collapse, over the smallest block dimension [-]
-    equilibrium : largest unbalanced force of every block over its own load, and moment over that load times its least
-        thickness [-]; a twentieth of the load increment where that is less
-    ramp_steps : steps in which a ramp reaches the estimate of the multiplier, 40,000 by default; ramps only
-    progress : called with every load tried and its verdict
-    damping : while loading; local 0.4 with stops at peaks of the kinetic energy, given up for local 0.6 in a load that
-        has not settled after 8000 steps (increments), or 0.5 (ramp)
+    assembly, loads : the problem
+    settings : those of :class:`dem.DemSettings`; its defaults where omitted
+    options : single settings by name, in place of those in ``settings``
 
     Returns
     -------
@@ -98,7 +59,11 @@ def collapse(
     Raises
     ------
     InputError
-        For unknown methods or checks, no live load, and what :func:`dem.state.make_state` refuses.
+        For settings that are wrong, no live load, and what :func:`dem.make_state` says is wrong.
+    NotApplicable
+        For joints without shear stiffness, and a ramp of loads without a resultant.
+    NotConverged
+        :class:`dem.UnstableError`, where energy explodes.
 
     Notes
     -----
@@ -106,50 +71,41 @@ def collapse(
     walls (bending before collapse), and torsion depends on the contact points: the error budget says by how much. It
     is an estimate, not a bound. Source of the procedure: Godio, Stefanou, Sab 2017, eq. 5.
     """
-    if method not in (INCREMENTS, RAMP):
-        raise InputError(f"method must be {INCREMENTS!r} or {RAMP!r}, got {method!r}")
-    if tolerance is not None and method == RAMP:
-        raise InputError(f"tolerance is for method={INCREMENTS!r}; ramps are slowed until lambda changes by under 1 %")
-    tolerance = 5e-3 if tolerance is None else tolerance
-    if ramp_steps is not None and method != RAMP:
-        raise InputError(f"ramp_steps is for method={RAMP!r}; {method!r} holds loads one after the other")
-    if isinstance(error_budget, str):
-        raise InputError(f"error_budget must be several of {', '.join(CHECKS)}, such as ({error_budget!r},)")
-    for check in error_budget:
-        if check not in CHECKS:
-            raise InputError(f"unknown check {check!r} in error_budget; known: {', '.join(CHECKS)}")
+    chosen = (settings or DemSettings()).with_options(options, stacklevel=3)
+    held = chosen.loading is Loading.INCREMENTS
+    contact_points, contact_model, max_steps = chosen.contact_points, chosen.contact_model, chosen.max_steps
+    tolerance = 5e-3 if chosen.tolerance is None else chosen.tolerance
     unit = _unit(assembly, loads)
-    if not tolerance > 0:
-        raise InputError(f"tolerance must be positive, got {tolerance!r}")
     begun = time.perf_counter()
-    first = first_increment if first_increment is not None else 0.05 * unit
+    first = chosen.first_increment if chosen.first_increment is not None else 0.05 * unit
     controls = Controls(
-        tolerance, max_steps, moved_limit, equilibrium, damping or (LOADING if method == INCREMENTS else RAMPING),
-        40_000 if ramp_steps is None else ramp_steps, unit, first, progress,
+        tolerance, max_steps, chosen.moved_limit, chosen.equilibrium, chosen.damping or (LOADING if held else RAMPING),
+        40_000 if chosen.ramp_steps is None else chosen.ramp_steps, unit, first, chosen.progress,
     )  # fmt: skip
-    options = joint_options or JointOptions()
+    law_options = chosen.joint_options or JointOptions()
 
-    def start(points: Any = contact_points, model: str = contact_model, law: JointOptions = options) -> State:
+    def start(points: Any = contact_points, model: str = contact_model, law: JointOptions = law_options) -> State:
         return make_state(
             assembly, loads, contact_points=points, contact_model=model, joint_options=law, mode=QUASI_STATIC
         )
 
-    search = increments if method == INCREMENTS else ramps
+    search = increments if held else ramps
     found = search(assembly, loads, start(), controls)
     budget: dict[str, dict[str, Any]] = {}
     warnings = [*found.state.warnings, *assembly.contact_warnings]
     if found.status in (SOLVED, ALMOST_SOLVED):
-        for check in error_budget:
+        for check in chosen.error_budget:
             changed = start()
             # ten times as stiff, a joint gives a tenth as much before it moves on
             near = replace(
-                controls, tolerance=2.0 * tolerance, moved_limit=(0.3 if check == "stiffness" else 1.0) * moved_limit
+                controls, tolerance=2.0 * tolerance,
+                moved_limit=(0.3 if check == "stiffness" else 1.0) * chosen.moved_limit,
             )
             if check == "stiffness":
-                changed = start(law=replace(options, stiffness_factor=10.0 * options.stiffness_factor))
+                changed = start(law=replace(law_options, stiffness_factor=10.0 * law_options.stiffness_factor))
             elif check == "contact points":
                 changed = start(points=_doubled(contact_points), model="grid")
-            if method == RAMP:
+            if not held:
                 again = _ramp_again(assembly, loads, changed, found, near, check)
             elif check == "rate":
                 again = _at_half_rate(assembly, loads, found, near)
@@ -161,7 +117,7 @@ def collapse(
                 "multiplier": again.stable,
                 "change": again.stable / found.stable - 1.0 if found.stable and decided else float("nan"),
                 "smallest moving": again.moving,
-                "resolution": again.moving / again.stable - 1.0 if again.stable and method == INCREMENTS else 0.0,
+                "resolution": again.moving / again.stable - 1.0 if again.stable and held else 0.0,
                 "steps": again.steps,
                 "status": again.status,
             }
@@ -186,15 +142,15 @@ def collapse(
             f"stable (least balanced: block {_least_balanced(assembly, found, between[-1])})"
         )
     swayed = max((v.moved for load, v in found.record if load and v.outcome == EQUILIBRIUM), default=0.0)
-    share = swayed / (moved_limit * smallest_edge(assembly))
-    if method == INCREMENTS and share > 0.5:
+    share = swayed / (chosen.moved_limit * smallest_edge(assembly))
+    if held and share > 0.5:
         warnings.append(
             f"a load in equilibrium moved a block by {swayed:.2g} m, {share:.0%} of what counts as collapse: with "
-            f"joints as soft as these raise moved_limit ({moved_limit:g})"
+            f"joints as soft as these raise moved_limit ({chosen.moved_limit:g})"
         )
     answered = found.status in (SOLVED, ALMOST_SOLVED, NOT_CONVERGED)
     prediction = Prediction(
-        method=f"dem, {method}",
+        method=f"dem, {chosen.loading}",
         collapse_multiplier=found.stable if answered else
         float("inf") if found.status == UNBOUNDED else float("nan"),
         bound=Bound(BoundKind.ESTIMATE, "estimate for joints of finite stiffness with their own dilatancy angles"),
@@ -202,9 +158,9 @@ def collapse(
         resultants=found.state.resultants(assembly) if answered else None,
         warnings=tuple(warnings),
         provenance={
-            "method": method, "contact points": contact_points, "contact model": contact_model,
+            "loading": str(chosen.loading), "contact points": contact_points, "contact model": contact_model,
             "tolerance": tolerance, "steps": found.steps, "seconds": time.perf_counter() - begun,
-            "damping": controls.damping, "moved limit": moved_limit,
+            "damping": controls.damping, "moved limit": chosen.moved_limit,
         },
         details={
             "largest stable": found.stable, "smallest moving": found.moving, "undecided": undecided,
@@ -214,7 +170,7 @@ def collapse(
         },
         contact_model=ContactModel(contact_model), error_budget=budget,
     )  # fmt: skip
-    if prediction.resultants is not None and method == INCREMENTS:
+    if prediction.resultants is not None and held:
         prediction = replace(prediction, certificate=certify(assembly, loads, prediction))
     return replace(prediction, mechanism=found.mechanism)
 

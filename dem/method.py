@@ -2,8 +2,9 @@
 
 import math
 
-from dem.collapse import CHECKS, collapse
-from limitmason.method import Look, Method, settings_of
+from dem.collapse import collapse
+from dem.settings import CHECKS, RENAMED, DemSettings
+from limitmason.method import Look, Method
 from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction, Range
 
 
@@ -21,11 +22,12 @@ def _bracket_and_budget(found: Prediction) -> Range:
 DEM = Method(
     "dem",
     collapse,
-    settings_of("DemSettings", collapse),
+    DemSettings,
     range_of=_bracket_and_budget,
     look=Look("DEM", "VERMILION", "o"),
     cheap={"error_budget": ()},  # dearer than the answer itself
     stated={"error_budget": CHECKS},
+    renamed=RENAMED,
     kept=("error budget",),
     theorem="simulation",
 )

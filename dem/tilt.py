@@ -6,12 +6,13 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dem.collapse import LOADING, Grid, collapse
+from dem.collapse import LOADING, collapse
 from dem.history import History
 from dem.joints import JointOptions
 from dem.resuming import RunStatus
 from dem.search import Controls, Search
 from dem.search import increments as held_loads
+from dem.settings import Grid
 from dem.simulate import simulate
 from dem.stepping import UNDECIDED, Scale
 from limitmason.errors import InputError

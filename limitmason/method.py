@@ -70,6 +70,7 @@ class Method:
     stated : defaults that a comparison writes into its store, so that answers with and without them are told apart
     beside : what of a prediction's details stands beside its multiplier in a comparison, in words; "" for nothing
     kept : keys of a prediction's details that a comparison keeps
+    renamed : old names of settings that ``solve`` still takes for one release, and what they are called now
     theorem : "upper" where its answer bounds the structure's own law from above, "admissible" where it is a multiplier
         that law admits, "mechanism" where it bounds the associative value from above, "simulation" for others
     """
@@ -83,6 +84,7 @@ class Method:
     stated: Mapping[str, Any] = field(default_factory=lambda: _NOTHING)
     beside: Callable[[Mapping[str, Any]], str] = lambda _: ""
     kept: tuple[str, ...] = ()
+    renamed: Mapping[str, str] = field(default_factory=lambda: _NOTHING)
     theorem: str = "simulation"
 
     @property
@@ -115,7 +117,7 @@ class Method:
         TypeError
             Naming the option, and the nearest one it may have meant.
         """
-        unknown = sorted(set(options) - set(self.takes)) if self.settings is not None else []
+        unknown = sorted(set(options) - set(self.takes) - set(self.renamed)) if self.settings is not None else []
         if unknown:
             near = get_close_matches(unknown[0], self.takes, n=1, cutoff=0.6)
             hint = f"; did you mean {near[0]!r}?" if near else f"; it takes {', '.join(self.takes)}"

@@ -53,7 +53,7 @@ def test_free_wall_of_104_blocks_overturns_out_of_plane_at_thickness_over_height
 
 def test_the_ramp_reads_the_friction_coefficient_at_the_supports():
     b = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], mu=0.4)
-    p = dem.collapse(b, lm.Loads.horizontal(b), method="ramp", contact_points=(2, 2), ramp_steps=5000)
+    p = dem.collapse(b, lm.Loads.horizontal(b), loading="ramp", contact_points=(2, 2), ramp_steps=5000)
     assert p.collapse_multiplier == pytest.approx(0.4, rel=1e-2)
     assert set(p.details["error budget"]) == {"stiffness", "contact points", "rate"}
     assert p.interval == pytest.approx((0.4, 0.4), rel=1e-2)
@@ -65,7 +65,7 @@ def test_ramps_read_the_overturning_load_at_no_speed():
     # measured values lie above it in proportion to the speed: 8 % and 4 % here
     wall = running_bond(3, 6, **PAVIA_WALL)
     p = dem.collapse(
-        wall, lm.Loads.horizontal(wall, (0, 1, 0)), method="ramp", contact_points=(2, 4), ramp_steps=8000,
+        wall, lm.Loads.horizontal(wall, (0, 1, 0)), loading="ramp", contact_points=(2, 4), ramp_steps=8000,
         error_budget=("rate",),
     )  # fmt: skip
     assert p.details["ramps"][-1][1] > 1.03 * 0.028 / 0.24

@@ -1,0 +1,74 @@
+"""Settings of a DEM collapse: one dataclass, the same by keyword, by object and by name of the method."""
+
+import dataclasses
+import warnings
+
+import pytest
+from walls import on_slab
+
+import dem
+import limitmason as lm
+
+RAMP = {"contact_points": (2, 2), "ramp_steps": 5000, "error_budget": ()}
+
+
+def block():
+    b = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], mu=0.4)
+    return b, lm.Loads.horizontal(b)
+
+
+def same(a, b):
+    return (a.collapse_multiplier, a.details["loads tried"]) == (b.collapse_multiplier, b.details["loads tried"])
+
+
+def test_a_ramp_can_be_asked_for_by_the_name_of_the_method():
+    # mu is what a ramp reads at the supports of a block that slides
+    found = lm.predict(*block(), "dem", loading="ramp", **RAMP)
+    assert found.collapse_multiplier == pytest.approx(0.4, rel=1e-2)
+    assert found.method == "dem, ramp"
+
+
+def test_the_old_name_is_taken_where_it_worked_and_says_what_it_is_now():
+    new = dem.collapse(*block(), loading="ramp", **RAMP)
+    with pytest.warns(DeprecationWarning, match="'method' is now 'loading'") as said:
+        old = dem.collapse(*block(), method="ramp", **RAMP)
+    assert said[0].filename == __file__
+    assert same(old, new)
+    with pytest.warns(DeprecationWarning, match="'method' is now 'loading'"):
+        row = lm.compare(*block(), "dem", dem={"method": "ramp", **RAMP})["dem"]
+    assert row.multiplier == new.collapse_multiplier
+    with pytest.raises(TypeError, match="old name of 'loading'"):
+        dem.collapse(*block(), method="ramp", loading="ramp")
+
+
+def test_settings_and_keywords_are_one_and_keywords_count_before_settings():
+    settings = dem.DemSettings(contact_points=(2, 2), error_budget=(), tolerance=0.02)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DeprecationWarning)
+        by_object = dem.collapse(*block(), settings)
+        by_name = dem.collapse(*block(), **{f.name: getattr(settings, f.name) for f in dataclasses.fields(settings)})
+        finer = dem.collapse(*block(), settings, tolerance=0.005)
+    assert same(by_object, by_name)
+    width = [p.details["smallest moving"] - p.details["largest stable"] for p in (by_object, finer)]
+    assert width[1] < width[0]
+
+
+@pytest.mark.parametrize(("wrong", "words"), [
+    ({"loading": "jerk"}, "loading must be 'increments' or 'ramp', got 'jerk'"),
+    ({"loading": "ramp", "tolerance": 0.01}, "tolerance is for loading='increments'"),
+    ({"ramp_steps": 100}, "ramp_steps is for loading='ramp'"),
+    ({"tolerance": 0.0}, "tolerance must be positive"),
+    ({"error_budget": "rate"}, "such as"),
+    ({"error_budget": ("rates",)}, "unknown check 'rates'"),
+])  # fmt: skip
+def test_a_wrong_setting_is_named(wrong, words):
+    for refused in (lambda: dem.DemSettings(**wrong), lambda: dem.collapse(*block(), **wrong)):
+        with pytest.raises(lm.errors.InputError, match=words):
+            refused()
+
+
+def test_an_unknown_setting_is_refused_by_name():
+    with pytest.raises(TypeError, match="damp"):
+        dem.collapse(*block(), damp=0.4)
+    with pytest.raises(TypeError, match="did you mean 'loading'"):
+        lm.predict(*block(), "dem", loadin="ramp")
