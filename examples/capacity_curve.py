@@ -11,6 +11,7 @@ import limitmason as lm
 from limitmason import experiments
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figure
+OUT.mkdir(parents=True, exist_ok=True)
 
 curves, levels = {}, {}
 for label, psi_deg in (("ψ = 0", 0.0), ("ψ = φ", 33.0238)):

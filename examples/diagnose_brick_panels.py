@@ -15,6 +15,7 @@ from limitmason import experiments, figures
 from limitmason.diagnosis import Cause, Measured, Noise, Study
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
+OUT.mkdir(parents=True, exist_ok=True)
 
 SOURCE = "brick-panels-opening"
 cases = {name: experiments.load(SOURCE, name) for name in experiments.specimens(SOURCE)}

@@ -23,6 +23,7 @@ from limitmason.causes.joints import with_friction_factor
 from limitmason.diagnosis import Cause, Extension, Noise, Study
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
+OUT.mkdir(parents=True, exist_ok=True)
 
 STORE = Path(__file__).parent / "stored" / "diagnose_ferris_tin_loi.csv"
 SOURCE, FRICTION, IN_PLANE = "ferris-tin-loi-2001", 0.65, (0.0, 1.0, 0.0)

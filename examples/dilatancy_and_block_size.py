@@ -13,6 +13,7 @@ import limitmason as lm
 from limitmason.limit.search import EFFORTS
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
+OUT.mkdir(parents=True, exist_ok=True)
 
 FULL = "--full" in sys.argv
 UNIT, OUTWARDS = (0.08, 0.04, 0.028), (0, -1, 0)

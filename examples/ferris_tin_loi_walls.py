@@ -11,6 +11,7 @@ from pathlib import Path
 from limitmason import experiments, figures, limit_analysis
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
+OUT.mkdir(parents=True, exist_ok=True)
 
 SOURCE = "ferris-tin-loi-2001"
 

@@ -16,6 +16,7 @@ from limitmason import experiments, figures
 from limitmason.experiments import mcmaster_bending as mcmaster
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
+OUT.mkdir(parents=True, exist_ok=True)
 
 FULL = "--full" in sys.argv
 SPECIMENS = experiments.specimens("mcmaster-bending")

@@ -11,6 +11,7 @@ import limitmason as lm
 import mechanisms
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
+OUT.mkdir(parents=True, exist_ok=True)
 
 joint = lm.Joint(friction_angle_deg=33.0)
 wall = lm.build.wall(length=2.4, courses=9, unit=(0.4, 0.2, 0.2), joint=joint, plan="U", return_length=1.8)

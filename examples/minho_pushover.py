@@ -17,6 +17,7 @@ import dem
 from limitmason import experiments, figures, limit_analysis
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
+OUT.mkdir(parents=True, exist_ok=True)
 
 FULL = "--full" in sys.argv
 LEVELS = [w for w in sys.argv[1:] if w.startswith(("SW.", "WS."))]

@@ -12,6 +12,7 @@ import numpy as np
 from limitmason import experiments, figures, limit_analysis
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
+OUT.mkdir(parents=True, exist_ok=True)
 
 SOURCE = "minho-dry-stone-2005-2009"
 

@@ -29,6 +29,7 @@ from limitmason.experiments import murano_u_walls as murano
 from mechanisms import murano as tables
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
+OUT.mkdir(parents=True, exist_ok=True)
 
 FULL = "--full" in sys.argv
 SOURCE = "murano-u-walls"

@@ -67,6 +67,7 @@ else:
 search = lm.study.search_layouts(catalogue, pairs, columns=(zero, full), tolerance=0.05)
 print(search.summary(), *search.controls, search.verdict, sep="\n")
 report = Path(option("--report", Path(option("--out", "."), "pavia_layouts.md")))
+report.parent.mkdir(parents=True, exist_ok=True)
 lm.figures.layout_search(search, title="Pavia tilting tests: published 3DEC pairs and layouts").savefig(
     report.with_name("pavia_layouts.png")
 )

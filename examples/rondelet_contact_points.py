@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from limitmason import experiments, study
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
+OUT.mkdir(parents=True, exist_ok=True)
 
 FULL = "--full" in sys.argv
 BONDS = experiments.specimens("rondelet-wallette") if FULL else ("toothed-odd-ragged",)

@@ -10,6 +10,7 @@ from pathlib import Path
 import limitmason as lm
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
+OUT.mkdir(parents=True, exist_ok=True)
 
 minimum = lm.build.arch_minimum_thickness(voussoirs=60)
 print(f"minimum t/R of a semicircular arch of 60 voussoirs: {minimum:.5f} (Milankovitch 0.1075)")

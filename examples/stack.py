@@ -6,6 +6,7 @@ from pathlib import Path
 import limitmason as lm
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
+OUT.mkdir(parents=True, exist_ok=True)
 
 joint = lm.Joint(friction_angle_deg=38.0)
 stack = lm.build.column(width=0.4, depth=0.3, unit_height=0.25, courses=6, joint=joint)

@@ -13,6 +13,7 @@ import numpy as np
 import limitmason as lm
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
+OUT.mkdir(parents=True, exist_ok=True)
 
 wall = lm.build.wall(
     length=0.32,

@@ -17,6 +17,7 @@ from limitmason import Joint, Loads, build, figures, limit_analysis
 from limitmason.experiments import load
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
+OUT.mkdir(parents=True, exist_ok=True)
 
 FULL = "--full" in sys.argv
 given = load("pavia-tilting", "S1").parameters

@@ -12,6 +12,7 @@ from pathlib import Path
 import limitmason as lm
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
+OUT.mkdir(parents=True, exist_ok=True)
 
 drawing = json.loads((Path(__file__).parent / "traced_wall.json").read_text(encoding="utf-8"))
 wall = lm.Assembly.from_polygons(

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from limitmason import experiments, figures, limit_analysis
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
+OUT.mkdir(parents=True, exist_ok=True)
 
 test = experiments.load("ferris-tin-loi-2001", "wall-4")
 wall, loads = test.assembly(), test.loads()

@@ -10,6 +10,7 @@ from pathlib import Path
 import limitmason as lm
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
+OUT.mkdir(parents=True, exist_ok=True)
 
 FRICTION_DEG = 33.0
 wall = lm.build.wall(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from limitmason.cli.console import figure_file, load_target, say, show_text
 from limitmason.errors import InputError
-from limitmason.model import Assembly, ContactError, ContactWarning, Joint, PlausibilityWarning
+from limitmason.model import Assembly, ContactError, ContactWarning, PlausibilityWarning
 
 _DRAWINGS = (".dxf", ".obj")
 
@@ -69,15 +69,5 @@ def _loaded(options: argparse.Namespace) -> tuple[Assembly, str]:
         return assembly, title
     from limitmason import formats
 
-    scale = {} if options.scale is None else {"scale": options.scale}
-    joint = Joint(30.0)  # any: contacts do not depend on it
-    if path.suffix.lower() == ".obj":
-        if options.thickness is not None:
-            raise InputError("--thickness is for .dxf outlines; solids have their own")
-        solids, names = formats.read_obj(path, **scale)
-        return Assembly.from_polyhedra(solids, names=names, joint=joint, tolerance=options.tolerance), path.stem
-    outlines, names, _ = formats.read_dxf(path, **scale)
-    thickness = 1.0 if options.thickness is None else options.thickness
-    return Assembly.from_polygons(
-        outlines, names=names, thickness=thickness, joint=joint, tolerance=options.tolerance
-    ), path.stem  # fmt: skip
+    settings = {"tolerance": options.tolerance, "thickness": options.thickness, "scale": options.scale}
+    return formats.read_drawing(path, **settings), path.stem

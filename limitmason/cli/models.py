@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
-from itertools import pairwise
 from pathlib import Path
 
 from limitmason.cli.console import (
@@ -23,24 +21,6 @@ from limitmason.errors import InputError
 from limitmason.methods import predict
 from limitmason.model.assembly import Assembly
 from limitmason.results import Prediction
-
-_TEMPLATE = """\
-{
- "schema": "limitmason-model",
- "version": 1,
- "thickness": 0.3,
- "density": 2000.0,
- "joint": {"friction_angle_deg": 33.0, "dilatancy_angle_deg": 0.0},
- "fixed": ["ground"],
- "loads": {"horizontal": [1, 0, 0]},
- "names": [
-NAMES
- ],
- "outlines": [
-OUTLINES
- ]
-}
-"""
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
@@ -121,15 +101,8 @@ def _draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | No
 
 
 def _template(options: argparse.Namespace) -> int:
-    if options.file.exists():
-        raise InputError(f"{options.file} exists already; choose another name")
-    stones = {"ground": [[-0.2, -0.2], [1.4, -0.2], [1.4, 0.0], [-0.2, 0.0]]}
-    for course, ends in enumerate([[0, 0.4, 0.8, 1.2], [0, 0.2, 0.6, 1.0, 1.2]] * 3):
-        low, high = round(0.2 * course, 3), round(0.2 * (course + 1), 3)
-        for k, (left, right) in enumerate(pairwise(ends), 1):
-            stones[f"stone-{course + 1}-{k}"] = [[left, low], [right, low], [right, high], [left, high]]
-    rows = [[f"  {json.dumps(outline)}" for outline in stones.values()], [f'  "{name}"' for name in stones]]
-    outlines, names = (",\n".join(r) for r in rows)
-    options.file.write_text(_TEMPLATE.replace("OUTLINES", outlines).replace("NAMES", names), encoding="utf-8")
+    from limitmason import formats
+
+    formats.write_model_template(options.file)
     say(f"wrote {options.file}: a small wall; edit its outlines, joint and loads, then `limitmason solve`")
     return 0

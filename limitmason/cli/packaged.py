@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import csv
 from collections.abc import Sequence
-from math import isfinite
 from pathlib import Path
 
 from limitmason.cli.console import analysis_options, figure_file, method_of, say, settings_of, show_text, writable
@@ -79,52 +77,35 @@ def _show(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from limitmason import experiments, validation
+    from limitmason import validation
 
     if options.all == bool(options.source):
         raise InputError("name a source, or give --all; see `limitmason experiments list`")
     settings = settings_of(options)
     flow_rule = settings.pop("flow_rule", None)
-    if options.all:
-        cases = list(experiments.all_cases(with_model=True))
-    else:
-        source, _, one = options.source.partition("/")
-        names = ([one] if one else []) + options.specimens
-        cases = [experiments.load(source, n) for n in names or experiments.specimens(source)]
-    rows = []
-    for k, case in enumerate(cases, 1):
-        say(f"[{k}/{len(cases)}] {case.source.name}/{case.specimen}")
-        rows += validation.run(case, method_of(options), flow_rule=flow_rule, **settings)
+    rows = validation.table(
+        _cases(options), method=method_of(options), flow_rule=flow_rule, progress=say, **settings
+    )
     show_text(validation.as_text(rows))
     if options.csv:
-        _write_table(options.csv, rows)
+        validation.write_rows(rows, options.csv)
         say(f"wrote {options.csv}")
     if options.figure:
         from limitmason import figures
 
-        _draw_comparison(options.figure, rows, figures)
+        figures.predicted_beside_references(rows).savefig(options.figure, dpi=200)
+        say(f"wrote {options.figure}")
     return 0
 
 
-def _draw_comparison(path: Path, rows: Sequence, figures) -> None:
-    known = [r for r in rows if isfinite(r.predicted)]
-    units = {r.unit for r in known}
-    if len(units) != 1:
-        raise InputError(
-            "no row has a prediction: there is nothing to draw" if not known
-            else f"the values have different units ({', '.join(sorted(units))}): draw one source at a time"
-        )  # fmt: skip
-    kinds = {r.kind for r in known}
-    names = {(r.source, r.specimen) for r in known}
-    figure = figures.predicted_against_published(
-        [(f"{r.specimen} {r.quantity}" if len(names) < len(known) else r.specimen, float(r.reference), r.predicted,
-          f"{r.kind}, {r.flow_rule or r.method}") for r in known],
-        quantity="collapse multiplier λ [-]" if units == {"-"} else f"collapse load [{units.pop()}]",
-        published=" or ".join(sorted(kinds)),
-        title=", ".join(sorted({r.source for r in known})),
-    )  # fmt: skip
-    figure.savefig(path, dpi=200)
-    say(f"wrote {path}")
+def _cases(options: argparse.Namespace) -> Sequence:
+    from limitmason import experiments
+
+    if options.all:
+        return experiments.all_cases(with_model=True)
+    source, _, one = options.source.partition("/")
+    names = ([one] if one else []) + options.specimens
+    return [experiments.load(source, name) for name in names] or experiments.all_cases(source=source)
 
 
 def _summary(options: argparse.Namespace) -> int:
@@ -160,14 +141,3 @@ def _methods(options: argparse.Namespace) -> int:
         validation.write_csv(found, options.csv)
         say(f"wrote {options.csv}")
     return 0
-
-
-def _write_table(path: Path, rows: Sequence) -> None:
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        names = ("source", "specimen", "quantity", "kind", "unit", "reference", "predicted", "ratio", "method")
-        writer.writerow([*names, "flow_rule", "status", "seconds"])
-        writer.writerow(["-"] * 4 + ["unit of reference and predicted", "unit", "unit", "-", "-", "-", "-", "s"])
-        for r in rows:
-            values = [r.source, r.specimen, r.quantity, r.kind, r.unit, float(r.reference), r.predicted, r.ratio]
-            writer.writerow([*values, r.method, r.flow_rule, r.status, f"{r.seconds:.3f}"])

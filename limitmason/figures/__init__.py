@@ -4,7 +4,7 @@ Every function returns a ``matplotlib.figure.Figure`` made without pyplot (``ani
 a page): no window opens, no global state changes.
 """
 
-from limitmason.figures.comparison import predicted_against_published
+from limitmason.figures.comparison import predicted_against_published, predicted_beside_references
 from limitmason.figures.confusion import confusable, rehearsal
 from limitmason.figures.contacts import contact_report
 from limitmason.figures.deformation import animate, deformed
@@ -35,6 +35,7 @@ __all__ = [
     "load_displacement",
     "mechanism",
     "predicted_against_published",
+    "predicted_beside_references",
     "print_style",
     "rehearsal",
     "side_by_side",

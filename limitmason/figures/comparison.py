@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from limitmason.errors import InputError
 from limitmason.figures import style
+from limitmason.validation.rows import Row as Compared
 
 LABELS = ("auto", "all", "outside", "none")
 _MANY = 12
@@ -60,6 +61,39 @@ def _with_range(value: Any, where: str) -> tuple[float, float, float]:
     if len(numbers) == 3 and numbers[0] <= numbers[1] <= numbers[2]:
         return numbers[0], numbers[1], numbers[2]
     raise InputError(f"{where}: a range is (low, high) or (low, value, high), got {value!r}")
+
+
+def predicted_beside_references(rows: Iterable[Compared], **options: Any) -> Figure:
+    """Scatter of rows of ``limitmason.validation.table`` against their measured or published values.
+
+    Parameters
+    ----------
+    rows : all of one unit; those without a prediction are left out
+    options : of :func:`predicted_against_published`
+
+    Raises
+    ------
+    InputError
+        Where no row has a prediction, and where the values have different units.
+    """
+    known = [r for r in rows if r.reference is not None and np.isfinite(r.predicted)]
+    units = {r.unit for r in known}
+    if len(units) != 1:
+        raise InputError(
+            "no row has a prediction: there is nothing to draw" if not known
+            else f"the values have different units ({', '.join(sorted(units))}): draw one source at a time"
+        )  # fmt: skip
+    several = len({(r.source, r.specimen) for r in known}) < len(known)
+    stated = {
+        "quantity": "collapse multiplier λ [-]" if units == {"-"} else f"collapse load [{units.pop()}]",
+        "published": " or ".join(sorted({r.kind for r in known})),
+        "title": ", ".join(sorted({r.source for r in known})),
+    }
+    points = [
+        (f"{r.specimen} {r.quantity}" if several else r.specimen, float(r.reference or 0.0), r.predicted,
+         f"{r.kind}, {r.flow_rule or r.method}") for r in known
+    ]  # fmt: skip
+    return predicted_against_published(points, **{**stated, **options})
 
 
 @style.in_print_style

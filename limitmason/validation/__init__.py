@@ -15,7 +15,7 @@ from limitmason.validation.comparing import SideBySide, compare, measured_range
 from limitmason.validation.page import as_markdown, ratio_span, references_for, write_csv
 from limitmason.validation.rows import Row
 from limitmason.validation.solving import dem_verdict, solve_cases
-from limitmason.validation.specimen import as_text, run, table
+from limitmason.validation.specimen import as_text, run, table, write_rows
 from limitmason.validation.summary import summary_table, table_rows
 
 Answer = Comparison = Row
@@ -43,4 +43,5 @@ __all__ = [
     "table",
     "table_rows",
     "write_csv",
+    "write_rows",
 ]

@@ -1,9 +1,11 @@
 """Predictions held against the measured and published values of the packaged experiments."""
 
+import csv
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import product
 from math import isfinite
+from pathlib import Path
 from typing import Any
 
 from limitmason.errors import InputError
@@ -127,6 +129,7 @@ def table(
     source: str | Sequence[str] | None = None,
     method: str = "limit",
     with_model: bool | None = True,
+    progress: Callable[[str], object] | None = None,
     **arguments: Any,
 ) -> tuple[Row, ...]:
     """Rows of :func:`run` for many experiments.
@@ -137,13 +140,33 @@ def table(
     source : only this source, or these
     method, arguments : as in :func:`run`
     with_model : as in ``all_cases``
+    progress : called with a line before each experiment
     """
     if cases is None:
         names = sources() if source is None else (source,) if isinstance(source, str) else tuple(source)
         cases = [case for name in names for case in all_cases(source=name, with_model=with_model)]
     elif source is not None:
         raise InputError("give either cases or source")
-    return tuple(row for case in cases for row in run(case, method, **arguments))
+    cases = list(cases)
+    rows: list[Row] = []
+    for k, case in enumerate(cases, 1):
+        if progress is not None:
+            progress(f"[{k}/{len(cases)}] {case.source.name}/{case.specimen}")
+        rows += run(case, method, **arguments)
+    return tuple(rows)
+
+
+def write_rows(rows: Iterable[Row], path: str | Path) -> None:
+    """Write rows of :func:`table` to a CSV file, one line each, with a line of units below the names."""
+    with Path(path).open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        names = ("source", "specimen", "quantity", "kind", "unit", "reference", "predicted", "ratio", "method")
+        writer.writerow([*names, "flow_rule", "status", "seconds"])
+        writer.writerow(["-"] * 4 + ["unit of reference and predicted", "unit", "unit", "-", "-", "-", "-", "s"])
+        for r in rows:
+            reference = NAN if r.reference is None else float(r.reference)
+            values = [r.source, r.specimen, r.quantity, r.kind, r.unit, reference, r.predicted, r.ratio]
+            writer.writerow([*values, r.method, r.flow_rule, r.status, f"{r.seconds:.3f}"])
 
 
 def as_text(rows: Iterable[Row]) -> str:

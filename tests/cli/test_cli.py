@@ -160,3 +160,44 @@ def test_a_figure_that_cannot_be_written_is_refused_before_the_analysis(name, wo
     assert stop.value.code == 2
     assert word in err
     assert not out
+
+
+def test_a_session_does_what_the_command_does(tmp_path, capsys):
+    # what the command line reaches is in the library: template, drawing, table of a series with its file and figure
+    import limitmason as lm
+
+    by_command, by_call = tmp_path / "command.json", tmp_path / "call.json"
+    run("template", by_command, capsys=capsys)
+    lm.formats.write_model_template(by_call)
+    assert by_call.read_bytes() == by_command.read_bytes()
+    with pytest.raises(lm.errors.InputError, match="exists already"):
+        lm.formats.write_model_template(by_call)
+
+    said = []
+    rows = lm.validation.table(source="ferris-tin-loi-2001", flow_rule="associative", progress=said.append)
+    assert said[0] == "[1/6] ferris-tin-loi-2001/wall-1"
+    _, out, _ = run("experiments", "run", "ferris-tin-loi-2001", "--flow-rule", "associative",
+                    "--csv", tmp_path / "command.csv", capsys=capsys)  # fmt: skip
+    assert [line.split()[:5] for line in out.splitlines()[1:]] == [
+        line.split()[:5] for line in lm.validation.as_text(rows).splitlines()[1:]
+    ]
+    lm.validation.write_rows(rows, tmp_path / "call.csv")
+    files = [list(csv.reader((tmp_path / f"{name}.csv").open())) for name in ("command", "call")]
+    assert [row[:-1] for row in files[0]] == [row[:-1] for row in files[1]]  # the last column is the time it took
+    assert lm.figures.predicted_beside_references(rows).axes
+
+
+def test_a_drawing_is_an_assembly(tmp_path):
+    import limitmason as lm
+
+    block = lm.build.wall(length=0.4, courses=2, unit=(0.2, 0.1, 0.1), joint=lm.Joint(33.0), base=None)
+    lm.formats.write_obj(tmp_path / "wall.obj", block)
+    read = lm.formats.read_drawing(tmp_path / "wall.obj", joint=lm.Joint(20.0))
+    assert read.n_blocks == block.n_blocks
+    assert len(read.interfaces) == len(block.interfaces)
+    assert {i.joint.friction_angle_deg for i in read.interfaces} == {20.0}
+    smaller = lm.formats.read_drawing(tmp_path / "wall.obj", scale=0.5)
+    assert smaller.arrays.volume.sum() == pytest.approx(block.arrays.volume.sum() / 8.0)
+    for wrong, words in (({"thickness": 0.3}, "thickness is for .dxf"), ({}, "a drawing ends in .dxf or .obj")):
+        with pytest.raises(lm.errors.InputError, match=words):
+            lm.formats.read_drawing(tmp_path / ("wall.obj" if wrong else "wall.stl"), **wrong)

@@ -9,7 +9,9 @@ import ast
 import csv
 import hashlib
 import re
+import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from walls import running_bond
@@ -184,7 +186,9 @@ def run(canned, tmp_path, monkeypatch, capsys):
         return recorded
 
     monkeypatch.setattr(models, "predict", predict)
-    monkeypatch.setattr(validation, "run", recorder("run", validation.run(experiments.load("pavia-tilting", "S1"))))
+    # of a table only the runs are replaced: it is the table that hands every option on to them
+    row = recorder("run", validation.run(experiments.load("pavia-tilting", "S1")))
+    monkeypatch.setattr(sys.modules["limitmason.validation.specimen"], "run", row)
     monkeypatch.setattr(validation, "summary_table", recorder("summary", "a table"))
     monkeypatch.setattr(experiments, "all_cases", lambda **_: [experiments.load("pavia-tilting", "S1")])
     monkeypatch.setattr(validation, "solve_cases", recorder("solve", {}))
@@ -194,7 +198,8 @@ def run(canned, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(lm.figures, "diagnosis_folder", written)
     # what a figure shows is tested elsewhere: here it counts that it is drawn, of what, and how
     monkeypatch.setattr(models, "_draw", lambda *a, **o: note("draw", a[:2], a[3] and a[3].method, a[4:], o))
-    monkeypatch.setattr(lm.cli.packaged, "_draw_comparison", lambda path, *_: note("draw", path))
+    drawn = SimpleNamespace(savefig=lambda path, **_: note("draw", path))
+    monkeypatch.setattr(lm.figures, "predicted_beside_references", lambda _: drawn)
     count = iter(range(10_000))
 
     def go(arguments):
