@@ -10,7 +10,7 @@ import numpy as np
 from limitmason.causes.cause import Cause
 from limitmason.diagnosis.inference.bootstrap import Draws
 from limitmason.diagnosis.inference.checks import Checks, judge_again
-from limitmason.diagnosis.inference.decide import Rule, Verdict
+from limitmason.diagnosis.inference.decide import Rule, Verdict, VerdictKind
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.estimate import Estimate, estimate
 from limitmason.diagnosis.inference.gain import Gain, measure_gain
@@ -64,7 +64,7 @@ class Diagnosis:
         return len(self.measured)
 
     @property
-    def kind(self) -> str:
+    def kind(self) -> VerdictKind:
         """Answer: "none", "cause", "either", "two", "unexplained" or "scatter"."""
         return self.verdict.kind
 

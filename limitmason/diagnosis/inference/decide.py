@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 
 import numpy as np
 from scipy.special import chdtrc
@@ -12,7 +13,17 @@ from limitmason.diagnosis.inference.fit import Fit, fit_many, values_of
 from limitmason.diagnosis.inference.fit import fit as best_fit
 from limitmason.diagnosis.inference.likelihood import Likelihood
 
-KINDS = ("none", "cause", "either", "two", "unexplained", "scatter")
+
+class VerdictKind(StrEnum):
+    """What is said of the data: nothing, one cause, one of several, two at once, an effect off the list, or scatter."""
+
+    NONE = "none"
+    CAUSE = "cause"
+    EITHER = "either"
+    TWO = "two"
+    UNEXPLAINED = "unexplained"
+    SCATTER = "scatter"
+
 
 GATE_DRAWS = 699  # fewest: the critical gain is a quantile of them
 RIVALS = 4  # refitted to a draw at first, then twice as many more at a time
@@ -84,7 +95,7 @@ class Verdict:
 
     Parameters
     ----------
-    kind : one of ``KINDS``
+    kind : of the answer
     causes : kept causes, best first; for a pair the causes of the best pair
     pairs : kept pairs, best first
     covariate, trend : best trend of the residuals at the baseline, None when none is seen
@@ -96,7 +107,7 @@ class Verdict:
     withdrawn : explanations that fit but predict whole groups left out worse than the baseline does
     """
 
-    kind: str
+    kind: VerdictKind
     causes: Names
     pairs: tuple[Names, ...]
     covariate: str | None
@@ -116,11 +127,12 @@ class Verdict:
     def without(self, names: Sequence[Names]) -> "Verdict":
         """The verdict after explanations are withdrawn: fewer of them, or "unexplained" when none is left."""
         left = tuple(n for n in self.kept if n not in set(names))
-        kind = self.kind if self.kind == "two" else "cause" if len(left) == 1 else "either"
+        one = VerdictKind.CAUSE if len(left) == 1 else VerdictKind.EITHER
+        kind = self.kind if self.kind == VerdictKind.TWO else one
         causes = left[0] if left and self.kind == "two" else tuple(n[0] for n in left)
         return replace(
             self,
-            kind=kind if left else "unexplained",
+            kind=kind if left else VerdictKind.UNEXPLAINED,
             causes=causes,
             pairs=left if self.kind == "two" else (),
             withdrawn=tuple(names),
@@ -161,13 +173,14 @@ def decide(design: Design, y: np.ndarray, draws: Draws, rule: Rule | None = None
     fired = {name for name in ("gain", "shape", "scatter") if name in p and tally.rejected(name)}
     base = float(null.loglik[0])
     if not fired:
-        return Verdict("none", (), (), tested=_untested(design, singles, base), **about)
+        return Verdict(VerdictKind.NONE, (), (), tested=_untested(design, singles, base), **about)
     if "scatter" in fired and not tally.rejected("guard") and p["shape"] >= rule.guard:
-        return Verdict("scatter", (), (), tested=_untested(design, singles, base), **about)
+        return Verdict(VerdictKind.SCATTER, (), (), tested=_untested(design, singles, base), **about)
     tested = confidence_set(design, singles, base, draws, rule)
     kept = _ranked(tested)
     if kept:
-        return Verdict("cause" if len(kept) == 1 else "either", tuple(k[0] for k in kept), (), tested=tested, **about)
+        kind = VerdictKind.CAUSE if len(kept) == 1 else VerdictKind.EITHER
+        return Verdict(kind, tuple(k[0] for k in kept), (), tested=tested, **about)
     kept_pairs: list[Names] = []
     if pairs and design.pair_names:
         fits = dict(zip(design.pair_names, design.fits(design.pair_names, y, z, residuals=True), strict=True))
@@ -176,8 +189,8 @@ def decide(design: Design, y: np.ndarray, draws: Draws, rule: Rule | None = None
         tested = {**tested, **both}
         about["tried_pairs"] = True
     if kept_pairs:
-        return Verdict("two", kept_pairs[0], tuple(kept_pairs), tested=tested, **about)
-    return Verdict("unexplained", (), (), tested=tested, **about)
+        return Verdict(VerdictKind.TWO, kept_pairs[0], tuple(kept_pairs), tested=tested, **about)
+    return Verdict(VerdictKind.UNEXPLAINED, (), (), tested=tested, **about)
 
 
 def confidence_set(
