@@ -8,7 +8,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments.record import KINDS, Experiment, Target
 from limitmason.experiments.registry import all_cases, sources
 from limitmason.methods import LIMIT, get_method, predict
@@ -47,7 +47,8 @@ def run(
     Returns
     -------
     tuple of Row
-        One row per value; without an assembly the rows say so and predict NaN.
+        One row per value; without an assembly, and where the method refuses the structure or finds no answer, the rows
+        say so and predict NaN.
 
     Raises
     ------
@@ -119,7 +120,12 @@ def _solve(
     assembly, loads = case.assembly(), case.loads(direction)
     start = time.perf_counter()
     chosen = get_method(method, settings.get("flow_rule"))
-    prediction = predict(assembly, loads, method, **chosen.one_of_many(settings))
+    try:
+        prediction = predict(assembly, loads, method, **chosen.one_of_many(settings))
+    except NotApplicable as refusal:
+        return None, Row.refused(method, refusal).status, time.perf_counter() - start
+    except NotConverged as failure:
+        return None, Row.unanswered(method, failure).status, time.perf_counter() - start
     return prediction, prediction.status, time.perf_counter() - start
 
 

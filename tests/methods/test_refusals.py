@@ -127,3 +127,22 @@ def test_no_plain_value_error_is_raised_by_the_library():
                 if isinstance(name, ast.Name) and name.id in ("ValueError", "RuntimeError"):
                     plain.append(f"{path.name}:{node.lineno}")
     assert not plain
+
+
+def test_a_refused_experiment_is_a_row_of_the_table_and_a_mistake_is_not(monkeypatch):
+    def refusing(assembly, loads):
+        raise NotApplicable("no walls")
+
+    def broken(assembly, loads):
+        raise ValueError("operands")
+
+    this = sys.modules[__name__]
+    monkeypatch.setitem(lm.methods.METHODS, "other", f"{__name__}:OTHER")
+    monkeypatch.setattr(this, "OTHER", refusing, raising=False)
+    rows = lm.validation.table(source="ferris-tin-loi-2001", method="other")
+    assert rows
+    assert {row.refusal for row in rows} == {"no walls"}
+    assert "does not apply: no walls" in lm.validation.as_text(rows)
+    monkeypatch.setattr(this, "OTHER", broken)
+    with pytest.raises(ValueError, match="operands"):
+        lm.validation.table(source="ferris-tin-loi-2001", method="other")
