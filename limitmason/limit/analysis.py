@@ -10,7 +10,7 @@ from limitmason.errors import InputError
 from limitmason.limit.associative import analyse
 from limitmason.limit.contact_notes import with_contact_warnings
 from limitmason.limit.parts import governed, independent_parts
-from limitmason.limit.problem import Problem, chosen_grid, make_problem
+from limitmason.limit.program.problem import Problem, chosen_grid, make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction
@@ -57,7 +57,7 @@ def limit_analysis(
     tolerance : of the interior-point solver [-]
     check_dead_load : also check that the structure stands without live load
     verbose : report every iteration of the solver; associative only (``progress`` does for "non-associative")
-    options : for "non-associative", see :func:`limitmason.limit.nonassociative.solve_nonassociative`
+    options : for "non-associative", see :func:`limitmason.limit.nonassociative.analysis.solve_nonassociative`
 
     Returns
     -------
@@ -123,7 +123,7 @@ def _associative(problem: Problem, model: dict, settings: dict) -> Prediction:
 
 def _nonassociative(problem: Problem, settings: dict, options: dict) -> Prediction:
     """Non-associative prediction; it counts as solved only when its certificate accepts it."""
-    from limitmason.limit.nonassociative import solve_nonassociative
+    from limitmason.limit.nonassociative.analysis import solve_nonassociative
 
     if problem.cells:
         _, problem = analyse(problem, **settings)  # cohesive faces need cells as fine as their torsion asks for

@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 from limitmason.certificate import certify, kinematic_multiplier, resultants_from_points, scaled_mechanism
 from limitmason.errors import InputError
 from limitmason.limit.associative_warnings import REASON, warnings_of
-from limitmason.limit.face_cells import Cells, refined, spread_cohesion
-from limitmason.limit.idle_joints import without_rounding
-from limitmason.limit.problem import Problem, make_problem
-from limitmason.limit.program import Solution, opening_motion, stands_under_dead_load
-from limitmason.limit.scaling import balanced, spread
-from limitmason.limit.solvers import solve_program, unsupported
-from limitmason.limit.strength import Cones, make_cones
+from limitmason.limit.interior_point.coverage import unsupported
+from limitmason.limit.program.cones import Cones, make_cones
+from limitmason.limit.program.face_cells import Cells, refined, spread_cohesion
+from limitmason.limit.program.idle_joints import without_rounding
+from limitmason.limit.program.problem import Problem, make_problem
+from limitmason.limit.program.scaling import balanced, spread
+from limitmason.limit.program.static import Solution, opening_motion, stands_under_dead_load
+from limitmason.limit.solvers import solve_program
 from limitmason.limit.torsion import with_torsion_limit
 from limitmason.model.load import Loads
 from limitmason.residuals import load_on_blocks
@@ -74,7 +75,7 @@ def solve_associative(
 
     Parameters
     ----------
-    problem : from :func:`limitmason.limit.problem.make_problem`
+    problem : from :func:`limitmason.limit.program.problem.make_problem`
     torsion_limit : limit each face's torsion about its centre of pressure to that of uniform pressure over this number
         (an estimate)
     solver : "auto", "clarabel" or "interior-point", see :mod:`limitmason.limit.solvers`

@@ -4,8 +4,8 @@ import numpy as np
 
 from limitmason.law import interface_law
 from limitmason.law_table import ASSOCIATIVE, notes
-from limitmason.limit.face_cells import spread_cohesion
-from limitmason.limit.problem import Problem
+from limitmason.limit.program.face_cells import spread_cohesion
+from limitmason.limit.program.problem import Problem
 from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, UNBOUNDED, Prediction
 
 CONFINEMENT_WARNING = 10.0

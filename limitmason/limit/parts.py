@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from limitmason.certificate import certify, resultants_from_points, scaled_mechanism
 from limitmason.limit.associative import carry
-from limitmason.limit.problem import make_problem
+from limitmason.limit.program.problem import make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.support import Support
@@ -62,7 +62,7 @@ def governed(
     ----------
     parts : from :func:`independent_parts`
     solve : prediction of an assembly in which the other parts are held
-    model : contact_model, grid, in_plane for :func:`limitmason.limit.problem.make_problem`
+    model : contact_model, grid, in_plane for :func:`limitmason.limit.program.problem.make_problem`
     check_dead_load : whether every part must also stand without live load
     """
     held, live = [], []

@@ -110,7 +110,7 @@ def test_resultants_balance_every_block():
 @pytest.mark.parametrize("in_plane", [None, False])
 def test_cvxpy_reference_solves_the_same_program(in_plane):
     from limitmason.limit import make_problem
-    from limitmason.limit.reference import solve_reference
+    from limitmason.limit.program.reference import solve_reference
 
     joint = lm.Joint(35.0, cohesion=500.0, tensile_strength=300.0)
     assembly = running_bond(3, 4, joint=joint)

@@ -11,8 +11,9 @@ import dem
 import limitmason as lm
 from dem import kernels, state
 from limitmason.equilibrium import equilibrium_matrix
-from limitmason.limit import associative, problem, torsion
-from limitmason.limit.program import Carried
+from limitmason.limit import associative, torsion
+from limitmason.limit.program import problem
+from limitmason.limit.program.static import Carried
 
 TESTS = Path(__file__).resolve().parents[1]
 WRENCHES = (
@@ -98,9 +99,9 @@ def test_contact_areas_five_per_cent_high(monkeypatch):
 
 
 def test_crushing_strength_left_out(monkeypatch):
-    from limitmason.limit import strength
+    from limitmason.limit.program import cones
 
-    original = strength.make_cones
+    original = cones.make_cones
 
     def without(problem_, *, torsion=None):
         none = problem_.stress_block._make(column[:0] for column in problem_.stress_block)
@@ -153,7 +154,7 @@ def test_a_lost_contact(monkeypatch):
 
 def test_mechanism_of_another_wall(monkeypatch):
     # velocities scaled block by block no longer fit together: the certificate must see it
-    from limitmason.limit.problem import Problem
+    from limitmason.limit.program.problem import Problem
 
     original = Problem.twists
 

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.limit.joint_law import JointLaw, State, exact, split, violation
-from limitmason.limit.program import solver_settings
-from limitmason.limit.sequential import FrozenCones, slope_rows
+from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact, split, violation
+from limitmason.limit.nonassociative.sequential import FrozenCones, slope_rows
+from limitmason.limit.program.static import solver_settings
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

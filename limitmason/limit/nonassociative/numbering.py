@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.limit.joint_law import JointLaw, State
-from limitmason.limit.problem import Problem
+from limitmason.limit.nonassociative.joint_law import JointLaw, State
+from limitmason.limit.program.problem import Problem
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -77,7 +77,7 @@ def numbering(problem: Problem, *, mirrored: bool = False) -> Numbering:
 
     Parameters
     ----------
-    problem : from :func:`limitmason.limit.problem.make_problem`
+    problem : from :func:`limitmason.limit.program.problem.make_problem`
     mirrored : the order of the mirror image across x, or across the horizontal axis of a plane problem
 
     Notes

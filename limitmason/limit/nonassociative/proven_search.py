@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from limitmason.errors import NotApplicable
 from limitmason.law_table import CRUSHING, PROVEN_SMALLEST, refuse
-from limitmason.limit.joint_law import JointLaw, split, violation
-from limitmason.limit.numbering import Numbering, numbering
-from limitmason.limit.polish import PlanePrograms
-from limitmason.limit.problem import Problem
-from limitmason.limit.search import EFFORTS, Effort, Search, Trial, search_smallest
-from limitmason.limit.sequential import FrozenCones
-from limitmason.limit.smallest import Smallest, prove_smallest, velocity_limits
+from limitmason.limit.nonassociative.joint_law import JointLaw, split, violation
+from limitmason.limit.nonassociative.numbering import Numbering, numbering
+from limitmason.limit.nonassociative.polish import PlanePrograms
+from limitmason.limit.nonassociative.search import EFFORTS, Effort, Search, Trial, search_smallest
+from limitmason.limit.nonassociative.sequential import FrozenCones
+from limitmason.limit.nonassociative.smallest import Smallest, prove_smallest, velocity_limits
+from limitmason.limit.program.problem import Problem
 
 Array = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ def search_and_prove(
     budget : for everything [s], or None
     verbose : let the mixed-integer solver write its log
     bracket : scaled multipliers that no state passes; NaN for none below
-    options : seed, accuracy and progress of :func:`limitmason.limit.search.search_smallest`
+    options : seed, accuracy and progress of :func:`limitmason.limit.nonassociative.search.search_smallest`
 
     Returns
     -------

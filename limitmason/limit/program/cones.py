@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.limit.problem import Problem
+from limitmason.limit.program.problem import Problem
 
 Array = NDArray[np.float64]
 

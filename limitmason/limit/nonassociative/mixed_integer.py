@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.limit.joint_law import State
-from limitmason.limit.polish import ACTIVE, PlanePrograms, polish
+from limitmason.limit.nonassociative.joint_law import State
+from limitmason.limit.nonassociative.polish import ACTIVE, PlanePrograms, polish
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

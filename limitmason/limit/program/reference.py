@@ -5,14 +5,14 @@ import time
 import numpy as np
 
 from limitmason.errors import InputError
-from limitmason.limit.problem import Problem
-from limitmason.limit.program import Solution
-from limitmason.limit.strength import make_cones
+from limitmason.limit.program.cones import make_cones
+from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.static import Solution
 from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED
 
 
 def solve_reference(problem: Problem, *, solver: str | None = None, verbose: bool = False, **options) -> Solution:
-    """Maximise lambda by cvxpy: the same program as :func:`limitmason.limit.program.solve_static`, cone by cone.
+    """Maximise lambda by cvxpy: the same program as :func:`limitmason.limit.program.static.solve_static`, cone by cone.
 
     Parameters
     ----------

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.limit import kernels
-from limitmason.limit.multifrontal import BlockCholesky
+from limitmason.limit.interior_point import kernels
+from limitmason.limit.interior_point.multifrontal import BlockCholesky
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -11,8 +11,8 @@ from scipy import sparse
 from scipy.linalg.blas import dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf
 
-from limitmason.limit.dissection import Tree, block_graph, nested_dissection, ragged_ranges
-from limitmason.limit.kernels import assemble_front, extend_add, substitute
+from limitmason.limit.interior_point.dissection import Tree, block_graph, nested_dissection, ragged_ranges
+from limitmason.limit.interior_point.kernels import assemble_front, extend_add, substitute
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -19,7 +19,7 @@ from limitmason.equilibrium import (
 from limitmason.errors import InputError
 from limitmason.law import PointLaw, StressBlock, interface_law, stress_blocks
 from limitmason.law_table import ASSOCIATIVE, CORNER_CRUSHING, refuse
-from limitmason.limit.face_cells import Cells, whole_faces, with_cells
+from limitmason.limit.program.face_cells import Cells, whole_faces, with_cells
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.residuals import total_load
@@ -119,8 +119,8 @@ def make_problem(
     ----------
     contact_model, grid : see :func:`limitmason.equilibrium.contact_points`
     in_plane : True demands and False forbids the reduction to the plane; None uses it where it is exact
-    cells : of cohesive faces in space with contact points at their corners, see :mod:`limitmason.limit.face_cells`;
-        None takes every face whole
+    cells : of cohesive faces in space with contact points at their corners, see
+        :mod:`limitmason.limit.program.face_cells`; None takes every face whole
     live_required : False allows a problem without live load, which only asks what the dead load needs
 
     Raises

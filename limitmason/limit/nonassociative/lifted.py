@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.limit.mixed_integer import INF, make_model, sliding_groups
-from limitmason.limit.polish import PlanePrograms
+from limitmason.limit.nonassociative.mixed_integer import INF, make_model, sliding_groups
+from limitmason.limit.nonassociative.polish import PlanePrograms
 
 Array = NDArray[np.float64]
 

@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.limit.joint_law import JointLaw, State, exact
-from limitmason.limit.lifted import MAX_ROWS, lifted_bound, lifted_rows
-from limitmason.limit.mixed_integer import BoundedProgram
-from limitmason.limit.polish import PlanePrograms
-from limitmason.limit.problem import Problem
+from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact
+from limitmason.limit.nonassociative.lifted import MAX_ROWS, lifted_bound, lifted_rows
+from limitmason.limit.nonassociative.mixed_integer import BoundedProgram
+from limitmason.limit.nonassociative.polish import PlanePrograms
+from limitmason.limit.program.problem import Problem
 
 Array = NDArray[np.float64]
 
@@ -78,7 +78,7 @@ def prove_smallest(
     found : exact state to begin with, or None: the mixed-integer program then looks for the first one
     limits : from :func:`velocity_limits` with a bound of one, in the order of the programs' rows
     low, top : scaled multipliers that no state passes: Radenkovic's bounds; NaN for none below
-    velocity_bound, force_bound : see :func:`limitmason.limit.proven_range`
+    velocity_bound, force_bound : see :func:`limitmason.limit.range.proven_range`
     time_limit : [s]
     tolerance : between state and bound to call it proven, relative to max(1, lambda) [-]
     widenings : so often a velocity bound of which the state uses more than half is taken ten times as wide

@@ -8,7 +8,7 @@ from scipy import sparse
 
 from limitmason.law import PointLaw
 from limitmason.law_table import NON_ASSOCIATIVE, STRESS_BLOCK, refuse
-from limitmason.limit.problem import Problem
+from limitmason.limit.program.problem import Problem
 
 Array = NDArray[np.float64]
 
@@ -74,7 +74,7 @@ def joint_law(problem: Problem) -> JointLaw:
 
     Parameters
     ----------
-    problem : from :func:`limitmason.limit.problem.make_problem`
+    problem : from :func:`limitmason.limit.program.problem.make_problem`
 
     Raises
     ------

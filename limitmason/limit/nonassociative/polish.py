@@ -16,7 +16,7 @@ from scipy import sparse
 from scipy.optimize import linprog
 
 from limitmason.errors import InputError
-from limitmason.limit.joint_law import JointLaw, State
+from limitmason.limit.nonassociative.joint_law import JointLaw, State
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.limit.kernels import dissect_by_levels
+from limitmason.limit.interior_point.kernels import dissect_by_levels
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -17,12 +17,19 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from limitmason.errors import NotApplicable
-from limitmason.limit.blas_threads import one_blas_thread
-from limitmason.limit.multifrontal import BlockCholesky
-from limitmason.limit.newton import ConeProgram, Iterate, NewtonSystem, Residuals, residuals, step_lengths
-from limitmason.limit.problem import Problem
-from limitmason.limit.program import Solution
-from limitmason.limit.solvers import unsupported
+from limitmason.limit.interior_point.blas_threads import one_blas_thread
+from limitmason.limit.interior_point.coverage import unsupported
+from limitmason.limit.interior_point.multifrontal import BlockCholesky
+from limitmason.limit.interior_point.newton import (
+    ConeProgram,
+    Iterate,
+    NewtonSystem,
+    Residuals,
+    residuals,
+    step_lengths,
+)
+from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.static import Solution
 from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED
 
 Array = NDArray[np.float64]
@@ -62,7 +69,7 @@ def solve_interior_point(
     Parameters
     ----------
     problem : Coulomb cones with cohesion, tension cut-off and crushing of grid points; see
-        :func:`limitmason.limit.solvers.unsupported` for what it does not cover
+        :func:`limitmason.limit.interior_point.coverage.unsupported` for what it does not cover
     tolerance : largest difference of the two bounds relative to lambda [-]
     max_iterations : iterations after which it stops
     check_dead_load : also find out whether the dead load alone can be carried
@@ -71,7 +78,7 @@ def solve_interior_point(
     Returns
     -------
     Solution
-        Scaled as that of :func:`limitmason.limit.program.solve_static`. The velocities obey the flow rule to
+        Scaled as that of :func:`limitmason.limit.program.static.solve_static`. The velocities obey the flow rule to
         rounding. ``stands`` is None where it was not asked for or not settled.
 
     Raises

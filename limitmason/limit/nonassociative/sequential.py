@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.limit.joint_law import JointLaw, State, excess, normalised, split
-from limitmason.limit.program import solver_settings
+from limitmason.limit.nonassociative.joint_law import JointLaw, State, excess, normalised, split
+from limitmason.limit.program.static import solver_settings
 
 Array = NDArray[np.float64]
 

@@ -11,13 +11,13 @@ from limitmason.equilibrium import Grid
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.law_table import CRUSHING, PROVEN_RANGE, refuse
 from limitmason.limit.associative import solve_associative
-from limitmason.limit.joint_law import State, exact, from_corner, joint_law
-from limitmason.limit.mixed_integer import BoundedProgram
-from limitmason.limit.nonassociative import radenkovic_lower
-from limitmason.limit.polish import ACTIVE, PlanePrograms
-from limitmason.limit.problem import chosen_grid, make_problem
-from limitmason.limit.search import EFFORTS, search_smallest
-from limitmason.limit.smallest import ASSOCIATIVE, MIXED_INTEGER, close, prove_smallest, velocity_limits
+from limitmason.limit.nonassociative.analysis import radenkovic_lower
+from limitmason.limit.nonassociative.joint_law import State, exact, from_corner, joint_law
+from limitmason.limit.nonassociative.mixed_integer import BoundedProgram
+from limitmason.limit.nonassociative.polish import ACTIVE, PlanePrograms
+from limitmason.limit.nonassociative.search import EFFORTS, search_smallest
+from limitmason.limit.nonassociative.smallest import ASSOCIATIVE, MIXED_INTEGER, close, prove_smallest, velocity_limits
+from limitmason.limit.program.problem import chosen_grid, make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import ALMOST_SOLVED, SOLVED
@@ -138,7 +138,8 @@ def proven_range(
     which : "smallest", "largest" or both
     tolerance : between state and bound to call an end proven, relative to max(1, lambda) [-]
     contact_model, grid : see :func:`limitmason.limit.limit_analysis`
-    search, seed : for the state to begin with, see :func:`limitmason.limit.nonassociative.solve_nonassociative`
+    search, seed : for the state to begin with, see
+        :func:`limitmason.limit.nonassociative.analysis.solve_nonassociative`
 
     Returns
     -------

@@ -12,10 +12,9 @@ from limitmason.errors import InputError
 from limitmason.law_table import NON_ASSOCIATIVE, notes
 from limitmason.limit.associative import contact_facts, solve_associative
 from limitmason.limit.associative_warnings import CONFINEMENT_WARNING
-from limitmason.limit.joint_law import JointLaw, State, exact, joint_law, true_forces, violation
-from limitmason.limit.polish import PlanePrograms
-from limitmason.limit.problem import Problem
-from limitmason.limit.proven_search import (
+from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact, joint_law, true_forces, violation
+from limitmason.limit.nonassociative.polish import PlanePrograms
+from limitmason.limit.nonassociative.proven_search import (
     FORCE_BOUND,
     PROOF_SECONDS,
     PROVEN_POINTS,
@@ -23,9 +22,10 @@ from limitmason.limit.proven_search import (
     proof_is_tried,
     search_and_prove,
 )
-from limitmason.limit.search import EFFORTS, Effort, Polisher, Search, Trial, search_smallest
-from limitmason.limit.sequential import FrozenCones
-from limitmason.limit.smallest import Smallest, prove_smallest, velocity_limits
+from limitmason.limit.nonassociative.search import EFFORTS, Effort, Polisher, Search, Trial, search_smallest
+from limitmason.limit.nonassociative.sequential import FrozenCones
+from limitmason.limit.nonassociative.smallest import Smallest, prove_smallest, velocity_limits
+from limitmason.limit.program.problem import Problem
 from limitmason.results import (
     ALMOST_SOLVED,
     NOT_CONVERGED,
@@ -76,9 +76,9 @@ def solve_nonassociative(
 
     Parameters
     ----------
-    problem : from :func:`limitmason.limit.problem.make_problem`
-    search : "quick", "standard" or "thorough", or an :class:`~limitmason.limit.search.Effort`. Where a proof is tried
-        the named ones begin with the quick search and go on only when the proof is not complete
+    problem : from :func:`limitmason.limit.program.problem.make_problem`
+    search : "quick", "standard" or "thorough", or an :class:`~limitmason.limit.nonassociative.search.Effort`. Where a
+        proof is tried the named ones begin with the quick search and go on only when the proof is not complete
     seed : of the random starts; equal arguments give equal results unless ``budget`` or the time for the proof ends
     tolerance : of the interior-point method in the associative analysis that comes first [-]
     check_dead_load : also find out whether the structure stands without live load

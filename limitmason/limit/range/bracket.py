@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from limitmason.law import peak_law
 from limitmason.limit.associative import solve_associative
-from limitmason.limit.problem import make_problem
+from limitmason.limit.program.problem import make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads

@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.limit.alternating import ConePrograms, alternate, complying_forces, lower
-from limitmason.limit.joint_law import JointLaw, State, exact, split, violation
-from limitmason.limit.polish import PlanePrograms, alternate_plane, descend, interval, polish
-from limitmason.limit.sequential import Run, Variant, run_sequence
+from limitmason.limit.nonassociative.alternating import ConePrograms, alternate, complying_forces, lower
+from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact, split, violation
+from limitmason.limit.nonassociative.polish import PlanePrograms, alternate_plane, descend, interval, polish
+from limitmason.limit.nonassociative.sequential import Run, Variant, run_sequence
 
 Array = NDArray[np.float64]
 
