@@ -212,7 +212,7 @@ def make_state(
     ----------
     loads : its dead loads set the default stiffness
     contact_points : points along the unit and across the thickness, one pair or one per kind of joint or per wall; see
-        :func:`limitmason.equilibrium.contact_points`
+        :func:`limitmason.contact_points.contact_points`
     contact_model : "grid", or "vertices" for the corners of every interface
     mode : "quasi-static" scales mass and inertia so that every block is as fast as the step allows; "dynamic" keeps
         the real ones

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from limitmason.equilibrium import Grid
+from limitmason.contact_points import Grid
 from limitmason.errors import InputError
 from limitmason.limit.associative import analyse
 from limitmason.limit.contact_notes import with_contact_warnings

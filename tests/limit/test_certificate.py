@@ -8,7 +8,8 @@ from walls import arch_blocks, corner, on_slab, running_bond, stack
 
 import limitmason as lm
 from limitmason.certificate import certify, point_state
-from limitmason.equilibrium import contact_points, equilibrium_matrix
+from limitmason.contact_points import contact_points
+from limitmason.equilibrium import equilibrium_matrix
 
 CASES = {
     "block": lambda: (stack([(0.4, 1.0)]), (1, 0, 0)),

@@ -59,9 +59,9 @@ def test_a_test_that_passes_or_does_not_exist_is_not_called_caught():
 def test_dropped_lever_arm(monkeypatch):
     def without_arm(assembly, points, *, plane=None):
         if plane is None:
-            arm_free = points._replace(position=assembly.centroids[points.block_b])
+            arm_free = dataclasses.replace(points, position=assembly.centroids[points.block_b])
             return equilibrium_matrix(assembly, arm_free, plane=plane)
-        moved = points._replace(position=points.position - 0.1 * points.directions[:, 1])
+        moved = dataclasses.replace(points, position=points.position - 0.1 * points.directions[:, 1])
         return equilibrium_matrix(assembly, moved, plane=plane)
 
     monkeypatch.setattr(problem, "equilibrium_matrix", without_arm)
@@ -74,7 +74,7 @@ def test_flipped_normal(monkeypatch):
     def flipped(assembly, points, *, plane=None):
         directions = points.directions.copy()
         directions[points.interface == points.interface[0]] *= -1.0
-        return equilibrium_matrix(assembly, points._replace(directions=directions), plane=plane)
+        return equilibrium_matrix(assembly, dataclasses.replace(points, directions=directions), plane=plane)
 
     monkeypatch.setattr(problem, "equilibrium_matrix", flipped)
     caught("limit/test_closed_forms.py::test_stack_rocks_about_the_lowest_joint[None]")
@@ -91,7 +91,7 @@ def test_contact_areas_five_per_cent_high(monkeypatch):
 
     def larger(*arguments, **options):
         points = original(*arguments, **options)
-        return points._replace(area=1.05 * points.area)
+        return dataclasses.replace(points, area=1.05 * points.area)
 
     monkeypatch.setattr(problem, "contact_points", larger)
     caught("limit/test_joint_law.py::test_cohesion_adds_to_sliding")

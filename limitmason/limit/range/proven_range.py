@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.equilibrium import Grid
+from limitmason.contact_points import Grid
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.law_table import CRUSHING, PROVEN_RANGE, refuse
 from limitmason.limit.associative import solve_associative
