@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.geometry.contact import ContactRules, Doubt
-from limitmason.geometry.polyhedron import mass_properties
+from limitmason.geometry.polyhedron import mass_properties, steiner
 from limitmason.model.arrays import AssemblyArrays, face_arrays
 from limitmason.model.block import Block
 from limitmason.model.interface import Interface
@@ -78,9 +78,8 @@ class Blockwork:
             [np.bincount(owner, part.volume * part.centroid[:, k], self.n_blocks) / volume for k in range(3)], axis=1
         )
         arm = part.centroid - centroid[owner]
-        steiner = (arm**2).sum(axis=1)[:, None, None] * np.eye(3) - arm[:, :, None] * arm[:, None, :]
         inertia = np.zeros((self.n_blocks, 3, 3))
-        np.add.at(inertia, owner, part.inertia + part.volume[:, None, None] * steiner)
+        np.add.at(inertia, owner, part.inertia + part.volume[:, None, None] * steiner(arm))
         return volume, centroid, inertia
 
     @property

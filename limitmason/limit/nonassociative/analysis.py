@@ -11,7 +11,7 @@ from limitmason.certificate import certify, resultants_from_points, scaled_mecha
 from limitmason.errors import InputError
 from limitmason.law_table import NON_ASSOCIATIVE, notes
 from limitmason.limit.associative import contact_facts, solve_associative
-from limitmason.limit.associative_warnings import CONFINEMENT_WARNING
+from limitmason.limit.associative_warnings import TWISTED, self_stress, twisted_faces
 from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact, joint_law, true_forces, violation
 from limitmason.limit.nonassociative.polish import PlanePrograms
 from limitmason.limit.nonassociative.proven_search import (
@@ -353,14 +353,7 @@ def _warnings(problem: Problem, prediction: Prediction) -> list[str]:
         n = int(np.bincount(problem.points.interface).max())
         out.append(f"crushing on a grid of {n} points per interface: refine the grid to see its error")
     out += notes(NON_ASSOCIATIVE, problem.assembly, problem.interfaces)
-    if certificate.confinement > CONFINEMENT_WARNING:
-        out.append(
-            f"the answer rests on confining forces: the largest joint force is {certificate.confinement:.3g} times the "
-            "load; check with a method that builds up stress from zero"
-        )
-    if problem.plane is None:
-        x = problem.assembly.arrays
-        limit = x.tan_phi * np.maximum(prediction.resultants.normal, 0.0) * np.sqrt(x.area)
-        if (np.abs(prediction.resultants.torsion) > 0.4 * limit + 1e-6 * problem.force_scale).any():
-            out.append("some faces carry more torsion than uniform pressure allows (0.38 mu N a on a square)")
+    out += self_stress(certificate.confinement)
+    if twisted_faces(problem, prediction):
+        out.append(TWISTED)
     return out
