@@ -13,9 +13,9 @@ from dem import kernels
 from dem.joints import JointOptions, make_joints, make_points
 from dem.kernels import Bodies, Joints, Points
 from dem.stability import block_stiffness, scaled_masses, stable_step
-from limitmason.certificate import resultants_from_points
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Joint, Loads
+from limitmason.resultants import resultants_from_points
 from limitmason.results import Resultants
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.certificate import certify, kinematic_multiplier, resultants_from_points, scaled_mechanism
+from limitmason.certificate import certify, kinematic_multiplier
 from limitmason.errors import InputError
 from limitmason.limit.associative_warnings import REASON, warnings_of
 from limitmason.limit.interior_point.coverage import unsupported
@@ -22,6 +22,7 @@ from limitmason.limit.solvers import solve_program
 from limitmason.limit.torsion import with_torsion_limit
 from limitmason.model.load import Loads
 from limitmason.residuals import load_on_blocks
+from limitmason.resultants import resultants_from_points, scaled_mechanism
 from limitmason.results import (
     ALMOST_SOLVED,
     CANNOT_STAND,

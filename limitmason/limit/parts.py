@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.certificate import certify, resultants_from_points, scaled_mechanism
+from limitmason.certificate import certify
 from limitmason.limit.associative import carry
 from limitmason.limit.program.problem import make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.support import Support
 from limitmason.residuals import part_labels
+from limitmason.resultants import resultants_from_points, scaled_mechanism
 from limitmason.results import (
     ALMOST_SOLVED,
     CANNOT_STAND,

@@ -85,7 +85,7 @@ def test_rates_are_the_transpose_of_equilibrium():
     rng = np.random.default_rng(3)
     twists = rng.normal(size=(assembly.n_blocks, 6))
     rates = (equilibrium_matrix(assembly, points).T @ twists.ravel()).reshape(-1, 3)
-    from limitmason.certificate import resultants_from_points
+    from limitmason.resultants import resultants_from_points
 
     force = np.zeros((points.count, 3))
     r = resultants_from_points(assembly, points.position, points.interface, points.area, force)

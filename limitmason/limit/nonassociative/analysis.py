@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.certificate import certify, resultants_from_points, scaled_mechanism
+from limitmason.certificate import certify
 from limitmason.errors import InputError
 from limitmason.law_table import NON_ASSOCIATIVE, notes
 from limitmason.limit.associative import contact_facts, solve_associative
@@ -26,6 +26,7 @@ from limitmason.limit.nonassociative.search import EFFORTS, Effort, Polisher, Se
 from limitmason.limit.nonassociative.sequential import FrozenCones
 from limitmason.limit.nonassociative.smallest import Smallest, prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
+from limitmason.resultants import resultants_from_points, scaled_mechanism
 from limitmason.results import (
     ALMOST_SOLVED,
     NOT_CONVERGED,
