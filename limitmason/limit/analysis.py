@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +35,7 @@ def limit_analysis(
     tolerance: float = 1e-10,
     check_dead_load: bool = True,
     verbose: bool = False,
-    **options,
+    **options: Any,
 ) -> Prediction:
     """Collapse multiplier of an assembly by limit analysis, with mechanism, joint forces and certificate.
 
@@ -92,8 +93,9 @@ def limit_analysis(
             raise InputError("torsion_limit is available with the associative flow rule only")
         if solver != "auto":
             raise InputError(f"solver={solver!r} is available with the associative flow rule only")
-    model = {"contact_model": contact_model, "grid": chosen_grid(contact_model, grid), "in_plane": in_plane}
-    settings = {"tolerance": tolerance, "check_dead_load": check_dead_load, "verbose": verbose}
+    grid = chosen_grid(contact_model, grid)
+    model: dict[str, Any] = {"contact_model": contact_model, "grid": grid, "in_plane": in_plane}
+    settings: dict[str, Any] = {"tolerance": tolerance, "check_dead_load": check_dead_load, "verbose": verbose}
     if flow_rule == "associative":
         settings |= {"torsion_limit": torsion_limit, "solver": solver}
 
@@ -109,7 +111,7 @@ def limit_analysis(
     return governed(assembly, loads, parts, solve, model, check_dead_load=check_dead_load)
 
 
-def _associative(problem: Problem, model: dict, settings: dict) -> Prediction:
+def _associative(problem: Problem, model: dict[str, Any], settings: dict[str, Any]) -> Prediction:
     """Associative prediction; with crushing on a grid it says what half the points would have given."""
     prediction, _ = analyse(problem, **settings)
     if problem.law.crushes.any() and np.isfinite(prediction.collapse_multiplier):
@@ -121,7 +123,7 @@ def _associative(problem: Problem, model: dict, settings: dict) -> Prediction:
     return prediction
 
 
-def _nonassociative(problem: Problem, settings: dict, options: dict) -> Prediction:
+def _nonassociative(problem: Problem, settings: dict[str, Any], options: dict[str, Any]) -> Prediction:
     """Non-associative prediction; it counts as solved only when its certificate accepts it."""
     from limitmason.limit.nonassociative.analysis import solve_nonassociative
 

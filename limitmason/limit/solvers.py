@@ -5,6 +5,7 @@ The own solver is compiled by numba and therefore loaded only when it is used. I
 """
 
 import logging
+from typing import TYPE_CHECKING
 
 from limitmason.errors import InputError
 from limitmason.limit.interior_point.coverage import unsupported
@@ -21,6 +22,9 @@ TOLERANCE = 1e-10
 LARGE_IN_SPACE = 5000
 LARGE_IN_PLANE = 4000
 """Contact points from which "auto" takes the own solver: measured so that even the first call of a process gains."""
+
+if TYPE_CHECKING:
+    from limitmason.limit.interior_point.solver import Progress
 
 _log = logging.getLogger(__name__)
 
@@ -88,5 +92,5 @@ def solve_program(
     return other._replace(seconds=seconds, stands=own.stands, fallback=f"interior-point: {own.status}")
 
 
-def _log_progress(progress) -> None:
+def _log_progress(progress: "Progress") -> None:
     _log.info("%3d static %.10f kinematic %.10f residuals %.1e %.1e complementarity %.1e", *progress[:6])

@@ -42,7 +42,7 @@ def _bundled_openblas() -> tuple[Control, ...]:
     """Getter and setter of the thread count of every OpenBLAS inside numpy's and scipy's wheels."""
     found = []
     for package in (numpy, scipy):
-        folder = Path(package.__file__).parent
+        folder = Path(str(package.__file__)).parent
         for library in (*folder.parent.glob(f"{folder.name}.libs/*openblas*"), *folder.glob(".dylibs/*openblas*")):
             try:
                 handle = ctypes.CDLL(str(library))  # already loaded: this is a second name for it

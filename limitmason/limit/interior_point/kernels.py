@@ -7,6 +7,10 @@ algebra x o s = (x . s, x_0 s_i + s_0 x_i).
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 # a sum may be reordered so that it vectorises; not-a-number and infinity keep their meaning
 FAST = {"reassoc", "contract", "arcp", "nsz"}
@@ -16,7 +20,7 @@ FAST = {"reassoc", "contract", "arcp", "nsz"}
 
 
 @njit(cache=True)
-def breadth_first(start, neighbour, part, root, queue, level):
+def breadth_first(start: Index, neighbour: Index, part: Index, root: int, queue: Index, level: Index) -> int:
     """Levels of the nodes without a part that ``root`` reaches; their number, and ``queue`` holds them by level."""
     queue[0], level[root] = root, 0
     head, tail = 0, 1
@@ -33,7 +37,7 @@ def breadth_first(start, neighbour, part, root, queue, level):
 
 
 @njit(cache=True)
-def narrow_level(queue, level, count):
+def narrow_level(queue: Index, level: Index, count: int) -> int:
     """Level that splits a piece best: few nodes, with at least two fifths of the rest on either side if possible."""
     best, best_score = -1, 1e300
     first = 0
@@ -55,7 +59,9 @@ def narrow_level(queue, level, count):
 
 
 @njit(cache=True)
-def dissect_by_levels(start, neighbour, leaf, order, part, part_start):
+def dissect_by_levels(
+    start: Index, neighbour: Index, leaf: int, order: Index, part: Index, part_start: Index
+) -> int:
     """Cut a graph at narrow breadth-first levels until the pieces have at most ``leaf`` nodes; number of parts.
 
     ``order`` receives the nodes part by part, a separator before the pieces it separates; ``part`` the part of each
@@ -103,7 +109,9 @@ def dissect_by_levels(start, neighbour, leaf, order, part, part_start):
 
 
 @njit(cache=True, fastmath=FAST)
-def assemble_front(f11, f21, f22, points, row_start, place, coefficient, root):
+def assemble_front(
+    f11: Array, f21: Array, f22: Array, points: Index, row_start: Index, place: Index, coefficient: Array, root: Array
+) -> None:
     """Add (A_p C_p)(A_p C_p)^T of some points to the lower half of a front [[f11, .], [f21, f22]].
 
     Rows row_start[p] : row_start[p + 1] of ``coefficient`` are A_p without its zero rows, ``place`` their places in
@@ -139,7 +147,7 @@ def assemble_front(f11, f21, f22, points, row_start, place, coefficient, root):
 
 
 @njit(cache=True)
-def extend_add(f11, f21, f22, update, place):
+def extend_add(f11: Array, f21: Array, f22: Array, update: Array, place: Index) -> None:
     """Add the lower half of a child's ``update`` to its parent's front; ``place`` ascends."""
     owned, n = f11.shape[0], place.size
     for j in range(n):
@@ -157,7 +165,9 @@ def extend_add(f11, f21, f22, update, place):
 
 
 @njit(cache=True, fastmath=FAST)
-def substitute(x, first, owned, edge_start, edge, store_start, store):
+def substitute(
+    x: Array, first: Index, owned: Index, edge_start: Index, edge: Index, store_start: Index, store: Array
+) -> None:
     """Solve L L^T x = x in place for the rows of ``x``, shape (right-hand sides, n).
 
     Front k owns the unknowns first[k] : first[k] + owned[k] and touches edge[edge_start[k] : edge_start[k + 1]];
@@ -242,7 +252,7 @@ def substitute(x, first, owned, edge_start, edge, store_start, store):
 
 
 @njit(cache=True, error_model="numpy")
-def nesterov_todd(x, s):
+def nesterov_todd(x: Array, s: Array) -> tuple[bool, Array, Array]:
     """Scaling W with W x = W^-1 s, given by an axis of determinant one and a size; False where a point left its cone.
 
     Returns inside, axis (m, c), size (m,). Determinants are products (x_0 - |x_1..|)(x_0 + |x_1..|): the difference of
@@ -275,7 +285,7 @@ def nesterov_todd(x, s):
 
 
 @njit(cache=True, error_model="numpy")
-def scaled(axis, size, x, inverse):
+def scaled(axis: Array, size: Array, x: Array, inverse: bool) -> Array:
     """W x, or W^-1 x, at every point."""
     m, c = x.shape
     out = np.empty((m, c))
@@ -293,7 +303,7 @@ def scaled(axis, size, x, inverse):
 
 
 @njit(cache=True, error_model="numpy")
-def inverse_roots(axis, size, stiffness):
+def inverse_roots(axis: Array, size: Array, stiffness: Array) -> tuple[Array, Array, Array]:
     """Roots of the inverse Hessian H = W^2 + stiffness e_0 e_0^T of every point, without subtracting large numbers.
 
     Returns root (m, c, c) with root root^T = H^-1, turn = root^T W (m, c, c), lever = root^T e_0 (m, c).
@@ -328,7 +338,7 @@ def inverse_roots(axis, size, stiffness):
 
 
 @njit(cache=True, error_model="numpy")
-def inward(root, turn, lever, v, u, push):
+def inward(root: Array, turn: Array, lever: Array, v: Array, u: Array, push: Array) -> Array:
     """root^T v + turn u + lever push at every point."""
     m, c = v.shape
     out = np.empty((m, c))
@@ -342,7 +352,7 @@ def inward(root, turn, lever, v, u, push):
 
 
 @njit(cache=True, error_model="numpy")
-def outward(root, o):
+def outward(root: Array, o: Array) -> Array:
     """Root times o at every point."""
     m, c = o.shape
     out = np.empty((m, c))
@@ -356,7 +366,7 @@ def outward(root, o):
 
 
 @njit(cache=True, error_model="numpy")
-def inverse_hessian(root, v):
+def inverse_hessian(root: Array, v: Array) -> Array:
     """H^-1 v = root root^T v at every point."""
     m, c = v.shape
     out, o = np.empty((m, c)), np.empty(c)
@@ -375,7 +385,7 @@ def inverse_hessian(root, v):
 
 
 @njit(cache=True, error_model="numpy")
-def inverse_step(x, d):
+def inverse_step(x: Array, d: Array) -> float:
     """Largest 1 / step at which a point x + step d reaches the boundary of its cone; 0 when none ever does."""
     m, c = x.shape
     worst = 0.0

@@ -94,9 +94,11 @@ class BlockCholesky:
         self.size = int(stored.sum())
         self._store = np.empty(self.size)
         # where a child's boundary lies in its parent's front
-        self._child_place: list[Index | None] = [
-            None if p < 0 else self._front_place(int(p), edge) for p, edge in zip(tree.parent, self._edges, strict=True)
-        ]
+        self._child_place: dict[int, Index] = {
+            k: self._front_place(int(p), edge)
+            for k, (p, edge) in enumerate(zip(tree.parent, self._edges, strict=True))
+            if p >= 0
+        }
 
     def _front_place(self, front: int, rank: Index) -> Index:
         """Place of unknowns in a front: its own ones first, then its boundary."""

@@ -52,7 +52,8 @@ class ConeProgram(NamedTuple):
 
     def push(self, z: Array) -> Array:
         """Sum of the signed bound forces at every point, shape (m,)."""
-        return np.bincount(self.bound_point, self.bound_sign * z, self.matrix.shape[1] // self.components)
+        total = np.bincount(self.bound_point, self.bound_sign * z, self.matrix.shape[1] // self.components)
+        return np.asarray(total, dtype=float)
 
 
 class Iterate(NamedTuple):
@@ -147,7 +148,7 @@ class NewtonSystem:
         self._image = self._scaled_x(it.x)
         self.it = it
         p = self.program
-        stiffness = np.bincount(p.bound_point, it.z / it.slack, len(it.x))
+        stiffness = np.asarray(np.bincount(p.bound_point, it.z / it.slack, len(it.x)), dtype=float)
         self._root, self._turn, self._lever = kernels.inverse_roots(self._axis, self._size, stiffness)
         self.factor.factorise(self._root)
         self._live_solution: Array | None = None

@@ -185,7 +185,8 @@ def _measures(program: ConeProgram, it: Iterate, rest: Residuals) -> _Measures:
 
 
 def _iterate(
-    program: ConeProgram, factor: BlockCholesky, it: Iterate, tolerance: float, max_iterations: int, callback
+    program: ConeProgram, factor: BlockCholesky, it: Iterate, tolerance: float, max_iterations: int,
+    callback: Callable[[Progress], None] | None,
 ) -> tuple[str, Iterate, int]:
     """Iterate from a first point to a status."""
     newton = NewtonSystem(program, factor)

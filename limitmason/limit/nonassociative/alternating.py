@@ -52,9 +52,9 @@ class ForceProgram:
         equal = [sparse.hstack([law.matrix, sparse.csc_array(law.live[:, None])]), one[normal[opening]]]
         right = [-law.dead, np.zeros(int(opening.sum()))]
         s = np.flatnonzero(sliding)
-        for k in range(c - 1 if direction is not None else 0):
-            equal.append(one[normal[s] + 1 + k] + sparse.diags_array(direction[s, k] * law.tan_phi[s]) @ one[normal[s]])
-            right.append(-direction[s, k] * law.cohesion[s])
+        for k, along in enumerate(() if direction is None else direction[s].T):
+            equal.append(one[normal[s] + 1 + k] + sparse.diags_array(along * law.tan_phi[s]) @ one[normal[s]])
+            right.append(-along * law.cohesion[s])
         crushed = np.flatnonzero(np.isfinite(law.crushing))
         free = np.flatnonzero(~sliding)
         # rows of slope_rows that belong to points not held sliding
@@ -75,7 +75,7 @@ class ForceProgram:
         settings = solver_settings(TOLERANCE)
         settings.presolve_enable = False
         self._arguments = (sparse.csc_matrix((c * m + 1, c * m + 1)), matrix, bound, kinds, settings)
-        self._solver = None
+        self._solver: clarabel.DefaultSolver | None = None
 
     def solve(self, theta: float, weight: Array | None = None) -> tuple[float, Array] | None:
         """Multiplier and forces from the tension corner, or None."""
@@ -171,6 +171,6 @@ def lower(
         back = None if pushed is None else alternate(programs, pushed)
         for found in (back, complying_forces(programs.law, best)):
             lowered = found is not None and found.multiplier < best.multiplier - 1e-9
-            if lowered and exact(programs.law, found, tolerance):
+            if lowered and exact(found, programs.law, tolerance):
                 best = found
     return best

@@ -34,6 +34,7 @@ from limitmason.results import (
     UNBOUNDED,
     Bound,
     BoundKind,
+    Certificate,
     FlowRule,
     Prediction,
 )
@@ -195,7 +196,7 @@ def solve_nonassociative(
     certificate = certify(problem.assembly, problem.loads, prediction)
     provenance["seconds"] = time.perf_counter() - start
     prediction = replace(prediction, certificate=certificate)
-    return replace(prediction, warnings=tuple(_warnings(problem, prediction)))
+    return replace(prediction, warnings=tuple(_warnings(problem, prediction, certificate)))
 
 
 def radenkovic_lower(law: JointLaw) -> float:
@@ -235,7 +236,7 @@ def _at_small_dilatancy(
     best = found.best
     if limits is not None:
         near = Polisher(little, accuracy).finish(state)
-        if exact(little, near, accuracy) and (best is None or near.multiplier < best.multiplier):
+        if exact(near, little, accuracy) and (best is None or near.multiplier < best.multiplier):
             best = near
         if best is None or best.multiplier > state.multiplier * (1.0 + JUMP):
             proof = prove_smallest(
@@ -324,9 +325,9 @@ def _what_it_is(proof: dict | None, search: str | Effort) -> tuple[BoundKind, st
     )
 
 
-def _warnings(problem: Problem, prediction: Prediction) -> list[str]:
+def _warnings(problem: Problem, prediction: Prediction, certificate: Certificate) -> list[str]:
     out = []
-    certificate, details = prediction.certificate, prediction.details
+    details = prediction.details
     worst = max(certificate.flow_residual, certificate.complementarity, certificate.yield_violation)
     if not worst <= LOOSE:
         out.append(f"the true law is violated by {worst:.1e}: the multiplier is not certified")

@@ -1,6 +1,6 @@
 """The true joint law for any dilatancy angle, moved to its tension corner: slacks, rates, and what a state violates."""
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,6 +139,6 @@ def violation(law: JointLaw, state: State) -> Violation:
     )  # fmt: skip
 
 
-def exact(law: JointLaw, state: State | None, tolerance: float) -> bool:
+def exact(state: State | None, law: JointLaw, tolerance: float) -> TypeGuard[State]:
     """Whether a state keeps the true law within a tolerance."""
-    return state is not None and np.isfinite(state.force).all() and violation(law, state).worst <= tolerance
+    return state is not None and bool(np.isfinite(state.force).all()) and violation(law, state).worst <= tolerance

@@ -5,7 +5,8 @@ equilibrium by linear programs; bounds on the velocities are stated, then tighte
 """
 
 import time
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import highspy
 import numpy as np
@@ -47,8 +48,8 @@ class Proof(NamedTuple):
 
 
 def make_model(
-    cost: Array, matrix, row_low: Array, row_high: Array, low: Array, high: Array, *, integer: Array | None = None,
-    maximise: bool = False,
+    cost: Array, matrix: sparse.sparray, row_low: Array, row_high: Array, low: Array, high: Array, *,
+    integer: Array | None = None, maximise: bool = False,
 ) -> highspy.Highs:  # fmt: skip
     """HiGHS model of row_low <= matrix x <= row_high, low <= x <= high."""
     model = highspy.Highs()
@@ -165,7 +166,7 @@ class BoundedProgram:
         at = {name: slice(int(a), int(b)) for name, a, b in zip(sizes, ends[:-1], ends[1:], strict=True)}
         rows, row_low, row_high = [], [], []
 
-        def add(low, high, **parts) -> None:
+        def add(low: Sequence[float] | Array, high: Sequence[float] | Array, **parts: Any) -> None:
             names = {"z_plus": "z+", "z_minus": "z-", "plus": "slide+", "minus": "slide-", "lam": "lambda"}
             given = {names.get(k, k): v for k, v in parts.items()}
             count = len(low)
@@ -195,9 +196,9 @@ class BoundedProgram:
         add(np.full(g, -INF), np.zeros(g), z_minus=eye_g, minus=-diagonal(limits.slip[1]))
         add(np.full(g, -INF), np.ones(g), plus=eye_g, minus=eye_g)
         # the power balance, with the normal forces at either end of their range, ties lambda to the velocities
-        for normal, low, high in ((limits.normal_low, 0.0, INF), (limits.normal, -INF, 0.0)):
+        for normal, least, most in ((limits.normal_low, 0.0, INF), (limits.normal, -INF, 0.0)):
             row = self._power(cohesion + (law.tan_phi - law.tan_psi) * normal)[None, :]
-            add([low], [high], lam=[[1.0]], v=-row[:, :n], z_plus=-row[:, n : n + g], z_minus=-row[:, n + g :])
+            add([least], [most], lam=[[1.0]], v=-row[:, :n], z_plus=-row[:, n : n + g], z_minus=-row[:, n + g :])
         low, high = np.full(ends[-1], -INF), np.full(ends[-1], INF)
         low[at["N"]], high[at["N"]] = limits.normal_low, limits.normal
         low[at["lambda"]], high[at["lambda"]] = self.low, self.high

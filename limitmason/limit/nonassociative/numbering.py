@@ -117,12 +117,12 @@ def numbering(problem: Problem, *, mirrored: bool = False) -> Numbering:
     return Numbering(row, row_sign[freedom[row]], point, turn[point])
 
 
-def _keys(coordinates: Array, size: float) -> list[Array]:
+def _keys(coordinates: Array, size: float) -> list[Index]:
     """Keys for ``lexsort``, last coordinate first."""
     return [_ranks(coordinates[:, k], CLOSE * size) for k in (2, 1, 0)]
 
 
-def _ranks(values: Array, tolerance: float) -> Array:
+def _ranks(values: Array, tolerance: float) -> Index:
     """Rank of every value among the distinct ones; values closer than the tolerance to the next share a rank."""
     order = np.argsort(values, kind="stable")
     rank = np.empty(len(values), dtype=np.intp)

@@ -222,10 +222,12 @@ def descend(
     if answer is None or answer.multiplier > state.multiplier + 1e-9:
         return state
     best = State(answer.multiplier, answer.force, state.velocity, "descended")
-    noise = 0.0
+    noise: Array | float = 0.0
     for _ in range(rounds):
         velocity = programs.velocities(weight=answer.gain + noise, zero=programs.slacks(best.force) > ACTIVE)
-        found = None if velocity is None else programs.forces(theta=1.0, zero=programs.rates(velocity) > ACTIVE)
+        if velocity is None:
+            break
+        found = programs.forces(theta=1.0, zero=programs.rates(velocity) > ACTIVE)
         if found is None:
             break
         # the old forces comply with the new velocities as well: the multiplier cannot rise

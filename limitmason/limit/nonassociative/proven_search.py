@@ -1,6 +1,7 @@
 """Search for the smallest admissible multiplier in an order read off the geometry, and its proof on small problems."""
 
 import time
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +50,7 @@ def proof_is_tried(problem: Problem, prove: bool | None, search: str) -> bool:
 
 def search_and_prove(
     problem: Problem, law: JointLaw, effort: Effort, seconds: float, budget: float | None, verbose: bool,
-    bracket: tuple[float, float], **options,
+    bracket: tuple[float, float], **options: Any,
 ) -> tuple[Numbering, JointLaw, Search, Smallest | None]:  # fmt: skip
     """Search; with time for a proof a quick search, the proof, and the rest of the search if that is not complete.
 
@@ -101,7 +102,7 @@ def search_and_prove(
 
 
 def _in_order_of_geometry(
-    problem: Problem, law: JointLaw, effort: Effort, *, budget: float | None, **options
+    problem: Problem, law: JointLaw, effort: Effort, *, budget: float | None, **options: Any
 ) -> tuple[Numbering, JointLaw, Search]:
     """Search in an order that does not depend on how blocks are numbered: order, law and outcome of the lower end.
 

@@ -87,14 +87,14 @@ class Polisher:
         if self.plane is None:
             return alternate(self.cones, state)
         found = polish(self.plane, state)
-        if not exact(self.law, found, self.accuracy):
+        if not exact(found, self.law, self.accuracy):
             around = alternate(self.cones, state)
             again = None if around is None else polish(self.plane, around)
-            found = again if exact(self.law, again, self.accuracy) else found or around
-        if not exact(self.law, found, self.accuracy):
+            found = again if exact(again, self.law, self.accuracy) else found or around
+        if not exact(found, self.law, self.accuracy):
             return found
         lowered = descend(self.plane, found, rounds=20 + self.descents, tries=self.descents, random=self.random)
-        return lowered if exact(self.law, lowered, self.accuracy) else found
+        return lowered if exact(lowered, self.law, self.accuracy) else found
 
     def push(self, state: State, theta: float) -> State | None:
         """Exact state reached after giving the multiplier a weight against the law."""
@@ -111,7 +111,7 @@ class Polisher:
         ends = [state.multiplier]
         for largest in (False, True):
             found = complying_forces(self.law, state, largest=largest)
-            if exact(self.law, found, self.accuracy):
+            if exact(found, self.law, self.accuracy):
                 ends.append(found.multiplier)
         return min(ends), max(ends)
 
@@ -143,14 +143,14 @@ def search_smallest(
     def keep(strategy: str, candidate: State | None, run: Run | None, since: float) -> None:
         nonlocal best, nearest, least
         off = np.inf if candidate is None else violation(law, candidate).worst
-        good = off <= accuracy
+        good = candidate if off <= accuracy else None
         if candidate is not None and off < least:
             nearest, least = candidate, off
-        if good and (best is None or candidate.multiplier < best.multiplier - 1e-9):
-            best = candidate
+        if good is not None and (best is None or good.multiplier < best.multiplier - 1e-9):
+            best = good
         raw = run.state.multiplier if run is not None and run.state is not None else np.nan
         trial = Trial(
-            strategy, raw, run.steps if run else 0, candidate.multiplier if good else np.nan, off,
+            strategy, raw, run.steps if run else 0, np.nan if good is None else good.multiplier, off,
             time.perf_counter() - since,
         )  # fmt: skip
         trials.append(trial)
@@ -164,7 +164,7 @@ def search_smallest(
         first = first or run
         candidate = None if run.state is None else polisher.finish(run.state)
         keep(strategy, candidate, run, since)
-        if push and polisher.plane is None and exact(law, candidate, accuracy):
+        if push and polisher.plane is None and exact(candidate, law, accuracy):
             since = time.perf_counter()
             keep(f"{strategy}, pushed", lower(polisher.cones, candidate, tolerance=accuracy), None, since)
 

@@ -70,7 +70,7 @@ class FrozenCones:
         # presolve would forbid updating the right-hand side
         settings.presolve_enable = False
         self._arguments = (sparse.csc_matrix((n + 1, n + 1)), objective, matrix, self._bound, kinds, settings)
-        self._solver = None
+        self._solver: clarabel.DefaultSolver | None = None
 
     def solve(self, constant: Array) -> tuple[str, State | None]:
         """Solver status and state for r = ``constant`` (m,); no state when it is not a number."""
@@ -131,7 +131,8 @@ def run_sequence(
     multiplier does not mean that the true law holds, and the end depends on the start; always polish and check.
     """
     variant = variant or Variant()
-    total_steps, state, over, values = 0, None, np.inf, []
+    values: list[float] = []
+    total_steps, state, over = 0, None, np.inf
     for attempt in range(restarts + 1):
         slope = np.where(law.dilatant, law.tan_phi, law.tan_psi - variant.slope * law.tan_phi)
         program = FrozenCones(law, slope)

@@ -109,7 +109,7 @@ def prove_smallest(
         )
         proof = program.solve(best, time_limit=max(left(), 0.1), gap=0.1 * tolerance, verbose=verbose)
         nodes += proof.nodes
-        if exact(law, proof.state, ACCURACY) and proof.state.multiplier < value:
+        if exact(proof.state, law, ACCURACY) and proof.state.multiplier < value:
             best, value = proof.state, proof.state.multiplier
             share = _share(law, best, velocity_bound * limits)
         if proof.infeasible:

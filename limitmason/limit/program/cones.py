@@ -12,6 +12,7 @@ from scipy import sparse
 from limitmason.limit.program.problem import Problem
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 
 class Cones(NamedTuple):
@@ -35,13 +36,13 @@ class _Rows:
     """Collects sparse rows in groups of equal pattern."""
 
     def __init__(self) -> None:
-        self.row: list[Array] = []
-        self.col: list[Array] = []
+        self.row: list[Index] = []
+        self.col: list[Index] = []
         self.val: list[Array] = []
         self.constant: list[Array] = []
         self.count = 0
 
-    def add(self, columns: Array, values: Array, constant: Array) -> None:
+    def add(self, columns: Index, values: Array, constant: Array) -> None:
         """Append rows: columns and values of shape (n, k), constant of shape (n,)."""
         n, k = columns.shape
         self.row.append(np.repeat(self.count + np.arange(n), k))
@@ -107,8 +108,7 @@ def make_cones(problem: Problem, *, torsion: TorsionLimit | None = None) -> Cone
             one[:, 1, 1:] = root
             half = 0.5 * k * shift
             constant = np.column_stack([capacity / k + half, root * shift, capacity / k - half]).ravel()
-            one = one.reshape(-1, 3)
-            linear.add(rows_c, one, constant)
+            linear.add(rows_c, one.reshape(-1, 3), constant)
             sizes += [3] * len(end)
     if torsion is not None and len(torsion.interface):
         _add_torsion(problem, torsion, linear)

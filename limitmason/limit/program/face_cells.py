@@ -39,7 +39,7 @@ def whole_faces(assembly: Assembly) -> Cells:
     """One cell, the whole face, for every face that has cohesion of its own and touches a free block."""
     x = assembly.arrays
     free = ~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b])
-    return {int(k): (_outline(assembly, k),) for k in np.flatnonzero((spread_cohesion(assembly) > 0) & free)}
+    return {k: (_outline(assembly, k),) for k in np.flatnonzero((spread_cohesion(assembly) > 0) & free).tolist()}
 
 
 def _outline(assembly: Assembly, k: int) -> Array:
@@ -87,8 +87,8 @@ def refined(assembly: Assembly, cells: Cells, twists: Array, allowed: float) -> 
     at = np.column_stack([(sliding * x.tangent_1[faces]).sum(axis=1), (sliding * x.tangent_2[faces]).sum(axis=1)])
     cohesion = spread_cohesion(assembly)
     owner, polygons = [], []
-    for row, k in enumerate(cells):
-        owner += [row] * len(cells[k])
+    for number, k in enumerate(cells):
+        owner += [number] * len(cells[k])
         polygons += list(cells[k])
     row = np.array(owner)
     area, centre = (np.array(v) for v in zip(*(polygon_area_centroid(p) for p in polygons), strict=True))

@@ -1,6 +1,7 @@
 """The static theorem written out in cvxpy: the readable reference, and the door to other solvers."""
 
 import time
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from limitmason.limit.program.static import Solution
 from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED
 
 
-def solve_reference(problem: Problem, *, solver: str | None = None, verbose: bool = False, **options) -> Solution:
+def solve_reference(problem: Problem, *, solver: str | None = None, verbose: bool = False, **options: Any) -> Solution:
     """Maximise lambda by cvxpy: the same program as :func:`limitmason.limit.program.static.solve_static`, cone by cone.
 
     Parameters
@@ -25,6 +26,7 @@ def solve_reference(problem: Problem, *, solver: str | None = None, verbose: boo
         When cvxpy does not know the solver or it cannot solve this kind of program.
     """
     import cvxpy as cp
+    from cvxpy.atoms.affine.vstack import vstack  # the types of cvxpy know it there only
 
     cones = make_cones(problem)
     force = cp.Variable(problem.matrix.shape[1], name="f")
@@ -36,7 +38,7 @@ def solve_reference(problem: Problem, *, solver: str | None = None, verbose: boo
     sizes = np.array(cones.cone_sizes, dtype=int)
     for size in np.unique(sizes):
         first = start + np.concatenate([[0], np.cumsum(sizes)[:-1]])[sizes == size].astype(int)
-        tail = cp.vstack([slack[first + k] for k in range(1, size)])
+        tail = vstack([slack[first + k] for k in range(1, size)])
         law.append(cp.SOC(slack[first], tail, axis=0))
     program = cp.Problem(cp.Maximize(multiplier), [equilibrium, *law])
     begin = time.perf_counter()
@@ -58,4 +60,4 @@ def solve_reference(problem: Problem, *, solver: str | None = None, verbose: boo
     rate = float(problem.live @ velocity)
     velocity = velocity / rate if rate != 0 else velocity
     iterations = int(program.solver_stats.num_iters or 0)
-    return Solution(status, float(multiplier.value), force.value, velocity, iterations, seconds)
+    return Solution(status, float(np.asarray(multiplier.value).item()), force.value, velocity, iterations, seconds)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 from limitmason.law import peak_law
 from limitmason.limit.associative import solve_associative
@@ -33,7 +34,7 @@ class Bracket:
         return f"{text} <= lambda <= {self.upper.collapse_multiplier:.6g} (Radenkovic)"
 
 
-def limit_bracket(assembly: Assembly, loads: Loads, **options) -> Bracket:
+def limit_bracket(assembly: Assembly, loads: Loads, **options: Any) -> Bracket:
     """Upper and lower bound of the collapse multiplier for any flow rule between psi and phi.
 
     lambda_assoc(phi := psi) <= lambda <= lambda_assoc(phi).

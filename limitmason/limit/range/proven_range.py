@@ -16,7 +16,14 @@ from limitmason.limit.nonassociative.joint_law import State, exact, from_corner,
 from limitmason.limit.nonassociative.mixed_integer import BoundedProgram
 from limitmason.limit.nonassociative.polish import ACTIVE, PlanePrograms
 from limitmason.limit.nonassociative.search import EFFORTS, search_smallest
-from limitmason.limit.nonassociative.smallest import ASSOCIATIVE, MIXED_INTEGER, close, prove_smallest, velocity_limits
+from limitmason.limit.nonassociative.smallest import (
+    ASSOCIATIVE,
+    MIXED_INTEGER,
+    Smallest,
+    close,
+    prove_smallest,
+    velocity_limits,
+)
 from limitmason.limit.program.problem import chosen_grid, make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -178,8 +185,9 @@ def proven_range(
         )
     refuse(PROVEN_RANGE, CRUSHING, assembly, problem.interfaces)
     upper = solve_associative(problem)
-    if upper.status not in (SOLVED, ALMOST_SOLVED):
+    if upper.status not in (SOLVED, ALMOST_SOLVED) or upper.resultants is None:
         raise NotConverged(f"the associative analysis ended with {upper.status!r}: there is no range to prove")
+    ends: dict[str, RangeEnd] = {}
     law = joint_law(problem)
     scale, top = problem.live_scale, upper.collapse_multiplier / problem.live_scale
     if law.dilatant.all():
@@ -191,7 +199,7 @@ def proven_range(
     normal = (upper.resultants.point_force * problem.points.directions[:, 0]).sum(axis=1) / problem.force_scale
     found = search_smallest(law, from_corner(law, normal), effort=EFFORTS[search], seed=seed).best
     programs = PlanePrograms(law)
-    ends, lowest = {}, None
+    lowest: Smallest | None = None
     if found is None or "smallest" in which:
         # where the search finds no state, the program for the smallest looks for the first one
         lowest = prove_smallest(
@@ -202,12 +210,12 @@ def proven_range(
     if found is None:
         raise InputError(
             f"no admissible state exists with velocities up to {velocity_bound:g} times the mean live velocity"
-            if lowest.none
+            if lowest is not None and lowest.none
             else "no admissible state was found to begin with; try search='thorough' or a longer time_limit"
         )
     for name in which:
         since = time.perf_counter()
-        if name == "smallest":
+        if lowest is not None and name == "smallest":
             end = RangeEnd(
                 found.multiplier, lowest.bound, lowest.proven, lowest.method, lowest.velocity_bounded,
                 lowest.velocity_share, lowest.force_bounded, lowest.nodes,
@@ -240,7 +248,7 @@ def _largest(
     program = BoundedProgram(programs, value - 1e-6, top + 1e-6, limits, force)
     left = max(time_limit - (time.perf_counter() - began), 1.0)
     proof = program.solve(start, largest=True, time_limit=left, gap=0.1 * tolerance)
-    if exact(programs.law, proof.state, 1e-8):
+    if exact(proof.state, programs.law, 1e-8):
         value = max(value, proof.state.multiplier)
     share = float(np.max(np.abs(start.velocity) / limits))
     if proof.infeasible and share > 1.0:
