@@ -26,7 +26,7 @@ from limitmason.residuals import (
     yield_excess,
 )
 from limitmason.resultants import resultants_from_points, scaled_mechanism
-from limitmason.results import GAP, Certificate, FlowRule, Prediction
+from limitmason.results import GAP, Certificate, FlowRule, Prediction, Resultants
 
 Array = NDArray[np.float64]
 
@@ -184,7 +184,7 @@ def certify(
     scale = total_load(assembly, loads)
     twists = np.zeros((assembly.n_blocks, 6)) if m is None else np.where(assembly.held, 0.0, m.twists)
     state = point_state(assembly, r, twists)
-    forces = _forces_certified(assembly, loads, prediction, state)
+    forces = _forces_certified(assembly, loads, prediction, r, state)
     if m is None:
         return forces
     pairs = stress_block_pairs(assembly, prediction)
@@ -222,9 +222,11 @@ def certify(
     )  # fmt: skip
 
 
-def _forces_certified(assembly: Assembly, loads: Loads, prediction: Prediction, state: PointState) -> Certificate:
+def _forces_certified(
+    assembly: Assembly, loads: Loads, prediction: Prediction, r: Resultants, state: PointState
+) -> Certificate:
     """Certificate of the forces alone: equilibrium and joint law, over the total load and each by its own measure."""
-    r, value, x = prediction.resultants, prediction.collapse_multiplier, assembly.arrays
+    value, x = prediction.collapse_multiplier, assembly.arrays
     scale = total_load(assembly, loads)
     pairs = stress_block_pairs(assembly, prediction)
     rest = np.abs(unbalance(assembly, loads, r, value)).max(axis=1)

@@ -7,9 +7,14 @@ import csv
 from collections.abc import Sequence
 from math import isfinite
 from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 from limitmason.cli.console import analysis_options, figure_file, method_of, say, settings_of, show_text, writable
 from limitmason.errors import InputError
+
+if TYPE_CHECKING:
+    from limitmason import validation
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
@@ -91,7 +96,7 @@ def _run(options: argparse.Namespace) -> int:
         source, _, one = options.source.partition("/")
         names = ([one] if one else []) + options.specimens
         cases = [experiments.load(source, n) for n in names or experiments.specimens(source)]
-    rows = []
+    rows: list[validation.Row] = []
     for k, case in enumerate(cases, 1):
         say(f"[{k}/{len(cases)}] {case.source.name}/{case.specimen}")
         rows += validation.run(case, method_of(options), flow_rule=flow_rule, **settings)
@@ -106,8 +111,8 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _draw_comparison(path: Path, rows: Sequence, figures) -> None:
-    known = [r for r in rows if isfinite(r.predicted)]
+def _draw_comparison(path: Path, rows: Sequence[validation.Row], figures: ModuleType) -> None:
+    known = [r for r in rows if isfinite(r.predicted) and r.reference is not None]
     units = {r.unit for r in known}
     if len(units) != 1:
         raise InputError(
@@ -118,7 +123,7 @@ def _draw_comparison(path: Path, rows: Sequence, figures) -> None:
     names = {(r.source, r.specimen) for r in known}
     figure = figures.predicted_against_published(
         [(f"{r.specimen} {r.quantity}" if len(names) < len(known) else r.specimen, float(r.reference), r.predicted,
-          f"{r.kind}, {r.flow_rule or r.method}") for r in known],
+          f"{r.kind}, {r.flow_rule or r.method}") for r in known if r.reference is not None],
         quantity="collapse multiplier λ [-]" if units == {"-"} else f"collapse load [{units.pop()}]",
         published=" or ".join(sorted(kinds)),
         title=", ".join(sorted({r.source for r in known})),
