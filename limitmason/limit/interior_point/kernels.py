@@ -25,8 +25,7 @@ def breadth_first(start: Index, neighbour: Index, part: Index, root: int, queue:
     queue[0], level[root] = root, 0
     head, tail = 0, 1
     while head < tail:
-        node = queue[head]
-        head += 1
+        node, head = queue[head], head + 1
         for k in range(start[node], start[node + 1]):
             other = neighbour[k]
             if part[other] < 0 and level[other] < 0:
@@ -39,11 +38,9 @@ def breadth_first(start: Index, neighbour: Index, part: Index, root: int, queue:
 @njit(cache=True)
 def narrow_level(queue: Index, level: Index, count: int) -> int:
     """Level that splits a piece best: few nodes, with at least two fifths of the rest on either side if possible."""
-    best, best_score = -1, 1e300
-    first = 0
+    best, best_score, first = -1, 1e300, 0
     while first < count:
-        here = level[queue[first]]
-        last = first
+        here, last = level[queue[first]], first
         while last < count and level[queue[last]] == here:
             last += 1
         left, right = first, count - last
@@ -69,8 +66,7 @@ def dissect_by_levels(
     """
     n = part.size
     queue, level = np.empty(n, np.int64), np.full(n, -1, np.int64)
-    parts, placed = 0, 0
-    part_start[0] = 0
+    parts, placed, part_start[0] = 0, 0, 0
     for seed in range(n):
         while part[seed] < 0:
             # start twice from the farthest node: long thin levels
@@ -181,8 +177,7 @@ def substitute(
     work = np.empty(widest)
     for k in range(fronts):
         n, m, e = owned[k], edge_start[k + 1] - edge_start[k], edge_start[k]
-        top = store_start[k]
-        low = top + n * n
+        top, low = store_start[k], store_start[k] + n * n
         for r in range(x.shape[0]):
             own = x[r, first[k] : first[k] + n]
             for j in range(n):
@@ -213,8 +208,7 @@ def substitute(
                 x[r, edge[e + i]] -= t[i]
     for k in range(fronts - 1, -1, -1):
         n, m, e = owned[k], edge_start[k + 1] - edge_start[k], edge_start[k]
-        top = store_start[k]
-        low = top + n * n
+        top, low = store_start[k], store_start[k] + n * n
         for r in range(x.shape[0]):
             own, t = x[r, first[k] : first[k] + n], work[:m]
             for i in range(m):
@@ -288,8 +282,7 @@ def nesterov_todd(x: Array, s: Array) -> tuple[bool, Array, Array]:
 def scaled(axis: Array, size: Array, x: Array, inverse: bool) -> Array:
     """W x, or W^-1 x, at every point."""
     m, c = x.shape
-    out = np.empty((m, c))
-    sign = -1.0 if inverse else 1.0
+    out, sign = np.empty((m, c)), -1.0 if inverse else 1.0
     for p in range(m):
         factor = 1.0 / size[p] if inverse else size[p]
         dot = 0.0
