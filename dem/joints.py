@@ -25,7 +25,7 @@ from dem.kernels import (
     Joints,
     Points,
 )
-from limitmason.equilibrium import ContactPoints, contact_points
+from limitmason.contact_points import ContactPoints, contact_points
 from limitmason.errors import InputError, NotApplicable
 from limitmason.law import peak_law, residual_law
 from limitmason.model import Assembly

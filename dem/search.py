@@ -18,10 +18,10 @@ from dem.stepping import (
     hold,
     run,
 )
-from limitmason.certificate import scaled_mechanism
 from limitmason.errors import NotApplicable
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
+from limitmason.resultants import scaled_mechanism
 from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Mechanism, Status
 
 Array = NDArray[np.float64]

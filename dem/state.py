@@ -13,9 +13,9 @@ from dem import kernels
 from dem.joints import JointOptions, make_joints, make_points
 from dem.kernels import Bodies, Joints, Points
 from dem.stability import block_stiffness, scaled_masses, stable_step
-from limitmason.certificate import resultants_from_points
 from limitmason.errors import InputError, NotConverged
 from limitmason.model import Assembly, Joint, Loads
+from limitmason.resultants import resultants_from_points
 from limitmason.results import Resultants
 
 Array = NDArray[np.float64]
@@ -215,7 +215,7 @@ def make_state(
     ----------
     loads : its dead loads set the default stiffness
     contact_points : points along the unit and across the thickness, one pair or one per kind of joint or per wall; see
-        :func:`limitmason.equilibrium.contact_points`
+        :func:`limitmason.contact_points.contact_points`
     contact_model : "grid", or "vertices" for the corners of every interface
     mode : "quasi-static" scales mass and inertia so that every block is as fast as the step allows; "dynamic" keeps
         the real ones

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import limitmason as lm
-from limitmason.limit.search import EFFORTS
+from limitmason.limit.nonassociative.search import EFFORTS
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 OUT.mkdir(parents=True, exist_ok=True)

@@ -26,7 +26,7 @@ import numpy as np
 import dem
 from limitmason import experiments, figures, limit_analysis
 from limitmason.experiments import murano_u_walls as murano
-from mechanisms import murano as tables
+from mechanisms import murano_table_10 as tables
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 OUT.mkdir(parents=True, exist_ok=True)

@@ -25,10 +25,12 @@ from limitmason.residuals import (
     unbalance,
     yield_excess,
 )
-from limitmason.results import GAP, Certificate, FlowRule, Mechanism, Prediction, Resultants
+from limitmason.resultants import resultants_from_points, scaled_mechanism
+from limitmason.results import GAP, Certificate, FlowRule, Prediction, Resultants
 
 Array = NDArray[np.float64]
 
+# resultants are worked out in a file of their own; scripts that ask for them here keep working
 __all__ = [
     "FORCE_CAP",
     "PointState",
@@ -182,7 +184,7 @@ def certify(
     scale = total_load(assembly, loads)
     twists = np.zeros((assembly.n_blocks, 6)) if m is None else np.where(assembly.held, 0.0, m.twists)
     state = point_state(assembly, r, twists)
-    forces = _forces_certified(assembly, loads, prediction, state)
+    forces = _forces_certified(assembly, loads, prediction, r, state)
     if m is None:
         return forces
     pairs = stress_block_pairs(assembly, prediction)
@@ -220,9 +222,11 @@ def certify(
     )  # fmt: skip
 
 
-def _forces_certified(assembly: Assembly, loads: Loads, prediction: Prediction, state: PointState) -> Certificate:
+def _forces_certified(
+    assembly: Assembly, loads: Loads, prediction: Prediction, r: Resultants, state: PointState
+) -> Certificate:
     """Certificate of the forces alone: equilibrium and joint law, over the total load and each by its own measure."""
-    r, value, x = prediction.resultants, prediction.collapse_multiplier, assembly.arrays
+    value, x = prediction.collapse_multiplier, assembly.arrays
     scale = total_load(assembly, loads)
     pairs = stress_block_pairs(assembly, prediction)
     rest = np.abs(unbalance(assembly, loads, r, value)).max(axis=1)
@@ -239,41 +243,4 @@ def _forces_certified(assembly: Assembly, loads: Loads, prediction: Prediction, 
         static_multiplier=value, confinement=float(np.abs(r.normal).max(initial=0.0) / scale),
         block_residual=float(own[block]), worst_block=names[block], joint_excess=float(joint[face]),
         worst_joint=f"{names[x.block_a[face]]} / {names[x.block_b[face]]}",
-    )  # fmt: skip
-
-
-def scaled_mechanism(
-    assembly: Assembly, loads: Loads, twists: Array, position: Array, interface: NDArray
-) -> Mechanism | None:
-    """Mechanism scaled so that the live power is the size of the live load; None when the live load does no work."""
-    v = np.where(assembly.held, 0.0, twists)
-    rate = float((loads.live * v).sum())
-    if not rate > 0:
-        return None
-    size = live_size(assembly, loads)
-    v = v * ((size if size > 0 else 1.0) / rate)
-    opening, sliding = point_rates(assembly, v, position, interface)
-    x = assembly.arrays
-    t1 = (sliding * x.tangent_1[interface]).sum(axis=1)
-    t2 = (sliding * x.tangent_2[interface]).sum(axis=1)
-    return Mechanism(v, opening, np.column_stack([t1, t2]))
-
-
-def resultants_from_points(
-    assembly: Assembly, position: Array, interface: NDArray, area: Array, force: Array
-) -> Resultants:
-    """Resultants of all interfaces from contact-point forces on block b in global axes [N], shape (m, 3)."""
-    x = assembly.arrays
-    k = len(x.block_a)
-    arm = position - x.centre[interface]
-    moment = np.cross(arm, force)
-
-    def total(vector: Array, direction: Array) -> Array:
-        return np.bincount(interface, (vector * direction[interface]).sum(axis=1), k)
-
-    return Resultants(
-        total(force, x.normal),
-        np.column_stack([total(force, x.tangent_1), total(force, x.tangent_2)]),
-        np.column_stack([total(moment, x.tangent_1), total(moment, x.tangent_2)]),
-        total(moment, x.normal), position, interface, area, force,
     )  # fmt: skip

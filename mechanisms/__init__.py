@@ -5,6 +5,22 @@ Facades out of plane: simple rocking (A), compound rocking with stepped cracks i
 prescribe their friction: engineering estimates, no bounds of limit analysis; ``Prediction.bound`` says which is what.
 """
 
+import warnings
+from importlib import import_module
+from typing import Any
+
+from limitmason.stiffness import (
+    masonry_modulus_bui,
+    masonry_modulus_gonen,
+    masonry_modulus_itasca,
+    normal_stiffness_bui,
+    normal_stiffness_gonen,
+    normal_stiffness_itasca,
+    normal_stiffness_sarhosis,
+    shear_modulus,
+    shear_stiffness,
+    shear_stiffness_sarhosis,
+)
 from mechanisms.arch import ArchLimit, arch_limit, geometric_safety
 from mechanisms.catalogue import NAMES, catalogue, smallest
 from mechanisms.classical import inclined_hinge, overturning, rigid_block, rondelet_thickness, sliding, stack
@@ -17,22 +33,9 @@ from mechanisms.friction import (
     torsion_shear_curve,
 )
 from mechanisms.in_plane import slender_wall, sloping_crack, sloping_crack_limit, stepped_crack
+from mechanisms.light_damage import LightDamage, light_damage
 from mechanisms.out_of_plane import compound_rocking, simple_rocking
 from mechanisms.parameters import Facade
-from mechanisms.stiffness import (
-    LightDamage,
-    light_damage,
-    masonry_modulus_bui,
-    masonry_modulus_gonen,
-    masonry_modulus_itasca,
-    normal_stiffness_bui,
-    normal_stiffness_gonen,
-    normal_stiffness_itasca,
-    normal_stiffness_sarhosis,
-    shear_modulus,
-    shear_stiffness,
-    shear_stiffness_sarhosis,
-)
 from mechanisms.virtual_work import PowerBalance, check_contacts, flexure_power, rocking_power
 
 __all__ = [
@@ -78,3 +81,11 @@ __all__ = [
     "torsion_radius",
     "torsion_shear_curve",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """The old name of ``mechanisms.murano_table_10``, for one release."""
+    if name != "murano":
+        raise AttributeError(f"module 'mechanisms' has no attribute {name!r}")
+    warnings.warn("mechanisms.murano is now mechanisms.murano_table_10", DeprecationWarning, stacklevel=2)
+    return import_module("mechanisms.murano_table_10")

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.equilibrium import ContactPoints, contact_points, equilibrium_matrix
+from limitmason.contact_points import ContactPoints, contact_points
+from limitmason.equilibrium import equilibrium_matrix
 from limitmason.errors import NotApplicable
 from limitmason.law import interface_law
 from limitmason.model.assembly import Assembly

@@ -17,12 +17,14 @@ from limitmason.capacity.point_law import Elastic
 from limitmason.capacity.result import Energy, PushoverCurve, state_of
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.system import System
+from limitmason.contact_points import Grid, contact_points
 from limitmason.curve import Event
-from limitmason.equilibrium import Grid, contact_points, find_plane, project
+from limitmason.equilibrium import project
 from limitmason.errors import InputError, NotApplicable
 from limitmason.law import interface_law
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.plane import find_plane
 from limitmason.stated import tension_cut
 from limitmason.stiffness import SETTLEMENT, default_stiffness
 
@@ -62,7 +64,7 @@ def pushover(
         or (block, "x"), "y" or "z" of its centroid
     to : control displacement from the state under dead load [m]; negative for the other sense; None goes on until the
         load has fallen 0.2 % below its first limit point, at most to a tenth of a block
-    contact_model, grid : as in :func:`limitmason.equilibrium.contact_points`
+    contact_model, grid : as in :func:`limitmason.contact_points.contact_points`
     stiffness : kn, or (kn, ks), of every joint [Pa/m]; by default that of the joints, else the DEM's default
     steps : see :class:`Steps`
     start : curve whose last state is gone on from, for the same model, contact points and dead load; its live load must

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.equilibrium import ContactPoints
+from limitmason.contact_points import ContactPoints
 from limitmason.law import PointLaw
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads

@@ -11,9 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.equilibrium import ContactPoints, Plane, degrees_of_freedom
+from limitmason.contact_points import ContactPoints
+from limitmason.equilibrium import degrees_of_freedom
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.model.assembly import Assembly
+from limitmason.plane import Plane
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

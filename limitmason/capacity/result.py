@@ -11,9 +11,9 @@ from limitmason.capacity.kinematics import Pose, motion_between
 from limitmason.capacity.path import LASTING, LEVEL
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.system import System
-from limitmason.certificate import resultants_from_points, scaled_mechanism
 from limitmason.curve import Curve, CurvePoint
 from limitmason.errors import InputError
+from limitmason.resultants import resultants_from_points, scaled_mechanism
 from limitmason.results import Mechanism, Resultants
 
 Array = NDArray[np.float64]

@@ -1,11 +1,14 @@
 """Rigid blocks on linear elastic joints: small displacements and joint stresses before collapse."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from limitmason.equilibrium import contact_points, equilibrium_matrix
+from limitmason.contact_points import contact_points
+from limitmason.equilibrium import equilibrium_matrix
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model import Assembly, Loads
 
@@ -55,7 +58,7 @@ def elastic_displacements(
     # corners moved inwards so that the areas at them have the second moment of the face itself
     corner = np.bincount(k, points.area * (arm**2).sum(axis=1), len(x.area))
     shrink = np.sqrt(np.divide(_polar_moments(assembly), corner, out=np.zeros(len(x.area)), where=corner > 0))
-    points = points._replace(position=x.centre[k] + shrink[k, None] * arm)
+    points = replace(points, position=x.centre[k] + shrink[k, None] * arm)
     matrix = equilibrium_matrix(assembly, points)
     left_out = np.zeros(len(assembly.interfaces), dtype=bool)
     if not head_joints and _stands_without_head_joints(assembly):

@@ -5,9 +5,13 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from limitmason.cli.console import analysis_options, figure_file, method_of, say, settings_of, show_text, writable
 from limitmason.errors import InputError
+
+if TYPE_CHECKING:
+    pass
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:

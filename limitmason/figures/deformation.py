@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from limitmason.equilibrium import Plane
 from limitmason.errors import InputError
 from limitmason.figures import elevation, solid, style
 from limitmason.figures.mechanism import chosen_plane, page_frame
@@ -19,6 +18,7 @@ from limitmason.figures.motion import MovingJoints, RigidMotion, structure_size
 from limitmason.figures.painter import camera
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.model import Assembly
+from limitmason.plane import Plane
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -12,11 +12,11 @@ from matplotlib.patches import Patch
 from matplotlib.path import Path
 from numpy.typing import NDArray
 
-from limitmason.equilibrium import Plane
 from limitmason.figures import style
 from limitmason.figures.motion import MovingJoints, RigidMotion
 from limitmason.figures.outline import elevation_loops
 from limitmason.model import Assembly
+from limitmason.plane import Plane
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from limitmason.equilibrium import Plane
 from limitmason.errors import InputError
 from limitmason.figures import elevation, solid, style
 from limitmason.figures.motion import (
@@ -21,6 +20,7 @@ from limitmason.figures.motion import (
 from limitmason.figures.outline import elevation_plane, wall_plane
 from limitmason.figures.painter import camera
 from limitmason.model import Assembly
+from limitmason.plane import Plane
 from limitmason.results import Prediction
 
 Array = NDArray[np.float64]

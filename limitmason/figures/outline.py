@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from limitmason.equilibrium import Plane
 from limitmason.geometry import Solid
 from limitmason.geometry.polyhedron import face_planes
 from limitmason.model import Assembly, Block
+from limitmason.plane import Plane
 
 Array = NDArray[np.float64]
 

@@ -101,6 +101,11 @@ def mass_properties(solids: Sequence[Solid]) -> MassProperties:
     return MassProperties(volume, centroid, inertia)
 
 
+def steiner(arm: Array) -> Array:
+    """Inertia of unit volumes about a point at arms a [m], shape (n, 3): |a|^2 I - a a^T, shape (n, 3, 3)."""
+    return (arm**2).sum(axis=1)[:, None, None] * np.eye(3) - arm[:, :, None] * arm[:, None, :]
+
+
 def check_closed(solids: Sequence[Solid], names: Sequence[str]) -> None:
     """Refuse faces without three distinct vertices and solids that are open or of mixed orientation.
 

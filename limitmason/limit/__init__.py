@@ -1,9 +1,9 @@
 """Limit analysis of rigid-block assemblies as cone programs: associative, non-associative, and what bounds what."""
 
 from limitmason.limit.analysis import limit_analysis
-from limitmason.limit.bracket import Bracket, limit_bracket
-from limitmason.limit.problem import Problem, make_problem
-from limitmason.limit.proven_range import ProvenRange, proven_range
+from limitmason.limit.program.problem import Problem, make_problem
+from limitmason.limit.range.bracket import Bracket, limit_bracket
+from limitmason.limit.range.proven_range import ProvenRange, proven_range
 from limitmason.limit.settlement import settlement_analysis
 
 __all__ = [

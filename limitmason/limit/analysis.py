@@ -2,15 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from limitmason.equilibrium import Grid
+from limitmason.contact_points import Grid
 from limitmason.errors import InputError
 from limitmason.limit.associative import analyse
 from limitmason.limit.contact_notes import with_contact_warnings
 from limitmason.limit.parts import governed, independent_parts
-from limitmason.limit.problem import Problem, chosen_grid, make_problem
+from limitmason.limit.program.problem import Problem, chosen_grid, make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction
@@ -34,7 +35,7 @@ def limit_analysis(
     tolerance: float = 1e-10,
     check_dead_load: bool = True,
     verbose: bool = False,
-    **options,
+    **options: Any,
 ) -> Prediction:
     """Collapse multiplier of an assembly by limit analysis, with mechanism, joint forces and certificate.
 
@@ -57,7 +58,7 @@ def limit_analysis(
     tolerance : of the interior-point solver [-]
     check_dead_load : also check that the structure stands without live load
     verbose : report every iteration of the solver; associative only (``progress`` does for "non-associative")
-    options : for "non-associative", see :func:`limitmason.limit.nonassociative.solve_nonassociative`
+    options : for "non-associative", see :func:`limitmason.limit.nonassociative.analysis.solve_nonassociative`
 
     Returns
     -------
@@ -93,8 +94,9 @@ def limit_analysis(
             raise InputError("torsion_limit is available with the associative flow rule only")
         if solver != "auto":
             raise InputError(f"solver={solver!r} is available with the associative flow rule only")
-    model = {"contact_model": contact_model, "grid": chosen_grid(contact_model, grid), "in_plane": in_plane}
-    settings = {"tolerance": tolerance, "check_dead_load": check_dead_load, "verbose": verbose}
+    grid = chosen_grid(contact_model, grid)
+    model: dict[str, Any] = {"contact_model": contact_model, "grid": grid, "in_plane": in_plane}
+    settings: dict[str, Any] = {"tolerance": tolerance, "check_dead_load": check_dead_load, "verbose": verbose}
     if flow_rule == "associative":
         settings |= {"torsion_limit": torsion_limit, "solver": solver}
 
@@ -110,7 +112,7 @@ def limit_analysis(
     return governed(assembly, loads, parts, solve, model, check_dead_load=check_dead_load)
 
 
-def _associative(problem: Problem, model: dict, settings: dict) -> Prediction:
+def _associative(problem: Problem, model: dict[str, Any], settings: dict[str, Any]) -> Prediction:
     """Associative prediction; with crushing on a grid it says what half the points would have given."""
     prediction, _ = analyse(problem, **settings)
     if problem.law.crushes.any() and np.isfinite(prediction.collapse_multiplier):
@@ -122,9 +124,9 @@ def _associative(problem: Problem, model: dict, settings: dict) -> Prediction:
     return prediction
 
 
-def _nonassociative(problem: Problem, settings: dict, options: dict) -> Prediction:
+def _nonassociative(problem: Problem, settings: dict[str, Any], options: dict[str, Any]) -> Prediction:
     """Non-associative prediction; it counts as solved only when its certificate accepts it."""
-    from limitmason.limit.nonassociative import solve_nonassociative
+    from limitmason.limit.nonassociative.analysis import solve_nonassociative
 
     if problem.cells:
         _, problem = analyse(problem, **settings)  # cohesive faces need cells as fine as their torsion asks for

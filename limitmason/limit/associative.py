@@ -8,19 +8,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.certificate import certify, kinematic_multiplier, resultants_from_points, scaled_mechanism
+from limitmason.certificate import certify, kinematic_multiplier
 from limitmason.errors import InputError
 from limitmason.limit.associative_warnings import REASON, warnings_of
-from limitmason.limit.face_cells import Cells, refined, spread_cohesion
-from limitmason.limit.idle_joints import without_rounding
-from limitmason.limit.problem import Problem, make_problem
-from limitmason.limit.program import Solution, opening_motion, stands_under_dead_load
-from limitmason.limit.scaling import balanced, spread
-from limitmason.limit.solvers import solve_program, unsupported
-from limitmason.limit.strength import Cones, make_cones
+from limitmason.limit.interior_point.coverage import unsupported
+from limitmason.limit.program.cones import Cones, make_cones
+from limitmason.limit.program.face_cells import Cells, refined, spread_cohesion
+from limitmason.limit.program.idle_joints import without_rounding
+from limitmason.limit.program.problem import Problem, make_problem
+from limitmason.limit.program.scaling import balanced, spread
+from limitmason.limit.program.static import Solution, opening_motion, stands_under_dead_load
+from limitmason.limit.solvers import solve_program
 from limitmason.limit.torsion import with_torsion_limit
 from limitmason.model.load import Loads
 from limitmason.residuals import load_on_blocks
+from limitmason.resultants import resultants_from_points, scaled_mechanism
 from limitmason.results import (
     ALMOST_SOLVED,
     CANNOT_STAND,
@@ -36,6 +38,7 @@ from limitmason.results import (
     Mechanism,
     Prediction,
     Resultants,
+    Status,
 )
 
 Array = NDArray[np.float64]
@@ -74,7 +77,7 @@ def solve_associative(
 
     Parameters
     ----------
-    problem : from :func:`limitmason.limit.problem.make_problem`
+    problem : from :func:`limitmason.limit.program.problem.make_problem`
     torsion_limit : limit each face's torsion about its centre of pressure to that of uniform pressure over this number
         (an estimate)
     solver : "auto", "clarabel" or "interior-point", see :mod:`limitmason.limit.solvers`
@@ -106,7 +109,7 @@ def analyse(
     start = time.perf_counter()
     if torsion_limit and solver not in ("auto", "clarabel"):
         raise InputError(f"solver={solver!r} does not cover the torsion limit; use solver='clarabel'")
-    settings = {"tolerance": tolerance, "check_dead_load": check_dead_load, "verbose": verbose}
+    settings: dict[str, Any] = {"tolerance": tolerance, "check_dead_load": check_dead_load, "verbose": verbose}
     seconds = 0.0
     for refinement in range(REFINEMENTS + 1):
         limit = 0.0 if problem.cells else float(torsion_limit)  # torsion of a cohesive face needs its final cells
@@ -127,14 +130,15 @@ def _settled(
     problem: Problem, solver: str, *, torsion: float, tolerance: float, check_dead_load: bool, verbose: bool
 ) -> tuple[Prediction, float]:
     """The first answer that its certificate accepts, or else the best, and the seconds spent in solvers."""
-    best, spent, tried, unknown = None, 0.0, [], False
+    best: Prediction | None = None
+    spent, tried, unknown = 0.0, [], False
     for scaled, name in _attempts(problem, "clarabel" if torsion else solver):
         cones = make_cones(scaled)
         solution = solve_program(
             scaled, cones, solver=name, tolerance=tolerance, check_dead_load=check_dead_load, verbose=verbose
         )
         spent += solution.seconds
-        details: dict = {}
+        details: dict[str, Any] = {}
         if torsion and solution.status in (SOLVED, ALMOST_SOLVED):
             solution, seconds, details = with_torsion_limit(scaled, solution, tolerance, torsion, verbose=verbose)
             spent += seconds
@@ -147,6 +151,7 @@ def _settled(
             best, unknown = prediction, check_dead_load and stands is None
         if torsion or _sure(best, problem):
             break
+    assert best is not None, "there is at least one attempt"
     if best.status == CANNOT_STAND and not best.details.get("falling_margin", 0.0) > 0 and not problem.cells:
         reason = "neither forces that carry the dead load were found nor a motion that proves it cannot be carried"
         best = replace(best, status=NOT_CONVERGED, mechanism=None, warnings=(reason,))
@@ -339,7 +344,7 @@ def prediction_from(
         value = np.inf if solution.status == UNBOUNDED else np.nan
         mechanism, proof = _falling(problem, falling)
         status = solution.status
-        reason = REASON[status]
+        reason = REASON[Status(status)]
         if mechanism is not None:
             count, first = len(proof["falling_blocks"]), proof["falling_blocks"][0]
             reason += f"; the mechanism is that of the fall ({count} blocks move, among them {first!r})"
@@ -381,8 +386,11 @@ def _certified(problem: Problem, prediction: Prediction, torsion: bool) -> tuple
     certificate = certify(problem.assembly, problem.loads, prediction)
     if torsion:
         # the torsion limit is no part of the law that the kinematic value knows: only the forces are certified
-        unknown = dict.fromkeys(("flow_residual", "complementarity", "kinematic_multiplier", "gap"), float("nan"))
-        return replace(certificate, **unknown, discretisation=0.0, force_cap=float("inf")), 0.0
+        nan = float("nan")
+        return replace(
+            certificate, flow_residual=nan, complementarity=nan, kinematic_multiplier=nan, gap=nan, discretisation=0.0,
+            force_cap=float("inf"),
+        ), 0.0  # fmt: skip
     if certificate.gap - certificate.discretisation <= WIDE_GAP and np.isinf(certificate.force_cap):
         return certificate, 0.0
     motion, seconds = opening_motion(problem)

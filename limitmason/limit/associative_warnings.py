@@ -4,12 +4,14 @@ import numpy as np
 
 from limitmason.law import interface_law
 from limitmason.law_table import ASSOCIATIVE, notes
-from limitmason.limit.face_cells import spread_cohesion
-from limitmason.limit.problem import Problem
+from limitmason.limit.program.face_cells import spread_cohesion
+from limitmason.limit.program.problem import Problem
 from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, UNBOUNDED, Prediction
 
 CONFINEMENT_WARNING = 10.0
 """Largest joint force over the total load from which an answer is said to rest on self-stress."""
+
+TWISTED = "some faces carry more torsion than uniform pressure allows (0.38 (mu N + c A) a on a square)"
 
 REASON = {
     CANNOT_STAND: "no admissible joint forces carry the dead load: the structure cannot stand before any live load",
@@ -37,25 +39,33 @@ def warnings_of(problem: Problem, prediction: Prediction, confinement: float, to
             f"the torsion iteration did not settle: its last values lie between {min(tail):.6g} and {max(tail):.6g}"
         )
     out += notes(ASSOCIATIVE, problem.assembly, problem.interfaces)
-    if confinement > CONFINEMENT_WARNING:
-        out.append(
-            f"the answer rests on confining forces: the largest joint force is {confinement:.3g} times the load; "
-            "check with a method that builds up stress from zero"
-        )
+    out += self_stress(confinement)
     if problem.contact_model == "grid" and problem.plane is None and (spread_cohesion(problem.assembly) > 0).any():
         out.append(
             "cohesion is lumped at the points of the grid, its outermost on the edges of the faces, which overstates "
             "the torsion of cohesive faces (by 85 % on a square with 2 x 2 points, less with more); "
             "contact_model='vertices' bounds the error"
         )
-    if not torsion and not problem.stress_block.count and problem.plane is None:
-        x = problem.assembly.arrays
-        twist = np.abs(prediction.resultants.torsion)
-        pressed = np.maximum(prediction.resultants.normal, 0.0)
-        limit = interface_law(x).over(x.area).shear_strength(pressed) * np.sqrt(x.area)
-        if (twist > 0.4 * limit + 1e-6 * problem.force_scale).any():
-            out.append(
-                "some faces carry more torsion than uniform pressure allows (0.38 (mu N + c A) a on a square): "
-                "torsion_limit=True gives an estimate with it limited"
-            )
+    if not torsion and not problem.stress_block.count and twisted_faces(problem, prediction):
+        out.append(f"{TWISTED}: torsion_limit=True gives an estimate with it limited")
     return out
+
+
+def self_stress(confinement: float) -> list[str]:
+    """A warning where the largest joint force over the total load [-] is large, else nothing."""
+    if not confinement > CONFINEMENT_WARNING:
+        return []
+    return [
+        f"the answer rests on confining forces: the largest joint force is {confinement:.3g} times the load; "
+        "check with a method that builds up stress from zero"
+    ]
+
+
+def twisted_faces(problem: Problem, prediction: Prediction) -> bool:
+    """Whether a face in space carries more torsion than 0.4 of strength times side (a square: 0.3826)."""
+    resultants = prediction.resultants
+    if problem.plane is not None or resultants is None:
+        return False
+    x = problem.assembly.arrays
+    limit = interface_law(x).over(x.area).shear_strength(np.maximum(resultants.normal, 0.0)) * np.sqrt(x.area)
+    return bool((np.abs(resultants.torsion) > 0.4 * limit + 1e-6 * problem.force_scale).any())

@@ -1,27 +1,23 @@
 """What is known about the contacts of an assembly goes with every multiplier computed from them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import wraps
-from typing import Concatenate, ParamSpec
+from typing import Any, TypeVar, cast
 
 from limitmason.model.assembly import Assembly
 from limitmason.results import Prediction
 
-P = ParamSpec("P")
+Analysis = TypeVar("Analysis", bound=Callable[..., Prediction])
 
 
-def with_contact_warnings(
-    analysis: Callable[Concatenate[Assembly, P], Prediction],
-) -> Callable[Concatenate[Assembly, P], Prediction]:
+def with_contact_warnings(analysis: Analysis) -> Analysis:
     """An analysis whose prediction says how many faces nearly touch: found with the contacts, it costs nothing."""
 
     @wraps(analysis)
-    def wrapped(assembly: Assembly, *args: P.args, **options: P.kwargs) -> Prediction:
+    def wrapped(assembly: Assembly, *args: Any, **options: Any) -> Prediction:
         prediction = analysis(assembly, *args, **options)
         said = assembly.contact_warnings
         return replace(prediction, warnings=(*prediction.warnings, *said)) if said else prediction
 
-    return wrapped
+    return cast(Analysis, wrapped)

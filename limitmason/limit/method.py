@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from limitmason.limit.analysis import limit_analysis
-from limitmason.limit.nonassociative import solve_nonassociative
+from limitmason.limit.nonassociative.analysis import solve_nonassociative
 from limitmason.method import Look, Method, settings_of
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads

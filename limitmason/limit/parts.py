@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.certificate import certify, resultants_from_points, scaled_mechanism
+from limitmason.certificate import certify
 from limitmason.limit.associative import carry
-from limitmason.limit.problem import make_problem
+from limitmason.limit.program.problem import make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.support import Support
 from limitmason.residuals import part_labels
+from limitmason.resultants import resultants_from_points, scaled_mechanism
 from limitmason.results import (
     ALMOST_SOLVED,
     CANNOT_STAND,
@@ -62,7 +63,7 @@ def governed(
     ----------
     parts : from :func:`independent_parts`
     solve : prediction of an assembly in which the other parts are held
-    model : contact_model, grid, in_plane for :func:`limitmason.limit.problem.make_problem`
+    model : contact_model, grid, in_plane for :func:`limitmason.limit.program.problem.make_problem`
     check_dead_load : whether every part must also stand without live load
     """
     held, live = [], []
@@ -132,14 +133,15 @@ def _carrying(
     if own is not None and own.resultants is not None and abs(top - multiplier) <= SAME * max(abs(top), 1e-12):
         return own.resultants, None
     # between zero, where it stands, and its own multiplier forces may be mixed; else they are asked for directly
-    mixed = check and own is not None and own.resultants is not None and 0.0 <= multiplier < top
+    known = own.resultants if own is not None else None
+    mixed = check and known is not None and 0.0 <= multiplier < top
     at = 0.0 if mixed else multiplier
     at_zero = Loads(loads.dead + at * loads.live, np.zeros_like(loads.live))
     base, falling = carry(make_problem(part, at_zero, live_required=False, **model))
-    if base is None or not mixed:
+    if base is None or known is None or not mixed:
         return base, falling
     share = multiplier / top
-    return _mixed(part, [(1.0 - share, base), (share, own.resultants)]), None
+    return _mixed(part, [(1.0 - share, base), (share, known)]), None
 
 
 def _mixed(assembly: Assembly, shares: list[tuple[float, Resultants]]) -> Resultants:
@@ -152,7 +154,7 @@ def _mixed(assembly: Assembly, shares: list[tuple[float, Resultants]]) -> Result
         for _, r in shares
     )  # fmt: skip
     if same:
-        force = sum(share * r.point_force for share, r in shares)
+        force = np.asarray(sum(share * r.point_force for share, r in shares))
         return resultants_from_points(assembly, position, interface, first.point_area, force)
     return _joined(assembly, [
         resultants_from_points(assembly, r.point_position, r.point_interface, share * r.point_area,

@@ -1,6 +1,7 @@
 """Settlement of a support: is the structure stable when a support gives way, and by which mechanism."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from limitmason.limit.analysis import limit_analysis
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
-from limitmason.results import CANNOT_STAND, NO_TILT, UNBOUNDED, Prediction
+from limitmason.results import CANNOT_STAND, NO_TILT, UNBOUNDED, Prediction, Status
 
 _DIRECTIONS = {f"{sign}{axis}": (k, s) for k, axis in enumerate("xyz") for sign, s in (("+", 1.0), ("-", -1.0))}
 
@@ -20,7 +21,7 @@ _REASON = {
 
 
 def settlement_analysis(
-    assembly: Assembly, support: int | str, *, direction: str = "-z", loads: Loads | None = None, **options
+    assembly: Assembly, support: int | str, *, direction: str = "-z", loads: Loads | None = None, **options: Any
 ) -> Prediction:
     """Mechanism and smallest reaction of a support that gives way.
 
@@ -78,7 +79,7 @@ def settlement_analysis(
     prediction = limit_analysis(guided, settling, check_dead_load=False, **options)
     no_tilt = "the reaction of a support is no multiplier of loads"
     details = {**prediction.details, NO_TILT: no_tilt, "support_reaction": float("nan")}
-    warnings = (_REASON[prediction.status],) if prediction.status in _REASON else prediction.warnings
+    warnings = (_REASON[Status(prediction.status)],) if prediction.status in _REASON else prediction.warnings
     if np.isfinite(prediction.collapse_multiplier):
         reaction = -prediction.collapse_multiplier * total
         details["support_reaction"] = reaction

@@ -5,14 +5,13 @@ The own solver is compiled by numba and therefore loaded only when it is used. I
 """
 
 import logging
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from limitmason.errors import InputError, NotApplicable
-from limitmason.law_table import INTERIOR_POINT, SMOOTH, STRESS_BLOCK, refuse
-from limitmason.limit.problem import Problem
-from limitmason.limit.program import Solution, solve_static
-from limitmason.limit.strength import Cones
+from limitmason.errors import InputError
+from limitmason.limit.interior_point.coverage import unsupported
+from limitmason.limit.program.cones import Cones
+from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.static import Solution, solve_static
 from limitmason.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED
 
 SOLVERS = ("auto", "clarabel", "interior-point", "cvxpy")
@@ -24,22 +23,10 @@ LARGE_IN_SPACE = 5000
 LARGE_IN_PLANE = 4000
 """Contact points from which "auto" takes the own solver: measured so that even the first call of a process gains."""
 
+if TYPE_CHECKING:
+    from limitmason.limit.interior_point.solver import Progress
+
 _log = logging.getLogger(__name__)
-
-
-def unsupported(problem: Problem) -> str | None:
-    """What keeps the own solver from a problem, or None: it needs friction everywhere and linear bounds per point."""
-    try:
-        refuse(INTERIOR_POINT, STRESS_BLOCK, problem.assembly, problem.block_interfaces)
-        refuse(INTERIOR_POINT, SMOOTH, problem.assembly, problem.interfaces)
-    except NotApplicable as refusal:
-        return str(refusal)
-    if (np.bincount(problem.matrix.indices, minlength=len(problem.row)) == 0).any():
-        return (
-            "the interior-point solver of this package does not cover blocks with a free motion that no joint resists; "
-            "use solver='clarabel'"
-        )
-    return None
 
 
 def choose_solver(problem: Problem, solver: str = "auto") -> str:
@@ -71,7 +58,7 @@ def solve_program(
 
     Parameters
     ----------
-    cones : the joint law, see :func:`limitmason.limit.strength.make_cones`
+    cones : the joint law, see :func:`limitmason.limit.program.cones.make_cones`
     solver : "auto", "clarabel" or "interior-point"; "cvxpy" or "cvxpy:NAME" for any solver installed for cvxpy
     tolerance : of the solver, see there [-]; a solver by way of cvxpy stops at its own
     check_dead_load : let the own solver also find out whether the dead load alone can be carried
@@ -86,7 +73,7 @@ def solve_program(
     """
     chosen = choose_solver(problem, solver)
     if chosen.startswith("cvxpy"):
-        from limitmason.limit.reference import solve_reference
+        from limitmason.limit.program.reference import solve_reference
 
         if tolerance != TOLERANCE:
             raise InputError(f"tolerance={tolerance!r} is not passed on to solver={solver!r}; leave it out")
@@ -94,7 +81,7 @@ def solve_program(
         return solve_reference(problem, solver=name, verbose=verbose)._replace(solver=chosen)
     if chosen == "clarabel":
         return solve_static(problem, cones, tolerance=tolerance, verbose=verbose)
-    from limitmason.limit.interior_point import solve_interior_point
+    from limitmason.limit.interior_point.solver import solve_interior_point
 
     callback = _log_progress if verbose else None
     own = solve_interior_point(problem, tolerance=tolerance, check_dead_load=check_dead_load, callback=callback)
@@ -107,5 +94,5 @@ def solve_program(
     return other._replace(seconds=seconds, stands=own.stands, fallback=f"interior-point: {own.status}")
 
 
-def _log_progress(progress) -> None:
+def _log_progress(progress: "Progress") -> None:
     _log.info("%3d static %.10f kinematic %.10f residuals %.1e %.1e complementarity %.1e", *progress[:6])

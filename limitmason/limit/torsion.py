@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.geometry.polygon import centred_overlap, polar_mean_radius
-from limitmason.limit.problem import Problem
-from limitmason.limit.program import Solution, solve_static
-from limitmason.limit.strength import TorsionLimit, make_cones
+from limitmason.limit.program.cones import TorsionLimit, make_cones
+from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.static import Solution, solve_static
 from limitmason.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED
 
 Array = NDArray[np.float64]
@@ -26,7 +26,8 @@ def with_torsion_limit(
     """
     if problem.plane is not None:
         return solution, 0.0, {"torsion_iterations": 0}
-    values, seconds, force, last = [], 0.0, solution.force, None
+    last: Solution | None = None
+    values, seconds, force = [], 0.0, solution.force
     for k in range(MAX_ITERATIONS):
         limits = torsion_limits(problem, force)
         limits = limits._replace(radius=limits.radius / reduction)
@@ -47,6 +48,8 @@ def with_torsion_limit(
         if k >= 12 and max(recent) - min(recent) <= 1e-3 * abs(values[-1]):
             break
         force = force + (answer.force - force) * (0.5 if k < 6 else 3.0 / k)
+    if last is None:
+        return solution._replace(status=NOT_CONVERGED), seconds, {"torsion_iterations": MAX_ITERATIONS}
     recent = values[-min(10, len(values)) :] if len(values) > 1 else values
     tail = recent[-5:]
     spread = 0.0 if len(values) < 3 else (max(tail) - min(tail)) / max(abs(values[-1]), 1e-300)

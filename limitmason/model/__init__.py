@@ -1,9 +1,9 @@
 """The nouns every method works on: blocks, joints, interfaces, supports, loads and their assembly; all frozen."""
 
 from limitmason.model.arrays import AssemblyArrays
-from limitmason.model.assembly import Assembly
+from limitmason.model.assembly import Assembly, ContactError
 from limitmason.model.block import Block
-from limitmason.model.detection import ContactError, ContactWarning
+from limitmason.model.detection import ContactWarning
 from limitmason.model.interface import Interface
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads

@@ -1,22 +1,21 @@
 """The assembly: blocks, the interfaces found between them, supports and the recipe it was built from."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.geometry.contact import KEPT, ContactRules, Doubt
 from limitmason.geometry.polygon import clean_outline, convex_pieces
-from limitmason.geometry.polyhedron import longest_sides, mass_properties, prism
-from limitmason.model.arrays import AssemblyArrays, face_arrays
+from limitmason.geometry.polyhedron import longest_sides, prism
 from limitmason.model.block import Block
+from limitmason.model.blockwork import Blockwork
+from limitmason.model.contact_report import ContactReport, contact_report
 from limitmason.model.detection import (
-    ContactError,
     Pieces,
     closed_pieces,
     detect,
@@ -29,20 +28,23 @@ from limitmason.model.detection import (
     warn_of_doubts,
 )
 from limitmason.model.input import JointChoice, JointTable, read_densities, read_fixed, read_number, read_pieces
-from limitmason.model.interface import Interface, interface_kind, pulled_in
+from limitmason.model.interface import Interface, interface_kind, shortened
 from limitmason.model.joint import Joint
 from limitmason.model.moved import renumbered, transformed
 from limitmason.model.plausibility import warn_of_blocks, warn_of_tolerance
 from limitmason.model.support import Support
 
-if TYPE_CHECKING:
-    from limitmason.model.contact_report import ContactReport
 
-Array = NDArray[np.float64]
+class ContactError(InputError):
+    """Blocks that overlap or float; ``assembly`` holds them as far as they go, for ``assembly.contact_report()``."""
+
+    def __init__(self, text: str, assembly: "Assembly") -> None:
+        super().__init__(text)
+        self.assembly = assembly
 
 
 @dataclass(frozen=True, eq=False)
-class Assembly:
+class Assembly(Blockwork):
     """Rigid blocks in contact.
 
     Build one with :meth:`from_polygons`, :meth:`from_polyhedra` or the builders in ``limitmason.build``.
@@ -55,14 +57,6 @@ class Assembly:
     contact_rules : which faces count as touching, as given or by default
     doubts : near misses and contacts kept by a rule, as found with the interfaces; see :meth:`contact_report`
     """
-
-    blocks: tuple[Block, ...]
-    interfaces: tuple[Interface, ...]
-    supports: tuple[Support, ...] = ()
-    recipe: Mapping[str, Any] = field(default_factory=dict)
-    tolerance: float = 0.0
-    contact_rules: ContactRules = field(default_factory=ContactRules)
-    doubts: tuple[Doubt, ...] = ()
 
     # ---- construction -------------------------------------------------------------------------------------------
 
@@ -293,17 +287,7 @@ class Assembly:
         ValueError
             When an interface is not wider than twice the inset.
         """
-        if not inset >= 0:
-            raise InputError(f"inset must be >= 0 m, got {inset!r}")
-        keep = None if direction is None else np.asarray(direction, dtype=float) / np.linalg.norm(direction)
-        changed = []
-        for interface in self.interfaces:
-            polygon = pulled_in(interface, inset, keep)
-            if polygon is None:
-                a, b = self.blocks[interface.block_a].name, self.blocks[interface.block_b].name
-                raise InputError(f"the interface between {a!r} and {b!r} is not wider than twice the inset {inset} m")
-            changed.append(replace(interface, polygon=polygon))
-        return replace(self, interfaces=tuple(changed))
+        return replace(self, interfaces=shortened(self.interfaces, [b.name for b in self.blocks], inset, direction))
 
     def transformed(self, matrix: ArrayLike, translation: ArrayLike = (0.0, 0.0, 0.0)) -> "Assembly":
         """This assembly rotated, mirrored or scaled by a matrix and moved; x -> M x + t, gravity stays along -z.
@@ -323,95 +307,7 @@ class Assembly:
         """This assembly with its blocks in another order: new block k is old block ``order[k]``."""
         return renumbered(self, order)
 
-    # ---- looking things up --------------------------------------------------------------------------------------
-
-    @property
-    def n_blocks(self) -> int:
-        """Number of blocks, held ones included."""
-        return len(self.blocks)
-
-    @cached_property
-    def _numbers(self) -> dict[str, int]:
-        return {b.name: i for i, b in enumerate(self.blocks)}
-
-    def block_index(self, block: int | str) -> int:
-        """Number of a block given by name or number; an unknown one is an error that lists near names."""
-        if isinstance(block, str):
-            if block not in self._numbers:
-                near = sorted(self._numbers, key=lambda n: (n[:3] != block[:3], abs(len(n) - len(block))))[:5]
-                raise InputError(f"there is no block named {block!r}; names include {', '.join(near)}")
-            return self._numbers[block]
-        if not 0 <= int(block) < self.n_blocks:
-            raise InputError(f"block number {block} is outside 0 .. {self.n_blocks - 1}")
-        return int(block)
-
-    @cached_property
-    def held(self) -> NDArray[np.bool_]:
-        """Held degrees of freedom x, y, z, rx, ry, rz, shape (n_blocks, 6)."""
-        flags = np.zeros((self.n_blocks, 6), dtype=bool)
-        for support in self.supports:
-            flags[self.block_index(support.block)] |= np.array(support.held)
-        return flags
-
-    @property
-    def fixed(self) -> NDArray[np.bool_]:
-        """Blocks held in all six degrees of freedom, shape (n_blocks,)."""
-        return np.asarray(self.held.all(axis=1))
-
-    @cached_property
-    def _mass_properties(self) -> tuple[Array, Array, Array]:
-        pieces = [part for block in self.blocks for part in block.parts]
-        owner = np.repeat(np.arange(self.n_blocks), [len(b.parts) for b in self.blocks])
-        part = mass_properties(pieces)
-        volume = np.bincount(owner, part.volume, self.n_blocks).astype(float)
-        centroid = np.stack(
-            [np.bincount(owner, part.volume * part.centroid[:, k], self.n_blocks) / volume for k in range(3)], axis=1
-        )
-        arm = part.centroid - centroid[owner]
-        steiner = (arm**2).sum(axis=1)[:, None, None] * np.eye(3) - arm[:, :, None] * arm[:, None, :]
-        inertia = np.zeros((self.n_blocks, 3, 3))
-        np.add.at(inertia, owner, part.inertia + part.volume[:, None, None] * steiner)
-        return volume, centroid, inertia
-
-    @property
-    def centroids(self) -> Array:
-        """Block centroids [m], shape (n_blocks, 3)."""
-        return self._mass_properties[1]
-
-    @property
-    def volumes(self) -> Array:
-        """Block volumes [m3], shape (n_blocks,)."""
-        return self._mass_properties[0]
-
-    @property
-    def weights(self) -> Array:
-        """Block weights, density times volume times g [N], shape (n_blocks,)."""
-        return np.array([b.density for b in self.blocks]) * self.volumes * GRAVITY
-
-    @cached_property
-    def arrays(self) -> AssemblyArrays:
-        """Everything as contiguous arrays, made once."""
-        volume, centroid, inertia = self._mass_properties
-        density = np.array([b.density for b in self.blocks])
-        k = len(self.interfaces)
-        normal = np.array([i.normal for i in self.interfaces]).reshape(k, 3)
-        t1, t2, centre, area, corners, start = face_arrays([i.polygon for i in self.interfaces], normal)
-        laws = {id(i.joint): i.joint for i in self.interfaces}
-        table = {
-            key: (
-                j.tan_phi, j.tan_psi, j.cohesion, j.tensile_strength, j.compressive_strength,
-                np.nan if j.normal_stiffness is None else j.normal_stiffness,
-                np.nan if j.shear_stiffness is None else j.shear_stiffness,
-            )
-            for key, j in laws.items()
-        }  # fmt: skip
-        law = np.array([table[id(i.joint)] for i in self.interfaces], dtype=float).reshape(k, 7)
-        return AssemblyArrays(
-            centroid, volume, density * volume, density[:, None, None] * inertia, density * volume * GRAVITY, self.held,
-            np.array([i.block_a for i in self.interfaces], dtype=np.intp),
-            np.array([i.block_b for i in self.interfaces], dtype=np.intp),
-            normal, t1, t2, centre, area, corners, start, *np.ascontiguousarray(law.T),
-        )  # fmt: skip
+    # ---- contacts -------------------------------------------------------------------------------------------------
 
     def check_connected(self) -> None:
         """Refuse an assembly in which nothing is held or a block has no path of contacts to a held one.
@@ -446,7 +342,7 @@ class Assembly:
         )  # fmt: skip
         return (f"{count} {which}: see assembly.contact_report()",)
 
-    def contact_report(self, *, distance: float | None = None, angle_deg: float | None = None) -> "ContactReport":
+    def contact_report(self, *, distance: float | None = None, angle_deg: float | None = None) -> ContactReport:
         """Which faces touch, which nearly do, and what a wider tolerance would add.
 
         Parameters
@@ -460,6 +356,4 @@ class Assembly:
         ContactReport
             ``print`` it for a table; :func:`limitmason.figures.contact_report` draws it.
         """
-        from limitmason.model.contact_report import contact_report
-
         return contact_report(self, distance=distance, angle_deg=angle_deg)

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.geometry.polyhedron import Solid, mass_properties
+from limitmason.geometry.polyhedron import Solid, mass_properties, steiner
 
 Array = NDArray[np.float64]
 
@@ -34,8 +34,7 @@ class Block:
         volume = float(part.volume.sum())
         centroid = (part.volume[:, None] * part.centroid).sum(axis=0) / volume
         arm = part.centroid - centroid
-        steiner = (arm**2).sum(axis=1)[:, None, None] * np.eye(3) - arm[:, :, None] * arm[:, None, :]
-        return volume, centroid, (part.inertia + part.volume[:, None, None] * steiner).sum(axis=0)
+        return volume, centroid, (part.inertia + part.volume[:, None, None] * steiner(arm)).sum(axis=0)
 
     @property
     def volume(self) -> float:

@@ -1,11 +1,9 @@
 """The contact report: which faces touch, which nearly do, what hangs on little, what a wider tolerance would add."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +26,7 @@ from limitmason.geometry.contact import (
 )
 from limitmason.geometry.facing import all_faces
 from limitmason.geometry.overlap import near_pairs, penetrations, touching_edges
+from limitmason.model.blockwork import Blockwork
 from limitmason.model.detection import (
     Pieces,
     contact_distances,
@@ -40,9 +39,6 @@ from limitmason.model.detection import (
     pieces_of,
 )
 from limitmason.model.face_touch import UntouchedFace, contact_gaps, least_width, untouched_faces
-
-if TYPE_CHECKING:
-    from limitmason.model.assembly import Assembly
 
 Array = NDArray[np.float64]
 
@@ -211,7 +207,7 @@ class ContactReport:
         return "\n".join(lines)
 
 
-def contact_report(assembly: Assembly, *, distance: float | None, angle_deg: float | None) -> ContactReport:
+def contact_report(assembly: Blockwork, *, distance: float | None, angle_deg: float | None) -> ContactReport:
     """See ``Assembly.contact_report``."""
     if distance is not None and not (np.isfinite(distance) and distance > 0.0):
         raise InputError(f"distance must be positive [m], got {distance!r}")
@@ -315,7 +311,7 @@ def _would_add(
     return tuple(out)
 
 
-def _entries(assembly: Assembly, pieces: Pieces, exact: float) -> list[ContactEntry]:
+def _entries(assembly: Blockwork, pieces: Pieces, exact: float) -> list[ContactEntry]:
     x = assembly.arrays
     gaps, angles = contact_gaps(assembly, pieces)
     out = []

@@ -1,9 +1,7 @@
 """Contacts of the blocks of an assembly: which tolerance holds, what was found, and what to say about the rest."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,22 +10,12 @@ from limitmason.constants import RELATIVE_TOLERANCE
 from limitmason.errors import InputError
 from limitmason.geometry.contact import KEPT, NEAR, ContactPatches, ContactRules, Doubt, find_contacts
 from limitmason.geometry.polyhedron import Solid, check_closed, check_solids, least_widths
+from limitmason.model.block import Block
+from limitmason.model.blockwork import Blockwork
+from limitmason.model.interface import Interface
 from limitmason.model.plausibility import PlausibilityWarning, warn
 
-if TYPE_CHECKING:
-    from limitmason.model.assembly import Assembly
-    from limitmason.model.block import Block
-    from limitmason.model.interface import Interface
-
 Array = NDArray[np.float64]
-
-
-class ContactError(InputError):
-    """Blocks that overlap or float; ``assembly`` holds them as far as they go, for ``assembly.contact_report()``."""
-
-    def __init__(self, text: str, assembly: Assembly) -> None:
-        super().__init__(text)
-        self.assembly = assembly
 
 
 class ContactWarning(PlausibilityWarning):
@@ -112,7 +100,7 @@ def overlap_text(found: ContactPatches, blocks: Sequence[Block], widths: Array, 
     )
 
 
-def loose_blocks(assembly: Assembly) -> NDArray[np.intp]:
+def loose_blocks(assembly: Blockwork) -> NDArray[np.intp]:
     """Numbers of the blocks without a chain of contacts to one that is held."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -124,7 +112,7 @@ def loose_blocks(assembly: Assembly) -> NDArray[np.intp]:
     return np.flatnonzero(~np.isin(label, label[assembly.held.any(axis=1)]))
 
 
-def floating_text(assembly: Assembly, loose: NDArray[np.intp]) -> str:
+def floating_text(assembly: Blockwork, loose: NDArray[np.intp]) -> str:
     """What to say of blocks without a chain of contacts to a support."""
     near = [d for d in assembly.doubts if d.kind not in KEPT and (d.a in loose or d.b in loose)]
     first = int(loose[0])
@@ -150,7 +138,7 @@ def doubt_text(doubt: Doubt, blocks: Sequence[Block]) -> str:
     return f"{blocks[doubt.a].name!r} and {blocks[doubt.b].name!r} (gap {gap}, {doubt.angle_deg:.2g} degrees{wide})"
 
 
-def interfaces_by_pair(assembly: Assembly) -> dict[tuple[int, int], list[Interface]]:
+def interfaces_by_pair(assembly: Blockwork) -> dict[tuple[int, int], list[Interface]]:
     """Interfaces of every pair of blocks (a, b), a < b."""
     out: dict[tuple[int, int], list[Interface]] = {}
     for i in assembly.interfaces:
@@ -207,7 +195,7 @@ def near_misses(
     ]
 
 
-def warn_of_doubts(assembly: Assembly, kept: Sequence[Doubt], missed: Sequence[Doubt]) -> None:
+def warn_of_doubts(assembly: Blockwork, kept: Sequence[Doubt], missed: Sequence[Doubt]) -> None:
     """Name the joints that were made by a rule, and those that were not made."""
     narrow = [d for d in missed if d.kind == "narrow"]
     missed = [d for d in missed if d.kind != "narrow"]

@@ -1,10 +1,12 @@
 """A contact interface: the plane polygon over which two blocks touch, with its joint law."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from limitmason.errors import InputError
 from limitmason.geometry.polygon import clip_convex
 from limitmason.model.joint import Joint
 
@@ -45,7 +47,7 @@ def interface_kind(normal: Array, held_a: bool, held_b: bool) -> str:
     return "bed" if abs(normal[2]) >= np.sqrt(0.5) else "head"
 
 
-def pulled_in(interface: Interface, inset: float, keep: Array | None) -> Array | None:
+def _pulled_in(interface: Interface, inset: float, keep: Array | None) -> Array | None:
     """Polygon of an interface with its edges moved inwards [m], edges facing ``keep`` left; None if nothing stays."""
     n, p = interface.normal, interface.polygon
     t1 = p[1] - p[0]
@@ -69,3 +71,20 @@ def pulled_in(interface: Interface, inset: float, keep: Array | None) -> Array |
         if len(out) < 3:
             return None
     return p[0] + out @ frame.T
+
+
+def shortened(
+    interfaces: Sequence[Interface], names: Sequence[str], inset: float, direction: ArrayLike | None
+) -> tuple[Interface, ...]:
+    """See ``Assembly.with_contact_ends_pulled_in``; names of the blocks for the message."""
+    if not inset >= 0:
+        raise InputError(f"inset must be >= 0 m, got {inset!r}")
+    keep = None if direction is None else np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+    changed = []
+    for interface in interfaces:
+        polygon = _pulled_in(interface, inset, keep)
+        if polygon is None:
+            a, b = names[interface.block_a], names[interface.block_b]
+            raise InputError(f"the interface between {a!r} and {b!r} is not wider than twice the inset {inset} m")
+        changed.append(replace(interface, polygon=polygon))
+    return tuple(changed)

@@ -1,10 +1,8 @@
 """An assembly turned, mirrored, scaled or renumbered: interfaces and doubts go with their blocks."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,14 +10,14 @@ from numpy.typing import ArrayLike
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid
 from limitmason.model.block import Block
+from limitmason.model.blockwork import Blockwork
 from limitmason.model.detection import moved_doubts, renumbered_doubts
 from limitmason.model.support import Support
 
-if TYPE_CHECKING:
-    from limitmason.model.assembly import Assembly
+Laid = TypeVar("Laid", bound=Blockwork)
 
 
-def transformed(assembly: Assembly, matrix: ArrayLike, translation: ArrayLike) -> Assembly:
+def transformed(assembly: Laid, matrix: ArrayLike, translation: ArrayLike) -> Laid:
     """See ``Assembly.transformed``."""
     m, t = np.asarray(matrix, dtype=float), np.asarray(translation, dtype=float)
     scale = abs(np.linalg.det(m)) ** (1.0 / 3.0)
@@ -55,7 +53,7 @@ def transformed(assembly: Assembly, matrix: ArrayLike, translation: ArrayLike) -
     )  # fmt: skip
 
 
-def renumbered(assembly: Assembly, order: Sequence[int]) -> Assembly:
+def renumbered(assembly: Laid, order: Sequence[int]) -> Laid:
     """See ``Assembly.renumbered``."""
     order = [int(k) for k in order]
     if sorted(order) != list(range(assembly.n_blocks)):

@@ -222,6 +222,8 @@ def _at_state(
 
     def stiff(joint: Joint) -> Joint:
         kn, ks = joint.normal_stiffness, joint.shear_stiffness
+        assert kn is not None, "with_stiffness gives every joint one"
+        assert ks is not None, "with_stiffness gives every joint one"
         return replace(joint, normal_stiffness=scale * kn, shear_stiffness=scale * (ks if softness else kn))
 
     assembly = assembly.with_joints(stiff)

@@ -11,7 +11,7 @@ from typing import Any
 
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments.record import Quantity
-from limitmason.limit.proven_range import proven_range
+from limitmason.limit.range.proven_range import proven_range
 from limitmason.methods import NON_ASSOCIATIVE, THEORIES, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads

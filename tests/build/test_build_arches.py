@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from limitmason import Joint, build
-from limitmason.build.thrust import centroid_radius, thrust_margin
+from limitmason.build.thinnest_arch import centroid_radius, thrust_margin
 
 JOINT = Joint(33.0)
 # semicircle with radial joints: t/R of the continuous arch, Milankovitch 1907 (0.1075), solved to six digits

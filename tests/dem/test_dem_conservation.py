@@ -8,7 +8,8 @@ import dem
 import limitmason as lm
 from dem import kernels
 from dem.stepping import run_constant
-from limitmason.equilibrium import contact_points, equilibrium_matrix
+from limitmason.contact_points import contact_points
+from limitmason.equilibrium import equilibrium_matrix
 
 UNDAMPED = dem.JointOptions(dashpot=0.0)
 STIFF = lm.Joint(40.0, normal_stiffness=1e8, shear_stiffness=6e7)

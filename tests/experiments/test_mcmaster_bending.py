@@ -5,7 +5,7 @@ import pytest
 
 import dem
 from limitmason import experiments
-from limitmason.equilibrium import contact_points
+from limitmason.contact_points import contact_points
 from limitmason.experiments import mcmaster_bending as mcmaster
 from limitmason.experiments.mcmaster_bending import LOADED, SUPPORTS, cut_bond
 from limitmason.geometry import polygon_area_centroid

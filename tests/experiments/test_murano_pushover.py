@@ -16,7 +16,7 @@ from limitmason.experiments import murano_u_walls as murano
 from limitmason.geometry import polygon_area_centroid
 from limitmason.limit import limit_analysis
 from limitmason.model.patch import patch_wrenches
-from mechanisms import murano as tables
+from mechanisms import murano_table_10 as tables
 
 SOURCE = "murano-u-walls"
 WALLS = experiments.specimens(SOURCE)

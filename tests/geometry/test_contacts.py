@@ -6,7 +6,7 @@ from walls import on_slab, running_bond
 
 import dem
 import limitmason as lm
-from limitmason.equilibrium import contact_points
+from limitmason.contact_points import contact_points
 from limitmason.geometry import (
     box,
     clean_outline,

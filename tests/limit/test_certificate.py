@@ -8,7 +8,8 @@ from walls import arch_blocks, corner, on_slab, running_bond, stack
 
 import limitmason as lm
 from limitmason.certificate import certify, point_state
-from limitmason.equilibrium import contact_points, equilibrium_matrix
+from limitmason.contact_points import contact_points
+from limitmason.equilibrium import equilibrium_matrix
 
 CASES = {
     "block": lambda: (stack([(0.4, 1.0)]), (1, 0, 0)),
@@ -84,7 +85,7 @@ def test_rates_are_the_transpose_of_equilibrium():
     rng = np.random.default_rng(3)
     twists = rng.normal(size=(assembly.n_blocks, 6))
     rates = (equilibrium_matrix(assembly, points).T @ twists.ravel()).reshape(-1, 3)
-    from limitmason.certificate import resultants_from_points
+    from limitmason.resultants import resultants_from_points
 
     force = np.zeros((points.count, 3))
     r = resultants_from_points(assembly, points.position, points.interface, points.area, force)
@@ -110,7 +111,7 @@ def test_resultants_balance_every_block():
 @pytest.mark.parametrize("in_plane", [None, False])
 def test_cvxpy_reference_solves_the_same_program(in_plane):
     from limitmason.limit import make_problem
-    from limitmason.limit.reference import solve_reference
+    from limitmason.limit.program.reference import solve_reference
 
     joint = lm.Joint(35.0, cohesion=500.0, tensile_strength=300.0)
     assembly = running_bond(3, 4, joint=joint)

@@ -10,7 +10,7 @@ from limitmason import experiments
 from limitmason.geometry import box, polar_mean_radius
 from limitmason.geometry.slip import slip_integrals
 from limitmason.limit import limit_bracket
-from limitmason.limit.face_cells import wedges
+from limitmason.limit.program.face_cells import wedges
 
 SQUARE = 0.3825978  # mean distance from the middle of a unit square, (sqrt(2) + asinh(1)) / 6
 CORNER = np.sqrt(0.5)

@@ -9,10 +9,11 @@ from walls import on_slab, running_bond, stack
 
 import limitmason as lm
 from limitmason.geometry import box
-from limitmason.limit.problem import make_problem
-from limitmason.limit.program import solve_static, stands_under_dead_load
-from limitmason.limit.solvers import choose_solver, unsupported
-from limitmason.limit.strength import make_cones
+from limitmason.limit.interior_point.coverage import unsupported
+from limitmason.limit.program.cones import make_cones
+from limitmason.limit.program.problem import make_problem
+from limitmason.limit.program.static import solve_static, stands_under_dead_load
+from limitmason.limit.solvers import choose_solver
 from limitmason.results import CANNOT_STAND, SOLVED, UNBOUNDED
 
 FRICTION = lm.Joint.from_friction_coefficient(0.65)
@@ -33,7 +34,7 @@ WALLS = {
 
 
 def own(problem, **options):
-    from limitmason.limit.interior_point import solve_interior_point
+    from limitmason.limit.interior_point.solver import solve_interior_point
 
     return solve_interior_point(problem, **options)
 
@@ -180,14 +181,15 @@ def test_auto_takes_the_own_solver_for_large_problems_only():
 
 
 def test_auto_falls_back_on_clarabel_and_says_so(monkeypatch):
-    from limitmason.limit import interior_point, solvers
+    from limitmason.limit import solvers
+    from limitmason.limit.interior_point import solver
 
     wall = running_bond(4, 5)
     loads = lm.Loads.horizontal(wall)
     expected = lm.limit_analysis(wall, loads, solver="clarabel").collapse_multiplier
-    original = interior_point.solve_interior_point
+    original = solver.solve_interior_point
     monkeypatch.setattr(solvers, "LARGE_IN_PLANE", 0)
-    monkeypatch.setattr(interior_point, "solve_interior_point", lambda *a, **k: original(*a, **k, max_iterations=3))
+    monkeypatch.setattr(solver, "solve_interior_point", lambda *a, **k: original(*a, **k, max_iterations=3))
     prediction = lm.limit_analysis(wall, loads)
     assert prediction.provenance["solver"] == "clarabel"
     assert prediction.provenance["solver_fallback"] == "interior-point: not converged"
@@ -243,7 +245,7 @@ def random_blocks(rng, blocks, points, components):
 @pytest.mark.parametrize("components", [2, 3])
 @pytest.mark.parametrize("blocks", [1, 5, 60])
 def test_block_cholesky_equals_dense_cholesky(blocks, components):
-    from limitmason.limit.multifrontal import BlockCholesky
+    from limitmason.limit.interior_point.multifrontal import BlockCholesky
 
     rng = np.random.default_rng(17 * blocks + components)
     points = 12 * blocks
@@ -260,7 +262,7 @@ def test_block_cholesky_equals_dense_cholesky(blocks, components):
 
 @pytest.mark.parametrize("nodes, edges", [(1, 0), (7, 3), (300, 900), (300, 100)])
 def test_dissection_covers_every_node_once_and_children_stay_apart(nodes, edges):
-    from limitmason.limit.dissection import dissect_coordinates, dissect_levels, elimination_tree
+    from limitmason.limit.interior_point.dissection import dissect_coordinates, dissect_levels, elimination_tree
 
     rng = np.random.default_rng(nodes + edges)
     position = rng.uniform(size=(nodes, 3))
@@ -290,7 +292,7 @@ def test_dissection_covers_every_node_once_and_children_stay_apart(nodes, edges)
 
 
 def test_blas_threads_are_restored():
-    from limitmason.limit.blas_threads import _bundled_openblas, one_blas_thread
+    from limitmason.limit.interior_point.blas_threads import _bundled_openblas, one_blas_thread
 
     before = [get() for get, _ in _bundled_openblas()]
     with one_blas_thread():

@@ -11,9 +11,9 @@ import limitmason as lm
 from limitmason.certificate import certify
 from limitmason.geometry import box
 from limitmason.limit import make_problem
-from limitmason.limit.joint_law import State, joint_law, violation
-from limitmason.limit.nonassociative import radenkovic_lower
-from limitmason.limit.search import Effort
+from limitmason.limit.nonassociative.analysis import radenkovic_lower
+from limitmason.limit.nonassociative.joint_law import State, joint_law, violation
+from limitmason.limit.nonassociative.search import Effort
 from limitmason.results import FlowRule
 
 

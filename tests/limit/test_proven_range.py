@@ -7,12 +7,12 @@ from walls import on_slab, running_bond
 import limitmason as lm
 from limitmason.limit import make_problem
 from limitmason.limit.associative import solve_associative
-from limitmason.limit.joint_law import from_corner, joint_law, violation
-from limitmason.limit.lifted import lifted_bound
-from limitmason.limit.mixed_integer import BoundedProgram
-from limitmason.limit.polish import PlanePrograms
-from limitmason.limit.proven_range import velocity_limits
-from limitmason.limit.search import EFFORTS, search_smallest
+from limitmason.limit.nonassociative.joint_law import from_corner, joint_law, violation
+from limitmason.limit.nonassociative.lifted import lifted_bound
+from limitmason.limit.nonassociative.mixed_integer import BoundedProgram
+from limitmason.limit.nonassociative.polish import PlanePrograms
+from limitmason.limit.nonassociative.search import EFFORTS, search_smallest
+from limitmason.limit.range.proven_range import velocity_limits
 
 
 def wall(units, courses, *, mu=0.8, psi_deg=0.0):

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from walls import on_slab, running_bond
 
 import limitmason as lm
-from limitmason.limit.search import Effort
+from limitmason.limit.nonassociative.search import Effort
 
 
 def smallest(assembly, loads, **options):

@@ -11,10 +11,10 @@ import limitmason as lm
 from limitmason.certificate import certify
 from limitmason.geometry import box
 from limitmason.limit.associative import prediction_from
-from limitmason.limit.face_cells import whole_faces
-from limitmason.limit.problem import make_problem
-from limitmason.limit.program import solve_static
-from limitmason.limit.strength import make_cones
+from limitmason.limit.program.cones import make_cones
+from limitmason.limit.program.face_cells import whole_faces
+from limitmason.limit.program.problem import make_problem
+from limitmason.limit.program.static import solve_static
 
 
 def with_forces(prediction, assembly, change):

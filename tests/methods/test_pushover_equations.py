@@ -15,8 +15,10 @@ from limitmason.capacity.kinematics import (
     point_wrenches,
 )
 from limitmason.capacity.point_law import Elastic, History, return_map
-from limitmason.equilibrium import contact_points, equilibrium_matrix, find_plane
+from limitmason.contact_points import contact_points
+from limitmason.equilibrium import equilibrium_matrix
 from limitmason.law import PointLaw
+from limitmason.plane import find_plane
 
 
 @pytest.fixture

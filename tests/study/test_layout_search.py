@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import limitmason as lm
-from limitmason.equilibrium import contact_points
+from limitmason.contact_points import contact_points
 from limitmason.experiments import pavia_tilting as pavia
 from limitmason.study import Table, compute_layouts, layout_report, search_layouts, sweep
 

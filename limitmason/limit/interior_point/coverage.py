@@ -1,0 +1,22 @@
+"""Which static theorems this package's own solver covers; kept from the solver, which loads the compiler."""
+
+import numpy as np
+
+from limitmason.errors import NotApplicable
+from limitmason.law_table import INTERIOR_POINT, SMOOTH, STRESS_BLOCK, refuse
+from limitmason.limit.program.problem import Problem
+
+
+def unsupported(problem: Problem) -> str | None:
+    """What keeps the own solver from a problem, or None: it needs friction everywhere and linear bounds per point."""
+    try:
+        refuse(INTERIOR_POINT, STRESS_BLOCK, problem.assembly, problem.block_interfaces)
+        refuse(INTERIOR_POINT, SMOOTH, problem.assembly, problem.interfaces)
+    except NotApplicable as refusal:
+        return str(refusal)
+    if (np.bincount(problem.matrix.indices, minlength=len(problem.row)) == 0).any():
+        return (
+            "the interior-point solver of this package does not cover blocks with a free motion that no joint resists; "
+            "use solver='clarabel'"
+        )
+    return None

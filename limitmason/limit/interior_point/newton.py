@@ -1,0 +1,252 @@
+"""Newton steps of the interior-point method: one iterate's scaling, its factorised system, and directions from it.
+
+The program is  max lambda  subject to  G x + lambda live = right,  every x_p in its Lorentz cone, and some first
+components bounded, slack = sign x_p0 - level >= 0. Its dual has a velocity y per equation, a cone point s per contact
+point and a force z per bound: G^T y + s + e_0 sum(sign z) = 0, live . y = -1. Eliminating everything but y and lambda
+leaves  [M live; live^T 0],  M = G H^-1 G^T,  H = W^2 + (z / slack) e_0 e_0^T  with the scaling W of Nesterov and Todd.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from limitmason.limit.interior_point import kernels
+from limitmason.limit.interior_point.multifrontal import BlockCholesky
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+STEP = 0.99
+"""Fraction of the way to the boundary of the cones that a step may go."""
+
+REFINEMENTS = 2
+REFINED = 1e-11
+"""Refinements of a solution of the bordered system, and its relative error at which it is left alone. A larger one
+would stay in the equilibrium equations: late iterates lie too close to the boundary of the cones to remove it again.
+"""
+
+
+class ConeProgram(NamedTuple):
+    """Max lambda: matrix x + lambda live = right, x_p in Lorentz cones, bound_sign x_p0 - bound_level >= 0."""
+
+    matrix: sparse.csr_array  # G, (r, c m)
+    transpose: sparse.csr_array
+    right: Array
+    live: Array
+    components: int
+    bound_point: Index  # (k,)
+    bound_sign: Array  # +1 for lower, -1 for upper bounds
+    bound_level: Array
+    size: float  # total load in these units
+
+    @property
+    def degree(self) -> int:
+        """Barrier degree: one per cone and bound."""
+        return self.matrix.shape[1] // self.components + len(self.bound_point)
+
+    def bounded(self, x: Array) -> Array:
+        """Signed first component at every bound."""
+        return self.bound_sign * x[self.bound_point, 0]
+
+    def push(self, z: Array) -> Array:
+        """Sum of the signed bound forces at every point, shape (m,)."""
+        total = np.bincount(self.bound_point, self.bound_sign * z, self.matrix.shape[1] // self.components)
+        return np.asarray(total, dtype=float)
+
+
+class Iterate(NamedTuple):
+    """Primal x, multiplier, slack and dual y, s, z; also a direction in the same space."""
+
+    x: Array  # (m, c)
+    multiplier: float
+    slack: Array  # (k,)
+    y: Array  # (r,)
+    s: Array  # (m, c)
+    z: Array  # (k,)
+
+    def moved(self, by: "Iterate", primal: float, dual: float) -> "Iterate":
+        """This iterate after a step of separate lengths."""
+        return Iterate(
+            self.x + primal * by.x, self.multiplier + primal * by.multiplier, self.slack + primal * by.slack,
+            self.y + dual * by.y, self.s + dual * by.s, self.z + dual * by.z,
+        )  # fmt: skip
+
+    @property
+    def complementarity(self) -> float:
+        """The duality gap of a feasible pair, x . s + slack . z."""
+        return float(self.x.ravel() @ self.s.ravel() + self.slack @ self.z)
+
+
+class Residuals(NamedTuple):
+    """What an iterate leaves of the four groups of equations."""
+
+    equilibrium: Array
+    rates: Array  # (m, c)
+    live_rate: float
+    bounds: Array
+
+
+def residuals(program: ConeProgram, it: Iterate) -> Residuals:
+    """Residuals of equilibrium, rates, live rate and bounds, zero at a feasible point."""
+    rates = -(program.transpose @ it.y).reshape(it.x.shape) - it.s
+    rates[:, 0] -= program.push(it.z)
+    return Residuals(
+        program.right - program.matrix @ it.x.ravel() - it.multiplier * program.live,
+        rates,
+        -1.0 - float(program.live @ it.y),
+        program.bound_level - program.bounded(it.x) + it.slack,
+    )
+
+
+def cone_product(x: Array, s: Array) -> Array:
+    """Product of the cones' algebra, x o s = (x . s, x_0 s_i + s_0 x_i), shape (m, c)."""
+    out = x[:, :1] * s + s[:, :1] * x
+    out[:, 0] = np.einsum("mc,mc->m", x, s)
+    return out
+
+
+def cone_quotient(x: Array, product: Array) -> Array:
+    """The s with x o s = product, shape (m, c)."""
+    tail = np.sqrt(np.einsum("mc,mc->m", x[:, 1:], x[:, 1:]))
+    out = np.empty_like(product)
+    out[:, 0] = x[:, 0] * product[:, 0] - np.einsum("mc,mc->m", x[:, 1:], product[:, 1:])
+    out[:, 0] /= (x[:, 0] - tail) * (x[:, 0] + tail)
+    out[:, 1:] = (product[:, 1:] - x[:, 1:] * out[:, :1]) / x[:, :1]
+    return out
+
+
+def step_lengths(it: Iterate, d: Iterate) -> tuple[float, float]:
+    """Longest primal and dual steps, at most one, that keep ``STEP`` of the distance to the boundary."""
+
+    def inverse(cone: Array, cone_step: Array, linear: Array, linear_step: Array) -> float:
+        worst = float((-linear_step / linear).max(initial=0.0))
+        return max(kernels.inverse_step(cone, cone_step), worst) / STEP
+
+    return 1.0 / max(1.0, inverse(it.x, d.x, it.slack, d.slack)), 1.0 / max(1.0, inverse(it.s, d.s, it.z, d.z))
+
+
+class NewtonSystem:
+    """The linearised conditions at one iterate, factorised; call :meth:`scale` before anything else.
+
+    Parameters
+    ----------
+    program : in standard form
+    factor : symbolic factorisation of the program's matrix
+    """
+
+    def __init__(self, program: ConeProgram, factor: BlockCholesky) -> None:
+        self.program, self.factor = program, factor
+        self.it: Iterate
+
+    def scale(self, it: Iterate) -> bool:
+        """Scale and factorise at an iterate; False when rounding has carried it out of a cone."""
+        inside, self._axis, self._size = kernels.nesterov_todd(it.x, it.s)
+        if not inside:
+            return False
+        self._image = self._scaled_x(it.x)
+        self.it = it
+        p = self.program
+        stiffness = np.asarray(np.bincount(p.bound_point, it.z / it.slack, len(it.x)), dtype=float)
+        self._root, self._turn, self._lever = kernels.inverse_roots(self._axis, self._size, stiffness)
+        self.factor.factorise(self._root)
+        self._live_solution: Array | None = None
+        return True
+
+    def direction(self, rest: Residuals, products: Array, bound_products: Array) -> Iterate:
+        """Step that removes the residuals and changes the scaled products x o s and slack z by the given amounts.
+
+        Products stay in scaled form: W u has entries so large that a sum with the rates would drown them.
+        """
+        p, it = self.program, self.it
+        u = cone_quotient(self._image, products)
+        z_part = (bound_products + it.z * rest.bounds) / it.slack
+        push = p.push(z_part)
+
+        def inner(rates: Array) -> Array:
+            return kernels.inward(self._root, self._turn, self._lever, rates, u, push)
+
+        start = kernels.outward(self._root, inner(-rest.rates))
+        dy, dl = self._bordered(rest.equilibrium - p.matrix @ start.ravel(), rest.live_rate)
+        change = (p.transpose @ dy).reshape(it.x.shape)
+        scaled_step = inner(change - rest.rates)
+        dx = kernels.outward(self._root, scaled_step)
+        bounded = p.bound_sign * np.einsum("kc,kc->k", self._lever[p.bound_point], scaled_step[p.bound_point])
+        dz = z_part - it.z / it.slack * bounded
+        ds = rest.rates - change
+        ds[:, 0] -= p.push(dz)
+        return Iterate(dx, dl, bounded - rest.bounds, dy, ds, dz)
+
+    def _bordered(self, right: Array, rate: float) -> tuple[Array, float]:
+        """Solution of [M live; live^T 0][y; l] = [right; rate], refined against M as a product of its parts."""
+        p, live = self.program, self.program.live
+        y, multiplier = np.zeros(len(right)), 0.0
+        enough = REFINED * (float(np.abs(right).max()) + abs(rate))
+        a, b, last = right, rate, np.inf
+        for refinement in range(REFINEMENTS + 1):
+            if self._live_solution is None:
+                self._live_solution, v = self.factor.solve(np.array([live, a]))
+                self._live_square = float(live @ self._live_solution)
+            else:
+                v = self.factor.solve(a)
+            # without live load there is no multiplier
+            correction = (float(live @ v) - b) / self._live_square if self._live_square > 0 else 0.0
+            y += v - correction * self._live_solution
+            multiplier += correction
+            if refinement == REFINEMENTS:
+                break
+            strain = kernels.inverse_hessian(self._root, (p.transpose @ y).reshape(self.it.x.shape))
+            a = right - p.matrix @ strain.ravel() - multiplier * live
+            b = rate - float(live @ y)
+            error = float(np.abs(a).max()) + abs(b)
+            if error <= enough or error > 0.5 * last:
+                break
+            last = error
+        return y, multiplier
+
+    def _scaled_x(self, x: Array) -> Array:
+        return kernels.scaled(self._axis, self._size, x, False)
+
+    def _scaled_s(self, s: Array) -> Array:
+        return kernels.scaled(self._axis, self._size, s, True)
+
+    def products(self, target: float, d: Iterate | None = None) -> tuple[Array, Array]:
+        """Changes of the products that lead to ``target``, less the second-order term of a direction (Mehrotra)."""
+        cone, bound = -cone_product(self._image, self._image), target - self.it.slack * self.it.z
+        cone[:, 0] += target
+        if d is None:
+            return cone, bound
+        return cone - cone_product(self._scaled_x(d.x), self._scaled_s(d.s)), bound - d.slack * d.z
+
+    def centred_products(
+        self, wanted: tuple[Array, Array], d: Iterate, primal: float, dual: float, target: float
+    ) -> tuple[Array, Array]:
+        """Wanted products corrected at a trial point by what lies outside [0.1, 10] target (Gondzio)."""
+        trial = self.it.moved(d, primal, dual)
+
+        def move(value: Array) -> Array:
+            return np.maximum(np.clip(value, 0.1 * target, 10.0 * target) - value, -10.0 * target)
+
+        value = cone_product(self._scaled_x(trial.x), self._scaled_s(trial.s))
+        # the two eigenvalues of a product are value_0 +- |value_1..|
+        tail = np.sqrt(np.einsum("mc,mc->m", value[:, 1:], value[:, 1:]))
+        high, low = move(value[:, 0] + tail), move(value[:, 0] - tail)
+        cone = wanted[0].copy()
+        cone[:, 0] += 0.5 * (high + low)
+        cone[:, 1:] += (0.5 * (high - low) / np.maximum(tail, 1e-300))[:, None] * value[:, 1:]
+        return cone, wanted[1] + move(trial.slack * trial.z)
+
+    def carries_dead_load(self) -> bool:
+        """Whether the equilibrium forces at lambda = 0 nearest to this iterate, in its own metric, obey the joint law.
+
+        dx = H^-1 G^T M^-1 (right - G x): one solution with the factor at hand. True is a proof, False says nothing.
+        """
+        p, x = self.program, self.it.x
+        for _ in range(2):
+            rest = p.right - p.matrix @ x.ravel()
+            pull = (p.transpose @ self.factor.solve(rest)).reshape(x.shape)
+            x = x + kernels.inverse_hessian(self._root, pull)
+        balanced = np.abs(p.right - p.matrix @ x.ravel()).max() <= 1e-10 * p.size
+        in_cones = (x[:, 0] > np.sqrt((x[:, 1:] ** 2).sum(axis=1))).all()
+        return bool(balanced and in_cones and (p.bounded(x) >= p.bound_level).all())

@@ -1,0 +1,306 @@
+"""Interior-point method made for the static theorem: three or six unknowns a block instead of the forces of all joints.
+
+Infeasible primal-dual predictor-corrector with separate primal and dual steps. Every iteration factorises the matrix
+of the block velocities alone, so a wall of 10,000 blocks takes seconds and hardly more memory than its own data.
+
+Sources: Mehrotra (1992), On the implementation of a primal-dual interior point method; Nesterov and Todd (1997, 1998),
+Self-scaled barriers; Gondzio (1996), Multiple centrality corrections. Ordering and factorisation: ``dissection`` and
+``multifrontal``.
+"""
+
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from limitmason.errors import NotApplicable
+from limitmason.limit.interior_point.blas_threads import one_blas_thread
+from limitmason.limit.interior_point.coverage import unsupported
+from limitmason.limit.interior_point.multifrontal import BlockCholesky
+from limitmason.limit.interior_point.newton import (
+    ConeProgram,
+    Iterate,
+    NewtonSystem,
+    Residuals,
+    residuals,
+    step_lengths,
+)
+from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.static import Solution
+from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Status
+
+Array = NDArray[np.float64]
+
+CORRECTORS = 2
+"""Centrality corrections tried in an iteration whose steps stay short."""
+
+RAY = 1e-8
+"""Residual relative to its size at which a direction counts as a proof that there is no bound or no solution."""
+
+REDUCED = 1e-6
+"""Accuracy at which an iterate is worth keeping as "almost solved"."""
+
+
+class Progress(NamedTuple):
+    """State of one iteration, in the scaled units of the problem; the multipliers bound each other once feasible."""
+
+    iteration: int
+    static: float
+    kinematic: float
+    primal_residual: float
+    dual_residual: float
+    complementarity: float
+    shifts: int  # fronts of the factorisation that needed a shift
+
+
+def solve_interior_point(
+    problem: Problem,
+    *,
+    tolerance: float = 1e-9,
+    max_iterations: int = 150,
+    check_dead_load: bool = False,
+    callback: Callable[[Progress], None] | None = None,
+) -> Solution:
+    """Maximise lambda subject to matrix f + dead + lambda live = 0 and the joint law, by the method made for it.
+
+    Parameters
+    ----------
+    problem : Coulomb cones with cohesion, tension cut-off and crushing of grid points; see
+        :func:`limitmason.limit.interior_point.coverage.unsupported` for what it does not cover
+    tolerance : largest difference of the two bounds relative to lambda [-]
+    max_iterations : iterations after which it stops
+    check_dead_load : also find out whether the dead load alone can be carried
+    callback : called with the progress of every iteration
+
+    Returns
+    -------
+    Solution
+        Scaled as that of :func:`limitmason.limit.program.static.solve_static`. The velocities obey the flow rule to
+        rounding. ``stands`` is None where it was not asked for or not settled.
+
+    Raises
+    ------
+    NotApplicable
+        For a joint law that it does not cover.
+    """
+    reason = unsupported(problem)
+    if reason is not None:
+        raise NotApplicable(reason)
+    start = time.perf_counter()
+    program, shift = cone_program(problem)
+    # numbers that overflow on the last, useless steps are caught where steps are measured
+    with one_blas_thread(), np.errstate(all="ignore"):
+        factor = BlockCholesky(
+            program.matrix.tocsc(), program.components, problem.row // degrees(problem), problem.assembly.centroids
+        )
+        first = _first_iterate(program, factor)
+        status, it, iterations = _iterate(program, factor, first, tolerance, max_iterations, callback)
+        stands = None
+        if check_dead_load:
+            stands = False if status == SOLVED and it.multiplier < -1e-9 else _stands(program, factor, first)
+    force = it.x.copy()
+    force[:, 0] /= problem.law.tan_phi
+    force[:, 0] -= shift
+    seconds = time.perf_counter() - start
+    return Solution(status, float(it.multiplier), force.ravel(), -it.y, iterations, seconds, stands, "interior-point")
+
+
+def degrees(problem: Problem) -> int:
+    """Degrees of freedom of a free block: 3 in plane, 6 in space."""
+    return 3 if problem.plane is not None else 6
+
+
+def cone_program(problem: Problem) -> tuple[ConeProgram, Array]:
+    """Standard form with x = (tan(phi) N + c A, T), and the shift c A / tan(phi) of every normal force.
+
+    In plane the two half-planes |T| <= tan(phi) N + c A are a cone in two dimensions: one method serves both. Cut-offs
+    N >= -ft A that do not cut the cone's tip and infinite crushing forces are left out.
+    """
+    law = problem.law
+    c, m, mu, shift = problem.components, problem.points.count, law.tan_phi, law.apex
+    scale = np.ones((m, c))
+    scale[:, 0] = 1.0 / mu
+    matrix = sparse.csr_array(problem.matrix @ sparse.diags_array(scale.ravel()))
+    moved = np.zeros((m, c))
+    moved[:, 0] = shift
+    low = np.flatnonzero(law.cut_off)
+    high = np.flatnonzero(law.crushes)
+    program = ConeProgram(
+        matrix,
+        sparse.csr_array(matrix.T),
+        problem.matrix @ moved.ravel() - problem.dead,
+        problem.live,
+        c,
+        np.concatenate([low, high]),
+        np.repeat([1.0, -1.0], [len(low), len(high)]),
+        np.concatenate([(mu * (shift - law.tension))[low], -(mu * (law.crushing + shift))[high]]),
+        problem.size,
+    )
+    return program, shift
+
+
+def _first_iterate(program: ConeProgram, factor: BlockCholesky) -> Iterate:
+    """Forces and velocities of least squares, each pushed to the axis of its cone."""
+    c = program.components
+    m = program.matrix.shape[1] // c
+    factor.factorise(np.broadcast_to(np.eye(c), (m, c, c)).copy(), shift=1e-12)
+    for_live, for_right = factor.solve(np.array([program.live, program.right]))
+    y = -for_live / float(program.live @ for_live)
+    force = np.linalg.norm((program.transpose @ for_right).reshape(m, c), axis=1)
+    rate = np.linalg.norm((program.transpose @ y).reshape(m, c), axis=1)
+    mean = float(force.mean()) or 1.0
+    x, s = np.zeros((m, c)), np.zeros((m, c))
+    x[:, 0] = 2.0 * np.maximum(force, 0.3 * mean)
+    s[:, 0] = 3.0 * float(rate.mean())
+    slack = np.maximum(program.bounded(x) - program.bound_level, np.abs(x).mean())
+    return Iterate(x, 0.0, slack, y, s, s[:, 0].mean() * x[:, 0].mean() / slack)
+
+
+class _Measures(NamedTuple):
+    """How far an iterate is from a solution."""
+
+    primal: float
+    dual: float
+    complementarity: float
+    kinematic: float
+
+    def within(self, multiplier: float, tolerance: float) -> bool:
+        """Whether both bounds are feasible and as close as asked."""
+        gap = self.complementarity / max(abs(multiplier), 1e-3)
+        return self.primal < max(min(tolerance, 1e-9), 1e-12) and self.dual < tolerance and gap < tolerance
+
+    def nearly(self, multiplier: float) -> bool:
+        gap = max(self.complementarity, abs(self.kinematic - multiplier)) / max(abs(multiplier), 1e-6)
+        return self.primal < 0.1 * REDUCED and self.dual < REDUCED and gap < REDUCED
+
+
+def _measures(program: ConeProgram, it: Iterate, rest: Residuals) -> _Measures:
+    primal = max(np.abs(rest.equilibrium).max(), np.abs(rest.bounds).max(initial=0.0)) / program.size
+    dual = max(np.abs(rest.rates).max(), abs(rest.live_rate))
+    kinematic = -float(program.right @ it.y + program.bound_level @ it.z)
+    return _Measures(float(primal), float(dual), it.complementarity, kinematic)
+
+
+def _iterate(
+    program: ConeProgram, factor: BlockCholesky, it: Iterate, tolerance: float, max_iterations: int,
+    callback: Callable[[Progress], None] | None,
+) -> tuple[Status, Iterate, int]:
+    """Iterate from a first point to a status."""
+    newton = NewtonSystem(program, factor)
+    best, best_merit = None, np.inf
+    status = NOT_CONVERGED
+    for iteration in range(max_iterations + 1):
+        rest = residuals(program, it)
+        measures = _measures(program, it, rest)
+        if callback is not None:
+            callback(Progress(iteration, it.multiplier, measures.kinematic, *measures[:3], factor.shifts))
+        if measures.within(it.multiplier, tolerance):
+            status = SOLVED
+            break
+        if iteration > 2 and (proof := _no_solution(program, it)) is not None:
+            return proof, it, iteration
+        merit = max(100.0 * measures.primal, measures.complementarity)
+        if measures.nearly(it.multiplier) and merit < best_merit:
+            best, best_merit = it, merit
+        if iteration == max_iterations or not _rescaled(newton, it):
+            break
+        step = _predict_and_correct(newton, rest)
+        if step is None:
+            break
+        it = it.moved(*step)
+    if status != SOLVED and best is not None:
+        it, status = best, ALMOST_SOLVED
+    if status in (SOLVED, ALMOST_SOLVED) and _rescaled(newton, it):
+        it = _cleaned(program, newton, it)
+        final = _measures(program, it, residuals(program, it))
+        # the iteration may have stopped early because of residuals that are gone now
+        if final.within(it.multiplier, tolerance):
+            status = SOLVED
+    return status, it, iteration
+
+
+def _stands(program: ConeProgram, factor: BlockCholesky, first: Iterate) -> bool | None:
+    """Whether the dead load alone can be carried: the same method without a live load, stopped at the first proof.
+
+    With nothing to maximise the iterates head for the middle of the admissible forces, where one or two suffice.
+    """
+    program = program._replace(live=np.zeros_like(program.live))
+    s = np.zeros_like(first.s)
+    s[:, 0] = first.x[:, 0].mean() ** 2 / first.x[:, 0]
+    it = first._replace(y=np.zeros_like(first.y), s=s)
+    newton = NewtonSystem(program, factor)
+    for iteration in range(50):
+        if not _rescaled(newton, it):
+            return None
+        if newton.carries_dead_load():
+            return True
+        if iteration > 2 and _no_solution(program, it) == CANNOT_STAND:
+            return False
+        step = _predict_and_correct(newton, residuals(program, it)._replace(live_rate=0.0))
+        if step is None:
+            return None
+        it = it.moved(*step)
+    return None
+
+
+def _rescaled(newton: NewtonSystem, it: Iterate) -> bool:
+    try:
+        return newton.scale(it)
+    except FloatingPointError:
+        return False
+
+
+def _predict_and_correct(newton: NewtonSystem, rest: Residuals) -> tuple[Iterate, float, float] | None:
+    """Direction and step lengths of one iteration; None when no step of use is left."""
+    it = newton.it
+    gap = it.complementarity
+    predictor = newton.direction(rest, *newton.products(0.0))
+    primal, dual = step_lengths(it, predictor)
+    # how far the plain Newton step comes tells how much centring is worth
+    reached = max(0.0, it.moved(predictor, primal, dual).complementarity / gap)
+    target = min(1.0, reached) ** 3 * gap / newton.program.degree
+    wanted = newton.products(target, predictor)
+    d = newton.direction(rest, *wanted)
+    primal, dual = step_lengths(it, d)
+    for _ in range(CORRECTORS):
+        if min(primal, dual) > 0.9:
+            break
+        trial = min(1.0, 1.1 * primal + 0.1), min(1.0, 1.1 * dual + 0.1)
+        centred = newton.centred_products(wanted, d, *trial, target)
+        other = newton.direction(rest, *centred)
+        longer = step_lengths(it, other)
+        if sum(longer) < primal + dual + 0.05:
+            break
+        d, wanted, (primal, dual) = other, centred, longer
+    if not np.isfinite(primal + dual + d.multiplier) or max(primal, dual) < 1e-6:
+        return None
+    return d, primal, dual
+
+
+def _no_solution(program: ConeProgram, it: Iterate) -> Status | None:
+    """Proof that no multiplier is the largest, or that there is none: a ray of forces, or of velocities (Farkas)."""
+    if it.multiplier > 0:
+        rest = np.abs(program.matrix @ it.x.ravel() + it.multiplier * program.live).max()
+        held = program.bounded(it.x).min(initial=0.0) > -RAY * it.multiplier
+        if held and rest < RAY * it.multiplier * np.abs(program.live).max():
+            return UNBOUNDED
+    work = float(program.right @ it.y + program.bound_level @ it.z)
+    if work > 0:
+        rates = (program.transpose @ it.y).reshape(it.x.shape) + it.s
+        rates[:, 0] += program.push(it.z)
+        if max(np.abs(rates).max(), abs(float(program.live @ it.y))) < RAY * work:
+            return CANNOT_STAND
+    return None
+
+
+def _cleaned(program: ConeProgram, newton: NewtonSystem, it: Iterate) -> Iterate:
+    """Iterate with what is left of both residuals removed, each side only if it stays in its cones."""
+    none = np.zeros_like(it.x), np.zeros_like(it.slack)
+    for _ in range(3):
+        d = newton.direction(residuals(program, it), *none)
+        primal, dual = step_lengths(it, d)
+        it = it.moved(d, float(primal == 1.0), float(dual == 1.0))
+    return it

@@ -1,0 +1,176 @@
+"""Alternating cone programs for psi < phi: forces for given velocities, velocities for given forces.
+
+The power of slack against rate,
+
+    gap = sum N' (e_n - tan(psi) |e_t|) + q k + T . e_t + (c' + tan(phi) N') |e_t|,
+
+is linear in the forces for fixed velocities. For fixed N' its least value over the velocities is the dual of the cone
+program with slope tan(psi) and constant c' + (tan(phi) - tan(psi)) N'. Zero gap is an exact state. In plane linear
+programs do better (``polish``); this is the way in 3-D and where those find nothing.
+"""
+
+import clarabel
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact, split, violation
+from limitmason.limit.nonassociative.sequential import FrozenCones, slope_rows
+from limitmason.limit.program.static import solver_settings
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+TOLERANCE = 1e-12
+"""Of the interior-point programs: the alternation cannot come closer to the law than they do."""
+
+ACTIVE = 1e-7
+"""Rates below this, at mean live velocity one, count as zero."""
+
+
+class ForceProgram:
+    """Minimise theta lambda + weight . f over the forces that the true law admits; only the objective may change.
+
+    Parameters
+    ----------
+    law : of the problem
+    opening : points held at N' = 0, shape (m,)
+    sliding : points held at T = -(c' + tan(phi) N') d, shape (m,)
+    direction : unit sliding directions d, shape (m, c - 1)
+    """
+
+    def __init__(
+        self, law: JointLaw, *, opening: Mask | None = None, sliding: Mask | None = None, direction: Array | None = None
+    ) -> None:
+        m, c = len(law.tan_phi), law.components
+        self.law, self._columns = law, c * m
+        none = np.zeros(m, dtype=bool)
+        opening = none if opening is None else opening
+        sliding = none if sliding is None else sliding
+        normal = c * np.arange(m)
+        one = sparse.eye_array(c * m + 1, format="csr")
+        equal = [sparse.hstack([law.matrix, sparse.csc_array(law.live[:, None])]), one[normal[opening]]]
+        right = [-law.dead, np.zeros(int(opening.sum()))]
+        s = np.flatnonzero(sliding)
+        for k, along in enumerate(() if direction is None else direction[s].T):
+            equal.append(one[normal[s] + 1 + k] + sparse.diags_array(along * law.tan_phi[s]) @ one[normal[s]])
+            right.append(-along * law.cohesion[s])
+        crushed = np.flatnonzero(np.isfinite(law.crushing))
+        free = np.flatnonzero(~sliding)
+        # rows of slope_rows that belong to points not held sliding
+        kept = np.concatenate([free, m + free]) if c == 2 else (3 * free[:, None] + np.arange(3)).ravel()
+        cone = slope_rows(law.tan_phi, c, c * m + 1)[kept]
+        constant = np.tile(law.cohesion[free], 2) if c == 2 else np.zeros(3 * len(free))
+        if c == 3:
+            constant[::3] = law.cohesion[free]
+        # N' and lambda not below zero: a negative multiplier belongs to the opposite load
+        low = np.append(normal, c * m)
+        matrix = sparse.csc_matrix(sparse.vstack([*equal, -one[low], one[normal[crushed]], -cone]))
+        bound = np.concatenate([*right, np.zeros(m + 1), law.crushing[crushed], constant])
+        zeros = sum(len(b) for b in right)
+        linear = m + 1 + len(crushed)
+        kinds = [clarabel.ZeroConeT(zeros), clarabel.NonnegativeConeT(linear + (len(constant) if c == 2 else 0))]
+        if c == 3:
+            kinds += [clarabel.SecondOrderConeT(3)] * len(free)
+        settings = solver_settings(TOLERANCE)
+        settings.presolve_enable = False
+        self._arguments = (sparse.csc_matrix((c * m + 1, c * m + 1)), matrix, bound, kinds, settings)
+        self._solver: clarabel.DefaultSolver | None = None
+
+    def solve(self, theta: float, weight: Array | None = None) -> tuple[float, Array] | None:
+        """Multiplier and forces from the tension corner, or None."""
+        objective = np.zeros(self._columns + 1)
+        objective[-1] = theta
+        if weight is not None:
+            objective[:-1] = weight
+        if self._solver is None:
+            quadratic, matrix, bound, kinds, settings = self._arguments
+            self._solver = clarabel.DefaultSolver(quadratic, objective, matrix, bound, kinds, settings)
+        else:
+            self._solver.update(q=objective)
+        answer = self._solver.solve()
+        x = np.array(answer.x)
+        if str(answer.status) not in ("Solved", "AlmostSolved") or not np.isfinite(x).all():
+            return None
+        return float(x[-1]), x[:-1]
+
+
+class ConePrograms:
+    """The two programs of the alternation, set up once per problem."""
+
+    def __init__(self, law: JointLaw) -> None:
+        self.law = law
+        self.forces = ForceProgram(law)
+        self.velocities = FrozenCones(law, law.tan_psi, tolerance=TOLERANCE)
+
+
+def alternate(
+    programs: ConePrograms, state: State, *, theta: float = 0.0, steps: int = 60, tolerance: float = 1e-10
+) -> State | None:
+    """Alternate on theta lambda + gap, which never rises; the state that violates the law least, or the last one.
+
+    Parameters
+    ----------
+    state : near-admissible; only its velocities are used
+    theta : weight of the multiplier; above zero that is pushed down at the expense of the law, the last state returned
+    tolerance : violation of the true law at which to stop
+    """
+    law, best, least, history = programs.law, None, np.inf, []
+    velocity = state.velocity
+    for k in range(steps):
+        opening, sliding, slip = split(law, law.matrix.T @ velocity)
+        weight = np.column_stack([opening + (law.tan_phi - law.tan_psi) * slip, sliding]) / law.live_size
+        answer = programs.forces.solve(theta, weight.ravel())
+        if answer is None:
+            break
+        multiplier, force = answer
+        normal = np.maximum(split(law, force)[0], 0.0)
+        _, dual = programs.velocities.solve(law.cohesion + (law.tan_phi - law.tan_psi) * normal)
+        if dual is None:
+            break
+        velocity = dual.velocity
+        found = State(multiplier, force, velocity, "alternating cone programs")
+        off = violation(law, found).worst
+        history.append(off)
+        if theta > 0 or off < least:
+            best, least = found, off
+        stalled = k > 5 and abs(history[-1] - history[-4]) < 1e-4 * history[-1]
+        if stalled or (theta == 0 and off < tolerance):
+            break
+    return best
+
+
+def complying_forces(law: JointLaw, state: State, *, largest: bool = False) -> State | None:
+    """Smallest, or largest, multiplier whose forces comply with the mechanism of an exact state."""
+    opening, sliding, slip = split(law, law.matrix.T @ state.velocity)
+    gap = opening - law.tan_psi * slip
+    # a crushing point is neither open nor at rest: leave mechanisms with crushing as they are
+    if (np.isfinite(law.crushing) & (gap < -ACTIVE)).any():
+        return None
+    slides = slip > ACTIVE
+    direction = sliding / np.maximum(slip, 1e-300)[:, None]
+    program = ForceProgram(law, opening=gap > ACTIVE, sliding=slides, direction=direction)
+    answer = program.solve(-1.0 if largest else 1.0)
+    return None if answer is None else State(*answer, state.velocity, "forces that comply")
+
+
+def lower(
+    programs: ConePrograms, state: State, *, thetas: tuple[float, ...] = (0.003, 0.01, 0.03, 0.1, 0.3),
+    steps: int = 25, tolerance: float = 1e-8,
+) -> State:  # fmt: skip
+    """Push an exact state down: alternate with theta > 0, return to the law with theta = 0, keep what is lower.
+
+    Parameters
+    ----------
+    state : exact within ``tolerance``
+    thetas : weights of the multiplier, tried in turn
+    """
+    best = state
+    for theta in thetas:
+        pushed = alternate(programs, best, theta=theta, steps=steps)
+        back = None if pushed is None else alternate(programs, pushed)
+        for found in (back, complying_forces(programs.law, best)):
+            lowered = found is not None and found.multiplier < best.multiplier - 1e-9
+            if lowered and exact(found, programs.law, tolerance):
+                best = found
+    return best

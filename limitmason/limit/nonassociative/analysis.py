@@ -1,0 +1,364 @@
+"""Non-associative limit analysis, any 0 <= psi <= phi: the smallest admissible multiplier, proven or found."""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.certificate import certify
+from limitmason.errors import InputError
+from limitmason.law_table import NON_ASSOCIATIVE, notes
+from limitmason.limit.associative import contact_facts, solve_associative
+from limitmason.limit.associative_warnings import TWISTED, self_stress, twisted_faces
+from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact, joint_law, true_forces, violation
+from limitmason.limit.nonassociative.polish import PlanePrograms
+from limitmason.limit.nonassociative.proven_search import (
+    FORCE_BOUND,
+    PROOF_SECONDS,
+    PROVEN_POINTS,
+    WIDENINGS,
+    proof_is_tried,
+    search_and_prove,
+)
+from limitmason.limit.nonassociative.search import EFFORTS, Effort, Polisher, Search, Trial, search_smallest
+from limitmason.limit.nonassociative.sequential import FrozenCones
+from limitmason.limit.nonassociative.smallest import Smallest, prove_smallest, velocity_limits
+from limitmason.limit.program.problem import Problem
+from limitmason.resultants import resultants_from_points, scaled_mechanism
+from limitmason.results import (
+    ALMOST_SOLVED,
+    NOT_CONVERGED,
+    SOLVED,
+    UNBOUNDED,
+    Bound,
+    BoundKind,
+    Certificate,
+    FlowRule,
+    Prediction,
+    Status,
+)
+
+Array = NDArray[np.float64]
+
+METHOD = "limit analysis, non-associative"
+
+LOOSE = 1e-5
+"""Violation of the true law up to which a state is still returned, as "almost solved"."""
+
+SMALL_DILATANCY = 0.002
+"""tan(psi) / tan(phi) at which the jump of the multiplier at psi = 0 is measured."""
+
+JUMP = 0.01
+"""Part of the multiplier by which it must rise with so small a dilatancy to be called a jump."""
+
+JUMP_POINTS = 1000
+"""Contact points up to which the jump is measured unasked: beyond, it may take as long as the search."""
+
+def solve_nonassociative(
+    problem: Problem,
+    *,
+    search: str | Effort = "standard",
+    seed: int = 0,
+    tolerance: float = 1e-10,
+    check_dead_load: bool = True,
+    accuracy: float = 1e-8,
+    budget: float | None = None,
+    prove: bool | None = None,
+    proof_seconds: float | None = None,
+    measure_jump: bool | None = None,
+    progress: Callable[[Trial], None] | None = None,
+    solver: str = "auto",
+    verbose: bool = False,
+) -> Prediction:
+    """Smallest multiplier at which equilibrium, the joint law and its flow rule hold together, proven or found.
+
+    A f + w_dead + lambda w_live = 0, |T| <= c + tan(phi) N, e_n >= tan(psi) |e_t|, and no joint force does power
+    against its flow rule: N (e_n - tan(psi) |e_t|) = 0, T . e_t = -(c + tan(phi) N) |e_t|.
+
+    Parameters
+    ----------
+    problem : from :func:`limitmason.limit.program.problem.make_problem`
+    search : "quick", "standard" or "thorough", or an :class:`~limitmason.limit.nonassociative.search.Effort`. Where a
+        proof is tried the named ones begin with the quick search and go on only when the proof is not complete
+    seed : of the random starts; equal arguments give equal results unless ``budget`` or the time for the proof ends
+    tolerance : of the interior-point method in the associative analysis that comes first [-]
+    check_dead_load : also find out whether the structure stands without live load
+    accuracy : violation of the true law, relative to the total load, up to which a state counts [-]
+    budget : ends search and proof after so many seconds where given
+    prove : prove the smallest multiplier by programs, which also find it where the search does not; None does so in
+        plane up to 28 contact points (14 joints; 18, or 9 joints, in the quick search), without crushing; True demands
+        it
+    proof_seconds : time for the proof; None: 5, 30 or 120 s for the quick, standard or thorough search
+    measure_jump : compare with psi slightly above zero where psi is zero; None does so in plane, up to 1000 points
+    progress : called with every trial of the search, the last is that of the proof
+    solver : "auto" or "clarabel", which solves the cone programs; HiGHS the linear and integer ones
+    verbose : let Clarabel (associative analysis) and HiGHS (mixed-integer program) write their logs
+
+    Returns
+    -------
+    Prediction
+        ``details`` holds the bracket, the interval of multipliers at the mechanism found, the sequential value raw and
+        certified, its steps, the spread over the candidates, the record of trials, and "proof": what is proven within
+        which bounds. ``bound`` begins with "exact" where the multiplier is proven to be the smallest and with
+        "estimate" elsewhere. Where psi = phi at all joints the associative prediction is returned under this method's
+        name.
+
+    Raises
+    ------
+    InputError
+        For an unknown search, another solver, and times that are not positive.
+    NotApplicable
+        For in-plane sections with an exact crushing stress block, and where a proof is demanded that is not available:
+        in 3-D and for joints that crush.
+
+    Notes
+    -----
+    Sources: Radenkovic (1961) for the bracket; Ferris and Tin-Loi (2001) for the problem; Gilbert, Casapulla and Ahmed
+    (2006) for the sequential idea. The multiplier is not unique: joint forces are statically indeterminate and their
+    friction is not worked out from how they came about. The value is admissible (see the certificate), hence an upper
+    bound of the smallest admissible one; on small plane structures a mixed-integer program finds that and proves it,
+    within bounds on velocities that ``details["proof"]`` names. The search alone ends above it in one of ten of those.
+    The search goes in an order read off the geometry: other numbers of blocks and joints end at the same value, and by
+    the standard and the thorough search a plane wall and its mirror image do too.
+    In 3-D the smallest admissible multiplier at psi = 0 can be zero, a block at a free end turning about one corner
+    that carries all its load. Gaps in the joints of 1e-4 of a block, 20 micrometres, are enough for equilibrium to be
+    lost first at that value; in most walls the motion arrests itself after millimetres, which a theory of the
+    undeformed geometry does not see.
+    """
+    start = time.perf_counter()
+    if isinstance(search, str) and search not in EFFORTS:
+        raise InputError(f"search must be one of {tuple(EFFORTS)}, got {search!r}")
+    if solver not in ("auto", "clarabel"):
+        raise InputError(f"solver={solver!r} goes with the associative flow rule only; use 'auto' or 'clarabel'")
+    for name, number in (("accuracy", accuracy), ("budget", budget), ("proof_seconds", proof_seconds)):
+        if number is not None and not number > 0:
+            raise InputError(f"{name} must be positive, got {number}")
+    effort = EFFORTS[search] if isinstance(search, str) else search
+    named = search if isinstance(search, str) else "standard"
+    proving = proof_is_tried(problem, prove, named)
+    if proof_seconds is not None and not proving:
+        raise InputError(
+            "proof_seconds is given, but no proof is tried: prove=False, or not a plane problem of at most "
+            f"{PROVEN_POINTS[named]} contact points without crushing; prove=True demands one in plane without crushing"
+        )
+    everywhere = bool((problem.law.tan_psi >= problem.law.tan_phi - 1e-15).all())
+    law = None if everywhere else joint_law(problem)
+    upper = solve_associative(
+        problem, tolerance=tolerance, check_dead_load=check_dead_load, solver=solver, verbose=verbose
+    )
+    provenance = dict(
+        upper.provenance, flow_rule=str(FlowRule.NON_ASSOCIATIVE), seed=seed,
+        solver="clarabel" if problem.plane is None else "clarabel, HiGHS",
+        search=search if isinstance(search, str) else "given",
+    )  # fmt: skip
+    if law is None:
+        # psi = phi: the two laws are one and the associative certificate, with its gap, says more
+        provenance["flow_rule"] = str(FlowRule.ASSOCIATIVE)
+        return replace(upper, method=f"{METHOD} (psi = phi: associative)", provenance=provenance)
+    if upper.status not in (SOLVED, ALMOST_SOLVED, UNBOUNDED):
+        return replace(upper, method=METHOD, provenance=provenance, flow_rule=FlowRule.NON_ASSOCIATIVE)
+    low = radenkovic_lower(law)
+    if proof_seconds is None:
+        proof_seconds = PROOF_SECONDS[named]
+    order, ordered, found, proof = search_and_prove(
+        problem, law, effort, proof_seconds if proving else 0.0, budget, verbose, (low, _scaled_upper(problem, upper)),
+        seed=seed, accuracy=accuracy, progress=progress,
+    )  # fmt: skip
+    details = _details(problem, found, low, upper.collapse_multiplier, proof)
+    state, status = found.best, SOLVED
+    if state is None and found.nearest is not None and violation(ordered, found.nearest).worst <= LOOSE:
+        state, status = found.nearest, ALMOST_SOLVED
+    if state is None:
+        provenance["seconds"] = time.perf_counter() - start
+        reason = "no state that keeps the true law was found; the bracket in the details still holds"
+        if proof is not None and proof.none:
+            reason = (
+                "no admissible state exists, proven for velocities up to "
+                f"{proof.velocity_bound:g} times the mean live velocity and joint forces up to {FORCE_BOUND:g} times "
+                "the load"
+            )
+        if upper.status == UNBOUNDED:
+            return replace(
+                upper, method=METHOD, provenance=provenance, details=details, warnings=(*upper.warnings, reason),
+                flow_rule=FlowRule.NON_ASSOCIATIVE,
+            )  # fmt: skip
+        return Prediction(
+            METHOD, float("nan"), Bound(BoundKind.NONE), NOT_CONVERGED, provenance=provenance, details=details,
+            warnings=(reason,), flow_rule=FlowRule.NON_ASSOCIATIVE, **contact_facts(problem),
+        )  # fmt: skip
+    ends = Polisher(ordered, accuracy).interval(state) if status == SOLVED else (state.multiplier, state.multiplier)
+    details["interval_at_mechanism"] = tuple(e * problem.live_scale for e in ends)
+    if measure_jump is None:
+        measure_jump = problem.plane is not None and problem.points.count <= JUMP_POINTS
+    if measure_jump and status == SOLVED and (law.tan_psi[law.tan_phi > 0] == 0).any():
+        limits = None if proof is None else velocity_limits(problem)[order.row]
+        details["at_small_dilatancy"] = _at_small_dilatancy(problem, ordered, state, accuracy, limits)
+    prediction = _prediction(problem, law, order.back(law, state), status, details, provenance, search)
+    certificate = certify(problem.assembly, problem.loads, prediction)
+    provenance["seconds"] = time.perf_counter() - start
+    prediction = replace(prediction, certificate=certificate)
+    return replace(prediction, warnings=tuple(_warnings(problem, prediction, certificate)))
+
+
+def radenkovic_lower(law: JointLaw) -> float:
+    """Scaled associative multiplier of the law inside, |T| <= c' + tan(psi) N'; NaN where nothing stands on that.
+
+    Notes
+    -----
+    Source: Radenkovic's second theorem. Both laws share the tension corner: with tension, tan(psi) N + c A would lie
+    outside the true law below N = 0.
+    """
+    status, state = FrozenCones(law, law.tan_psi).solve(law.cohesion)
+    if state is None or status not in ("Solved", "AlmostSolved"):
+        return float("nan")
+    # an interior point leaves 1e-12 where the bound is zero
+    return 0.0 if abs(state.multiplier) < 1e-9 else state.multiplier
+
+
+def _scaled_upper(problem: Problem, upper: Prediction) -> float:
+    """Scaled multiplier that no state passes: of the repaired mechanism where there is one."""
+    c = upper.certificate
+    value = c.kinematic_multiplier if c is not None else np.inf
+    return max(value, upper.collapse_multiplier) / problem.live_scale if np.isfinite(value) else np.inf
+
+
+def _at_small_dilatancy(
+    problem: Problem, law: JointLaw, state: State, accuracy: float, limits: Array | None
+) -> float:
+    """Smallest multiplier of a short search with a little dilatancy wherever there is none; NaN when none is found.
+
+    Where the multiplier itself is proven this one must be too: a search that ends high would feign a jump.
+    """
+    little = law._replace(tan_psi=np.where(law.tan_psi == 0, SMALL_DILATANCY * law.tan_phi, law.tan_psi))
+    normal = np.maximum(state.force[:: law.components], 0.0)
+    # a larger slope would hide so small a dilatancy
+    effort = Effort((0.1 * SMALL_DILATANCY,), (0.6,), 0, (), False)
+    found = search_smallest(little, normal, effort=effort, accuracy=accuracy)
+    best = found.best
+    if limits is not None:
+        near = Polisher(little, accuracy).finish(state)
+        if exact(near, little, accuracy) and (best is None or near.multiplier < best.multiplier):
+            best = near
+        if best is None or best.multiplier > state.multiplier * (1.0 + JUMP):
+            proof = prove_smallest(
+                PlanePrograms(little), best, limits, force_bound=FORCE_BOUND, time_limit=PROOF_SECONDS["quick"],
+                widenings=WIDENINGS,
+            )  # fmt: skip
+            best = proof.state if proof.proven else None
+    return float("nan") if best is None else best.multiplier * problem.live_scale
+
+
+def _details(problem: Problem, found: Search, low: float, high: float, proof: Smallest | None) -> dict:
+    values = found.certified * problem.live_scale
+    run = found.first_run
+    return {
+        "radenkovic": (low * problem.live_scale, high),
+        "sequential_multiplier": run.state.multiplier * problem.live_scale if run and run.state else float("nan"),
+        "sequential_steps": run.steps if run else 0,
+        "sequential_excess": run.excess if run else float("nan"),
+        "sequential_certified": found.unpushed * problem.live_scale,
+        "candidates": len(found.trials),
+        "certified_candidates": len(values),
+        "spread": (float(values.min()), float(values.max())) if len(values) else (float("nan"), float("nan")),
+        "trials": tuple(
+            t._replace(sequential=t.sequential * problem.live_scale, certified=t.certified * problem.live_scale)
+            for t in found.trials
+        ),
+        "proof": None if proof is None else _proof_details(problem, proof),
+    }
+
+
+def _proof_details(problem: Problem, proof: Smallest) -> dict:
+    """What is proven, unscaled; a bound on velocities or forces is infinite where the proof needs none."""
+    return {
+        "proven": proof.proven,
+        "none exists": proof.none,
+        "bound": proof.bound * problem.live_scale,
+        "gap": proof.gap * problem.live_scale,
+        "method": proof.method,
+        "velocity_bound": proof.velocity_bound if proof.velocity_bounded else np.inf,
+        "velocity_share": proof.velocity_share,
+        "force_bound": FORCE_BOUND if proof.force_bounded else np.inf,
+        "nodes": proof.nodes,
+        "seconds": proof.seconds,
+    }
+
+
+def _prediction(
+    problem: Problem, law: JointLaw, state: State, status: Status, details: dict, provenance: dict,
+    search: str | Effort,
+) -> Prediction:  # fmt: skip
+    assembly, points = problem.assembly, problem.points
+    force = problem.forces(true_forces(law, state))
+    resultants = resultants_from_points(assembly, points.position, points.interface, points.area, force)
+    mechanism = scaled_mechanism(
+        assembly, problem.loads, problem.twists(state.velocity), points.position, points.interface
+    )
+    low, high = details["radenkovic"]
+    between = f"between {low:.6g} and {high:.6g}" if np.isfinite(low) else f"at most {high:.6g}"
+    if not np.isfinite(high):
+        between = "without an upper bound, the associative multiplier being infinite"
+    kind, words = _what_it_is(details["proof"], search)
+    bound = Bound(kind, f"{words}; not unique, {between} (Radenkovic)")
+    return Prediction(
+        METHOD, state.multiplier * problem.live_scale, bound, status, mechanism, resultants, None, (), provenance,
+        details, FlowRule.NON_ASSOCIATIVE, **contact_facts(problem),
+    )  # fmt: skip
+
+
+def _what_it_is(proof: dict | None, search: str | Effort) -> tuple[BoundKind, str]:
+    """First part of the bound: proven, found, or only a value."""
+    if proof is None:
+        words = "estimate: smallest admissible multiplier found, not proven"
+        if search == "quick":
+            words = "estimate: an admissible multiplier, not the smallest (quick search: a longer one may end lower)"
+        return BoundKind.ESTIMATE, words
+    within = ""
+    if np.isfinite(proof["velocity_bound"]):
+        within = f" for velocities up to {proof['velocity_bound']:g} times the mean live velocity"
+    if np.isfinite(proof["force_bound"]):
+        within += f" and joint forces up to {proof['force_bound']:g} times the load"
+    if proof["proven"]:
+        return BoundKind.EXACT, f"exact: smallest admissible multiplier, proven{within} (gap {proof['gap']:.1e})"
+    return BoundKind.ESTIMATE, (
+        f"estimate: smallest admissible multiplier found, not proven in the time given (proven: none below "
+        f"{proof['bound']:.6g}{within})"
+    )
+
+
+def _warnings(problem: Problem, prediction: Prediction, certificate: Certificate) -> list[str]:
+    out = []
+    details = prediction.details
+    worst = max(certificate.flow_residual, certificate.complementarity, certificate.yield_violation)
+    if not worst <= LOOSE:
+        out.append(f"the true law is violated by {worst:.1e}: the multiplier is not certified")
+    elif prediction.status == ALMOST_SOLVED:
+        out.append(f"the true law is met to {worst:.1e} only: read the certificate before using the number")
+    jump = details.get("at_small_dilatancy", np.nan)
+    if jump > (1.0 + JUMP) * prediction.collapse_multiplier:
+        out.append(
+            f"jump at psi = 0: with tan(psi) = {SMALL_DILATANCY:g} tan(phi) the smallest multiplier found is "
+            f"{jump:.6g}; joints that dilate ever so little lock this mechanism"
+        )
+    unpushed = details["sequential_certified"]
+    if unpushed > 1.2 * prediction.collapse_multiplier:
+        text = f"the search went far below the sequence, which gives {unpushed:.6g}: "
+        if problem.plane is None:
+            text += (
+                "joint forces that gather in a corner let a block turn there at little or no load. Gaps of 1e-4 of a "
+                "block in the joints (20 micrometres on 0.2 m) are enough to lose equilibrium first at the low value; "
+                "in most walls that motion arrests itself after millimetres"
+            )
+        else:
+            text += "which of the two a structure meets depends on the joint forces that its history leaves"
+        out.append(text)
+    if problem.law.crushes.any():
+        n = int(np.bincount(problem.points.interface).max())
+        out.append(f"crushing on a grid of {n} points per interface: refine the grid to see its error")
+    out += notes(NON_ASSOCIATIVE, problem.assembly, problem.interfaces)
+    out += self_stress(certificate.confinement)
+    if twisted_faces(problem, prediction):
+        out.append(TWISTED)
+    return out

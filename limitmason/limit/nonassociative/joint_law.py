@@ -1,0 +1,144 @@
+"""The true joint law for any dilatancy angle, moved to its tension corner: slacks, rates, and what a state violates."""
+
+from typing import NamedTuple, TypeGuard
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from limitmason.law import PointLaw
+from limitmason.law_table import NON_ASSOCIATIVE, STRESS_BLOCK, refuse
+from limitmason.limit.program.problem import Problem
+
+Array = NDArray[np.float64]
+
+
+class JointLaw(NamedTuple):
+    """Joint law with normal forces counted from the tension corner, N' = N + t; everything scaled as in ``Problem``.
+
+    |T| <= c' + tan(phi) N',  0 <= N' <= q;  e_n = tan(psi) |e_t| + p - k with p, k >= 0, N' p = 0 and (q - N') k = 0,
+    and T e_t = -(c' + tan(phi) N') |e_t|. Here t = min(ft A, c A / tan(phi)) and c' = c A - tan(phi) t >= 0.
+    """
+
+    matrix: sparse.csc_array  # (r, c m)
+    dead: Array  # dead load less what the corner's own tension carries, (r,)
+    live: Array  # (r,)
+    tan_phi: Array  # (m,)
+    tan_psi: Array
+    tension: Array  # t
+    cohesion: Array  # c'
+    crushing: Array  # q, infinite without crushing
+    components: int  # c = 3, or 2 in plane
+    live_size: float  # sum |live|: velocities are scaled to live . v = live_size, a mean live velocity of one
+    total: float  # total load in scaled units
+
+    @property
+    def points(self) -> PointLaw:
+        """The law of the points alone, in N' = N + t."""
+        return PointLaw(self.tan_phi, self.tan_psi, self.cohesion, np.zeros(len(self.tan_phi)), self.crushing)
+
+    @property
+    def dilatant(self) -> NDArray[np.bool_]:
+        """Points where the flow rule is normality: psi = phi, or nothing to dilate on."""
+        return self.tan_psi >= self.tan_phi - 1e-15
+
+
+class State(NamedTuple):
+    """Scaled multiplier, forces from the tension corner and velocities with live . v = live_size; how it was found."""
+
+    multiplier: float
+    force: Array
+    velocity: Array
+    how: str
+
+
+class Violation(NamedTuple):
+    """What a state violates: forces over the total load, rates at mean live velocity one; zero for an exact state."""
+
+    equilibrium: float
+    yielding: float
+    flow: float
+    complementarity: float
+
+    @property
+    def worst(self) -> float:
+        """Largest of the four; infinite for a state that is not a number."""
+        largest = max(self)
+        return largest if np.isfinite(largest) else float("inf")
+
+
+def joint_law(problem: Problem) -> JointLaw:
+    """The joint law of all contact points of a problem, counted from the tension corner.
+
+    N' = N + t, c' = c A - tan(phi) t, dead' = dead - A (t on N).
+
+    Parameters
+    ----------
+    problem : from :func:`limitmason.limit.program.problem.make_problem`
+
+    Raises
+    ------
+    NotApplicable
+        For in-plane sections with an exact crushing stress block, which has no dilatancy law here.
+    """
+    refuse(NON_ASSOCIATIVE, STRESS_BLOCK, problem.assembly, problem.block_interfaces)
+    law, tension = problem.law.from_corner(), problem.law.tension
+    corner = np.zeros(problem.matrix.shape[1])
+    corner[:: problem.components] = tension
+    return JointLaw(
+        problem.matrix, problem.dead - problem.matrix @ corner, problem.live, law.tan_phi, law.tan_psi,
+        tension, law.cohesion, law.crushing, problem.components, float(np.abs(problem.live).sum()),
+        float(np.sqrt((~problem.assembly.fixed).sum())),
+    )  # fmt: skip
+
+
+def split(law: JointLaw, vector: Array) -> tuple[Array, Array, Array]:
+    """Normal components (m,), tangential ones (m, c - 1) and the size of those (m,) of forces or rates."""
+    x = vector.reshape(-1, law.components)
+    tangential = x[:, 1:]
+    return x[:, 0], tangential, np.linalg.norm(tangential, axis=1)
+
+
+def from_corner(law: JointLaw, normal: Array) -> Array:
+    """N' of given normal forces N (m,), not below zero."""
+    return np.maximum(normal + law.tension, 0.0)
+
+
+def true_forces(law: JointLaw, state: State) -> Array:
+    """Forces (N, T) of a state, tension negative, flat."""
+    force = state.force.copy()
+    force[:: law.components] -= law.tension
+    return force
+
+
+def normalised(law: JointLaw, velocity: Array) -> Array | None:
+    """Velocities scaled to live . v = live_size; None when the live load does no positive work."""
+    power = float(law.live @ velocity)
+    return velocity * (law.live_size / power) if power > 0 else None
+
+
+def excess(law: JointLaw, force: Array) -> float:
+    """Largest excess of forces (N', T) over the joint law, over the total load."""
+    normal, _, shear = split(law, force)
+    return float(law.points.excess(normal, shear).max(initial=0.0)) / law.total
+
+
+def violation(law: JointLaw, state: State) -> Violation:
+    """Everything a state violates, from the law's arrays alone.
+
+    Complementarity is the sum over points of N' p + (q - N') k + |T . e_t + (c' + tan(phi) N') |e_t||, over the total
+    load at mean live velocity one: to first order, how far the multiplier could be wrong.
+    """
+    normal, shear, _ = split(law, state.force)
+    opening, sliding, _ = split(law, law.matrix.T @ state.velocity)
+    rest = law.matrix @ state.force + law.dead + state.multiplier * law.live
+    short, power = law.points.flow_residual(normal, shear, opening, sliding)
+    return Violation(
+        float(np.abs(rest).max(initial=0.0) / law.total), excess(law, state.force), float(short.max(initial=0.0)),
+        float(power.sum() / law.total),
+    )  # fmt: skip
+
+
+def exact(state: State | None, law: JointLaw, tolerance: float) -> TypeGuard[State]:
+    """Whether a state keeps the true law within a tolerance."""
+    return state is not None and bool(np.isfinite(state.force).all()) and violation(law, state).worst <= tolerance

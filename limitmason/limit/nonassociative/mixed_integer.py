@@ -1,0 +1,292 @@
+"""Complementarity as a mixed-integer program: the smallest or largest admissible multiplier within stated bounds.
+
+A binary per alternative says which of slack and rate may differ from zero. Bounds on the forces follow from
+equilibrium by linear programs; bounds on the velocities are stated, then tightened by linear programs.
+"""
+
+import time
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import highspy
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from limitmason.limit.nonassociative.joint_law import State
+from limitmason.limit.nonassociative.polish import ACTIVE, PlanePrograms, polish
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+INF = highspy.kHighsInf
+
+
+class Limits(NamedTuple):
+    """Largest forces, slacks and rates in the programs' units; what they rest on."""
+
+    velocity: Array  # (r,)
+    normal_low: Array  # (m,)
+    normal: Array
+    slack: Array  # R - T and R + T, (2, m)
+    slip: Array  # z+ and z-, (2, g)
+    opening: Array  # p, (m,)
+    forces_assumed: bool  # equilibrium leaves some force without bound: the stated one is used
+
+
+class Proof(NamedTuple):
+    """Answer of the mixed-integer program: best state, proven bound of the scaled multiplier, how it ended."""
+
+    state: State | None
+    bound: float
+    status: str
+    nodes: int
+    velocity_share: float  # largest velocity of the best state over its bound
+    forces_assumed: bool
+    seconds: float
+    infeasible: bool  # proven: no admissible state within the bounds
+
+
+def make_model(
+    cost: Array, matrix: sparse.sparray, row_low: Array, row_high: Array, low: Array, high: Array, *,
+    integer: Array | None = None, maximise: bool = False,
+) -> highspy.Highs:  # fmt: skip
+    """HiGHS model of row_low <= matrix x <= row_high, low <= x <= high."""
+    model = highspy.Highs()
+    model.setOptionValue("output_flag", False)
+    model.setOptionValue("threads", 1)
+    columns = sparse.csc_array(matrix)
+    program = highspy.HighsLp()
+    program.num_col_, program.num_row_ = columns.shape[1], columns.shape[0]
+    program.col_cost_ = np.asarray(cost, dtype=float)
+    program.col_lower_, program.col_upper_ = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
+    program.row_lower_, program.row_upper_ = np.asarray(row_low, dtype=float), np.asarray(row_high, dtype=float)
+    program.a_matrix_.format_ = highspy.MatrixFormat.kColwise
+    program.a_matrix_.start_ = columns.indptr
+    program.a_matrix_.index_ = columns.indices
+    program.a_matrix_.value_ = columns.data
+    program.sense_ = highspy.ObjSense.kMaximize if maximise else highspy.ObjSense.kMinimize
+    if integer is not None:
+        kinds = (highspy.HighsVarType.kContinuous, highspy.HighsVarType.kInteger)
+        program.integrality_ = [kinds[int(i)] for i in integer]
+    model.passModel(program)
+    return model
+
+
+def _maxima(model: highspy.Highs, rows: Array, *, smallest: bool = False) -> Array:
+    """Largest, or smallest, value of every row over a model's polyhedron; infinite where there is none."""
+    count = rows.shape[1]
+    index = np.arange(count, dtype=np.int32)
+    model.changeObjectiveSense(highspy.ObjSense.kMinimize if smallest else highspy.ObjSense.kMaximize)
+    out = np.full(len(rows), -np.inf if smallest else np.inf)
+    for k, row in enumerate(rows):
+        model.changeColsCost(count, index, np.ascontiguousarray(row))
+        model.run()
+        if model.getModelStatus() == highspy.HighsModelStatus.kOptimal:
+            out[k] = model.getObjectiveValue()
+    return out
+
+
+def sliding_groups(programs: PlanePrograms) -> tuple[Index, Index]:
+    """Group of every point and first point of every group: points on one line of action share one sliding rate."""
+    columns = np.round(programs.tangent.T.toarray(), 9)
+    _, first, group = np.unique(columns, axis=0, return_index=True, return_inverse=True)
+    return group.ravel(), first
+
+
+class BoundedProgram:
+    """Admissible states within bounds as a mixed-integer program.
+
+    Parameters
+    ----------
+    programs : of a plane problem without crushing
+    low, high : scaled multipliers between which states are looked for
+    velocity : largest size of every scaled velocity at mean live velocity one, shape (r,)
+    force : normal force, in total loads, that is assumed where equilibrium gives no bound
+    """
+
+    def __init__(self, programs: PlanePrograms, low: float, high: float, velocity: Array, force: float) -> None:
+        self.programs, self.low, self.high = programs, low, high
+        self.group, self.first = sliding_groups(programs)
+        g, m = len(self.first), programs.m
+        self.spread = sparse.csr_array((np.ones(m), (np.arange(m), self.group)), shape=(m, g))
+        self.limits = self._limits(velocity, force * programs.law.total / programs.unit)
+
+    def _limits(self, velocity: Array, force: float) -> Limits:
+        p, m, n, g = self.programs, self.programs.m, self.programs.n, len(self.first)
+        law = p.law
+        cone, bound = p.cone, p.cone_bound
+        low = np.concatenate([np.zeros(m), np.full(m, -INF), [self.low]])
+        high = np.concatenate([np.full(2 * m, INF), [self.high]])
+        model = make_model(
+            np.zeros(2 * m + 1), sparse.vstack([p.balance, cone]), np.concatenate([p.load, np.full(2 * m, -INF)]),
+            np.concatenate([p.load, bound]), low, high,
+        )  # fmt: skip
+        unit = np.eye(2 * m + 1)[:m]
+        normal, normal_low = _maxima(model, unit), np.maximum(_maxima(model, unit, smallest=True), 0.0)
+        slack = (_maxima(model, -cone.toarray()) + bound).reshape(2, m)
+        assumed = not (np.isfinite(normal).all() and np.isfinite(slack).all())
+        normal = np.minimum(normal, force)
+        slack = np.minimum(slack, 2.0 * law.points.in_units_of(p.unit).shear_strength(normal))
+
+        # velocities (v, z+, z-), one sliding rate per group
+        eye = sparse.eye_array(g)
+        self.sliding = sparse.csr_array(sparse.hstack([p.tangent.T.tocsr()[self.first], eye, -eye]))
+        psi = sparse.diags_array(law.tan_psi) @ self.spread
+        self.opening = sparse.csr_array(sparse.hstack([p.normal.T, -psi, -psi]))
+        live = np.concatenate([law.live / law.live_size, np.zeros(2 * g)])
+        # lambda live . v = -dead . v + sum (c' + (tan phi - tan psi) N') |e_t|, with N' not below its smallest value
+        least = self._power(law.cohesion / p.unit + (law.tan_phi - law.tan_psi) * normal_low)
+        reach = np.abs(p.tangent).T @ velocity
+        top = np.concatenate([reach[self.first], reach[self.first]])
+        model = make_model(
+            np.zeros(n + 2 * g), sparse.vstack([self.sliding, self.opening, live[None, :], least[None, :]]),
+            np.concatenate([np.zeros(g + m), [1.0, -INF]]),
+            np.concatenate([np.zeros(g), np.full(m, INF), [1.0, self.high]]),
+            np.concatenate([-velocity, np.zeros(2 * g)]), np.concatenate([velocity, top]),
+        )  # fmt: skip
+        rate = np.hstack([p.tangent.T.toarray()[self.first], np.zeros((g, 2 * g))])
+        slip = np.array([_maxima(model, -rate), _maxima(model, rate)])
+        opening = _maxima(model, self.opening.toarray())
+        slip = np.minimum(np.maximum(slip, 0.0), top.reshape(2, g))
+        opening = np.clip(opening, 0.0, np.abs(p.normal).T @ velocity)
+        return Limits(velocity, normal_low, normal, slack, slip, opening, assumed)
+
+    def _power(self, resistance: Array) -> Array:
+        """Row of -dead . v + sum resistance |e_t| over (v, z+, z-), in units of the multiplier."""
+        law, unit = self.programs.law, self.programs.unit
+        slip = self.spread.T @ resistance * (unit / law.live_size)
+        return np.concatenate([-law.dead / law.live_size, slip, slip])
+
+    def _model(self, maximise: bool) -> tuple[highspy.Highs, dict[str, slice]]:
+        p, law, m, n, g = self.programs, self.programs.law, self.programs.m, self.programs.n, len(self.first)
+        limits, spread = self.limits, self.spread
+        sizes = {"N": m, "T": m, "lambda": 1, "v": n, "z+": g, "z-": g, "open": m, "slide+": g, "slide-": g}
+        ends = np.cumsum([0, *sizes.values()])
+        at = {name: slice(int(a), int(b)) for name, a, b in zip(sizes, ends[:-1], ends[1:], strict=True)}
+        rows, row_low, row_high = [], [], []
+
+        def add(low: Sequence[float] | Array, high: Sequence[float] | Array, **parts: Any) -> None:
+            names = {"z_plus": "z+", "z_minus": "z-", "plus": "slide+", "minus": "slide-", "lam": "lambda"}
+            given = {names.get(k, k): v for k, v in parts.items()}
+            count = len(low)
+            rows.append(
+                sparse.hstack([sparse.csr_array(given.get(k, sparse.csr_array((count, s)))) for k, s in sizes.items()])
+            )
+            row_low.append(np.asarray(low, dtype=float))
+            row_high.append(np.asarray(high, dtype=float))
+
+        eye, mu, eye_g = sparse.eye_array(m), sparse.diags_array(law.tan_phi), sparse.eye_array(g)
+        cohesion, free, none = law.cohesion / p.unit, np.full(m, INF), np.zeros(m)
+        diagonal = sparse.diags_array
+        add(p.load, p.load, N=p.normal, T=p.tangent, lam=(law.live / p.unit)[:, None])
+        # 0 <= slack <= limit (1 - binary), 0 <= rate <= limit binary
+        add(-cohesion, free, N=mu, T=-eye)
+        add(-cohesion, free, N=mu, T=eye)
+        add(-free, limits.slack[0] - cohesion, N=mu, T=-eye, plus=diagonal(limits.slack[0]) @ spread)
+        add(-free, limits.slack[1] - cohesion, N=mu, T=eye, minus=diagonal(limits.slack[1]) @ spread)
+        add(-free, limits.normal, N=eye, open=diagonal(limits.normal))
+        tangent = p.tangent.T.tocsr()[self.first]
+        add(np.zeros(g), np.zeros(g), v=tangent, z_plus=eye_g, z_minus=-eye_g)
+        add([1.0], [1.0], v=(law.live / law.live_size)[None, :])
+        psi = diagonal(law.tan_psi) @ spread
+        add(none, free, v=p.normal.T, z_plus=-psi, z_minus=-psi)
+        add(-free, none, v=p.normal.T, z_plus=-psi, z_minus=-psi, open=-diagonal(limits.opening))
+        add(np.full(g, -INF), np.zeros(g), z_plus=eye_g, plus=-diagonal(limits.slip[0]))
+        add(np.full(g, -INF), np.zeros(g), z_minus=eye_g, minus=-diagonal(limits.slip[1]))
+        add(np.full(g, -INF), np.ones(g), plus=eye_g, minus=eye_g)
+        # the power balance, with the normal forces at either end of their range, ties lambda to the velocities
+        for normal, least, most in ((limits.normal_low, 0.0, INF), (limits.normal, -INF, 0.0)):
+            row = self._power(cohesion + (law.tan_phi - law.tan_psi) * normal)[None, :]
+            add([least], [most], lam=[[1.0]], v=-row[:, :n], z_plus=-row[:, n : n + g], z_minus=-row[:, n + g :])
+        low, high = np.full(ends[-1], -INF), np.full(ends[-1], INF)
+        low[at["N"]], high[at["N"]] = limits.normal_low, limits.normal
+        low[at["lambda"]], high[at["lambda"]] = self.low, self.high
+        low[at["v"]], high[at["v"]] = -limits.velocity, limits.velocity
+        for name, top in (
+            ("z+", limits.slip[0]), ("z-", limits.slip[1]), ("slide+", limits.slip[0] > ACTIVE),
+            ("slide-", limits.slip[1] > ACTIVE),
+            ("open", (limits.opening > ACTIVE) & (limits.normal_low <= ACTIVE)),
+        ):  # fmt: skip
+            low[at[name]], high[at[name]] = 0.0, top
+        integer = np.zeros(ends[-1], dtype=bool)
+        integer[at["open"].start :] = True
+        cost = np.zeros(ends[-1])
+        cost[at["lambda"]] = 1.0
+        model = make_model(
+            cost, sparse.vstack(rows), np.concatenate(row_low), np.concatenate(row_high), low, high, integer=integer,
+            maximise=maximise,
+        )  # fmt: skip
+        return model, at
+
+    def _values(self, state: State, at: dict[str, slice]) -> Array:
+        """Columns of an exact state, as a start."""
+        p, law = self.programs, self.programs.law
+        slack, rate = p.slacks(state.force), np.maximum(p.rates(state.velocity), 0.0)
+        x = np.zeros(at["slide-"].stop)
+        x[at["N"]], x[at["T"]] = slack[0], state.force[1::2] / p.unit
+        x[at["lambda"]] = state.multiplier
+        x[at["v"]] = state.velocity * (law.live_size / (law.live @ state.velocity))
+        x[at["z+"]], x[at["z-"]] = rate[1][self.first], rate[2][self.first]
+        x[at["open"]] = rate[0] > ACTIVE
+        x[at["slide+"]], x[at["slide-"]] = x[at["z+"]] > ACTIVE, x[at["z-"]] > ACTIVE
+        return x
+
+    def solve(
+        self, start: State | None, *, largest: bool = False, time_limit: float = 60.0, gap: float = 1e-6,
+        verbose: bool = False,
+    ) -> Proof:  # fmt: skip
+        """Smallest, or largest, multiplier of an admissible state within the bounds.
+
+        Parameters
+        ----------
+        start : an exact state to begin with, or None
+        time_limit : [s]; the bound proven until then is returned
+        gap : between state and bound at which to stop, absolute and relative [-]
+        verbose : let HiGHS write its log
+        """
+        began = time.perf_counter()
+        model, at = self._model(largest)
+        for option, value in (
+            ("time_limit", float(time_limit)), ("mip_rel_gap", gap), ("mip_abs_gap", gap),
+            ("mip_feasibility_tolerance", 1e-8), ("primal_feasibility_tolerance", 1e-9),
+        ):  # fmt: skip
+            model.setOptionValue(option, value)
+        model.setOptionValue("output_flag", verbose)
+        if start is not None:
+            solution = highspy.HighsSolution()
+            solution.col_value = list(self._values(start, at))
+            model.setSolution(solution)
+        model.run()
+        info = model.getInfo()
+        status = model.modelStatusToString(model.getModelStatus())
+        x = np.array(model.getSolution().col_value)
+        state, share = None, float("nan")
+        if len(x) == at["slide-"].stop and info.primal_solution_status == 2:
+            share = float(np.max(np.abs(x[at["v"]]) / self.limits.velocity))
+            state = self._exact(x, at, largest)
+        seconds = time.perf_counter() - began
+        nodes = int(info.mip_node_count)
+        infeasible = model.getModelStatus() == highspy.HighsModelStatus.kInfeasible
+        return Proof(
+            state, float(info.mip_dual_bound), status, nodes, share, self.limits.forces_assumed, seconds, infeasible
+        )
+
+    def _exact(self, x: Array, at: dict[str, slice], largest: bool) -> State | None:
+        """Exact state on the alternatives that the program chose, or near the one it holds."""
+        found = self._on_alternatives(x, at, largest)
+        if found is not None or largest:
+            return found
+        force = np.empty(2 * self.programs.m)
+        force[0::2], force[1::2] = x[at["N"]] * self.programs.unit, x[at["T"]] * self.programs.unit
+        return polish(self.programs, State(float(x[at["lambda"]][0]), force, x[at["v"]], "mixed-integer program"))
+
+    def _on_alternatives(self, x: Array, at: dict[str, slice], largest: bool) -> State | None:
+        p = self.programs
+        chosen = [np.round(x[at[name]]) > 0.5 for name in ("open", "slide+", "slide-")]
+        zero = np.array([chosen[0], chosen[1][self.group], chosen[2][self.group], np.zeros(p.m, dtype=bool)])
+        velocity = p.velocities(zero=~zero | np.array([[False], [False], [False], [True]]))
+        if velocity is None:
+            return None
+        answer = p.forces(theta=-1.0 if largest else 1.0, zero=p.rates(velocity) > ACTIVE)
+        return None if answer is None else State(answer.multiplier, answer.force, velocity, "mixed-integer program")

@@ -1,0 +1,251 @@
+"""Polish of a plane state by linear programs: the true law to the solver's last digits.
+
+In plane the law of a point is four complementary pairs of linear expressions,
+
+    N' >= 0, R - T >= 0, R + T >= 0, q - N' >= 0   against   p, z+, z-, k >= 0,
+
+with R = c' + tan(phi) N', e_t = z- - z+ and e_n = tan(psi) (z+ + z-) + p - k. Forces and velocities each fill a
+polyhedron; only the products couple them. Arrays of shape (4, m) hold the pairs in this order.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.optimize import linprog
+
+from limitmason.errors import InputError
+from limitmason.limit.nonassociative.joint_law import JointLaw, State
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+ACTIVE = 1e-9
+"""Below this a rate (mean live velocity one) or a slack (mean block load one) of a linear program's vertex is zero."""
+
+
+class ForceAnswer(NamedTuple):
+    """Multiplier, forces from the tension corner, and how much lambda would fall if a zero slack could open."""
+
+    multiplier: float
+    force: Array
+    gain: Array  # (4, m)
+
+
+class PlanePrograms:
+    """Linear programs over the statically admissible forces and over the kinematically admissible velocities."""
+
+    def __init__(self, law: JointLaw) -> None:
+        if law.components != 2:
+            raise InputError("the plane polish needs a problem reduced to the plane")
+        self.law = law
+        self.m, self.n = len(law.tan_phi), law.matrix.shape[0]
+        # unit of force of the linear programs: the mean block load
+        self.unit = law.total / max(law.total**2, 1.0)
+        self.normal, self.tangent = law.matrix[:, 0::2], law.matrix[:, 1::2]
+        m = self.m
+        eye, mu = sparse.eye_array(m), sparse.diags_array(law.tan_phi)
+        none = sparse.csc_array((m, 1))
+        self.balance = sparse.csc_array(
+            sparse.hstack([self.normal, self.tangent, sparse.csc_array(law.live[:, None] / self.unit)])
+        )
+        self.load = -law.dead / self.unit
+        self.cone = sparse.csr_array(sparse.vstack([sparse.hstack([-mu, eye, none]), sparse.hstack([-mu, -eye, none])]))
+        self.cone_bound = np.tile(law.cohesion, 2) / self.unit
+        live = np.concatenate([law.live / law.live_size, np.zeros(3 * m)])
+        self._sliding = sparse.csc_array(
+            sparse.vstack([sparse.hstack([self.tangent.T, eye, -eye, sparse.csc_array((m, m))]), live[None, :]])
+        )
+        psi = sparse.diags_array(law.tan_psi)
+        self._opening = sparse.csr_array(sparse.hstack([-self.normal.T, psi, psi, -eye]))
+        self._crushable = law.points.crushes
+        self._options = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+
+    def slacks(self, force: Array) -> Array:
+        """N', R - T, R + T and q - N' in mean block loads, shape (4, m); infinite where nothing crushes."""
+        normal, shear = force[0::2], force[1::2]
+        strength = self.law.points.shear_strength(normal)
+        return np.array([normal, strength - shear, strength + shear, self.law.crushing - normal]) / self.unit
+
+    def rates(self, velocity: Array) -> Array:
+        """p, z+, z- and k at mean live velocity one, shape (4, m)."""
+        rate = self.law.matrix.T @ (velocity * (self.law.live_size / (self.law.live @ velocity)))
+        plus, minus = np.maximum(-rate[1::2], 0.0), np.maximum(rate[1::2], 0.0)
+        gap = rate[0::2] - self.law.tan_psi * (plus + minus)
+        crushing = np.where(self._crushable, np.maximum(-gap, 0.0), 0.0)
+        return np.array([gap + crushing, plus, minus, crushing])
+
+    def gap(self, force: Array, velocity: Array) -> float:
+        """Sum of slack times rate, over the total load: zero for an exact state."""
+        slack, rate = np.maximum(self.slacks(force), 0.0), np.maximum(self.rates(velocity), 0.0)
+        slack[np.isinf(slack)] = 0.0
+        return float((slack * rate).sum()) * self.unit / self.law.total
+
+    def forces(
+        self, *, weight: Array | None = None, theta: float = 0.0, zero: Mask | None = None
+    ) -> ForceAnswer | None:
+        """Minimise theta lambda + sum(weight * slack) over admissible forces whose slacks in ``zero`` vanish.
+
+        Parameters
+        ----------
+        weight : rates, shape (4, m), scaled so that the sum is in units of the multiplier
+        zero : slacks held at zero, shape (4, m)
+        """
+        m, law = self.m, self.law
+        cost = np.zeros(2 * m + 1)
+        cost[-1] = theta
+        if weight is not None:
+            w = weight * (self.unit / law.live_size)
+            cost[:m] = w[0] + law.tan_phi * (w[1] + w[2]) - np.where(self._crushable, w[3], 0.0)
+            cost[m : 2 * m] = w[2] - w[1]
+        low, high = np.full(2 * m + 1, -np.inf), np.full(2 * m + 1, np.inf)
+        # no negative multipliers: they belong to the opposite load
+        low[:m], low[-1], high[:m] = 0.0, 0.0, law.crushing / self.unit
+        balance, load, cone, bound = self.balance, self.load, self.cone, self.cone_bound
+        tight = np.zeros(2 * m, dtype=bool)
+        if zero is not None:
+            high[:m][zero[0]] = 0.0
+            low[:m][zero[3]] = high[:m][zero[3]]
+            tight = np.concatenate([zero[1], zero[2]])
+            balance = sparse.vstack([balance, cone[tight]], format="csc")
+            load = np.concatenate([load, bound[tight]])
+            cone, bound = cone[~tight], bound[~tight]
+        answer = linprog(
+            cost, cone, bound, balance, load, np.column_stack([low, high]), method="highs-ds", options=self._options
+        )
+        if answer.x is None or answer.status != 0:
+            return None
+        gain = np.zeros((4, m))
+        if zero is not None:
+            held = answer.upper.marginals[:m] + answer.lower.marginals[:m]
+            gain[0] = np.where(zero[0], np.maximum(-held, 0.0), 0.0)
+            gain[3] = np.where(zero[3], np.maximum(held, 0.0), 0.0)
+            rows = np.zeros(2 * m)
+            rows[tight] = answer.eqlin.marginals[self.n :]
+            gain[1:3] = np.maximum(rows, 0.0).reshape(2, m)
+        force = np.empty(2 * m)
+        force[0::2], force[1::2] = answer.x[:m] * self.unit, answer.x[m : 2 * m] * self.unit
+        return ForceAnswer(float(answer.x[-1]), force, gain)
+
+    def velocities(self, *, weight: Array | None = None, zero: Mask | None = None) -> Array | None:
+        """Velocities at mean live velocity one that minimise sum(weight * rate), rates in ``zero`` held at zero."""
+        m, n, law = self.m, self.n, self.law
+        cost = np.zeros(n + 3 * m)
+        if weight is not None:
+            w = np.where(np.isfinite(weight), weight, 0.0)
+            cost[:n] = self.normal @ w[0]
+            cost[n : n + m] = w[1] - law.tan_psi * w[0]
+            cost[n + m : n + 2 * m] = w[2] - law.tan_psi * w[0]
+            cost[n + 2 * m :] = w[0] + w[3]
+        low, high = np.full(n + 3 * m, -np.inf), np.full(n + 3 * m, np.inf)
+        low[n:] = 0.0
+        high[n + 2 * m :][~self._crushable] = 0.0
+        equal, rest = self._sliding, self._opening
+        if zero is not None:
+            high[n:][np.concatenate([zero[1], zero[2], zero[3]])] = 0.0
+            equal = sparse.vstack([equal, rest[zero[0]]], format="csc")
+            rest = rest[~zero[0]]
+        right = np.zeros(equal.shape[0])
+        right[m] = 1.0
+        answer = linprog(
+            cost, rest, np.zeros(rest.shape[0]), equal, right, np.column_stack([low, high]), method="highs-ds",
+            options=self._options,
+        )  # fmt: skip
+        return None if answer.x is None or answer.status != 0 else answer.x[:n]
+
+
+def polish(programs: PlanePrograms, state: State) -> State | None:
+    """Exact state near a given one, smallest multiplier on its active set; None when no program has a solution.
+
+    The larger of slack and rate decides which of the two vanishes. Velocities come first, with the vanishing rates
+    fixed; then the forces of least lambda, with slack zero only where a rate is really used. When no threshold gives a
+    solution, forces and velocities are alternated on the sum of their products.
+
+    Parameters
+    ----------
+    programs : of the plane problem
+    state : near-admissible, for example the end of a sequence
+    """
+    slack = np.maximum(programs.slacks(state.force), 0.0)
+    rate = np.maximum(programs.rates(state.velocity), 0.0)
+    for threshold in (1.0, 0.1, 10.0, 1e-2, 1e2, 1e-3, 1e-4):
+        velocity = programs.velocities(weight=slack, zero=~((rate > threshold * slack) | (slack <= ACTIVE)))
+        if velocity is None:
+            continue
+        answer = programs.forces(theta=1.0, zero=programs.rates(velocity) > ACTIVE)
+        if answer is not None:
+            return State(answer.multiplier, answer.force, velocity, "active set")
+    return alternate_plane(programs, state)
+
+
+def alternate_plane(
+    programs: PlanePrograms, state: State, *, theta: float = 0.0, steps: int = 30, tolerance: float = 1e-11
+) -> State | None:
+    """Alternate force and velocity programs on theta lambda + gap, which never rises."""
+    best, last = None, np.inf
+    velocity = state.velocity
+    for _ in range(steps):
+        answer = programs.forces(weight=np.maximum(programs.rates(velocity), 0.0), theta=theta)
+        if answer is None:
+            break
+        found = programs.velocities(weight=np.maximum(programs.slacks(answer.force), 0.0))
+        if found is None:
+            break
+        velocity = found
+        best = State(answer.multiplier, answer.force, velocity, "alternating linear programs")
+        gap = programs.gap(answer.force, velocity)
+        merit = theta * answer.multiplier + gap
+        if (theta == 0 and gap < tolerance) or merit > last - 1e-10 * max(1.0, abs(last)):
+            break
+        last = merit
+    return best
+
+
+def descend(
+    programs: PlanePrograms,
+    state: State,
+    *,
+    rounds: int = 20,
+    tries: int = 0,
+    random: np.random.Generator | None = None,
+) -> State:
+    """Lower an exact state: least lambda for its velocities, then velocities towards where the duals ask to open.
+
+    Parameters
+    ----------
+    state : exact, from :func:`polish`
+    rounds : at most so many pairs of linear programs; the search is local
+    tries : where it stalls, so many more velocities with weights disturbed by ``random``
+    """
+    answer = programs.forces(theta=1.0, zero=programs.rates(state.velocity) > ACTIVE)
+    if answer is None or answer.multiplier > state.multiplier + 1e-9:
+        return state
+    best = State(answer.multiplier, answer.force, state.velocity, "descended")
+    noise: Array | float = 0.0
+    for _ in range(rounds):
+        velocity = programs.velocities(weight=answer.gain + noise, zero=programs.slacks(best.force) > ACTIVE)
+        if velocity is None:
+            break
+        found = programs.forces(theta=1.0, zero=programs.rates(velocity) > ACTIVE)
+        if found is None:
+            break
+        # the old forces comply with the new velocities as well: the multiplier cannot rise
+        stalled = found.multiplier > best.multiplier - 1e-9
+        best, answer = State(found.multiplier, found.force, velocity, "descended"), found
+        noise = 0.0
+        if stalled:
+            if tries <= 0 or random is None:
+                break
+            tries -= 1
+            noise = 0.3 * max(float(answer.gain.max(initial=0.0)), 1e-9) * random.random(answer.gain.shape)
+    return best
+
+
+def interval(programs: PlanePrograms, state: State) -> tuple[float, float]:
+    """Smallest and largest scaled multiplier whose forces comply with the mechanism of an exact state."""
+    zero = programs.rates(state.velocity) > ACTIVE
+    low, high = programs.forces(theta=1.0, zero=zero), programs.forces(theta=-1.0, zero=zero)
+    own = state.multiplier
+    first = own if low is None else min(low.multiplier, own)
+    return first, own if high is None else max(high.multiplier, own)

@@ -1,0 +1,132 @@
+"""Search for the smallest admissible multiplier in an order read off the geometry, and its proof on small problems."""
+
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.errors import NotApplicable
+from limitmason.law_table import CRUSHING, PROVEN_SMALLEST, refuse
+from limitmason.limit.nonassociative.joint_law import JointLaw, split, violation
+from limitmason.limit.nonassociative.numbering import Numbering, numbering
+from limitmason.limit.nonassociative.polish import PlanePrograms
+from limitmason.limit.nonassociative.search import EFFORTS, Effort, Search, Trial, search_smallest
+from limitmason.limit.nonassociative.sequential import FrozenCones
+from limitmason.limit.nonassociative.smallest import Smallest, prove_smallest, velocity_limits
+from limitmason.limit.program.problem import Problem
+
+Array = NDArray[np.float64]
+
+PROVEN_POINTS = {"quick": 18, "standard": 28, "thorough": 28}
+"""Contact points up to which a plane problem is proven unasked: two in each of 9 joints, some tenths of a second, or of
+14, a second or some. A given effort counts as the standard one."""
+
+PROOF_SECONDS = {"quick": 5.0, "standard": 30.0, "thorough": 120.0}
+"""Time for the proof by search; a given effort has that of the standard one."""
+
+FORCE_BOUND = 20.0
+"""Normal force of a contact point in total loads that a proof assumes where equilibrium leaves it unbounded."""
+
+PROOF_TOLERANCE, SMALLEST_SCALE = 1e-5, 0.01
+"""Gap between state and bound up to which the smallest counts as proven, relative to the scaled multiplier or to that
+smallest scale, below which the programs' own accuracy is reached."""
+
+WIDENINGS = 3
+"""The bound on velocities of the proof, 20 mean live velocities, is widened so often tenfold where it is used."""
+
+
+def proof_is_tried(problem: Problem, prove: bool | None, search: str) -> bool:
+    """Whether a proof is tried; a demand that cannot be met is refused."""
+    if prove:
+        if problem.plane is None:
+            raise NotApplicable("prove=True: the problem is not plane; a proof needs a plane problem")
+        refuse(PROVEN_SMALLEST, CRUSHING, problem.assembly, problem.interfaces)
+        return True
+    crushes = problem.law.crushes.any() or problem.stress_block.count > 0
+    few = problem.plane is not None and problem.points.count <= PROVEN_POINTS[search]
+    return prove is None and few and not crushes
+
+
+def search_and_prove(
+    problem: Problem, law: JointLaw, effort: Effort, seconds: float, budget: float | None, verbose: bool,
+    bracket: tuple[float, float], **options: Any,
+) -> tuple[Numbering, JointLaw, Search, Smallest | None]:  # fmt: skip
+    """Search; with time for a proof a quick search, the proof, and the rest of the search if that is not complete.
+
+    Parameters
+    ----------
+    law : of the problem, in the order of its own rows
+    effort : of the whole search
+    seconds : for the proof, zero for none
+    budget : for everything [s], or None
+    verbose : let the mixed-integer solver write its log
+    bracket : scaled multipliers that no state passes; NaN for none below
+    options : seed, accuracy and progress of :func:`limitmason.limit.nonassociative.search.search_smallest`
+
+    Returns
+    -------
+    The order in which the best state is given, the law in that order, the outcome, and what is proven.
+    """
+    began = time.perf_counter()
+
+    def left() -> float | None:
+        return None if budget is None else max(budget - (time.perf_counter() - began), 0.0)
+
+    if not seconds:
+        return *_in_order_of_geometry(problem, law, effort, budget=budget, **options), None
+    first = EFFORTS["quick"] if effort in EFFORTS.values() else effort
+    order, ordered, found = _in_order_of_geometry(problem, law, first, budget=budget, **options)
+    remaining = left()
+    # relative to the multiplier: a live load that is small beside the dead one has a small scaled multiplier
+    size = 1.0 if found.best is None else float(np.clip(found.best.multiplier, SMALLEST_SCALE, 1.0))
+    proof = prove_smallest(
+        PlanePrograms(ordered), found.best, velocity_limits(problem)[order.row], low=bracket[0], top=bracket[1],
+        force_bound=FORCE_BOUND, time_limit=seconds if remaining is None else min(seconds, remaining),
+        tolerance=size * PROOF_TOLERANCE, widenings=WIDENINGS, verbose=verbose,
+    )  # fmt: skip
+    off = np.inf if proof.state is None else violation(ordered, proof.state).worst
+    certified = np.nan if proof.state is None else proof.state.multiplier
+    trial = Trial(f"proof, {proof.method}", np.nan, 0, certified, off, proof.seconds)
+    if options["progress"] is not None:
+        options["progress"](trial)
+    found = found._replace(best=proof.state, trials=(*found.trials, trial))
+    if proof.proven or proof.none or first is effort:
+        return order, ordered, found, proof
+    other = _in_order_of_geometry(problem, law, effort, budget=left(), **options)
+    trials = (*found.trials, *other[2].trials)
+    if other[2].best is not None and (found.best is None or other[2].best.multiplier < found.best.multiplier):
+        order, ordered, found = other
+        proof = proof._replace(state=found.best)
+    return order, ordered, found._replace(trials=trials), proof
+
+
+def _in_order_of_geometry(
+    problem: Problem, law: JointLaw, effort: Effort, *, budget: float | None, **options: Any
+) -> tuple[Numbering, JointLaw, Search]:
+    """Search in an order that does not depend on how blocks are numbered: order, law and outcome of the lower end.
+
+    A search is local, and a mirrored order of a symmetric wall ends elsewhere: where the effort asks for it both are
+    searched, so that a plane wall and its mirror image give one value.
+    """
+    tried: list[tuple[Numbering, JointLaw, Search]] = []
+    for mirrored in (False, True) if effort.mirrored else (False,):
+        order = numbering(problem, mirrored=mirrored)
+        ordered = order.law(law)
+        share = None if budget is None else budget / (2 if effort.mirrored else 1)
+        found = search_smallest(ordered, _starting_forces(ordered), effort=effort, budget=share, **options)
+        tried.append((order, ordered, found))
+
+    def height(one: tuple[Numbering, JointLaw, Search]) -> float:
+        return np.inf if one[2].best is None else one[2].best.multiplier
+
+    order, ordered, best = min(tried, key=height)
+    return order, ordered, best._replace(trials=tuple(t for one in tried for t in one[2].trials))
+
+
+def _starting_forces(law: JointLaw) -> Array:
+    """Normal forces N' of the associative state, or equal ones where that has no bound."""
+    _, state = FrozenCones(law, law.tan_phi).solve(law.cohesion)
+    if state is None:
+        return np.full(len(law.tan_phi), law.total / len(law.tan_phi))
+    return np.maximum(split(law, state.force)[0], 0.0)

@@ -1,0 +1,223 @@
+"""Search for the smallest multiplier that the non-associative law admits: variants, random starts, descent.
+
+The multiplier is not unique for psi < phi. Every candidate is polished and checked against the true law before it
+counts, so that the smallest one found is admissible; that nothing lies below it is not proven.
+"""
+
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.limit.nonassociative.alternating import ConePrograms, alternate, complying_forces, lower
+from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact, split, violation
+from limitmason.limit.nonassociative.polish import PlanePrograms, alternate_plane, descend, interval, polish
+from limitmason.limit.nonassociative.sequential import Run, Variant, run_sequence
+
+Array = NDArray[np.float64]
+
+
+class Effort(NamedTuple):
+    """How much a search tries, counted, so that it repeats: slopes and mixings of the scheme, random starts, pushes."""
+
+    slopes: tuple[float, ...]
+    mixings: tuple[float, ...]
+    random_starts: int
+    pushes: tuple[float, ...]
+    lower_each: bool  # in 3-D: push every candidate down, not only the best
+    descents: int = 0  # in plane: disturbed descents of every candidate
+    mirrored: bool = False  # also in the order of the mirror image, with as many random starts
+
+
+EFFORTS = {
+    "quick": Effort((0.005, 0.05), (0.6,), 0, (), False),
+    "standard": Effort((0.005, 0.02, 0.05, 0.1), (0.6,), 4, (), True, 4, True),
+    "thorough": Effort(
+        (0.001, 0.005, 0.02, 0.05, 0.1), (0.3, 0.6, 0.9), 30, (0.01, 0.03, 0.1, 0.3, 1.0), True, 8, True
+    ),
+}
+
+
+class Trial(NamedTuple):
+    """One candidate: its strategy, the raw and the certified scaled multiplier (NaN where there is none), its cost."""
+
+    strategy: str
+    sequential: float
+    steps: int
+    certified: float
+    violation: float
+    seconds: float
+
+
+class Search(NamedTuple):
+    """Outcome: the lowest exact state, the least violating one when none is exact, every trial in order."""
+
+    best: State | None
+    nearest: State | None
+    trials: tuple[Trial, ...]
+    first_run: Run | None
+
+    @property
+    def unpushed(self) -> float:
+        """Certified multiplier of the first sequence that gave one: what the scheme says without a search."""
+        values = [t.certified for t in self.trials if t.steps and np.isfinite(t.certified)]
+        return values[0] if values else float("nan")
+
+    @property
+    def certified(self) -> Array:
+        """Scaled multipliers of all certified candidates."""
+        values = np.array([t.certified for t in self.trials])
+        return values[np.isfinite(values)]
+
+
+class Polisher:
+    """From a near-admissible state to an exact one: linear programs in plane, alternating cone programs in 3-D."""
+
+    def __init__(
+        self, law: JointLaw, accuracy: float, *, descents: int = 0, random: np.random.Generator | None = None
+    ) -> None:
+        self.law, self.accuracy, self.descents, self.random = law, accuracy, descents, random
+        self.cones = ConePrograms(law)
+        self.plane = PlanePrograms(law) if law.components == 2 else None
+
+    def finish(self, state: State) -> State | None:
+        """Exact state near a given one, in plane descended from there, or the nearest one when the law is not met."""
+        if self.plane is None:
+            return alternate(self.cones, state)
+        found = polish(self.plane, state)
+        if not exact(found, self.law, self.accuracy):
+            around = alternate(self.cones, state)
+            again = None if around is None else polish(self.plane, around)
+            found = again if exact(again, self.law, self.accuracy) else found or around
+        if not exact(found, self.law, self.accuracy):
+            return found
+        lowered = descend(self.plane, found, rounds=20 + self.descents, tries=self.descents, random=self.random)
+        return lowered if exact(lowered, self.law, self.accuracy) else found
+
+    def push(self, state: State, theta: float) -> State | None:
+        """Exact state reached after giving the multiplier a weight against the law."""
+        if self.plane is None:
+            return lower(self.cones, state, thetas=(theta,), tolerance=self.accuracy)
+        pushed = alternate_plane(self.plane, state, theta=theta, steps=15)
+        back = None if pushed is None else alternate_plane(self.plane, pushed)
+        return None if back is None else self.finish(back)
+
+    def interval(self, state: State) -> tuple[float, float]:
+        """Scaled multipliers between which the mechanism of an exact state is admissible."""
+        if self.plane is not None:
+            return interval(self.plane, state)
+        ends = [state.multiplier]
+        for largest in (False, True):
+            found = complying_forces(self.law, state, largest=largest)
+            if exact(found, self.law, self.accuracy):
+                ends.append(found.multiplier)
+        return min(ends), max(ends)
+
+
+def search_smallest(
+    law: JointLaw, start: Array, *, effort: Effort = EFFORTS["standard"], seed: int = 0, accuracy: float = 1e-8,
+    budget: float | None = None, progress: Callable[[Trial], None] | None = None,
+) -> Search:  # fmt: skip
+    """Smallest certified multiplier over variants of the sequential scheme, random starts and pushes.
+
+    Parameters
+    ----------
+    law : joint law of the problem
+    start : normal forces from the tension corner to begin with, scaled, shape (m,), as of the associative state
+    effort : how much is tried; a count, so that equal arguments give equal results
+    seed : of the random starts
+    accuracy : largest violation of the true law of a candidate that counts [-]
+    budget : stops after so many seconds where given; the result then depends on the machine
+    progress : called with every trial
+    """
+    began = time.perf_counter()
+    random = np.random.default_rng(seed)
+    polisher = Polisher(law, accuracy, descents=effort.descents, random=random)
+    trials: list[Trial] = []
+    best: State | None = None
+    nearest, least = None, np.inf
+    first: Run | None = None
+
+    def keep(strategy: str, candidate: State | None, run: Run | None, since: float) -> None:
+        nonlocal best, nearest, least
+        off = np.inf if candidate is None else violation(law, candidate).worst
+        good = candidate if off <= accuracy else None
+        if candidate is not None and off < least:
+            nearest, least = candidate, off
+        if good is not None and (best is None or good.multiplier < best.multiplier - 1e-9):
+            best = good
+        raw = run.state.multiplier if run is not None and run.state is not None else np.nan
+        trial = Trial(
+            strategy, raw, run.steps if run else 0, np.nan if good is None else good.multiplier, off,
+            time.perf_counter() - since,
+        )  # fmt: skip
+        trials.append(trial)
+        if progress is not None:
+            progress(trial)
+
+    def attempt(strategy: str, normal: Array, variant: Variant, *, push: bool) -> None:
+        nonlocal first
+        since = time.perf_counter()
+        run = run_sequence(law, normal, variant)
+        first = first or run
+        candidate = None if run.state is None else polisher.finish(run.state)
+        keep(strategy, candidate, run, since)
+        if push and polisher.plane is None and exact(candidate, law, accuracy):
+            since = time.perf_counter()
+            keep(f"{strategy}, pushed", lower(polisher.cones, candidate, tolerance=accuracy), None, since)
+
+    def over() -> bool:
+        return budget is not None and time.perf_counter() - began > budget
+
+    slopes = effort.slopes
+    dilating = (law.tan_psi > 0) & ~law.dilatant
+    if dilating.any():
+        # a slope that hides a small dilatancy leads to states of psi = 0, which no polish brings back
+        ratio = float((law.tan_psi[dilating] / law.tan_phi[dilating]).min())
+        if ratio < 2.0 * min(slopes):
+            slopes = (0.1 * ratio, *slopes)
+    for mixing in sorted(effort.mixings, key=lambda b: abs(b - 0.6)):
+        for slope in slopes:
+            if not (over() and trials):
+                variant = Variant(slope=slope, mixing=mixing)
+                attempt(f"sequence, {variant}", start, variant, push=effort.lower_each)
+    for k in range(effort.random_starts):
+        if over():
+            break
+        kind, normal = _random_start(law, polisher, start if best is None else split(law, best.force)[0], random, k)
+        variant = Variant(slope=float(10 ** random.uniform(-3, -1)), mixing=float(random.uniform(0.3, 0.95)))
+        if normal is not None:
+            attempt(f"{kind}, {variant}", normal, variant, push=False)
+    for theta in effort.pushes:
+        if over() or best is None:
+            break
+        since = time.perf_counter()
+        keep(f"push, weight {theta:g}", polisher.push(best, theta), None, since)
+    if polisher.plane is None and best is not None and not over():
+        since = time.perf_counter()
+        keep("push of the best", lower(polisher.cones, best, tolerance=accuracy), None, since)
+    return Search(best, nearest, tuple(trials), first)
+
+
+def _random_start(
+    law: JointLaw, polisher: Polisher, good: Array, random: np.random.Generator, k: int
+) -> tuple[str, Array | None]:
+    """Normal forces to start from, in turn: random admissible ones, the best disturbed, their mean, any."""
+    m = len(good)
+    kind = k % 4
+    if kind == 1:
+        noise = np.exp(0.7 * random.standard_normal(m))
+        return "best disturbed", good * noise + 0.02 * good.max(initial=0.0) * random.random(m)
+    if kind == 3:
+        return "random forces", 4.0 * law.total / m * random.random(m)
+    weight = np.zeros((m, law.components))
+    weight[:, 0] = random.random(m) + 0.01
+    answer = polisher.cones.forces.solve(0.0, weight.ravel())
+    if answer is None:
+        return "random admissible forces", None
+    normal = np.maximum(split(law, answer[1])[0], 0.0)
+    if kind == 0:
+        return "random admissible forces", normal
+    return "mean of best and random forces", 0.5 * (normal + good)

@@ -1,0 +1,143 @@
+"""Smallest admissible multiplier of a small plane structure with a proof: what lies below the states already found."""
+
+import time
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact
+from limitmason.limit.nonassociative.lifted import MAX_ROWS, lifted_bound, lifted_rows
+from limitmason.limit.nonassociative.mixed_integer import BoundedProgram
+from limitmason.limit.nonassociative.polish import PlanePrograms
+from limitmason.limit.program.problem import Problem
+
+Array = NDArray[np.float64]
+
+ASSOCIATIVE = "associative"
+LIFTED = "lifted linear program"
+MIXED_INTEGER = "mixed-integer program"
+
+ACCURACY = 1e-8
+"""Violation of the true law up to which a state of the mixed-integer program counts."""
+
+REACHED = 0.5
+"""Share of the velocity bound from which the bound may hide lower states and is widened where that is allowed."""
+
+
+class Smallest(NamedTuple):
+    """Lowest exact state known and the scaled multiplier below which there is none, within the bounds named."""
+
+    state: State | None
+    bound: float
+    proven: bool  # state and bound agree
+    none: bool  # there is no admissible state at all within the bounds
+    method: str  # what gave the bound
+    velocity_bounded: bool  # the bound holds only within velocity_bound
+    velocity_bound: float  # in mean live velocities
+    velocity_share: float  # largest velocity of the state over its bound
+    force_bounded: bool  # a stated bound on the joint forces was needed too
+    nodes: int
+    seconds: float
+
+    @property
+    def gap(self) -> float:
+        """Distance between state and bound, scaled; infinite without a state."""
+        return np.inf if self.state is None else abs(self.state.multiplier - self.bound)
+
+
+def velocity_limits(problem: Problem, velocity_bound: float = 1.0) -> Array:
+    """Bound of every scaled velocity: rotations times the distance of the block's farthest contact point."""
+    points = problem.points
+    reach = np.zeros(problem.assembly.n_blocks)
+    for block in (points.block_a, points.block_b):
+        distance = np.linalg.norm(points.position - problem.assembly.centroids[block], axis=1)
+        np.maximum.at(reach, block, distance)
+    block, coordinate = np.divmod(problem.row, 3)
+    limit = np.full(len(problem.row), float(velocity_bound))
+    turns = coordinate == 2
+    limit[turns] *= problem.row_radius[turns] / np.maximum(reach[block[turns]], 1e-300)
+    return limit
+
+
+def close(value: float, bound: float, tolerance: float) -> bool:
+    """Whether a state meets a bound, relative to max(1, value)."""
+    return bool(np.isfinite(value) and abs(value - bound) <= tolerance * max(1.0, abs(value)))
+
+
+def prove_smallest(
+    programs: PlanePrograms, found: State | None, limits: Array, *, low: float = 0.0, top: float = np.inf,
+    velocity_bound: float = 20.0, force_bound: float = 20.0, time_limit: float = 60.0, tolerance: float = 1e-5,
+    widenings: int = 0, verbose: bool = False,
+) -> Smallest:  # fmt: skip
+    """Radenkovic's bound, the lifted program, the mixed-integer program, until one meets the lowest state.
+
+    Parameters
+    ----------
+    programs : of a plane problem without crushing
+    found : exact state to begin with, or None: the mixed-integer program then looks for the first one
+    limits : from :func:`velocity_limits` with a bound of one, in the order of the programs' rows
+    low, top : scaled multipliers that no state passes: Radenkovic's bounds; NaN for none below
+    velocity_bound, force_bound : see :func:`limitmason.limit.range.proven_range`
+    time_limit : [s]
+    tolerance : between state and bound to call it proven, relative to max(1, lambda) [-]
+    widenings : so often a velocity bound of which the state uses more than half is taken ten times as wide
+    verbose : let the mixed-integer solver write its log
+    """
+    began = time.perf_counter()
+    law = programs.law
+
+    def left() -> float:
+        return time_limit - (time.perf_counter() - began)
+
+    floor, method = (low if np.isfinite(low) else 0.0), ASSOCIATIVE
+    best, value = found, np.inf if found is None else found.multiplier
+    # states above the one at hand are of no interest: the tighter range makes both programs sharper
+    high = min(top, value) + 1e-6
+    if not close(value, floor, tolerance) and np.isfinite(high) and lifted_rows(programs) <= MAX_ROWS and left() > 0:
+        lifted = lifted_bound(programs, 0.0, high, time_limit=left())
+        if floor < lifted.value <= value + tolerance:
+            floor, method = lifted.value, LIFTED
+    within: tuple[float, float, bool] | None = None  # bound, in which velocities, whether forces are bounded too
+    share, nodes, none = _share(law, best, velocity_bound * limits), 0, False
+    while not close(value, floor, tolerance) and left() > 0:
+        while share > REACHED and widenings > 0:
+            velocity_bound, share, widenings = 10.0 * velocity_bound, 0.1 * share, widenings - 1
+        # the bound so far holds for any velocities: the program need not look below it
+        program = BoundedProgram(
+            programs, max(floor, 0.0) - 1e-6, min(top, value) + 1e-6, velocity_bound * limits, force_bound
+        )
+        proof = program.solve(best, time_limit=max(left(), 0.1), gap=0.1 * tolerance, verbose=verbose)
+        nodes += proof.nodes
+        if exact(proof.state, law, ACCURACY) and proof.state.multiplier < value:
+            best, value = proof.state, proof.state.multiplier
+            share = _share(law, best, velocity_bound * limits)
+        if proof.infeasible:
+            # only a state that moves faster than the bound is not in the program: any other contradicts the solver
+            none = best is None
+            if best is not None and share > 1.0:
+                within = (value, velocity_bound, proof.forces_assumed)
+            break
+        if proof.bound > value + tolerance * max(1.0, value) and share <= 1.0:
+            break
+        reached = min(proof.bound, value)
+        met = close(value, reached, tolerance)
+        if met or (within is None and reached > floor + tolerance):
+            within = (reached, velocity_bound, proof.forces_assumed)
+        if not met or share <= REACHED or widenings == 0:
+            break
+    seconds = time.perf_counter() - began
+    if within is None:
+        proven = best is not None and close(value, floor, tolerance)
+        return Smallest(best, floor, proven, none, method, none, velocity_bound, float("nan"), none, nodes, seconds)
+    bound, velocity_bound, assumed = within
+    share = _share(law, best, velocity_bound * limits) if best is not None else float("nan")
+    proven = best is not None and close(value, bound, tolerance)
+    return Smallest(best, bound, proven, False, MIXED_INTEGER, True, velocity_bound, share, assumed, nodes, seconds)
+
+
+def _share(law: JointLaw, state: State | None, limits: Array) -> float:
+    """Largest velocity of a state at mean live velocity one over its bound."""
+    if state is None:
+        return 0.0
+    return float(np.max(np.abs(state.velocity) * (law.live_size / (law.live @ state.velocity)) / limits))

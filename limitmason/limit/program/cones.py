@@ -1,0 +1,140 @@
+"""The joint law as cones: linear rows and second-order cones on the scaled contact forces.
+
+Every row reads  bound + coefficients . f  >= 0, or belongs to a second-order cone s_0 >= |(s_1, ...)| of such rows.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from limitmason.limit.program.problem import Problem
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+class Cones(NamedTuple):
+    """Rows  constant + matrix f  in a product of one non-negative orthant and second-order cones of given sizes."""
+
+    matrix: sparse.csr_array
+    constant: Array
+    n_linear: int
+    cone_sizes: tuple[int, ...]
+
+
+class TorsionLimit(NamedTuple):
+    """Linearisation of the torsion limit about the centre of pressure of each interface, from the last iterate."""
+
+    interface: NDArray[np.intp]  # (j,)
+    pole: Array  # centre of pressure [m], (j, 3)
+    radius: Array  # polar mean radius of the compressed area [m], (j,)
+
+
+class _Rows:
+    """Collects sparse rows in groups of equal pattern."""
+
+    def __init__(self) -> None:
+        self.row: list[Index] = []
+        self.col: list[Index] = []
+        self.val: list[Array] = []
+        self.constant: list[Array] = []
+        self.count = 0
+
+    def add(self, columns: Index, values: Array, constant: Array) -> None:
+        """Append rows: columns and values of shape (n, k), constant of shape (n,)."""
+        n, k = columns.shape
+        self.row.append(np.repeat(self.count + np.arange(n), k))
+        self.col.append(columns.ravel())
+        self.val.append(np.broadcast_to(values, columns.shape).ravel())
+        self.constant.append(np.broadcast_to(constant, (n,)))
+        self.count += n
+
+
+def make_cones(problem: Problem, *, torsion: TorsionLimit | None = None) -> Cones:
+    """The joint law of every contact point.
+
+    Coulomb: |T| <= c + tan(phi) N, a second-order cone in 3-D and two half-planes in plane. Cut-off: N >= -ft, only
+    where the cone's apex lies below it. Crushing: N <= fc per point of a grid, or the exact stress block
+    N_i >= (N_1 + N_2)^2 / (2 Q) of an in-plane section with capacity Q = fc A, which is
+    |M| <= N L / 2 - N^2 / (2 fc t) in terms of the end forces. With tension the stress block is shifted by ft.
+
+    Parameters
+    ----------
+    torsion : adds (V, M_t / r_m) within tan(phi) N + c A per interface, an estimate (see ``associative``)
+    """
+    c, m = problem.components, problem.points.count
+    column = c * np.arange(m)
+    law = problem.law
+    mu, cohesion, tension = law.tan_phi, law.cohesion, law.tension
+    linear = _Rows()
+    cut = law.cut_off
+    cut[problem.stress_block.ends] = False
+    linear.add(column[cut, None], np.ones(1), tension[cut])
+    crushed = law.crushes
+    linear.add(column[crushed, None], -np.ones(1), law.crushing[crushed])
+    smooth = (mu == 0) & (cohesion == 0)
+    if c == 2:
+        pair = np.column_stack([column, column + 1])
+        for sign in (1.0, -1.0):
+            linear.add(pair, np.column_stack([mu, np.full(m, sign)]), cohesion)
+        if smooth.any():
+            linear.add(column[smooth, None], np.ones(1), tension[smooth])
+    n_linear = linear.count
+
+    sizes: list[int] = []
+    if c == 3:
+        order = np.argsort(np.tile(np.arange(m), 3), kind="stable")
+        columns = np.concatenate([column, column + 1, column + 2])[order]
+        values = np.concatenate([mu, np.ones(2 * m)])[order]
+        constants = np.concatenate([cohesion, np.zeros(2 * m)])[order]
+        linear.add(columns[:, None], values[:, None], constants)
+        sizes += [3] * m
+    if problem.stress_block.count:
+        first, second = problem.stress_block.ends.T
+        capacity, shift = problem.stress_block.capacity, problem.stress_block.tension
+        # a share of the total load, which is what joint forces add up to; without any, no force is typical
+        typical = 0.25 * np.abs(problem.dead).sum() or np.inf
+        for end in (first, second):
+            # N'^2 <= 2 Q N_i'  as  |(sqrt(2) N', Q/k - k N_i')| <= Q/k + k N_i', rows of one cone next to each other;
+            # k balances capacity against force, else their difference drowns in rounding when Q is far above N
+            three = np.column_stack([column[end], column[first], column[second]])
+            root = np.sqrt(2.0)
+            rows_c = np.repeat(three, 3, axis=0)
+            k = np.sqrt(capacity / np.minimum(capacity, typical))
+            one = np.zeros((len(end), 3, 3))
+            one[:, 0, 0], one[:, 2, 0] = k, -k
+            one[:, 1, 1:] = root
+            half = 0.5 * k * shift
+            constant = np.column_stack([capacity / k + half, root * shift, capacity / k - half]).ravel()
+            linear.add(rows_c, one.reshape(-1, 3), constant)
+            sizes += [3] * len(end)
+    if torsion is not None and len(torsion.interface):
+        _add_torsion(problem, torsion, linear)
+        sizes += [4] * len(torsion.interface)
+    matrix = sparse.csr_array(
+        sparse.coo_array(
+            (np.concatenate(linear.val), (np.concatenate(linear.row), np.concatenate(linear.col))),
+            shape=(linear.count, c * m),
+        )
+    )
+    return Cones(matrix, np.concatenate(linear.constant), n_linear, tuple(sizes))
+
+
+def _add_torsion(problem: Problem, torsion: TorsionLimit, rows: _Rows) -> None:
+    x = problem.assembly.arrays
+    points = problem.points
+    for k, pole, radius in zip(torsion.interface, torsion.pole, torsion.radius, strict=True):
+        p = np.flatnonzero(points.interface == k)
+        n = x.normal[k]
+        moment = np.einsum("pci,i->pc", np.cross((points.position[p] - pole)[:, None], points.directions[p]), n)
+        columns = (3 * p[:, None] + np.arange(3)).ravel()
+        width = len(columns)
+        values = np.zeros((4, width))
+        values[0, 0::3] = problem.law.tan_phi[p]
+        values[1, 1::3] = 1.0
+        values[2, 2::3] = 1.0
+        values[3] = (moment / max(radius, 1e-12)).ravel()
+        constant = np.array([problem.law.cohesion[p].sum(), 0.0, 0.0, 0.0])
+        rows.add(np.broadcast_to(columns, (4, width)), values, constant)

@@ -1,0 +1,145 @@
+"""Cells of cohesive faces in space: where cohesion acts, for it may not gather at corners as friction may.
+
+Dry friction follows the pressure, which may gather at the corners of a face: its corners represent it exactly. Cohesion
+is spread over the area and resists a slip that turns by the integral of c |s|, not by c A times |s| at the corners. So
+a face with cohesion gets its corners, dry, and cells with |T| <= c A_q + tan(phi) N, N >= -ft A_q at their centroids:
+uniform stress in every cell, hence an admissible stress field and a lower bound. One cell is exact while the face
+slides without turning. Where it turns the cells are cut into wedges about the centre of rotation, along whose rays |s|
+is linear: the midpoint of a wedge errs only by its angle, to second order.
+"""
+
+import itertools
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.contact_points import ContactPoints
+from limitmason.dissipation import point_rates
+from limitmason.geometry.polygon import clip_convex, polygon_area_centroid
+from limitmason.geometry.slip import slip_integrals
+from limitmason.law import interface_law
+from limitmason.model.assembly import Assembly
+
+Array = NDArray[np.float64]
+Cells = Mapping[int, tuple[Array, ...]]
+"""Convex polygons (n, 2) of every face in its own tangents about its centroid [m], by number of interface."""
+
+MOST_WEDGES = 48
+"""Wedges that one cell is cut into at most in one refinement."""
+
+
+def spread_cohesion(assembly: Assembly) -> Array:
+    """Cohesion less what the cone's own tension corner explains, c - tan(phi) t, per interface [Pa]."""
+    law = interface_law(assembly.arrays)
+    return np.where(law.cut_off, law.corner_cohesion, 0.0)
+
+
+def whole_faces(assembly: Assembly) -> Cells:
+    """One cell, the whole face, for every face that has cohesion of its own and touches a free block."""
+    x = assembly.arrays
+    free = ~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b])
+    return {k: (_outline(assembly, k),) for k in np.flatnonzero((spread_cohesion(assembly) > 0) & free).tolist()}
+
+
+def _outline(assembly: Assembly, k: int) -> Array:
+    x = assembly.arrays
+    frame = np.column_stack([x.tangent_1[k], x.tangent_2[k]])
+    return (x.corners[x.corner_start[k] : x.corner_start[k + 1]] - x.centre[k]) @ frame
+
+
+def with_cells(assembly: Assembly, points: ContactPoints, cells: Cells) -> ContactPoints:
+    """Contact points at corners, those of faces with cells without area, and the cells' centroids after them."""
+    if not cells:
+        return points
+    x = assembly.arrays
+    owner = np.repeat(list(cells), [len(c) for c in cells.values()])
+    size = [polygon_area_centroid(p) for c in cells.values() for p in c]
+    flat = np.array([centre for _, centre in size])
+    position = x.centre[owner] + flat[:, :1] * x.tangent_1[owner] + flat[:, 1:] * x.tangent_2[owner]
+    interface = np.concatenate([points.interface, owner])
+    order = np.argsort(interface, kind="stable")
+    interface = interface[order]
+    area = np.where(np.isin(points.interface, owner), 0.0, points.area)
+    return ContactPoints(
+        np.concatenate([points.position, position])[order], interface,
+        np.concatenate([area, [a for a, _ in size]])[order],
+        np.stack([x.normal[interface], x.tangent_1[interface], x.tangent_2[interface]], axis=1),
+        x.block_a[interface], x.block_b[interface],
+    )  # fmt: skip
+
+
+def refined(assembly: Assembly, cells: Cells, twists: Array, allowed: float) -> Cells:
+    """Cells cut so that a mechanism dissipates in them what it does on whole faces, but for an allowed power [W].
+
+    A cell whose error is e becomes k wedges, of error e / k^2; the least number in all has k in proportion to the cube
+    root of e.
+
+    Parameters
+    ----------
+    twists : of the mechanism, shape (n_blocks, 6)
+    allowed : sum of c (integral of |s| - A |s| at the centroid) over all cells afterwards [W]
+    """
+    x = assembly.arrays
+    faces = np.array(list(cells))
+    _, sliding = point_rates(assembly, twists, x.centre[faces], faces)
+    spin = ((twists[x.block_b[faces], 3:] - twists[x.block_a[faces], 3:]) * x.normal[faces]).sum(axis=1)
+    at = np.column_stack([(sliding * x.tangent_1[faces]).sum(axis=1), (sliding * x.tangent_2[faces]).sum(axis=1)])
+    cohesion = spread_cohesion(assembly)
+    owner, polygons = [], []
+    for number, k in enumerate(cells):
+        owner += [number] * len(cells[k])
+        polygons += list(cells[k])
+    row = np.array(owner)
+    area, centre = (np.array(v) for v in zip(*(polygon_area_centroid(p) for p in polygons), strict=True))
+    local = at[row] + spin[row, None] * np.column_stack([-centre[:, 1], centre[:, 0]])
+    start = np.concatenate([[0], np.cumsum([len(p) for p in polygons])])
+    corners = np.concatenate([p - c for p, c in zip(polygons, centre, strict=True)])
+    exact = slip_integrals(corners, start, local, spin[row])
+    error = np.maximum(exact - area * np.linalg.norm(local, axis=1), 0.0) * cohesion[faces[row]]
+    if error.sum() <= allowed:
+        return cells
+    root = np.cbrt(error)
+    pieces = np.ceil(np.sqrt(root.sum() / allowed) * root)
+    out: dict[int, list[Array]] = {k: [] for k in cells}
+    for q, polygon in enumerate(polygons):
+        k = int(faces[row[q]])
+        if pieces[q] <= 1:
+            out[k].append(polygon)
+            continue
+        pole = np.array([-at[row[q], 1], at[row[q], 0]]) / spin[row[q]]
+        # a whole turn of n wedges errs by (pi / n)^2 / 6 of its power, which is how many it takes about its own middle
+        kept = error[q] / pieces[q] ** 2 / max(exact[q] * cohesion[k], 1e-300)
+        out[k] += wedges(polygon, pole, int(pieces[q]), int(np.ceil(np.pi / np.sqrt(6.0 * kept))))
+    return {k: tuple(v) for k, v in out.items()}
+
+
+def wedges(polygon: Array, pole: Array, count: int, around: int) -> list[Array]:
+    """A convex polygon cut by rays from a pole at equal angles.
+
+    Parameters
+    ----------
+    count, around : number of wedges where the pole lies far outside, and of a whole turn where it lies inside or near
+    """
+    arm = polygon - pole
+    size = np.linalg.norm(np.ptp(polygon, axis=0))
+    edge = np.roll(polygon, -1, axis=0) - polygon
+    inside = (edge[:, 0] * -arm[:, 1] - edge[:, 1] * -arm[:, 0] > 1e-9 * size**2).all()
+    if inside:
+        rays = np.linspace(0.0, 2.0 * np.pi, min(max(around, 4), MOST_WEDGES) + 1)
+    else:
+        away = arm[np.linalg.norm(arm, axis=1) > 1e-6 * size]
+        middle = np.arctan2(*(polygon_area_centroid(polygon)[1] - pole)[::-1])
+        turn = np.angle(np.exp(1j * (np.arctan2(away[:, 1], away[:, 0]) - middle)))
+        count = max(count, int(np.ceil(around * np.ptp(turn) / (2.0 * np.pi))), 2)
+        rays = middle + np.linspace(turn.min(), turn.max(), min(count, MOST_WEDGES) + 1)
+        rays[0], rays[-1] = rays[0] - 1e-6, rays[-1] + 1e-6
+    whole = polygon_area_centroid(polygon)[0]
+    reach = 4.0 * np.linalg.norm(arm, axis=1).max()
+    out = []
+    for low, high in itertools.pairwise(rays):
+        ends = pole + reach * np.array([[np.cos(low), np.sin(low)], [np.cos(high), np.sin(high)]])
+        piece = clip_convex(polygon, np.vstack([pole, ends]))
+        if len(piece) > 2 and polygon_area_centroid(piece)[0] > 1e-12 * whole:
+            out.append(piece)
+    return out

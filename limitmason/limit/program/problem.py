@@ -1,0 +1,180 @@
+"""The static theorem as scaled sparse arrays: what every limit-analysis program of this package starts from."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from limitmason.contact_points import ContactPoints, Grid, contact_points
+from limitmason.equilibrium import degrees_of_freedom, equilibrium_matrix
+from limitmason.errors import InputError
+from limitmason.law import PointLaw, StressBlock, interface_law, stress_blocks
+from limitmason.law_table import ASSOCIATIVE, CORNER_CRUSHING, refuse
+from limitmason.limit.program.face_cells import Cells, whole_faces, with_cells
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.plane import Plane, find_plane
+from limitmason.residuals import total_load
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+class Problem(NamedTuple):
+    """Find f, lambda with matrix f + dead + lambda live = 0 and f within the joint law; everything scaled.
+
+    Forces are divided by ``force_scale`` = total load / sqrt(number of free blocks) and live loads multiplied by
+    ``live_scale`` so that both are of order one: unscaled, an interior-point solver stops at its tolerance while the
+    multiplier is still wrong by up to several per cent. Moment rows are divided by a radius of the block.
+    """
+
+    assembly: Assembly
+    loads: Loads
+    points: ContactPoints
+    plane: Plane | None
+    contact_model: str
+    matrix: sparse.csc_array  # free rows, (r, c m)
+    dead: Array  # (r,)
+    live: Array  # (r,)
+    row: Index  # degree of freedom d i + j of every row
+    row_radius: Array  # 1 for force rows, the block's radius [m] for moment rows
+    force_scale: float  # [N]
+    live_scale: float  # multiplier = scaled multiplier * live_scale
+    law: PointLaw  # of every point, over force_scale; crushing is infinite where a stress block stands for it
+    stress_block: StressBlock  # of crushing in-plane sections, over force_scale
+    point_scale: Array  # forces of a point are so many times their scaled value and ``force_scale`` [-], (m,)
+    row_unit: Array  # rows are in so many ``force_scale`` [-], (r,)
+    size: float  # total load in scaled units [-]
+    cells: Cells  # of cohesive faces in space with contact points at their corners; empty without
+
+    @property
+    def components(self) -> int:
+        """Force components per point: 3, or 2 in plane."""
+        return self.points.components
+
+    @property
+    def interfaces(self) -> Index:
+        """Interfaces that have contact points."""
+        return np.unique(self.points.interface)
+
+    @property
+    def block_interfaces(self) -> Index:
+        """Interfaces whose crushing is that of a stress block."""
+        return self.points.interface[self.stress_block.ends[:, 0]]
+
+    def forces(self, scaled: Array) -> Array:
+        """Contact forces on block b in global axes [N], shape (m, 3), from the scaled unknowns."""
+        f = scaled.reshape(-1, self.components) * self.point_scale[:, None]
+        return self.force_scale * np.einsum("mc,mci->mi", f, self.points.directions)
+
+    def twists(self, dual: Array) -> Array:
+        """Twists of all blocks, shape (n_blocks, 6), from the duals of the equilibrium rows."""
+        basis, _ = degrees_of_freedom(self.assembly, self.plane)
+        flat = np.zeros(self.assembly.n_blocks * basis.shape[1])
+        flat[self.row] = dual / self.row_radius
+        return flat.reshape(self.assembly.n_blocks, -1) @ basis.T
+
+    def dual(self, twists: Array) -> Array:
+        """Inverse of :meth:`twists`."""
+        basis, _ = degrees_of_freedom(self.assembly, self.plane)
+        return (twists @ basis).ravel()[self.row] * self.row_radius
+
+
+def chosen_grid(contact_model: str, grid: Grid | Mapping[str, Grid] | None) -> Grid | Mapping[str, Grid]:
+    """The grid, (5, 5) where none is given.
+
+    Raises
+    ------
+    InputError
+        For a grid with another contact model, which would not use it.
+    """
+    if grid is None:
+        return (5, 5)
+    if contact_model != "grid":
+        raise InputError(f"grid={grid!r} is not used by contact_model={contact_model!r}: give contact_model='grid'")
+    return grid
+
+
+def make_problem(
+    assembly: Assembly,
+    loads: Loads,
+    *,
+    contact_model: str = "vertices",
+    grid: Grid | Mapping[str, Grid] = (5, 5),
+    in_plane: bool | None = None,
+    cells: Cells | None = None,
+    live_required: bool = True,
+) -> Problem:
+    """Arrays of the static theorem.
+
+    Parameters
+    ----------
+    contact_model, grid : see :func:`limitmason.contact_points.contact_points`
+    in_plane : True demands and False forbids the reduction to the plane; None uses it where it is exact
+    cells : of cohesive faces in space with contact points at their corners, see
+        :mod:`limitmason.limit.program.face_cells`; None takes every face whole
+    live_required : False allows a problem without live load, which only asks what the dead load needs
+
+    Raises
+    ------
+    InputError
+        When loads and assembly do not fit, no free block carries live load, or nothing is held.
+    NotApplicable
+        Where ``vertices`` meets a finite compressive strength in 3-D.
+    """
+    n = assembly.n_blocks
+    if len(loads.dead) != n:
+        raise InputError(f"the loads are for {len(loads.dead)} blocks, the assembly has {n}")
+    assembly.check_connected()
+    if assembly.fixed.all():
+        raise InputError("every block is fixed: there is nothing to solve")
+    if live_required and not loads.live[~assembly.held].any():
+        raise InputError(
+            "the live load is zero on every free degree of freedom; use Loads.horizontal or one of the with_ methods "
+            "with case='live'"
+        )
+    if not assembly.interfaces:
+        raise InputError("the assembly has no interfaces: no two blocks touch")
+    plane = find_plane(assembly, loads) if in_plane is not False else None
+    if in_plane and plane is None:
+        raise InputError(
+            "in_plane=True, but blocks, rectangular interfaces and loads are not all symmetric about one plane"
+        )
+    x = assembly.arrays
+    if contact_model == "vertices" and plane is None:
+        refuse(ASSOCIATIVE, CORNER_CRUSHING, assembly)
+    points = contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane)
+    if plane is not None or contact_model != "vertices":
+        cells = {}
+    elif cells is None:
+        cells = whole_faces(assembly)
+    points = with_cells(assembly, points, cells)
+    basis, free = degrees_of_freedom(assembly, plane)
+    row = np.flatnonzero(free.ravel())
+    d = basis.shape[1]
+    radius = np.ones((n, d))
+    radius[:, 3 if d == 6 else 2 :] = np.cbrt(x.volume)[:, None]
+    row_radius = radius.ravel()[row]
+
+    scale = total_load(assembly, loads) / np.sqrt((~assembly.fixed).sum())
+    live = (loads.live @ basis).ravel()[row] / row_radius
+    dead = (loads.dead @ basis).ravel()[row] / row_radius
+    live_scale = scale * np.sqrt((~assembly.fixed).sum()) / (np.abs(live).sum() or 1.0)
+    # a diagonal product per row keeps the sparsity pattern
+    matrix = equilibrium_matrix(assembly, points, plane=plane).tocsr()[row]
+    matrix = sparse.csc_array(sparse.diags_array(1.0 / row_radius) @ matrix)
+
+    k = points.interface
+    of_faces = interface_law(x)
+    law = of_faces.at(k).over(points.area).in_units_of(scale)
+    first = np.flatnonzero(law.crushes)[::2] if plane is not None and contact_model == "vertices" else np.empty(0, int)
+    sections = of_faces.at(k[first]).over(x.area[k[first]]).in_units_of(scale)
+    block = stress_blocks(sections, np.column_stack([first, first + 1]))
+    law = law.without_crushing(block.ends)
+    return Problem(
+        assembly, loads, points, plane, contact_model, matrix, dead / scale, live * live_scale / scale, row, row_radius,
+        float(scale), float(live_scale), law, block, np.ones(points.count), np.ones(len(row)),
+        float(np.sqrt((~assembly.fixed).sum())), cells,
+    )  # fmt: skip

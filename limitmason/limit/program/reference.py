@@ -1,0 +1,63 @@
+"""The static theorem written out in cvxpy: the readable reference, and the door to other solvers."""
+
+import time
+from typing import Any
+
+import numpy as np
+
+from limitmason.errors import InputError
+from limitmason.limit.program.cones import make_cones
+from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.static import Solution
+from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED
+
+
+def solve_reference(problem: Problem, *, solver: str | None = None, verbose: bool = False, **options: Any) -> Solution:
+    """Maximise lambda by cvxpy: the same program as :func:`limitmason.limit.program.static.solve_static`, cone by cone.
+
+    Parameters
+    ----------
+    solver : any solver installed for cvxpy ("CLARABEL", "HIGHS" for plane problems, "SCS", "MOSEK", ...)
+    options : passed to cvxpy's ``solve``
+
+    Raises
+    ------
+    InputError
+        When cvxpy does not know the solver or it cannot solve this kind of program.
+    """
+    import cvxpy as cp
+    from cvxpy.atoms.affine.vstack import vstack  # the types of cvxpy know it there only
+
+    cones = make_cones(problem)
+    force = cp.Variable(problem.matrix.shape[1], name="f")
+    multiplier = cp.Variable(name="lambda")
+    equilibrium = problem.matrix @ force + problem.dead + multiplier * problem.live == 0
+    slack = cones.matrix @ force + cones.constant
+    law = [slack[: cones.n_linear] >= 0] if cones.n_linear else []
+    start = cones.n_linear
+    sizes = np.array(cones.cone_sizes, dtype=int)
+    for size in np.unique(sizes):
+        first = start + np.concatenate([[0], np.cumsum(sizes)[:-1]])[sizes == size].astype(int)
+        tail = vstack([slack[first + k] for k in range(1, size)])
+        law.append(cp.SOC(slack[first], tail, axis=0))
+    program = cp.Problem(cp.Maximize(multiplier), [equilibrium, *law])
+    begin = time.perf_counter()
+    try:
+        program.solve(solver=solver, verbose=verbose, **options)
+    except cp.error.SolverError as error:
+        raise InputError(f"cvxpy could not use solver {solver!r}: {error}") from None
+    seconds = time.perf_counter() - begin
+    status = {
+        cp.OPTIMAL: SOLVED,
+        cp.OPTIMAL_INACCURATE: ALMOST_SOLVED,
+        cp.INFEASIBLE: CANNOT_STAND,
+        cp.UNBOUNDED: UNBOUNDED,
+    }.get(program.status, NOT_CONVERGED)
+    if force.value is None:
+        empty = np.zeros(problem.matrix.shape[0])
+        return Solution(status, float("nan"), np.zeros(problem.matrix.shape[1]), empty, 0, seconds)
+    velocity = np.asarray(equilibrium.dual_value, dtype=float)
+    rate = float(problem.live @ velocity)
+    velocity = velocity / rate if rate != 0 else velocity
+    iterations = int(program.solver_stats.num_iters or 0)
+    return Solution(status, float(np.asarray(multiplier.value).item()), force.value, velocity, iterations, seconds)

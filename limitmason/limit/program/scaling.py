@@ -1,0 +1,83 @@
+"""Scaling of a static theorem whose blocks differ much in load: every block's equations relative to its own load.
+
+A solver stops where residuals are small beside the largest numbers of a program. In units of the total load the
+equations of a small stack beside a very large block are then never solved at all. Here every row is divided by the load
+of its block and every contact force by that of the lighter of its two blocks.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from limitmason.limit.program.problem import Problem
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+def row_blocks(problem: Problem) -> Index:
+    """Block of every row."""
+    return problem.row // (3 if problem.plane is not None else 6)
+
+
+def block_norms(problem: Problem, load: Array) -> Array:
+    """Size of a load on every block over ``force_scale``, forces and moments together, shape (n_blocks,)."""
+    return np.sqrt(np.bincount(row_blocks(problem), (load * problem.row_unit) ** 2, problem.assembly.n_blocks))
+
+
+def unit_loads(problem: Problem) -> Array:
+    """Dead and live load of every block over ``force_scale``, shape (n_blocks,); zero for held blocks."""
+    return block_norms(problem, problem.dead) + block_norms(problem, problem.live)
+
+
+def own_loads(problem: Problem) -> Array:
+    """Dead load of every block over ``force_scale``, shape (n_blocks,), zero for held blocks; live where there is none.
+
+    A block without load takes the largest of its neighbours', from block to block.
+    """
+    block = row_blocks(problem)
+    load = block_norms(problem, problem.dead if problem.dead.any() else problem.live)
+    free = np.zeros(len(load), dtype=bool)
+    free[block] = True
+    a, b = problem.points.block_a, problem.points.block_b
+    empty = free & (load <= 1e-30 * load.max(initial=0.0))
+    load[empty] = 0.0
+    while empty.any():
+        passed = load.copy()
+        np.maximum.at(passed, a, np.where(empty[a], load[b], 0.0))
+        np.maximum.at(passed, b, np.where(empty[b], load[a], 0.0))
+        reached = empty & (passed > 0)
+        if not reached.any():
+            load[empty] = load.max(initial=1.0)
+            break
+        load[reached] = passed[reached]
+        empty &= ~reached
+    return np.where(free, load, 0.0)
+
+
+def spread(problem: Problem) -> float:
+    """Largest over smallest load of a block [-]."""
+    load = own_loads(problem)[np.unique(row_blocks(problem))]
+    return float(load.max() / load.min())
+
+
+def balanced(problem: Problem) -> Problem:
+    """The same problem with every row relative to the load of its block.
+
+    The live load is scaled so that on no block it exceeds the block's own: a load on a small block alone, in units of
+    the whole, would have a multiplier too small for a solver to see.
+    """
+    load = own_loads(problem)
+    points = problem.points
+    side = np.where(load > 0, load, np.inf)
+    lighter = np.minimum(side[points.block_a], side[points.block_b])
+    row = load[row_blocks(problem)]
+    columns = np.repeat(lighter, problem.components)
+    matrix = sparse.diags_array(1.0 / row) @ problem.matrix.tocsr() @ sparse.diags_array(columns)
+    most = float((block_norms(problem, problem.live) / np.where(load > 0, load, np.inf)).max(initial=0.0)) or 1.0
+    return problem._replace(
+        matrix=sparse.csc_array(matrix), dead=problem.dead / row, live=problem.live / row / most,
+        live_scale=problem.live_scale / most, row_radius=problem.row_radius * row, row_unit=problem.row_unit * row,
+        point_scale=problem.point_scale * lighter, size=1.0, law=problem.law.in_units_of(lighter),
+        stress_block=problem.stress_block.in_units_of(lighter[problem.stress_block.ends[:, 0]]),
+    )  # fmt: skip

@@ -1,0 +1,199 @@
+"""The cone program of the static theorem, handed to Clarabel as sparse matrices."""
+
+import time
+from typing import NamedTuple
+
+import clarabel
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from limitmason.limit.program.cones import Cones
+from limitmason.limit.program.idle_joints import without_rounding
+from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.scaling import row_blocks, unit_loads
+from limitmason.residuals import own_measures
+from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, OWN_RESIDUAL, SOLVED, UNBOUNDED, Status
+
+Array = NDArray[np.float64]
+
+
+class Solution(NamedTuple):
+    """Scaled result: multiplier, contact forces and block velocities (live . v = 1), with the solver's account."""
+
+    status: Status
+    multiplier: float
+    force: Array
+    velocity: Array
+    iterations: int
+    seconds: float
+    stands: bool | None = None  # True when the solver proved on its way that the dead load alone can be carried
+    solver: str = "clarabel"
+    fallback: str = ""  # which other solver was tried, and what it said
+
+
+_STATUS = {
+    "Solved": SOLVED,
+    "AlmostSolved": ALMOST_SOLVED,
+    "PrimalInfeasible": CANNOT_STAND,
+    "AlmostPrimalInfeasible": CANNOT_STAND,
+    "DualInfeasible": UNBOUNDED,
+    "AlmostDualInfeasible": UNBOUNDED,
+}
+
+
+def solver_settings(tolerance: float, *, max_iterations: int = 200, threads: int = 1, verbose: bool = False
+) -> clarabel.DefaultSettings:
+    """Clarabel settings that reach the stated tolerance on walls of 50 to 10,000 blocks."""
+    settings = clarabel.DefaultSettings()
+    settings.verbose = verbose
+    settings.max_iter = max_iterations
+    settings.max_threads = threads
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+    settings.direct_solve_method = "qdldl"
+    return settings
+
+
+def solve_static(
+    problem: Problem, cones: Cones, *, tolerance: float = 1e-10, max_iterations: int = 200, verbose: bool = False
+) -> Solution:
+    """Maximise lambda subject to matrix f + dead + lambda live = 0 and f within the cones.
+
+    The multipliers of the equilibrium rows are the velocities of the collapse mechanism.
+
+    Parameters
+    ----------
+    tolerance : gap and feasibility tolerance of the interior-point method [-]; at 1e-8 lambda may be off by 4e-6
+    """
+    r, n = problem.matrix.shape
+    column = sparse.csc_array(problem.live[:, None])
+    top = sparse.hstack([problem.matrix, column])
+    bottom = sparse.hstack([-cones.matrix, sparse.csc_array((cones.matrix.shape[0], 1))])
+    matrix = sparse.csc_matrix(sparse.vstack([top, bottom]))
+    bound = np.concatenate([-problem.dead, cones.constant])
+    objective = np.zeros(n + 1)
+    objective[-1] = -1.0
+    kinds = [clarabel.ZeroConeT(r)]
+    if cones.n_linear:
+        kinds.append(clarabel.NonnegativeConeT(cones.n_linear))
+    kinds += [clarabel.SecondOrderConeT(size) for size in cones.cone_sizes]
+    settings = solver_settings(tolerance, max_iterations=max_iterations, verbose=verbose)
+    start = time.perf_counter()
+    quadratic = sparse.csc_matrix((n + 1, n + 1))
+    answer = clarabel.DefaultSolver(quadratic, objective, matrix, bound, kinds, settings).solve()
+    seconds = time.perf_counter() - start
+    x, z = np.array(answer.x), np.array(answer.z)
+    status = _STATUS.get(str(answer.status), NOT_CONVERGED)
+    return Solution(status, float(x[-1]), x[:-1], z[:r], int(answer.iterations), seconds)
+
+
+class Carried(NamedTuple):
+    """Whether the dead load can be carried, with the forces that do, or the velocities at which it falls."""
+
+    stands: bool | None  # None when the solver cannot tell
+    force: Array | None
+    velocity: Array | None
+    seconds: float
+
+
+def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float = 1e-9) -> Carried:
+    """Whether some admissible forces carry the dead load alone.
+
+    The set of multipliers that can be carried is an interval: its upper end alone does not tell whether it holds zero.
+    A frictionless trial with the normal forces of nearly horizontal joints (a small quadratic program) settles most
+    walls; the full cone program decides the rest. Forces count that leave every block in equilibrium by its own load;
+    where none do, the program's dual is a motion in which the dead load does more work than the joints can dissipate.
+    """
+    start = time.perf_counter()
+    c, points, block = problem.components, problem.points, row_blocks(problem)
+    own = np.zeros(problem.assembly.n_blocks)
+    own[block] = unit_loads(problem)[block]
+
+    def settled(force: Array) -> Array:
+        scale = problem.point_scale[:, None]
+        kept = without_rounding(problem.assembly, own, points.interface, force.reshape(-1, c) * scale)
+        return (kept / scale).ravel()
+
+    def balances(force: Array) -> bool:
+        size = np.linalg.norm(force.reshape(-1, c), axis=1) * problem.point_scale
+        joint = np.bincount(points.interface, size)[points.interface]
+        largest = np.zeros(len(own))
+        np.maximum.at(largest, points.block_a, joint)
+        np.maximum.at(largest, points.block_b, joint)
+        rest = np.abs(problem.matrix @ force + problem.dead) * problem.row_unit
+        return bool((rest <= OWN_RESIDUAL * own_measures(problem.assembly, own, largest)[block]).all())
+
+    level = np.abs(points.directions[:, 0, 2]) > 1 - 1e-9
+    simple = level & ~problem.law.crushes
+    simple[problem.stress_block.ends] = False
+    columns = c * np.flatnonzero(simple)
+    if len(columns):
+        part = problem.matrix[:, columns]
+        k = len(columns)
+        loaded = np.flatnonzero((np.diff(part.tocsr().indptr) > 0) | (problem.dead != 0))
+        rows = part.tocsr()[loaded]
+        answer = clarabel.DefaultSolver(
+            sparse.csc_matrix(sparse.eye_array(k)), np.zeros(k),
+            sparse.csc_matrix(sparse.vstack([rows, -sparse.eye_array(k)])),
+            np.concatenate([-problem.dead[loaded], np.zeros(k)]),
+            [clarabel.ZeroConeT(len(loaded)), clarabel.NonnegativeConeT(k)], solver_settings(tolerance),
+        ).solve()  # fmt: skip
+        if str(answer.status) == "Solved":
+            force = np.zeros(problem.matrix.shape[1])
+            force[columns] = answer.x
+            force = settled(force)
+            if balances(force):
+                return Carried(True, force, None, time.perf_counter() - start)
+    r, n = problem.matrix.shape
+    kinds = [clarabel.ZeroConeT(r)]
+    if cones.n_linear:
+        kinds.append(clarabel.NonnegativeConeT(cones.n_linear))
+    kinds += [clarabel.SecondOrderConeT(size) for size in cones.cone_sizes]
+    answer = clarabel.DefaultSolver(
+        sparse.csc_matrix((n, n)), np.zeros(n), sparse.csc_matrix(sparse.vstack([problem.matrix, -cones.matrix])),
+        np.concatenate([-problem.dead, cones.constant]), kinds, solver_settings(tolerance),
+    ).solve()  # fmt: skip
+    status = str(answer.status)
+    seconds = time.perf_counter() - start
+    if status in ("Solved", "AlmostSolved"):
+        force = settled(np.array(answer.x))
+        return Carried(True, force, None, seconds) if balances(force) else Carried(None, None, None, seconds)
+    if "PrimalInfeasible" not in status:
+        return Carried(None, None, None, seconds)
+    velocity = np.array(answer.z[:r])
+    return Carried(False, None, velocity, seconds)
+
+
+def opening_motion(problem: Problem) -> tuple[Array | None, float]:
+    """Velocities that open every joint by more than its friction asks for, or None when the blocks are wedged.
+
+    Minimise |v|^2 subject to e_n - tan(phi) |e_t| >= 1 at every contact point, e = A^T v. Added in a small amount to a
+    solver's mechanism it makes that strictly admissible. Depends on geometry and friction alone. Also its seconds.
+    """
+    start = time.perf_counter()
+    r = problem.matrix.shape[0]
+    c, m = problem.components, problem.points.count
+    opening = problem.matrix[:, ::c].T
+    mu = sparse.diags_array(problem.law.tan_phi)
+    if c == 2:
+        sliding = mu @ problem.matrix[:, 1::c].T
+        rows = sparse.vstack([-(opening - sliding), -(opening + sliding)])
+        bound = np.full(2 * m, -1.0)
+        kinds = [clarabel.NonnegativeConeT(2 * m)]
+    else:
+        scale = np.ones(3 * m)
+        scale.reshape(m, 3)[:, 1:] = problem.law.tan_phi[:, None]
+        rows = -(sparse.diags_array(scale) @ problem.matrix.T)
+        bound = np.zeros(3 * m)
+        bound[::3] = -1.0
+        kinds = [clarabel.SecondOrderConeT(3)] * m
+    answer = clarabel.DefaultSolver(
+        sparse.csc_matrix(sparse.eye_array(r)),
+        np.zeros(r),
+        sparse.csc_matrix(rows),
+        bound,
+        kinds,
+        solver_settings(1e-6),
+    ).solve()
+    seconds = time.perf_counter() - start
+    return (np.array(answer.x) if str(answer.status) in ("Solved", "AlmostSolved") else None), seconds

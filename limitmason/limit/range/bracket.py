@@ -1,0 +1,74 @@
+"""Radenkovic's bracket: what is certain about a multiplier when the dilatancy angle lies below the friction angle."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+from limitmason.law import peak_law
+from limitmason.limit.associative import solve_associative
+from limitmason.limit.program.problem import make_problem
+from limitmason.model.assembly import Assembly
+from limitmason.model.joint import Joint
+from limitmason.model.load import Loads
+from limitmason.results import Bound, BoundKind, Prediction
+
+
+@dataclass(frozen=True, eq=False)
+class Bracket:
+    """Certain bounds of every multiplier that the non-associative law admits.
+
+    Parameters
+    ----------
+    lower : associative analysis with the friction angle replaced by the dilatancy angle; weak, zero or
+        "cannot stand" for psi = 0 whenever sliding matters
+    upper : associative analysis with the friction angle
+    """
+
+    lower: Prediction
+    upper: Prediction
+
+    def __str__(self) -> str:
+        """Both bounds on one line."""
+        low = self.lower.collapse_multiplier
+        text = "cannot stand with phi = psi: no lower bound" if math.isnan(low) else f"{low:.6g}"
+        return f"{text} <= lambda <= {self.upper.collapse_multiplier:.6g} (Radenkovic)"
+
+
+def limit_bracket(assembly: Assembly, loads: Loads, **options: Any) -> Bracket:
+    """Upper and lower bound of the collapse multiplier for any flow rule between psi and phi.
+
+    lambda_assoc(phi := psi) <= lambda <= lambda_assoc(phi).
+
+    Parameters
+    ----------
+    assembly, loads : the problem; the joints' dilatancy angles are used
+    options : contact_model, grid, in_plane as in :func:`limitmason.limit.limit_analysis`
+
+    Notes
+    -----
+    Source: Radenkovic's two theorems (1961). The lower bound replaces tan(phi) by tan(psi) and keeps crushing and the
+    tension corner t = min(ft, c / tan(phi)), so that the cohesion becomes c - (tan(phi) - tan(psi)) t: with the full
+    cohesion the reduced law would leave the true one where joints are in tension.
+    """
+    problem = make_problem(assembly, loads, **options)
+    upper = solve_associative(problem)
+    c = upper.certificate
+    if c is not None and c.discretisation > 0.0:
+        # the forces of cells of cohesive faces give a lower bound: what lies above every flow rule is the mechanism's
+        upper = replace(upper, collapse_multiplier=c.kinematic_multiplier)
+    reduced = assembly.with_interfaces(replace(i, joint=_inside(i.joint)) for i in assembly.interfaces)
+    lower = solve_associative(make_problem(reduced, loads, **options))
+    of_all = "bound for every flow rule between psi and phi (Radenkovic)"
+    return Bracket(
+        replace(lower, bound=Bound(BoundKind.LOWER, f"lower {of_all}")),
+        replace(upper, bound=Bound(BoundKind.UPPER, f"upper {of_all}")),
+    )
+
+
+def _inside(joint: Joint) -> Joint:
+    """Joint with friction psi whose law lies inside the given one and shares its tension corner."""
+    law = peak_law([joint]).inside()
+    return replace(
+        joint, friction_angle_deg=joint.dilatancy_angle_deg, cohesion=float(law.cohesion[0]),
+        tensile_strength=float(law.tension[0]),
+    )  # fmt: skip

@@ -1,0 +1,267 @@
+"""Between which multipliers every admissible state of a small plane structure lies, with what proves it."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.contact_points import Grid
+from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.law_table import CRUSHING, PROVEN_RANGE, refuse
+from limitmason.limit.associative import solve_associative
+from limitmason.limit.nonassociative.analysis import radenkovic_lower
+from limitmason.limit.nonassociative.joint_law import State, exact, from_corner, joint_law
+from limitmason.limit.nonassociative.mixed_integer import BoundedProgram
+from limitmason.limit.nonassociative.polish import ACTIVE, PlanePrograms
+from limitmason.limit.nonassociative.search import EFFORTS, search_smallest
+from limitmason.limit.nonassociative.smallest import (
+    ASSOCIATIVE,
+    MIXED_INTEGER,
+    Smallest,
+    close,
+    prove_smallest,
+    velocity_limits,
+)
+from limitmason.limit.program.problem import chosen_grid, make_problem
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.results import ALMOST_SOLVED, SOLVED
+
+Array = NDArray[np.float64]
+
+ENDS = ("smallest", "largest")
+
+
+@dataclass(frozen=True)
+class RangeEnd:
+    """One end of the range.
+
+    Parameters
+    ----------
+    value : multiplier of a certified state [-]; NaN when none is known
+    bound : multiplier that no admissible state passes, within the bounds named below [-]
+    proven : whether value and bound agree within the tolerance asked for
+    method : what gave the bound
+    velocity_bounded : whether the proof holds only within the stated velocities
+    velocity_share : largest velocity of the state over the stated bound; near one the bound may hide other states
+    force_bounded : whether a stated bound on the joint forces was needed too
+    nodes, seconds : cost
+    """
+
+    value: float
+    bound: float
+    proven: bool
+    method: str
+    velocity_bounded: bool = False
+    velocity_share: float = float("nan")
+    force_bounded: bool = False
+    nodes: int = 0
+    seconds: float = 0.0
+
+    @property
+    def gap(self) -> float:
+        """Distance between state and bound; a state outside the stated velocities may also lie beyond the bound."""
+        return abs(self.value - self.bound)
+
+
+@dataclass(frozen=True, eq=False)
+class ProvenRange:
+    """Range of all admissible multipliers between zero and the associative value.
+
+    Parameters
+    ----------
+    smallest, largest : multipliers of certified states at the ends [-]; NaN where not asked for
+    ends : what is proven of each, by name
+    associative : upper bound for every flow rule between psi and phi [-]
+    velocity_bound, force_bound : stated bounds, where an end needs them
+    seconds : of everything
+    """
+
+    smallest: float
+    largest: float
+    ends: Mapping[str, RangeEnd]
+    associative: float
+    velocity_bound: float
+    force_bound: float
+    seconds: float
+
+    @property
+    def proven(self) -> bool:
+        """Whether every end asked for is proven."""
+        return all(e.proven for e in self.ends.values())
+
+    def __str__(self) -> str:
+        """What is proven, in words."""
+        lines = [f"associative value {self.associative:.6f}: no flow rule between psi and phi admits more (Radenkovic)"]
+        for name, end in self.ends.items():
+            side = "below" if name == "smallest" else "above"
+            within = "without bounds on forces or velocities"
+            if end.velocity_bounded:
+                within = (
+                    f"for velocities up to {self.velocity_bound:g} times the mean live velocity "
+                    f"({'reached' if end.velocity_share > 1 - 1e-6 else f'{end.velocity_share:.2f} of it used'})"
+                )
+                if end.force_bounded:
+                    within += f" and joint forces up to {self.force_bound:g} times the load"
+            if end.proven:
+                lines.append(f"{name} {end.value:.6f}: nothing {side} {end.bound:.6f} {within}; {end.method}")
+            else:
+                lines.append(
+                    f"{name} {end.value:.6f} found, not proven: nothing {side} {end.bound:.6f} {within}; {end.method}"
+                )
+        return "\n".join(lines)
+
+
+def proven_range(
+    assembly: Assembly,
+    loads: Loads,
+    *,
+    velocity_bound: float = 20.0,
+    force_bound: float = 20.0,
+    time_limit: float = 120.0,
+    which: tuple[str, ...] = ENDS,
+    tolerance: float = 1e-5,
+    contact_model: str = "vertices",
+    grid: Grid | Mapping[str, Grid] | None = None,
+    search: str = "quick",
+    seed: int = 0,
+) -> ProvenRange:
+    """Smallest and largest multiplier at which the non-associative law admits a state, each with a proof.
+
+    min, max lambda subject to A f + w_dead + lambda w_live = 0, the joint law, its flow rule and complementarity, for
+    0 <= lambda <= the associative value. The smallest value is bounded by the lifted linear program, and where that
+    leaves a gap, like the largest, by a mixed-integer program within the stated bounds.
+
+    Parameters
+    ----------
+    assembly, loads : a plane problem of a few blocks
+    velocity_bound : largest velocity component of a centroid, and rotation times the distance of the block's farthest
+        contact point, in mean live velocities [-]
+    force_bound : largest normal force of a contact point in total loads, used only where equilibrium leaves the forces
+        unbounded [-]
+    time_limit : for each end [s]; what is proven until then is returned
+    which : "smallest", "largest" or both
+    tolerance : between state and bound to call an end proven, relative to max(1, lambda) [-]
+    contact_model, grid : see :func:`limitmason.limit.limit_analysis`
+    search, seed : for the state to begin with, see
+        :func:`limitmason.limit.nonassociative.analysis.solve_nonassociative`
+
+    Returns
+    -------
+    ProvenRange
+        Its text says in words what is proven within which bounds.
+
+    Raises
+    ------
+    InputError
+        For settings that make no sense.
+    NotApplicable
+        For a problem that is not plane, and joints that crush.
+    NotConverged
+        For a structure without a finite associative multiplier, and where no admissible state is found.
+
+    Notes
+    -----
+    Sources: Radenkovic (1961) for the associative end, Sherali and Adams (1990) for the lifted program. Proofs are
+    numerical, to about 1e-6, with HiGHS. Cohesion and tension are perfectly plastic, residual values are left out.
+    Velocities far above the mean live velocity belong to mechanisms in which the live load hardly moves anything; raise
+    the bound when it is reached.
+    """
+    began = time.perf_counter()
+    if isinstance(which, str):
+        which = (which,)
+    if not which or not set(which) <= set(ENDS):
+        raise InputError(f"which must hold names of {ENDS}, got {which!r}")
+    if not velocity_bound > 1:
+        raise InputError(f"velocity_bound must exceed the mean live velocity, 1, got {velocity_bound}")
+    if search not in EFFORTS:
+        raise InputError(f"search must be one of {tuple(EFFORTS)}, got {search!r}")
+    for label, number in (("force_bound", force_bound), ("time_limit", time_limit), ("tolerance", tolerance)):
+        if not number > 0:
+            raise InputError(f"{label} must be positive, got {number}")
+    problem = make_problem(assembly, loads, contact_model=contact_model, grid=chosen_grid(contact_model, grid))
+    if problem.plane is None:
+        raise NotApplicable(
+            "a proven range needs a plane problem: blocks, interfaces and loads symmetric about one plane"
+        )
+    refuse(PROVEN_RANGE, CRUSHING, assembly, problem.interfaces)
+    upper = solve_associative(problem)
+    if upper.status not in (SOLVED, ALMOST_SOLVED) or upper.resultants is None:
+        raise NotConverged(f"the associative analysis ended with {upper.status!r}: there is no range to prove")
+    ends: dict[str, RangeEnd] = {}
+    law = joint_law(problem)
+    scale, top = problem.live_scale, upper.collapse_multiplier / problem.live_scale
+    if law.dilatant.all():
+        value = upper.collapse_multiplier
+        ends = {name: RangeEnd(value, value, True, ASSOCIATIVE) for name in which}
+        low, high = (value if name in which else float("nan") for name in ENDS)
+        return ProvenRange(low, high, ends, value, velocity_bound, force_bound, time.perf_counter() - began)
+
+    normal = (upper.resultants.point_force * problem.points.directions[:, 0]).sum(axis=1) / problem.force_scale
+    found = search_smallest(law, from_corner(law, normal), effort=EFFORTS[search], seed=seed).best
+    programs = PlanePrograms(law)
+    lowest: Smallest | None = None
+    if found is None or "smallest" in which:
+        # where the search finds no state, the program for the smallest looks for the first one
+        lowest = prove_smallest(
+            programs, found, velocity_limits(problem), low=radenkovic_lower(law), top=top,
+            velocity_bound=velocity_bound, force_bound=force_bound, time_limit=time_limit, tolerance=tolerance,
+        )  # fmt: skip
+        found = lowest.state
+    if found is None:
+        raise NotConverged(
+            f"no admissible state exists with velocities up to {velocity_bound:g} times the mean live velocity"
+            if lowest is not None and lowest.none
+            else "no admissible state was found to begin with; try search='thorough' or a longer time_limit"
+        )
+    for name in which:
+        since = time.perf_counter()
+        if lowest is not None and name == "smallest":
+            end = RangeEnd(
+                found.multiplier, lowest.bound, lowest.proven, lowest.method, lowest.velocity_bounded,
+                lowest.velocity_share, lowest.force_bounded, lowest.nodes,
+            )  # fmt: skip
+            since -= lowest.seconds
+        else:
+            limits = velocity_limits(problem, velocity_bound)
+            end = _largest(programs, found, top, limits, force_bound, time_limit, tolerance)
+        ends[name] = RangeEnd(
+            end.value * scale, end.bound * scale, end.proven, end.method, end.velocity_bounded, end.velocity_share,
+            end.force_bounded, end.nodes, time.perf_counter() - since,
+        )  # fmt: skip
+    low, high = (ends[name].value if name in ends else float("nan") for name in ENDS)
+    return ProvenRange(
+        low, high, ends, upper.collapse_multiplier, velocity_bound, force_bound, time.perf_counter() - began
+    )
+
+
+def _largest(
+    programs: PlanePrograms, found: State, top: float, limits: Array, force: float, time_limit: float,
+    tolerance: float,
+) -> RangeEnd:  # fmt: skip
+    """The associative value where a known mechanism admits it, else the mixed-integer program."""
+    answer = programs.forces(theta=-1.0, zero=programs.rates(found.velocity) > ACTIVE)
+    start = found if answer is None else State(answer.multiplier, answer.force, found.velocity, "largest")
+    value = start.multiplier
+    if close(value, top, tolerance):
+        return RangeEnd(value, top, True, ASSOCIATIVE)
+    began = time.perf_counter()
+    program = BoundedProgram(programs, value - 1e-6, top + 1e-6, limits, force)
+    left = max(time_limit - (time.perf_counter() - began), 1.0)
+    proof = program.solve(start, largest=True, time_limit=left, gap=0.1 * tolerance)
+    if exact(proof.state, programs.law, 1e-8):
+        value = max(value, proof.state.multiplier)
+    share = float(np.max(np.abs(start.velocity) / limits))
+    if proof.infeasible and share > 1.0:
+        # the state found moves faster than the bound, and no slower one lies above it
+        return RangeEnd(value, value, True, MIXED_INTEGER, True, share, proof.forces_assumed, proof.nodes)
+    if proof.infeasible or (proof.bound < value - tolerance * max(1.0, value) and share <= 1.0):
+        return RangeEnd(value, top, False, ASSOCIATIVE, nodes=proof.nodes)  # the solver contradicts a certified state
+    if proof.bound >= top - tolerance and not close(value, proof.bound, tolerance):
+        return RangeEnd(value, top, False, ASSOCIATIVE, nodes=proof.nodes)
+    return RangeEnd(
+        value, proof.bound, close(value, proof.bound, tolerance), MIXED_INTEGER, True, proof.velocity_share,
+        proof.forces_assumed, proof.nodes,
+    )  # fmt: skip

@@ -1,0 +1,123 @@
+"""Blocks in contact as laid, and what is read off them: numbers, supports, masses, arrays."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.constants import GRAVITY
+from limitmason.errors import InputError
+from limitmason.geometry.contact import ContactRules, Doubt
+from limitmason.geometry.polyhedron import mass_properties, steiner
+from limitmason.model.arrays import AssemblyArrays, face_arrays
+from limitmason.model.block import Block
+from limitmason.model.interface import Interface
+from limitmason.model.support import Support
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Blockwork:
+    """What an :class:`~limitmason.Assembly` holds, less how it is built and changed; see there.
+
+    The parts that an assembly is made with (detection of contacts, moved copies, the contact report) read this.
+    """
+
+    blocks: tuple[Block, ...]
+    interfaces: tuple[Interface, ...]
+    supports: tuple[Support, ...] = ()
+    recipe: Mapping[str, Any] = field(default_factory=dict)
+    tolerance: float = 0.0
+    contact_rules: ContactRules = field(default_factory=ContactRules)
+    doubts: tuple[Doubt, ...] = ()
+
+    @property
+    def n_blocks(self) -> int:
+        """Number of blocks, held ones included."""
+        return len(self.blocks)
+
+    @cached_property
+    def _numbers(self) -> dict[str, int]:
+        return {b.name: i for i, b in enumerate(self.blocks)}
+
+    def block_index(self, block: int | str) -> int:
+        """Number of a block given by name or number; an unknown one is an error that lists near names."""
+        if isinstance(block, str):
+            if block not in self._numbers:
+                near = sorted(self._numbers, key=lambda n: (n[:3] != block[:3], abs(len(n) - len(block))))[:5]
+                raise InputError(f"there is no block named {block!r}; names include {', '.join(near)}")
+            return self._numbers[block]
+        if not 0 <= int(block) < self.n_blocks:
+            raise InputError(f"block number {block} is outside 0 .. {self.n_blocks - 1}")
+        return int(block)
+
+    @cached_property
+    def held(self) -> NDArray[np.bool_]:
+        """Held degrees of freedom x, y, z, rx, ry, rz, shape (n_blocks, 6)."""
+        flags = np.zeros((self.n_blocks, 6), dtype=bool)
+        for support in self.supports:
+            flags[self.block_index(support.block)] |= np.array(support.held)
+        return flags
+
+    @property
+    def fixed(self) -> NDArray[np.bool_]:
+        """Blocks held in all six degrees of freedom, shape (n_blocks,)."""
+        return np.asarray(self.held.all(axis=1))
+
+    @cached_property
+    def _mass_properties(self) -> tuple[Array, Array, Array]:
+        pieces = [part for block in self.blocks for part in block.parts]
+        owner = np.repeat(np.arange(self.n_blocks), [len(b.parts) for b in self.blocks])
+        part = mass_properties(pieces)
+        volume = np.bincount(owner, part.volume, self.n_blocks).astype(float)
+        centroid = np.stack(
+            [np.bincount(owner, part.volume * part.centroid[:, k], self.n_blocks) / volume for k in range(3)], axis=1
+        )
+        arm = part.centroid - centroid[owner]
+        inertia = np.zeros((self.n_blocks, 3, 3))
+        np.add.at(inertia, owner, part.inertia + part.volume[:, None, None] * steiner(arm))
+        return volume, centroid, inertia
+
+    @property
+    def centroids(self) -> Array:
+        """Block centroids [m], shape (n_blocks, 3)."""
+        return self._mass_properties[1]
+
+    @property
+    def volumes(self) -> Array:
+        """Block volumes [m3], shape (n_blocks,)."""
+        return self._mass_properties[0]
+
+    @property
+    def weights(self) -> Array:
+        """Block weights, density times volume times g [N], shape (n_blocks,)."""
+        return np.array([b.density for b in self.blocks]) * self.volumes * GRAVITY
+
+    @cached_property
+    def arrays(self) -> AssemblyArrays:
+        """Everything as contiguous arrays, made once."""
+        volume, centroid, inertia = self._mass_properties
+        density = np.array([b.density for b in self.blocks])
+        k = len(self.interfaces)
+        normal = np.array([i.normal for i in self.interfaces]).reshape(k, 3)
+        t1, t2, centre, area, corners, start = face_arrays([i.polygon for i in self.interfaces], normal)
+        laws = {id(i.joint): i.joint for i in self.interfaces}
+        table = {
+            key: (
+                j.tan_phi, j.tan_psi, j.cohesion, j.tensile_strength, j.compressive_strength,
+                np.nan if j.normal_stiffness is None else j.normal_stiffness,
+                np.nan if j.shear_stiffness is None else j.shear_stiffness,
+            )
+            for key, j in laws.items()
+        }  # fmt: skip
+        law = np.array([table[id(i.joint)] for i in self.interfaces], dtype=float).reshape(k, 7)
+        return AssemblyArrays(
+            centroid, volume, density * volume, density[:, None, None] * inertia, density * volume * GRAVITY, self.held,
+            np.array([i.block_a for i in self.interfaces], dtype=np.intp),
+            np.array([i.block_b for i in self.interfaces], dtype=np.intp),
+            normal, t1, t2, centre, area, corners, start, *np.ascontiguousarray(law.T),
+        )  # fmt: skip
