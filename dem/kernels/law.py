@@ -1,10 +1,12 @@
 """The joint law at a point: stress, plastic state and losses at a relative displacement. It is written here only.
 
 Compression positive, w the opening, w_p plastic opening (dilation): N = kn (w_p - w), T = ks (plastic slip - slip),
-N >= -ft, N <= fc, |T| <= c + tan(phi) N; slip by p opens w_p by tan(psi) p, in an open point too: limit analysis
-demands the same, opening >= tan(psi) slip. A point goes from its peak to its residual values as its damage goes from 0
-to 1. Whatever has contact points calls :func:`return_map` at each: ``brake`` and ``fall`` are None where nothing brakes
-or softens and ``lifts`` is a constant of the call, so that what a law does not have is not compiled into its loop.
+-ft <= N <= fc, |T| <= max(c + tan(phi) N, 0). The strength ft may lie beyond the apex c / tan(phi) of the cone: a point
+there carries tension and no shear. Slip by p opens w_p by tan(psi) p, in an open point too: limit analysis demands the
+same, opening >= tan(psi) slip. A point goes from its peak to its residual values as its damage goes from 0 to 1.
+
+Whatever has contact points calls :func:`return_map` at each: ``brake`` and ``fall`` are None where nothing brakes or
+softens and ``lifts`` is a constant of the call, so that what a law does not have is not compiled into its loop.
 """
 
 import numpy as np
@@ -110,7 +112,9 @@ def return_map(
         mu1, dil1, c1, ft1, soften = fall
         # damage by opening beyond the tension cut-off (not cumulative), then by slip (cumulative)
         h = min(max(damage, soften * max(-n0 - held, 0.0) / kn), 1.0)
-        beyond = max(total - (c0 + h * c1) - (mu0 + h * mu1) * max(pressed, -(ft0 + h * ft1)), 0.0) / stiffer
+        bears = c0 + h * c1 + (mu0 + h * mu1) * max(pressed, -(ft0 + h * ft1))
+        # beyond the apex there is no shear strength that slip could break: the least shear would do
+        beyond = max(total - bears, 0.0) / stiffer if bears >= 0.0 else 0.0
         h = min(h + soften * beyond * inv_ks, 1.0)
         mu, dil, c, ft = mu0 + h * mu1, dil0 + h * dil1, c0 + h * c1, ft0 + h * ft1
     new = lift
@@ -121,10 +125,11 @@ def return_map(
         apart = min(dil * max(trial - max(c - mu * ft, 0.0), 0.0) * inv_ks, max(w - ft / kn - lift, 0.0))
         if brake is None:
             flow = dil / (ks + kn * mu * dil)
-            grow = flow * over if n0 + kn * flow * over > -ft else apart
+            # beyond the apex all of the shear slips and no more
+            rise = min(flow * over, dil * trial * inv_ks)
         else:
-            rise = dil * over / (stiffer * (ks + kn * mu * dil))
-            grow = rise if n0 + kn * rise > -ft else apart
+            rise = min(dil * over / (stiffer * (ks + kn * mu * dil)), dil * total * inv_ks / stiffer)
+        grow = rise if n0 + kn * rise > -ft else apart
         grow = min(grow, max(highest - lift, 0.0))
         new = min(lift + grow, w + fc)
         n = max(kn * (new - w), -ft)

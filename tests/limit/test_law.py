@@ -116,15 +116,20 @@ def test_peak_and_residual_law_are_what_the_dem_runs():
                        residual_cohesion=1e4, residual_tensile_strength=1e6)  # fmt: skip
     wall = on_a_slab(brittle)
     rows, _ = make_laws(wall, lm.Loads.weight(wall).dead, JointOptions(residual_dilatancy_angle_deg=40.0))
-    peak, rest = peak_law([brittle]), residual_law([brittle], np.tan(np.deg2rad([40.0])))
+    # the DEM takes tension above the apex, at the peak and after it
+    peak = peak_law([brittle], convex=False)
+    rest = residual_law([brittle], np.tan(np.deg2rad([40.0])), convex=False)
+    assert (peak.tension[0], rest.tension[0]) == (9e5, 1e6)
     assert (rows[0, LAW_C], rows[0, LAW_FT]) == (peak.cohesion[0], peak.tension[0])
-    assert rows[0, LAW_FT] == pytest.approx(2e5 / np.tan(np.deg2rad(35.0)))
     assert rows[0, [LAW_C_R, LAW_FT_R, LAW_MU_R, LAW_DIL_R]].tolist() == [
         rest.cohesion[0], rest.tension[0], rest.tan_phi[0], rest.tan_psi[0],
     ]  # fmt: skip
-    assert rest.tension[0] == pytest.approx(1e4 / np.tan(np.deg2rad(30.0)))
     assert rest.tan_psi[0] == rest.tan_phi[0]  # never more than the friction left
-    assert interface_law(wall.arrays).tension[0] == peak.tension[0]
+    # the convex law cuts both at the apex
+    assert interface_law(wall.arrays, convex=False).tension[0] == 9e5
+    assert interface_law(wall.arrays).tension[0] == peak_law([brittle]).tension[0]
+    assert peak_law([brittle]).tension[0] == pytest.approx(2e5 / np.tan(np.deg2rad(35.0)))
+    assert residual_law([brittle]).tension[0] == pytest.approx(1e4 / np.tan(np.deg2rad(30.0)))
 
 
 # ---- one home
