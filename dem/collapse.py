@@ -33,7 +33,7 @@ LOADING = Damping(local=0.4, kinetic=True)
 RAMPING = Damping(local=0.5)
 
 
-@states
+@states("dem")
 def collapse(
     assembly: Assembly, loads: Loads, settings: DemSettings | None = None, **options: Any
 ) -> Prediction:
@@ -171,7 +171,7 @@ def collapse(
         contact_model=ContactModel(contact_model), error_budget=budget,
     )  # fmt: skip
     if prediction.resultants is not None and held:
-        prediction = replace(prediction, certificate=certify(assembly, loads, prediction))
+        prediction = replace(prediction, certificate=certify(assembly, loads, prediction, convex=False))
     return replace(prediction, mechanism=found.mechanism)
 
 

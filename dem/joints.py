@@ -29,7 +29,6 @@ from limitmason.contact_points import ContactPoints, contact_points
 from limitmason.errors import InputError, NotApplicable
 from limitmason.law import peak_law, residual_law
 from limitmason.model import Assembly
-from limitmason.stated import tension_cut
 from limitmason.stiffness import SETTLEMENT, default_stiffness
 
 Array = NDArray[np.float64]
@@ -131,8 +130,7 @@ def make_joints(
 def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[Array, tuple[str, ...]]:
     """Law rows of the kernel for all interfaces, shape (k, LAW_SIZE), and what a user should know about them.
 
-    Where ft > c / tan(phi) the apex of the Coulomb cone is the tension cut-off, as in limit analysis; the warnings name
-    it, since other codes do not cut it.
+    Tension counts up to ft where ft > c / tan(phi) too, unlike in limit analysis, which cuts it at the cone's apex.
     """
     kinds = [i.kind for i in assembly.interfaces]
     laws = [i.joint for i in assembly.interfaces]
@@ -144,14 +142,12 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
             f"{without} of {len(laws)} joints name no stiffness: kn = ks = {standard:.3g} Pa/m is used, chosen so that "
             f"the foot shortens by {SETTLEMENT:g} of a block under the dead load; it is not a material property"
         )
-    if cut := tension_cut(assembly):
-        warnings.append(cut)
     dilatant = per_interface(options.dilatant_slip, kinds, "dilatant_slip")
     softening = per_interface(options.softening_slip, kinds, "softening_slip")
     dash = per_interface(0.0 if options.dashpot is None else options.dashpot, kinds, "dashpot")
     later = options.residual_dilatancy_angle_deg
     psi_r = None if later is None else np.tan(np.deg2rad(per_interface(later, kinds, "residual_dilatancy_angle_deg")))
-    peak, rest = peak_law(laws), residual_law(laws, psi_r)
+    peak, rest = peak_law(laws, convex=False), residual_law(laws, psi_r, convex=False)
     soft = np.array([j.softens for j in laws], dtype=bool)
     if psi_r is not None:
         soft |= psi_r != peak.tan_psi

@@ -160,7 +160,7 @@ def _opening_fields(assembly: Assembly, label: NDArray[np.intp]) -> Iterator[Arr
 
 
 def certify(
-    assembly: Assembly, loads: Loads, prediction: Prediction, *, candidates: tuple[Array, ...] = ()
+    assembly: Assembly, loads: Loads, prediction: Prediction, *, candidates: tuple[Array, ...] = (), convex: bool = True
 ) -> Certificate:
     """Certificate of a prediction, from the assembly, the loads and the prediction alone.
 
@@ -169,6 +169,7 @@ def certify(
     assembly, loads : the problem
     prediction : with forces at contact points, and a mechanism where there is one
     candidates : opening motions for the repair, see :func:`kinematic_multiplier`
+    convex : judge the forces by the law with tension cut at the cone's apex, or by ft as it is, as the DEM takes it
 
     Returns
     -------
@@ -183,7 +184,7 @@ def certify(
         return Certificate(float("nan"), float("nan"))
     scale = total_load(assembly, loads)
     twists = np.zeros((assembly.n_blocks, 6)) if m is None else np.where(assembly.held, 0.0, m.twists)
-    state = point_state(assembly, r, twists)
+    state = point_state(assembly, r, twists, convex=convex)
     forces = _forces_certified(assembly, loads, prediction, r, state)
     if m is None:
         return forces

@@ -28,8 +28,8 @@ def point_rates(assembly: Assembly, twists: Array, position: Array, interface: N
     return opening, jump - opening[:, None] * n
 
 
-def point_state(assembly: Assembly, resultants: Resultants, twists: Array) -> PointState:
-    """Forces, rates and strengths at the contact points of a prediction."""
+def point_state(assembly: Assembly, resultants: Resultants, twists: Array, *, convex: bool = True) -> PointState:
+    """Forces, rates and strengths at the contact points of a prediction; ``convex`` as in :mod:`limitmason.law`."""
     x = assembly.arrays
     k = resultants.point_interface
     n = x.normal[k]
@@ -37,7 +37,7 @@ def point_state(assembly: Assembly, resultants: Resultants, twists: Array) -> Po
     opening, sliding = point_rates(assembly, twists, resultants.point_position, k)
     return PointState(
         normal_force, resultants.point_force - normal_force[:, None] * n, opening, sliding,
-        interface_law(x).at(k).over(resultants.point_area),
+        interface_law(x, convex=convex).at(k).over(resultants.point_area),
     )  # fmt: skip
 
 

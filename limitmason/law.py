@@ -3,9 +3,11 @@
 |T| <= c + tan(phi) N,  N >= -t with t = min(ft, c / tan(phi)),  N <= fc;  a sliding point opens by tan(psi) per slip.
 
 The tension corner t is worked out here and nowhere else: where ft > c / tan(phi) the apex of the Coulomb cone is the
-cut-off. Counted from that corner, N' = N + t, the law reads |T| <= c' + tan(phi) N', 0 <= N' <= q with
-c' = c - tan(phi) t >= 0 and q = fc + t. Compression is positive; c, t and fc are strengths [Pa], or forces [N] once the
-law is taken :meth:`PointLaw.over` tributary areas. Which theory takes which term stands in :mod:`limitmason.law_table`.
+cut-off, since what limit analysis takes is convex. Distinct elements take ft itself (``convex=False``): beyond the apex
+a point carries tension up to ft and no shear. Counted from the corner, N' = N + t, the convex law reads
+|T| <= c' + tan(phi) N', 0 <= N' <= q with c' = c - tan(phi) t >= 0 and q = fc + t. Compression is positive; c, t and fc
+are strengths [Pa], or forces [N] once the law is taken :meth:`PointLaw.over` tributary areas. Which theory takes which
+term stands in :mod:`limitmason.law_table`.
 """
 
 from collections.abc import Sequence
@@ -113,7 +115,10 @@ class PointLaw(NamedTuple):
         normal : N, compression positive [N], shape (m,)
         shear : size of T [N], shape (m,)
         """
-        outside = np.maximum(shear - self.cohesion - self.tan_phi * normal, -normal - self.tension)
+        strength = self.shear_strength(normal)
+        # tension above the apex: there is no shear beyond it, and no less than none
+        strength = np.where(self.tension > self.apex, np.maximum(strength, 0.0), strength)
+        outside = np.maximum(shear - strength, -normal - self.tension)
         return np.maximum(outside, normal - self.crushing)
 
     def lift(self, opening: Array, slip: Array) -> Array:
@@ -212,28 +217,43 @@ def stress_blocks(law: PointLaw, ends: Index) -> StressBlock:
     return StressBlock(ends, law.corner_crushing, law.tension)
 
 
-def interface_law(arrays: AssemblyArrays) -> PointLaw:
-    """The law of every interface by its strengths [Pa], shape (k,)."""
-    tension = tension_corner(arrays.tensile_strength, arrays.cohesion, arrays.tan_phi)
+def above_apex(arrays: AssemblyArrays) -> NDArray[np.bool_]:
+    """Which interfaces have more tensile strength than c / tan(phi), shape (k,)."""
+    corner = tension_corner(arrays.tensile_strength, arrays.cohesion, arrays.tan_phi)
+    return arrays.tensile_strength > corner / (1.0 - BELOW_THE_APEX)
+
+
+def interface_law(arrays: AssemblyArrays, *, convex: bool = True) -> PointLaw:
+    """The law of every interface by its strengths [Pa], shape (k,).
+
+    Parameters
+    ----------
+    convex : cut the tension at the apex; without, ft counts as it is, as in the DEM
+    """
+    ft = arrays.tensile_strength
+    tension = tension_corner(ft, arrays.cohesion, arrays.tan_phi) if convex else ft
     return PointLaw(arrays.tan_phi, arrays.tan_psi, arrays.cohesion, tension, arrays.compressive_strength)
 
 
-def peak_law(joints: Sequence[Joint]) -> PointLaw:
-    """The law of joints before they soften, strengths [Pa], shape (number of joints,)."""
+def peak_law(joints: Sequence[Joint], *, convex: bool = True) -> PointLaw:
+    """The law of joints before they soften, strengths [Pa], shape (number of joints,); ``convex`` as above."""
     rows = [(j.tan_phi, j.tan_psi, j.cohesion, j.tensile_strength, j.compressive_strength) for j in joints]
     mu, psi, c, ft, fc = np.array(rows, dtype=float).reshape(-1, 5).T
-    return PointLaw(mu, psi, c, tension_corner(ft, c, mu), fc)
+    return PointLaw(mu, psi, c, tension_corner(ft, c, mu) if convex else ft, fc)
 
 
-def residual_law(joints: Sequence[Joint], tan_psi: Array | None = None) -> PointLaw:
+def residual_law(joints: Sequence[Joint], tan_psi: Array | None = None, *, convex: bool = True) -> PointLaw:
     """The law of joints after they have softened; values a joint does not name stay at their peak, strengths [Pa].
+
+    Without ``convex`` a residual tensile strength that is named counts as it is, above the residual apex too. One that
+    is not named stays as it lies at the peak: beyond the apex it does not ask for cohesion, below it it ends with it.
 
     Parameters
     ----------
     tan_psi : residual dilatancy [-], shape (number of joints,); that of the peak where omitted, never above the
         residual friction
     """
-    peak = peak_law(joints)
+    peak = peak_law(joints, convex=convex)
 
     def after(values: Sequence[float | None], before: Array) -> Array:
         return np.array([b if v is None else v for v, b in zip(values, before, strict=True)], dtype=float)
@@ -243,4 +263,8 @@ def residual_law(joints: Sequence[Joint], tan_psi: Array | None = None) -> Point
     cohesion = after([j.residual_cohesion for j in joints], peak.cohesion)
     strength = after([j.residual_tensile_strength for j in joints], peak.tension)
     dilatancy = np.minimum(peak.tan_psi if tan_psi is None else tan_psi, friction)
-    return PointLaw(friction, dilatancy, cohesion, tension_corner(strength, cohesion, friction), peak.crushing)
+    tension = tension_corner(strength, cohesion, friction)
+    if not convex:
+        named = np.array([j.residual_tensile_strength is not None for j in joints], dtype=bool)
+        tension = np.where(named | (peak.tension > peak.apex), strength, tension)
+    return PointLaw(friction, dilatancy, cohesion, tension, peak.crushing)

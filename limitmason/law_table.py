@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.errors import NotApplicable
+from limitmason.law import above_apex
 from limitmason.model.assembly import Assembly
 from limitmason.text_table import markdown
 
@@ -62,6 +63,10 @@ DILATANCY = Term(
 )  # fmt: skip
 COHESION = Term("cohesion", "has cohesion", lambda a: a.arrays.cohesion > 0.0)
 TENSION = Term("tensile strength", "has tensile strength", lambda a: a.arrays.tensile_strength > 0.0)
+ABOVE_APEX = Term(
+    "tension above the apex, ft > c / tan(phi)", "has more tensile strength than c / tan(phi)",
+    lambda a: above_apex(a.arrays),
+)  # fmt: skip
 CRUSHING = Term("crushing, at points of a grid", _FC, _crushes)
 STRESS_BLOCK = Term("crushing, in-plane sections by their ends", _FC, _crushes)
 CORNER_CRUSHING = Term("crushing, faces in space by their corners", _FC, _crushes)
@@ -70,7 +75,7 @@ RESIDUAL = Term(
     lambda a: np.array([i.joint.softens for i in a.interfaces], dtype=bool),
 )  # fmt: skip
 SMOOTH = Term("no friction", "has no friction", lambda a: a.arrays.tan_phi <= LEAST_FRICTION)
-TERMS = (DILATANCY, COHESION, TENSION, CRUSHING, STRESS_BLOCK, CORNER_CRUSHING, RESIDUAL, SMOOTH)
+TERMS = (DILATANCY, COHESION, TENSION, ABOVE_APEX, CRUSHING, STRESS_BLOCK, CORNER_CRUSHING, RESIDUAL, SMOOTH)
 
 ASSOCIATIVE, NON_ASSOCIATIVE, DEM, MECHANISMS = "associative", "non-associative", "dem", "mechanisms"
 PROVEN_SMALLEST, PROVEN_RANGE = "prove=True", "proven range"
@@ -111,6 +116,10 @@ _NO_PROOF = Cell(
     Taken.REFUSED, "a proof does not take: where joints crush the smallest multiplier can only be searched for",
     "use lm.limit_analysis(..., flow_rule='non-associative') without prove=True",
 )  # fmt: skip
+_CUT = Cell(
+    Taken.LEFT_OUT, "the law must be convex: tension is cut at the apex of the Coulomb cone, and the answer says which "
+    "joint and from which strength",
+)  # fmt: skip
 _BY_POINTS = Cell(Taken.TAKEN, "at its contact points, like all others")
 _CLOSED_FORM = Cell(
     Taken.LEFT_OUT, "by closed forms; a motion that is admissible on the blocks is charged with their power",
@@ -123,30 +132,30 @@ _CLOSED_FORM_CRUSHING = _CLOSED_FORM._replace(
 TAKES: Mapping[str, Mapping[Term, Cell]] = {
     ASSOCIATIVE: {
         DILATANCY: Cell(Taken.LEFT_OUT, "psi = phi is taken, and the bound says so"),
-        COHESION: _ASSOCIATIVE_PLASTIC, TENSION: _ASSOCIATIVE_PLASTIC,
+        COHESION: _ASSOCIATIVE_PLASTIC, TENSION: _ASSOCIATIVE_PLASTIC, ABOVE_APEX: _CUT,
         CRUSHING: Cell(Taken.TAKEN, "errs on the high side; says what half as many points give"),
         STRESS_BLOCK: Cell(Taken.TAKEN, "exact"),
         CORNER_CRUSHING: _AT_CORNERS, RESIDUAL: _NO_SOFTENING, SMOOTH: _TAKEN,
     },
     NON_ASSOCIATIVE: {
         DILATANCY: Cell(Taken.TAKEN, "goes on with any slip"),
-        COHESION: _NON_ASSOCIATIVE_PLASTIC, TENSION: _NON_ASSOCIATIVE_PLASTIC,
+        COHESION: _NON_ASSOCIATIVE_PLASTIC, TENSION: _NON_ASSOCIATIVE_PLASTIC, ABOVE_APEX: _CUT,
         CRUSHING: Cell(Taken.TAKEN, "errs on the high side; says how many points there are"),
         STRESS_BLOCK: _NO_BLOCK, CORNER_CRUSHING: _AT_CORNERS, RESIDUAL: _NO_SOFTENING, SMOOTH: _TAKEN,
     },
     PROVEN_SMALLEST: {
-        DILATANCY: _TAKEN, COHESION: _NON_ASSOCIATIVE_PLASTIC, TENSION: _NON_ASSOCIATIVE_PLASTIC,
+        DILATANCY: _TAKEN, COHESION: _NON_ASSOCIATIVE_PLASTIC, TENSION: _NON_ASSOCIATIVE_PLASTIC, ABOVE_APEX: _CUT,
         CRUSHING: _NO_PROOF, STRESS_BLOCK: _NO_PROOF, CORNER_CRUSHING: _NO_PROOF, RESIDUAL: _NO_SOFTENING,
         SMOOTH: _TAKEN,
     },
     PROVEN_RANGE: {
-        DILATANCY: _TAKEN, COHESION: Cell(Taken.PLASTIC), TENSION: Cell(Taken.PLASTIC),
+        DILATANCY: _TAKEN, COHESION: Cell(Taken.PLASTIC), TENSION: Cell(Taken.PLASTIC), ABOVE_APEX: _CUT,
         CRUSHING: _NO_PROOF, STRESS_BLOCK: _NO_PROOF, CORNER_CRUSHING: _NO_PROOF,
         RESIDUAL: Cell(Taken.LEFT_OUT, "a range has no warnings: its docstring says so"), SMOOTH: _TAKEN,
     },
     INTERIOR_POINT: {
         DILATANCY: Cell(Taken.LEFT_OUT, "psi = phi is taken, and the bound says so"),
-        COHESION: _ASSOCIATIVE_PLASTIC, TENSION: _ASSOCIATIVE_PLASTIC, CRUSHING: _TAKEN,
+        COHESION: _ASSOCIATIVE_PLASTIC, TENSION: _ASSOCIATIVE_PLASTIC, ABOVE_APEX: _CUT, CRUSHING: _TAKEN,
         STRESS_BLOCK: Cell(Taken.REFUSED, "as stress blocks of in-plane sections the interior-point solver of this "
                            "package does not cover", "use solver='clarabel'"),
         CORNER_CRUSHING: _AT_CORNERS, RESIDUAL: _NO_SOFTENING,
@@ -156,12 +165,13 @@ TAKES: Mapping[str, Mapping[Term, Cell]] = {
     DEM: {
         DILATANCY: Cell(Taken.TAKEN, "up to JointOptions.dilatant_slip"), COHESION: _TAKEN,
         TENSION: Cell(Taken.TAKEN, "with residual values it is lost, without them it is perfectly plastic"),
+        ABOVE_APEX: Cell(Taken.TAKEN, "a point beyond the apex carries tension up to ft and no shear"),
         CRUSHING: _TAKEN, STRESS_BLOCK: _BY_POINTS, CORNER_CRUSHING: _BY_POINTS,
         RESIDUAL: Cell(Taken.TAKEN, "over JointOptions.softening_slip, a sudden drop by default"), SMOOTH: _TAKEN,
     },
     MECHANISMS: {
         DILATANCY: Cell(Taken.LEFT_OUT, "what is admissible bounds the associative value, and the bound says so"),
-        COHESION: _CLOSED_FORM, TENSION: _CLOSED_FORM, CRUSHING: _CLOSED_FORM_CRUSHING,
+        COHESION: _CLOSED_FORM, TENSION: _CLOSED_FORM, ABOVE_APEX: _CUT, CRUSHING: _CLOSED_FORM_CRUSHING,
         STRESS_BLOCK: _CLOSED_FORM_CRUSHING, CORNER_CRUSHING: _CLOSED_FORM_CRUSHING, RESIDUAL: _NO_SOFTENING,
         SMOOTH: _TAKEN,
     },
@@ -226,7 +236,7 @@ def page() -> str:
             row.append(cell.how + mark)
         rows.append(row)
     lines += [*markdown(rows), "", *(f"{n}. {text[:1].upper()}{text[1:]}." for text, n in remarks.items())]
-    lines += ["", "\"Refused\" raises `limitmason.errors.NotApplicable`, which names the joint and what to do.", ""]
+    lines += ["", '"Refused" raises `limitmason.errors.NotApplicable`, which names the joint and what to do.', ""]
     return "\n".join(lines)
 
 

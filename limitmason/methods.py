@@ -96,7 +96,7 @@ def predict(assembly: Assembly, loads: Loads, method: str = LIMIT, **options: An
         For an option that the method does not take.
     """
     chosen = get_method(method, options.pop("flow_rule", None))
-    return with_statements(chosen.predict(assembly, loads, **options), assembly, loads)
+    return with_statements(chosen.predict(assembly, loads, **options), assembly, loads, chosen.name)
 
 
 def predict_cases(

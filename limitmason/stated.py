@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.law import interface_law
+from limitmason.law_table import ABOVE_APEX, TAKES, Taken
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import NO_TILT, Prediction
@@ -55,8 +56,8 @@ def why_no_tilt_angle(assembly: Assembly, loads: Loads) -> str:
 def tension_cut(assembly: Assembly) -> str:
     """Which joints cannot use their tensile strength because c / tan(phi) is less; empty where there are none.
 
-    The Coulomb cone ends at its apex, so ft > c / tan(phi) is never reached. Codes that check ft apart from the cone do
-    not cut it: parameters calibrated in them lose tension here.
+    The convex law ends at the apex of the Coulomb cone, so ft > c / tan(phi) is never reached. Codes that check ft
+    apart from the cone do not cut it, nor does the DEM here: parameters calibrated in them lose tension elsewhere.
     """
     x, corner = assembly.arrays, interface_law(assembly.arrays).tension
     lost = np.where(x.tensile_strength > (1.0 + _SAME) * corner, x.tensile_strength - corner, 0.0)
@@ -71,22 +72,35 @@ def tension_cut(assembly: Assembly) -> str:
     )
 
 
-def states(method: Callable[..., Prediction]) -> Callable[..., Prediction]:
-    """Let a method ``(assembly, loads, ...)`` say with its prediction what holds for every method."""
+def states(theory: str = "") -> Callable[[Callable[..., Prediction]], Callable[..., Prediction]]:
+    """Let a method ``(assembly, loads, ...)`` say with its prediction what holds for every method.
 
-    @wraps(method)
-    def stated(assembly: Assembly, loads: Loads, *arguments: Any, **options: Any) -> Prediction:
-        return with_statements(method(assembly, loads, *arguments, **options), assembly, loads)
+    Parameters
+    ----------
+    theory : as in :func:`with_statements`
+    """
 
-    return stated
+    def stating(method: Callable[..., Prediction]) -> Callable[..., Prediction]:
+        @wraps(method)
+        def stated(assembly: Assembly, loads: Loads, *arguments: Any, **options: Any) -> Prediction:
+            return with_statements(method(assembly, loads, *arguments, **options), assembly, loads, theory)
+
+        return stated
+
+    return stating
 
 
-def with_statements(prediction: Prediction, assembly: Assembly, loads: Loads) -> Prediction:
+def with_statements(prediction: Prediction, assembly: Assembly, loads: Loads, theory: str = "") -> Prediction:
     """The prediction with why it has no tilt angle, empty where it has one, and with a warning of tension that is cut.
 
     Nothing is added that it says already.
+
+    Parameters
+    ----------
+    theory : of ``law_table.THEORIES`` where it is one; one that takes tension above the apex cuts none
     """
-    cut = tension_cut(assembly)
+    takes = theory in TAKES and TAKES[theory][ABOVE_APEX].how is Taken.TAKEN
+    cut = "" if takes else tension_cut(assembly)
     warnings = prediction.warnings if not cut or cut in prediction.warnings else (*prediction.warnings, cut)
     details = prediction.details
     if NO_TILT not in details:

@@ -20,7 +20,7 @@ from limitmason.stated import states
 FLOW_RULES = ("associative", "non-associative")
 
 
-@states
+@states()
 @with_contact_warnings
 def limit_analysis(
     assembly: Assembly,

@@ -1,12 +1,18 @@
 """The same model gives the same bits in any process, whether the kernel was just compiled or comes from the cache."""
 
+import ast
+import importlib
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+from dem import kernels
+from dem.kernels import compiled
 
 # odd allocations first, so that no array lies where it did; then a wall that slips, opens and dilates
 RUN = """
@@ -43,9 +49,100 @@ def test_fresh_and_cached_kernels_give_the_same_bits(tmp_path):
     assert run(tmp_path, 2001) == fresh
 
 
-@pytest.mark.parametrize("name", ["_sum_plain", "_sum_full", "_joint_forces"])
+@pytest.mark.parametrize(
+    "name", ["law.return_map", "law.stress", "sums._sum_plain", "sums._sum_full", "forces._joint_forces"]
+)
 def test_what_sums_over_contact_points_is_part_of_its_caller(name):
     # one body per compiled function: a second one under the same name is what differed
-    from dem import kernels
+    file, function = name.split(".")
+    assert getattr(importlib.import_module(f"dem.kernels.{file}"), function).targetoptions["forceinline"]
 
-    assert getattr(kernels, name).targetoptions["forceinline"]
+
+# ---- what is kept on disk
+
+# a copy of the package outside any other: the force at a point, and how many of its functions came from the disk
+FORCE = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import numpy as np
+from copied.kernels import LAW_FC, LAW_KN, LAW_KS, LAW_SIZE, Bodies, Joints, Points, measure
+row = np.zeros((1, LAW_SIZE))
+row[0, [LAW_KN, LAW_KS, LAW_FC]] = 1e6, 1e6, np.inf
+def at(*x): return np.array([x], dtype=float)
+points = Points(*np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])[:, None])
+joints = Joints(np.zeros(1, int), np.ones(1, int), np.array([0, 1]), np.eye(3)[None], at(1, 0, 0, 0), at(0, 0, 0),
+    at(0, 0, 0), at(0, 0, -1e-3), row, at(0, 0, 0))
+two = np.zeros((2, 3))
+bodies = Bodies(two, np.array([[1.0, 0, 0, 0]] * 2), np.zeros((2, 3, 3)), two, two, two, np.ones(2), np.ones(2),
+    np.stack([np.eye(3)] * 2), np.zeros((2, 6), bool), np.zeros((2, 6)), np.zeros((2, 6)))
+force = np.zeros((1, 3))
+measure(points, joints, bodies, np.zeros((1, 3)), force, np.zeros(1), np.zeros((1, 2)))
+print(force[0, 2], sum(measure.stats.cache_hits.values()))
+"""
+
+
+def copied(to: Path) -> Path:
+    """A copy of dem/kernels as copied/kernels, with imports of its own name; the folder of its files."""
+    folder = to / "copied" / "kernels"
+    folder.mkdir(parents=True)
+    for path in sorted(Path(kernels.__file__).parent.glob("*.py")):
+        source = path.read_text(encoding="utf-8").replace("from dem.kernels", "from copied.kernels")
+        (folder / path.name).write_text(source, encoding="utf-8")
+    return folder
+
+
+def force(root: Path, cache: Path | None = None) -> tuple[float, int]:
+    """Normal force of a point pressed by 1 mm in a fresh process, and how often it was loaded from the disk."""
+    environment = {k: v for k, v in os.environ.items() if k != "NUMBA_CACHE_DIR"}
+    environment |= {} if cache is None else {"NUMBA_CACHE_DIR": str(cache)}
+    done = subprocess.run(
+        [sys.executable, "-c", FORCE, str(root)], env=environment, capture_output=True, text=True, check=True
+    )
+    value, hits = done.stdout.split()
+    return float(value), int(hits)
+
+
+def test_an_edit_of_an_imported_kernel_file_is_seen_by_its_callers(tmp_path):
+    law = copied(tmp_path) / "law.py"
+    assert force(tmp_path) == (pytest.approx(1e3), 0)
+    assert force(tmp_path) == (pytest.approx(1e3), 1)
+    # of the same length and with the time stamp of before: neither time nor size tells
+    before, source = law.stat(), law.read_text(encoding="utf-8")
+    assert source.count("n = min(max(kn * (lift - w), -ft), kn * fc)") == 1
+    law.write_text(source.replace("kn * (lift - w), -ft), kn", "kn * 2.0*( - w), -ft), kn"), encoding="utf-8")
+    os.utime(law, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert law.stat().st_size == before.st_size
+    for cached in law.parent.glob("__pycache__/law.*.pyc"):
+        cached.unlink()  # Python's own cache asks for time and size
+    assert force(tmp_path) == (pytest.approx(2e3), 0)
+
+
+def test_no_function_escapes_the_stamp():
+    folder = Path(kernels.__file__).parent
+    for path in sorted(folder.glob("*.py")):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        made = [d for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) for d in f.decorator_list]
+        assert path.name == "compiled.py" or all(ast.unparse(d).startswith("kernel(") for d in made), path.name
+        imported = {n.module for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
+        imported |= {a.name for n in ast.walk(tree) if isinstance(n, ast.Import) for a in n.names}
+        foreign = {m.split(".")[0] for m in imported if not m.startswith("dem.kernels")} - set(sys.stdlib_module_names)
+        assert foreign <= {"numpy", "numba"}, path.name
+    # and no other file of the package compiles
+    others = [p for p in folder.parent.rglob("*.py") if folder not in p.parents and "numba" in p.read_text("utf-8")]
+    assert others == []
+    index = kernels.advance._cache._cache_file
+    assert index._source_stamp[1] == compiled.SOURCES == compiled.content(folder)
+
+
+def test_a_read_only_installation_and_processes_that_start_together_do_no_harm(tmp_path):
+    folder = copied(tmp_path)
+    before = {p.name: (p.read_bytes(), p.stat().st_mtime_ns) for p in folder.glob("*.py")}
+    folder.chmod(0o555)
+    try:
+        with ThreadPoolExecutor(2) as pool:
+            together = list(pool.map(force, [tmp_path] * 2, [tmp_path / "cache"] * 2))
+        assert [value for value, _ in together] == [pytest.approx(1e3)] * 2
+        assert force(tmp_path, tmp_path / "cache") == (pytest.approx(1e3), 1)
+    finally:
+        folder.chmod(0o755)
+    assert {p.name: (p.read_bytes(), p.stat().st_mtime_ns) for p in folder.glob("*.py")} == before

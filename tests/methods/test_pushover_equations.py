@@ -116,7 +116,7 @@ def test_the_return_keeps_the_law_the_flow_rule_and_the_energy():
 
 def test_small_steps_come_to_the_same_as_the_dem_kernel():
     """The kernel's apex rule is an incremental one; over many small steps both are one law."""
-    from dem.kernels import _sum_plain
+    from dem.kernels.sums import _sum_plain
 
     def scan(d, law_row, points):
         g = (0.0,) * 6

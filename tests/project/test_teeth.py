@@ -211,7 +211,7 @@ def test_dem_that_restarts_from_a_stop_with_a_whole_kick(monkeypatch):
     source = inspect.getsource(kernels.advance.py_func).split("\n", 1)[1]
     source = source.replace("((v > 0.0) - (v < 0.0))", "np.sign(v)").replace("((w > 0.0) - (w < 0.0))", "np.sign(w)")
     assert source.count("0.5 * dt if kinetic_stop") == 1
-    space = dict(vars(kernels))
+    space = dict(vars(kernels.stepping))
     exec(source.replace("0.5 * dt if kinetic_stop", "dt if kinetic_stop"), space)
     monkeypatch.setattr(kernels, "advance", space["advance"])
     caught("dem/test_dem_conservation.py::test_stops_at_peaks_of_the_kinetic_energy_take_energy_from_every_mode")

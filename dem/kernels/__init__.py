@@ -1,0 +1,60 @@
+"""Compiled functions of the explicit distinct element method, one subject to a file; only these import each other.
+
+``law`` is the joint law at a point, ``sums`` adds it up over the points of a joint, ``kinematics`` says how the blocks
+of a joint lie to each other, ``forces`` brings the sums to the blocks, ``stepping`` moves these, ``measure`` reads a
+position without changing it, ``shapes`` finds where pieces touch; ``arrays`` is what all of them see.
+
+Rule: a compiled function of ``dem`` stands in this package, is made by ``compiled.kernel`` and uses nothing from
+outside but numpy and numba. What is kept on disk is stamped with the content of all files of the package, so that an
+edit of any is seen by all; an import from elsewhere would not be.
+
+Blocks carry a displacement u of the centroid and a unit quaternion q (rotation from the reference position). A joint
+owns its contact points: coordinates (s, t) on a plane carried by block a, frame (t1, t2, n). With d the displacement of
+block b's joint origin against block a's in that frame, and G = R_rel - I, the total relative displacement at a point is
+delta = d + G (s, t, 0): exact at any rotation, without drift. Forces act at block b's material point, on b and opposite
+on a, so that elastic contact conserves energy and momentum exactly in continuous time.
+"""
+
+from dem.kernels.arrays import (
+    E_APPLIED,
+    E_DAMPING,
+    E_FRACTURE,
+    E_FRICTION,
+    E_KINETIC,
+    E_SIZE,
+    E_STEPS,
+    E_STOP,
+    E_SUPPORT,
+    E_VISCOSITY,
+    E_VISCOUS,
+    LAW_C,
+    LAW_C_R,
+    LAW_CROSS,
+    LAW_DASH,
+    LAW_DIL,
+    LAW_DIL_R,
+    LAW_FC,
+    LAW_FT,
+    LAW_FT_R,
+    LAW_KN,
+    LAW_KS,
+    LAW_LIFT,
+    LAW_MU,
+    LAW_MU_R,
+    LAW_RATE,
+    LAW_SIZE,
+    Bodies,
+    Joints,
+    Points,
+)
+from dem.kernels.forces import contact_wrenches
+from dem.kernels.measure import measure
+from dem.kernels.shapes import contact_shapes
+from dem.kernels.stepping import advance, rotation_of
+
+__all__ = [
+    "E_APPLIED", "E_DAMPING", "E_FRACTURE", "E_FRICTION", "E_KINETIC", "E_SIZE", "E_STEPS", "E_STOP", "E_SUPPORT",
+    "E_VISCOSITY", "E_VISCOUS", "LAW_C", "LAW_CROSS", "LAW_C_R", "LAW_DASH", "LAW_DIL", "LAW_DIL_R", "LAW_FC",
+    "LAW_FT", "LAW_FT_R", "LAW_KN", "LAW_KS", "LAW_LIFT", "LAW_MU", "LAW_MU_R", "LAW_RATE", "LAW_SIZE", "Bodies",
+    "Joints", "Points", "advance", "contact_shapes", "contact_wrenches", "measure", "rotation_of",
+]  # fmt: skip

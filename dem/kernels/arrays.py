@@ -1,0 +1,65 @@
+"""What the compiled functions see of a model: points, joints and bodies as arrays, entries of a law and of the sums."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+class Points(NamedTuple):
+    """Contact points as a structure of arrays: places [m], tributary area [m2], gap [m] and plastic state [m], (m,)."""
+
+    s: Array
+    t: Array
+    area: Array
+    gap: Array  # opening at zero relative displacement
+    slip_1: Array  # plastic slip along t1
+    slip_2: Array
+    lift: Array  # plastic opening w_p
+    damage: Array  # 0 peak, 1 residual
+
+
+class Joints(NamedTuple):
+    """Joints: blocks, runs of points, frame in block a, joint origin in both bodies, and the law."""
+
+    block_a: Index  # (k,)
+    block_b: Index  # (k,)
+    start: Index  # first point of each joint, (k + 1,)
+    frame: Array  # rows t1, t2, n in the reference axes of block a, (k, 3, 3)
+    turn: Array  # quaternion undoing the relative rotation at which the joint was made, (k, 4)
+    arm_a: Array  # joint origin from the centroid of a, reference axes of a [m], (k, 3)
+    arm_b: Array  # joint origin from the centroid of b, reference axes of b [m], (k, 3)
+    offset: Array  # (X_b + arm_b) - (X_a + arm_a) in the reference position [m], (k, 3)
+    law: Array  # (k, 16), see the LAW_ indices; LAW_CROSS is 1 where two edges cross
+    edge: Array  # direction of b's edge, reference axes of b, where two edges cross (a's is frame row t1), (k, 3)
+
+
+LAW_KN, LAW_KS, LAW_MU, LAW_DIL, LAW_C, LAW_FT, LAW_FC, LAW_LIFT = 0, 1, 2, 3, 4, 5, 6, 7
+LAW_MU_R, LAW_DIL_R, LAW_C_R, LAW_FT_R, LAW_RATE, LAW_DASH, LAW_CROSS = 8, 9, 10, 11, 12, 13, 14
+LAW_SIZE = 16
+
+
+class Bodies(NamedTuple):
+    """Blocks: state of motion, inverse inertia, held degrees of freedom, and the wrenches of the last step."""
+
+    shift: Array  # displacement of the centroid [m], (n, 3)
+    quat: Array  # rotation from the reference position, scalar first, (n, 4)
+    rot: Array  # R - I, (n, 3, 3)
+    vel: Array  # velocity at the half step [m/s], (n, 3)
+    spin: Array  # angular velocity at the half step [rad/s], (n, 3)
+    ang: Array  # angular momentum at the half step [kg m2/s], (n, 3)
+    mass: Array  # (n,)
+    inv_mass: Array  # (n,)
+    inv_inertia: Array  # reference axes, (n, 3, 3)
+    held: NDArray[np.bool_]  # (n, 6)
+    contact: Array  # wrench of the joints about the centroid in the last step [N, N m], (n, 6)
+    net: Array  # contact plus applied wrench, without damping, (n, 6)
+
+
+# entries of the vector of accumulated scalars
+E_FRICTION, E_VISCOUS, E_DAMPING, E_APPLIED, E_SUPPORT = 0, 1, 2, 3, 4
+E_KINETIC, E_VISCOSITY, E_STEPS, E_STOP, E_FRACTURE = 5, 6, 7, 8, 9
+E_SIZE = 10

@@ -1,0 +1,58 @@
+"""How the functions of this package are compiled and kept on disk: an edit of any file makes all be compiled again.
+
+numba keeps a compiled function beside the file that defines it and asks that file alone whether it is stale, by its
+time and size up to 0.67 and by its content from 0.68 on. A caller carries the code of what it calls, so an edited
+callee would go on running in its callers. Here every kept function is stamped with the content of all sources of the
+package instead; no file is touched, so that a read-only installation and processes that start together are no matter.
+"""
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from numba import njit
+
+FASTMATH = {"reassoc", "contract", "arcp", "nsz"}
+"""Sums may be reordered and multiply-adds fused; NaN and infinity keep their meaning."""
+
+
+def content(folder: Path) -> str:
+    """Digest of all Python files of a folder, by name and content."""
+    digest = hashlib.sha256()
+    for path in sorted(folder.glob("*.py")):
+        digest.update(path.name.encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()
+
+
+SOURCES = content(Path(__file__).parent)
+
+
+def kernel(*, fast: bool = True, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a function of this package on its first call, and keep it on disk until any file of the package changes.
+
+    Parameters
+    ----------
+    fast : let sums be reordered; not where a sign decides which way a search goes
+    options : of ``numba.njit``: ``forceinline`` for what must be part of its caller, so that the same bits come out of
+        a process that compiles and of one that loads; ``inline="always"`` for what returns many numbers in registers
+
+    Notes
+    -----
+    numba has no public way to say what a stamp depends on. Where its cache is built otherwise than here assumed,
+    nothing is kept on disk: every process then compiles for itself, which is slow and right.
+    """
+
+    def compiled(function: Callable[..., Any]) -> Any:
+        dispatcher = njit(cache=True, error_model="numpy", nogil=True, fastmath=FASTMATH if fast else False, **options)(
+            function
+        )
+        cache = getattr(dispatcher, "_cache", None)  # none where NUMBA_DISABLE_JIT leaves the function as it is
+        index = getattr(cache, "_cache_file", None)
+        if index is not None and hasattr(index, "_source_stamp"):
+            index._source_stamp = (index._source_stamp, SOURCES)
+        elif cache is not None:
+            cache.disable()
+        return dispatcher
+
+    return compiled

@@ -1,0 +1,137 @@
+"""Forces of the joints on the blocks: sums over the points of all joints, and crossing edges."""
+
+import numpy as np
+
+from dem.kernels.arrays import (
+    E_FRACTURE,
+    E_FRICTION,
+    E_SIZE,
+    E_VISCOUS,
+    LAW_CROSS,
+    LAW_DASH,
+    LAW_DIL,
+    LAW_FC,
+    LAW_KN,
+    LAW_KS,
+    LAW_MU,
+    LAW_MU_R,
+    LAW_RATE,
+)
+from dem.kernels.compiled import kernel
+from dem.kernels.kinematics import _cross, _crossing, _dot, _kinematics
+from dem.kernels.law import return_map
+from dem.kernels.sums import _sum_full, _sum_plain
+
+
+@kernel(fast=False)
+def _crossing_forces(points, joints, bodies, dt, total):
+    """Add the forces of all crossing edges; a call from the loop of :func:`_joint_forces` would slow that by half.
+
+    Their law has no cohesion, tension or dilation.
+    """
+    law, contact, vel, spin = joints.law, bodies.contact, bodies.vel, bodies.spin
+    per_dt = 1.0 / dt if dt > 0.0 else 0.0
+    for j in range(joints.block_a.size):
+        if law[j, LAW_CROSS] == 0.0:
+            continue
+        a, b, k = joints.block_a[j], joints.block_b[j], joints.start[j]
+        (t1, t2, n), distance, ra, rb = _crossing(j, joints, bodies)
+        mu = law[j, LAW_MU] + points.damage[k] * (law[j, LAW_MU_R] - law[j, LAW_MU])
+        w, old = distance + points.gap[k], points.lift[k]
+        if not w < old:
+            points.slip_1[k] = points.slip_2[k] = 0.0
+            continue
+        wa, wb = _cross((spin[a, 0], spin[a, 1], spin[a, 2]), ra), _cross((spin[b, 0], spin[b, 1], spin[b, 2]), rb)
+        va = (vel[a, 0] + wa[0], vel[a, 1] + wa[1], vel[a, 2] + wa[2])
+        vb = (vel[b, 0] + wb[0], vel[b, 1] + wb[1], vel[b, 2] + wb[2])
+        r1, r2, r3 = _dot(vb, t1) - _dot(va, t1), _dot(vb, t2) - _dot(va, t2), _dot(vb, n) - _dot(va, n)
+        # the point moves along both edges, so that its shear displacement is summed: all of it is in the slip
+        peak = law[j, LAW_KN], law[j, LAW_KS], mu, 0.0, 0.0, 0.0, law[j, LAW_FC], 0.0
+        brake = law[j, LAW_DASH] if dt > 0.0 else 0.0, r1, r2, r3, per_dt
+        a1, a2 = points.slip_1[k] - dt * r1, points.slip_2[k] - dt * r2
+        q1, q2, q3, points.slip_1[k], points.slip_2[k], points.lift[k], _, rubbed, raised, braked, _ = return_map(
+            w, 0.0, 0.0, a1, a2, old, 0.0, peak, None, brake, True
+        )
+        da = points.area[k]
+        q = (q1 * da, q2 * da, q3 * da)
+        f = _dot((t1[0], t2[0], n[0]), q), _dot((t1[1], t2[1], n[1]), q), _dot((t1[2], t2[2], n[2]), q)
+        ma, mb = _cross(ra, f), _cross(rb, f)
+        for i in range(3):
+            contact[a, i] -= f[i]
+            contact[a, 3 + i] -= ma[i]
+            contact[b, i] += f[i]
+            contact[b, 3 + i] += mb[i]
+        total[E_VISCOUS] += da * braked * dt
+        total[E_FRICTION] += da * (rubbed - raised)
+
+
+@kernel(forceinline=True)
+def _joint_forces(points, joints, bodies, dt, total):
+    """Fill ``bodies.contact`` from all joints and update the plastic state of their points."""
+    contact, vel, spin = bodies.contact, bodies.vel, bodies.spin
+    contact[:] = 0.0
+    law = joints.law
+    s, t, area, gap, damage = points.s, points.t, points.area, points.gap, points.damage
+    slip_1, slip_2, lift = points.slip_1, points.slip_2, points.lift
+    friction = viscous = fracture = 0.0
+    for j in range(joints.block_a.size):
+        if law[j, LAW_CROSS] != 0.0:
+            continue
+        a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
+        p0, p1 = joints.start[j], joints.start[j + 1]
+        axes, d, g, ra, rb = _kinematics(j, joints, bodies)
+        if law[j, LAW_RATE] == 0.0 and law[j, LAW_DASH] == 0.0:
+            if law[j, LAW_DIL] == 0.0 and law[j, LAW_FC] == np.inf:
+                out = _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, False)
+            else:
+                out = _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, True)
+        else:
+            va, oa = (vel[a, 0], vel[a, 1], vel[a, 2]), (spin[a, 0], spin[a, 1], spin[a, 2])
+            vb, ob = (vel[b, 0], vel[b, 1], vel[b, 2]), (spin[b, 0], spin[b, 1], spin[b, 2])
+            j0 = vb[0] - va[0] + ob[1] * rb[2] - ob[2] * rb[1] - oa[1] * ra[2] + oa[2] * ra[1]
+            j1 = vb[1] - va[1] + ob[2] * rb[0] - ob[0] * rb[2] - oa[2] * ra[0] + oa[0] * ra[2]
+            j2 = vb[2] - va[2] + ob[0] * rb[1] - ob[1] * rb[0] - oa[0] * ra[1] + oa[1] * ra[0]
+            o0, o1, o2 = ob[0] - oa[0], ob[1] - oa[1], ob[2] - oa[2]
+            t1, t2, n = axes
+            rate = (
+                t1[0] * j0 + t1[1] * j1 + t1[2] * j2,
+                t2[0] * j0 + t2[1] * j1 + t2[2] * j2,
+                n[0] * j0 + n[1] * j1 + n[2] * j2,
+            )
+            turn = (
+                t1[0] * o0 + t1[1] * o1 + t1[2] * o2,
+                t2[0] * o0 + t2[1] * o1 + t2[2] * o2,
+                n[0] * o0 + n[1] * o1 + n[2] * o2,
+            )
+            out = _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate, turn, j, law, dt)
+        friction += out[6]
+        viscous += out[7] * dt
+        fracture += out[8]
+        f0 = axes[0][0] * out[0] + axes[1][0] * out[1] + axes[2][0] * out[2]
+        f1 = axes[0][1] * out[0] + axes[1][1] * out[1] + axes[2][1] * out[2]
+        f2 = axes[0][2] * out[0] + axes[1][2] * out[1] + axes[2][2] * out[2]
+        m0 = axes[0][0] * out[3] + axes[1][0] * out[4] + axes[2][0] * out[5]
+        m1 = axes[0][1] * out[3] + axes[1][1] * out[4] + axes[2][1] * out[5]
+        m2 = axes[0][2] * out[3] + axes[1][2] * out[4] + axes[2][2] * out[5]
+        contact[a, 0] -= f0
+        contact[a, 1] -= f1
+        contact[a, 2] -= f2
+        contact[a, 3] -= m0 + ra[1] * f2 - ra[2] * f1
+        contact[a, 4] -= m1 + ra[2] * f0 - ra[0] * f2
+        contact[a, 5] -= m2 + ra[0] * f1 - ra[1] * f0
+        contact[b, 0] += f0
+        contact[b, 1] += f1
+        contact[b, 2] += f2
+        contact[b, 3] += m0 + rb[1] * f2 - rb[2] * f1
+        contact[b, 4] += m1 + rb[2] * f0 - rb[0] * f2
+        contact[b, 5] += m2 + rb[0] * f1 - rb[1] * f0
+    total[E_FRICTION] += friction
+    total[E_VISCOUS] += viscous
+    total[E_FRACTURE] += fracture
+
+
+@kernel()
+def contact_wrenches(points, joints, bodies):
+    """Wrench of the joints on every block in the present position, shape (n, 6), written to ``bodies.contact``."""
+    _joint_forces(points, joints, bodies, 0.0, np.zeros(E_SIZE))
+    _crossing_forces(points, joints, bodies, 0.0, np.zeros(E_SIZE))

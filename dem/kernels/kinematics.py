@@ -1,0 +1,117 @@
+"""Relative motion of the two blocks of a joint at any rotation: faces that share points, and edges that cross."""
+
+import numpy as np
+
+from dem.kernels.compiled import kernel
+
+
+@kernel(inline="always")
+def _kinematics(j, joints, bodies):
+    """Frame of joint j in global axes (rows), relative displacement d of its origin, G = R_rel - I, and both arms.
+
+    Returns tuples, inlined so that they stay in registers: the frame's rows t1, t2, n; d (3) in the frame;
+    g (6) = (G11, G12, G21, G22, G31, G32); ra and rb (3), from the centroids to block a's joint origin, global axes.
+    """
+    a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
+    # indices instead of views: a view costs a reference count, and there are thousands of joints per millisecond
+    rot, ca, cb, frame = bodies.rot, joints.arm_a, joints.arm_b, joints.frame
+    shift, offset = bodies.shift, joints.offset
+    r00, r01, r02 = rot[a, 0, 0], rot[a, 0, 1], rot[a, 0, 2]
+    r10, r11, r12 = rot[a, 1, 0], rot[a, 1, 1], rot[a, 1, 2]
+    r20, r21, r22 = rot[a, 2, 0], rot[a, 2, 1], rot[a, 2, 2]
+    c0, c1, c2 = ca[j, 0], ca[j, 1], ca[j, 2]
+    wa0 = r00 * c0 + r01 * c1 + r02 * c2
+    wa1 = r10 * c0 + r11 * c1 + r12 * c2
+    wa2 = r20 * c0 + r21 * c1 + r22 * c2
+    ra = (c0 + wa0, c1 + wa1, c2 + wa2)
+    c0, c1, c2 = cb[j, 0], cb[j, 1], cb[j, 2]
+    wb0 = rot[b, 0, 0] * c0 + rot[b, 0, 1] * c1 + rot[b, 0, 2] * c2
+    wb1 = rot[b, 1, 0] * c0 + rot[b, 1, 1] * c1 + rot[b, 1, 2] * c2
+    wb2 = rot[b, 2, 0] * c0 + rot[b, 2, 1] * c1 + rot[b, 2, 2] * c2
+    gap0 = offset[j, 0] + (shift[b, 0] - shift[a, 0]) + (wb0 - wa0)
+    gap1 = offset[j, 1] + (shift[b, 1] - shift[a, 1]) + (wb1 - wa1)
+    gap2 = offset[j, 2] + (shift[b, 2] - shift[a, 2]) + (wb2 - wa2)
+    rb = (c0 + wb0 - gap0, c1 + wb1 - gap1, c2 + wb2 - gap2)
+    e0, e1, e2 = frame[j, 0, 0], frame[j, 0, 1], frame[j, 0, 2]
+    p0, p1, p2 = frame[j, 1, 0], frame[j, 1, 1], frame[j, 1, 2]
+    n0, n1, n2 = frame[j, 2, 0], frame[j, 2, 1], frame[j, 2, 2]
+    t1 = (e0 + r00 * e0 + r01 * e1 + r02 * e2, e1 + r10 * e0 + r11 * e1 + r12 * e2, e2 + r20 * e0 + r21 * e1 + r22 * e2)
+    t2 = (p0 + r00 * p0 + r01 * p1 + r02 * p2, p1 + r10 * p0 + r11 * p1 + r12 * p2, p2 + r20 * p0 + r21 * p1 + r22 * p2)
+    n = (n0 + r00 * n0 + r01 * n1 + r02 * n2, n1 + r10 * n0 + r11 * n1 + r12 * n2, n2 + r20 * n0 + r21 * n1 + r22 * n2)
+    d = (
+        t1[0] * gap0 + t1[1] * gap1 + t1[2] * gap2,
+        t2[0] * gap0 + t2[1] * gap1 + t2[2] * gap2,
+        n[0] * gap0 + n[1] * gap1 + n[2] * gap2,
+    )
+    quat, turn = bodies.quat, joints.turn
+    a0, a1, a2, a3 = quat[a, 0], quat[a, 1], quat[a, 2], quat[a, 3]
+    b0, b1, b2, b3 = quat[b, 0], quat[b, 1], quat[b, 2], quat[b, 3]
+    k0, k1, k2, k3 = turn[j, 0], turn[j, 1], turn[j, 2], turn[j, 3]
+    # conj(p) q, then times k
+    h0 = a0 * b0 + a1 * b1 + a2 * b2 + a3 * b3
+    h1 = a0 * b1 - a1 * b0 - (a2 * b3 - a3 * b2)
+    h2 = a0 * b2 - a2 * b0 - (a3 * b1 - a1 * b3)
+    h3 = a0 * b3 - a3 * b0 - (a1 * b2 - a2 * b1)
+    s0 = h0 * k0 - h1 * k1 - h2 * k2 - h3 * k3
+    y0 = h0 * k1 + h1 * k0 + h2 * k3 - h3 * k2
+    y1 = h0 * k2 + h2 * k0 + h3 * k1 - h1 * k3
+    y2 = h0 * k3 + h3 * k0 + h1 * k2 - h2 * k1
+    v1 = e0 * y0 + e1 * y1 + e2 * y2
+    v2 = p0 * y0 + p1 * y1 + p2 * y2
+    v3 = n0 * y0 + n1 * y1 + n2 * y2
+    g = (
+        -2.0 * (v2 * v2 + v3 * v3), 2.0 * (v1 * v2 - s0 * v3), 2.0 * (v1 * v2 + s0 * v3),
+        -2.0 * (v1 * v1 + v3 * v3), 2.0 * (v3 * v1 - s0 * v2), 2.0 * (v3 * v2 + s0 * v1),
+    )  # fmt: skip
+    return (t1, t2, n), d, g, ra, rb
+
+
+@kernel(fast=False)
+def _turn_row(rot, i, x, y, z):
+    """(I + rot[i]) (x, y, z)."""
+    return (
+        x + rot[i, 0, 0] * x + rot[i, 0, 1] * y + rot[i, 0, 2] * z,
+        y + rot[i, 1, 0] * x + rot[i, 1, 1] * y + rot[i, 1, 2] * z,
+        z + rot[i, 2, 0] * x + rot[i, 2, 1] * y + rot[i, 2, 2] * z,
+    )
+
+
+@kernel(fast=False)
+def _cross(u, v):
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+
+
+@kernel(fast=False)
+def _dot(u, v):
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+
+@kernel(fast=False)
+def _crossing(j, joints, bodies):
+    """Where the edges of joint j pass each other now: axes (t1 along a's edge, t2, n), distance along n, both arms.
+
+    n is the cross product of the edges as they lie now: the normal force is the gradient of an energy of the distance,
+    as n turns without work at the closest points. Both arms end in b's. Infinite distance: the edges became parallel.
+    """
+    a, b = joints.block_a[j], joints.block_b[j]
+    rot, ca, cb, frame, edge = bodies.rot, joints.arm_a, joints.arm_b, joints.frame, joints.edge
+    ea = _turn_row(rot, a, frame[j, 0, 0], frame[j, 0, 1], frame[j, 0, 2])
+    eb = _turn_row(rot, b, edge[j, 0], edge[j, 1], edge[j, 2])
+    pa = _turn_row(rot, a, ca[j, 0], ca[j, 1], ca[j, 2])
+    pb = _turn_row(rot, b, cb[j, 0], cb[j, 1], cb[j, 2])
+    shift, offset = bodies.shift, joints.offset
+    # from a's point to b's: the arms in the reference position are in the offset
+    d = (
+        offset[j, 0] + shift[b, 0] - shift[a, 0] + (pb[0] - cb[j, 0]) - (pa[0] - ca[j, 0]),
+        offset[j, 1] + shift[b, 1] - shift[a, 1] + (pb[1] - cb[j, 1]) - (pa[1] - ca[j, 1]),
+        offset[j, 2] + shift[b, 2] - shift[a, 2] + (pb[2] - cb[j, 2]) - (pa[2] - ca[j, 2]),
+    )
+    m = _cross(ea, eb)
+    size = np.sqrt(_dot(m, m))
+    if size < 1e-9:
+        return (ea, ea, ea), np.inf, pa, pb
+    n = (m[0] / size, m[1] / size, m[2] / size)
+    far = _dot(_cross(d, ea), n) / size
+    rb = (pb[0] + far * eb[0], pb[1] + far * eb[1], pb[2] + far * eb[2])
+    ra = (pa[0] + d[0] + far * eb[0], pa[1] + d[1] + far * eb[1], pa[2] + d[2] + far * eb[2])
+    return (ea, _cross(n, ea), n), _dot(n, d), ra, rb

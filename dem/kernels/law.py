@@ -1,0 +1,168 @@
+"""The joint law at a point: stress, plastic state and losses at a relative displacement. It is written here only.
+
+Compression positive, w the opening, w_p plastic opening (dilation): N = kn (w_p - w), T = ks (plastic slip - slip),
+-ft <= N <= fc, |T| <= max(c + tan(phi) N, 0). The strength ft may lie beyond the apex c / tan(phi) of the cone: a point
+there carries tension and no shear. Slip by p opens w_p by tan(psi) p, in an open point too: limit analysis demands the
+same, opening >= tan(psi) slip. A point goes from its peak to its residual values as its damage goes from 0 to 1.
+
+Whatever has contact points calls :func:`return_map` at each: ``brake`` and ``fall`` are None where nothing brakes or
+softens and ``lifts`` is a constant of the call, so that what a law does not have is not compiled into its loop.
+"""
+
+import numpy as np
+
+from dem.kernels.arrays import (
+    LAW_C,
+    LAW_C_R,
+    LAW_DIL,
+    LAW_DIL_R,
+    LAW_FC,
+    LAW_FT,
+    LAW_FT_R,
+    LAW_KN,
+    LAW_KS,
+    LAW_LIFT,
+    LAW_MU,
+    LAW_MU_R,
+    LAW_RATE,
+    Array,
+)
+from dem.kernels.compiled import kernel
+
+Numbers = tuple[float, ...]
+
+
+@kernel(forceinline=True)
+def peak_of(law: Array, j: int) -> Numbers:
+    """Stiffness and peak values of joint j: kn, ks, tan(phi), tan(psi), c, ft, fc / kn and the largest lift."""
+    return (
+        law[j, LAW_KN], law[j, LAW_KS], law[j, LAW_MU], law[j, LAW_DIL],
+        law[j, LAW_C], law[j, LAW_FT], law[j, LAW_FC], law[j, LAW_LIFT],
+    )  # fmt: skip
+
+
+@kernel(forceinline=True)
+def fall_of(law: Array, j: int) -> Numbers:
+    """What joint j gains from peak to residual in tan(phi), tan(psi), c and ft, and its damage per slip [1/m]."""
+    return (
+        law[j, LAW_MU_R] - law[j, LAW_MU], law[j, LAW_DIL_R] - law[j, LAW_DIL],
+        law[j, LAW_C_R] - law[j, LAW_C], law[j, LAW_FT_R] - law[j, LAW_FT], law[j, LAW_RATE],
+    )  # fmt: skip
+
+
+@kernel(fast=False, forceinline=True)
+def stress(w: float, a1: float, a2: float, lift: float, damage: float, peak: Numbers, fall: Numbers) -> Numbers:
+    """Stress (t1, t2, n) and strength ft at an opening w and elastic shear displacement (a1, a2); changes nothing."""
+    kn, ks, mu, _, c, ft, fc, _ = peak
+    mu, c, ft = mu + damage * fall[0], c + damage * fall[2], ft + damage * fall[3]
+    n = min(max(kn * (lift - w), -ft), kn * fc)
+    trial = ks * np.sqrt(a1 * a1 + a2 * a2)
+    ratio = min(max(c + mu * n, 0.0) / max(trial, 1e-300), 1.0)
+    return ks * ratio * a1, ks * ratio * a2, n, ft
+
+
+@kernel(forceinline=True)
+def return_map(
+    w: float, e1: float, e2: float, slip_1: float, slip_2: float, lift: float, damage: float,
+    peak: Numbers, fall: Numbers | None, brake: Numbers | None, lifts: bool,
+) -> Numbers:  # fmt: skip
+    """Stress at a point at the end of a step, and its plastic state after it.
+
+    A dashpot lies beside the spring and both in line with the slider (Kelvin and Voigt's element, then Coulomb's): the
+    law limits what spring and dashpot carry together, |T| <= c + tan(phi) N with the N of both, and the dashpot feels
+    the rate of the elastic part, not the slip. A step dt adds dash / dt to the stiffness against plastic slip.
+
+    Parameters
+    ----------
+    w, e1, e2 : opening, initial gap included, and displacement of b against a along t1, t2 [m]
+    slip_1, slip_2, lift, damage : state before the step [m], [m], [m], [-]
+    peak : of :func:`peak_of`
+    fall : of :func:`fall_of`, or None for a law that keeps its peak values
+    brake : None, or dashpot over stiffness [s], velocity of b against a along t1, t2, n [m/s] and 1 / dt [1/s]
+    lifts : whether the joint dilates or crushes; else the lift stays, a quarter less work
+
+    Returns
+    -------
+    t1, t2, n : stress on b, that of the dashpots included [Pa]
+    slip_1, slip_2, lift, damage : state after the step
+    rubbed, raised : work of the friction over the slip, and of N over the growth of the lift, which it loses [J/m2]
+    braked : power of the dashpots [W/m2]
+    broken : what damage releases [J/m2]
+    """
+    kn, ks, mu, dil, c, ft, fc, highest = peak
+    inv_ks = 1.0 / ks
+    a1, a2 = slip_1 - e1, slip_2 - e2
+    trial = ks * np.sqrt(a1 * a1 + a2 * a2)
+    n0 = kn * (lift - w)
+    held = ft
+    if fall is not None:
+        held = ft + damage * fall[3]
+    if brake is None:
+        total, pressed = trial, n0
+    else:
+        dash, r1, r2, r3, per_dt = brake
+        # dashpots: none in an open joint
+        z = dash if n0 > -held else 0.0
+        b1, b2 = ks * (a1 - z * r1), ks * (a2 - z * r2)
+        stiffer = 1.0 + z * per_dt
+        total = np.sqrt(b1 * b1 + b2 * b2)
+        pressed = n0 - z * kn * r3
+    if fall is not None:
+        mu0, dil0, c0, ft0 = mu, dil, c, ft
+        mu1, dil1, c1, ft1, soften = fall
+        # damage by opening beyond the tension cut-off (not cumulative), then by slip (cumulative)
+        h = min(max(damage, soften * max(-n0 - held, 0.0) / kn), 1.0)
+        bears = c0 + h * c1 + (mu0 + h * mu1) * max(pressed, -(ft0 + h * ft1))
+        # beyond the apex there is no shear strength that slip could break: the least shear would do
+        beyond = max(total - bears, 0.0) / stiffer if bears >= 0.0 else 0.0
+        h = min(h + soften * beyond * inv_ks, 1.0)
+        mu, dil, c, ft = mu0 + h * mu1, dil0 + h * dil1, c0 + h * c1, ft0 + h * ft1
+    new = lift
+    if lifts:
+        # dilation in a closed joint, consistent with the friction it mobilises; crushing closes what exceeds fc
+        over = max(total - c - mu * pressed, 0.0)
+        # at the apex too: an open point keeps the opening that goes with its slip, and is pressed if it slides more
+        apart = min(dil * max(trial - max(c - mu * ft, 0.0), 0.0) * inv_ks, max(w - ft / kn - lift, 0.0))
+        if brake is None:
+            flow = dil / (ks + kn * mu * dil)
+            # beyond the apex all of the shear slips and no more
+            rise = min(flow * over, dil * trial * inv_ks)
+        else:
+            rise = min(dil * over / (stiffer * (ks + kn * mu * dil)), dil * total * inv_ks / stiffer)
+        grow = rise if n0 + kn * rise > -ft else apart
+        grow = min(grow, max(highest - lift, 0.0))
+        new = min(lift + grow, w + fc)
+        n = max(kn * (new - w), -ft)
+    else:
+        n = max(n0, -ft)
+    spring = n
+    if brake is not None:
+        # no pull beyond the strength
+        z3 = max(z * kn * ((new - lift) * per_dt - r3), -ft - spring)
+        n = spring + z3
+    cap = max(c + mu * n, 0.0)
+    ratio = min(cap / max(total, 1e-300), 1.0)
+    # the normal stress that the slip's opening works against is that of spring and dashpot
+    raised = n * (new - lift) if lifts else 0.0
+    if brake is None:
+        rubbed = cap * ((1.0 - ratio) * total * inv_ks)
+        g1, g2 = (1.0 - ratio) * a1, (1.0 - ratio) * a2
+        q1, q2 = ks * ratio * a1, ks * ratio * a2
+        braked = 0.0
+    else:
+        rubbed = cap * ((1.0 - ratio) * total * inv_ks / stiffer)
+        back = (1.0 - ratio) / (ks * stiffer)
+        g1, g2 = back * b1, back * b2
+        q1, q2 = ratio * b1, ratio * b2
+        # force of the dashpots times the rate of the elastic part
+        s1, s2 = r1 + g1 * per_dt, r2 + g2 * per_dt
+        braked = z * ks * (s1 * s1 + s2 * s2) + z3 * ((new - lift) * per_dt - r3)
+    if fall is None:
+        return q1, q2, n, slip_1 - g1, slip_2 - g2, new, damage, rubbed, raised, braked, 0.0
+    # what damage releases at this opening and slip: stored energy under the strength before less that under the new
+    pull = max(-n0, 0.0)
+    before, after = min(pull, held), min(pull, ft)
+    drop = min(trial, max(c0 + damage * c1 + (mu0 + damage * mu1) * max(n0, -held), 0.0)) - max(c + mu * spring, 0.0)
+    drop = max(drop, 0.0) if h > damage else 0.0
+    broken = ((before - after) * pull - 0.5 * (before * before - after * after)) / kn + 0.5 * drop * drop * inv_ks
+    return q1, q2, n, slip_1 - g1, slip_2 - g2, new, h, rubbed, raised, braked, broken

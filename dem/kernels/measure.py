@@ -1,0 +1,58 @@
+"""What the joints carry in the present position, without changing their state."""
+
+from dem.kernels.arrays import LAW_CROSS, LAW_FC, LAW_KN, LAW_KS
+from dem.kernels.compiled import kernel
+from dem.kernels.kinematics import _crossing, _kinematics
+from dem.kernels.law import fall_of, peak_of, stress
+
+
+@kernel(fast=False)
+def measure(points, joints, bodies, position, force, opening, slip):
+    """Contact-point places, forces, openings and slips in the present position; changes no state.
+
+    Parameters
+    ----------
+    position, force : block b's material points [m] less the reference centroid of b (add it), and the force on block b
+        in global axes [N], written, shape (m, 3)
+    opening : w - w_p, total opening less dilation [m], written, shape (m,)
+    slip : total slip of b against a along t1, t2 [m], written, shape (m, 2)
+
+    Returns
+    -------
+    elastic energy : sum of (N^2 / kn + T^2 / ks) A / 2, and ft A times the opening beyond the tension cut-off [J]
+    """
+    energy = 0.0
+    for j in range(joints.block_a.size):
+        b = joints.block_b[j]
+        law = joints.law[j]
+        kn, ks, fc = law[LAW_KN], law[LAW_KS], law[LAW_FC]
+        if law[LAW_CROSS] != 0.0:
+            axes, far, _, rb = _crossing(j, joints, bodies)
+            k = joints.start[j]
+            opening[k], slip[k, 0], slip[k, 1] = far + points.gap[k] - points.lift[k], 0.0, 0.0
+            n = min(max(-kn * opening[k], 0.0), kn * fc)
+            t1, t2 = ks * points.slip_1[k], ks * points.slip_2[k]
+            energy += points.area[k] * 0.5 * (n * n / kn + (t1 * t1 + t2 * t2) / ks)
+            for r in range(3):
+                force[k, r] = points.area[k] * (axes[0][r] * t1 + axes[1][r] * t2 + axes[2][r] * n)
+                position[k, r] = rb[r] + bodies.shift[b, r]
+            continue
+        axes, d, g, _, rb = _kinematics(j, joints, bodies)
+        peak, fall = peak_of(joints.law, j), fall_of(joints.law, j)
+        for k in range(joints.start[j], joints.start[j + 1]):
+            x, y, h = points.s[k], points.t[k], points.damage[k]
+            e1 = d[0] + g[0] * x + g[1] * y
+            e2 = d[1] + g[2] * x + g[3] * y
+            e3 = d[2] + g[4] * x + g[5] * y
+            w = e3 + points.gap[k]
+            t1, t2, n, ft = stress(w, points.slip_1[k] - e1, points.slip_2[k] - e2, points.lift[k], h, peak, fall)
+            opening[k] = w - points.lift[k]
+            slip[k, 0], slip[k, 1] = e1, e2
+            # tension at its cut-off is a constant force: it gives back what it took
+            more = max(w - points.lift[k] - ft / kn, 0.0)
+            energy += points.area[k] * (0.5 * (n * n / kn + (t1 * t1 + t2 * t2) / ks) + ft * more)
+            px, py = x + e1, y + e2
+            for r in range(3):
+                force[k, r] = points.area[k] * (axes[0][r] * t1 + axes[1][r] * t2 + axes[2][r] * n)
+                position[k, r] = rb[r] + bodies.shift[b, r] + axes[0][r] * px + axes[1][r] * py + axes[2][r] * e3
+    return energy

@@ -1,0 +1,198 @@
+"""Motion of the blocks: rotations by unit quaternions and steps of central differences with their energies."""
+
+import numpy as np
+
+from dem.kernels.arrays import (
+    E_APPLIED,
+    E_DAMPING,
+    E_KINETIC,
+    E_STEPS,
+    E_STOP,
+    E_SUPPORT,
+    E_VISCOSITY,
+    LAW_CROSS,
+)
+from dem.kernels.compiled import kernel
+from dem.kernels.forces import _crossing_forces, _joint_forces
+
+STOP_EVERY = 10.0  # fewest steps between two stops: fast modes are left to local damping
+
+
+@kernel(forceinline=True)
+def _spin_of(rot, inv_inertia, ang, out):
+    """Omega = R J^-1 R^T L, with ``rot`` = R - I."""
+    b0 = ang[0] + rot[0, 0] * ang[0] + rot[1, 0] * ang[1] + rot[2, 0] * ang[2]
+    b1 = ang[1] + rot[0, 1] * ang[0] + rot[1, 1] * ang[1] + rot[2, 1] * ang[2]
+    b2 = ang[2] + rot[0, 2] * ang[0] + rot[1, 2] * ang[1] + rot[2, 2] * ang[2]
+    w0 = inv_inertia[0, 0] * b0 + inv_inertia[0, 1] * b1 + inv_inertia[0, 2] * b2
+    w1 = inv_inertia[1, 0] * b0 + inv_inertia[1, 1] * b1 + inv_inertia[1, 2] * b2
+    w2 = inv_inertia[2, 0] * b0 + inv_inertia[2, 1] * b1 + inv_inertia[2, 2] * b2
+    out[0] = w0 + rot[0, 0] * w0 + rot[0, 1] * w1 + rot[0, 2] * w2
+    out[1] = w1 + rot[1, 0] * w0 + rot[1, 1] * w1 + rot[1, 2] * w2
+    out[2] = w2 + rot[2, 0] * w0 + rot[2, 1] * w1 + rot[2, 2] * w2
+
+
+@kernel(forceinline=True)
+def _turned(q, spin, h, out):
+    """Quaternion q after the rotation spin h (Cayley form, exactly of unit length), written to ``out``."""
+    x, y, z = 0.5 * h * spin[0], 0.5 * h * spin[1], 0.5 * h * spin[2]
+    q0, q1, q2, q3 = q[0], q[1], q[2], q[3]
+    r0 = q0 - x * q1 - y * q2 - z * q3
+    r1 = q1 + x * q0 + y * q3 - z * q2
+    r2 = q2 + y * q0 + z * q1 - x * q3
+    r3 = q3 + z * q0 + x * q2 - y * q1
+    size = 1.0 / np.sqrt(r0 * r0 + r1 * r1 + r2 * r2 + r3 * r3)
+    out[0], out[1], out[2], out[3] = r0 * size, r1 * size, r2 * size, r3 * size
+
+
+@kernel(forceinline=True)
+def rotation_of(q, out):
+    """R - I of a unit quaternion, without cancellation at small angles, written to ``out`` (3, 3)."""
+    s, x, y, z = q[0], q[1], q[2], q[3]
+    out[0, 0] = -2.0 * (y * y + z * z)
+    out[1, 1] = -2.0 * (x * x + z * z)
+    out[2, 2] = -2.0 * (x * x + y * y)
+    out[0, 1] = 2.0 * (x * y - s * z)
+    out[1, 0] = 2.0 * (x * y + s * z)
+    out[0, 2] = 2.0 * (x * z + s * y)
+    out[2, 0] = 2.0 * (x * z - s * y)
+    out[1, 2] = 2.0 * (y * z - s * x)
+    out[2, 1] = 2.0 * (y * z + s * x)
+
+
+@kernel()
+def advance(
+    points, joints, bodies, total, cases, factors, drives, speeds, dt, local, adaptive, kinetic_stop, true_inertia
+):
+    """Advance by ``len(factors)`` steps of central differences.
+
+    m v(n+1/2) = m v(n-1/2) + dt F(n),  L(n+1/2) = L(n-1/2) + dt M(n),  omega = R J^-1 R^T L,  x(n+1) = x(n) + dt v.
+
+    Parameters
+    ----------
+    points, joints, bodies : state, changed in place
+    total : accumulated energies and the adaptive viscosity, see the E_ indices, shape (E_SIZE,)
+    cases : wrench per load case and block [N, N m], shape (c, n, 6)
+    factors : of the cases, per step, shape (steps, c)
+    drives : twist per drive and block for the held degrees of freedom, shape (d, n, 6)
+    speeds : factors of the drives per step, shape (steps, d)
+    dt : [s]
+    local : Cundall's local damping, F - local |F| sign(v) per component, 0 for none
+    adaptive : wanted ratio of the power of global damping to the rate of change of kinetic energy, 0 for none
+    kinetic_stop : set all free velocities to zero whenever the kinetic energy has passed a peak
+    true_inertia : keep the angular momentum exactly in free flight (second-order spin at the half step)
+    """
+    n = bodies.mass.size
+    vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
+    force, old, half, trot, new = np.empty(6), np.empty(6), np.empty(4), np.empty((3, 3)), np.empty(3)
+    crossings = (joints.law[:, LAW_CROSS] != 0.0).any()
+    for step in range(factors.shape[0]):
+        _joint_forces(points, joints, bodies, dt, total)
+        if crossings:
+            _crossing_forces(points, joints, bodies, dt, total)
+        kinetic = applied = support = damping = 0.0
+        viscosity = total[E_VISCOSITY] if adaptive > 0.0 else 0.0
+        # a stop is at a whole step: only half a step leads from there to the first velocity. A whole one starts a mode
+        # of frequency w from an amplitude 1 / cos(w dt / 2) too large, which grows from stop to stop in the fast modes
+        kick = 0.5 * dt if kinetic_stop and total[E_STEPS] == total[E_STOP] + 1.0 else dt
+        lag = 1.0 / (1.0 + 0.5 * viscosity * dt)
+        keep = 1.0 - 0.5 * viscosity * dt
+        for i in range(n):
+            still = True
+            for k in range(6):
+                force[k] = 0.0
+                old[k] = vel[i, k] if k < 3 else spin[i, k - 3]
+                still = still and held[i, k]
+            for c in range(cases.shape[0]):
+                x = factors[step, c]
+                if x != 0.0:
+                    for k in range(6):
+                        force[k] += x * cases[c, i, k]
+            for k in range(6):
+                net[i, k] = force[k] + bodies.contact[i, k]
+            moving = not still
+            for k in range(3):
+                if held[i, k]:
+                    v = 0.0
+                    for q in range(drives.shape[0]):
+                        v += speeds[step, q] * drives[q, i, k]
+                    moving = moving or v != 0.0
+                    vel[i, k] = v
+                else:
+                    f = net[i, k]
+                    v = vel[i, k]
+                    brake = local * abs(f) * ((v > 0.0) - (v < 0.0))
+                    vel[i, k] = (v * keep + (f - brake) * bodies.inv_mass[i] * kick) * lag
+                    damping += brake * 0.5 * (v + vel[i, k]) * dt
+                    damping += viscosity * bodies.mass[i] * (0.5 * (v + vel[i, k])) ** 2 * dt
+                if held[i, 3 + k]:
+                    ang[i, k] = 0.0
+                else:
+                    f = net[i, 3 + k]
+                    w = spin[i, k]
+                    brake = local * abs(f) * ((w > 0.0) - (w < 0.0))
+                    ang[i, k] = (ang[i, k] * keep + (f - brake) * kick) * lag
+                    damping += brake * w * dt
+            if still and not moving:
+                drive_turns = False
+                for q in range(drives.shape[0]):
+                    for k in range(3, 6):
+                        drive_turns = drive_turns or (speeds[step, q] != 0.0 and drives[q, i, k] != 0.0)
+                if not drive_turns:
+                    for k in range(3):
+                        spin[i, k] = 0.0
+                    continue
+            _spin_of(bodies.rot[i], bodies.inv_inertia[i], ang[i], new)
+            if true_inertia:
+                _turned(bodies.quat[i], new, 0.5 * dt, half)
+                rotation_of(half, trot)
+                _spin_of(trot, bodies.inv_inertia[i], ang[i], new)
+                _turned(bodies.quat[i], new, 0.5 * dt, half)
+                rotation_of(half, trot)
+                _spin_of(trot, bodies.inv_inertia[i], ang[i], new)
+            for k in range(3):
+                if held[i, 3 + k]:
+                    w = 0.0
+                    for q in range(drives.shape[0]):
+                        w += speeds[step, q] * drives[q, i, 3 + k]
+                    new[k] = w
+                else:
+                    damping += viscosity * dt * ang[i, k] * new[k]
+                spin[i, k] = new[k]
+                mean_v, mean_w = 0.5 * (old[k] + vel[i, k]), 0.5 * (old[3 + k] + new[k])
+                applied += (force[k] * mean_v + force[3 + k] * mean_w) * dt
+                if held[i, k]:
+                    support -= net[i, k] * mean_v * dt
+                else:
+                    kinetic += 0.5 * bodies.mass[i] * vel[i, k] * vel[i, k]
+                if held[i, 3 + k]:
+                    support -= net[i, 3 + k] * mean_w * dt
+                else:
+                    kinetic += 0.5 * ang[i, k] * new[k]
+                bodies.shift[i, k] += dt * vel[i, k]
+            if new[0] != 0.0 or new[1] != 0.0 or new[2] != 0.0:
+                _turned(bodies.quat[i], new, dt, bodies.quat[i])
+                rotation_of(bodies.quat[i], bodies.rot[i])
+        if adaptive > 0.0:
+            # the power 2 C E_k of global damping follows a fixed part of the rate of change of the kinetic energy
+            power = 2.0 * viscosity * kinetic * dt
+            wanted = adaptive * abs(kinetic - total[E_KINETIC])
+            change = 1.02 if power < wanted else 1.0 / 1.02
+            total[E_VISCOSITY] = min(max(viscosity * change, 1e-6 / dt), 1.0 / dt)
+        if kinetic_stop and kinetic < total[E_KINETIC] and total[E_STEPS] >= total[E_STOP] + STOP_EVERY:
+            # past a peak of kinetic energy: the leading mode passes its equilibrium, so stop there and start again
+            damping += kinetic
+            kinetic = 0.0
+            total[E_STOP] = total[E_STEPS]
+            for i in range(n):
+                for k in range(3):
+                    if not held[i, k]:
+                        vel[i, k] = 0.0
+                    if not held[i, 3 + k]:
+                        spin[i, k] = 0.0
+                        ang[i, k] = 0.0
+        total[E_DAMPING] += damping
+        total[E_APPLIED] += applied
+        total[E_SUPPORT] += support
+        total[E_KINETIC] = kinetic
+        total[E_STEPS] += 1.0
