@@ -38,6 +38,7 @@ if TYPE_CHECKING:
         validation,
     )
     from limitmason.capacity import pushover
+    from limitmason.figures import view
     from limitmason.limit import limit_analysis, limit_bracket, proven_range, settlement_analysis
     from limitmason.methods import predict, predict_cases
     from limitmason.validation import compare
@@ -69,6 +70,7 @@ _NAMES = {
     "predict_cases": "limitmason.methods",
     "compare": "limitmason.validation",
     "pushover": "limitmason.capacity",
+    "view": "limitmason.figures",
 }
 
 __all__ = [

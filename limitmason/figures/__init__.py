@@ -1,7 +1,7 @@
 """Figures ready for print: assembly, mechanism, joint forces, predicted against published, simulations, diagnoses.
 
 Every function returns a ``matplotlib.figure.Figure`` made without pyplot (``animate`` writes a film, ``diagnosis_page``
-a page): no window opens, no global state changes.
+a page, ``view`` an interactive scene): no window opens, no global state changes.
 """
 
 from limitmason.figures.comparison import predicted_against_published, predicted_beside_references
@@ -15,11 +15,13 @@ from limitmason.figures.forces import contact_forces
 from limitmason.figures.history import history_curves, load_displacement
 from limitmason.figures.layouts import layout_search
 from limitmason.figures.mechanism import assembly, mechanism
+from limitmason.figures.scene import Scene, view
 from limitmason.figures.studies import gap, side_by_side, study_lines
 from limitmason.figures.style import print_style
 from limitmason.figures.tilt import tilt_test
 
 __all__ = [
+    "Scene",
     "animate",
     "assembly",
     "confusable",
@@ -41,4 +43,5 @@ __all__ = [
     "side_by_side",
     "study_lines",
     "tilt_test",
+    "view",
 ]

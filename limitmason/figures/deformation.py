@@ -67,7 +67,7 @@ def deformed(
     InputError
         When the state is not one of this assembly, not finite, or the scale not positive.
     """
-    shift, vector = _moved_blocks(model, state, sample)
+    shift, vector = moved_blocks(model, state, sample)
     motion = rigid_motion(model, shift, vector, scale)
     marks = cracked_joints(model, rigid_motion(model, shift, vector, 1.0), crack)
     travel = _travel(model, rigid_motion(model, shift, vector, 1.0))
@@ -140,7 +140,7 @@ def animate(
         raise InputError("the history has no sample to show")
     writer = writer or _writer(target, fps)
     rows = np.unique(np.linspace(0, count - 1, min(max(int(frames), 1), count)).round().astype(int))
-    moved = [_moved_blocks(model, history, int(k)) for k in rows]
+    moved = [moved_blocks(model, history, int(k)) for k in rows]
     motions = [rigid_motion(model, u, v, scale) for u, v in moved]
     last = rigid_motion(model, *moved[-1], 1.0)
     if crack is None:
@@ -248,7 +248,7 @@ def _travel(model: Assembly, motion: RigidMotion) -> Array:
     return np.array([m.max() for m in moves])
 
 
-def _moved_blocks(model: Assembly, state: Any, sample: int) -> tuple[Array, Array]:
+def moved_blocks(model: Assembly, state: Any, sample: int) -> tuple[Array, Array]:
     """Displacements [m] and rotation vectors [rad] of a state, a history's sample or a pair of arrays."""
     bodies = getattr(state, "bodies", None)
     if bodies is not None:

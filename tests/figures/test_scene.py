@@ -1,0 +1,112 @@
+"""The interactive scene: what the file holds is the model and its motion, and a real browser shows it."""
+
+import base64
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+import limitmason as lm
+from limitmason.errors import InputError
+
+JOINT = lm.Joint(friction_angle_deg=30.0)
+BROWSER = next((b for b in ("chromium", "chromium-browser", "google-chrome") if shutil.which(b)), None)
+
+
+@pytest.fixture(scope="module")
+def column():
+    # a slender column rocks about its lowest edge: lambda = b / h
+    wall = lm.build.column(width=0.2, depth=0.3, height=1.0, courses=4, joint=lm.Joint(60.0))
+    return wall, lm.limit_analysis(wall, lm.Loads.horizontal(wall))
+
+
+def held(scene):
+    """Data of a page, its numbers decoded."""
+    text = re.search(r'<script id="data" type="application/json">(.*?)</script>', scene.html, re.S).group(1)
+    data = json.loads(text)
+    for key in ("vertices", "normals", "owner", "lines", "line_owner", "centroids", "motion", "forces"):
+        data[key] = np.frombuffer(base64.b64decode(data[key]), dtype="<f4")
+    return data
+
+
+def test_volume_of_the_triangles_is_the_volume_of_the_blocks(column):
+    wall, _ = column
+    data = held(lm.view(wall))
+    corners = data["vertices"].reshape(-1, 3, 3).astype(float)
+    owner = data["owner"].reshape(-1, 3)[:, 0].astype(int)
+    tetrahedra = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
+    assert np.bincount(owner, tetrahedra) == pytest.approx(wall.volumes, rel=1e-4)
+    # normals point out of the blocks: the same triangles turned the other way would have the opposite sign
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert (np.einsum("ij,ij->i", normal, data["normals"].reshape(-1, 3, 3)[:, 0]) > 0).all()
+
+
+def test_last_frame_of_a_mechanism_keeps_the_toe_in_place(column):
+    wall, found = column
+    data = held(lm.view(wall, found))
+    frames = data["motion"].reshape(len(data["captions"]), wall.n_blocks, 12)
+    assert np.abs(frames[0, :, :3]).max() < 1e-6
+    shift, rotation = frames[-1, -1, :3], frames[-1, -1, 3:].reshape(3, 3)
+    assert rotation @ rotation.T == pytest.approx(np.eye(3), abs=1e-5)
+    # all blocks but the ground turn together about the toe
+    toe = np.array([0.5 * 0.2 * np.sign(shift[0]), 0.0, 0.0])
+    centroid = wall.centroids[-1] - [wall.centroids[-1][0], wall.centroids[-1][1], 0.0]
+    assert centroid + shift == pytest.approx(toe + rotation @ (centroid - toe), abs=1e-4)
+
+
+def test_a_block_whose_name_is_markup_stays_text():
+    blocks = lm.build.column(width=0.2, depth=0.2, height=0.4, courses=2, joint=JOINT)
+    name = "</script><b>"
+    wall = lm.Assembly([*blocks.blocks[:-1], replace(blocks.blocks[-1], name=name)], blocks.interfaces)
+    data = held(lm.view(wall, title="<b>&"))
+    assert data["names"][-1] == name
+
+
+def test_bad_settings_and_answers_of_other_structures_are_refused(column):
+    wall, found = column
+    with pytest.raises(InputError, match="frames"):
+        lm.view(wall, found, frames=0)
+    other = lm.build.column(width=0.2, depth=0.3, height=1.0, courses=5, joint=JOINT)
+    with pytest.raises(InputError, match="do not"):
+        lm.view(other, found)
+    with pytest.raises(InputError, match="scale"):
+        lm.view(wall, (np.zeros((wall.n_blocks, 3)), np.eye(4)[[0] * wall.n_blocks]), scale=-1.0)
+
+
+def test_a_capacity_curve_is_shown_as_it_moved(column):
+    wall, _ = column
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall), to=0.02)
+    data = held(lm.view(wall, curve))
+    frames = data["motion"].reshape(len(data["captions"]), wall.n_blocks, 12)
+    assert frames[-1, -1, :3] == pytest.approx(curve.displacement_of(wall.n_blocks - 1)[-1], abs=1e-6)
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no headless browser is installed")
+def test_a_browser_draws_the_blocks_and_the_slider_moves_them(column, tmp_path):
+    wall, found = column
+    page = lm.view(wall, found).save(tmp_path / "scene.html")
+
+    def pixels(fragment):
+        picture = tmp_path / "shot.png"
+        subprocess.run(
+            [BROWSER, "--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
+             "--enable-unsafe-swiftshader", "--window-size=800,600", "--virtual-time-budget=3000",
+             f"--screenshot={picture}", f"{page.as_uri()}#azimuth=-90&elevation=0&{fragment}"],
+            check=True, capture_output=True, timeout=90,
+        )  # fmt: skip
+        rgb = imread(picture)[60:520, :, :3]
+        red, green, blue = np.moveaxis(rgb, -1, 0)
+        return (red > 1.15 * green) & (green > 1.15 * blue)  # the colour of blocks that move
+
+    first, last = pixels("frame=0"), pixels("frame=24")
+    assert 0.5 < last.sum() / first.sum() < 1.5  # as large as before
+    across = [np.mean(np.nonzero(p)[1]) for p in (first, last)]
+    top = [np.nonzero(p[: p.shape[0] // 2])[1].mean() for p in (first, last)]
+    sign = np.sign(found.mechanism.twists[-1, 0])
+    assert sign * (across[1] - across[0]) > 5  # pixels, towards the side to which the column falls
+    assert sign * (top[1] - top[0]) > sign * (across[1] - across[0])  # the top more than the middle
