@@ -221,3 +221,5 @@ class History:
             f"history: {self.status}, {n} samples, {self.scalars['step'][-1]:.0f} steps, "
             f"energy error {np.abs(self.energy_error).max() / self._work:.1e} of the work of the loads"
         )
+
+    __repr__ = __str__

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from limitmason.errors import InputError
+from limitmason.notebook import Shown
 
 Array = NDArray[np.float64]
 
@@ -42,7 +43,7 @@ class CurvePoint(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class Curve(Shown):
     """Load against displacement, with what happened on the way and how well each point is known.
 
     Parameters

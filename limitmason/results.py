@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.errors import InputError, NotApplicable
+from limitmason.notebook import Shown
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -153,6 +154,9 @@ class Mechanism:
     opening: Array
     sliding: Array
 
+    def __repr__(self) -> str:
+        return f"<Mechanism of {len(self.twists)} blocks, {len(self.moving_blocks())} of them moving>"
+
     def moving_blocks(self, threshold: float = 1e-6) -> Index:
         """Numbers of the blocks whose largest rate exceeds a fraction of the overall largest."""
         rate = np.abs(self.twists).max(axis=1)
@@ -183,6 +187,9 @@ class Resultants:
     point_interface: Index
     point_area: Array
     point_force: Array
+
+    def __repr__(self) -> str:
+        return f"<Resultants of {len(self.normal)} joints from the forces of {len(self.point_area)} contact points>"
 
 
 @dataclass(frozen=True)
@@ -293,7 +300,7 @@ class Certificate:
 
 
 @dataclass(frozen=True, eq=False)
-class Prediction:
+class Prediction(Shown):
     """A method's answer.
 
     Parameters
@@ -314,6 +321,7 @@ class Prediction:
     governing : which of several cases the answer belongs to; empty where there is one
     error_budget : what changed with every setting that was checked, by its name; empty without checks
     range : low and high end about the multiplier and what they are; filled in by ``limitmason.predict``
+    structure : the assembly that was solved, for ``plot()``; not kept by files, nor by copies to other processes
     """
 
     method: str
@@ -333,6 +341,7 @@ class Prediction:
     governing: str = ""
     error_budget: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     range: Range = field(default_factory=Range)
+    structure: Any = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         """Take words alone, as other packages and files of 0.1 give them, for the member of the set that they name."""
@@ -342,6 +351,13 @@ class Prediction:
             given = getattr(self, name)
             if not isinstance(given, kind) and (given is not None or name == "status"):
                 object.__setattr__(self, name, _member(kind, given, name))
+
+    def __repr__(self) -> str:
+        return f"<Prediction by {self.method}: {self.answer} ({self.status})>"
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the structure, which every answer of a study would carry along."""
+        return {**self.__dict__, "structure": None}
 
     @property
     def interval(self) -> tuple[float, float] | None:

@@ -105,4 +105,4 @@ def with_statements(prediction: Prediction, assembly: Assembly, loads: Loads, th
     details = prediction.details
     if NO_TILT not in details:
         details = {**details, NO_TILT: why_no_tilt_angle(assembly, loads)}
-    return replace(prediction, details=details, warnings=warnings)
+    return replace(prediction, details=details, warnings=warnings, structure=assembly)

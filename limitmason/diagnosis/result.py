@@ -16,12 +16,13 @@ from limitmason.diagnosis.inference.estimate import Estimate, estimate
 from limitmason.diagnosis.inference.gain import Gain, measure_gain
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, confusable, detectable
+from limitmason.notebook import Shown
 
 GAINS = 8  # most kept explanations whose gain is measured
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Diagnosis:
+class Diagnosis(Shown):
     """Verdict of a study, conditional on its list of causes: data and tables, no simulator.
 
     Parameters

@@ -198,7 +198,15 @@ def _identity(thing: Any) -> str:
     try:
         return fingerprint(getattr(thing, "__module__", ""), thing, plain)
     except (TypeError, ValueError):
-        return json.dumps(thing, sort_keys=True, default=repr)
+        return json.dumps(thing, sort_keys=True, default=_content)
+
+
+def _content(thing: Any) -> str:
+    """Content of what JSON does not know: a repr may be short, and the same for two different structures."""
+    if isinstance(thing, np.ndarray):
+        digest = hashlib.sha256(np.ascontiguousarray(thing).tobytes()).hexdigest()[:16]
+        return f"array {thing.dtype} {thing.shape} {digest}"
+    return _identity(thing) if is_dataclass(thing) and not isinstance(thing, type) else repr(thing)
 
 
 def _filled(cell: Any) -> bool:

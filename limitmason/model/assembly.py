@@ -33,6 +33,7 @@ from limitmason.model.joint import Joint
 from limitmason.model.moved import renumbered, transformed
 from limitmason.model.plausibility import warn_of_blocks, warn_of_tolerance
 from limitmason.model.support import Support
+from limitmason.notebook import Shown
 
 
 class ContactError(InputError):
@@ -43,8 +44,8 @@ class ContactError(InputError):
         self.assembly = assembly
 
 
-@dataclass(frozen=True, eq=False)
-class Assembly(Blockwork):
+@dataclass(frozen=True, eq=False, repr=False)
+class Assembly(Blockwork, Shown):
     """Rigid blocks in contact.
 
     Build one with :meth:`from_polygons`, :meth:`from_polyhedra` or the builders in ``limitmason.build``.

@@ -36,6 +36,9 @@ class Block:
         arm = part.centroid - centroid
         return volume, centroid, (part.inertia + part.volume[:, None, None] * steiner(arm)).sum(axis=0)
 
+    def __repr__(self) -> str:
+        return f"<Block {self.name!r}: {self.volume:.4g} m3, {self.mass:.4g} kg, {len(self.parts)} convex part(s)>"
+
     @property
     def volume(self) -> float:
         """Exact volume [m3]."""

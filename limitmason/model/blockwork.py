@@ -55,6 +55,14 @@ class Blockwork:
             raise InputError(f"block number {block} is outside 0 .. {self.n_blocks - 1}")
         return int(block)
 
+    def __repr__(self) -> str:
+        low, high = (np.array([b.bounds[k] for b in self.blocks]) for k in (0, 1))
+        size = " x ".join(f"{v:.4g}" for v in high.max(axis=0) - low.min(axis=0)) if self.n_blocks else "0"
+        return (
+            f"<{type(self).__name__} of {self.n_blocks} blocks ({int(self.fixed.sum())} fixed) and "
+            f"{len(self.interfaces)} joints: {size} m; the others weigh {self.weights[~self.fixed].sum() / 1e3:.4g} kN>"
+        )
+
     @cached_property
     def held(self) -> NDArray[np.bool_]:
         """Held degrees of freedom x, y, z, rx, ry, rz, shape (n_blocks, 6)."""

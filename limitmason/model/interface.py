@@ -33,6 +33,9 @@ class Interface:
     joint: Joint
     kind: str
 
+    def __repr__(self) -> str:
+        return f"<Interface of blocks {self.block_a} and {self.block_b}: {self.kind}, {self.area:.4g} m2, {self.joint}>"
+
     @property
     def area(self) -> float:
         """Contact area [m2]."""

@@ -48,6 +48,11 @@ class Loads:
     live: Array
     name: str = ""
 
+    def __repr__(self) -> str:
+        dead, live = (float(np.linalg.norm(w[:, :3], axis=1).sum()) for w in (self.dead, self.live))
+        name = f" {self.name!r}" if self.name else ""
+        return f"<Loads{name} on {len(self.dead)} blocks: dead {dead:.4g} N, live {live:.4g} N (sums of magnitudes)>"
+
     def __post_init__(self) -> None:
         """Check shapes and values."""
         for label in ("dead", "live"):

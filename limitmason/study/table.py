@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.notebook import html_table
 from limitmason.study.store import same
 from limitmason.text_table import aligned
 
@@ -78,8 +79,20 @@ class Table:
 
     def __str__(self) -> str:
         """The table in plain text, units in the header."""
+        head, rows = self._cells()
+        return "\n".join([aligned([head, *rows]), *self.notes])
+
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        """The table as a notebook shows it."""
+        return html_table(*self._cells(), list(self.notes))
+
+    def _cells(self) -> tuple[list[str], list[list[str]]]:
+        """Head with units, and the rows, as text."""
         head = [c if self.units.get(c, "-") == "-" else f"{c} [{self.units[c]}]" for c in self.columns]
-        return "\n".join([aligned([head, *([_text(r.get(c)) for c in self.columns] for r in self.rows)]), *self.notes])
+        return head, [[_text(r.get(c)) for c in self.columns] for r in self.rows]
 
 
 def _text(value: Any) -> str:

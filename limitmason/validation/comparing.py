@@ -15,6 +15,7 @@ from limitmason.limit.range.proven_range import proven_range
 from limitmason.methods import NON_ASSOCIATIVE, THEORIES, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.notebook import Shown
 from limitmason.results import Bound
 from limitmason.study.store import DocumentStore
 from limitmason.text_table import aligned, markdown
@@ -24,7 +25,7 @@ SCHEMA = "limitmason-answer"
 
 
 @dataclass(frozen=True, eq=False)
-class SideBySide:
+class SideBySide(Shown):
     """Rows of several methods to one question.
 
     Parameters
@@ -74,6 +75,8 @@ class SideBySide:
     def __str__(self) -> str:
         """The table."""
         return self.table()
+
+    __repr__ = __str__
 
     def as_markdown(self) -> str:
         """All answers as a Markdown table."""

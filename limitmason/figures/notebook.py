@@ -1,0 +1,74 @@
+"""Which figure belongs to which object: what ``plot()`` returns and a notebook shows below its words."""
+
+from __future__ import annotations
+
+from functools import singledispatch
+from io import BytesIO
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from limitmason.curve import Curve
+from limitmason.diagnosis import Diagnosis
+from limitmason.errors import InputError
+from limitmason.figures.diagnosis import diagnosis
+from limitmason.figures.history import history_curves, load_displacement
+from limitmason.figures.mechanism import assembly, mechanism
+from limitmason.figures.studies import side_by_side
+from limitmason.model import Assembly
+from limitmason.results import Prediction
+from limitmason.validation import SideBySide
+
+MANY = 400
+"""Blocks beyond which a notebook is shown the words alone: the picture takes seconds."""
+
+
+@singledispatch
+def plot(shown: Any, **options: Any) -> Figure:
+    """Figure of an object of this package."""
+    raise InputError(f"there is no figure of a {type(shown).__name__}")
+
+
+@plot.register
+def _(shown: Assembly, **options: Any) -> Figure:
+    return assembly(shown, **options)
+
+
+@plot.register
+def _(shown: Prediction, structure: Assembly | None = None, **options: Any) -> Figure:
+    model = shown.structure if structure is None else structure
+    if model is None:
+        raise InputError("this prediction was read or copied without its assembly: give it, plot(structure=wall)")
+    return mechanism(model, shown, **options)
+
+
+@plot.register
+def _(shown: Curve, **options: Any) -> Figure:
+    if shown.load_unit != "-":
+        return load_displacement(shown, **options)
+    columns = {"displacement": shown.displacement, "multiplier λ": shown.load}
+    units = {"displacement": shown.displacement_unit, "multiplier λ": "-"}
+    return history_curves(columns, ["multiplier λ"], against="displacement", units=units, **options)
+
+
+@plot.register
+def _(shown: SideBySide, **options: Any) -> Figure:
+    return side_by_side(shown, **options)
+
+
+@plot.register
+def _(shown: Diagnosis, **options: Any) -> Figure:
+    return diagnosis(shown, **options)
+
+
+def html(shown: Any) -> str:
+    """Picture of an object as an SVG element; empty where there is none or it would take long."""
+    model = shown.structure if isinstance(shown, Prediction) else shown
+    if isinstance(model, Assembly) and model.n_blocks > MANY:
+        return f"<p>{model.n_blocks} blocks are drawn on demand: .plot(), or lm.view for a scene to turn.</p>"
+    if isinstance(shown, Prediction) and (model is None or shown.mechanism is None):
+        return ""
+    out = BytesIO()
+    plot(shown).savefig(out, format="svg")
+    text = out.getvalue().decode("utf-8")
+    return f'<div style="max-width: 48rem">{text[text.index("<svg") :]}</div>'
