@@ -306,6 +306,8 @@ class Prediction:
     governing : which of several cases the answer belongs to; empty where there is one
     error_budget : what changed with every setting that was checked, by its name; empty without checks
     range : low and high end about the multiplier and what they are; filled in by ``limitmason.predict``
+    lost_in_failure : what the joints lose where they fail, by what and over which energy, one sentence per joint law;
+        empty where they have nothing to lose
     """
 
     method: str
@@ -325,6 +327,7 @@ class Prediction:
     governing: str = ""
     error_budget: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     range: Range = field(default_factory=Range)
+    lost_in_failure: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Take a bound in words alone, as other packages and files of 0.1 give it, for what it begins with."""
@@ -375,6 +378,7 @@ class Prediction:
             lines.append(f"  interval {low:.6g} to {high:.6g}: {', '.join(['bracket', *parts])}")
         if self.certificate is not None:
             lines += ["  " + row for row in self._certificate_rows()]
+        lines += [f"  {words}" for words in self.lost_in_failure]
         lines += [f"  warning: {w}" for w in self.warnings]
         return "\n".join(lines)
 

@@ -25,6 +25,8 @@ from dem.kernels.arrays import (
     LAW_MU,
     LAW_MU_R,
     LAW_RATE,
+    LAW_RATE_SLIP,
+    LAW_SECANT,
     Array,
 )
 from dem.kernels.compiled import kernel
@@ -43,22 +45,50 @@ def peak_of(law: Array, j: int) -> Numbers:
 
 @kernel(forceinline=True)
 def fall_of(law: Array, j: int) -> Numbers:
-    """What joint j gains from peak to residual in tan(phi), tan(psi), c and ft, and its damage per slip [1/m]."""
+    """What joint j gains from peak to residual in tan(phi), tan(psi), c and ft, and how it gets there:
+
+    damage per opening and per slip [1/m]; and where tension unloads to the origin, what opens it per damage [Pa].
+    """
+    # where the opening does no damage there is none to unload from
+    reach = law[j, LAW_SECANT] * law[j, LAW_KN] / max(law[j, LAW_RATE], 1e-300)
     return (
-        law[j, LAW_MU_R] - law[j, LAW_MU], law[j, LAW_DIL_R] - law[j, LAW_DIL],
-        law[j, LAW_C_R] - law[j, LAW_C], law[j, LAW_FT_R] - law[j, LAW_FT], law[j, LAW_RATE],
+        law[j, LAW_MU_R] - law[j, LAW_MU], law[j, LAW_DIL_R] - law[j, LAW_DIL], law[j, LAW_C_R] - law[j, LAW_C],
+        law[j, LAW_FT_R] - law[j, LAW_FT], law[j, LAW_RATE], law[j, LAW_RATE_SLIP], reach,
     )  # fmt: skip
+
+
+@kernel(forceinline=True)
+def tension(n0: float, ft: float, reach: float) -> float:
+    """N of a spring at n0 where it is pressed; pulled it falls from -ft at n0 = -reach straight to nothing."""
+    return max(n0, 0.0) + max(min(n0, 0.0) * (ft / max(reach, 1e-300)), -ft)
+
+
+@kernel(forceinline=True)
+def stored(pull: float, ft: float, reach: float, kn: float) -> float:
+    """Energy that a point holds in tension [J/m2] at an opening pull / kn: it gives back ft beyond reach / kn.
+
+    Up to there the tension falls straight to nothing; reach is ft where it unloads with kn.
+    """
+    q = min(pull, reach)
+    return ft * (0.5 * q * q / max(reach, 1e-300) + (pull - q)) / kn
 
 
 @kernel(fast=False, forceinline=True)
 def stress(w: float, a1: float, a2: float, lift: float, damage: float, peak: Numbers, fall: Numbers) -> Numbers:
-    """Stress (t1, t2, n) and strength ft at an opening w and elastic shear displacement (a1, a2); changes nothing."""
+    """Stress (t1, t2, n) and elastic energy [J/m2] at an opening w and elastic shear displacement (a1, a2).
+
+    Changes nothing.
+    """
     kn, ks, mu, _, c, ft, fc, _ = peak
     mu, c, ft = mu + damage * fall[0], c + damage * fall[2], ft + damage * fall[3]
-    n = min(max(kn * (lift - w), -ft), kn * fc)
+    reach = ft + damage * fall[6]
+    n = min(tension(kn * (lift - w), ft, reach), kn * fc)
     trial = ks * np.sqrt(a1 * a1 + a2 * a2)
     ratio = min(max(c + mu * n, 0.0) / max(trial, 1e-300), 1.0)
-    return ks * ratio * a1, ks * ratio * a2, n, ft
+    t1, t2 = ks * ratio * a1, ks * ratio * a2
+    pressed = max(n, 0.0)
+    held = stored(max(kn * (w - lift), 0.0), ft, reach, kn)
+    return t1, t2, n, 0.5 * (pressed * pressed / kn + (t1 * t1 + t2 * t2) / ks) + held
 
 
 @kernel(forceinline=True)
@@ -94,9 +124,10 @@ def return_map(
     a1, a2 = slip_1 - e1, slip_2 - e2
     trial = ks * np.sqrt(a1 * a1 + a2 * a2)
     n0 = kn * (lift - w)
-    held = ft
+    held = reached = reach = ft
     if fall is not None:
         held = ft + damage * fall[3]
+        reached = held + damage * fall[6]
     if brake is None:
         total, pressed = trial, n0
     else:
@@ -109,20 +140,22 @@ def return_map(
         pressed = n0 - z * kn * r3
     if fall is not None:
         mu0, dil0, c0, ft0 = mu, dil, c, ft
-        mu1, dil1, c1, ft1, soften = fall
+        mu1, dil1, c1, ft1, by_opening, by_slip, secant = fall
         # damage by opening beyond the tension cut-off (not cumulative), then by slip (cumulative)
-        h = min(max(damage, soften * max(-n0 - held, 0.0) / kn), 1.0)
-        bears = c0 + h * c1 + (mu0 + h * mu1) * max(pressed, -(ft0 + h * ft1))
+        h = min(max(damage, by_opening * max(-n0 - held, 0.0) / kn), 1.0)
+        pulled = tension(pressed, ft0 + h * ft1, ft0 + h * ft1 + h * secant)
+        bears = c0 + h * c1 + (mu0 + h * mu1) * pulled
         # beyond the apex there is no shear strength that slip could break: the least shear would do
         beyond = max(total - bears, 0.0) / stiffer if bears >= 0.0 else 0.0
-        h = min(h + soften * beyond * inv_ks, 1.0)
+        h = min(h + by_slip * beyond * inv_ks, 1.0)
         mu, dil, c, ft = mu0 + h * mu1, dil0 + h * dil1, c0 + h * c1, ft0 + h * ft1
+        reach = ft + h * secant
     new = lift
     if lifts:
         # dilation in a closed joint, consistent with the friction it mobilises; crushing closes what exceeds fc
         over = max(total - c - mu * pressed, 0.0)
         # at the apex too: an open point keeps the opening that goes with its slip, and is pressed if it slides more
-        apart = min(dil * max(trial - max(c - mu * ft, 0.0), 0.0) * inv_ks, max(w - ft / kn - lift, 0.0))
+        apart = min(dil * max(trial - max(c - mu * ft, 0.0), 0.0) * inv_ks, max(w - reach / kn - lift, 0.0))
         if brake is None:
             flow = dil / (ks + kn * mu * dil)
             # beyond the apex all of the shear slips and no more
@@ -133,6 +166,8 @@ def return_map(
         grow = min(grow, max(highest - lift, 0.0))
         new = min(lift + grow, w + fc)
         n = max(kn * (new - w), -ft)
+        if fall is not None:
+            n = tension(kn * (new - w), ft, reach)
     else:
         n = max(n0, -ft)
     spring = n
@@ -161,8 +196,8 @@ def return_map(
         return q1, q2, n, slip_1 - g1, slip_2 - g2, new, damage, rubbed, raised, braked, 0.0
     # what damage releases at this opening and slip: stored energy under the strength before less that under the new
     pull = max(-n0, 0.0)
-    before, after = min(pull, held), min(pull, ft)
-    drop = min(trial, max(c0 + damage * c1 + (mu0 + damage * mu1) * max(n0, -held), 0.0)) - max(c + mu * spring, 0.0)
+    bore = c0 + damage * c1 + (mu0 + damage * mu1) * tension(n0, held, reached)
+    drop = min(trial, max(bore, 0.0)) - max(c + mu * spring, 0.0)
     drop = max(drop, 0.0) if h > damage else 0.0
-    broken = ((before - after) * pull - 0.5 * (before * before - after * after)) / kn + 0.5 * drop * drop * inv_ks
+    broken = stored(pull, held, reached, kn) - stored(pull, ft, reach, kn) + 0.5 * drop * drop * inv_ks
     return q1, q2, n, slip_1 - g1, slip_2 - g2, new, h, rubbed, raised, braked, broken

@@ -142,11 +142,10 @@ def _refuse(assembly: Assembly, loads: Loads) -> None:
                 f"the joint between {names[0]!r} and {names[1]!r} crushes (compressive_strength): pushover does not "
                 "follow crushing; leave it out or use method 'dem'"
             )
-        residual = (j.residual_friction_angle_deg, j.residual_cohesion, j.residual_tensile_strength)
-        if any(v is not None for v in residual):
+        if j.softens:
             raise NotApplicable(
-                f"the joint between {names[0]!r} and {names[1]!r} softens (residual values): pushover follows "
-                "perfectly plastic joints only; leave them out or use method 'dem'"
+                f"the joint between {names[0]!r} and {names[1]!r} softens (residual values or fracture energies): "
+                "pushover follows perfectly plastic joints only; leave them out or use method 'dem'"
             )
     if assembly.fixed.all():
         raise NotApplicable("every block is held: there is nothing to push")

@@ -184,7 +184,7 @@ def _shares(
 
 
 def _changed(joint: Joint, drawn: Mapping[str, float]) -> Joint:
-    own = {k: v for k, v in drawn.items() if k not in ("friction_coefficient", "dilatancy_ratio")}
+    own: dict[str, Any] = {k: v for k, v in drawn.items() if k not in ("friction_coefficient", "dilatancy_ratio")}
     if "friction_coefficient" in drawn:
         own["friction_angle_deg"] = math.degrees(math.atan(drawn["friction_coefficient"]))
     phi = own.get("friction_angle_deg", joint.friction_angle_deg)
