@@ -163,7 +163,8 @@ TAKES: Mapping[str, Mapping[Term, Cell]] = {
                      "use solver='clarabel'"),
     },
     DEM: {
-        DILATANCY: Cell(Taken.TAKEN, "up to JointOptions.dilatant_slip"), COHESION: _TAKEN,
+        DILATANCY: Cell(Taken.TAKEN, "up to JointOptions.dilatant_slip, and given back where a joint slides back"),
+        COHESION: _TAKEN,
         TENSION: Cell(Taken.TAKEN, "with residual values it is lost, without them it is perfectly plastic"),
         ABOVE_APEX: Cell(Taken.TAKEN, "a point beyond the apex carries tension up to ft and no shear"),
         CRUSHING: _TAKEN, STRESS_BLOCK: _BY_POINTS, CORNER_CRUSHING: _BY_POINTS,

@@ -2,8 +2,10 @@
 
 Compression positive, w the opening, w_p plastic opening (dilation): N = kn (w_p - w), T = ks (plastic slip - slip),
 -ft <= N <= fc, |T| <= max(c + tan(phi) N, 0). The strength ft may lie beyond the apex c / tan(phi) of the cone: a point
-there carries tension and no shear. Slip by p opens w_p by tan(psi) p, in an open point too: limit analysis demands the
-same, opening >= tan(psi) slip. A point goes from its peak to its residual values as its damage goes from 0 to 1.
+there carries tension and no shear. A point that slides away from where it was made opens by tan(psi) per slip, and one
+that slides back closes by as much: w_p = tan(psi) min(|plastic slip|, dilatant slip); in an open point too, as limit
+analysis demands, opening >= tan(psi) slip. A point goes from its peak to its residual values as its damage goes from 0
+to 1.
 
 Whatever has contact points calls :func:`return_map` at each: ``brake`` and ``fall`` are None where nothing brakes or
 softens and ``lifts`` is a constant of the call, so that what a law does not have is not compiled into its loop.
@@ -152,19 +154,27 @@ def return_map(
         reach = ft + h * secant
     new = lift
     if lifts:
-        # dilation in a closed joint, consistent with the friction it mobilises; crushing closes what exceeds fc
-        over = max(total - c - mu * pressed, 0.0)
-        # at the apex too: an open point keeps the opening that goes with its slip, and is pressed if it slides more
-        apart = min(dil * max(trial - max(c - mu * ft, 0.0), 0.0) * inv_ks, max(w - reach / kn - lift, 0.0))
         if brake is None:
-            flow = dil / (ks + kn * mu * dil)
-            # beyond the apex all of the shear slips and no more
-            rise = min(flow * over, dil * trial * inv_ks)
-        else:
-            rise = min(dil * over / (stiffer * (ks + kn * mu * dil)), dil * total * inv_ks / stiffer)
-        grow = rise if n0 + kn * rise > -ft else apart
-        grow = min(grow, max(highest - lift, 0.0))
-        new = min(lift + grow, w + fc)
+            b1, b2, stiffer = ks * a1, ks * a2, 1.0
+        # dilation follows the sense of slip: what part of it leads away from where the point was made
+        before = np.sqrt(slip_1 * slip_1 + slip_2 * slip_2)
+        outward = -(slip_1 * b1 + slip_2 * b2) / max(before * total, 1e-300) if before > 0.0 else 1.0
+        farthest = highest / max(peak[3], 1e-300)
+        outward = outward if before < farthest else 0.0
+        rate = dil * outward
+        # in a closed joint consistent with the friction it mobilises: sliding back takes pressure and with it friction
+        over = max(total - c - mu * pressed, 0.0) / (stiffer * max(ks + kn * mu * rate, 0.1 * ks))
+        # beyond the apex all of the shear slips and no more
+        rise = rate * min(over, total * inv_ks / stiffer)
+        # at the apex too: an open point keeps the opening that goes with its slip, and is pressed if it slides more
+        wide = rate * max(trial - max(c - mu * ft, 0.0), 0.0) * inv_ks
+        apart = min(wide, max(w - reach / kn - lift, 0.0))
+        closed = n0 + kn * rise > -ft
+        grow = rise if closed else apart
+        short = 0.0 if closed else apart - wide
+        # crushing closes what exceeds fc; a contact found anew does not dilate beyond what its joint can
+        most = min(max(highest, lift), w + fc)
+        new = min(lift + grow, most)
         n = max(kn * (new - w), -ft)
         if fall is not None:
             n = tension(kn * (new - w), ft, reach)
@@ -192,12 +202,17 @@ def return_map(
         # force of the dashpots times the rate of the elastic part
         s1, s2 = r1 + g1 * per_dt, r2 + g2 * per_dt
         braked = z * ks * (s1 * s1 + s2 * s2) + z3 * ((new - lift) * per_dt - r3)
+    new_1, new_2 = slip_1 - g1, slip_2 - g2
+    if lifts:
+        # the lift ends with the slip, where that turns, passes its start or the farthest too
+        after = np.sqrt(new_1 * new_1 + new_2 * new_2)
+        new = min(lift + short + dil * (min(after, farthest) - min(before, farthest)), most)
     if fall is None:
-        return q1, q2, n, slip_1 - g1, slip_2 - g2, new, damage, rubbed, raised, braked, 0.0
+        return q1, q2, n, new_1, new_2, new, damage, rubbed, raised, braked, 0.0
     # what damage releases at this opening and slip: stored energy under the strength before less that under the new
     pull = max(-n0, 0.0)
     bore = c0 + damage * c1 + (mu0 + damage * mu1) * tension(n0, held, reached)
     drop = min(trial, max(bore, 0.0)) - max(c + mu * spring, 0.0)
     drop = max(drop, 0.0) if h > damage else 0.0
     broken = stored(pull, held, reached, kn) - stored(pull, ft, reach, kn) + 0.5 * drop * drop * inv_ks
-    return q1, q2, n, slip_1 - g1, slip_2 - g2, new, h, rubbed, raised, braked, broken
+    return q1, q2, n, new_1, new_2, new, h, rubbed, raised, braked, broken

@@ -299,3 +299,61 @@ def test_a_state_written_by_the_version_before_goes_on_to_the_same_bits():
     for k in ends[0]:
         np.testing.assert_array_equal(ends[0][k], ends[1][k])
     assert ends[0]["points.damage"].max() == 1.0
+
+
+# ---- dilation follows the sense of slip
+
+
+def dilatant(psi=20.0, **options):
+    return lm.Joint(PHI, psi, **({"normal_stiffness": KN, "shear_stiffness": KS} | options))
+
+
+def test_lift_is_tan_psi_times_the_slip_and_is_given_back_on_return():
+    rise = np.tan(np.radians(20.0))
+    there, back = np.linspace(0.0, 3e-3, 3000), np.linspace(3e-3, -3e-3, 6000)
+    slip = np.r_[there, back, back[::-1]]
+    path = along(dilatant(), slip=slip, pressure=SIGMA)
+    plastic = slip + path.shear / KS
+    # sliding away exactly, and at every step of the way back and through the start to the other side
+    assert path.lift[:3000] == pytest.approx(rise * plastic[:3000], rel=1e-12, abs=1e-15)
+    assert path.lift == pytest.approx(rise * np.abs(plastic), abs=1e-9)
+    assert path.lift[np.argmin(np.abs(plastic[3000:])) + 3000] < 1e-6 * 3.0
+    assert path.lift.max() == pytest.approx(rise * np.abs(plastic).max(), rel=1e-9)
+
+
+def test_dilation_ends_at_its_slip_distance_and_starts_to_close_there():
+    rise, far = np.tan(np.radians(20.0)), 1e-3
+    slip = np.r_[np.linspace(0.0, 3e-3, 3000), np.linspace(3e-3, 0.0, 3000)]
+    path = along(dilatant(), slip=slip, pressure=SIGMA, dilatant_slip=far)
+    plastic = slip + path.shear / KS
+    assert path.lift == pytest.approx(rise * np.minimum(np.abs(plastic), far), abs=1e-9)
+    assert path.lift[2999] == pytest.approx(rise * far, rel=1e-9)
+
+
+def test_slip_round_a_bend_lifts_by_its_distance_from_the_start():
+    from joint_points import law_row
+
+    from dem.kernels.law import fall_of, peak_of, return_map
+
+    row = law_row(dilatant())
+    peak, fall = peak_of(row, 0), fall_of(row, 0)
+    angle = np.linspace(0.0, 2 * np.pi, 4001)
+    way = 1e-3 * np.column_stack([1.0 - np.cos(angle), np.sin(angle)])  # a circle back to the start
+    state = (0.0, 0.0, 0.0, 0.0)
+    for e1, e2 in way:
+        out = return_map(state[2] - SIGMA / KN, e1, e2, *state, peak, fall, (0.0,) * 5, True)
+        state = out[3:7]
+        assert state[2] == pytest.approx(np.tan(np.radians(20.0)) * np.hypot(state[0], state[1]), abs=2e-9)
+
+
+@pytest.mark.parametrize("psi", [10.0, 30.0])
+def test_a_dilating_joint_takes_energy_in_every_loop_of_slip(psi):
+    s = np.linspace(0.0, 6 * np.pi, 30_000)
+    slip = 2e-3 * np.sin(s)
+    for opening in (np.full(len(s), -SIGMA / KN), -SIGMA / KN * (1.0 + 0.5 * np.sin(2 * s))):
+        path = along(dilatant(psi), opening=opening, slip=slip, dilatant_slip=1e-3)
+        for k in range(3):
+            loop = slice(10_000 * k, 10_000 * (k + 1))
+            work = np.trapezoid(-path.normal[loop], opening[loop]) + np.trapezoid(-path.shear[loop], slip[loop])
+            assert work > 0.0
+        assert np.diff(path.rubbed).min() > -1e-6
