@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from dem.joints import JointOptions
+from dem.joints import JointOptions, losses
 from dem.search import Controls, Search, increments, ramps
 from dem.settings import DemSettings, Grid, Loading
 from dem.state import QUASI_STATIC, State, make_state
@@ -169,6 +169,7 @@ def collapse(
             "steps": found.steps, **found.details,
         },
         contact_model=ContactModel(contact_model), error_budget=budget,
+        lost_in_failure=losses(assembly, found.state.laws),
     )  # fmt: skip
     if prediction.resultants is not None and held:
         prediction = replace(prediction, certificate=certify(assembly, loads, prediction, convex=False))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dem.joints import losses
 from dem.resuming import Position, RunStatus, check_continues
 from dem.state import State, write_archive
 from limitmason.curve import Curve
@@ -134,6 +135,11 @@ class History:
     def __getitem__(self, name: str) -> Array:
         """A recorded scalar by its name in ``COLUMNS``."""
         return self.scalars[name]
+
+    @property
+    def lost_in_failure(self) -> tuple[str, ...]:
+        """What the joints lose where they fail, by what and over which energy, one sentence per joint law."""
+        return losses(self.assembly, self.state.laws)
 
     def reaction_of(self, block: int | str) -> Array:
         """Reaction on a held or driven block [N, N m], shape (samples, 6)."""

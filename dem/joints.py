@@ -22,19 +22,20 @@ from dem.kernels import (
     LAW_MU,
     LAW_MU_R,
     LAW_RATE,
+    LAW_RATE_SLIP,
+    LAW_SECANT,
     Joints,
     Points,
 )
 from limitmason.contact_points import ContactPoints, contact_points
 from limitmason.errors import InputError, NotApplicable
-from limitmason.law import peak_law, residual_law
-from limitmason.model import Assembly
+from limitmason.law import SUDDEN, peak_law, residual_law, softening
+from limitmason.model import Assembly, LostBy, Unloading
+from limitmason.stated import lost_in_failure
 from limitmason.stiffness import SETTLEMENT, default_stiffness
 
 Array = NDArray[np.float64]
 PerJoint = float | Mapping[str, float] | Sequence[float] | Array
-
-_BRITTLE = 1e30
 
 
 @dataclass(frozen=True)
@@ -43,9 +44,11 @@ class JointOptions:
 
     Parameters
     ----------
-    dilatant_slip : plastic slip up to which a joint dilates [m]; infinite by default
+    dilatant_slip : plastic slip up to which a joint dilates [m]; infinite by default. Sliding back closes the joint
+        again; contacts that are cut anew (:mod:`dem.detection`) keep their lift and start their slip at nothing
     softening_slip : plastic slip (or crack opening) over which c, ft, phi and psi go linearly to their residual
-        values [m]; 0 is a brittle drop; only joints with residual values soften
+        values [m]; 0 is a brittle drop; only joints with residual values soften, and those with fracture energies of
+        their own take no other length
     residual_dilatancy_angle_deg : psi after softening [deg]; None keeps psi
     stiffness_factor : multiplies kn and ks of every joint [-]
     dashpot : viscous over elastic contact stiffness [s], 0 for none. None is none in quasi-static runs and, with real
@@ -83,6 +86,13 @@ def per_interface(value: PerJoint, kinds: Sequence[str], label: str) -> Array:
     if np.isnan(out).any() or (out < 0).any():
         raise InputError(f"{label} must not be negative or NaN")
     return out
+
+
+def losses(assembly: Assembly, laws: Array) -> tuple[str, ...]:
+    """What the joints lose where they fail, in words, from the laws that run, shape (k, LAW_SIZE)."""
+    rate = laws[:, LAW_RATE]
+    length = np.divide(1.0, rate, out=np.zeros(len(rate)), where=(rate > 0.0) & (rate < SUDDEN))
+    return lost_in_failure(assembly, length)
 
 
 def make_points(
@@ -143,16 +153,16 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
             f"the foot shortens by {SETTLEMENT:g} of a block under the dead load; it is not a material property"
         )
     dilatant = per_interface(options.dilatant_slip, kinds, "dilatant_slip")
-    softening = per_interface(options.softening_slip, kinds, "softening_slip")
+    length = per_interface(options.softening_slip, kinds, "softening_slip")
+    for joint, given in zip(laws, length, strict=True):
+        if given > 0.0 and not (joint.fracture_energy_tension is None and joint.fracture_energy_shear is None):
+            raise InputError(
+                f"joint {joint.name!r} has a fracture energy of its own and softening_slip = {given:g} m: give one"
+            )
     dash = per_interface(0.0 if options.dashpot is None else options.dashpot, kinds, "dashpot")
     later = options.residual_dilatancy_angle_deg
     psi_r = None if later is None else np.tan(np.deg2rad(per_interface(later, kinds, "residual_dilatancy_angle_deg")))
     peak, rest = peak_law(laws, convex=False), residual_law(laws, psi_r, convex=False)
-    soft = np.array([j.softens for j in laws], dtype=bool)
-    if psi_r is not None:
-        soft |= psi_r != peak.tan_psi
-    with np.errstate(divide="ignore"):
-        rate = np.where(soft, np.where(softening > 0.0, 1.0 / softening, _BRITTLE), 0.0)
     out = np.zeros((len(laws), kernels.LAW_SIZE))
     for k, joint in enumerate(laws):
         kn = (joint.normal_stiffness or standard) * options.stiffness_factor
@@ -161,10 +171,17 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
         if not ks > 0.0:
             raise NotApplicable(f"joint of interface {k} has shear_stiffness 0: it must be positive in the DEM")
         out[k, [LAW_KN, LAW_KS]] = kn, ks
+    by_opening, by_slip = softening(laws, out[:, LAW_KN], out[:, LAW_KS], length)
+    if psi_r is not None:
+        # psi alone falls too, but not where nothing is to be lost
+        alone = (psi_r != peak.tan_psi) & (by_opening == 0.0) & [j.lost_by is not LostBy.NOTHING for j in laws]
+        rate = np.divide(1.0, length, out=np.full(len(laws), SUDDEN), where=length > 0.0)
+        by_opening, by_slip = np.where(alone, rate, by_opening), np.where(alone, rate, by_slip)
     for column, value in (
         (LAW_MU, peak.tan_phi), (LAW_DIL, peak.tan_psi), (LAW_C, peak.cohesion), (LAW_FT, peak.tension),
         (LAW_FC, peak.crushing / out[:, LAW_KN]), (LAW_MU_R, rest.tan_phi), (LAW_DIL_R, rest.tan_psi),
-        (LAW_C_R, rest.cohesion), (LAW_FT_R, rest.tension), (LAW_RATE, rate), (LAW_DASH, dash),
+        (LAW_C_R, rest.cohesion), (LAW_FT_R, rest.tension), (LAW_RATE, by_opening), (LAW_DASH, dash),
+        (LAW_RATE_SLIP, by_slip), (LAW_SECANT, [j.unloading is Unloading.SECANT for j in laws]),
     ):  # fmt: skip
         out[:, column] = value
     # a joint that does not dilate is never lifted, for an infinite slip either

@@ -131,6 +131,7 @@ def check_continues(assembly: Assembly, state: State, loads: Loads, options: Joi
     if options is not None:
         laws, _ = make_laws(assembly, state.dead, options)
         kept = [c for c in range(kernels.LAW_DASH) if c != kernels.LAW_CROSS]
+        kept += [kernels.LAW_RATE_SLIP, kernels.LAW_SECANT]
         kept += [kernels.LAW_DASH] if options.dashpot is not None else []
         if not np.array_equal(laws[:, kept], state.laws[:, kept]):
             raise InputError(

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
@@ -27,10 +28,20 @@ _PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "factors", "g
 JOINT_FIELDS = tuple(f.name for f in fields(Joint) if f.name != "name")
 
 
+def joint_row(joint: Joint) -> Array:
+    """What a joint says, shape (len(JOINT_FIELDS),): NaN for None, choices by their number."""
+
+    def number(value: Any) -> float:
+        if isinstance(value, StrEnum):
+            return float(tuple(type(value)).index(value))
+        return np.nan if value is None else float(value)
+
+    return np.array([number(getattr(joint, name)) for name in JOINT_FIELDS])
+
+
 def joint_table(assembly: Assembly) -> Array:
-    """What the joint of every interface says, NaN for None, shape (k, len(JOINT_FIELDS))."""
-    rows = [[getattr(i.joint, name) for name in JOINT_FIELDS] for i in assembly.interfaces]
-    return np.array([[np.nan if v is None else float(v) for v in row] for row in rows]).reshape(-1, len(JOINT_FIELDS))
+    """What the joint of every interface says, see :func:`joint_row`, shape (k, len(JOINT_FIELDS))."""
+    return np.array([joint_row(i.joint) for i in assembly.interfaces]).reshape(-1, len(JOINT_FIELDS))
 
 
 def write_archive(path: str | Path, arrays: Mapping[str, Array]) -> None:
@@ -42,6 +53,22 @@ def write_archive(path: str | Path, arrays: Mapping[str, Array]) -> None:
         file.flush()
         os.fsync(file.fileno())
     os.replace(beside, path)
+
+
+def _law_of_0_1(law: Array) -> Array:
+    """Law rows as now, of a file of 0.1 too: there one damage per opening or slip, and no secant."""
+    more = kernels.LAW_SIZE - law.shape[1]
+    if more <= 0:
+        return law
+    law = np.hstack([law, np.zeros((len(law), more))])
+    law[:, kernels.LAW_RATE_SLIP] = law[:, kernels.LAW_RATE]
+    return law
+
+
+def _table_of_0_1(table: Array) -> Array:
+    """What joints say as now, of a file of 0.1 too: what it does not know is as it is where nothing is said."""
+    nothing = joint_row(Joint(0.0))
+    return np.hstack([table, np.tile(nothing[table.shape[1] :], (len(table), 1))])
 
 
 class UnstableError(NotConverged, RuntimeError):
@@ -135,10 +162,13 @@ class State:
         clock, total = take("clock"), take("total")
         if len(total) != kernels.E_SIZE:
             raise InputError(f"{path} was written by another version of this package: its sums of energy differ")
+        plain = {name: take(name) for name in _PLAIN}
+        joints = group(Joints, "joints")
         return cls(
-            group(Points, "points"), group(Joints, "joints"), group(Bodies, "bodies"), time=float(clock[0]),
-            dt=float(clock[1]), mode=str(take("mode")), warnings=tuple(str(w) for w in take("warnings")),
-            **{name: take(name) for name in _PLAIN},
+            group(Points, "points"), joints._replace(law=_law_of_0_1(joints.law)), group(Bodies, "bodies"),
+            time=float(clock[0]), dt=float(clock[1]), mode=str(take("mode")),
+            warnings=tuple(str(w) for w in take("warnings")),
+            **(plain | {"laws": _law_of_0_1(plain["laws"]), "joint_table": _table_of_0_1(plain["joint_table"])}),
         )  # fmt: skip
 
     def save(self, path: str | Path) -> None:

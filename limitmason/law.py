@@ -16,8 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.errors import InputError
 from limitmason.model.arrays import AssemblyArrays
-from limitmason.model.joint import Joint
+from limitmason.model.joint import Joint, LostBy
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -260,11 +261,76 @@ def residual_law(joints: Sequence[Joint], tan_psi: Array | None = None, *, conve
 
     angle = [j.residual_friction_angle_deg for j in joints]
     friction = after([None if a is None else float(np.tan(np.deg2rad(a))) for a in angle], peak.tan_phi)
-    cohesion = after([j.residual_cohesion for j in joints], peak.cohesion)
-    strength = after([j.residual_tensile_strength for j in joints], peak.tension)
+    cohesion = after([_rest(j.residual_cohesion, j.fracture_energy_shear) for j in joints], peak.cohesion)
+    strength = after([_rest(j.residual_tensile_strength, j.fracture_energy_tension) for j in joints], peak.tension)
     dilatancy = np.minimum(peak.tan_psi if tan_psi is None else tan_psi, friction)
     tension = tension_corner(strength, cohesion, friction)
     if not convex:
-        named = np.array([j.residual_tensile_strength is not None for j in joints], dtype=bool)
+        named = np.array(
+            [_rest(j.residual_tensile_strength, j.fracture_energy_tension) is not None for j in joints], dtype=bool
+        )
         tension = np.where(named | (peak.tension > peak.apex), strength, tension)
     return PointLaw(friction, dilatancy, cohesion, tension, peak.crushing)
+
+
+def _rest(residual: float | None, energy: float | None) -> float | None:
+    """A residual strength: as named, 0 where only the energy spent on the way is named, None for that of the peak."""
+    return 0.0 if residual is None and energy is not None else residual
+
+
+class Softening(NamedTuple):
+    """How joints go from peak to residual values: damage per opening and per slip [1/m], shape (number of joints,).
+
+    Damage 1 is the residual law. A sudden drop is ``SUDDEN``, nothing is 0.
+    """
+
+    by_opening: Array
+    by_slip: Array
+
+
+SUDDEN = 1e30
+"""Damage per opening or slip [1/m] of a joint that loses its strength at once."""
+
+
+def softening(joints: Sequence[Joint], kn: Array, ks: Array, slip: Array | float = 0.0) -> Softening:
+    """Damage rates of joints: over 2 GfI / (ft - ft_r) of opening, over 2 GfII / (c - c_r) of plastic slip.
+
+    What the DEM counts is the displacement beyond the strength, elastic part included: it is shorter than the plastic
+    slip by what the elastic part gives back, (c - c_r) / ks. Where phi falls too under a stress N that adds
+    N (tan(phi) - tan(phi_r)) / ks, which is left out: GfII is exact where phi stays.
+
+    Parameters
+    ----------
+    kn, ks : elastic stiffness [Pa/m], shape (number of joints,)
+    slip : length for what has no fracture energy [m], 0 for a sudden drop
+
+    Raises
+    ------
+    InputError
+        Where the curve of a fracture energy would run back, (ft - ft_r)^2 / (2 kn) >= GfI: the elastic joint has stored
+        more than breaking it takes. Names the joint and the least stiffness.
+    """
+    peak, rest = peak_law(joints, convex=False), residual_law(joints, convex=False)
+    slip = np.broadcast_to(np.asarray(slip, dtype=float), (len(joints),))
+    rates = np.zeros((2, len(joints)))
+    for k, joint in enumerate(joints):
+        if not joint.softens:
+            continue
+        rates[:, k] = 1.0 / slip[k] if slip[k] > 0.0 else SUDDEN
+        for row, field, energy, drop, kind, stiffness in (
+            (0, "tension", joint.fracture_energy_tension, peak.tension[k] - rest.tension[k], "normal", kn[k]),
+            (1, "shear", joint.fracture_energy_shear, peak.cohesion[k] - rest.cohesion[k], "shear", ks[k]),
+        ):
+            if energy is None:
+                continue
+            if energy <= drop**2 / (2.0 * stiffness):
+                name = f"joint {joint.name!r}" if joint.name else "joint"
+                raise InputError(
+                    f"{name}: fracture_energy_{field} = {energy:g} J/m2 is less than what the elastic joint has stored "
+                    f"at its strength, {drop**2 / (2.0 * stiffness):.3g} J/m2: {kind}_stiffness (now {stiffness:.3g} "
+                    f"Pa/m) must be above {drop**2 / (2.0 * energy):.3g} Pa/m; leave the energy out for a sudden drop"
+                )
+            rates[row, k] = 1.0 / (2.0 * energy / drop - (drop / stiffness if field == "shear" else 0.0))
+        if joint.lost_by is LostBy.OPENING:
+            rates[1, k] = 0.0
+    return Softening(*rates)

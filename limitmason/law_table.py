@@ -71,7 +71,7 @@ CRUSHING = Term("crushing, at points of a grid", _FC, _crushes)
 STRESS_BLOCK = Term("crushing, in-plane sections by their ends", _FC, _crushes)
 CORNER_CRUSHING = Term("crushing, faces in space by their corners", _FC, _crushes)
 RESIDUAL = Term(
-    "softening to residual values", "has residual values",
+    "softening to residual values", "has residual values or a fracture energy",
     lambda a: np.array([i.joint.softens for i in a.interfaces], dtype=bool),
 )  # fmt: skip
 SMOOTH = Term("no friction", "has no friction", lambda a: a.arrays.tan_phi <= LEAST_FRICTION)
@@ -163,11 +163,13 @@ TAKES: Mapping[str, Mapping[Term, Cell]] = {
                      "use solver='clarabel'"),
     },
     DEM: {
-        DILATANCY: Cell(Taken.TAKEN, "up to JointOptions.dilatant_slip"), COHESION: _TAKEN,
+        DILATANCY: Cell(Taken.TAKEN, "up to JointOptions.dilatant_slip, and given back where a joint slides back"),
+        COHESION: _TAKEN,
         TENSION: Cell(Taken.TAKEN, "with residual values it is lost, without them it is perfectly plastic"),
         ABOVE_APEX: Cell(Taken.TAKEN, "a point beyond the apex carries tension up to ft and no shear"),
         CRUSHING: _TAKEN, STRESS_BLOCK: _BY_POINTS, CORNER_CRUSHING: _BY_POINTS,
-        RESIDUAL: Cell(Taken.TAKEN, "over JointOptions.softening_slip, a sudden drop by default"), SMOOTH: _TAKEN,
+        RESIDUAL: Cell(Taken.TAKEN, "by opening, by opening or slip, or not at all (Joint.lost_by); at once, over "
+                       "fracture energies or JointOptions.softening_slip; every result says which"), SMOOTH: _TAKEN,
     },
     MECHANISMS: {
         DILATANCY: Cell(Taken.LEFT_OUT, "what is admissible bounds the associative value, and the bound says so"),

@@ -1,15 +1,28 @@
 """What a method returns: prediction, mechanism, resultants and certificate; all frozen, none knows a solver."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.errors import InputError, NotApplicable
+from limitmason.answer_words import (
+    ALMOST_SOLVED,
+    CANNOT_STAND,
+    NOT_CONVERGED,
+    SOLVED,
+    STATUSES,
+    UNBOUNDED,
+    Bound,
+    BoundKind,
+    ContactModel,
+    FlowRule,
+    Range,
+    Status,
+    member_of,
+)
+from limitmason.errors import NotApplicable
 from limitmason.notebook import Shown
 
 Array = NDArray[np.float64]
@@ -34,93 +47,6 @@ __all__ = [
     "Resultants",
     "Status",
 ]
-
-class Status(StrEnum):
-    """How an analysis ended; decided by what can be certified, not by what a solver says of itself."""
-
-    SOLVED = "solved"
-    ALMOST_SOLVED = "almost solved"
-    CANNOT_STAND = "cannot stand under dead load"
-    UNBOUNDED = "unbounded"
-    NOT_CONVERGED = "not converged"
-
-
-SOLVED, ALMOST_SOLVED, CANNOT_STAND, UNBOUNDED, NOT_CONVERGED = Status
-STATUSES = tuple(Status)
-
-
-class BoundKind(StrEnum):
-    """What a multiplier is with respect to the law that its bound names."""
-
-    EXACT = "exact"
-    LOWER = "lower"
-    UPPER = "upper"
-    ESTIMATE = "estimate"
-    NONE = "none"
-
-
-class FlowRule(StrEnum):
-    """Normality (psi = phi), or sliding that dilates by psi < phi."""
-
-    ASSOCIATIVE = "associative"
-    NON_ASSOCIATIVE = "non-associative"
-
-
-class ContactModel(StrEnum):
-    """Where an interface transmits forces: the corners of its polygon, or a grid of points with tributary areas."""
-
-    VERTICES = "vertices"
-    GRID = "grid"
-
-
-class Bound(str):
-    """What a multiplier is, in words for a reader, with its ``kind`` for a program.
-
-    >>> bound = Bound(BoundKind.UPPER, "upper bound for every flow rule")
-    >>> bound.kind is BoundKind.UPPER, str(bound)
-    (True, 'upper bound for every flow rule')
-    """
-
-    __slots__ = ("kind",)
-    kind: BoundKind
-
-    def __new__(cls, kind: BoundKind, text: str | None = None) -> "Bound":
-        """Take the kind and the words, which are the kind alone where none are given."""
-        self = super().__new__(cls, str(kind) if text is None else text)
-        self.kind = BoundKind(kind)
-        return self
-
-    def __getnewargs__(self) -> tuple[BoundKind, str]:
-        return self.kind, str(self)
-
-    @classmethod
-    def from_text(cls, text: str) -> "Bound":
-        """Bound of a file that holds its words only (files of 0.1): they begin with the kind."""
-        first = text.replace(":", " ").replace(";", " ").split()
-        known = first and first[0] in tuple(BoundKind)
-        return cls(BoundKind(first[0]) if known else BoundKind.ESTIMATE if text else BoundKind.NONE, text)
-
-
-class Range(NamedTuple):
-    """Low and high end about a multiplier [-], NaN where there is none, and what they are."""
-
-    low: float = math.nan
-    high: float = math.nan
-    meaning: str = ""
-
-    @property
-    def known(self) -> bool:
-        """Whether both ends are numbers."""
-        return math.isfinite(self.low) and math.isfinite(self.high)
-
-
-def _member(kind: type[StrEnum], text: str, field_: str) -> StrEnum:
-    """Member of a closed set by its words, or an error that lists them all."""
-    try:
-        return kind(text)
-    except ValueError:
-        raise InputError(f"{field_} must be one of {', '.join(map(repr, map(str, kind)))}, got {text!r}") from None
-
 
 OWN_RESIDUAL = 1e-6
 """Unbalance of a block over its own load, and excess over a joint's law over its own force, of an accepted answer."""
@@ -322,6 +248,8 @@ class Prediction(Shown):
     error_budget : what changed with every setting that was checked, by its name; empty without checks
     range : low and high end about the multiplier and what they are; filled in by ``limitmason.predict``
     structure : the assembly that was solved, for ``plot()``; not kept by files, nor by copies to other processes
+    lost_in_failure : what the joints lose where they fail, by what and over which energy, one sentence per joint law;
+        empty where they have nothing to lose
     """
 
     method: str
@@ -341,6 +269,7 @@ class Prediction(Shown):
     governing: str = ""
     error_budget: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     range: Range = field(default_factory=Range)
+    lost_in_failure: tuple[str, ...] = ()
     structure: Any = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
@@ -350,7 +279,7 @@ class Prediction(Shown):
         for name, kind in (("status", Status), ("flow_rule", FlowRule), ("contact_model", ContactModel)):
             given = getattr(self, name)
             if not isinstance(given, kind) and (given is not None or name == "status"):
-                object.__setattr__(self, name, _member(kind, given, name))
+                object.__setattr__(self, name, member_of(kind, given, name))
 
     def __repr__(self) -> str:
         return f"<Prediction by {self.method}: {self.answer} ({self.status})>"
@@ -403,6 +332,7 @@ class Prediction(Shown):
             lines.append(f"  interval {low:.6g} to {high:.6g}: {', '.join(['bracket', *parts])}")
         if self.certificate is not None:
             lines += ["  " + row for row in self._certificate_rows()]
+        lines += [f"  {words}" for words in self.lost_in_failure]
         lines += [f"  warning: {w}" for w in self.warnings]
         return "\n".join(lines)
 

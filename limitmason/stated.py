@@ -1,4 +1,4 @@
-"""What every prediction says of its model: whether a tilt angle belongs to it, and where tensile strength is cut."""
+"""What every prediction says of its model: its tilt angle, where tension is cut, and what joints lose in failure."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -6,12 +6,16 @@ from functools import wraps
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from limitmason.law import interface_law
+from limitmason.law import interface_law, peak_law, residual_law
 from limitmason.law_table import ABOVE_APEX, TAKES, Taken
 from limitmason.model.assembly import Assembly
+from limitmason.model.joint import Joint, LostBy, Unloading
 from limitmason.model.load import Loads
 from limitmason.results import NO_TILT, Prediction
+
+Array = NDArray[np.float64]
 
 _SAME = 1e-9
 
@@ -105,4 +109,38 @@ def with_statements(prediction: Prediction, assembly: Assembly, loads: Loads, th
     details = prediction.details
     if NO_TILT not in details:
         details = {**details, NO_TILT: why_no_tilt_angle(assembly, loads)}
-    return replace(prediction, details=details, warnings=warnings, structure=assembly)
+    lost = prediction.lost_in_failure or lost_in_failure(assembly)
+    return replace(prediction, details=details, warnings=warnings, lost_in_failure=lost, structure=assembly)
+
+
+def lost_in_failure(assembly: Assembly, lengths: Array | None = None) -> tuple[str, ...]:
+    """What the joints lose where they fail, by what and over which energy, a sentence for each law that has a strength.
+
+    Parameters
+    ----------
+    lengths : of a theory that follows softening: opening or slip over which joints without fracture energies lose
+        their strength [m], 0 at once, shape (k,); without, joints are perfectly plastic
+    """
+    words = [
+        _joint_loses(i.joint, None if lengths is None else float(lengths[k])) for k, i in enumerate(assembly.interfaces)
+    ]
+    return tuple(dict.fromkeys(w for w in words if w))
+
+
+def _joint_loses(joint: Joint, length: float | None) -> str:
+    peak, rest = peak_law([joint], convex=False), residual_law([joint], convex=False)
+    names = ("c", "ft", "tan(phi)")
+    values = [[float(getattr(law, f)[0]) for law in (peak, rest)] for f in ("cohesion", "tension", "tan_phi")]
+    if values[0][0] == values[1][0] == 0.0 and values[2][0] == values[2][1]:
+        return ""
+    label = f"joint {joint.name!r}" if joint.name else "joints"
+    strengths = f"c {values[0][0]:.4g} Pa, ft {values[1][0]:.4g} Pa, tan(phi) {values[2][0]:.4g}"
+    if length is None or not joint.softens:
+        return f"{label}: {strengths}: nothing is lost in failure (perfectly plastic)"
+    falls = ", ".join(f"{n} to {r:.4g}" for n, (p, r) in zip(names, values, strict=True) if p != r) or "nothing"
+    energies = {"GfI": joint.fracture_energy_tension, "GfII": joint.fracture_energy_shear}
+    over = f"over {length:.3g} m" if length > 0.0 and not any(energies.values()) else "at once"
+    opening, slip = (over if e is None else f"over {name} = {e:.4g} J/m2" for name, e in energies.items())
+    by = f"by opening {opening}" + (f" or by slip {slip}" if joint.lost_by is LostBy.OPENING_OR_SLIP else " only")
+    back = "; tension unloads to the origin" if joint.unloading is Unloading.SECANT else ""
+    return f"{label}: {strengths}: lost in failure: {falls}, {by}{back}"

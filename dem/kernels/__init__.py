@@ -42,6 +42,8 @@ from dem.kernels.arrays import (
     LAW_MU,
     LAW_MU_R,
     LAW_RATE,
+    LAW_RATE_SLIP,
+    LAW_SECANT,
     LAW_SIZE,
     Bodies,
     Joints,
@@ -55,6 +57,7 @@ from dem.kernels.stepping import advance, rotation_of
 __all__ = [
     "E_APPLIED", "E_DAMPING", "E_FRACTURE", "E_FRICTION", "E_KINETIC", "E_SIZE", "E_STEPS", "E_STOP", "E_SUPPORT",
     "E_VISCOSITY", "E_VISCOUS", "LAW_C", "LAW_CROSS", "LAW_C_R", "LAW_DASH", "LAW_DIL", "LAW_DIL_R", "LAW_FC",
-    "LAW_FT", "LAW_FT_R", "LAW_KN", "LAW_KS", "LAW_LIFT", "LAW_MU", "LAW_MU_R", "LAW_RATE", "LAW_SIZE", "Bodies",
-    "Joints", "Points", "advance", "contact_shapes", "contact_wrenches", "measure", "rotation_of",
+    "LAW_FT", "LAW_FT_R", "LAW_KN", "LAW_KS", "LAW_LIFT", "LAW_MU", "LAW_MU_R", "LAW_RATE", "LAW_RATE_SLIP",
+    "LAW_SECANT", "LAW_SIZE", "Bodies", "Joints", "Points", "advance", "contact_shapes", "contact_wrenches", "measure",
+    "rotation_of",
 ]  # fmt: skip

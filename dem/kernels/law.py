@@ -2,8 +2,10 @@
 
 Compression positive, w the opening, w_p plastic opening (dilation): N = kn (w_p - w), T = ks (plastic slip - slip),
 -ft <= N <= fc, |T| <= max(c + tan(phi) N, 0). The strength ft may lie beyond the apex c / tan(phi) of the cone: a point
-there carries tension and no shear. Slip by p opens w_p by tan(psi) p, in an open point too: limit analysis demands the
-same, opening >= tan(psi) slip. A point goes from its peak to its residual values as its damage goes from 0 to 1.
+there carries tension and no shear. A point that slides away from where it was made opens by tan(psi) per slip, and one
+that slides back closes by as much: w_p = tan(psi) min(|plastic slip|, dilatant slip); in an open point too, as limit
+analysis demands, opening >= tan(psi) slip. A point goes from its peak to its residual values as its damage goes from 0
+to 1.
 
 Whatever has contact points calls :func:`return_map` at each: ``brake`` and ``fall`` are None where nothing brakes or
 softens and ``lifts`` is a constant of the call, so that what a law does not have is not compiled into its loop.
@@ -25,6 +27,8 @@ from dem.kernels.arrays import (
     LAW_MU,
     LAW_MU_R,
     LAW_RATE,
+    LAW_RATE_SLIP,
+    LAW_SECANT,
     Array,
 )
 from dem.kernels.compiled import kernel
@@ -43,22 +47,50 @@ def peak_of(law: Array, j: int) -> Numbers:
 
 @kernel(forceinline=True)
 def fall_of(law: Array, j: int) -> Numbers:
-    """What joint j gains from peak to residual in tan(phi), tan(psi), c and ft, and its damage per slip [1/m]."""
+    """What joint j gains from peak to residual in tan(phi), tan(psi), c and ft, and how it gets there:
+
+    damage per opening and per slip [1/m]; and where tension unloads to the origin, what opens it per damage [Pa].
+    """
+    # where the opening does no damage there is none to unload from
+    reach = law[j, LAW_SECANT] * law[j, LAW_KN] / max(law[j, LAW_RATE], 1e-300)
     return (
-        law[j, LAW_MU_R] - law[j, LAW_MU], law[j, LAW_DIL_R] - law[j, LAW_DIL],
-        law[j, LAW_C_R] - law[j, LAW_C], law[j, LAW_FT_R] - law[j, LAW_FT], law[j, LAW_RATE],
+        law[j, LAW_MU_R] - law[j, LAW_MU], law[j, LAW_DIL_R] - law[j, LAW_DIL], law[j, LAW_C_R] - law[j, LAW_C],
+        law[j, LAW_FT_R] - law[j, LAW_FT], law[j, LAW_RATE], law[j, LAW_RATE_SLIP], reach,
     )  # fmt: skip
+
+
+@kernel(forceinline=True)
+def tension(n0: float, ft: float, reach: float) -> float:
+    """N of a spring at n0 where it is pressed; pulled it falls from -ft at n0 = -reach straight to nothing."""
+    return max(n0, 0.0) + max(min(n0, 0.0) * (ft / max(reach, 1e-300)), -ft)
+
+
+@kernel(forceinline=True)
+def stored(pull: float, ft: float, reach: float, kn: float) -> float:
+    """Energy that a point holds in tension [J/m2] at an opening pull / kn: it gives back ft beyond reach / kn.
+
+    Up to there the tension falls straight to nothing; reach is ft where it unloads with kn.
+    """
+    q = min(pull, reach)
+    return ft * (0.5 * q * q / max(reach, 1e-300) + (pull - q)) / kn
 
 
 @kernel(fast=False, forceinline=True)
 def stress(w: float, a1: float, a2: float, lift: float, damage: float, peak: Numbers, fall: Numbers) -> Numbers:
-    """Stress (t1, t2, n) and strength ft at an opening w and elastic shear displacement (a1, a2); changes nothing."""
+    """Stress (t1, t2, n) and elastic energy [J/m2] at an opening w and elastic shear displacement (a1, a2).
+
+    Changes nothing.
+    """
     kn, ks, mu, _, c, ft, fc, _ = peak
     mu, c, ft = mu + damage * fall[0], c + damage * fall[2], ft + damage * fall[3]
-    n = min(max(kn * (lift - w), -ft), kn * fc)
+    reach = ft + damage * fall[6]
+    n = min(tension(kn * (lift - w), ft, reach), kn * fc)
     trial = ks * np.sqrt(a1 * a1 + a2 * a2)
     ratio = min(max(c + mu * n, 0.0) / max(trial, 1e-300), 1.0)
-    return ks * ratio * a1, ks * ratio * a2, n, ft
+    t1, t2 = ks * ratio * a1, ks * ratio * a2
+    pressed = max(n, 0.0)
+    held = stored(max(kn * (w - lift), 0.0), ft, reach, kn)
+    return t1, t2, n, 0.5 * (pressed * pressed / kn + (t1 * t1 + t2 * t2) / ks) + held
 
 
 @kernel(forceinline=True)
@@ -94,9 +126,10 @@ def return_map(
     a1, a2 = slip_1 - e1, slip_2 - e2
     trial = ks * np.sqrt(a1 * a1 + a2 * a2)
     n0 = kn * (lift - w)
-    held = ft
+    held = reached = reach = ft
     if fall is not None:
         held = ft + damage * fall[3]
+        reached = held + damage * fall[6]
     if brake is None:
         total, pressed = trial, n0
     else:
@@ -109,30 +142,42 @@ def return_map(
         pressed = n0 - z * kn * r3
     if fall is not None:
         mu0, dil0, c0, ft0 = mu, dil, c, ft
-        mu1, dil1, c1, ft1, soften = fall
+        mu1, dil1, c1, ft1, by_opening, by_slip, secant = fall
         # damage by opening beyond the tension cut-off (not cumulative), then by slip (cumulative)
-        h = min(max(damage, soften * max(-n0 - held, 0.0) / kn), 1.0)
-        bears = c0 + h * c1 + (mu0 + h * mu1) * max(pressed, -(ft0 + h * ft1))
+        h = min(max(damage, by_opening * max(-n0 - held, 0.0) / kn), 1.0)
+        pulled = tension(pressed, ft0 + h * ft1, ft0 + h * ft1 + h * secant)
+        bears = c0 + h * c1 + (mu0 + h * mu1) * pulled
         # beyond the apex there is no shear strength that slip could break: the least shear would do
         beyond = max(total - bears, 0.0) / stiffer if bears >= 0.0 else 0.0
-        h = min(h + soften * beyond * inv_ks, 1.0)
+        h = min(h + by_slip * beyond * inv_ks, 1.0)
         mu, dil, c, ft = mu0 + h * mu1, dil0 + h * dil1, c0 + h * c1, ft0 + h * ft1
+        reach = ft + h * secant
     new = lift
     if lifts:
-        # dilation in a closed joint, consistent with the friction it mobilises; crushing closes what exceeds fc
-        over = max(total - c - mu * pressed, 0.0)
-        # at the apex too: an open point keeps the opening that goes with its slip, and is pressed if it slides more
-        apart = min(dil * max(trial - max(c - mu * ft, 0.0), 0.0) * inv_ks, max(w - ft / kn - lift, 0.0))
         if brake is None:
-            flow = dil / (ks + kn * mu * dil)
-            # beyond the apex all of the shear slips and no more
-            rise = min(flow * over, dil * trial * inv_ks)
-        else:
-            rise = min(dil * over / (stiffer * (ks + kn * mu * dil)), dil * total * inv_ks / stiffer)
-        grow = rise if n0 + kn * rise > -ft else apart
-        grow = min(grow, max(highest - lift, 0.0))
-        new = min(lift + grow, w + fc)
+            b1, b2, stiffer = ks * a1, ks * a2, 1.0
+        # dilation follows the sense of slip: what part of it leads away from where the point was made
+        before = np.sqrt(slip_1 * slip_1 + slip_2 * slip_2)
+        outward = -(slip_1 * b1 + slip_2 * b2) / max(before * total, 1e-300) if before > 0.0 else 1.0
+        farthest = highest / max(peak[3], 1e-300)
+        outward = outward if before < farthest else 0.0
+        rate = dil * outward
+        # in a closed joint consistent with the friction it mobilises: sliding back takes pressure and with it friction
+        over = max(total - c - mu * pressed, 0.0) / (stiffer * max(ks + kn * mu * rate, 0.1 * ks))
+        # beyond the apex all of the shear slips and no more
+        rise = rate * min(over, total * inv_ks / stiffer)
+        # at the apex too: an open point keeps the opening that goes with its slip, and is pressed if it slides more
+        wide = rate * max(trial - max(c - mu * ft, 0.0), 0.0) * inv_ks
+        apart = min(wide, max(w - reach / kn - lift, 0.0))
+        closed = n0 + kn * rise > -ft
+        grow = rise if closed else apart
+        short = 0.0 if closed else apart - wide
+        # crushing closes what exceeds fc; a contact found anew does not dilate beyond what its joint can
+        most = min(max(highest, lift), w + fc)
+        new = min(lift + grow, most)
         n = max(kn * (new - w), -ft)
+        if fall is not None:
+            n = tension(kn * (new - w), ft, reach)
     else:
         n = max(n0, -ft)
     spring = n
@@ -157,12 +202,17 @@ def return_map(
         # force of the dashpots times the rate of the elastic part
         s1, s2 = r1 + g1 * per_dt, r2 + g2 * per_dt
         braked = z * ks * (s1 * s1 + s2 * s2) + z3 * ((new - lift) * per_dt - r3)
+    new_1, new_2 = slip_1 - g1, slip_2 - g2
+    if lifts:
+        # the lift ends with the slip, where that turns, passes its start or the farthest too
+        after = np.sqrt(new_1 * new_1 + new_2 * new_2)
+        new = min(lift + short + dil * (min(after, farthest) - min(before, farthest)), most)
     if fall is None:
-        return q1, q2, n, slip_1 - g1, slip_2 - g2, new, damage, rubbed, raised, braked, 0.0
+        return q1, q2, n, new_1, new_2, new, damage, rubbed, raised, braked, 0.0
     # what damage releases at this opening and slip: stored energy under the strength before less that under the new
     pull = max(-n0, 0.0)
-    before, after = min(pull, held), min(pull, ft)
-    drop = min(trial, max(c0 + damage * c1 + (mu0 + damage * mu1) * max(n0, -held), 0.0)) - max(c + mu * spring, 0.0)
+    bore = c0 + damage * c1 + (mu0 + damage * mu1) * tension(n0, held, reached)
+    drop = min(trial, max(bore, 0.0)) - max(c + mu * spring, 0.0)
     drop = max(drop, 0.0) if h > damage else 0.0
-    broken = ((before - after) * pull - 0.5 * (before * before - after * after)) / kn + 0.5 * drop * drop * inv_ks
-    return q1, q2, n, slip_1 - g1, slip_2 - g2, new, h, rubbed, raised, braked, broken
+    broken = stored(pull, held, reached, kn) - stored(pull, ft, reach, kn) + 0.5 * drop * drop * inv_ks
+    return q1, q2, n, new_1, new_2, new, h, rubbed, raised, braked, broken

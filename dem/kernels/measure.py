@@ -45,12 +45,10 @@ def measure(points, joints, bodies, position, force, opening, slip):
             e2 = d[1] + g[2] * x + g[3] * y
             e3 = d[2] + g[4] * x + g[5] * y
             w = e3 + points.gap[k]
-            t1, t2, n, ft = stress(w, points.slip_1[k] - e1, points.slip_2[k] - e2, points.lift[k], h, peak, fall)
+            t1, t2, n, elastic = stress(w, points.slip_1[k] - e1, points.slip_2[k] - e2, points.lift[k], h, peak, fall)
             opening[k] = w - points.lift[k]
             slip[k, 0], slip[k, 1] = e1, e2
-            # tension at its cut-off is a constant force: it gives back what it took
-            more = max(w - points.lift[k] - ft / kn, 0.0)
-            energy += points.area[k] * (0.5 * (n * n / kn + (t1 * t1 + t2 * t2) / ks) + ft * more)
+            energy += points.area[k] * elastic
             px, py = x + e1, y + e2
             for r in range(3):
                 force[k, r] = points.area[k] * (axes[0][r] * t1 + axes[1][r] * t2 + axes[2][r] * n)

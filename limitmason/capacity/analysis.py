@@ -13,7 +13,7 @@ from limitmason.capacity import path, stepping
 from limitmason.capacity.certificate import Balance, StepCertificate, Structure, certify, equilibrium
 from limitmason.capacity.kinematics import Pose, at_rest, make_bodies
 from limitmason.capacity.path import Steps
-from limitmason.capacity.point_law import Elastic
+from limitmason.capacity.point_law import Elastic, History, slid_back
 from limitmason.capacity.result import Energy, PushoverCurve, state_of
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.system import System
@@ -143,11 +143,10 @@ def _refuse(assembly: Assembly, loads: Loads) -> None:
                 f"the joint between {names[0]!r} and {names[1]!r} crushes (compressive_strength): pushover does not "
                 "follow crushing; leave it out or use method 'dem'"
             )
-        residual = (j.residual_friction_angle_deg, j.residual_cohesion, j.residual_tensile_strength)
-        if any(v is not None for v in residual):
+        if j.softens:
             raise NotApplicable(
-                f"the joint between {names[0]!r} and {names[1]!r} softens (residual values): pushover follows "
-                "perfectly plastic joints only; leave them out or use method 'dem'"
+                f"the joint between {names[0]!r} and {names[1]!r} softens (residual values or fracture energies): "
+                "pushover follows perfectly plastic joints only; leave them out or use method 'dem'"
             )
     if assembly.fixed.all():
         raise InputError("every block is held: there is nothing to push")
@@ -280,6 +279,16 @@ def _curve(
             warnings.append(
                 f"from sample {k} on {a!r} and {b!r} have slid by more than {WANDERED:g} of their joint: contacts are "
                 "not found anew, and the curve beyond is that of the first contacts"
+            )
+            break
+    for k, s in enumerate(states):
+        back = np.flatnonzero(slid_back(structure.law.tan_psi, History(s.slip, s.lift)))
+        if len(back):
+            p, blocks = structure.points, structure.assembly.blocks
+            a, b = blocks[p.block_a[back[0]]].name, blocks[p.block_b[back[0]]].name
+            warnings.append(
+                f"from sample {k} on {a!r} and {b!r} slide back, or round a bend: the curve keeps the lift of "
+                "dilation, which the DEM gives back; quote it up to there, or set dilatancy_angle_deg to 0"
             )
             break
     curve = PushoverCurve(

@@ -2,8 +2,9 @@
 
 N = kn (lift - w), T = ks (slip - e), N >= -t, |T| <= c + tan(phi) N; slip by p lifts by tan(psi) p. Stresses [Pa],
 compression positive. A finite step returns to the cone wherever kn (lift + flow over - w) > -t and to its apex
-otherwise, which for small steps is the DEM's rule; the lift follows the slip at the apex too. Perfectly plastic;
-tension beyond t opens the joint and leaves no plastic opening.
+otherwise, which for small steps is the DEM's rule; the lift follows the slip at the apex too. Slip lifts whichever way
+it leads: where a joint slides back the DEM gives the lift back, and the curve warns (:func:`slid_back`). Perfectly
+plastic; tension beyond t opens the joint and leaves no plastic opening.
 """
 
 from typing import NamedTuple
@@ -87,3 +88,14 @@ def return_map(law: Elastic, old: History, displacement: Array) -> Returned:
     for k in range(c):
         tangent[:, k, k] += floor
     return Returned(np.column_stack([normal, held[:, None] * along]), history, tangent)
+
+
+def slid_back(tan_psi: Array, history: History) -> NDArray[np.bool_]:
+    """Points whose lift is more than goes with their distance from the start, tan(psi) |slip|, by a hundredth of it.
+
+    Parameters
+    ----------
+    tan_psi : shape (m,)
+    """
+    away = tan_psi * np.linalg.norm(history.slip, axis=1)
+    return history.lift - away > 0.01 * max(float(np.abs(history.lift).max(initial=0.0)), 1e-300)

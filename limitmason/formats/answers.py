@@ -37,7 +37,7 @@ UNITS = {
 _KEYS = (
     "schema", "version", "units", "method", "collapse_multiplier", "bound", "bound_kind", "status", "warnings",
     "certificate", "blocks", "mechanism", "resultants", "provenance", "details", "flow_rule", "contact_model", "plane",
-    "stress_block", "governing", "error_budget", "range",
+    "stress_block", "governing", "error_budget", "range", "lost_in_failure",
 )  # fmt: skip
 
 
@@ -75,6 +75,7 @@ def write_prediction(path: str | Path, prediction: Prediction, *, assembly: Asse
         "plane": prediction.plane, "stress_block": prediction.stress_block, "governing": prediction.governing,
         "error_budget": plain(prediction.error_budget, "error_budget", strict=False),
         "range": plain(prediction.range._asdict(), "range"),
+        "lost_in_failure": list(prediction.lost_in_failure),
     }  # fmt: skip
     document["provenance"] = plain(prediction.provenance, "provenance", strict=False)
     document["details"] = plain(prediction.details, "details", strict=False)
@@ -153,6 +154,8 @@ def _typed(node: Node) -> dict[str, Any]:
         out["governing"] = node["governing"].text() if node["governing"].value else ""
     if "error_budget" in node:
         out["error_budget"] = restored(node["error_budget"].mapping())
+    if "lost_in_failure" in node:
+        out["lost_in_failure"] = tuple(w.text() for w in node["lost_in_failure"])
     if "range" in node:
         part = node["range"]
         part.mapping(Range._fields)

@@ -10,6 +10,7 @@ from limitmason.formats.document import Node
 from limitmason.model import Assembly, Joint, Loads, Support
 
 _LAW_KEYS = tuple(f.name for f in fields(Joint))
+_LAW_WORDS = ("name", "lost_by", "unloading")
 _PIECE_KEYS = ("vertices", "faces")
 _LOAD_KEYS = (
     "name", "dead", "live", "horizontal", "body_force", "tilting", "point_loads", "pressures", "precompression",
@@ -55,7 +56,7 @@ def joint_of(node: Node) -> Joint:
     """A joint law from its fields."""
     node.mapping((*_LAW_KEYS, "friction_coefficient"))
     given = [(k, v) for k, v in node.items() if v.value is not None and not k.startswith("_")]
-    values: dict[str, Any] = {k: v.text() if k == "name" else v.number() for k, v in given}
+    values: dict[str, Any] = {k: v.text() if k in _LAW_WORDS else v.number() for k, v in given}
     if ("friction_angle_deg" in values) == ("friction_coefficient" in values):
         raise node.error("give exactly one of 'friction_angle_deg' and 'friction_coefficient'")
     try:

@@ -5,7 +5,7 @@ from limitmason.model.assembly import Assembly, ContactError
 from limitmason.model.block import Block
 from limitmason.model.detection import ContactWarning
 from limitmason.model.interface import Interface
-from limitmason.model.joint import Joint
+from limitmason.model.joint import Joint, LostBy, Unloading
 from limitmason.model.load import Loads
 from limitmason.model.plausibility import PlausibilityWarning
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
@@ -20,6 +20,8 @@ __all__ = [
     "Interface",
     "Joint",
     "Loads",
+    "LostBy",
     "PlausibilityWarning",
     "Support",
+    "Unloading",
 ]

@@ -2,10 +2,29 @@
 
 import math
 from dataclasses import dataclass, fields
+from enum import StrEnum
 from typing import Any
 
 from limitmason.errors import InputError
 from limitmason.model.plausibility import given_as_coefficient, warn_of_joint
+
+
+class LostBy(StrEnum):
+    """What brings a point of a joint from its peak to its residual values."""
+
+    OPENING_OR_SLIP = "opening or slip"
+    OPENING = "opening"
+    NOTHING = "nothing"
+
+
+class Unloading(StrEnum):
+    """How a point that has lost tensile strength closes again."""
+
+    ELASTIC = "elastic"
+    SECANT = "secant"
+
+
+_CHOICES: dict[str, type[StrEnum]] = {"lost_by": LostBy, "unloading": Unloading}
 
 
 @dataclass(frozen=True)
@@ -24,8 +43,17 @@ class Joint:
     compressive_strength : fc [Pa], infinite by default
     normal_stiffness, shear_stiffness : kn, ks [Pa/m]; needed by the DEM only
     residual_friction_angle_deg, residual_cohesion, residual_tensile_strength : values after failure [deg], [Pa];
-        None keeps the peak value (perfect plasticity)
+        None keeps the peak value (perfect plasticity), or is 0 where the fracture energy is named
     name : label shown in tables
+    lost_by : what takes a point to its residual values: "opening or slip", "opening" (a joint that slides keeps its
+        cohesion) or "nothing" (they are never reached)
+    fracture_energy_tension, fracture_energy_shear : GfI, GfII [J/m2], areas under the curves of tension against
+        opening and, above the residual shear, of shear against plastic slip under constant N, which fall linearly:
+        ft is lost over 2 GfI / (ft - ft_r), c over 2 GfII / (c - c_r). One damage goes with both, so that a joint which
+        has lost all of its tension has no cohesion left, and phi and psi go with it. None is a sudden drop, or
+        ``softening_slip`` of the DEM's options
+    unloading : in tension of a point that has lost a part of ft over an opening: "elastic" keeps kn, "secant" goes
+        straight to the origin, so that cycles lose stiffness. In shear a joint unloads with ks
 
     Raises
     ------
@@ -49,6 +77,10 @@ class Joint:
     residual_cohesion: float | None = None
     residual_tensile_strength: float | None = None
     name: str = ""
+    lost_by: LostBy = LostBy.OPENING_OR_SLIP
+    fracture_energy_tension: float | None = None
+    fracture_energy_shear: float | None = None
+    unloading: Unloading = Unloading.ELASTIC
 
     def __repr__(self) -> str:
         """What is not the default."""
@@ -61,6 +93,13 @@ class Joint:
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name == "name" or value is None:
+                continue
+            if field.name in _CHOICES:
+                choices = _CHOICES[field.name]
+                if value not in tuple(choices):
+                    known = ", ".join(repr(str(c)) for c in choices)
+                    raise InputError(f"{label}: {field.name} must be one of {known}, got {value!r}")
+                object.__setattr__(self, field.name, choices(value))
                 continue
             if isinstance(value, bool) or (not isinstance(value, (int, float)) and not hasattr(value, "__float__")):
                 raise InputError(f"{label}: {field.name} must be a number, got {value!r}")
@@ -81,7 +120,23 @@ class Joint:
             raise InputError(f"{label}: compressive_strength must be positive (infinite when crushing is left out)")
         if self.residual_friction_angle_deg is not None and self.residual_friction_angle_deg >= 90.0:
             raise InputError(f"{label}: residual_friction_angle_deg must be below 90 degrees")
+        self._check_energies(label)
         warn_of_joint(self, label)
+
+    def _check_energies(self, label: str) -> None:
+        """Refuse fracture energies that nothing can spend."""
+        for field, strength in (("fracture_energy_tension", "tensile_strength"), ("fracture_energy_shear", "cohesion")):
+            energy, rest = getattr(self, field), getattr(self, f"residual_{strength}")
+            if energy is None:
+                continue
+            if self.lost_by is LostBy.NOTHING:
+                raise InputError(f"{label}: {field} is given, but lost_by='nothing' never spends it")
+            if self.lost_by is LostBy.OPENING and field == "fracture_energy_shear":
+                raise InputError(f"{label}: {field} is given, but lost_by='opening' loses nothing by slip")
+            if energy == 0.0:
+                raise InputError(f"{label}: {field} must be positive; leave it out for a sudden drop")
+            if not getattr(self, strength) > (rest or 0.0):
+                raise InputError(f"{label}: {field} is given, but {strength} has nothing to lose: raise it")
 
     @classmethod
     def from_friction_coefficient(cls, coefficient: float, **options: Any) -> "Joint":
@@ -103,9 +158,12 @@ class Joint:
 
     @property
     def softens(self) -> bool:
-        """Whether it names a residual value."""
-        residual = (self.residual_friction_angle_deg, self.residual_cohesion, self.residual_tensile_strength)
-        return any(value is not None for value in residual)
+        """Whether it names a residual value or a fracture energy, and something takes it there."""
+        named = (
+            self.residual_friction_angle_deg, self.residual_cohesion, self.residual_tensile_strength,
+            self.fracture_energy_tension, self.fracture_energy_shear,
+        )  # fmt: skip
+        return self.lost_by is not LostBy.NOTHING and any(value is not None for value in named)
 
     @property
     def is_cohesionless(self) -> bool:

@@ -130,8 +130,9 @@ def test_small_steps_come_to_the_same_as_the_dem_kernel():
     law = Elastic(PointLaw(mu * one, dil * one, cohesion * one, tension * one, np.inf * one), kn * one, ks * one)
     old = History(np.zeros((1, 2)), np.zeros(1))
     s = np.linspace(0.0, 1.0, 4001)
-    # pressed, slid round a bend, pulled open while sliding, and closed again
-    way = np.column_stack([0.5 * np.sin(3.0 * s), 0.4 * s**2, -0.3 + 0.9 * np.sin(2.5 * s)])
+    # pressed, slid away on a line, pulled open while sliding, and closed again; where slip turns or comes back the lift
+    # of the DEM follows it and that of a path stays, which the path says
+    way = np.column_stack([0.5 * s, 0.4 * s, -0.3 + 0.9 * np.sin(2.5 * s)])
     worst = 0.0
     for e1, e2, w in way:
         found = return_map(law, old, np.array([[w, e1, e2]]))
@@ -139,3 +140,17 @@ def test_small_steps_come_to_the_same_as_the_dem_kernel():
         dem = scan((e1, e2, w), row, points)
         worst = max(worst, np.abs(found.stress[0] - [dem[2], dem[0], dem[1]]).max())
     assert worst < 1e-3
+
+
+def test_a_point_that_slides_back_is_seen():
+    from limitmason.capacity.point_law import slid_back
+
+    one = np.ones(1)
+    law = Elastic(PointLaw(0.6 * one, 0.3 * one, 0.0 * one, 0.0 * one, np.inf * one), 2.0 * one, 3.0 * one)
+    old, seen = History(np.zeros((1, 2)), np.zeros(1)), []
+    for e in [*np.linspace(0.0, 1.0, 21), *np.linspace(1.0, 0.0, 21)]:
+        old = return_map(law, old, np.array([[-0.3, e, 0.0]])).history
+        seen.append(bool(slid_back(law.strength.tan_psi, old)[0]))
+    assert not any(seen[:21])
+    assert seen[-1]
+    assert old.lift[0] > 0.3  # kept and grown on the way back, where the DEM ends without

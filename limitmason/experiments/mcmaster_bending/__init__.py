@@ -111,8 +111,10 @@ def assembly(test: Experiment) -> Assembly:
     # never quite vertical: contact grids find the thickness across the horizontal part of the axis
     angle = np.deg2rad(min(float(p["orientation"]), 89.9))
     axis = np.array([np.cos(angle), 0.0, np.sin(angle)])
-    brittle = {"residual_cohesion": 0.0, "residual_tensile_strength": 0.0} if o["residual"] == "none" else {}
-    stiffness = {
+    brittle: dict[str, Any] = {}
+    if o["residual"] == "none":
+        brittle = {"residual_cohesion": 0.0, "residual_tensile_strength": 0.0}
+    stiffness: dict[str, Any] = {
         "normal_stiffness": float(p["normal stiffness"]) * 1e9,
         "shear_stiffness": float(p["tangential stiffness"]) * 1e9,
     }

@@ -139,7 +139,7 @@ def assembly(test: Experiment) -> Assembly:
     """Facade along x with its outer face at y = 0, side walls towards +y, on a slab."""
     p, o = test.parameters, test.options
     mortar = bool(p["cohesion"])
-    after = {
+    after: dict[str, Any] = {
         "cohesion": {"residual_tensile_strength": 0.0},
         "none": {"residual_cohesion": 0.0, "residual_tensile_strength": 0.0},
         "full": {},

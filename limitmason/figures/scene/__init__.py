@@ -200,7 +200,7 @@ def _solids(model: Assembly) -> dict[str, Any]:
                 lines += [edge.start, edge.end]
                 line_owner += [i, i]
     low, high = free_bounds(model)
-    mass = [b.mass for b in model.blocks]
+    heavy = [f"{b.mass:.4g} kg" for b in model.blocks]
     return {
         "vertices": _text(corners),
         "normals": _text(normals),
@@ -209,7 +209,7 @@ def _solids(model: Assembly) -> dict[str, Any]:
         "line_owner": _text(line_owner),
         "centroids": _text(model.centroids),
         "names": [b.name or f"block {i}" for i, b in enumerate(model.blocks)],
-        "notes": [f"{m:.4g} kg{', held' if h else ''}" for m, h in zip(mass, model.held.any(axis=1), strict=True)],
+        "notes": [f"{m}, held" if model.held[i].any() else m for i, m in enumerate(heavy)],
         "held": [bool(h) for h in model.fixed],
         "size": float(np.linalg.norm(high - low)),
         "centre": [float(v) for v in 0.5 * (low + high)],
