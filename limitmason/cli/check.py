@@ -10,8 +10,6 @@ from limitmason.cli.console import figure_file, load_target, say, show_text
 from limitmason.errors import InputError
 from limitmason.model import Assembly, ContactError, ContactWarning, PlausibilityWarning
 
-_DRAWINGS = (".dxf", ".obj")
-
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``check``."""
@@ -60,14 +58,14 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _loaded(options: argparse.Namespace) -> tuple[Assembly, str]:
+    from limitmason import formats
+
     path = Path(options.target)
-    if path.suffix.lower() not in _DRAWINGS:
+    if path.suffix.lower() not in formats.DRAWINGS:
         for name in ("tolerance", "thickness", "scale"):
             if getattr(options, name) is not None:
                 raise InputError(f"--{name} is for drawings (.dxf, .obj); a model holds its own")
         assembly, _, title = load_target(options.target, needs_live_load=False)
         return assembly, title
-    from limitmason import formats
-
     settings = {"tolerance": options.tolerance, "thickness": options.thickness, "scale": options.scale}
     return formats.read_drawing(path, **settings), path.stem

@@ -10,6 +10,7 @@ from pathlib import Path
 from limitmason.errors import InputError
 from limitmason.methods import ASSOCIATIVE, LIMIT, NON_ASSOCIATIVE, available_methods
 from limitmason.model.assembly import Assembly
+from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
 from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED, Prediction
 
@@ -47,28 +48,72 @@ def writable(text: str) -> Path:
     return path
 
 
-def load_target(target: str, *, needs_live_load: bool = True) -> tuple[Assembly, Loads, str]:
-    """Assembly, loads and title of a model file or a packaged experiment."""
+def load_target(
+    target: str, drawing: argparse.Namespace | None = None, *, needs_live_load: bool = True
+) -> tuple[Assembly, Loads, str]:
+    """Assembly, loads and title of a model file, a packaged experiment or a drawing with its options."""
     path = Path(target)
     if path.exists() or path.suffix.lower() in (".json", ".obj", ".dxf"):
         from limitmason import formats
 
-        if path.suffix.lower() in (".obj", ".dxf"):
-            raise InputError(
-                f"{path} holds geometry alone: read it with limitmason.formats in a script, give thickness, joints and "
-                "loads, and write the model as .json (see examples/traced_drawing.py)"
-            )
+        if path.suffix.lower() in formats.DRAWINGS:
+            return _drawing(path, drawing)
+        if drawing is not None:
+            refuse(drawing, DRAWING, "by a model file, which holds its own")
         model = formats.read_json(path)
         if needs_live_load and not model.loads.live.any():
             raise InputError(f"{path}: the file holds no live load; add a 'loads' entry, see `limitmason template`")
         return model.assembly, model.loads, path.stem
     from limitmason import experiments
 
+    if drawing is not None:
+        refuse(drawing, DRAWING, "by an experiment, which holds its own")
     source, slash, specimen = target.partition("/")
     if not slash:
         raise InputError(f"{target!r} is neither a file nor SOURCE/SPECIMEN; see `limitmason experiments list`")
     test = experiments.load(source, specimen)
     return test.assembly(), test.loads(), f"{source} {specimen}"
+
+
+DRAWING = ("thickness", "friction", "density", "tilt", "held", "scale", "gap")
+"""Options that a drawing needs besides its outlines."""
+
+_TILTS = {"x": "x", "left": "-x", "y": "y", "front": "-y"}  # a shell takes -x for an option
+
+
+def drawing_options(parser: argparse.ArgumentParser) -> None:
+    """Add what a drawing does not hold: thickness, joints, weight, loads, supports; None unless typed."""
+    group = parser.add_argument_group("drawings only (.dxf, .obj)")
+    group.add_argument("--thickness", type=float, metavar="M", help="of the wall over the outlines of a .dxf [m]")
+    group.add_argument("--friction", type=float, metavar="DEG", help="friction angle of every joint [deg]")
+    group.add_argument("--density", type=float, metavar="KG_M3", help="of every block; default: 2000 kg/m3")
+    group.add_argument("--tilt", choices=tuple(_TILTS), help="direction of the live load: x (right), left (against x), "
+                       "y (away from the viewer), front; default: x")  # fmt: skip
+    group.add_argument("--held", nargs="+", metavar="NAME", help="held blocks; default: a layer named support, base or "
+                       "ground, else the stones that reach down to the lowest level")  # fmt: skip
+    group.add_argument("--scale", type=float, metavar="M", help="metres per unit of the drawing; default: the file's")
+    group.add_argument("--gap", type=float, metavar="M", help="close gaps between outlines up to this length first [m]")
+
+
+def _drawing(path: Path, options: argparse.Namespace | None) -> tuple[Assembly, Loads, str]:
+    from limitmason import formats
+
+    if options is None or options.friction is None:
+        raise InputError(
+            f"{path} holds geometry alone: `limitmason solve {path.name} --thickness 0.4 --friction 33 --tilt x` "
+            "solves it; for more than one joint or load write a script (examples/traced_drawing.py)"
+        )
+    settings = {
+        "thickness": options.thickness, "density": options.density, "tilt": _TILTS.get(options.tilt),
+        "fixed": options.held, "scale": options.scale, "gap": options.gap,
+    }  # fmt: skip
+    given = {k: v for k, v in settings.items() if v is not None}
+    model = formats.model_of_drawing(path, joint=Joint(options.friction), **given)
+    if model.cleaned is not None:
+        say(str(model.cleaned))
+    for text in model.assumed:
+        say(f"assumed: {text}")
+    return model.assembly, model.loads, path.stem
 
 
 def report(prediction: Prediction, assembly: Assembly | None = None) -> int:

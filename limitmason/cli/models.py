@@ -8,6 +8,7 @@ from pathlib import Path
 from limitmason.cli.console import (
     ANALYSIS,
     analysis_options,
+    drawing_options,
     figure_file,
     load_target,
     method_of,
@@ -31,6 +32,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     solve.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the mechanism (.png, .pdf, .svg)")
     solve.add_argument("--vtu", type=writable, metavar="FILE", help="write blocks and mechanism for ParaView")
     analysis_options(solve)
+    drawing_options(solve)
     solve.set_defaults(run=_solve)
 
     figure = commands.add_parser("figure", help="draw an assembly, its mechanism or its contact forces")
@@ -40,6 +42,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     figure.add_argument("--view", choices=("auto", "elevation", "3d"), default="auto")
     figure.add_argument("--dpi", type=int, default=200)
     analysis_options(figure)
+    drawing_options(figure)
     figure.set_defaults(run=_figure)
 
     template = commands.add_parser("template", help="write a small model file to edit")
@@ -48,7 +51,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _solve(options: argparse.Namespace) -> int:
-    assembly, loads, title = load_target(options.target)
+    assembly, loads, title = load_target(options.target, options)
     say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces, {loads.name}")
     prediction = predict(assembly, loads, method_of(options), **settings_of(options))
     status = report(prediction, assembly)
@@ -66,7 +69,7 @@ def _solve(options: argparse.Namespace) -> int:
 
 
 def _figure(options: argparse.Namespace) -> int:
-    assembly, loads, title = load_target(options.target)
+    assembly, loads, title = load_target(options.target, options)
     output = options.output or Path(f"{options.kind}.png")
     if options.kind == "assembly":
         refuse(options, ("method", *ANALYSIS), "by `figure assembly`, which analyses nothing")

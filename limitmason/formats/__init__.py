@@ -9,21 +9,27 @@ from typing import Any
 from limitmason.errors import InputError
 from limitmason.experiments.measured_table import MeasuredTable, read_measured, write_measured
 from limitmason.formats.answers import read_prediction, write_prediction
-from limitmason.formats.drawing import read_drawing
+from limitmason.formats.drawing import DRAWINGS, DrawingModel, model_of_drawing, read_drawing
 from limitmason.formats.dxf import Outlines, read_dxf
 from limitmason.formats.native import Model, read_json, write_json
 from limitmason.formats.obj import Solids, read_obj, write_obj
 from limitmason.formats.pvd import write_pvd
 from limitmason.formats.template import write_model_template
+from limitmason.formats.tracing import Cleaned, clean
 from limitmason.formats.vtu import write_vtu
 from limitmason.model import Assembly, Loads
 from limitmason.results import Prediction
 
 __all__ = [
+    "DRAWINGS",
+    "Cleaned",
+    "DrawingModel",
     "MeasuredTable",
     "Model",
     "Outlines",
     "Solids",
+    "clean",
+    "model_of_drawing",
     "read",
     "read_drawing",
     "read_dxf",

@@ -1,13 +1,38 @@
-"""Drawings as assemblies: outlines of a .dxf made prisms, solids of an .obj as they are."""
+"""Drawings as assemblies: outlines of a .dxf made prisms, solids of an .obj as they are; layers say what a block is."""
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from limitmason.errors import InputError
 from limitmason.formats.dxf import read_dxf
 from limitmason.formats.obj import read_obj
-from limitmason.model import Assembly, Joint
+from limitmason.formats.tracing import Cleaned, clean
+from limitmason.model import Assembly, Joint, Loads, Support
 
 DRAWINGS = (".dxf", ".obj")
+
+SUPPORTS = ("support", "supports", "base", "ground", "fixed", "foundation")
+"""Layers whose blocks are held, in upper and lower case alike."""
+
+OPENINGS = ("opening", "openings", "window", "windows", "door", "doors", "ignore")
+"""Layers whose outlines are no blocks."""
+
+LOWEST = "lowest"
+"""Hold the stones that reach down to the lowest level of the drawing."""
+
+DIRECTIONS = {"x": (1.0, 0.0, 0.0), "-x": (-1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "-y": (0.0, -1.0, 0.0)}
+
+
+class DrawingModel(NamedTuple):
+    """A drawing ready to be solved: assembly, loads, what was assumed, and what was moved to close gaps."""
+
+    assembly: Assembly
+    loads: Loads
+    assumed: tuple[str, ...]
+    cleaned: Cleaned | None
 
 
 def read_drawing(
@@ -15,34 +40,107 @@ def read_drawing(
     *,
     joint: Joint | None = None,
     thickness: float | None = None,
+    density: float = 2000.0,
     scale: float | None = None,
     tolerance: float | None = None,
+    gap: float | None = None,
 ) -> Assembly:
-    """Blocks of a drawing and their contacts, without supports.
+    """Blocks of a drawing and their contacts; held are those of a layer of :data:`SUPPORTS` alone.
 
     Parameters
     ----------
-    path : .dxf (closed outlines, x and z) or .obj (solids)
+    path : .dxf (outlines, x and z) or .obj (solids)
     joint : of every contact; where omitted one of 30 degrees, which is enough to look for contacts
     thickness : of the prisms over the outlines of a .dxf [m]; 1 m where omitted
+    density : of all blocks [kg/m3]
     scale : metres per unit of the drawing; that of the file, or 1
     tolerance : gap or overlap up to which faces touch [m]; see :meth:`limitmason.Assembly.from_polyhedra`
+    gap : close gaps of a .dxf up to this length first [m], see :func:`limitmason.formats.clean`; none are closed where
+        omitted
 
     Raises
     ------
     InputError
-        For another kind of file, for a thickness of solids, which have their own, and as the readers do.
+        For another kind of file, for a thickness or gap of solids, which have their own, and as the readers do.
+    """
+    law = Joint(30.0) if joint is None else joint
+    return _read(Path(path), law, thickness, density, scale, tolerance, gap)[0]
+
+
+def model_of_drawing(
+    path: str | Path,
+    *,
+    joint: Joint,
+    thickness: float | None = None,
+    density: float = 2000.0,
+    tilt: str = "x",
+    fixed: Sequence[str] | str = LOWEST,
+    scale: float | None = None,
+    tolerance: float | None = None,
+    gap: float | None = None,
+) -> DrawingModel:
+    """A drawing with supports and loads: own weight, and the same weights sideways as live load.
+
+    Parameters
+    ----------
+    path, joint, density, scale, tolerance, gap : as for :func:`read_drawing`
+    thickness : of the prisms over the outlines of a .dxf [m]; has to be given for them
+    tilt : "x", "-x", "y" or "-y": direction of the live load
+    fixed : names of the held blocks; "lowest" holds those of the layers :data:`SUPPORTS`, and where there are none the
+        stones that reach down to the lowest level
+
+    Raises
+    ------
+    InputError
+        As :func:`read_drawing`, for a .dxf without thickness, and for a direction or a block that there is not.
     """
     path = Path(path)
+    if path.suffix.lower() == ".dxf" and thickness is None:
+        raise InputError(f"{path} holds outlines: give the thickness of the wall [m]")
+    if tilt not in DIRECTIONS:
+        raise InputError(f"tilt must be one of {', '.join(DIRECTIONS)}, got {tilt!r}")
+    assembly, cleaned = _read(path, joint, thickness, density, scale, tolerance, gap)
+    assumed = [f"density {density:g} kg/m3 for all blocks", f"every joint: {joint}"]
+    if fixed != LOWEST:
+        assembly = assembly.with_supports(Support.fixed(n) for n in ([fixed] if isinstance(fixed, str) else fixed))
+    elif not assembly.fixed.any():
+        low = np.array([b.bounds[0, 2] for b in assembly.blocks])
+        height = float(np.ptp([b.bounds[:, 2] for b in assembly.blocks]))
+        held = [b.name for b, z in zip(assembly.blocks, low, strict=True) if z < low.min() + 0.01 * height]
+        assembly = assembly.with_supports(Support.fixed(n) for n in held)
+        assumed.append(
+            f"held: {', '.join(held[:6])}{' ...' if len(held) > 6 else ''}, which reach down to the lowest level (a "
+            f"layer named {SUPPORTS[0]!r} says otherwise)"
+        )
+    return DrawingModel(assembly, Loads.horizontal(assembly, DIRECTIONS[tilt]), tuple(assumed), cleaned)
+
+
+def _read(
+    path: Path, law: Joint, thickness: float | None, density: float, scale: float | None, tolerance: float | None,
+    gap: float | None,
+) -> tuple[Assembly, Cleaned | None]:  # fmt: skip
     suffix = path.suffix.lower()
     if suffix not in DRAWINGS:
         raise InputError(f"{path}: a drawing ends in {' or '.join(DRAWINGS)}, this in {suffix or 'nothing'}")
-    law = Joint(30.0) if joint is None else joint
+    given: dict[str, Any] = {"joint": law, "density": density, "tolerance": tolerance}
     if suffix == ".obj":
-        if thickness is not None:
-            raise InputError(f"{path}: thickness is for .dxf outlines; solids have their own")
+        for name, value in (("thickness", thickness), ("gap", gap)):
+            if value is not None:
+                raise InputError(f"{path}: {name} is for .dxf outlines; solids have their own")
         solids, names = read_obj(path) if scale is None else read_obj(path, scale=scale)
-        return Assembly.from_polyhedra(solids, names=names, joint=law, tolerance=tolerance)
-    outlines, names, _ = read_dxf(path, scale=scale)
-    deep = 1.0 if thickness is None else thickness
-    return Assembly.from_polygons(outlines, names=names, thickness=deep, joint=law, tolerance=tolerance)
+        return Assembly.from_polyhedra(solids, names=names, **given), None
+    ends: dict[str, Any] = {} if gap is None else {"gap": gap}
+    outlines, names, layers = read_dxf(path, scale=scale, **ends)
+    rows = [i for i, layer in enumerate(layers) if layer.casefold() not in OPENINGS]
+    if not rows:
+        raise InputError(f"{path}: every outline lies on a layer that is no block ({', '.join(OPENINGS)})")
+    outlines, names = [outlines[i] for i in rows], [names[i] for i in rows]
+    cleaned = None if gap is None else clean(outlines, gap, names=names)
+    if cleaned is not None:
+        outlines, names = cleaned.outlines, cleaned.names
+    on_support = {name for name in names if name.rpartition("-")[0].casefold() in SUPPORTS}
+    wall = Assembly.from_polygons(
+        outlines, names=names, thickness=1.0 if thickness is None else thickness,
+        fixed=[n for n in names if n in on_support], **given,
+    )  # fmt: skip
+    return wall, cleaned

@@ -1,7 +1,11 @@
-"""DXF drawings: closed polylines as outlines of blocks, by layer. Needs the extra ``limitmason[dxf]``."""
+"""DXF drawings: what is closed, and what single lines close together, as outlines of blocks, by layer.
+
+Needs the extra ``limitmason[dxf]``.
+"""
 
 from __future__ import annotations
 
+import warnings
 from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
@@ -11,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.errors import InputError
+from limitmason.formats.tracing import loops
+from limitmason.model.plausibility import PlausibilityWarning
 
 Array = NDArray[np.float64]
 
@@ -19,6 +25,8 @@ _UNITS = {
     1: ("inches", 0.0254), 2: ("feet", 0.3048), 4: ("millimetres", 1e-3), 5: ("centimetres", 1e-2), 6: ("metres", 1.0),
     7: ("kilometres", 1e3), 10: ("yards", 0.9144), 14: ("decimetres", 0.1),
 }  # fmt: skip
+
+_CURVES = ("LWPOLYLINE", "POLYLINE", "LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
 
 _FITTED = 2 | 4  # flags of a POLYLINE whose vertices were put there by curve or spline fitting
 
@@ -37,11 +45,14 @@ def read_dxf(
     layers: Iterable[str] | None = None,
     scale: float | None = None,
     flatness: float = 1e-3,
+    gap: float = 1e-3,
 ) -> Outlines:
-    """Read closed LWPOLYLINE and POLYLINE entities of the model space as outlines of blocks.
+    """Read the outlines of blocks in the model space: closed polylines, circles, ellipses and splines, and open ones,
+    lines and arcs where they form loops.
 
-    The drawing's x is x, its y becomes z (up). Single lines, texts, hatches and dimensions are left out, for they
-    enclose no block; arcs in a polyline become chords.
+    The drawing's x is x, its y becomes z (up). Inserted blocks of the drawing are taken apart. Arcs become chords.
+    Lines of a layer form a loop where their ends meet within ``gap``; what encloses nothing is counted in a warning.
+    Texts, dimensions and hatches, which repeat the lines around them, are left out.
 
     Parameters
     ----------
@@ -49,6 +60,7 @@ def read_dxf(
     layers : names of the layers to read, upper and lower case alike; all by default
     scale : metres per drawing unit; by default from the drawing's $INSUNITS
     flatness : largest distance between an arc and its chord [m]
+    gap : distance up to which ends of single lines meet [m]
 
     Returns
     -------
@@ -60,8 +72,13 @@ def read_dxf(
     ImportError
         When ezdxf is not installed; the message says how to install it.
     InputError
-        Naming the file, and the layer and handle of the entity: an open polyline, a drawing without units, an unknown
-        layer, nothing to read.
+        Naming the file, and the layer and handle of the entity: an open polyline that encloses nothing with its
+        neighbours, a drawing without units, an unknown layer, nothing to read.
+
+    Warns
+    -----
+    PlausibilityWarning
+        With the number of single lines, arcs and splines of each layer that enclose nothing.
     """
     try:
         from ezdxf import path as ezpath
@@ -88,21 +105,93 @@ def read_dxf(
         if unknown:
             there = ", ".join(sorted(known.values()))
             raise InputError(f"{path}: there is no layer {unknown[0]!r}; there are {there}")
+    found = _Drawn()
+    for entity in _entities(drawing.modelspace()):
+        if wanted is None or entity.dxf.layer.casefold() in wanted:
+            found.take(entity, ezpath, metres, flatness, path)
     outlines, names, of_layer = [], [], []
-    count: Counter[str] = Counter()
-    for entity in drawing.modelspace().query("LWPOLYLINE POLYLINE"):
-        layer = entity.dxf.layer
-        if wanted is not None and layer.casefold() not in wanted:
-            continue
-        where = f"{path}: layer {layer!r}, entity {entity.dxf.handle}"
-        outlines.append(_outline(entity, ezpath, metres, flatness, where))
-        count[layer] += 1
-        names.append(f"{layer}-{count[layer]}")
-        of_layer.append(layer)
+    for layer in found.layers:
+        for outline in (*found.closed[layer], *_enclosed(found, layer, gap, path)):
+            outlines.append(outline)
+            of_layer.append(layer)
+            names.append(f"{layer}-{of_layer.count(layer)}")
     if not outlines:
         where = "" if wanted is None else " on the layers asked for"
-        raise InputError(f"{path}: no closed polyline{where}; draw every block as one, in the model space")
+        raise InputError(f"{path}: no closed outline{where}; draw every block as one, in the model space")
     return Outlines(outlines, names, of_layer)
+
+
+class _Stroke(NamedTuple):
+    """An open line: its points x, z [m], kind, and where it stands in the file."""
+
+    points: Array
+    kind: str
+    where: str
+
+
+class _Drawn:
+    """What a drawing holds, by layer in the order of the drawing."""
+
+    def __init__(self) -> None:
+        self.layers: list[str] = []
+        self.closed: dict[str, list[Array]] = {}
+        self.open: dict[str, list[_Stroke]] = {}
+
+    def take(self, entity: Any, ezpath: Any, metres: float, flatness: float, path: str | Path) -> None:
+        """Sort an entity by whether it is closed."""
+        layer, kind = entity.dxf.layer, entity.dxftype()
+        where = f"{path}: layer {layer!r}, entity {entity.dxf.handle}"
+        if layer not in self.closed:
+            self.layers.append(layer)
+            self.closed[layer], self.open[layer] = [], []
+        if kind in ("LWPOLYLINE", "POLYLINE"):
+            points, closed = _polyline(entity, ezpath, metres, flatness, where)
+        else:
+            points = np.array([tuple(p) for p in ezpath.make_path(entity).flattening(max(flatness / metres, 1e-12))])
+            points, closed = _in_plane(points, where) * metres, False
+        size = float(np.ptp(points, axis=0).max(initial=0.0))
+        if len(points) > 1 and np.linalg.norm(points[0] - points[-1]) <= 1e-9 * max(size, 1e-300):
+            points, closed = points[:-1], True
+        if closed and len(points) < 3:
+            raise InputError(f"{where}: the outline has {len(points)} corners and encloses no area")
+        if closed:
+            self.closed[layer].append(points)
+        elif size > 0.0:
+            self.open[layer].append(_Stroke(points, kind, where))
+
+
+def _entities(space: Any) -> Iterable[Any]:
+    """Lines and curves of a space, those of inserted blocks too."""
+    for entity in space:
+        if entity.dxftype() == "INSERT":
+            yield from _entities(entity.virtual_entities())
+        elif entity.dxftype() in _CURVES:
+            yield entity
+
+
+def _enclosed(found: _Drawn, layer: str, gap: float, path: str | Path) -> list[Array]:
+    """Loops of the open lines of a layer that repeat no closed outline; what encloses nothing is told."""
+    strokes = found.open[layer]
+    if not strokes:
+        return []
+    faces, unused = loops([s.points for s in strokes], gap)
+    lost = next((strokes[k] for k in unused if strokes[k].kind in ("LWPOLYLINE", "POLYLINE")), None)
+    if lost is not None:
+        raise InputError(f"{lost.where}: the polyline is open; close it, or leave its layer out with layers=[...]")
+    if unused:
+        kinds = Counter(strokes[k].kind for k in unused)
+        text = ", ".join(f"{n} {kind}" for kind, n in sorted(kinds.items()))
+        warnings.warn(
+            f"{path}: layer {layer!r}: {text} of {len(strokes)} single lines enclose no block and are left out "
+            f"(their ends must meet within gap={gap:g} m)", PlausibilityWarning, stacklevel=4,
+        )  # fmt: skip
+    return [f for f in faces if not any(_same(f, c) for c in found.closed[layer])]
+
+
+def _same(a: Array, b: Array) -> bool:
+    """Whether two outlines have one centre and one size."""
+    size = float(np.ptp(b, axis=0).max())
+    return bool(np.abs([a.min(axis=0) - b.min(axis=0), a.max(axis=0) - b.max(axis=0)]).max() < 1e-3 * size)
 
 
 def _metres_per_unit(drawing: Any, path: str | Path) -> float:
@@ -115,7 +204,8 @@ def _metres_per_unit(drawing: Any, path: str | Path) -> float:
     return _UNITS[code][1]
 
 
-def _outline(entity: Any, ezpath: Any, metres: float, flatness: float, where: str) -> Array:
+def _polyline(entity: Any, ezpath: Any, metres: float, flatness: float, where: str) -> tuple[Array, bool]:
+    """Points x, z [m] of a polyline, and whether it is drawn as closed."""
     kind = entity.dxftype()
     if kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline):
         raise InputError(f"{where}: a mesh is no outline; explode it or leave its layer out")
@@ -128,16 +218,14 @@ def _outline(entity: Any, ezpath: Any, metres: float, flatness: float, where: st
         flat = _with_arcs(np.array(corners, dtype=float).reshape(-1, 3), entity.is_closed, flatness / metres)
         height = float(entity.dxf.get("elevation", 0.0)) if kind == "LWPOLYLINE" else 0.0
         points = np.array([tuple(p) for p in entity.ocs().points_to_wcs([(x, y, height) for x, y in flat.tolist()])])
-    size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
-    if len(points) > 1 and np.linalg.norm(points[0] - points[-1]) <= 1e-9 * max(size, 1e-300):
-        points = points[:-1]
-    elif not entity.is_closed:
-        raise InputError(f"{where}: the polyline is open; close it, or leave its layer out with layers=[...]")
-    if len(points) < 3:
-        raise InputError(f"{where}: the polyline has {len(points)} corners and encloses no area")
-    if np.ptp(points[:, 2]) > 1e-6 * max(size, 1e-300):
-        raise InputError(f"{where}: the polyline does not lie in the plane of the drawing")
-    return points[:, :2] * metres
+    return _in_plane(points.reshape(-1, 3), where) * metres, bool(entity.is_closed)
+
+
+def _in_plane(points: Array, where: str) -> Array:
+    size = float(np.ptp(points, axis=0).max(initial=0.0))
+    if len(points) and np.ptp(points[:, 2]) > 1e-6 * max(size, 1e-300):
+        raise InputError(f"{where}: the line does not lie in the plane of the drawing")
+    return points[:, :2]
 
 
 def _with_arcs(corners: Array, closed: bool, flatness: float) -> Array:

@@ -1,0 +1,171 @@
+"""Drawings as they come: gaps, doubled and single lines, inserted blocks; solved from the shell."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from limitmason import formats
+from limitmason.cli import main
+from limitmason.errors import InputError
+
+ezdxf = pytest.importorskip("ezdxf")
+pytest.importorskip("shapely")
+
+JOINT = lm.Joint(33.0)
+
+
+def bond(courses=4, length=1.2, unit=0.4, height=0.2):
+    """Outlines of a running bond, corner to corner."""
+    out = []
+    for c in range(courses):
+        cuts = [0.0, *np.arange(unit / 2, length, unit), length] if c % 2 else list(np.arange(0.0, length + 1e-9, unit))
+        for a, b in pairwise(cuts):
+            out.append(np.array([[a, c * height], [b, c * height], [b, (c + 1) * height], [a, (c + 1) * height]]))
+    return out
+
+
+def shaken(outlines, by, seed=0):
+    rng = np.random.default_rng(seed)
+    return [o + rng.uniform(-by, by, o.shape) for o in outlines]
+
+
+def solved(outlines, **settings):
+    wall = lm.Assembly.from_polygons(outlines, thickness=0.2, joint=JOINT, fixed=[0, 1, 2], **settings)
+    return lm.limit_analysis(wall, lm.Loads.horizontal(wall)).collapse_multiplier, len(wall.interfaces)
+
+
+def test_a_shaken_wall_is_closed_within_the_gap_and_carries_what_the_exact_one_does():
+    exact, joints = solved(bond())
+    cleaned = formats.clean(shaken(bond(), 0.002), 0.006)
+    assert cleaned.largest_move <= 0.006
+    assert not cleaned.alone
+    assert not cleaned.overlaps
+    # all joints are there, and those of the drawing's own tolerance only: 1 micrometre
+    found, count = solved(cleaned.outlines, tolerance=1e-6)
+    assert count == joints
+    # corners moved by 2 mm on 400 x 200 mm stones: the multiplier moves by per cents, not more
+    assert found == pytest.approx(exact, rel=0.05)
+
+
+def test_nothing_moves_that_meets_already_and_the_order_of_outlines_does_not_count():
+    exact = formats.clean(bond(), 0.005)
+    assert exact.changes == ()
+    traced = shaken(bond(), 0.002)
+    a, b = formats.clean(traced, 0.006), formats.clean(traced[::-1], 0.006)
+    assert all(np.allclose(p, q, atol=1e-12) for p, q in zip(a.outlines, b.outlines[::-1], strict=True))
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_cleaning_has_no_unit_of_its_own(scale):
+    traced = shaken(bond(), 0.002)
+    plain = formats.clean(traced, 0.006)
+    scaled = formats.clean([scale * o for o in traced], 0.006 * scale)
+    assert all(np.allclose(scale * p, q, rtol=1e-9) for p, q in zip(plain.outlines, scaled.outlines, strict=True))
+
+
+def test_doubled_stones_lonely_ones_and_overlaps_are_named():
+    outlines = [*bond(2), bond(2)[0] + 0.0005, np.array([[5.0, 0], [5.3, 0], [5.3, 0.2], [5.0, 0.2]]),
+                np.array([[0.1, 0.45], [0.3, 0.3], [0.5, 0.45]])]  # fmt: skip
+    names = [f"s{i}" for i in range(len(outlines))]
+    found = formats.clean(outlines, 0.005, names=names)
+    doubled = next(c for c in found.changes if c.what.startswith("dropped"))
+    assert (doubled.name, doubled.what) == ("s7", "dropped: the same as s0")
+    assert found.alone == ("s8",)
+    assert {p[:2] for p in found.overlaps} == {("s3", "s9"), ("s4", "s9")}
+    assert "s8: touches no other stone" in str(found)
+
+
+def test_bad_outlines_are_named():
+    with pytest.raises(InputError, match=r"stone 1: Self-intersection"):
+        formats.clean([[[0, 0], [1, 1], [1, 0], [0, 1]]], 0.01)
+    with pytest.raises(InputError, match="stone 2 is no wider than the gap"):
+        formats.clean([bond()[0], [[0, 0], [1, 0], [1, 0.001]]], 0.01)
+    with pytest.raises(InputError, match="gap must be"):
+        formats.clean(bond(), 0.0)
+
+
+def drawn(path, fill, unit=4):
+    drawing = ezdxf.new("R2010")
+    drawing.header["$INSUNITS"] = unit
+    fill(drawing.modelspace(), drawing)
+    drawing.saveas(path)
+    return path
+
+
+def test_a_wall_of_single_lines_arrives_whole(tmp_path):
+    # every side drawn once as a line: 64 stones in 8 courses of 8, in mm
+    def fill(space, _):
+        for k in range(9):
+            space.add_line((0, 200 * k), (3200, 200 * k), dxfattribs={"layer": "STONE"})
+        for c in range(8):
+            for i in range(9):
+                x = 400 * i + (200 if c % 2 and 0 < i < 8 else 0)
+                space.add_line((x, 200 * c), (x, 200 * c + 200), dxfattribs={"layer": "STONE"})
+
+    found = formats.read_dxf(drawn(tmp_path / "a.dxf", fill))
+    assert len(found.outlines) == 64
+    area = sum(0.5 * abs(np.dot(o[:, 0], np.roll(o[:, 1], 1)) - np.dot(o[:, 1], np.roll(o[:, 0], 1)))
+               for o in found.outlines)  # fmt: skip
+    assert area == pytest.approx(3.2 * 1.6, rel=1e-9)
+    assert all(len(o) == 4 for o in found.outlines)  # the corners of the course above are no corners of a stone
+
+
+def test_lines_arcs_and_inserted_blocks_form_loops_and_the_rest_is_counted(tmp_path):
+    def fill(space, drawing):
+        space.add_line((0, 0), (1, 0))
+        space.add_line((1, 0), (1, 1))
+        space.add_arc((0.5, 1), 0.5, 0, 180)  # a stone with a round head
+        space.add_line((0, 1), (0, 0))
+        space.add_line((3, 3), (4, 4))  # encloses nothing
+        space.add_circle((5, 0.5), 0.5)
+        block = drawing.blocks.new("STONE")
+        block.add_lwpolyline([(0, 0), (1, 0), (1, 1), (0, 1)], close=True)
+        space.add_blockref("STONE", (2, 0))
+        space.add_blockref("STONE", (7, 0), dxfattribs={"xscale": 2.0})
+
+    with pytest.warns(lm.PlausibilityWarning, match="1 LINE of 5 single lines enclose no block"):
+        found = formats.read_dxf(drawn(tmp_path / "a.dxf", fill, unit=6), flatness=1e-5)
+    areas = sorted(
+        0.5 * abs(np.dot(o[:, 0], np.roll(o[:, 1], 1)) - np.dot(o[:, 1], np.roll(o[:, 0], 1))) for o in found.outlines
+    )
+    half_round = 1.0 + math.pi / 8.0
+    assert areas == pytest.approx(sorted([1.0, 2.0, math.pi / 4.0, half_round]), rel=1e-3)
+
+
+def test_layers_say_what_is_held_and_what_is_no_block(tmp_path):
+    def fill(space, _):
+        for o in bond(3):
+            space.add_lwpolyline(1e3 * o, close=True, dxfattribs={"layer": "STONE"})
+        space.add_lwpolyline([(-200, -200), (1400, -200), (1400, 0), (-200, 0)], close=True,
+                             dxfattribs={"layer": "Ground"})  # fmt: skip
+        space.add_lwpolyline([(0, 0), (1, 0), (1, 1)], close=True, dxfattribs={"layer": "OPENINGS"})
+
+    model = formats.model_of_drawing(drawn(tmp_path / "a.dxf", fill), joint=JOINT, thickness=0.2)
+    wall = model.assembly
+    assert [wall.blocks[i].name for i in np.flatnonzero(wall.fixed)] == ["Ground-1"]
+    assert wall.n_blocks == len(bond(3)) + 1
+    assert not any("held" in text for text in model.assumed)
+
+
+def test_a_drawing_is_solved_from_the_shell(tmp_path, capsys):
+    # a column rocks at b / h, whatever the courses: lambda = 200 / 800 above the held stone
+    def fill(space, _):
+        for k in range(5):
+            space.add_lwpolyline([(0, 200 * k), (200, 200 * k), (200, 200 * k + 199), (0, 200 * k + 199)], close=True)
+
+    path = drawn(tmp_path / "column.dxf", fill)
+    words = ["--thickness", "0.4", "--friction", "40", "--tilt", "x", "--gap", "0.002"]
+    assert main(["solve", str(path), *words]) == 0
+    out = capsys.readouterr()
+    assert "lambda = 0.25" in out.out
+    assert "moved by up to 0.5 mm" in out.err
+    assert "held: 0-1, which reach down to the lowest level" in out.err
+    assert main(["solve", str(path), "--friction", "40"]) == 2
+    assert "give the thickness" in capsys.readouterr().err
+    assert main(["solve", str(path)]) == 2
+    assert "--thickness 0.4 --friction 33 --tilt x" in capsys.readouterr().err
+    assert main(["solve", "ferris-tin-loi-2001/wall-1", "--friction", "40"]) == 2
+    assert "--friction is not used by an experiment" in capsys.readouterr().err
