@@ -17,7 +17,7 @@ Grid = tuple[int, int]
 
 __all__ = ["KINDS", "ContactPoints", "Grid", "contact_points"]
 
-KINDS = ("bed", "head", "base")
+KINDS = ("bed", "head", "base", "crack")
 
 
 @dataclass(frozen=True, eq=False)

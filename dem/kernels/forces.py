@@ -10,6 +10,7 @@ from dem.kernels.arrays import (
     LAW_CROSS,
     LAW_DASH,
     LAW_DIL,
+    LAW_DIL_R,
     LAW_FC,
     LAW_KN,
     LAW_KS,
@@ -103,7 +104,11 @@ def _joint_forces(points, joints, bodies, dt, total):
                 t2[0] * o0 + t2[1] * o1 + t2[2] * o2,
                 n[0] * o0 + n[1] * o1 + n[2] * o2,
             )
-            out = _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate, turn, j, law, dt)
+            moves = (d, g, rate, turn)
+            if law[j, LAW_DIL] == 0.0 and law[j, LAW_DIL_R] == 0.0 and law[j, LAW_FC] == np.inf:
+                out = _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, moves, j, law, dt, False)
+            else:
+                out = _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, moves, j, law, dt, True)
         friction += out[6]
         viscous += out[7] * dt
         fracture += out[8]

@@ -179,7 +179,7 @@ def return_map(
         if fall is not None:
             n = tension(kn * (new - w), ft, reach)
     else:
-        n = max(n0, -ft)
+        n = max(n0, -ft) if fall is None else tension(n0, ft, reach)
     spring = n
     if brake is not None:
         # no pull beyond the strength

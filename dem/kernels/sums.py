@@ -44,14 +44,16 @@ def _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, lift
 
 
 @kernel(forceinline=True)
-def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate, turn, j, law, dt):
+def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, moves, j, law, dt, lifts):
     """As :func:`_sum_plain`, with softening to residual values and dashpots that only act where the joint is closed.
 
     Parameters
     ----------
-    rate, turn : velocity of block b's joint origin against block a's [m/s] and of its rotation [rad/s], joint axes
+    moves : d and g as there, velocity of block b's joint origin against block a's [m/s] and of its rotation [rad/s]
+    lifts : as there
     dt : [s]; 0 for forces in a position, where nothing moves that could be braked
     """
+    d, g, rate, turn = moves
     d1, d2, d3 = d
     g11, g12, g21, g22, g31, g32 = g
     peak, fall = peak_of(law, j), fall_of(law, j)
@@ -70,7 +72,7 @@ def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, rate,
         # velocity of b against a at the point
         brake = dash, v1 + o2 * e3 - o3 * y, v2 + o3 * x - o1 * e3, v3 + o1 * y - o2 * x, per_dt
         q1, q2, q3, slip_1[k], slip_2[k], lift[k], damage[k], rubbed, raised, braked, released = return_map(
-            e3 + gap[k], e1, e2, slip_1[k], slip_2[k], lift[k], damage[k], peak, fall, brake, True
+            e3 + gap[k], e1, e2, slip_1[k], slip_2[k], lift[k], damage[k], peak, fall, brake, lifts
         )
         da = area[k]
         work += da * (rubbed - raised)

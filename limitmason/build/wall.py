@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from limitmason.build.arguments import choice, count, courses_from, positive, unit_size
 from limitmason.build.bond import make_bond
+from limitmason.build.cracks import unit_crack_planes, with_potential_cracks
 from limitmason.build.erect import Site, add_slab, add_units, check_ground
 from limitmason.build.opening import Opening, Placed, cut_openings, place_openings
 from limitmason.build.plan import Run, lay_courses, lay_run, make_runs
@@ -46,6 +47,7 @@ def wall(
     beam_over: str = "facade",
     beam_density: float | None = None,
     joints: Mapping | None = None,
+    unit_cracks: Joint | None = None,
     tolerance: float | None = None,
 ) -> Assembly:
     """Return a masonry wall as an assembly of units in contact, without gaps and without overlaps.
@@ -110,6 +112,10 @@ def wall(
         the inner face of the facade on; "all": both.
     joints
         Laws by kind ("bed", "head", "base") or by pair of block names, as `Assembly.from_polyhedra` takes them.
+    unit_cracks
+        Law of a potential crack across the middle of every unit along its length, a joint of kind "crack" between
+        "facade-03-05-a" and "facade-03-05-b"; pieces shorter than three quarters of a unit, held units, lintels and
+        beams stay whole. Other planes: :func:`limitmason.build.with_potential_cracks`.
     tolerance
         Gap or overlap up to which faces count as touching [m], as `Assembly.from_polyhedra` takes it.
 
@@ -207,7 +213,13 @@ def wall(
         "top_beam": top_beam,
         "beam_over": beam_over if top_beam is not None else None,
     }
-    return site.assembly(joint, recipe, joints=joints, tolerance=tolerance)
+    built = site.assembly(joint, recipe, joints=joints, tolerance=tolerance)
+    if unit_cracks is None:
+        return built
+    if not isinstance(unit_cracks, Joint):
+        raise InputError(f"unit_cracks must be the law of the cracks, a Joint, got {unit_cracks!r}")
+    may_crack = [n for n in site.names if n.startswith(("facade", "return")) and n not in site.fixed]
+    return with_potential_cracks(built, unit_crack_planes(built, may_crack, 0.75 * size[0]), unit_cracks)
 
 
 def _headers(given: object, leaves: int, bond: str) -> tuple[int, int]:

@@ -1,0 +1,147 @@
+"""Potential cracks in units: planes through blocks that become joints between their two parts."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from limitmason.errors import InputError
+from limitmason.geometry.polyhedron import Solid
+from limitmason.geometry.splitting import split_polygon, split_solid
+from limitmason.model.assembly import Assembly
+from limitmason.model.block import Block
+from limitmason.model.detection import renumbered_doubts
+from limitmason.model.input import read_vector
+from limitmason.model.interface import Interface
+from limitmason.model.joint import Joint
+from limitmason.model.support import Support
+
+Array = NDArray[np.float64]
+Plane = tuple[ArrayLike, ArrayLike]
+
+CRACK = "crack"
+"""Kind of the joint in a potential crack, beside "bed", "head" and "base"."""
+
+LEAST_PART = 1e-6
+"""Least part of a block's volume that a crack may cut off [-]."""
+
+
+def with_potential_cracks(assembly: Assembly, planes: Mapping[int | str, Plane], joint: Joint) -> Assembly:
+    """This assembly with blocks cut by planes into two that a joint holds together.
+
+    Every interface of a cut block is cut with it and keeps its law, so that a joint in the crack that is strong enough
+    leaves the multiplier of the uncut structure, and one of stiffness kn adds 1 / kn to the compliance across it.
+
+    Parameters
+    ----------
+    planes : by block name or number, a point [m] and a normal, shape (3,) each; one plane for a block
+    joint : law of the cracks; tensile strength and cohesion of the unit, or less
+
+    Returns
+    -------
+    Assembly
+        Block "name" becomes "name-a" and, where the normal points, "name-b"; their joint is of kind "crack". Loads are
+        made for the new assembly. The recipe is dropped, as wherever the geometry changes.
+
+    Raises
+    ------
+    InputError
+        For a plane that misses its block, or cuts off less than a millionth of it; a block that is held, by name.
+    """
+    numbers = {assembly.block_index(block): (block, plane) for block, plane in planes.items()}
+    if len(numbers) != len(planes):
+        raise InputError("planes name a block twice, by its name and by its number")
+    held = {assembly.block_index(s.block) for s in assembly.supports}
+    blocks: list[Block] = []
+    cut: dict[int, tuple[Array, Array, float]] = {}
+    first: list[int] = []  # number of a block, or of its part below the plane, in the new assembly
+    cracks: list[Interface] = []
+    for k, block in enumerate(assembly.blocks):
+        first.append(len(blocks))
+        if k not in numbers:
+            blocks.append(block)
+            continue
+        if k in held:
+            raise InputError(f"block {block.name!r} is held: a crack in it would open nothing; leave it out")
+        point, normal = _plane(numbers[k][1], block.name)
+        slack = 1e-9 * float(np.ptp(block.vertices, axis=0).max())
+        parts: tuple[list[Solid], list[Solid]] = ([], [])
+        polygons = []
+        for solid in block.parts:
+            below, above, polygon = split_solid(solid, point, normal, slack)
+            parts[0].extend([] if below is None else [below])
+            parts[1].extend([] if above is None else [above])
+            polygons.extend([polygon] if len(polygon) else [])
+        names = (f"{block.name}-a", f"{block.name}-b")
+        halves = [replace(block, name=n, parts=tuple(p)) for n, p in zip(names, parts, strict=True)]
+        least = min(h.volume if h.parts else 0.0 for h in halves)
+        if not least > LEAST_PART * block.volume or not polygons:
+            far = (block.vertices - point) @ normal
+            raise InputError(
+                f"the crack plane of block {block.name!r} misses it: its corners lie from {far.min():.4g} to "
+                f"{far.max():.4g} m along the normal from the plane's point; move the point inside"
+            )
+        cut[k] = point, normal, slack
+        cracks += [Interface(len(blocks), len(blocks) + 1, p, normal, joint, CRACK) for p in polygons]
+        blocks += halves
+    interfaces = [piece for i in assembly.interfaces for piece in _pieces(i, cut, first)]
+    supports = tuple(
+        Support(
+            assembly.blocks[assembly.block_index(s.block)].name,
+            translations=s.translations, rotations=s.rotations, dofs=s.dofs,
+        )
+        for s in assembly.supports
+    )  # fmt: skip
+    return replace(
+        assembly, blocks=tuple(blocks), interfaces=(*interfaces, *cracks), supports=supports, recipe={},
+        doubts=renumbered_doubts(assembly.doubts, np.array(first)),
+    )  # fmt: skip
+
+
+def unit_crack_planes(assembly: Assembly, names: Sequence[str], least_length: float) -> dict[int | str, Plane]:
+    """Planes across the middle of units along the direction in which they are laid.
+
+    Parameters
+    ----------
+    names : of the blocks that may crack
+    least_length : shorter pieces are left whole [m]
+    """
+    planes: dict[int | str, Plane] = {}
+    for name in names:
+        block = assembly.blocks[assembly.block_index(name)]
+        if block.axis is None:
+            continue
+        along = block.vertices @ block.axis
+        if np.ptp(along) >= least_length:
+            middle = 0.5 * (along.min() + along.max())
+            planes[name] = (block.centroid + (middle - block.centroid @ block.axis) * block.axis, block.axis)
+    return planes
+
+
+def _plane(plane: Plane, name: str) -> tuple[Array, Array]:
+    if not isinstance(plane, (tuple, list)) or len(plane) != 2:
+        raise InputError(f"the crack plane of block {name!r} must be a point and a normal, got {plane!r}")
+    point = read_vector(f"point of the crack plane of block {name!r}", plane[0])
+    normal = read_vector(f"normal of the crack plane of block {name!r}", plane[1])
+    size = float(np.linalg.norm(normal))
+    if not size > 0.0:
+        raise InputError(f"the normal of the crack plane of block {name!r} has no length")
+    return point, normal / size
+
+
+def _pieces(
+    interface: Interface, cut: Mapping[int, tuple[Array, Array, float]], first: Sequence[int]
+) -> list[Interface]:
+    """An interface between the parts of its blocks, each piece between one part of a and one of b."""
+    pieces = [(interface.polygon, first[interface.block_a], first[interface.block_b])]
+    for side, block in ((1, interface.block_a), (2, interface.block_b)):
+        if block not in cut:
+            continue
+        halves = []
+        for piece in pieces:
+            for above, part in enumerate(split_polygon(piece[0], *cut[block])):
+                if part is not None:
+                    halves.append((part, piece[1] + above * (side == 1), piece[2] + above * (side == 2)))
+        pieces = halves
+    return [replace(interface, polygon=p, block_a=a, block_b=b) for p, a, b in pieces]

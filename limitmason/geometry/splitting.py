@@ -1,0 +1,94 @@
+"""Convex polyhedra and polygons split by a plane."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.geometry.polyhedron import Solid
+
+Array = NDArray[np.float64]
+
+
+def split_polygon(polygon: Array, point: Array, normal: Array, slack: float) -> tuple[Array | None, Array | None]:
+    """Parts of a convex polygon in space below and above a plane; None for a part that is thinner than ``slack``.
+
+    Parameters
+    ----------
+    polygon : [m], shape (n, 3)
+    point, normal : of the plane, [m] and unit vector, shape (3,); above is where the normal points
+    slack : vertices nearer than this to the plane lie on it [m]
+    """
+    height = (polygon - point) @ normal
+    height = np.where(np.abs(height) <= slack, 0.0, height)
+    if not (height < 0.0).any():
+        return None, polygon
+    if not (height > 0.0).any():
+        return polygon, None
+    below, above = [], []
+    for k in range(len(polygon)):
+        a, b, ha, hb = polygon[k - 1], polygon[k], height[k - 1], height[k]
+        if ha * hb < 0.0:
+            cut = a + ha / (ha - hb) * (b - a)
+            below.append(cut)
+            above.append(cut)
+        if hb <= 0.0:
+            below.append(b)
+        if hb >= 0.0:
+            above.append(b)
+    return np.array(below), np.array(above)
+
+
+def split_solid(solid: Solid, point: Array, normal: Array, slack: float) -> tuple[Solid | None, Solid | None, Array]:
+    """Parts of a convex polyhedron below and above a plane, and the polygon between them, shape (n, 3).
+
+    The polygon is counter-clockwise seen against the normal, and empty where the plane misses the inside.
+
+    Parameters
+    ----------
+    solid, point, normal, slack : see :func:`split_polygon`
+    """
+    height = (solid.vertices - point) @ normal
+    height = np.where(np.abs(height) <= slack, 0.0, height)
+    if not (height < 0.0).any():
+        return None, solid, np.empty((0, 3))
+    if not (height > 0.0).any():
+        return solid, None, np.empty((0, 3))
+    vertices = [*solid.vertices]
+    cuts: dict[tuple[int, int], int] = {}
+    sides: tuple[list[list[int]], list[list[int]]] = ([], [])
+    for face in solid.faces:
+        parts: tuple[list[int], list[int]] = ([], [])
+        for k, j in enumerate(face):
+            i = face[k - 1]
+            if height[i] * height[j] < 0.0:
+                edge = (min(i, j), max(i, j))
+                if edge not in cuts:
+                    share = height[i] / (height[i] - height[j])
+                    cuts[edge] = len(vertices)
+                    vertices.append(solid.vertices[i] + share * (solid.vertices[j] - solid.vertices[i]))
+                for part in parts:
+                    part.append(cuts[edge])
+            if height[j] <= 0.0:
+                parts[0].append(j)
+            if height[j] >= 0.0:
+                parts[1].append(j)
+        for side, part, sign in zip(sides, parts, (-1.0, 1.0), strict=True):
+            # a face that only touches the plane with an edge has no part on the other side
+            if len(part) >= 3 and any(i < len(height) and sign * height[i] > 0.0 for i in part):
+                side.append(part)
+    rim = [*cuts.values(), *np.flatnonzero(height == 0.0).tolist()]
+    places = np.array(vertices)
+    middle = places[rim].mean(axis=0)
+    along = places[rim[0]] - middle
+    along /= np.linalg.norm(along)
+    across = np.cross(normal, along)
+    angle = np.arctan2((places[rim] - middle) @ across, (places[rim] - middle) @ along)
+    ring = [rim[k] for k in np.argsort(angle)]
+    sides[0].append(ring)
+    sides[1].append(ring[::-1])
+    return _solid(places, sides[0]), _solid(places, sides[1]), places[ring]
+
+
+def _solid(places: Array, faces: list[list[int]]) -> Solid:
+    used = sorted({i for face in faces for i in face})
+    number = {old: new for new, old in enumerate(used)}
+    return Solid(places[used], tuple(tuple(number[i] for i in face) for face in faces))
