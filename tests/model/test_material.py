@@ -122,7 +122,9 @@ def test_a_turned_or_renumbered_copy_keeps_the_material():
 
 
 def test_a_file_returns_every_number(tmp_path):
-    stone = lm.Material(**{**STONE, "poisson_ratio": 1 / 7}, tensile_strength=1e5 * (0.1 + 0.2), density=2345.6, name="stone")
+    stone = lm.Material(
+        **{**STONE, "poisson_ratio": 1 / 7}, tensile_strength=1e5 * (0.1 + 0.2), density=2345.6, name="stone"
+    )
     wall = make_assembly().with_material({"pier": stone, "ground": lm.Material(**BRICK)})
     formats.write_json(tmp_path / "m.json", wall)
     back = formats.read_json(tmp_path / "m.json").assembly
