@@ -7,13 +7,10 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from limitmason.model.block import Block
 
 _OWN = ("limitmason", "dem", "mechanisms", "dataclasses", "functools")
 _ANGLE_LIKE_RADIANS = 1.6
@@ -83,7 +80,7 @@ def warn_of_material(material: Any, label: str) -> None:
             warn(f"{label}: {field} = {value:g} Pa looks like MPa ({value:g} MPa is {1e6 * value:g} Pa)")
 
 
-def warn_of_blocks(blocks: Sequence[Block], sizes: NDArray[np.float64]) -> None:
+def warn_of_blocks(blocks: Sequence[Any], sizes: NDArray[np.float64]) -> None:
     """Densities like kN/m3 or g/cm3, blocks as large as millimetres taken for metres.
 
     Parameters
