@@ -4,6 +4,8 @@ from dem.collapse import collapse
 from dem.history import History
 from dem.joints import JointOptions
 from dem.modes import Modes, natural_frequencies, stiffness_matrix
+from dem.push import push
+from dem.push_curve import PushCurve
 from dem.settings import DemSettings
 from dem.simulate import resume, simulate
 from dem.state import State, UnstableError, make_state
@@ -19,6 +21,7 @@ __all__ = [
     "Hold",
     "JointOptions",
     "Modes",
+    "PushCurve",
     "Ramp",
     "Servo",
     "Settle",
@@ -30,6 +33,7 @@ __all__ = [
     "collapse",
     "make_state",
     "natural_frequencies",
+    "push",
     "resume",
     "simulate",
     "stiffness_matrix",

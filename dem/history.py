@@ -40,7 +40,7 @@ COLUMNS = {
 """Recorded scalars and their units; in quasi-static mode time counts steps and kinetic energy is of scaled masses."""
 
 
-_ARRAYS = ("reaction", "reaction_blocks", "shift", "quaternion", "opening")
+_ARRAYS = ("reaction", "reaction_blocks", "shift", "quaternion", "opening", "slip", "crushed", "used", "failed")
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +57,8 @@ class History:
     reaction_blocks : numbers of the recorded blocks
     shift, quaternion : displacement of the centroid [m] and rotation of every block, shapes (samples, n, 3), (.., 4)
     opening : largest opening in every interface [m], shape (samples, k); NaN where contacts were found anew
+    slip, crushed, used, failed : largest plastic slip and crushing [m], largest part of the strength in use and part of
+        the area that has reached it [-] in every interface, see :class:`dem.joint_marks.JointMarks`, shape (samples, k)
     factors : of the load cases at the end
     state : where the simulation ended, with its loads, factors and laws; pass it, or the history, to
         ``simulate(start=...)`` for further stages
@@ -71,6 +73,10 @@ class History:
     shift: Array
     quaternion: Array
     opening: Array
+    slip: Array
+    crushed: Array
+    used: Array
+    failed: Array
     state: State
     stages: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -210,6 +216,12 @@ class History:
     def kinetic_ratio(self) -> Array:
         """Kinetic energy over the work of the loads so far [-]; small where a run is quasi-static."""
         work = np.abs(self.scalars["applied"]) + np.abs(self.scalars["support"])
+        return self.scalars["kinetic"] / np.maximum(work, 1e-300)
+
+    def kinetic_ratio_since(self, before: "History") -> Array:
+        """Kinetic energy over the work of the loads and drives since the end of an earlier history [-]."""
+        work = np.abs(self.scalars["applied"] - before.scalars["applied"][-1])
+        work += np.abs(self.scalars["support"] - before.scalars["support"][-1])
         return self.scalars["kinetic"] / np.maximum(work, 1e-300)
 
     @property

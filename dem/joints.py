@@ -31,6 +31,7 @@ from limitmason.contact_points import ContactPoints, contact_points
 from limitmason.errors import InputError, NotApplicable
 from limitmason.law import SUDDEN, peak_law, residual_law, softening
 from limitmason.model import Assembly, LostBy, Unloading
+from limitmason.plane import Plane
 from limitmason.stated import lost_in_failure
 from limitmason.stiffness import SETTLEMENT, default_stiffness
 
@@ -95,11 +96,12 @@ def losses(assembly: Assembly, laws: Array) -> tuple[str, ...]:
     return lost_in_failure(assembly, length)
 
 
-def make_points(
-    assembly: Assembly, grid: tuple[int, int] | Mapping[str, tuple[int, int]], contact_model: str
-) -> ContactPoints:
+Grid = tuple[int, int] | float | Mapping[str, tuple[int, int]]
+
+
+def make_points(assembly: Assembly, grid: Grid, contact_model: str, plane: Plane | None = None) -> ContactPoints:
     """Contact points of the interfaces that touch a free block, in the order of the interfaces."""
-    return contact_points(assembly, contact_model=contact_model, grid=grid, elastic=True)
+    return contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane, elastic=True)
 
 
 def make_joints(

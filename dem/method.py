@@ -3,6 +3,7 @@
 import math
 
 from dem.collapse import collapse
+from dem.push import push
 from dem.settings import CHECKS, RENAMED, DemSettings
 from limitmason.method import Look, Method
 from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction, Range
@@ -30,4 +31,5 @@ DEM = Method(
     renamed=RENAMED,
     kept=("error budget",),
     theorem="simulation",
+    drive=push,
 )

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from dem import kernels
 from dem.detection import SOONEST, Pieces, near_margin, reaches, redetect, travel_per_step
 from dem.history import COLUMNS, History
+from dem.joint_marks import joint_marks
 from dem.resuming import Position, RunStatus
 from dem.state import State, UnstableError
 from dem.stepping import Scale, unbalance
@@ -78,6 +79,10 @@ class Recorder:
         self.shift: list[Array] = []
         self.quaternion: list[Array] = []
         self.opening: list[Array] = []
+        self.slip: list[Array] = []
+        self.crushed: list[Array] = []
+        self.used: list[Array] = []
+        self.failed: list[Array] = []
         self.margin, self.reach = near_margin(assembly), reaches(assembly)
         self.every, self.watch = detect_every, Watch()
         self._beyond_noted = False
@@ -94,6 +99,8 @@ class Recorder:
         self.rows = np.column_stack([history.scalars[c] for c in COLUMNS]).tolist()
         self.reaction, self.shift = list(history.reaction), list(history.shift)
         self.quaternion, self.opening = list(history.quaternion), list(history.opening)
+        self.slip, self.crushed = list(history.slip), list(history.crushed)
+        self.used, self.failed = list(history.used), list(history.failed)
         self.blocks, self.notes, self.status = history.reaction_blocks, list(history.warnings), history.settings[4]
         self._beyond_noted = any("beyond small displacement" in note for note in self.notes)
         if history.position is not None:
@@ -202,12 +209,7 @@ class Recorder:
         now = state.measured(self.assembly)
         e = state.total
         force, moment = unbalance(state, self.scale)
-        opening = np.full(len(self.assembly.interfaces), np.nan)
-        owner = state.interface[now.owner]
-        kept = owner >= 0
-        largest = np.full(len(opening), -np.inf)
-        np.maximum.at(largest, owner[kept], now.opening[kept])
-        opening = np.where(np.isfinite(largest), largest, np.nan)
+        marks = joint_marks(state, now, len(self.assembly.interfaces))
         tilt = float(np.arctan2(np.hypot(self.factors[3], self.factors[4]), self.factors[1]))
         row = {
             "time": state.time,
@@ -230,7 +232,11 @@ class Recorder:
         self.reaction.append(np.where(state.bodies.held, -state.bodies.net, 0.0)[self.blocks])
         self.shift.append(state.bodies.shift.copy())
         self.quaternion.append(state.bodies.quat.copy())
-        self.opening.append(opening)
+        self.opening.append(marks.opening)
+        self.slip.append(marks.slip)
+        self.crushed.append(marks.crushed)
+        self.used.append(marks.used)
+        self.failed.append(marks.failed)
         worked = abs(row["applied"] - self.begun["applied"]) + abs(row["support"] - self.begun["support"])
         size = max(self.begun["kinetic"] + self.begun["elastic"] + worked, 1e-300)
         created = sum((row[c] - self.begun[c]) * (-1.0 if c in ("applied", "support") else 1.0) for c in self.begun)
@@ -250,7 +256,9 @@ class Recorder:
             self.assembly, status, {c: table[:, i].copy() for i, c in enumerate(COLUMNS)},
             np.array(self.reaction).reshape(-1, len(self.blocks), 6), self.blocks,
             np.array(self.shift).reshape(-1, n, 3), np.array(self.quaternion).reshape(-1, n, 4),
-            np.array(self.opening).reshape(-1, k), self.state,
+            np.array(self.opening).reshape(-1, k), np.array(self.slip).reshape(-1, k),
+            np.array(self.crushed).reshape(-1, k), np.array(self.used).reshape(-1, k),
+            np.array(self.failed).reshape(-1, k), self.state,
             tuple(s.name or type(s).__name__ for s in self.stages), tuple(dict.fromkeys(self.notes)),
             tuple(self.factors.tolist()), copy.deepcopy(self.position), (*self.settings, self.every, self.status),
         )  # fmt: skip

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.joints import JointOptions, make_joints, make_points
+from dem.joints import Grid, JointOptions, make_joints, make_points
 from dem.kernels import Bodies, Joints, Points
 from dem.stability import block_stiffness, scaled_masses, stable_step
 from limitmason.errors import InputError, NotConverged
 from limitmason.model import Assembly, Joint, Loads
+from limitmason.plane import Plane
 from limitmason.resultants import resultants_from_points
 from limitmason.results import Resultants
 
@@ -228,30 +229,47 @@ class Measured:
     elastic_energy: float
 
 
+def out_of_plane(plane: Plane) -> NDArray[np.bool_]:
+    """Degrees of freedom that leave a plane whose normal is a global axis, shape (6,).
+
+    Raises
+    ------
+    ValueError
+        For a plane that is turned against the axes: single degrees of freedom do not keep blocks in it.
+    """
+    axis = np.abs(plane.normal) > 1.0 - 1e-9
+    if not axis.any():
+        raise InputError("the plane of the problem is turned against the axes: leave plane out, or turn the assembly")
+    return np.concatenate([axis, ~axis])
+
+
 def make_state(
     assembly: Assembly,
     loads: Loads,
     *,
-    contact_points: tuple[int, int] | Mapping[str, tuple[int, int]] = (4, 8),
+    contact_points: Grid = (4, 8),
     contact_model: str = "grid",
     joint_options: JointOptions | None = None,
     mode: str = QUASI_STATIC,
     dt: float | None = None,
     safety: float | None = None,
+    plane: Plane | None = None,
 ) -> State:
     """State of an assembly at rest in its reference position, free of stress.
 
     Parameters
     ----------
     loads : its dead loads set the default stiffness
-    contact_points : points along the unit and across the thickness, one pair or one per kind of joint or per wall; see
-        :func:`limitmason.contact_points.contact_points`
+    contact_points : points along the unit and across the thickness, one pair or one per kind of joint or per wall, or
+        their largest spacing [m]; see :func:`limitmason.contact_points.contact_points`
     contact_model : "grid", or "vertices" for the corners of every interface
     mode : "quasi-static" scales mass and inertia so that every block is as fast as the step allows; "dynamic" keeps
         the real ones
     dt : [s]; None chooses 1 (quasi-static, where time has no meaning) or the stable step (dynamic)
     safety : fraction of the bound of the stable time step that is used; 0.65 by default: local damping up to 0.8 makes
         a decelerating block 1.8 times as stiff, and 0.9 falls into a limit cycle
+    plane : of a plane problem whose normal is a global axis, from :func:`limitmason.plane.find_plane`: one row of
+        contact points lies on it, and every block is held in the motions out of it
 
     Raises
     ------
@@ -266,12 +284,18 @@ def make_state(
     free = ~assembly.fixed
     if not free.any():
         raise InputError("every block is held: there is nothing to simulate")
-    contacts = make_points(assembly, contact_points, contact_model)
+    held = assembly.held.copy()
+    if plane is not None:
+        held |= out_of_plane(plane)
+    contacts = make_points(assembly, contact_points, contact_model, plane)
     if not contacts.count:
         raise InputError("no joint touches a free block: there is nothing to settle on")
     options = joint_options or JointOptions()
     points, joints, interface, laws, warnings = make_joints(assembly, loads.dead, contacts, options)
     stiffness = block_stiffness(points, joints, n)
+    if plane is not None:
+        moves = ~out_of_plane(plane)
+        stiffness *= moves[:, None] & moves
     safety = 0.65 if safety is None else safety
     if mode == QUASI_STATIC:
         dt = 1.0 if dt is None else dt
@@ -298,7 +322,7 @@ def make_state(
     quat[:, 0] = 1.0
     bodies = Bodies(
         zero, quat, np.zeros((n, 3, 3)), zero.copy(), zero.copy(), zero.copy(), mass, 1.0 / mass,
-        np.ascontiguousarray(np.linalg.inv(inertia)), assembly.held.copy(), np.zeros((n, 6)), np.zeros((n, 6)),
+        np.ascontiguousarray(np.linalg.inv(inertia)), held, np.zeros((n, 6)), np.zeros((n, 6)),
     )  # fmt: skip
     total = np.zeros(kernels.E_SIZE)
     total[kernels.E_VISCOSITY] = 0.01 / dt

@@ -17,6 +17,7 @@ from limitmason.model import (
     Interface,
     Joint,
     Loads,
+    Material,
     PlausibilityWarning,
     Support,
 )
@@ -85,6 +86,7 @@ __all__ = [
     "Interface",
     "Joint",
     "Loads",
+    "Material",
     "Mechanism",
     "PlausibilityWarning",
     "Prediction",

@@ -56,7 +56,7 @@ def contact_points(
     assembly: Assembly,
     *,
     contact_model: str = "vertices",
-    grid: Grid | Mapping[str, Grid] = (5, 5),
+    grid: Grid | float | Mapping[str, Grid] = (5, 5),
     plane: Plane | None = None,
     elastic: bool = False,
 ) -> ContactPoints:
@@ -69,7 +69,7 @@ def contact_points(
     grid : points along the unit's length (or the height of a head joint) and across the thickness, one pair for all
         interfaces, or one per kind of joint ("bed", "head", "base") or per wall, which is how the names of its blocks
         begin ("facade", "return-left"); at least 2 each. Walls go before kinds, and a joint between two walls takes
-        the finer of both
+        the finer of both; or the largest spacing of points [m], by which every interface gets as many as it needs
     plane : from :func:`limitmason.plane.find_plane`; points then lie on the plane
     elastic : areas of a grid that bend as the face does, for stiffness (the DEM); False for areas that carry what the
         face carries, for strength: the points are the same
@@ -85,7 +85,10 @@ def contact_points(
     x = assembly.arrays
     kinds = np.array([i.kind for i in assembly.interfaces])
     active = np.flatnonzero(~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b]))
-    sizes = _grid_sizes(assembly, kinds, contact_model, grid)
+    if isinstance(grid, int | float) and contact_model == "grid":
+        sizes = _spaced_sizes(assembly, grid, plane)
+    else:
+        sizes = _grid_sizes(assembly, kinds, contact_model, (2, 2) if isinstance(grid, int | float) else grid)
     n_corners = np.diff(x.corner_start)
     position, interface, area = [], [], []
     key = np.column_stack([n_corners, sizes])
@@ -147,6 +150,33 @@ def _grid_sizes(assembly: Assembly, kinds: NDArray, contact_model: str, grid: Gr
             raise InputError(f"grid has no entry for joints of kind {kind!r}")
         sizes[k] = np.max(own, axis=0) if own else table[kind]
     return sizes
+
+
+def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> Index:
+    """Points along and across every interface, none farther apart than a spacing [m]; at least 2."""
+    if isinstance(spacing, bool) or not 0.0 < spacing < np.inf:
+        raise InputError(f"a spacing of contact points must be positive [m], got {spacing!r}")
+    x = assembly.arrays
+    owner = np.repeat(np.arange(len(x.block_a)), np.diff(x.corner_start))
+    arm = x.corners - x.centre[owner]
+    if plane is None:
+        rows = np.flatnonzero(np.diff(x.corner_start) == 4)
+        spans = np.zeros((len(x.block_a), 2))
+        for k, tangent in enumerate((x.tangent_1, x.tangent_2)):
+            along = np.einsum("ij,ij->i", arm, tangent[owner])
+            spans[:, k] = np.maximum.reduceat(along, x.corner_start[:-1]) - np.minimum.reduceat(
+                along, x.corner_start[:-1]
+            )
+        if len(rows):
+            quads = _turned(assembly, rows, x.corners[x.corner_start[rows][:, None] + np.arange(4)])
+            spans[rows, 0] = np.linalg.norm(quads[:, 1] - quads[:, 0], axis=1)
+            spans[rows, 1] = np.linalg.norm(quads[:, 2] - quads[:, 1], axis=1)
+    else:
+        along = np.einsum("ij,ij->i", arm, np.cross(plane.normal, x.normal)[owner])
+        first = x.corner_start[:-1]
+        span = np.maximum.reduceat(along, first) - np.minimum.reduceat(along, first)
+        spans = np.stack([span, np.zeros(len(span))], axis=1)
+    return np.maximum(np.ceil(spans / spacing - 1e-6).astype(np.intp) + 1, 2)
 
 
 def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:

@@ -11,6 +11,7 @@ from difflib import get_close_matches
 from types import MappingProxyType
 from typing import Any
 
+from limitmason.curve import Curve
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import Prediction, Range
@@ -73,6 +74,8 @@ class Method:
     renamed : old names of settings that ``solve`` still takes for one release, and what they are called now
     theorem : "upper" where its answer bounds the structure's own law from above, "admissible" where it is a multiplier
         that law admits, "mechanism" where it bounds the associative value from above, "simulation" for others
+    drive : follows a structure that is driven to a displacement: called with assembly, ``Drive`` and ``to=`` [m]; None
+        where the method has no such thing
     """
 
     name: str
@@ -86,6 +89,7 @@ class Method:
     kept: tuple[str, ...] = ()
     renamed: Mapping[str, str] = field(default_factory=lambda: _NOTHING)
     theorem: str = "simulation"
+    drive: Callable[..., Curve] | None = None
 
     @property
     def heading(self) -> str:

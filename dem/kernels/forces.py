@@ -21,7 +21,7 @@ from dem.kernels.arrays import (
 from dem.kernels.compiled import kernel
 from dem.kernels.kinematics import _cross, _crossing, _dot, _kinematics
 from dem.kernels.law import return_map
-from dem.kernels.sums import _sum_full, _sum_plain
+from dem.kernels.sums import _sum_full, _sum_plain, _sum_softening
 
 
 @kernel(fast=False)
@@ -86,6 +86,11 @@ def _joint_forces(points, joints, bodies, dt, total):
                 out = _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, False)
             else:
                 out = _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, True)
+        elif law[j, LAW_DASH] == 0.0:
+            if law[j, LAW_DIL] == 0.0 and law[j, LAW_DIL_R] == 0.0 and law[j, LAW_FC] == np.inf:
+                out = _sum_softening(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, j, law, False)
+            else:
+                out = _sum_softening(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, j, law, True)
         else:
             va, oa = (vel[a, 0], vel[a, 1], vel[a, 2]), (spin[a, 0], spin[a, 1], spin[a, 2])
             vb, ob = (vel[b, 0], vel[b, 1], vel[b, 2]), (spin[b, 0], spin[b, 1], spin[b, 2])

@@ -131,7 +131,7 @@ def return_map(
         held = ft + damage * fall[3]
         reached = held + damage * fall[6]
     if brake is None:
-        total, pressed = trial, n0
+        total, pressed, stiffer = trial, n0, 1.0
     else:
         dash, r1, r2, r3, per_dt = brake
         # dashpots: none in an open joint

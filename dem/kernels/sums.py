@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from dem.kernels.arrays import LAW_DASH
+from dem.kernels.arrays import LAW_DASH, Array
 from dem.kernels.compiled import kernel
-from dem.kernels.law import fall_of, peak_of, return_map
+from dem.kernels.law import Numbers, fall_of, peak_of, return_map
 
 
 @kernel(forceinline=True)
@@ -41,6 +41,42 @@ def _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, lift
         m2 += e3 * q1 - x * q3
         m3 += x * q2 - y * q1
     return f1, f2, f3, m1, m2, m3, work, 0.0, 0.0
+
+
+@kernel(forceinline=True)
+def _sum_softening(
+    s: Array, t: Array, area: Array, gap: Array, slip_1: Array, slip_2: Array, lift: Array, damage: Array,
+    p0: int, p1: int, d: Numbers, g: Numbers, j: int, law: Array, lifts: bool,
+) -> Numbers:  # fmt: skip
+    """As :func:`_sum_plain`, with softening to residual values; nothing brakes, which halves the work."""
+    d1, d2, d3 = d
+    g11, g12, g21, g22, g31, g32 = g
+    peak, fall = peak_of(law, j), fall_of(law, j)
+    f1 = f2 = f3 = m1 = m2 = m3 = work = broken = 0.0
+    for k in range(np.uint64(p0), np.uint64(p1)):
+        x, y = s[k], t[k]
+        e1 = d1 + g11 * x + g12 * y
+        e2 = d2 + g21 * x + g22 * y
+        e3 = d3 + g31 * x + g32 * y
+        q1, q2, q3, slip_1[k], slip_2[k], new, damage[k], rubbed, raised, _, released = return_map(
+            e3 + gap[k], e1, e2, slip_1[k], slip_2[k], lift[k], damage[k], peak, fall, None, lifts
+        )
+        da = area[k]
+        if lifts:
+            lift[k] = new
+            work -= da * raised
+        work += da * rubbed
+        broken += da * released
+        q1, q2, q3 = q1 * da, q2 * da, q3 * da
+        f1 += q1
+        f2 += q2
+        f3 += q3
+        x += e1
+        y += e2
+        m1 += y * q3 - e3 * q2
+        m2 += e3 * q1 - x * q3
+        m3 += x * q2 - y * q1
+    return f1, f2, f3, m1, m2, m3, work, 0.0, broken
 
 
 @kernel(forceinline=True)

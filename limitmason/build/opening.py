@@ -1,4 +1,4 @@
-"""Openings in the facade: units around are cut, pieces that come out too short join their neighbour, a lintel spans.
+"""Openings in the facade: units around are cut, pieces that come out too short join their neighbour, a head spans.
 
 Units are sets of boxes. A unit cut at a corner of an opening keeps its L shape (a union of two boxes); a unit cut in
 two becomes two units.
@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
-from limitmason.build.arguments import finite, positive
+from limitmason.build.arguments import choice, finite, positive
 from limitmason.build.plan import Box, Unit
 from limitmason.errors import InputError
 
@@ -27,7 +28,10 @@ class Opening:
     lintel
         Height of the lintel [m]; None for one course; False for no lintel.
     bearing
-        Length over which the lintel bears on the wall at each side [m]; None for half a unit.
+        Length over which the head bears on the wall at each side [m]; None for half a unit under a lintel, and for
+        none under soldiers.
+    head
+        "lintel": one block. "soldier": whole units on end, side by side, as high as a unit is long.
     """
 
     x: float
@@ -36,17 +40,28 @@ class Opening:
     height: float
     lintel: float | bool | None = None
     bearing: float | None = None
+    head: str = "lintel"
 
 
 @dataclass(frozen=True)
 class Placed:
-    """An opening with every number settled; `lintel` is the box of its lintel or None."""
+    """An opening with every number settled; `lintel` is the box of its head, `soldiers` how many fill it."""
 
     x0: float
     x1: float
     z0: float
     z1: float
     lintel: Box | None
+    soldiers: int = 0
+
+    @property
+    def soldier_boxes(self) -> list[Box]:
+        """The units of its soldier course, from the left; none under a lintel."""
+        if self.lintel is None:
+            return []
+        (x0, y0, z0), (x1, y1, z1) = self.lintel
+        ends = [x0 + (x1 - x0) * k / self.soldiers for k in range(self.soldiers)] + [x1]
+        return [((a, y0, z0), (b, y1, z1)) for a, b in pairwise(ends)] if self.soldiers else []
 
     @property
     def reach(self) -> tuple[float, float]:
@@ -100,18 +115,25 @@ def place_openings(
             )
         z0, z1 = _snap(f"{where}.z", z0, levels), _snap(f"{where}.height", z1, levels)
         lintel = None
+        soldier = choice(f"{where}.head", opening.head, ("lintel", "soldier")) == "soldier"
+        if soldier and opening.lintel is not None:
+            raise InputError(f"{where}.lintel is not used with head='soldier': leave it out")
         wanted = opening.lintel is not False and (z1 < height or opening.lintel not in (None, True))
         if wanted:
             depth = unit[1] if opening.lintel in (None, True) else positive(f"{where}.lintel", opening.lintel)
+            depth = unit[0] if soldier else depth
             bearing = unit[0] / 2.0 if opening.bearing is None else positive(f"{where}.bearing", opening.bearing)
+            bearing = 0.0 if soldier and opening.bearing is None else bearing
             top = z1 + depth
             if top > height + 1e-9:
-                raise InputError(f"{where}.lintel: its top at {top:g} m is above the wall ({height:g} m)")
+                name = "head: the soldiers'" if soldier else "lintel: its"
+                raise InputError(f"{where}.{name} top at {top:g} m is above the wall ({height:g} m)")
             if x0 - bearing < -1e-9 or x1 + bearing > length + 1e-9:
                 raise InputError(f"{where}.bearing {bearing:g} m reaches beyond the end of the facade")
-            top = _snap(f"{where}.lintel", top, levels)
+            top = _snap(f"{where}.{'head' if soldier else 'lintel'}", top, levels)
             lintel = ((max(x0 - bearing, 0.0), 0.0, z1), (min(x1 + bearing, length), thickness, top))
-        here = Placed(max(x0, 0.0), min(x1, length), z0, z1, lintel)
+        soldiers = _soldiers(where, lintel, unit[1]) if soldier and lintel is not None else 0
+        here = Placed(max(x0, 0.0), min(x1, length), z0, z1, lintel, soldiers)
         _check_neighbours(where, here, placed, occupied)
         placed.append(here)
     return placed
@@ -144,6 +166,17 @@ def cut_openings(
                 touched.append(Unit(unit.run, unit.course, unit.leaf, part, unit.axis))
         result.append(_merge_short(whole, touched, min_piece) if touched else whole)
     return result
+
+
+def _soldiers(where: str, band: Box, width: float) -> int:
+    """Number of units on end that fill a band without a gap."""
+    span = band[1][0] - band[0][0]
+    number = round(span / width)
+    if number < 1 or abs(span - number * width) > 1e-6 * width:
+        raise InputError(
+            f"{where}.head: soldiers of {width:g} m do not fill {span:g} m; make width plus bearings a multiple of it"
+        )
+    return number
 
 
 def _opening(given: Opening | Mapping, where: str) -> Opening:

@@ -14,7 +14,6 @@ from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.model.assembly import Assembly
-from limitmason.model.block import Block
 from limitmason.model.input import read_number, read_vector
 from limitmason.model.interface import Interface
 
@@ -166,11 +165,10 @@ def displaced(assembly: Assembly, displacements: Sequence[Array] | Array) -> Ass
         return (points - centre[block]) @ turn[block].T + centre[block] + u[block, :3]
 
     blocks = tuple(
-        Block(
-            b.name,
-            tuple(Solid(moved(p.vertices, k), p.faces) for p in b.parts),
-            b.density,
-            None if b.axis is None else turn[k] @ b.axis,
+        replace(
+            b,
+            parts=tuple(Solid(moved(p.vertices, k), p.faces) for p in b.parts),
+            axis=None if b.axis is None else turn[k] @ b.axis,
         )
         for k, b in enumerate(assembly.blocks)
     )

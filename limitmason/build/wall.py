@@ -46,6 +46,7 @@ def wall(
     top_beam: float | None = None,
     beam_over: str = "facade",
     beam_density: float | None = None,
+    spreader: tuple[float, float] | None = None,
     joints: Mapping | None = None,
     unit_cracks: Joint | None = None,
     tolerance: float | None = None,
@@ -97,7 +98,8 @@ def wall(
     corner
         "L" only: "left" or "right".
     openings
-        `Opening`s (or mappings of their fields) in the facade. A lintel is one block with the stated bearing.
+        `Opening`s (or mappings of their fields) in the facade. A lintel is one block with the stated bearing, a soldier
+        course whole units on end.
     lintel_density, beam_density
         [kg/m3]; default `density`.
     base
@@ -110,6 +112,9 @@ def wall(
     beam_over
         "facade": block "beam" over the whole facade; "returns": blocks "beam-left" and so on over the returns from
         the inner face of the facade on; "all": both.
+    spreader
+        (length, height) of a plate on the top at mid-length of a straight wall, block "spreader" of the density of
+        beams [m]; none where omitted.
     joints
         Laws by kind ("bed", "head", "base") or by pair of block names, as `Assembly.from_polyhedra` takes them.
     unit_cracks
@@ -123,7 +128,8 @@ def wall(
     -------
     Assembly
         Blocks "base", "facade-03-05" (course, position, from 01; leaves add "a" for the outer, "b"),
-        "return-left-02-01", "lintel-1", "beam", in this order course by course. `recipe` holds what was built.
+        "return-left-02-01", "lintel-1", "soldier-1-01", "beam", "spreader", in this order course by course. `recipe`
+        holds what was built.
 
     Raises
     ------
@@ -179,12 +185,18 @@ def wall(
         add_slab(site, _bounds(runs), slab, margin)
     rows = [[unit for units in by_run for unit in units[course]] for course in range(number)]
     add_units(site, rows, fix_bottom=base == "course")
-    for index, lintel in enumerate([opening.lintel for opening in placed if opening.lintel is not None]):
+    lintels = [opening.lintel for opening in placed if opening.lintel is not None and not opening.soldiers]
+    for index, lintel in enumerate(lintels):
         site.add_box(f"lintel-{index + 1}", lintel, axis=0, density=lintel_density)
+    for index, soldiers in enumerate([opening.soldier_boxes for opening in placed if opening.soldiers]):
+        for k, box in enumerate(soldiers):
+            site.add_box(f"soldier-{index + 1}-{k + 1:0{max(2, len(str(len(soldiers))))}d}", box, axis=2)
     if top_beam is not None:
         _add_beams(site, runs, levels[-1], positive("top_beam", top_beam), beam_over, beam_density)
     elif beam_over != "facade":
         raise InputError("beam_over is given but top_beam is not")
+    if spreader is not None:
+        _add_spreader(site, runs, levels[-1], spreader, top_beam, beam_density)
     recipe = {
         "kind": "wall",
         "plan": plan,
@@ -212,6 +224,7 @@ def wall(
         "base": base,
         "top_beam": top_beam,
         "beam_over": beam_over if top_beam is not None else None,
+        "spreader": None if spreader is None else [float(s) for s in spreader],
     }
     built = site.assembly(joint, recipe, joints=joints, tolerance=tolerance)
     if unit_cracks is None:
@@ -269,6 +282,24 @@ def _add_beams(site: Site, runs: Sequence[Run], top: float, depth: float, over: 
         site.add_box(name, ((x0, y0, top), (x1, y1, top + depth)), axis=run.axis, density=density)
 
 
+def _add_spreader(
+    site: Site, runs: Sequence[Run], top: float, given: object, top_beam: object, density: float | None
+) -> None:
+    if len(runs) > 1 or top_beam is not None:
+        raise InputError("spreader is for a straight wall without a top beam")
+    if not isinstance(given, (tuple, list)) or len(given) != 2:
+        raise InputError(f"spreader must be a pair (length, height) [m], got {given!r}")
+    length, height = positive("spreader length", given[0]), positive("spreader height", given[1])
+    x0, x1, y0, y1 = runs[0].footprint
+    if length > x1 - x0:
+        raise InputError(f"spreader length {length:g} m is longer than the wall ({x1 - x0:g} m)")
+    middle = 0.5 * (x0 + x1)
+    site.add_box(
+        "spreader", ((middle - 0.5 * length, y0, top), (middle + 0.5 * length, y1, top + height)), axis=0,
+        density=density,
+    )  # fmt: skip
+
+
 def _return_recipe(run: Run) -> dict:
     return {
         "name": run.name,
@@ -288,7 +319,9 @@ def _opening_recipe(opening: Placed) -> dict:
         "lintel": None,
         "bearing": None,
     }
+    if opening.soldiers:
+        record["soldiers"] = opening.soldiers
     if opening.lintel is not None:
-        record["lintel"] = opening.lintel[1][2] - opening.lintel[0][2]
+        record["lintel"] = None if opening.soldiers else opening.lintel[1][2] - opening.lintel[0][2]
         record["bearing"] = opening.x0 - opening.lintel[0][0]
     return record

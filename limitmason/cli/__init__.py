@@ -8,7 +8,7 @@ import argparse
 from collections.abc import Sequence
 
 from limitmason import __version__
-from limitmason.cli import check, diagnosis, models, packaged, theories
+from limitmason.cli import check, diagnosis, driven, models, packaged, theories
 from limitmason.cli.console import say
 from limitmason.errors import InputError, NotApplicable, NotConverged
 
@@ -30,6 +30,7 @@ examples:
   limitmason check wall.json --figure check.png        contacts, near misses, implausible input
   limitmason solve wall.json --flow-rule non-associative --output answer.json
   limitmason compare wall.json --figure theories.png   every theory side by side
+  limitmason pushover brick-panels-opening/S1 --to 2mm --blocks lumped --figure s1.png
   limitmason diagnose --template data.csv              measured values to fill in, then
   limitmason diagnose data.csv --noise 0.04 --out result
   limitmason figure mechanism wall.json -o wall.pdf    also: assembly, forces; .png, .pdf or .svg
@@ -80,5 +81,6 @@ def _parser() -> argparse.ArgumentParser:
     models.add_commands(commands)
     check.add_commands(commands)
     theories.add_commands(commands)
+    driven.add_commands(commands)
     diagnosis.add_commands(commands)
     return top

@@ -19,6 +19,9 @@ class Recipe:
     loads : dead and live loads, called with experiment, assembly and sense (1.0 or -1.0) of the live load
     curve : measured curve of an experiment; None where none was found for any
     shown : how the source is shown beside the theories
+    drive : what was driven and which way, of an experiment; None where nothing was
+    paper : page with the paper's numbers beside ours as Markdown, called with ``progress`` and a folder ``store``; None
+        where there is none
     """
 
     specimens: Callable[[], tuple[str, ...]]
@@ -27,3 +30,5 @@ class Recipe:
     loads: Callable[..., Any] | None = None
     curve: Callable[..., Any] | None = None
     shown: Shown = field(default_factory=Shown)
+    drive: Callable[..., Any] | None = None
+    paper: Callable[..., str] | None = None

@@ -11,6 +11,7 @@ from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.model.stages import Drive
 
 _EMPTY: Mapping[str, Any] = MappingProxyType({})
 KINDS = ("measured", "published", "recomputed")
@@ -126,7 +127,9 @@ class Experiment:
     open_options : options that the sources leave open, each with the values to show a prediction over
     row : the row of the data file, as text
     recipe : functions of its source that build the assembly and the loads
-    no_model : why there is no assembly, empty when there is one
+    no_model : why there is no assembly to hold theories against, empty when there is one
+    inferred : where ``no_model`` is given, what the assembly that can be built all the same was inferred from; empty
+        where there is none
     """
 
     source: Source
@@ -145,6 +148,7 @@ class Experiment:
     open_options: Mapping[str, tuple] = field(default_factory=dict)
     row: Mapping[str, str] = field(default_factory=dict)
     no_model: str = ""
+    inferred: str = ""
 
     @property
     def name(self) -> str:
@@ -187,7 +191,7 @@ class Experiment:
 
     @cached_property
     def _assembly(self) -> Assembly:
-        if self.no_model or self.recipe.assembly is None:
+        if (self.no_model and not self.inferred) or self.recipe.assembly is None:
             raise InputError(f"{self.name} has no assembly: {self.no_model}")
         return self.recipe.assembly(self)
 
@@ -217,6 +221,18 @@ class Experiment:
             raise InputError(f"no curve of {self.name} was found; {self.source.name} has none")
         return self.recipe.curve(self)
 
+    def drive(self) -> Drive:
+        """What the test drives and which way, for ``dem.push``.
+
+        Raises
+        ------
+        ValueError
+            Where nothing is driven.
+        """
+        if self.recipe.drive is None:
+            raise InputError(f"{self.name} has no drive: {self.source.name} was loaded by forces, or does not say how")
+        return self.recipe.drive(self)
+
     def with_options(self, **options: Any) -> "Experiment":
         """The same experiment built with other options; see ``option_table``."""
         return self.recipe.load(self.specimen, **{**self.options, **options})
@@ -226,6 +242,8 @@ class Experiment:
         lines = [self.name, self.title, "", f"Source       {self.source}", f"Licence      {self.source.licence}"]
         if not self.has_model:
             lines += ["", f"No assembly: {self.no_model}"]
+        if self.inferred:
+            lines += [f"Inferred, not published: {self.inferred}"]
         for heading, table in (
             ("Parameters", self.parameters),
             ("Measured", self.measured),

@@ -7,6 +7,7 @@ a page, ``view`` an interactive scene): no window opens, no global state changes
 from limitmason.figures.comparison import predicted_against_published, predicted_beside_references
 from limitmason.figures.confusion import confusable, rehearsal
 from limitmason.figures.contacts import contact_report
+from limitmason.figures.cracks import cracks
 from limitmason.figures.deformation import animate, deformed
 from limitmason.figures.diagnosis import diagnosis
 from limitmason.figures.diagnosis_folder import diagnosis_folder
@@ -27,6 +28,7 @@ __all__ = [
     "confusable",
     "contact_forces",
     "contact_report",
+    "cracks",
     "deformed",
     "diagnosis",
     "diagnosis_folder",

@@ -27,6 +27,7 @@ _LINES = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
 def load_displacement(
     curves: Any,
     *,
+    measured: Any = None,
     block: int | str | None = None,
     direction: tuple[float, float, float] = (1.0, 0.0, 0.0),
     points: Iterable[tuple[str, float, float]] = (),
@@ -44,6 +45,8 @@ def load_displacement(
     curves : a ``limitmason.Curve`` in units of length and force, a history with ``curve(block, direction)`` (such as
         ``dem.History``), a pair of arrays (displacement [m], force [N]), a mapping of labels to any of these, or a
         sequence of ``Curve``, each with its own label
+    measured : a measured or published ``Curve``, drawn in black with its points; or an experiment (also its method
+        ``curve``), whose measured loads are levels where it has no curve
     block : the driven block of a history; the only driven block that is not wholly fixed when not given
     direction : along which a history's displacement and force are taken
     points : measured key points (label, displacement [m], force [N])
@@ -70,6 +73,13 @@ def load_displacement(
     for (label, curve), look in zip(named, _looks(), strict=False):
         u, f = _curve(curve, block, direction, label)
         ax.plot(1e3 * u, 1e-3 * f, linewidth=1.0, label=label or None, gid=f"curve {label}".strip(), **look)
+    for label, curve in _measured_curves(measured):
+        u, f = _curve(curve, None, direction, label)
+        marker = "o" if len(u) < 12 else None
+        ax.plot(1e3 * u, 1e-3 * f, color=style.BLACK, linewidth=0.8, marker=marker, markersize=3.5, label=label,
+                markerfacecolor="white", gid="measured", zorder=2.5)  # fmt: skip
+    for label, force in _measured_levels(measured):
+        ax.axhline(force, color=style.BLACK, linewidth=0.8, linestyle=(0, (5, 2)), label=label, gid=f"measured {label}")
     for (label, force), colour in zip((levels or {}).items(), cycle(reversed(style.SERIES)), strict=False):
         ax.axhline(1e-3 * force, color=colour, linewidth=0.8, linestyle=(0, (2, 2)), label=label, gid=f"level {label}")
     groups: dict[str, list[tuple[float, float]]] = {}
@@ -153,6 +163,30 @@ def _by_label(curves: Any) -> list[tuple[str, Any]]:
     return [("", curves)]
 
 
+def _measured_curves(measured: Any) -> list[tuple[str, Any]]:
+    """Measured curves with their names in the legend."""
+    test = getattr(measured, "__self__", measured)
+    if hasattr(test, "recipe"):
+        try:
+            curve = test.curve()
+        except InputError:
+            return []
+        return [(curve.label or "measured", curve)]
+    return [] if measured is None else [(label or "measured", curve) for label, curve in _by_label(measured)]
+
+
+def _measured_levels(measured: Any) -> list[tuple[str, float]]:
+    """Measured forces [kN] of an experiment that has no curve, by name."""
+    test = getattr(measured, "__self__", measured)
+    if not hasattr(test, "recipe") or _measured_curves(test):
+        return []
+    loads = [(f"measured {n}", float(v) * _TO_SI[v.unit] / 1e3) for n, v in test.measured.items() if v.unit in _FORCES]
+    if not loads:
+        raise InputError(f"{test.name} has neither a measured curve nor a measured force to draw")
+    return loads
+
+
+_FORCES = ("N", "kN", "MN")
 _TO_SI = {"m": 1.0, "mm": 1e-3, "N": 1.0, "kN": 1e3, "MN": 1e6}
 
 

@@ -7,10 +7,11 @@ from typing import Any
 
 from limitmason.errors import InputError
 from limitmason.formats.document import Node
-from limitmason.model import Assembly, Joint, Loads, Support
+from limitmason.model import Assembly, Joint, Loads, Material, Support
 
 _LAW_KEYS = tuple(f.name for f in fields(Joint))
 _LAW_WORDS = ("name", "lost_by", "unloading")
+_MATERIAL_KEYS = tuple(f.name for f in fields(Material))
 _PIECE_KEYS = ("vertices", "faces")
 _LOAD_KEYS = (
     "name", "dead", "live", "horizontal", "body_force", "tilting", "point_loads", "pressures", "precompression",
@@ -22,7 +23,7 @@ def blocks_of(node: Node) -> dict[str, Any]:
     solids, names, densities, axes = [], [], [], []
     default = node.get("density")
     for k, block in enumerate(node["blocks"]):
-        block.mapping(("name", "density", "axis", "parts", *_PIECE_KEYS))
+        block.mapping(("name", "density", "axis", "material", "parts", *_PIECE_KEYS))
         names.append(block["name"].text() if "name" in block else f"block-{k}")
         density = block.get("density") or default
         if density is not None and isinstance(density.value, list):
@@ -79,6 +80,46 @@ def joint_table(node: Node) -> dict[Any, Joint]:
             raise entry["blocks"].error(f"expected two block names, got {len(pair)}")
         table[tuple(pair)] = joint_of(entry["joint"])
     return table
+
+
+def material_of(node: Node) -> Material:
+    """A material from its fields."""
+    node.mapping(_MATERIAL_KEYS)
+    given = [(k, v) for k, v in node.items() if v.value is not None and not k.startswith("_")]
+    for key in ("young_modulus", "poisson_ratio"):
+        if key not in dict(given):
+            raise node.error(f"{key!r} is missing")
+    values: dict[str, Any] = {k: v.text() if k == "name" else v.number() for k, v in given}
+    try:
+        return Material(**values)
+    except ValueError as error:
+        raise (error if str(error).startswith(node.file) else node.error(str(error))) from None
+
+
+def with_materials(node: Node, assembly: Assembly) -> Assembly:
+    """The assembly with the materials of a document: one for all blocks, or a table whose names the blocks give.
+
+    A density that the file gives a block goes before that of its material.
+    """
+    table = {name: material_of(entry) for name, entry in node["materials"].items()} if "materials" in node else {}
+    default = material_of(node["material"]) if "material" in node else None
+    entries = list(node["blocks"]) if "blocks" in node else [None] * assembly.n_blocks
+    blocks = list(assembly.blocks)
+    for k, entry in enumerate(entries):
+        material = default
+        if entry is not None and "material" in entry:
+            name = entry["material"].text()
+            if name not in table:
+                raise entry["material"].error(f"there is no material {name!r} in 'materials'")
+            material = table[name]
+        if material is None:
+            continue
+        said = "density" in node or (entry is not None and "density" in entry)
+        density = blocks[k].density if said or material.density is None else float(material.density)
+        if not density > 0.0:
+            raise node.error(f"block {blocks[k].name!r} has no density and neither has its material")
+        blocks[k] = replace(blocks[k], material=material, density=density)
+    return replace(assembly, blocks=tuple(blocks))
 
 
 def block_pair(node: Node, assembly: Assembly) -> tuple[int, int]:

@@ -15,6 +15,9 @@ geometry
     pieces; optional ``density`` and ``axis`` per block. ``density`` [kg/m3]: one, or a list, or one in each block.
     ``tolerance`` [m] and ``contact_rules``: which faces touch, {"distance" [m] (null: 1e-4 of the smaller block's
     width), "angle_deg", "wedge_deg", "width" [m]}, see ``limitmason.Assembly.from_polyhedra``.
+materials
+    ``material``: the fields of ``limitmason.Material`` for every block; or ``materials``, a table of named ones, and
+    ``material`` in each block that is made of one. A block's own ``density`` goes before that of its material.
 joints
     ``joint``: the fields of ``limitmason.Joint`` (or ``friction_coefficient`` for the angle); ``joints``: the same by
     kind, {"head": {...}}; ``joints_between``: [{"blocks": ["a", "b"], "joint": {...}}]. A file written by
@@ -36,6 +39,7 @@ from __future__ import annotations
 
 import warnings
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -44,9 +48,27 @@ import numpy as np
 
 from limitmason.errors import InputError
 from limitmason.formats.document import Node, plain, read_document, restored, write_document
-from limitmason.formats.entries import block_of, block_pair, blocks_of, joint_of, joint_table, loads_of, support_of
+from limitmason.formats.entries import (
+    block_of,
+    block_pair,
+    blocks_of,
+    joint_of,
+    joint_table,
+    loads_of,
+    support_of,
+    with_materials,
+)
 from limitmason.geometry.contact import ContactRules
-from limitmason.model import Assembly, ContactError, Interface, Joint, Loads, PlausibilityWarning, Support
+from limitmason.model import (
+    Assembly,
+    ContactError,
+    Interface,
+    Joint,
+    Loads,
+    Material,
+    PlausibilityWarning,
+    Support,
+)
 
 SCHEMA, VERSION = "limitmason-model", 1
 UNITS = {
@@ -55,8 +77,8 @@ UNITS = {
 }  # fmt: skip
 _KEYS = (
     "schema", "version", "units", "name", "outlines", "names", "thickness", "density", "blocks", "tolerance",
-    "contact_rules", "joint", "joints", "joints_between", "joint_laws", "interfaces", "fixed", "supports", "loads",
-    "recipe",
+    "contact_rules", "material", "materials", "joint", "joints", "joints_between", "joint_laws", "interfaces", "fixed",
+    "supports", "loads", "recipe",
 )  # fmt: skip
 
 
@@ -85,7 +107,11 @@ def write_json(path: str | Path, assembly: Assembly, loads: Loads | None = None)
     laws: dict[Joint, str] = {}
     for interface in assembly.interfaces:
         if interface.joint not in laws:
-            laws[interface.joint] = _law_name(interface.joint, laws)
+            laws[interface.joint] = _name_of(interface.joint, laws, "joint")
+    materials: dict[Material, str] = {}
+    for block in assembly.blocks:
+        if block.material is not None and block.material not in materials:
+            materials[block.material] = _name_of(block.material, materials, "material")
     names = [b.name for b in assembly.blocks]
     given = not _same_as_found(assembly)
     interfaces = []
@@ -100,18 +126,20 @@ def write_json(path: str | Path, assembly: Assembly, loads: Loads | None = None)
         "units": UNITS,
         "tolerance": plain(assembly.tolerance, "tolerance"),
         **_rules(assembly),
+        **({"materials": {name: _given(m) for m, name in materials.items()}} if materials else {}),
         "blocks": [
             {
                 "name": b.name,
                 "density": plain(b.density, "density"),
                 **({} if b.axis is None else {"axis": plain(b.axis, "axis")}),
+                **({} if b.material is None else {"material": materials[b.material]}),
                 "parts": [
                     {"vertices": plain(p.vertices, "vertices"), "faces": [list(f) for f in p.faces]} for p in b.parts
                 ],
             }
             for b in assembly.blocks
         ],
-        "joint_laws": {name: _law(joint) for joint, name in laws.items()},
+        "joint_laws": {name: _given(joint) for joint, name in laws.items()},
         "interfaces": interfaces,
         "supports": [
             {"block": s.block if isinstance(s.block, str) else int(s.block), "translations": s.translations,
@@ -135,22 +163,18 @@ def _rules(assembly: Assembly) -> dict[str, Any]:
     return {"contact_rules": {f.name: getattr(rules, f.name) for f in fields(rules)}}
 
 
-def _law_name(joint: Joint, taken: dict[Joint, str]) -> str:
-    base = joint.name or f"joint-{len(taken)}"
+def _name_of(law: Any, taken: Mapping[Any, str], kind: str) -> str:
+    base = law.name or f"{kind}-{len(taken)}"
     name, k = base, 2
     while name in taken.values():
         name, k = f"{base} ({k})", k + 1
     return name
 
 
-def _law(joint: Joint) -> dict[str, Any]:
+def _given(law: Joint | Material) -> dict[str, Any]:
     """Fields that differ from the default; infinity is a default and so needs no number."""
-    values = {f.name: getattr(joint, f.name) for f in fields(joint)}
-    return {
-        f.name: plain(values[f.name], f.name)
-        for f in fields(joint)
-        if f.name == "friction_angle_deg" or values[f.name] != f.default
-    }
+    values = {f.name: getattr(law, f.name) for f in fields(law)}
+    return {f.name: plain(values[f.name], f.name) for f in fields(law) if values[f.name] != f.default}
 
 
 def _same_as_found(assembly: Assembly) -> bool:
@@ -202,7 +226,7 @@ def read_json(path: str | Path) -> Model:
     if ("interfaces" in node) == ("joint" in node):
         raise node.error("give exactly one of 'joint' and 'interfaces' (with 'joint_laws')")
     try:
-        assembly = _stored(node) if "interfaces" in node else _simple(node)
+        assembly = with_materials(node, _stored(node) if "interfaces" in node else _simple(node))
         return Model(assembly, loads_of(node, assembly))
     except ContactError as error:
         raise ContactError(f"{node.file}: {error}", error.assembly) from None

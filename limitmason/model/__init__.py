@@ -7,6 +7,7 @@ from limitmason.model.detection import ContactWarning
 from limitmason.model.interface import Interface
 from limitmason.model.joint import Joint, LostBy, Unloading
 from limitmason.model.load import Loads
+from limitmason.model.material import Material
 from limitmason.model.plausibility import PlausibilityWarning
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
 
@@ -21,6 +22,7 @@ __all__ = [
     "Joint",
     "Loads",
     "LostBy",
+    "Material",
     "PlausibilityWarning",
     "Support",
     "Unloading",

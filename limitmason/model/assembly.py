@@ -30,6 +30,7 @@ from limitmason.model.detection import (
 from limitmason.model.input import JointChoice, JointTable, read_densities, read_fixed, read_number, read_pieces
 from limitmason.model.interface import Interface, interface_kind, shortened
 from limitmason.model.joint import Joint
+from limitmason.model.material import Material
 from limitmason.model.moved import renumbered, transformed
 from limitmason.model.plausibility import warn_of_blocks, warn_of_tolerance
 from limitmason.model.support import Support
@@ -268,6 +269,40 @@ class Assembly(Blockwork, Shown):
             changed = tuple(replace(i, joint=choose(i.block_a, i.block_b, i.kind) or i.joint) for i in self.interfaces)
             choose.check_all_used()
         return replace(self, interfaces=changed)
+
+    def with_material(
+        self, material: Material | Mapping[int | str, Material], *, blocks: Iterable[int | str] | None = None
+    ) -> "Assembly":
+        """This assembly of blocks made of a material; a material with a density gives the block that density.
+
+        Parameters
+        ----------
+        material : of every block, or one by block name or number
+        blocks : names or numbers of the blocks that one material is for; None is all
+
+        Raises
+        ------
+        ValueError
+            For blocks beside a table, an unknown block, and a block that would be left without a density.
+        """
+        if isinstance(material, Material):
+            chosen = range(self.n_blocks) if blocks is None else [self.block_index(b) for b in read_fixed(blocks)]
+            table = dict.fromkeys(chosen, material)
+        elif blocks is not None:
+            raise InputError("blocks goes with one material; a table names its blocks itself")
+        else:
+            table = {self.block_index(b): m for b, m in material.items()}
+        laid = list(self.blocks)
+        for k, made_of in table.items():
+            if not isinstance(made_of, Material):
+                raise InputError(f"block {laid[k].name!r}: material must be a limitmason.Material, got {made_of!r}")
+            density = laid[k].density if made_of.density is None else float(made_of.density)
+            if not density > 0.0:
+                raise InputError(
+                    f"block {laid[k].name!r} has no density and neither has its material: give Material(density=...)"
+                )
+            laid[k] = replace(laid[k], material=made_of, density=density)
+        return replace(self, blocks=tuple(laid))
 
     def with_interfaces(self, interfaces: Iterable[Interface]) -> "Assembly":
         """This assembly with other interfaces, for example without some joints or with changed polygons."""

@@ -1,4 +1,4 @@
-"""A rigid block: one or more convex polyhedra that move together."""
+"""A block: one or more convex polyhedra that move together, rigid unless a material says how they deform."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.geometry.polyhedron import Solid, mass_properties, steiner
+from limitmason.model.material import Material
 
 Array = NDArray[np.float64]
 
@@ -21,12 +22,14 @@ class Block:
     parts : convex pieces (vertices [m], shape (n, 3); faces counter-clockwise seen from outside)
     density : mass density [kg/m3], >= 0
     axis : length direction of the unit as laid, unit vector, shape (3,), or None
+    material : what deforms, yields or cracks in it; None where it is rigid in every theory
     """
 
     name: str
     parts: tuple[Solid, ...]
     density: float
     axis: Array | None = None
+    material: Material | None = None
 
     @cached_property
     def _properties(self) -> tuple[float, Array, Array]:

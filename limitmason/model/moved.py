@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike
 
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid
-from limitmason.model.block import Block
 from limitmason.model.blockwork import Blockwork
 from limitmason.model.detection import moved_doubts, renumbered_doubts
 from limitmason.model.support import Support
@@ -30,7 +29,7 @@ def transformed(assembly: Laid, matrix: ArrayLike, translation: ArrayLike) -> La
         return Solid(solid.vertices @ m.T + t, faces)
 
     blocks = tuple(
-        Block(b.name, tuple(moved(p) for p in b.parts), b.density, None if b.axis is None else m @ b.axis / scale)
+        replace(b, parts=tuple(moved(p) for p in b.parts), axis=None if b.axis is None else m @ b.axis / scale)
         for b in assembly.blocks
     )
     interfaces = tuple(

@@ -7,13 +7,10 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from limitmason.model.block import Block
 
 _OWN = ("limitmason", "dem", "mechanisms", "dataclasses", "functools")
 _ANGLE_LIKE_RADIANS = 1.6
@@ -21,6 +18,7 @@ _STRESS_LIKE_MPA = (1e-3, 50.0)
 _LIGHTEST = 0.5  # g/cm3; blocks far lighter are weightless on purpose
 _STIFFNESS_LIKE_N_PER_MM3 = 1e4
 _PRESSURE_TOO_HIGH = 1e9
+_MODULUS_TOO_LOW = 1e5  # softer than rubber
 _BLOCK_LIKE_MM = 50.0
 
 _given_as_coefficient: ContextVar[bool] = ContextVar("given_as_coefficient", default=False)
@@ -68,7 +66,21 @@ def warn_of_joint(joint: Any, label: str) -> None:
             warn(f"{label}: {field} = {value:g} Pa/m looks like N/mm3 ({value:g} N/mm3 is {1e9 * value:g} Pa/m)")
 
 
-def warn_of_blocks(blocks: Sequence[Block], sizes: NDArray[np.float64]) -> None:
+def warn_of_material(material: Any, label: str) -> None:
+    """Moduli like MPa or GPa, strengths like MPa, angles like radians."""
+    if material.young_modulus < _MODULUS_TOO_LOW:
+        e = material.young_modulus
+        warn(f"{label}: young_modulus = {e:g} Pa looks like MPa or GPa ({e:g} GPa is {1e9 * e:g} Pa)")
+    angle = material.friction_angle_deg
+    if angle is not None and 0.0 < angle < _ANGLE_LIKE_RADIANS:
+        warn(f"{label}: friction_angle_deg = {angle:g} degrees looks like radians ({np.degrees(angle):.3g} degrees)")
+    for field in ("cohesion", "tensile_strength"):
+        value = getattr(material, field)
+        if value is not None and _STRESS_LIKE_MPA[0] <= value < _STRESS_LIKE_MPA[1]:
+            warn(f"{label}: {field} = {value:g} Pa looks like MPa ({value:g} MPa is {1e6 * value:g} Pa)")
+
+
+def warn_of_blocks(blocks: Sequence[Any], sizes: NDArray[np.float64]) -> None:
     """Densities like kN/m3 or g/cm3, blocks as large as millimetres taken for metres.
 
     Parameters

@@ -13,13 +13,14 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from walls import running_bond
 
 import dem
 import limitmason as lm
-from limitmason import cli, diagnosis, experiments, validation
-from limitmason.cli import models
+from limitmason import cli, diagnosis, experiments, methods, validation
+from limitmason.cli import driven, models
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("limitmason", "dem", "mechanisms")
@@ -81,6 +82,7 @@ BASES = {
     "experiments run": ["experiments", "run", "ferris-tin-loi-2001", "wall-1"],
     "experiments summary": ["experiments", "summary"],
     "experiments methods": TABLE,
+    "experiments paper": ["experiments", "paper", "brick-panels-opening"],
     "experiments methods, bounds": [*TABLE, "--methods", "associative", "mechanisms"],
     "solve": ["solve", "wall.json"],
     "figure assembly": ["figure", "assembly", "wall.json"],
@@ -90,6 +92,8 @@ BASES = {
     "check": ["check", "wall.json"],
     "compare": ["compare", "wall.json"],
     "compare, associative": ["compare", "wall.json", "--methods", "associative"],
+    "pushover": ["pushover", "wall.json", "--to", "1mm", "--block", "beam", "--direction", "1", "0", "0"],
+    "pushover, packaged": ["pushover", "brick-panels-opening/S1", "--to", "1mm"],
     "diagnose, column": ["diagnose", "data.csv"],
     "diagnose, column and list": ["diagnose", "data.csv", "--causes", "own_model.py:OUTSIDE"],
     "diagnose, own": ["diagnose", "data.csv", "--model", "own_model.py:simulate", "--causes", "own_model.py:CAUSES"],
@@ -110,12 +114,17 @@ VALUES = {
     "--causes": ["gain"], "--towards": ["other"], "--tilting": [], "--spatial": [], "--seed": ["3"],
     "--levels": ["11"], "--jobs": ["2"], "--fresh": [], "--pool": ["pool.csv"], "--next": ["2"], "--rehearse": ["2"],
     "--no-checks": [], "--distance": ["0.5"], "--angle": ["60"], "--tolerance": ["0.001"], "--thickness": ["0.2"],
-    "--scale": ["0.001"],
+    "--scale": ["0.001"], "--to": ["2mm"], "--block": ["beam"], "--direction": ["0", "0", "-1"], "--blocks": ["lumped"],
+    "--spacing": ["20mm"], "--steps": ["500"], "--once": [], "--option": ["outline=675/8/5"],
+    "--checkpoint": ["kept.npz"], "--cracks": ["c.png"],
 }  # fmt: skip
 OTHER = {("compare", "--markdown"): [], ("compare, associative", "--markdown"): [], ("compare", "--methods"): ["dem"],
          ("experiments methods", "--methods"): ["associative"],
-         ("compare, associative", "--methods"): ["mechanisms"]}  # fmt: skip
-WITH = {"--dof": ["--noise", "0.05"], "--tails": ["--noise", "0.05"], "--workers": ["--store", "kept"]}
+         ("compare, associative", "--methods"): ["mechanisms"],
+         ("pushover", "--method"): ["limit"], ("pushover, packaged", "--method"): ["limit"],
+         ("pushover", "--block"): ["stone-1"], ("pushover", "--direction"): ["0", "0", "1"]}  # fmt: skip
+WITH = {"--block": ["--direction", "1", "0", "0"], "--direction": ["--block", "spreader"],
+        "--dof": ["--noise", "0.05"], "--tails": ["--noise", "0.05"], "--workers": ["--store", "kept"]}
 OWN_MODEL = """
 from limitmason.diagnosis import Cause, catalogue
 def simulate(specimen, bend=0.0, mu=0.6):
@@ -186,15 +195,24 @@ def run(canned, tmp_path, monkeypatch, capsys):
 
         return recorded
 
+    def drive(assembly, driven_by, **settings):
+        known = {k: v for k, v in settings.items() if k not in ("progress", "loads")}
+        note("drive", assembly.n_blocks, driven_by.displacement, known)
+        return lm.Curve(np.array([0.0, 1e-3]), np.array([0.0, 5.0]), status="finished")
+
+    pushed = methods.Method("dem", None, drive=drive)
     monkeypatch.setattr(models, "predict", predict)
     # of a table only the runs are replaced: it is the table that hands every option on to them
     row = recorder("run", validation.run(experiments.load("pavia-tilting", "S1")))
     monkeypatch.setattr(sys.modules["limitmason.validation.specimen"], "run", row)
     monkeypatch.setattr(validation, "summary_table", recorder("summary", "a table"))
+    monkeypatch.setattr(experiments, "recipe_of", lambda _: SimpleNamespace(paper=recorder("paper", "a page")))
     monkeypatch.setattr(experiments, "all_cases", lambda **_: [experiments.load("pavia-tilting", "S1")])
     monkeypatch.setattr(validation, "solve_cases", recorder("solve", {}))
     monkeypatch.setattr(validation, "not_covered", tuple)
     monkeypatch.setattr(validation, "compare", recorder("compare", table))
+    monkeypatch.setattr(driven, "get_method", lambda name: methods.get_method(name) if name == "limit" else pushed)
+    monkeypatch.setattr(driven, "_draw", lambda o, *_: note("draw", o.figure, o.cracks))
     monkeypatch.setattr(diagnosis, "investigate", investigate)
     monkeypatch.setattr(lm.figures, "diagnosis_folder", written)
     # what a figure shows is tested elsewhere: here it counts that it is drawn, of what, and how

@@ -249,6 +249,15 @@ def murano_pushover(g):
     assert g["weight"] == pytest.approx(22.33e3, abs=5.0)
 
 
+def brick_panel(g):
+    # measured: 3.69 to 5.67 kN (S1 to S4), first visible crack 0.72 to 1.71 kN
+    curve = g["curve"]
+    assert 0.7e3 < curve.first_failure.load < 1.71e3
+    assert 0.8 * 3.69e3 < curve.peak.load < 1.2 * 5.67e3
+    assert curve.rate_error < 0.15
+    assert curve.mode_at(curve.peak.index).name in ("soldier bending", "diagonal", "rocking")
+
+
 CHECKS = {
     f.__name__: f
     for f in (
@@ -257,7 +266,7 @@ CHECKS = {
         mechanisms_of_a_u_shaped_wall, three_theories_one_wall, dilatancy_and_block_size,
         four_point_bending, minho_pushover, rondelet_contact_points, own_cause, pavia_layouts,
         diagnose_pavia, diagnose_brick_panels, diagnose_ferris_tin_loi, diagnose_minho,
-        tilt_test, murano_pushover, capacity_curve,
+        tilt_test, murano_pushover, capacity_curve, brick_panel,
     )
 }  # fmt: skip
 

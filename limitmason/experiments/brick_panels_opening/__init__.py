@@ -1,10 +1,24 @@
-"""Single-leaf brick panels with an opening (Bradford) and the UDEC parametric study on them: values, no plans."""
+"""Single-leaf brick panels with an opening (Bradford) and the UDEC parametric study on them.
 
+The drawing of the panels is lost: their assemblies are inferred, see :mod:`.layout`, and marked so.
+"""
+
+from importlib import import_module
 from typing import Any
 
+import numpy as np
+
+from limitmason.curve import Curve
+from limitmason.errors import InputError
+from limitmason.experiments.brick_panels_opening.layout import BASIS, OUTLINES, panel, read_outline
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Quantity, Target, chosen_options
+from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
 from limitmason.experiments.tables import read_parameters, read_source, read_table
+from limitmason.model.assembly import Assembly
+from limitmason.model.joint import Joint, LostBy
+from limitmason.model.load import Loads
+from limitmason.model.material import Material
+from limitmason.model.stages import Drive
 
 NAME = "brick-panels-opening"
 NO_PLAN = (
@@ -16,6 +30,33 @@ _BRICK = ("density", "Young's modulus", "Poisson's ratio")
 _JOINT = ("normal stiffness", "shear stiffness", "friction angle", "cohesion", "tensile strength", "dilation angle")
 _TABLE_4 = "input of the UDEC model calibrated on S1 to S4, Table 4; not measured"
 
+LOSSES = tuple(str(v) for v in (LostBy.OPENING, LostBy.OPENING_OR_SLIP, LostBy.NOTHING))
+
+OPTIONS = {
+    "outline": Option(OUTLINES[0], "-", "pier [mm]/courses below/courses above the soldiers; inferred, not published"),
+    "start": Option("whole", "-", "bottom course starts with a 'whole' or a 'half' brick; assumed: either has 181 "
+                    "bricks; 'half' fits stiffness and first failure better, 'whole' the failure loads much better"),
+    "young_modulus": Option(16.7e9, "Pa", "of the bricks; Table 4 prints a tenth of it, which contradicts the runs"),
+    "poisson_ratio": Option(0.15, "-", "of the bricks; Table 4 prints 0.14"),
+    "density": Option(2000.0, "kg/m3", "of the bricks"),
+    "loss": Option(LOSSES[0], "-", "what takes cohesion and tension from a joint: 'opening' (which the runs follow), "
+                   "'opening or slip' (the sentence of the paper) or 'nothing'"),
+    "friction_deg": Option(None, "deg", "None: of the run, or of Table 4"),
+    "cohesion": Option(None, "Pa", "None: of the run, or of Table 4"),
+    "tensile_strength": Option(None, "Pa", "None: of the run, or of Table 4"),
+    "dilation_deg": Option(None, "deg", "None: of the run, or of Table 4"),
+    "kn": Option(None, "Pa/m", "None: of the run, or of Table 4"),
+    "ks": Option(None, "Pa/m", "None: of the run, or of Table 4"),
+}
+
+_ASSUMED = (
+    "Outline, bond and spreader are inferred, not published.",
+    "The spreader is a brick of 225 x 75 mm on the middle of the wall, its joint like the others, free to turn.",
+    "The bottom bricks stand on a held base through joints like the others.",
+    "Young's modulus of the bricks is 16.7 GPa, not the 1670 MPa that Table 4 prints: with that, own weight alone "
+    "would settle more than Table 3 prints at three of its four stiffnesses.",
+)
+
 
 def specimens() -> tuple[str, ...]:
     """The five panels and the 18 UDEC runs."""
@@ -23,8 +64,11 @@ def specimens() -> tuple[str, ...]:
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """A panel "S1" to "S4" or "L1", or a run "udec-01" to "udec-18"; there is no assembly."""
-    chosen_options({}, options, NAME)
+    """A panel "S1" to "S4" or "L1", or a run "udec-01" to "udec-18"; the assembly is inferred."""
+    chosen = chosen_options(OPTIONS, options, NAME)
+    if chosen["loss"] not in LOSSES:
+        raise InputError(f"{NAME}: loss must be one of {', '.join(map(repr, LOSSES))}, got {chosen['loss']!r}")
+    read_outline(chosen["outline"])
     run = specimen.startswith("udec-")
     table = read_table(NAME, "udec_runs.csv" if run else "panels.csv")
     row = table.row(specimen)
@@ -68,6 +112,7 @@ def load(specimen: str, **options: Any) -> Experiment:
     parameters = {**given, **table.quantities(row, own)}
     if row.get("note"):
         parameters["note"] = row["note"]
+    open_outline = ("787.5/8/4", "562.5/8/4") if specimen == "L1" else OUTLINES
     return Experiment(
         source=read_source(NAME),
         specimen=specimen,
@@ -76,13 +121,87 @@ def load(specimen: str, **options: Any) -> Experiment:
         measured=measured,
         published=published,
         recomputed={},
-        assumptions=(),
+        assumptions=_ASSUMED,
         targets=targets,
         multiplier_to_measured=Quantity(1.0, "kN"),
         recipe=RECIPE,
+        options=chosen,
+        option_table=OPTIONS,
+        open_options={"outline": open_outline, "young_modulus": (16.7e9, 1.67e9), "loss": LOSSES},
         row=row,
         no_model=NO_PLAN,
+        inferred=BASIS,
     )
 
 
-RECIPE = Recipe(specimens, load)
+def assembly(test: Experiment) -> Assembly:
+    """The panel on the outline chosen, with the joints of the run or of Table 4."""
+    o = test.options
+    spans = {"L1": 2.925}
+    brick = Material(
+        young_modulus=o["young_modulus"], poisson_ratio=o["poisson_ratio"], density=o["density"], name="brick"
+    )
+    return signed(
+        panel(read_outline(o["outline"]), spans.get(test.specimen, 2.025), joint(test), brick, start=o["start"]), test
+    )
+
+
+def joint(test: Experiment) -> Joint:
+    """Mortar joint of a panel or run."""
+    o, p = test.options, test.parameters
+
+    def value(option: str, name: str, unit: float) -> float:
+        return float(o[option]) if o[option] is not None else unit * float(p[name])
+
+    return Joint(
+        value("friction_deg", "friction angle", 1.0), dilatancy_angle_deg=value("dilation_deg", "dilation angle", 1.0),
+        cohesion=value("cohesion", "cohesion", 1e6),
+        tensile_strength=value("tensile_strength", "tensile strength", 1e6),
+        normal_stiffness=value("kn", "normal stiffness", 1e9), shear_stiffness=value("ks", "shear stiffness", 1e9),
+        residual_cohesion=0.0, residual_tensile_strength=0.0, lost_by=LostBy(o["loss"]), name="mortar",
+    )  # fmt: skip
+
+
+def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
+    """Own weight, and 1 kN downwards on the spreader: the multiplier is the load in kN."""
+    del test
+    return Loads.weight(wall).with_point_load(wall, "spreader", (0.0, 0.0, -1e3 * sense))
+
+
+def drive(test: Experiment) -> Drive:
+    """The spreader pushed down, free to turn and to move sideways."""
+    del test
+    return Drive({"spreader": {"z": -1.0}})
+
+
+def curve(test: Experiment) -> Curve:
+    """Published points of a UDEC run, from own weight on: first failure and failure; displacement [mm], load [kN].
+
+    Raises
+    ------
+    ValueError
+        For the panels, of which the text gives loads without displacements.
+    """
+    known = test.published
+    if "displacement at failure" not in known:
+        raise InputError(
+            f"no curve of {test.name}: the text of the source gives its loads at first crack and failure ("
+            f"{test.measured['first crack']:g} and {test.measured['failure load']:g} kN) without displacements"
+        )
+    rest = float(known["self-weight displacement"])
+    points = [
+        (float(known[f"displacement at {name}"]) - rest, float(known[load]))
+        for name, load in (("first crack", "first crack"), ("failure", "failure load"))
+    ]
+    u, f = np.array([(0.0, 0.0), *points]).T
+    return Curve(
+        u, f, displacement_unit="mm", load_unit="kN", label=f"{test.specimen}, published", source=str(test.source)
+    )
+
+
+def paper_page(**options: Any) -> str:
+    """The page of the paper's numbers beside ours; see :func:`.paper.page`."""
+    return str(import_module(f"{__name__}.paper").page(**options))
+
+
+RECIPE = Recipe(specimens, load, assembly, loads, curve, drive=drive, paper=paper_page)

@@ -1,0 +1,92 @@
+"""How a structure failed, by rule, from the joints that have opened and slid."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.model import Assembly
+
+Array = NDArray[np.float64]
+
+SOLDIER, DIAGONAL, SLIDING, ROCKING, CRUSHING, MIXED, NONE = (
+    "soldier bending", "diagonal", "sliding", "rocking", "crushing", "mixed", "none",
+)  # fmt: skip
+
+MOST = 0.5
+"""Part of the movement that one kind must have to give the mode its name [-]."""
+
+SOME = 0.2
+"""Part of the movement from which a kind counts [-]."""
+
+
+class Mode(NamedTuple):
+    """Name of a mode and the parts of all movement of joints that it rests on, each 0 to 1 and weighed by area [-].
+
+    ``soldiers``: opening and slip between upright units; ``head``: of all other upright joints; ``bed_slip``,
+    ``bed_opening``: of level joints; ``crushed``: closing beyond the compressive strength; ``one_level``: of the level
+    joints' movement, the part at the level with the most.
+    """
+
+    name: str
+    soldiers: float = 0.0
+    head: float = 0.0
+    bed_slip: float = 0.0
+    bed_opening: float = 0.0
+    crushed: float = 0.0
+    one_level: float = 0.0
+
+    def __str__(self) -> str:
+        """Name and the parts behind it."""
+        if self.name == NONE:
+            return self.name
+        return (
+            f"{self.name} (movement: {self.soldiers:.0%} between soldiers, {self.head:.0%} other head joints, bed "
+            f"joints {self.bed_slip:.0%} slip and {self.bed_opening:.0%} opening; {self.one_level:.0%} of that at one "
+            f"level{f', crushing {self.crushed:.0%}' if self.crushed > 0.0 else ''})"
+        )
+
+
+def failure_mode(assembly: Assembly, opening: Array, slip: Array, crushed: Array) -> Mode:
+    """Mode of failure from the movements of the joints.
+
+    Movements are weighed by area. In this order: half of all by crushing is "crushing"; level joints with all but a
+    quarter, most of it at one level, "sliding" where they slid and "rocking" where they opened; level joints at several
+    levels that moved together with upright ones, in steps, "diagonal"; a fifth and more between soldiers "soldier
+    bending"; else "mixed".
+
+    Parameters
+    ----------
+    opening, slip, crushed : largest of every interface since the drive began [m], shape (k,); NaN, of joints that found
+        new contacts, counts as nothing
+
+    Notes
+    -----
+    A rule of thumb on sums: a wall that slides at one place and cracks at another is called by the larger movement.
+    """
+    x = assembly.arrays
+    opened, slid, closed = (np.maximum(np.nan_to_num(v), 0.0) * x.area for v in (opening, slip, crushed))
+    moved = opened + slid
+    total = float((moved + closed).sum())
+    if not total > 0.0:
+        return Mode(NONE)
+    level = np.abs(x.normal[:, 2]) > np.sqrt(0.5)
+    upright = np.array([b.axis is not None and abs(b.axis[2]) > 0.7 for b in assembly.blocks])
+    between = ~level & upright[x.block_a] & upright[x.block_b]
+    heights = np.round(x.centre[:, 2] / max(assembly.tolerance, 1e-9))
+    at = [float(moved[level & (heights == z)].sum()) for z in np.unique(heights[level])]
+    bed = float(moved[level].sum())
+    soldiers, head = float(moved[between].sum()) / total, float(moved[~level & ~between].sum()) / total
+    slip_part, open_part = float(slid[level].sum()) / total, float(opened[level].sum()) / total
+    one, crush = max(at, default=0.0) / max(bed, 1e-300), float(closed.sum()) / total
+    if crush >= MOST:
+        name = CRUSHING
+    elif bed / total >= MOST and one >= MOST and soldiers + head < 1.25 * SOME:
+        name = SLIDING if slip_part >= open_part else ROCKING
+    elif bed / total >= SOME and one < MOST and soldiers + head >= 0.5 * SOME:
+        name = DIAGONAL
+    elif soldiers >= SOME:
+        name = SOLDIER
+    else:
+        name = MIXED
+    return Mode(name, soldiers, head, slip_part, open_part, crush, one)

@@ -1,0 +1,76 @@
+"""What has become of the joints at a moment: how far each has opened and slid, how much of its strength is in use."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem.kernels import LAW_C, LAW_FC, LAW_FT, LAW_KN, LAW_KS, LAW_MU, LAW_RATE
+from dem.state import Measured, State
+
+Array = NDArray[np.float64]
+
+ROUNDING = 1e-9
+"""Part of a joint's elastic movement at its strength below which plastic movement is rounding [-]."""
+
+
+class JointMarks(NamedTuple):
+    """Marks per interface of the assembly, NaN where its contacts were found anew, shape (k,).
+
+    Parameters
+    ----------
+    opening, slip : largest opening less dilation, and largest plastic slip at its points [m]
+    crushed : largest closing beyond the compressive strength [m]
+    used : largest part in use of the undamaged strength at its points, in tension, shear or compression [-]; 1 where it
+        is reached, at most 1 but for points whose strength is gone
+    failed : part of its area where the strength was reached: damaged, slipped, opened beyond ft or crushed [-]
+    """
+
+    opening: Array
+    slip: Array
+    crushed: Array
+    used: Array
+    failed: Array
+
+
+def joint_marks(state: State, now: Measured, count: int) -> JointMarks:
+    """Marks of the joints of a state.
+
+    Parameters
+    ----------
+    now : contact forces of the state in its present position
+    count : number of interfaces of the assembly
+    """
+    p, law = state.points, state.joints.law[now.owner]
+    kn, ks, mu, c, ft = (law[:, k] for k in (LAW_KN, LAW_KS, LAW_MU, LAW_C, LAW_FT))
+    force = np.linalg.norm(now.force, axis=1) / p.area
+    normal = np.maximum(-kn * now.opening, np.where(p.damage > 0.0, 0.0, -ft))
+    crushing = np.minimum(normal, kn * law[:, LAW_FC])
+    shear = np.sqrt(np.maximum(force**2 - crushing**2, 0.0))
+    slip = np.hypot(p.slip_1, p.slip_2)
+    size = np.maximum(np.maximum(np.abs(normal), shear), 1e-300)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # a joint without strength and without stress uses none of it
+        pulled = np.where(-normal > ROUNDING * size, -normal / ft, 0.0)
+        limit = np.maximum(c + mu * normal, 0.0)
+        sheared = np.where(shear > ROUNDING * size, shear / limit, 0.0)
+        pressed = np.where(np.isfinite(law[:, LAW_FC]), normal / (kn * law[:, LAW_FC]), 0.0)
+    used = np.nan_to_num(np.maximum(np.maximum(pulled, sheared), pressed), posinf=1.0)
+    softens = law[:, LAW_RATE] > 0.0
+    # only crushing takes more from the lift than dilation gave
+    depth = np.maximum(-p.lift, 0.0)
+    plastic = (now.opening > (1.0 + ROUNDING) * ft / kn) | (slip > ROUNDING * size / ks)
+    failed = np.where(softens, p.damage > 0.0, plastic) | (depth > ROUNDING * size / kn)
+    interface = state.interface[now.owner]
+    kept = interface >= 0
+    rows = interface[kept]
+
+    def largest(values: Array) -> Array:
+        out = np.full(count, -np.inf)
+        np.maximum.at(out, rows, values[kept])
+        return np.where(np.isfinite(out), out, np.nan)
+
+    area = np.bincount(rows, p.area[kept], count)
+    with np.errstate(invalid="ignore"):
+        part = np.bincount(rows, (p.area * failed)[kept], count) / area
+    return JointMarks(largest(now.opening), largest(slip), largest(depth), largest(np.minimum(used, 1.0)), part)

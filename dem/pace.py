@@ -1,0 +1,76 @@
+"""How fast a structure may be driven: its slowest swing in steps of scaled masses, and how many a push should take."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from dem.kernels import LAW_KN, LAW_KS
+from dem.state import State
+from limitmason.model import Assembly, Loads
+
+Array = NDArray[np.float64]
+
+SWINGS = 40
+"""Slowest swings that the faster run of a push takes, at least [-]."""
+
+LEAST_STEPS = 6000
+"""Steps that it takes, at least."""
+
+
+def slowest_period(assembly: Assembly, state: State, loads: Loads) -> float:
+    """Steps of the slowest swing of closed, elastic joints on the scaled masses of a state, by Rayleigh's quotient.
+
+    omega^2 = u K u / u M u with K u = f, f the dead loads and then M u once more: below the exact value by the square
+    of what the shape lacks. Joints that open make it longer.
+    """
+    k = tangent(assembly, state)
+    free = np.flatnonzero(~state.bodies.held.ravel())
+    b = state.bodies
+    inertia = np.linalg.inv(b.inv_inertia)
+    blocks = [part for m, j in zip(b.mass, inertia, strict=True) for part in (m * np.eye(3), j)]
+    mass = sparse.csc_array(sparse.block_diag(blocks, format="csc"))[free][:, free]
+    k = sparse.csc_array(k[free][:, free])
+    # blocks that nothing holds but friction across: a trifle of stiffness keeps the matrix regular
+    lift = 1e-9 * float(k.diagonal().max())
+    solve = splu(k + lift * sparse.eye_array(len(free), format="csc")).solve
+    u = solve(loads.dead.ravel()[free])
+    for _ in range(2):
+        u = solve(mass @ u)
+        u /= np.linalg.norm(u)
+    return float(2.0 * np.pi * np.sqrt((u @ (mass @ u)) / (u @ (k @ u))) / state.dt)
+
+
+def tangent(assembly: Assembly, state: State) -> sparse.csc_array:
+    """Stiffness matrix of the joints of a state as if closed and elastic, all degrees of freedom, shape (6n, 6n)."""
+    p, j = state.points, state.joints
+    owner = np.repeat(np.arange(len(j.block_a)), np.diff(j.start))
+    frame = j.frame[owner]
+    stiff = j.law[:, [LAW_KS, LAW_KS, LAW_KN]][owner] * p.area[:, None]
+    out = p.s[:, None] * frame[:, 0] + p.t[:, None] * frame[:, 1]
+    rows, values = [], []
+    for block, arm, sign in ((j.block_a, j.arm_a, -1.0), (j.block_b, j.arm_b, 1.0)):
+        r = arm[owner] + out
+        rows.append(block[owner][:, None] * 6 + np.arange(6))
+        values.append(sign * np.concatenate([frame, np.cross(r[:, None], frame)], axis=2))
+    m, n = len(p.s), 6 * assembly.n_blocks
+    row = np.repeat(np.concatenate(rows, axis=1)[:, None], 3, axis=1).ravel()
+    column = np.repeat(np.arange(3 * m), 12)
+    a = sparse.csc_array((np.concatenate(values, axis=2).ravel(), (row, column)), (n, 3 * m))
+    return sparse.csc_array(a @ sparse.diags_array(stiff.ravel()) @ a.T)
+
+
+def default_steps(period: float) -> int:
+    """Steps of the faster run of a push: forty of the slowest swings, and not fewer than a floor for brittle drops."""
+    return max(int(np.ceil(SWINGS * period)), LEAST_STEPS)
+
+
+def softest_note(state: State, assembly: Assembly) -> str:
+    """The joint that is softest against the stiffest one, in words."""
+    kn = state.joints.law[:, LAW_KN]
+    j = int(np.argmin(kn))
+    a, b = (assembly.blocks[i].name for i in (state.joints.block_a[j], state.joints.block_b[j]))
+    return (
+        f"the joint between {a!r} and {b!r} is the softest, {kn[j]:.3g} Pa/m against {kn.max():.3g} Pa/m of the "
+        "stiffest"
+    )

@@ -1,0 +1,312 @@
+"""Driven structures: a plate pushed to a displacement, at a speed and a third of it, as one load-displacement curve."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem.history import History
+from dem.joints import Grid, JointOptions, per_interface
+from dem.pace import default_steps, slowest_period, softest_note
+from dem.push_curve import PushCurve, make_curve
+from dem.simulate import Progress, resume, simulate
+from dem.state import State, UnstableError, make_state
+from limitmason.errors import InputError
+from limitmason.lumped_units import with_lumped_units
+from limitmason.model import Assembly, Loads
+from limitmason.model.stages import Damping, Drive, Hold, Settle, Stage
+from limitmason.plane import find_plane
+
+Array = NDArray[np.float64]
+
+RIGID, LUMPED = "rigid", "lumped"
+BLOCKS: Mapping[str, Callable[[Assembly], Assembly]] = {RIGID: lambda assembly: assembly, LUMPED: with_lumped_units}
+"""How the units deform: not at all; through joints that take the units' compliance over."""
+
+SLOWER = 3
+"""The second run is so many times slower."""
+
+GENTLE = 0.02
+"""Part of the path over which the drive starts at a quarter of its speed [-]."""
+
+LONGEST = 3600.0
+"""Predicted run time above which a push whose rate nobody chose is refused [s]."""
+
+_TRIED = 100
+
+SAMPLES = 400
+"""Samples per run, where none are asked for."""
+
+
+def push(
+    assembly: Assembly,
+    drive: Drive,
+    *,
+    to: float | Sequence[float],
+    loads: Loads | None = None,
+    blocks: str = RIGID,
+    contact_points: Grid | None = None,
+    joint_options: JointOptions | None = None,
+    steps: int | None = None,
+    rate_check: bool = True,
+    damping: Damping | None = None,
+    settle: Settle | None = None,
+    samples: int = SAMPLES,
+    detect_every: int | None = 50,
+    longest: float = LONGEST,
+    progress: Progress | None = None,
+    checkpoint: str | Path | None = None,
+    label: str = "",
+) -> PushCurve:
+    """Load-displacement curve of a structure that is driven to a displacement, own weight settled first.
+
+    The load is what the drive exerts along its direction beyond what stood there when it began, conjugate in work to
+    the displacement, which counts from the settled state. The run goes on to the end of the path whatever the load
+    does: it recovers after drops.
+
+    Parameters
+    ----------
+    drive : its ``displacement`` is a direction, {"plate": {"z": -1.0}}; degrees of freedom given as 0 are held, those
+        not named are free, so that a plate may turn. A ``servo`` holds in all of the run
+    to : displacement at the end [m]; several are a path with turning points (cycles), each from the start
+    loads : dead loads; self weight alone by default. Live loads do not act
+    blocks : "rigid", or "lumped": rigid blocks whose joints take over the compliance of the units' material, see
+        :func:`limitmason.lumped_units.with_lumped_units`
+    contact_points : as for :func:`dem.make_state`; by default spaced by half the smallest length of a joint. Brittle
+        joints answer differently at other spacings, so that it stands in the answer
+    joint_options : see :class:`dem.JointOptions`
+    steps : of the faster run over the whole path; by default as :func:`dem.pace.default_steps` says
+    rate_check : run again at a third of the speed: the answer is that run, its difference to the first the rate error.
+        False runs once, for studies of many
+    damping : while driven; local 0.5 by default
+    settle : how the own weight settles; to 1e-5 by default
+    samples : per run, between which nothing is recorded
+    detect_every : see :func:`dem.simulate`
+    longest : predicted run time above which the push is refused, where ``steps`` is not given [s]
+    progress : called with the last sample as a mapping, with "run", "part" of all steps done and "time left" [s] added;
+        return True to stop ("interrupted")
+    checkpoint : file beside which the runs are kept as they go; a push of the same model with the same file goes on
+        where it was cut off, to the same bits, or returns at once what was finished
+
+    Returns
+    -------
+    PushCurve
+
+    Raises
+    ------
+    UnstableError
+        As :func:`dem.simulate`, before there is a curve; after that the curve ends there and its warnings say so.
+    ValueError
+        For a drive without direction, a path without length, an unknown kind of blocks, a structure that does not
+        settle, contrasts of stiffness that make the run hopeless (with the predicted time), and what
+        :func:`dem.make_state` refuses.
+
+    Notes
+    -----
+    Masses are scaled, so that time means nothing and a drop of load is a fall through a sequence of static states only
+    as far as the kinetic energy stays small beside the work: ``errors["kinetic"]`` says so at every sample, and the two
+    speeds differ where it does not.
+    """
+    if blocks not in BLOCKS:
+        raise InputError(f"blocks must be one of {', '.join(map(repr, BLOCKS))}, got {blocks!r}")
+    if samples < 10 or (steps is not None and steps < 100):
+        raise InputError(f"samples must be at least 10 and steps at least 100, got {samples!r} and {steps!r}")
+    path, unit = _path(to), _unit(drive, assembly)
+    model = BLOCKS[blocks](assembly)
+    loads = loads if loads is not None else Loads.weight(model)
+    loads = Loads(loads.dead, np.zeros_like(loads.dead), loads.name)
+    grid = contact_points if contact_points is not None else default_spacing(model)
+    state = make_state(
+        model, loads, contact_points=grid, joint_options=joint_options, plane=_plane(model, loads, unit),
+    )  # fmt: skip
+    settled = _settled(model, state, settle or Settle(tolerance=1e-5), drive, loads, checkpoint)
+    travel = float(np.abs(np.diff([0.0, *path])).sum())
+    if steps is None:
+        # a few steps of a copy: the time of settling holds that of compiling
+        clock = time.perf_counter()
+        simulate(model, Hold(steps=_TRIED), start=settled, sample=_TRIED)
+        per_step = (time.perf_counter() - clock) / _TRIED
+        period = slowest_period(model, settled.state, loads)
+        steps = default_steps(period)
+        predicted = per_step * steps * (1 + SLOWER * rate_check)
+        if predicted > longest:
+            raise InputError(
+                f"the push would take about {predicted / 3600.0:.1f} h: the slowest motion takes {period:.3g} steps, "
+                f"and the path {steps} of them; {softest_note(settled.state, model)}. Give longest=, or steps= and "
+                "look at the rate error"
+            )
+    runs, done, total = [], 0, steps * (1 + SLOWER * rate_check)
+    for number, count in enumerate((steps, SLOWER * steps) if rate_check else (steps,)):
+        follow = _Follower(progress, number, done, count, total)
+        history = _run(model, settled, _stages(drive, path, travel, count), max(count // samples, 1), damping,
+                       detect_every, follow if progress is not None else None, checkpoint, number)  # fmt: skip
+        runs.append(history)
+        done += count
+        if history.status == "interrupted":
+            break
+    words = {"blocks": blocks, "spacing": _spacing(settled.state), "label": label or _label(drive)}
+    curves = [
+        make_curve(model, settled, history, unit, count, **words)
+        for history, count in zip(runs, (steps, SLOWER * steps), strict=False)
+    ]
+    return curves[0] if len(curves) == 1 else curves[1].beside(curves[0])
+
+
+def default_spacing(assembly: Assembly) -> float:
+    """Half the smallest of the lengths and heights of joints [m], each the longer side in its plane of the wall."""
+    x = assembly.arrays
+    owner = np.repeat(np.arange(len(x.block_a)), np.diff(x.corner_start))
+    arm = x.corners - x.centre[owner]
+    first = x.corner_start[:-1]
+    spans = np.stack([
+        np.maximum.reduceat(a, first) - np.minimum.reduceat(a, first)
+        for a in (np.einsum("ij,ij->i", arm, t[owner]) for t in (x.tangent_1, x.tangent_2))
+    ])  # fmt: skip
+    return 0.5 * float(spans.min(axis=0).min())
+
+
+def _path(to: float | Sequence[float]) -> list[float]:
+    """Turning points [m], checked."""
+    path = [float(v) for v in np.atleast_1d(np.asarray(to, dtype=float))]
+    ends = np.diff([0.0, *path])
+    if not len(path) or not np.isfinite(path).all() or not (np.abs(ends) > 0.0).all():
+        raise InputError(f"to must be a displacement [m] or a path of different ones, got {to!r}")
+    return path
+
+
+def _unit(drive: Drive, assembly: Assembly) -> Array:
+    """Twist of the blocks per displacement of 1 m, shape (n, 6)."""
+    if not isinstance(drive, Drive):
+        raise InputError(f"drive must be a limitmason Drive such as Drive({{'plate': {{'z': -1.0}}}}), got {drive!r}")
+    travel, held = drive.twists(assembly)
+    size = float(np.linalg.norm(travel[:, :3], axis=1).max())
+    if not size > 0.0:
+        raise InputError("the drive has no direction: give a translation, such as {'plate': {'z': -1.0}}")
+    taken = held & assembly.held
+    if taken.any():
+        name = assembly.blocks[int(np.flatnonzero(taken.any(axis=1))[0])].name
+        raise InputError(f"block {name!r} is held by a support in a degree of freedom that the drive moves")
+    if drive.steps is not None or drive.duration is not None:
+        raise InputError("the drive of a push is a direction: leave out its steps and duration, and give steps to push")
+    return travel / size
+
+
+def _plane(assembly: Assembly, loads: Loads, unit: Array) -> Any:
+    """Plane of a plane problem along the global axes, None in space."""
+    plane = find_plane(assembly, loads)
+    if plane is None or not np.isclose(np.abs(plane.normal).max(), 1.0, atol=1e-12):
+        return None
+    out = np.abs(plane.normal) > 0.5
+    return None if unit[:, np.concatenate([out, ~out])].any() else plane
+
+
+def _settled(
+    assembly: Assembly, state: State, stage: Settle, drive: Drive, loads: Loads, checkpoint: str | Path | None
+) -> History:
+    file = _file(checkpoint, "settled")
+    if file is not None and file.exists():
+        return History.load(file, assembly)
+    if drive.servo:
+        stage = Settle(stage.tolerance, stage.max_steps, damping=stage.damping, servo=drive.servo)
+    history = simulate(assembly, stage, loads=loads, start=state)
+    if history.status != "finished":
+        raise InputError(
+            f"the structure does not settle under its own weight in {stage.max_steps} steps (unbalanced force "
+            f"{history['unbalanced force'][-1]:.2g} of a block's load): it falls before it is driven, or needs settle="
+        )
+    if file is not None:
+        history.save(file)
+    return history
+
+
+def _stages(drive: Drive, path: Sequence[float], travel: float, steps: int) -> Sequence[Stage]:
+    """A gentle start and one stage for every branch of the path."""
+    names = ("x", "y", "z", "rx", "ry", "rz")
+    size = float(max(np.linalg.norm([m.get(k, 0.0) for k in names[:3]]) for m in drive.displacement.values()))
+
+    def stage(length: float, count: float) -> Drive:
+        moves = {b: {k: length * v / size for k, v in m.items()} for b, m in drive.displacement.items()}
+        return Drive(moves, steps=max(round(count), 1), keep=True, servo=drive.servo, damping=drive.damping)
+
+    lengths = np.diff([0.0, *path])
+    start = np.sign(lengths[0]) * min(GENTLE * travel, 0.5 * abs(lengths[0]))
+    pace = steps / (travel + 3.0 * abs(start))
+    return [stage(start, 4.0 * pace * abs(start)), stage(lengths[0] - start, pace * abs(lengths[0] - start))] + [
+        stage(length, pace * abs(length)) for length in lengths[1:]
+    ]
+
+
+def _run(
+    assembly: Assembly, settled: History, stages: Sequence[Stage], sample: int, damping: Damping | None,
+    detect_every: int | None, progress: Progress | None, checkpoint: str | Path | None, number: int,
+) -> History:  # fmt: skip
+    file = _file(checkpoint, "v" if number == 0 else f"v{SLOWER}")
+    try:
+        if file is not None and file.exists():
+            before = History.load(file, assembly)
+            if before.position is None:
+                return before
+            history = resume(before, stages, progress=progress, checkpoint=file)
+        else:
+            history = simulate(
+                assembly, stages, start=settled, sample=sample, damping=damping, detect_every=detect_every,
+                progress=progress, checkpoint=file,
+            )  # fmt: skip
+    except UnstableError as error:
+        # a block that has fallen out may end a run whose curve was there before
+        if error.history is None or len(error.history.shift) < 2:
+            raise
+        history = replace(error.history, warnings=(*error.history.warnings, f"the run ended early: {error}"))
+    if file is not None:
+        history.save(file)
+    return history
+
+
+def _file(checkpoint: str | Path | None, name: str) -> Path | None:
+    """File of one part of a push, beside the one the user named."""
+    if checkpoint is None:
+        return None
+    path = Path(checkpoint)
+    return path.with_name(f"{path.stem}-{name}.npz")
+
+
+def _spacing(state: State) -> float:
+    """Largest distance between neighbouring contact points of a joint [m]."""
+    p, j = state.points, state.joints
+    far = 0.0
+    for a, b in zip(j.start[:-1], j.start[1:], strict=True):
+        for along in (p.s[a:b], p.t[a:b]):
+            places = np.unique(np.round(along, 9))
+            far = max(far, float(np.diff(places).max(initial=0.0)))
+    return far
+
+
+def _label(drive: Drive) -> str:
+    return ", ".join(str(b) for b in drive.displacement)
+
+
+class _Follower:
+    """Adds to every sample what part of the push is done and how long the rest will take."""
+
+    def __init__(self, progress: Progress | None, run: int, before: int, count: int, total: int) -> None:
+        self.progress, self.run, self.before, self.count, self.total = progress, run, before, count, total
+        self.clock, self.first = time.perf_counter(), -1.0
+
+    def __call__(self, sampled: Mapping[str, Any]) -> object:
+        """Hand the sample on."""
+        if self.first < 0.0:
+            self.first, self.clock = float(sampled["step"]), time.perf_counter()
+        taken = float(sampled["step"]) - self.first
+        pace = (time.perf_counter() - self.clock) / taken if taken > 0.0 else np.nan
+        done = self.before + min(taken, self.count)
+        assert self.progress is not None
+        return self.progress(
+            {**sampled, "run": self.run, "part": done / self.total, "time left": pace * (self.total - done)}
+        )
+
+
+__all__ = ["BLOCKS", "LUMPED", "RIGID", "default_spacing", "per_interface", "push"]

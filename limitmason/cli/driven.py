@@ -1,0 +1,161 @@
+"""The command ``pushover``: a structure driven to a displacement, its load-displacement curve and its cracks."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import re
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from limitmason.cli.console import figure_file, load_target, say, show_text, writable
+from limitmason.curve import Curve
+from limitmason.errors import InputError
+from limitmason.experiments.record import Experiment
+from limitmason.methods import DEM, get_method
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.model.stages import Drive
+
+_LENGTHS = {"": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
+_EVERY = 10
+
+
+def add_commands(commands: argparse._SubParsersAction) -> None:
+    """Add ``pushover``."""
+    command = commands.add_parser(
+        "pushover", help="drive a structure to a displacement: load-displacement curve, cracks, mode",
+        description="Own weight settles, then a block is driven; it runs to the end whatever the load does. Lengths "
+        "may carry a unit: 2mm, 0.002, 37.5mm.",
+    )  # fmt: skip
+    command.add_argument("target", metavar="TARGET")
+    command.add_argument("--to", type=_length, nargs="+", metavar="LENGTH", required=True,
+                         help="displacement at the end; several are turning points of cycles")  # fmt: skip
+    command.add_argument("--method", default=DEM, help=f"a method that follows driven structures; default: {DEM}")
+    command.add_argument("--block", metavar="NAME", help="block to drive; default: what the experiment drives")
+    command.add_argument("--direction", type=float, nargs=3, metavar=("X", "Y", "Z"), help="needs --block")
+    command.add_argument("--blocks", help="how units deform: rigid (default), lumped (into the joints)")
+    command.add_argument("--spacing", type=_length, metavar="LENGTH", help="largest distance between contact points")
+    command.add_argument("--steps", type=int, help="of the faster of the two runs; default: by the slowest swing")
+    command.add_argument("--once", action="store_true", help="one speed: no rate error, a quarter of the time")
+    command.add_argument("--option", action="append", default=[], metavar="NAME=VALUE",
+                         help="of the experiment, for example outline=675/8/5; may be given again")  # fmt: skip
+    command.add_argument("--checkpoint", type=writable, metavar="FILE", help="go on from here after a kill")
+    command.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the curve (.png, .pdf, .svg)")
+    command.add_argument("--cracks", type=figure_file, metavar="FILE", help="draw the cracks at first crack, peak, end")
+    command.add_argument("--csv", type=writable, metavar="FILE", help="write displacement [m] and load [N]")
+    command.set_defaults(run=_push)
+
+
+def _push(options: argparse.Namespace) -> int:
+    follow = get_method(options.method).drive
+    if follow is None:
+        raise InputError(f"--method {options.method} does not follow a structure that is driven")
+    test, assembly, loads, title = _target(options)
+    drive = _drive(options, test)
+    settings = {
+        "blocks": options.blocks, "contact_points": options.spacing, "steps": options.steps,
+        "checkpoint": options.checkpoint, "rate_check": False if options.once else None,
+    }  # fmt: skip
+    say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces")
+    if test is not None and test.inferred:
+        say("the outline is inferred, not published")
+    curve = follow(
+        assembly, drive, to=options.to if len(options.to) > 1 else options.to[0], loads=loads, progress=_progress(),
+        label=f"{options.method}, {title}", **{k: v for k, v in settings.items() if v is not None},
+    )  # fmt: skip
+    show_text(str(curve))
+    if options.csv:
+        _write(options.csv, curve)
+        say(f"wrote {options.csv}")
+    if options.figure or options.cracks:
+        _draw(options, curve, test, title)
+    return 0 if curve.status == "finished" else 3
+
+
+def _target(options: argparse.Namespace) -> tuple[Experiment | None, Assembly, Loads, str]:
+    """The experiment, where the target is one, with its assembly, dead loads and name."""
+    source, slash, specimen = options.target.partition("/")
+    if slash and not Path(options.target).exists():
+        from limitmason import experiments
+
+        test = experiments.load(source, specimen, **_chosen(options.option))
+        assembly = test.assembly()
+        return test, assembly, test.loads(), f"{source} {specimen}"
+    if options.option:
+        raise InputError("--option is of a packaged experiment, and the target is a file: leave it out")
+    assembly, loads, title = load_target(options.target, needs_live_load=False)
+    return None, assembly, loads, title
+
+
+def _chosen(texts: list[str]) -> dict[str, Any]:
+    """Options written NAME=VALUE, numbers as numbers."""
+    out: dict[str, Any] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals:
+            raise InputError(f"--option {text!r} must be written NAME=VALUE")
+        try:
+            out[name] = float(value)
+        except ValueError:
+            out[name] = value
+    return out
+
+
+def _drive(options: argparse.Namespace, test: Experiment | None) -> Drive:
+    if options.block is not None:
+        if options.direction is None:
+            raise InputError("--block needs --direction X Y Z")
+        moves = {k: v for k, v in zip("xyz", options.direction, strict=True) if v != 0.0}
+        return Drive({options.block: moves})
+    if options.direction is not None:
+        raise InputError("--direction needs --block")
+    if test is None:
+        raise InputError("a model file does not say what is driven: give --block NAME --direction X Y Z")
+    return test.drive()
+
+
+def _length(text: str) -> float:
+    """A length with or without a unit [m]."""
+    found = re.fullmatch(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([a-z]*)\s*", text)
+    if not found or found[2] not in _LENGTHS:
+        raise argparse.ArgumentTypeError(f"{text!r} is no length such as 2mm or 0.002")
+    return float(found[1]) * _LENGTHS[found[2]]
+
+
+def _progress() -> Callable[[Mapping[str, Any]], None]:
+    said = [0]
+
+    def show(now: Mapping[str, Any]) -> None:
+        tenth = int(_EVERY * now["part"])
+        if tenth > said[0]:
+            said[0] = tenth
+            say(f"  {now['part']:.0%}, about {now['time left']:.0f} s left")
+
+    return show
+
+
+def _write(path: Path, curve: Curve) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["displacement", "load", *curve.errors])
+        writer.writerow([curve.displacement_unit, curve.load_unit, *("-" for _ in curve.errors)])
+        for row in zip(curve.displacement, curve.load, *curve.errors.values(), strict=True):
+            writer.writerow([f"{v:.9g}" for v in row])
+
+
+def _draw(options: argparse.Namespace, curve: Any, test: Experiment | None, title: str) -> None:
+    from limitmason import figures
+
+    marks = []
+    if test is not None and test.inferred:
+        marks.append("Outline inferred, not published.")
+    if options.figure:
+        known = test if test is not None and (test.measured or test.published) else None
+        text = " ".join([*marks, *str(curve).splitlines()[3:6]])
+        figures.load_displacement(curve, measured=known, title=title, caption=text).savefig(options.figure, dpi=200)
+        say(f"wrote {options.figure}")
+    if options.cracks:
+        figures.cracks(curve, title=title, caption=" ".join(marks) or None).savefig(options.cracks, dpi=200)
+        say(f"wrote {options.cracks}")

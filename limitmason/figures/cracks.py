@@ -1,0 +1,173 @@
+"""Crack pattern of a driven structure at moments of its curve: first crack, peak, end."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from limitmason.errors import InputError
+from limitmason.figures import elevation, style
+from limitmason.figures.deformation import rigid_motion
+from limitmason.figures.mechanism import chosen_plane
+from limitmason.figures.motion import RigidMotion, structure_size
+from limitmason.geometry.rotation import rotation_vectors
+
+Array = NDArray[np.float64]
+
+MOMENTS = ("first crack", "peak", "end")
+_PAGE, _LEFT, _RIGHT = 6.3, 0.55, 0.12
+_WIDEST = 3.0
+_DRAWN = 0.05
+
+
+@style.in_print_style
+def cracks(
+    curve: Any,
+    *,
+    at: tuple[str | int, ...] = MOMENTS,
+    width: float = 0.15e-3,
+    scale: float | None = None,
+    title: str | None = None,
+    caption: str | None = None,
+) -> Figure:
+    """Elevations of a driven structure with its cracked joints, as thick as they are wide.
+
+    A joint is drawn where it has failed: vermilion where it has opened more than slid, blue where it slid, its line as
+    thick as its movement is large beside the largest of the same picture; below a thirtieth of that it is a thin grey
+    line.
+
+    Parameters
+    ----------
+    curve : of ``dem.push``: with ``assembly``, ``opening``, ``slip``, ``failed``, ``states`` and ``first_crack``
+    at : moments to draw: "first crack" (of ``width``), "first failure", "peak", "end", or samples by number
+    width : opening that counts as a crack [m]
+    scale : factor on displacements and rotations; by default so that the largest at the last moment can be seen
+    title, caption : heading, and text under it after the scale
+
+    Raises
+    ------
+    ValueError
+        For a curve without what its joints did, an unknown moment, and a structure that is not a wall in its plane.
+    """
+    if getattr(curve, "failed", None) is None or curve.assembly is None:
+        raise InputError("this curve does not tell what its joints did: draw the curve of dem.push")
+    chosen = [(_index(curve, moment, width), moment) for moment in at]
+    drawn = [(i, m) for i, m in chosen if i is not None]
+    if not drawn:
+        raise InputError(f"none of {', '.join(map(str, at))} happened on this curve: name another moment or width")
+    model = curve.assembly
+    moved = [_since_settled(curve, i) for i, _ in drawn]
+    plane = chosen_plane(model, "elevation", np.concatenate(moved[-1], axis=1))
+    if plane is None:
+        raise InputError("cracks are drawn in elevation, and this structure has no plane of its own")
+    size = structure_size(model)
+    if scale is None:
+        travel = max(float(np.abs(moved[-1][0]).max()), 1e-300)
+        scale = max(style.round_length(_DRAWN * size / travel), 1.0)
+    view = elevation.Elevation(model, plane)
+    motions = [rigid_motion(model, u, v, scale) for u, v in moved]
+    ends = [view.frame(m) for m in motions]
+    frame = elevation.Frame(np.min([f.low for f in ends], axis=0), np.max([f.high for f in ends], axis=0))
+    text = [f"displacements drawn {scale:g} times"]
+    text += [f"no {m}: never {1e3 * width:g} mm wide" for i, m in chosen if i is None and m == "first crack"]
+    text += [caption] if caption else []
+    figure, axes, inch = _page(frame, len(drawn), title, " · ".join(text))
+    for ax, (i, moment), motion in zip(axes, drawn, motions, strict=True):
+        elevation.draw_blocks(ax, view, min(max(0.03 * 72.0 * inch * view.block_size(), 0.12), 0.5), motion=motion)
+        _draw_joints(ax, view, motion, curve, i)
+        elevation.set_frame(ax, view, frame)
+        ax.set_title(_heading(curve, i, moment), loc="left", fontsize=8.0, pad=3.0)
+        if ax is not axes[-1]:
+            ax.set_xlabel("")
+            ax.tick_params(labelbottom=False)
+    handles = [
+        Line2D([], [], color=style.OPENING, linewidth=_WIDEST, label="joint opened"),
+        Line2D([], [], color=style.SLIDING, linewidth=_WIDEST, label="joint slid"),
+        Line2D([], [], color=style.GHOST, linewidth=0.7, label="failed, hardly moved"),
+    ]
+    figure.legend(handles=handles, loc="lower center", ncols=3, fontsize=7.5, frameon=False, borderpad=0.0)
+    return figure
+
+
+def _index(curve: Any, moment: str | int, width: float) -> int | None:
+    """Sample of a moment; None where it did not happen."""
+    if not isinstance(moment, str):
+        return curve.point(int(moment)).index
+    if moment == "peak":
+        return curve.peak.index
+    if moment == "end":
+        return len(curve) - 1
+    if moment in ("first crack", "first failure"):
+        found = curve.first_crack(width) if moment == "first crack" else curve.first_failure
+        return None if found is None else found.index
+    raise InputError(f"unknown moment {moment!r}: 'first crack', 'first failure', 'peak', 'end' or a sample")
+
+
+def _since_settled(curve: Any, index: int) -> tuple[Array, Array]:
+    """Displacements [m] and rotation vectors [rad] of the blocks at a sample."""
+    shift, quaternion = curve.states[index]
+    return np.asarray(shift), rotation_vectors(np.asarray(quaternion))
+
+
+def _draw_joints(ax: Axes, view: elevation.Elevation, motion: RigidMotion, curve: Any, index: int) -> None:
+    opening, slip = (np.nan_to_num(getattr(curve, n)[index]) for n in ("opening", "slip"))
+    failed = np.nan_to_num(curve.failed[index]) > 0.0
+    movement = np.maximum(opening, slip) * failed
+    largest = float(movement.max(initial=0.0))
+    small = failed & (movement <= largest / 30.0)
+    groups = (
+        (small, style.GHOST, "failed", np.full(len(failed), 0.7)),
+        (failed & ~small & (opening >= slip), style.OPENING, "opening", None),
+        (failed & ~small & (slip > opening), style.SLIDING, "sliding", None),
+    )
+    for flags, colour, gid, widths in groups:
+        rows = np.flatnonzero(flags)
+        if not len(rows):
+            continue
+        a, b = view.segments(rows, motion)
+        wide = widths[rows] if widths is not None else 0.6 + (_WIDEST - 0.6) * movement[rows] / largest
+        ax.add_collection(
+            LineCollection(
+                list(0.5 * (a + b)), colors=colour, linewidths=wide, gid=gid, zorder=3.0, capstyle="butt"
+            )
+        )  # fmt: skip
+
+
+def _heading(curve: Any, index: int, moment: str | int) -> str:
+    point = curve.point(index)
+    widest = 1e3 * float(np.nan_to_num(curve.opening[index]).max(initial=0.0))
+    name = moment if isinstance(moment, str) else f"sample {index}"
+    return (
+        f"{name}: {style.force_text(point.load)} at {1e3 * point.displacement:.3g} mm, widest opening {widest:.2g} mm"
+    )
+
+
+def _page(frame: elevation.Frame, count: int, title: str | None, text: str) -> tuple[Figure, list[Axes], float]:
+    """A figure with elevations one below the other, and inches per metre."""
+    lines = textwrap.wrap(text, int((_PAGE - 0.24) / 0.0555))
+    inch = min((_PAGE - _LEFT - _RIGHT) / frame.span[0], 3.2 / frame.span[1])
+    wide, high = frame.span * inch
+    head, foot, gap = 0.12 + (0.21 if title else 0.0) + 0.145 * len(lines) + 0.24, 0.62, 0.3
+    total = head + count * high + (count - 1) * gap + foot
+    figure = Figure(figsize=(_PAGE, total), dpi=200)
+    FigureCanvasAgg(figure)
+    left = _LEFT + 0.5 * (_PAGE - _LEFT - _RIGHT - wide)
+    axes = [
+        figure.add_axes((left / _PAGE, (foot + (count - 1 - k) * (high + gap)) / total, wide / _PAGE, high / total))
+        for k in range(count)
+    ]
+    top = 1.0 - 0.09 / total
+    if title:
+        figure.text(0.12 / _PAGE, top, title, fontsize=9.5, fontweight="bold", va="top", gid="title")
+        top -= 0.21 / total
+    figure.text(0.12 / _PAGE, top, "\n".join(lines), fontsize=7.5, color=style.FAINT, va="top", linespacing=1.3,
+                gid="caption")  # fmt: skip
+    return figure, axes, float(inch)

@@ -1,0 +1,302 @@
+"""Driven structures: closed forms of stiffness, first failure, peak and residual; speeds, cycles, resuming, errors."""
+
+import math
+
+import numpy as np
+import pytest
+
+import dem
+import limitmason as lm
+from limitmason.constants import GRAVITY
+from limitmason.errors import InputError
+from limitmason.lumped_units import with_lumped_units
+
+BRICK = lm.Material(young_modulus=16.7e9, poisson_ratio=0.15, density=2000.0)
+KN, KS = 83e9, 36e9
+DOWN = dem.Drive({"top": {"z": -1.0}})
+
+
+def stacked(courses, *, width=0.2, height=0.1, depth=0.1, names=None, **law):
+    """A stack on a held block; the uppermost is called "top"."""
+    joint = lm.Joint(**{"friction_angle_deg": 30.0, "normal_stiffness": KN, "shear_stiffness": KS, **law})
+    outlines = [[[-1.0, -0.1], [1.0, -0.1], [1.0, 0.0], [-1.0, 0.0]]] + [
+        [[0.0, height * k], [width, height * k], [width, height * (k + 1)], [0.0, height * (k + 1)]]
+        for k in range(courses)
+    ]
+    names = ["ground", *(f"b{k}" for k in range(courses - 1)), "top"]
+    wall = lm.Assembly.from_polygons(outlines, thickness=depth, joint=joint, fixed=["ground"], names=names)
+    return wall.with_material(BRICK)
+
+
+# ---- closed forms ----
+
+
+def test_lumped_column_is_joints_and_bricks_in_series():
+    wall = with_lumped_units(stacked(3))
+    # halves of the bricks beside each joint: three whole bricks but for the upper half of the top one
+    compliance = 3.0 / KN + 2.5 * 0.1 / BRICK.young_modulus
+    kn = [i.joint.normal_stiffness for i in wall.interfaces]
+    ks = [i.joint.shear_stiffness for i in wall.interfaces]
+    assert sum(1.0 / k for k in kn) == pytest.approx(compliance, rel=1e-12)
+    assert sum(1.0 / k for k in ks) == pytest.approx(3.0 / KS + 2.5 * 0.1 / BRICK.shear_modulus, rel=1e-12)
+    curve = dem.push(stacked(3), DOWN, to=1e-5, blocks="lumped")
+    area = 0.2 * 0.1
+    assert curve.stiffness(0.3, 0.9) == pytest.approx(area / compliance, rel=2e-3)
+    # own weight: each joint carries what lies above it
+    weight = 2000.0 * GRAVITY * area * 0.1
+    settled = sum((3 - k) * weight / area / n for k, n in enumerate(kn))
+    assert curve.settlement == pytest.approx(settled, rel=1e-4)
+    assert curve.blocks == "lumped"
+    assert "lumped blocks" in str(curve)
+
+
+def test_units_without_end_of_stiffness_are_the_rigid_dem():
+    hard = stacked(3).with_material(lm.Material(young_modulus=1e30, poisson_ratio=0.15))
+    rigid = dem.push(hard, DOWN, to=1e-5, rate_check=False)
+    lumped = dem.push(hard, DOWN, to=1e-5, rate_check=False, blocks="lumped")
+    assert lumped.load == pytest.approx(rigid.load, rel=1e-9)
+
+
+def test_pull_off_begins_at_the_strength_and_leaves_the_weight():
+    law = {"cohesion": 5e5, "tensile_strength": 1e5, "residual_cohesion": 0.0, "residual_tensile_strength": 0.0}
+    wall = stacked(1, **law)
+    curve = dem.push(wall, dem.Drive({"top": {"z": 1.0, "ry": 0.0, "x": 0.0}}), to=2.5e-6, steps=20_000)
+    weight = float(wall.weights[~wall.fixed].sum())
+    # strength over the face, and the block's own weight, which the joint carried when the drive began
+    peak = 1e5 * 0.02 + weight
+    assert curve.first_failure.load == pytest.approx(peak, rel=2e-3)
+    assert curve.peak.load == pytest.approx(peak, rel=1e-2)
+    assert curve.residual == pytest.approx(weight, rel=1e-3)
+    assert curve.mode.name == "rocking"  # level joints opened at one level
+
+
+@pytest.mark.parametrize("eccentricity", [0.03, 0.08])
+def test_first_failure_is_where_the_edge_reaches_the_strength(eccentricity):
+    # an arm carries the drive beside the joint's middle: sigma = P/A (1 + 6 e / b) = ft, weights of the arm aside
+    b, t, ft = 0.2, 0.1, 2e5
+    joint = lm.Joint(30.0, cohesion=1e6, tensile_strength=ft, normal_stiffness=KN, shear_stiffness=KS)
+    x = 0.5 * b + eccentricity
+    wall = lm.Assembly.from_polygons(
+        [[[-1, -0.1], [1, -0.1], [1, 0], [-1, 0]], [[0, 0], [b, 0], [b, 0.1], [0, 0.1]],
+         [[x - 0.01, 0.1], [x + 0.01, 0.1], [x + 0.01, 0.12], [x - 0.01, 0.12]]],
+        thickness=t, joint=joint, joints={("block", "top"): lm.Joint(30.0, cohesion=1e9, tensile_strength=1e9,
+        normal_stiffness=KN, shear_stiffness=KS)},
+        density=1.0, fixed=["ground"], names=["ground", "block", "top"],
+    )  # fmt: skip
+    curve = dem.push(wall, dem.Drive({"top": {"z": 1.0}}), to=6e-5, steps=20_000, rate_check=False)
+    expected = ft * b * t / (1.0 + 6.0 * eccentricity / b)
+    assert curve.first_failure.load == pytest.approx(expected, rel=0.02)
+    assert "ground and block" in curve.first_failure.where
+
+
+def test_sliding_begins_at_cohesion_and_friction_and_goes_on_at_friction_alone():
+    law = {"cohesion": 4e4, "tensile_strength": 4e4, "residual_cohesion": 0.0, "residual_tensile_strength": 0.0}
+    wall = stacked(1, width=0.4, height=0.1, **law)
+    weight = float(wall.weights[~wall.fixed].sum())
+    curve = dem.push(wall, dem.Drive({"top": {"x": 1.0, "ry": 0.0}}), to=4e-6, steps=20_000)
+    friction = math.tan(math.radians(30.0)) * weight
+    assert curve.peak.load == pytest.approx(4e4 * 0.04 + friction, rel=5e-3)
+    assert curve.residual == pytest.approx(friction, rel=2e-3)
+    assert curve.mode.name == "sliding"
+    assert curve.mode.bed_slip > 0.9
+    assert "by opening at once or by slip at once" in curve.law
+
+
+def test_a_slender_pier_rocks_at_its_weight_times_half_base_over_height():
+    wall = stacked(4, width=0.2, height=0.2)
+    curve = dem.push(wall, dem.Drive({"top": {"x": 1.0}}), to=1e-3, contact_points=0.05, steps=60_000)
+    weight = float(wall.weights[~wall.fixed].sum())
+    # the drive acts at the top block's centroid, 0.7 m up; rigid blocks on stiff joints turn about the toe
+    assert curve.peak.load == pytest.approx(weight * 0.1 / 0.7, rel=0.01)
+    assert curve.mode.name == "rocking"
+    assert curve.first_crack(0.1e-3, "base").where.startswith("base joint")
+    assert curve.first_crack(0.1e-3, "head") is None
+
+
+def test_a_bonded_row_between_jambs_fails_as_soldiers_bend():
+    joint = lm.Joint(35.0, cohesion=2e5, tensile_strength=1e5, normal_stiffness=KN, shear_stiffness=KS,
+                     residual_tensile_strength=0.0)  # fmt: skip
+    wall = lm.build.wall(
+        length=1.8, courses=7, unit=(0.225, 0.075, 0.1), joint=joint, spreader=(0.075, 0.075),
+        openings=[lm.build.Opening(0.45, 0.0, 0.9, 0.3, head="soldier")],
+    )  # fmt: skip
+    curve = dem.push(wall, dem.Drive({"spreader": {"z": -1.0}}), to=2e-4, rate_check=False)
+    assert curve.first_failure.where.startswith("head joint of soldier")
+    assert curve.mode.name == "soldier bending"
+
+
+def test_crushing_is_counted_as_it_closes():
+    wall = stacked(2, compressive_strength=2e6)
+    curve = dem.push(wall, DOWN, to=1e-4, rate_check=False)
+    # both joints crush at their strength; what closes beyond the elastic part is crushing
+    assert curve.peak.load == pytest.approx(2e6 * 0.02, rel=0.01)
+    assert curve.crushed[-1].sum() == pytest.approx(1e-4 - 2.0 * 2e6 / KN, rel=0.02)
+    assert curve.mode.name == "crushing"
+    assert curve.first_failure.load == pytest.approx(2e6 * 0.02, rel=0.01)
+
+
+# ---- invariance ----
+
+WALL = {"length": 0.675, "courses": 3, "unit": (0.225, 0.075, 0.1)}
+PLASTIC = lm.Joint(30.0, cohesion=5e4, tensile_strength=3e4, normal_stiffness=KN, shear_stiffness=KS)
+
+
+def opened(joint=PLASTIC):
+    return lm.build.wall(
+        length=1.125, courses=6, unit=(0.225, 0.075, 0.1), joint=joint, spreader=(0.225, 0.075),
+        openings=[lm.build.Opening(0.225, 0.0, 0.675, 0.15, head="soldier")],
+    )  # fmt: skip
+
+
+PLATE = dem.Drive({"spreader": {"z": -1.0}})
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return dem.push(opened(), PLATE, to=2e-4, steps=6000)
+
+
+def test_mirrored_renumbered_and_heavier_numbered_copies_give_the_same_curve(plain):
+    wall = opened()
+    mirror = wall.transformed(np.diag([-1.0, 1.0, 1.0]), (1.125, 0.0, 0.0))
+    order = list(reversed(range(wall.n_blocks)))
+    for copy in (mirror, wall.renumbered(order), wall.transformed(np.eye(3), (3.0, -2.0, 1.0))):
+        again = dem.push(copy, PLATE, to=2e-4, steps=6000)
+        assert again.peak.load == pytest.approx(plain.peak.load, rel=2e-3)
+        assert again.mode.name == plain.mode.name
+        assert again.first_failure.load == pytest.approx(plain.first_failure.load, rel=5e-3)
+
+
+def test_a_wall_turned_about_its_height_gives_the_same_curve_in_space(plain):
+    c, s = math.cos(0.5), math.sin(0.5)
+    turned = opened().transformed([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    # its plane is no plane of the axes: points across the thickness, motions out of the plane free
+    again = dem.push(turned, PLATE, to=2e-4, steps=6000, rate_check=False, contact_points=0.0375)
+    assert len(again.history.state.points.s) > 1.9 * len(plain.history.state.points.s)
+    assert again.peak.load == pytest.approx(plain.faster.peak.load, rel=0.02)
+
+
+def test_twice_the_scale_of_all_stresses_gives_twice_the_load(plain):
+    heavy = lm.Joint(30.0, cohesion=1e5, tensile_strength=6e4, normal_stiffness=2 * KN, shear_stiffness=2 * KS)
+    wall = opened(heavy).with_material(lm.Material(young_modulus=1e9, poisson_ratio=0.2, density=4000.0))
+    twice = dem.push(wall, PLATE, to=2e-4, steps=6000)
+    assert twice.load == pytest.approx(2.0 * plain.load, rel=1e-6, abs=1e-3)
+
+
+# ---- speeds, cycles, events ----
+
+
+def test_the_slower_run_is_the_answer_and_the_faster_its_error(plain):
+    assert plain.steps == 18_000
+    assert plain.faster.steps == 6000
+    once = dem.push(opened(), PLATE, to=2e-4, steps=6000, rate_check=False)
+    assert once.load == pytest.approx(plain.faster.load, rel=1e-12)
+    assert math.isnan(once.rate_error)
+    expected = abs(plain.faster.peak.load - plain.peak.load) / plain.peak.load
+    assert plain.rate_error == pytest.approx(expected)
+    assert plain.errors["rate"].shape == plain.load.shape
+    assert plain.errors["rate"].max() >= 0.5 * expected
+    assert f"rate error {expected:.2%}" in str(plain)
+    assert plain.displacement[-1] == pytest.approx(2e-4, rel=1e-9)
+    assert np.all(np.diff(plain.displacement) > 0.0)
+
+
+def test_a_hasty_push_says_so():
+    hasty = dem.push(opened(), PLATE, to=2e-4, steps=200, samples=20)
+    assert hasty.rate_error > 0.02
+    assert any("take more steps" in w for w in hasty.warnings)
+    assert any("kinetic energy reaches" in w for w in hasty.warnings)
+
+
+def test_an_elastic_cycle_returns_to_no_load_and_a_plastic_one_does_not():
+    elastic = dem.push(stacked(2, cohesion=1e8, tensile_strength=1e8), DOWN, to=(1e-5, -1e-5, 0.0), rate_check=False)
+    k = elastic.stiffness(0.3, 0.9)
+    assert elastic.load.min() == pytest.approx(-k * 1e-5, rel=1e-2)
+    assert abs(elastic.load[-1]) < 1e-2 * elastic.load.max()
+    assert elastic.displacement.max() == pytest.approx(1e-5, rel=1e-6)
+    slid = dem.push(stacked(1, width=0.4), dem.Drive({"top": {"x": 1.0, "ry": 0.0}}), to=(1e-5, 0.0), rate_check=False)
+    assert slid.load[-1] == pytest.approx(-slid.load.max(), rel=1e-2)
+
+
+def test_a_servo_keeps_its_push_while_another_block_is_driven():
+    wall = stacked(2, width=0.4)
+    drive = dem.Drive({"b0": {"x": 1.0, "ry": 0.0}}, servo={"top": dem.Servo(5e3)})
+    curve = dem.push(wall, drive, to=4e-5, rate_check=False, contact_points=0.1)
+    mu, w = math.tan(math.radians(30.0)), float(wall.weights[1:].sum())
+    # the servo holds the upper block level and free to follow: only the joint on the ground slides
+    assert curve.residual == pytest.approx(mu * (5e3 + w), rel=0.02)
+
+
+# ---- going on after a cut ----
+
+
+def test_a_push_that_was_cut_off_goes_on_to_the_same_bits(tmp_path, plain):
+    file = tmp_path / "push.npz"
+    seen = []
+
+    def stop(now):
+        seen.append(now)
+        return len(seen) == 40
+
+    cut = dem.push(opened(), PLATE, to=2e-4, steps=6000, checkpoint=file, progress=stop)
+    assert cut.status == "interrupted"
+    assert 0.0 < seen[-1]["part"] < 1.0
+    assert seen[-1]["time left"] > 0.0
+    whole = dem.push(opened(), PLATE, to=2e-4, steps=6000, checkpoint=file)
+    assert np.array_equal(whole.load, plain.load)
+    assert np.array_equal(whole.faster.load, plain.faster.load)
+    assert np.array_equal(whole.failed, plain.failed)
+    # a third call computes nothing
+    again = dem.push(opened(), PLATE, to=2e-4, steps=6000, checkpoint=file, progress=lambda now: pytest.fail("it ran"))
+    assert np.array_equal(again.load, plain.load)
+
+
+def test_a_checkpoint_of_another_model_is_refused(tmp_path):
+    file = tmp_path / "push.npz"
+    dem.push(opened(), PLATE, to=2e-5, steps=400, rate_check=False, checkpoint=file)
+    other = opened(lm.Joint(35.0, cohesion=5e4, tensile_strength=3e4, normal_stiffness=KN, shear_stiffness=KS))
+    with pytest.raises(InputError, match="friction_angle_deg"):
+        dem.push(other, PLATE, to=2e-5, steps=400, rate_check=False, checkpoint=file)
+
+
+# ---- errors ----
+
+
+@pytest.mark.parametrize(
+    "drive, options, message",
+    [
+        ({"spreader": {"z": -1.0}}, {"to": 0.0}, "to must be a displacement"),
+        ({"spreader": {"z": -1.0}}, {"to": (1e-4, 1e-4)}, "to must be a displacement"),
+        ({"spreader": {"z": -1.0}}, {"to": float("nan")}, "to must be a displacement"),
+        ({"spreader": {"ry": 1.0}}, {}, "no direction"),
+        ({"sprader": {"z": -1.0}}, {}, "no block named 'sprader'"),
+        ({"spreader": {"w": -1.0}}, {}, "unknown degree of freedom 'w'"),
+        ({"base": {"z": -1.0}}, {}, "block 'base' is held"),
+        ({"spreader": {"z": -1.0}}, {"blocks": "soft"}, "blocks must be one of 'rigid', 'lumped'"),
+        ({"spreader": {"z": -1.0}}, {"blocks": "lumped"}, "no unit has a material"),
+        ({"spreader": {"z": -1.0}}, {"steps": 10}, "steps at least 100"),
+        ({"spreader": {"z": -1.0}}, {"contact_points": -0.1}, "spacing"),
+    ],
+)
+def test_wrong_input_is_refused_by_name(drive, options, message):
+    with pytest.raises(InputError, match=message):
+        dem.push(opened(), dem.Drive(drive), **{"to": 1e-4, **options})
+
+
+def test_joints_without_stiffness_have_nothing_to_add_the_units_to():
+    wall = opened(lm.Joint(30.0)).with_material(BRICK)
+    with pytest.raises(InputError, match="'base' and 'facade-1-01' needs a normal and a shear stiffness|'base' and"):
+        dem.push(wall, PLATE, to=1e-4, blocks="lumped")
+
+
+def test_what_falls_under_its_own_weight_is_not_driven():
+    wall = opened(lm.Joint(0.5, normal_stiffness=KN, shear_stiffness=KS))
+    with pytest.raises(InputError, match="does not settle"):
+        dem.push(wall, PLATE, to=1e-4, settle=dem.Settle(tolerance=1e-5, max_steps=2000))
+
+
+def test_hopeless_contrasts_of_stiffness_are_refused_with_the_time_they_would_take():
+    soft = lm.Joint(30.0, cohesion=5e4, normal_stiffness=1e5, shear_stiffness=1e5)
+    wall = opened().with_joints({"base": soft})
+    with pytest.raises(InputError, match=r"would take about .* h.*'base' and .* softest"):
+        dem.push(wall, PLATE, to=1e-4, settle=dem.Settle(tolerance=1e9), longest=5.0)
