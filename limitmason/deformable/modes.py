@@ -93,11 +93,15 @@ class ModalBlock:
         -------
         mean, gradient : sigma(X) = mean + gradient . X, shapes (3, 3), (3, 3, 3)
         """
-        mean, slope = self.strain_field()
         q = np.asarray(coordinates, dtype=float)
-        stress = self.elasticity.stress
-        gradient = stress(np.einsum("k,kijp->pij", q, slope))
-        return stress(np.einsum("k,kij->ij", q, mean)), np.asarray(np.moveaxis(gradient, 0, -1))
+        mean, gradient = self.stress_modes()
+        return np.asarray(np.tensordot(q, mean, axes=1)), np.asarray(np.tensordot(q, gradient, axes=1))
+
+    def stress_modes(self) -> tuple[Array, Array]:
+        """:meth:`stress_field` of a unit of every mode, shapes (k, 3, 3), (k, 3, 3, 3)."""
+        mean, slope = self.strain_field()
+        gradient = self.elasticity.stress(np.moveaxis(slope, -1, 1))
+        return self.elasticity.stress(mean), np.asarray(np.moveaxis(gradient, 1, -1))
 
     def on_plane(self, origin: ArrayLike, tangent_1: ArrayLike, tangent_2: ArrayLike) -> Array:
         """Coefficients of phi(origin + s t1 + t t2) before 1, s, t, s^2, s t, t^2, shape (k, 6, 3).
