@@ -144,6 +144,29 @@ def sides(deformation: Deformation, joints: Joints) -> tuple[Array, Array, Array
     return out[0], out[1], along
 
 
+def point_values(points: Points, joints: Joints, side_a: Array, side_b: Array, along: Array) -> tuple[Array, Array]:
+    """Displacement that every mode of both blocks makes at every point, along t1, t2, n of its joint.
+
+    Returns
+    -------
+    on a, on b : in the frame as the block carries it [m per unit of a coordinate], shapes (points, 3, m)
+    """
+    owner = np.repeat(np.arange(len(joints.block_a)), np.diff(joints.start))
+    s, t, m = points.s, points.t, side_a.shape[1]
+    out = []
+    for side in (side_a, side_b):
+        if side.shape[2] == 18:
+            powers = np.stack([np.ones_like(s), s, t, s * s, s * t, t * t], axis=1)
+            out.append(np.einsum("xmcp,xp->xcm", side[owner].reshape(len(s), m, 3, 6), powers))
+        else:
+            p = along[owner, 0] * s + along[owner, 1] * t
+            powers = np.stack([np.ones_like(p), p, p * p], axis=1)
+            value = np.einsum("xmcp,xp->xcm", side[owner].reshape(len(s), m, 2, 3), powers)
+            slide, apart = value[:, 0], value[:, 1]
+            out.append(np.stack([along[owner, :1] * slide, along[owner, 1:] * slide, apart], axis=1))
+    return out[0], out[1]
+
+
 def coupled_stiffness(points: Points, joints: Joints, side_a: Array, side_b: Array, along: Array, n: int) -> Array:
     """Stiffness every block feels in its rigid motions and modes when only it moves, joints closed, (n, 6 + m, 6 + m).
 
@@ -154,24 +177,12 @@ def coupled_stiffness(points: Points, joints: Joints, side_a: Array, side_b: Arr
     stiff = joints.law[:, [LAW_KS, LAW_KS, LAW_KN]][owner] * points.area[:, None]
     m = side_a.shape[1]
     out = np.zeros((n, 6 + m, 6 + m))
-    s, t = points.s, points.t
-    frame_a, frame_b = frames(joints)
-    for block, arm, axes, side in (
-        (joints.block_a, joints.arm_a, frame_a, side_a), (joints.block_b, joints.arm_b, frame_b, side_b),
-    ):  # fmt: skip
+    values = point_values(points, joints, side_a, side_b, along)
+    ends = (joints.block_a, joints.block_b), (joints.arm_a, joints.arm_b), frames(joints), values
+    for block, arm, axes, value in zip(*ends, strict=True):
         frame = axes[owner]
-        r = arm[owner] + s[:, None] * frame[:, 0] + t[:, None] * frame[:, 1]
-        g = np.zeros((len(s), 3, 6 + m))
-        g[:, :, :3], g[:, :, 3:6] = frame, np.cross(r[:, None], frame)
-        if side.shape[2] == 18:
-            powers = np.stack([np.ones_like(s), s, t, s * s, s * t, t * t], axis=1)
-            g[:, :, 6:] = np.einsum("xmcp,xp->xcm", side[owner].reshape(len(s), m, 3, 6), powers)
-        else:
-            p = along[owner, 0] * s + along[owner, 1] * t
-            powers = np.stack([np.ones_like(p), p, p * p], axis=1)
-            value = np.einsum("xmcp,xp->xcm", side[owner].reshape(len(s), m, 2, 3), powers)
-            g[:, 0, 6:], g[:, 1, 6:] = along[owner, :1] * value[:, 0], along[owner, 1:] * value[:, 0]
-            g[:, 2, 6:] = value[:, 1]
+        r = arm[owner] + points.s[:, None] * frame[:, 0] + points.t[:, None] * frame[:, 1]
+        g = np.concatenate([frame, np.cross(r[:, None], frame), value], axis=2)
         part = np.einsum("xk,xki,xkj->xij", stiff, g, g, optimize=True)
         total = np.add.reduceat(part, joints.start[:-1], axis=0) if len(part) else part[:0]
         np.add.at(out, block, total)
