@@ -2,19 +2,29 @@
 
 import numpy as np
 
-from dem.kernels.arrays import LAW_DASH, LAW_DIL, LAW_FC, LAW_RATE, Array
+from dem.kernels.arrays import (
+    LAW_DASH,
+    LAW_DIL,
+    LAW_DIL_R,
+    LAW_FC,
+    LAW_RATE,
+    LAW_RATE_SLIP,
+    LAW_SECANT,
+    Array,
+)
 from dem.kernels.compiled import kernel
 from dem.kernels.kinematics import relative_motion
 from dem.kernels.law import fall_of, peak_of, return_map
 
 Numbers = tuple[float, ...]
+PLANE_MODES = 5  # known to the compiler, which unrolls its loops
 
 
 @kernel(forceinline=True)
 def _side(side: Array, j: int, x: Array, i: int) -> Numbers:
     """Six coefficients of one side of joint j at the coordinates of block i."""
     c0 = c1 = c2 = c3 = c4 = c5 = 0.0
-    for k in range(x.shape[1]):
+    for k in range(PLANE_MODES):
         q = x[i, k]
         c0 += q * side[j, k, 0]
         c1 += q * side[j, k, 1]
@@ -134,10 +144,17 @@ def _plane_joint(
     side_b = _turned_side(_side(two, j, value, b), cos, sin)
     peak = peak_of(law, j)
     if law[j, LAW_DASH] == 0.0 or dt == 0.0:
-        if law[j, LAW_RATE] == 0.0 and law[j, LAW_DIL] == 0.0 and law[j, LAW_FC] == np.inf:
+        # what a law does not have is left out: it neither dilates nor crushes, and does not soften
+        flat = law[j, LAW_DIL] == 0.0 and law[j, LAW_DIL_R] == 0.0 and law[j, LAW_FC] == np.inf
+        if flat and law[j, LAW_RATE] == 0.0 and law[j, LAW_RATE_SLIP] == 0.0:
             out = _plane_points(
                 s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, al, be, side_a, side_b, peak,
                 None, None, False,
+            )  # fmt: skip
+        elif flat and law[j, LAW_SECANT] == 0.0:
+            out = _plane_points(
+                s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, al, be, side_a, side_b, peak,
+                fall_of(law, j), None, False,
             )  # fmt: skip
         else:
             out = _plane_points(
@@ -158,7 +175,7 @@ def _plane_joint(
         )  # fmt: skip
     h0, h1, h2, h3, h4, h5 = out[9], out[10], out[11], out[12], out[13], out[14]
     k0, k1, k2, k3, k4, k5 = _turned_side((h0, h1, h2, h3, h4, h5), cos, -sin)
-    for k in range(contact.shape[1]):
+    for k in range(PLANE_MODES):
         contact[a, k] -= (
             one[j, k, 0] * h0 + one[j, k, 1] * h1 + one[j, k, 2] * h2
             + one[j, k, 3] * h3 + one[j, k, 4] * h4 + one[j, k, 5] * h5

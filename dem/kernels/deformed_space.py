@@ -2,12 +2,22 @@
 
 import numpy as np
 
-from dem.kernels.arrays import LAW_DASH, LAW_DIL, LAW_FC, LAW_RATE, Array
+from dem.kernels.arrays import (
+    LAW_DASH,
+    LAW_DIL,
+    LAW_DIL_R,
+    LAW_FC,
+    LAW_RATE,
+    LAW_RATE_SLIP,
+    LAW_SECANT,
+    Array,
+)
 from dem.kernels.compiled import kernel
 from dem.kernels.kinematics import relative_motion
 from dem.kernels.law import fall_of, peak_of, return_map
 
 Numbers = tuple[float, ...]
+SPACE_MODES = 15  # known to the compiler, which unrolls its loops
 
 
 @kernel(forceinline=True)
@@ -15,7 +25,7 @@ def _space_side(side: Array, j: int, x: Array, i: int, out: Array) -> None:
     """Eighteen coefficients of one side of joint j at the coordinates of block i, written to ``out``."""
     for c in range(18):
         out[c] = 0.0
-    for k in range(x.shape[1]):
+    for k in range(SPACE_MODES):
         q = x[i, k]
         for c in range(18):
             out[c] += q * side[j, k, c]
@@ -114,9 +124,17 @@ def _space_joint(
         c[i] -= side_a[i]
     peak = peak_of(law, j)
     if law[j, LAW_DASH] == 0.0 or dt == 0.0:
-        if law[j, LAW_RATE] == 0.0 and law[j, LAW_DIL] == 0.0 and law[j, LAW_FC] == np.inf:
+        # what a law does not have is left out: it neither dilates nor crushes, and does not soften
+        flat = law[j, LAW_DIL] == 0.0 and law[j, LAW_DIL_R] == 0.0 and law[j, LAW_FC] == np.inf
+        if flat and law[j, LAW_RATE] == 0.0 and law[j, LAW_RATE_SLIP] == 0.0:
             out = _space_points(
-                s, t, area, gap, slip_1, slip_2, lift, damage, pad, p0, p1, d, g, c, peak, None, None, w, False
+                s, t, area, gap, slip_1, slip_2, lift, damage, pad, p0, p1, d, g, c, peak, None, None, w,
+                False,
+            )  # fmt: skip
+        elif flat and law[j, LAW_SECANT] == 0.0:
+            out = _space_points(
+                s, t, area, gap, slip_1, slip_2, lift, damage, pad, p0, p1, d, g, c, peak, fall_of(law, j), None, w,
+                False,
             )  # fmt: skip
         else:
             out = _space_points(
@@ -152,13 +170,13 @@ def _space_joint(
         m1 += u2 * h[12 + i] - u3 * h[6 + i]
         m2 += u3 * h[i] - u1 * h[12 + i]
         m3 += u1 * h[6 + i] - u2 * h[i]
-    for k in range(contact.shape[1]):
+    for k in range(SPACE_MODES):
         x = 0.0
         for i in range(18):
             x += one[j, k, i] * h[i]
         contact[a, k] -= x
     _space_turn(h, g, True)
-    for k in range(contact.shape[1]):
+    for k in range(SPACE_MODES):
         x = 0.0
         for i in range(18):
             x += two[j, k, i] * h[i]
