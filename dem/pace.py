@@ -86,7 +86,13 @@ def default_steps(period: float) -> int:
 
 
 def softest_note(state: State, assembly: Assembly) -> str:
-    """The joint that is softest against the stiffest one, in words."""
+    """What is softest against the rest, in words: a block against its joints, or a joint against the stiffest one."""
+    if state.modes is not None:
+        # coordinates have K_mode + 2 K_joints = 1, so that a small K_mode is a soft block between stiff joints
+        part = np.where(state.modes.inv_mass > 0.0, state.modes.stiffness, np.inf).min(axis=1)
+        i = int(np.argmin(part))
+        if part[i] < 1e-2:
+            return f"block {assembly.blocks[i].name!r} is {1.0 / part[i]:.2g} times as soft as its joints"
     kn = state.joints.law[:, LAW_KN]
     j = int(np.argmin(kn))
     a, b = (assembly.blocks[i].name for i in (state.joints.block_a[j], state.joints.block_b[j]))

@@ -300,6 +300,51 @@ def test_block_that_slides_far_keeps_its_strain_and_friction(state):
     assert abs(run.state.stresses.mean[1, 0, 2]) > 0.1 * weight / 0.02
 
 
+@pytest.mark.parametrize("state", [PLANE_STRESS, PLANE_STRAIN])
+def test_push_meets_the_springs_in_series(state):
+    """Load over displacement of a driven plate: A / (n (1 / kn + h / E)), own weight settled before."""
+    n, h = 3, 0.075
+    wall = stack(n, SLIDING, plate=True)
+    curve = dem.push(
+        wall, Drive({f"block-{n + 1}": {"z": -1.0}}), to=1e-5, blocks=MODAL, stress=state, contact_points=(4, 4),
+        steps=4000, samples=20, settle=Settle(tolerance=1e-8),
+    )  # fmt: skip
+    stiffness = 0.02 / ((n + 1) / KN + n * h / bar_modulus(state))
+    assert curve.load[-1] / curve.displacement[-1] == pytest.approx(stiffness, rel=1e-3)
+    assert curve.blocks == f"modal, {state}"
+    assert curve.rate_error < 1e-3
+    # what has no stress of its own takes no state of stress
+    with pytest.raises(lm.errors.InputError, match="is for blocks='modal'"):
+        dem.push(wall, Drive({f"block-{n + 1}": {"z": -1.0}}), to=1e-5, blocks="lumped", stress=state)
+
+
+def test_hopeless_contrast_is_refused_with_the_time_it_would_take():
+    wall = stack(3, BONDED, plate=True, material=brick(modulus=1e6))
+    says = "would take about .* h.*'block-[123]' is .* times as soft as its joints"
+    with pytest.raises(lm.errors.InputError, match=says):
+        dem.push(wall, Drive({"block-4": {"z": -1.0}}), to=1e-4, blocks=MODAL, contact_points=(3, 3), longest=0.1)
+
+
+@pytest.mark.parametrize("state", [PLANE_STRESS, SOLID])
+def test_slowest_swing_of_scaled_masses(state):
+    """Steps of the slowest swing, against the time stepping: a bar let go under its weight swings about its rest."""
+    wall = stack(3, BONDED)
+    loads = lm.Loads.weight(wall)
+    options = {"blocks": MODAL, "stress": state, "contact_points": (3, 3)}
+    period = dem.pace.slowest_period(wall, make_state(wall, loads, **options), loads)
+    state_ = make_state(wall, loads, **options)
+    height = []
+    for _ in range(int(6 * period)):
+        run_constant(state_, loads.dead, 1, Damping())
+        height.append(state_.bodies.shift[3, 2])
+    falls = np.diff(np.sign(np.diff(height)))
+    bottoms = np.flatnonzero(falls > 0)
+    rest = np.mean(height)
+    swings = np.flatnonzero((np.array(height[:-1]) > rest) & (np.array(height[1:]) <= rest))
+    assert len(bottoms) >= len(swings) >= 4
+    assert np.diff(swings).mean() == pytest.approx(period, rel=0.2)
+
+
 def test_refusals_say_what_to_do():
     wall = stack(2, SLIDING)
     weight = lm.Loads.weight(wall)
