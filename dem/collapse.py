@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from dem.deformation import RIGID
 from dem.joints import JointOptions, losses
 from dem.search import Controls, Search, increments, ramps
 from dem.settings import DemSettings, Grid, Loading
@@ -86,8 +87,9 @@ def collapse(
 
     def start(points: Any = contact_points, model: str = contact_model, law: JointOptions = law_options) -> State:
         return make_state(
-            assembly, loads, contact_points=points, contact_model=model, joint_options=law, mode=QUASI_STATIC
-        )
+            assembly, loads, contact_points=points, contact_model=model, joint_options=law, mode=QUASI_STATIC,
+            blocks=chosen.blocks, stress=chosen.stress,
+        )  # fmt: skip
 
     search = increments if held else ramps
     found = search(assembly, loads, start(), controls)
@@ -161,6 +163,7 @@ def collapse(
             "loading": str(chosen.loading), "contact points": contact_points, "contact model": contact_model,
             "tolerance": tolerance, "steps": found.steps, "seconds": time.perf_counter() - begun,
             "damping": controls.damping, "moved limit": chosen.moved_limit,
+            **({} if chosen.blocks == RIGID else {"blocks": chosen.blocks, "stress": chosen.stress}),
         },
         details={
             "largest stable": found.stable, "smallest moving": found.moving, "undecided": undecided,

@@ -13,6 +13,7 @@ from dem.new_joints import (
     assemble,
     close_setbacks,
     crossing_joint,
+    deformed,
     face_joint,
     inherit,
     keep_energy,
@@ -157,7 +158,7 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float)
             new = face_joint(assembly, state, pair, outline, plane[row], rot, place, int(kind[row]))
         if new is not None:
             inherit(state, now, pair_of, new)
-            made.append(new)
+            made.append(deformed(state, new))
     if stays.all() and not made:
         return Found([], soonest)
     keep_energy(state, now, code, made, n_blocks)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from dem.deformation import add_modal_mass, coupled_of, fastest_of, relative_deformation, with_joints
 from dem.kernels import (
     E_DAMPING,
     E_KINETIC,
@@ -62,7 +63,7 @@ class Fresh(NamedTuple):
     origin: int
     contact: int
     edge: Array
-    apart: float  # distance of the edges now, beside the gap
+    apart: float | Array  # distance now beside the gap: of edges, or by deformation of the faces
 
 
 def face_joint(
@@ -193,6 +194,19 @@ def inherit(state: State, now: Measured, pair_of: Array, new: Fresh) -> None:
     new.damage[:] = points.damage[nearest]
 
 
+def deformed(state: State, new: Fresh) -> Fresh:
+    """The joint between the faces as they are deformed now: its shear force stays, its opening is that of the faces."""
+    if state.modes is None or state.deformation is None or new.contact == CROSSING:
+        return new
+    one = Joints(
+        np.array([new.a]), np.array([new.b]), np.array([0, len(new.s)]), new.frame[None], new.turn[None],
+        new.arm_a[None], new.arm_b[None], new.offset[None], new.law[None], new.edge[None],
+    )  # fmt: skip
+    change = relative_deformation(state.deformation, state.modes, one, new.s, new.t)
+    new.slip[:] += change[:, :2]
+    return new._replace(apart=change[:, 2])
+
+
 def keep_energy(state: State, now: Measured, code: Array, made: list[Fresh], n_blocks: int) -> None:
     """Widen the gaps of the new joints of a pair until they store no more normal elastic energy than the old ones.
 
@@ -314,6 +328,8 @@ def assemble(assembly: Assembly, state: State, stays: NDArray[np.bool_], made: l
     for k in range(len(state.joints.block_a) - len(each), len(state.joints.block_a)):
         lift = state.points.lift[state.joints.start[k] : state.joints.start[k + 1]]
         state.joints.law[k, LAW_LIFT] = max(state.joints.law[k, LAW_LIFT], float(lift.max(initial=0.0)))
+    if state.modes is not None and state.deformation is not None:
+        state.modes = with_joints(state.deformation, state.modes, state.points, state.joints)
     return _keep_stable(assembly, state)
 
 
@@ -321,9 +337,14 @@ def _keep_stable(assembly: Assembly, state: State) -> list[str]:
     """Shorten the step (real masses) or add mass (scaled masses) where new contacts made a block stiffer."""
     bodies = state.bodies
     stiffness = block_stiffness(state.points, state.joints, assembly.n_blocks, bodies.rot + np.eye(3))
-    inertia = np.linalg.inv(bodies.inv_inertia)
+    inertia: Array = np.linalg.inv(bodies.inv_inertia)
+    coupled = None
+    if state.modes is not None and state.deformation is not None:
+        # motions out of a plane are held in all blocks
+        coupled = coupled_of(state.deformation, state.points, state.joints, np.asarray(~bodies.held.all(axis=0)))
     if state.mode == DYNAMIC:
-        limit = 0.65 * stable_step(stiffness, bodies.mass, inertia, ~assembly.fixed, state.joints, 1.0)
+        top = 0.0 if coupled is None or state.modes is None else fastest_of(bodies.mass, inertia, state.modes, coupled)
+        limit = 0.65 * stable_step(stiffness, bodies.mass, inertia, ~assembly.fixed, state.joints, 1.0, top)
         if limit < 0.999 * state.dt:
             state.dt = limit
             return ["new contacts made the joints stiffer: the time step was shortened"]
@@ -343,6 +364,12 @@ def _keep_stable(assembly: Assembly, state: State) -> list[str]:
         if mass[i] != 1.0 and top > 1.001:
             bodies.inv_inertia[i] /= top
             bodies.spin[i] = np.where(bodies.held[i, 3:], bodies.spin[i], bodies.spin[i] / top)
+    if coupled is not None and state.modes is not None:
+        factor = add_modal_mass(
+            bodies.mass, bodies.inv_mass, bodies.inv_inertia, state.modes, coupled, state.dt, 0.65
+        )[:, None]  # fmt: skip
+        bodies.vel[:] = np.where(bodies.held[:, :3], bodies.vel, bodies.vel / factor)
+        bodies.spin[:] = np.where(bodies.held[:, 3:], bodies.spin, bodies.spin / factor)
     after = state.energy_of_motion()
     state.total[E_DAMPING] += before - after
     state.total[E_KINETIC] += after - before

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from dem.deformation import point_values
 from dem.kernels import LAW_KN, LAW_KS
 from dem.state import State
 from limitmason.model import Assembly, Loads
@@ -25,16 +26,18 @@ def slowest_period(assembly: Assembly, state: State, loads: Loads) -> float:
     of what the shape lacks. Joints that open make it longer.
     """
     k = tangent(assembly, state)
-    free = np.flatnonzero(~state.bodies.held.ravel())
+    free = np.flatnonzero(np.concatenate([~state.bodies.held.ravel(), _deforms(state)]))
     b = state.bodies
     inertia = np.linalg.inv(b.inv_inertia)
     blocks = [part for m, j in zip(b.mass, inertia, strict=True) for part in (m * np.eye(3), j)]
+    if state.modes is not None:
+        blocks.append(sparse.diags_array(state.modes.mass.ravel()))
     mass = sparse.csc_array(sparse.block_diag(blocks, format="csc"))[free][:, free]
     k = sparse.csc_array(k[free][:, free])
     # blocks that nothing holds but friction across: a trifle of stiffness keeps the matrix regular
     lift = 1e-9 * float(k.diagonal().max())
     solve = splu(k + lift * sparse.eye_array(len(free), format="csc")).solve
-    u = solve(loads.dead.ravel()[free])
+    u = solve(np.concatenate([loads.dead.ravel(), np.zeros(_deforms(state).size)])[free])
     for _ in range(2):
         u = solve(mass @ u)
         u /= np.linalg.norm(u)
@@ -42,7 +45,10 @@ def slowest_period(assembly: Assembly, state: State, loads: Loads) -> float:
 
 
 def tangent(assembly: Assembly, state: State) -> sparse.csc_array:
-    """Stiffness matrix of the joints of a state as if closed and elastic, all degrees of freedom, shape (6n, 6n)."""
+    """Stiffness matrix of a state, joints closed and elastic, all motions of the blocks and then their modes.
+
+    Shape (6 n, 6 n), or (6 n + n m, 6 n + n m) of blocks with m modes.
+    """
     p, j = state.points, state.joints
     owner = np.repeat(np.arange(len(j.block_a)), np.diff(j.start))
     frame = j.frame[owner]
@@ -54,10 +60,24 @@ def tangent(assembly: Assembly, state: State) -> sparse.csc_array:
         rows.append(block[owner][:, None] * 6 + np.arange(6))
         values.append(sign * np.concatenate([frame, np.cross(r[:, None], frame)], axis=2))
     m, n = len(p.s), 6 * assembly.n_blocks
+    more = np.zeros(0)
+    if state.modes is not None:
+        x = state.modes
+        ends = zip((j.block_a, j.block_b), point_values(p, j, x.side_a, x.side_b, x.along), (-1.0, 1.0), strict=True)
+        for block, value, sign in ends:
+            rows.append(n + block[owner][:, None] * value.shape[2] + np.arange(value.shape[2]))
+            values.append(sign * value)
+        more = x.stiffness.ravel()
     row = np.repeat(np.concatenate(rows, axis=1)[:, None], 3, axis=1).ravel()
-    column = np.repeat(np.arange(3 * m), 12)
-    a = sparse.csc_array((np.concatenate(values, axis=2).ravel(), (row, column)), (n, 3 * m))
-    return sparse.csc_array(a @ sparse.diags_array(stiff.ravel()) @ a.T)
+    column = np.repeat(np.arange(3 * m), len(row) // (3 * m))
+    a = sparse.csc_array((np.concatenate(values, axis=2).ravel(), (row, column)), (n + len(more), 3 * m))
+    own = sparse.diags_array(np.concatenate([np.zeros(n), more]))
+    return sparse.csc_array(a @ sparse.diags_array(stiff.ravel()) @ a.T + own)
+
+
+def _deforms(state: State) -> NDArray[np.bool_]:
+    """Which modes of the blocks there are, shape (n m,)."""
+    return np.zeros(0, dtype=bool) if state.modes is None else np.asarray(state.modes.inv_mass.ravel() > 0.0)
 
 
 def default_steps(period: float) -> int:
@@ -66,7 +86,13 @@ def default_steps(period: float) -> int:
 
 
 def softest_note(state: State, assembly: Assembly) -> str:
-    """The joint that is softest against the stiffest one, in words."""
+    """What is softest against the rest, in words: a block against its joints, or a joint against the stiffest one."""
+    if state.modes is not None:
+        # coordinates have K_mode + 2 K_joints = 1, so that a small K_mode is a soft block between stiff joints
+        part = np.where(state.modes.inv_mass > 0.0, state.modes.stiffness, np.inf).min(axis=1)
+        i = int(np.argmin(part))
+        if part[i] < 1e-2:
+            return f"block {assembly.blocks[i].name!r} is {1.0 / part[i]:.2g} times as soft as its joints"
     kn = state.joints.law[:, LAW_KN]
     j = int(np.argmin(kn))
     a, b = (assembly.blocks[i].name for i in (state.joints.block_a[j], state.joints.block_b[j]))

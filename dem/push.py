@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dem.deformation import MODAL, RIGID
 from dem.history import History
 from dem.joints import Grid, JointOptions, per_interface
 from dem.pace import default_steps, slowest_period, softest_note
 from dem.push_curve import PushCurve, make_curve
 from dem.simulate import Progress, resume, simulate
 from dem.state import State, UnstableError, make_state
+from limitmason.deformable import PLANE_STRESS, SOLID
 from limitmason.errors import InputError
 from limitmason.lumped_units import with_lumped_units
 from limitmason.model import Assembly, Loads
@@ -23,9 +25,11 @@ from limitmason.plane import find_plane
 
 Array = NDArray[np.float64]
 
-RIGID, LUMPED = "rigid", "lumped"
-BLOCKS: Mapping[str, Callable[[Assembly], Assembly]] = {RIGID: lambda assembly: assembly, LUMPED: with_lumped_units}
-"""How the units deform: not at all; through joints that take the units' compliance over."""
+LUMPED = "lumped"
+BLOCKS: Mapping[str, Callable[[Assembly], Assembly]] = {
+    RIGID: lambda assembly: assembly, LUMPED: with_lumped_units, MODAL: lambda assembly: assembly,
+}  # fmt: skip
+"""How the units deform: not at all; through joints that take the units' compliance over; in modes of their own."""
 
 SLOWER = 3
 """The second run is so many times slower."""
@@ -49,6 +53,7 @@ def push(
     to: float | Sequence[float],
     loads: Loads | None = None,
     blocks: str = RIGID,
+    stress: str | None = None,
     contact_points: Grid | None = None,
     joint_options: JointOptions | None = None,
     steps: int | None = None,
@@ -75,7 +80,9 @@ def push(
     to : displacement at the end [m]; several are a path with turning points (cycles), each from the start
     loads : dead loads; self weight alone by default. Live loads do not act
     blocks : "rigid", or "lumped": rigid blocks whose joints take over the compliance of the units' material, see
-        :func:`limitmason.lumped_units.with_lumped_units`
+        :func:`limitmason.lumped_units.with_lumped_units`; or "modal": blocks that strain and bend, see
+        :func:`dem.make_state`
+    stress : of modal blocks: "plane stress" (the default of a plane problem), "plane strain" or "solid"
     contact_points : as for :func:`dem.make_state`; by default spaced by half the smallest length of a joint. Brittle
         joints answer differently at other spacings, so that it stands in the answer
     joint_options : see :class:`dem.JointOptions`
@@ -120,8 +127,14 @@ def push(
     loads = loads if loads is not None else Loads.weight(model)
     loads = Loads(loads.dead, np.zeros_like(loads.dead), loads.name)
     grid = contact_points if contact_points is not None else default_spacing(model)
+    plane = _plane(model, loads, unit)
+    if blocks != MODAL and stress is not None:
+        raise InputError(f"stress={stress!r} is for blocks={MODAL!r}: others have no stress of their own")
+    if stress is None:
+        stress = PLANE_STRESS if blocks == MODAL and plane is not None else SOLID
     state = make_state(
-        model, loads, contact_points=grid, joint_options=joint_options, plane=_plane(model, loads, unit),
+        model, loads, contact_points=grid, joint_options=joint_options, blocks=MODAL if blocks == MODAL else RIGID,
+        plane=None if blocks == MODAL and stress == SOLID else plane, stress=stress,
     )  # fmt: skip
     settled = _settled(model, state, settle or Settle(tolerance=1e-5), drive, loads, checkpoint)
     travel = float(np.abs(np.diff([0.0, *path])).sum())
@@ -148,7 +161,8 @@ def push(
         done += count
         if history.status == "interrupted":
             break
-    words = {"blocks": blocks, "spacing": _spacing(settled.state), "label": label or _label(drive)}
+    level = f"{blocks}, {stress}" if blocks == MODAL else blocks
+    words = {"blocks": level, "spacing": _spacing(settled.state), "label": label or _label(drive)}
     curves = [
         make_curve(model, settled, history, unit, count, **words)
         for history, count in zip(runs, (steps, SLOWER * steps), strict=False)

@@ -6,8 +6,10 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
+from dem.deformation import RIGID
 from dem.joints import JointOptions
 from dem.stepping import Verdict
+from limitmason.deformable import SOLID
 from limitmason.errors import InputError
 from limitmason.model.stages import Damping
 
@@ -45,6 +47,8 @@ class DemSettings:
         (increments half as long; a ramp at half speed). The repeats start near the multiplier found and close in on it
         to twice ``tolerance``; all three together take two to four times as long as the search. () for none
     joint_options : limits of dilation, softening lengths
+    blocks, stress : "rigid", or "modal" blocks that strain and bend, in space ("solid"), "plane stress" or "plane
+        strain"; see :func:`dem.make_state`
     first_increment : first step of the multiplier; a twentieth of that at which live equals dead load by default
     max_steps : budget for one load, up to three times that while it is still on its way to a verdict; when it runs out
         the load is "undecided", never counted as stable
@@ -68,6 +72,8 @@ class DemSettings:
     tolerance: float | None = None
     error_budget: tuple[str, ...] = CHECKS
     joint_options: JointOptions | None = None
+    blocks: str = RIGID
+    stress: str = SOLID
     first_increment: float | None = None
     max_steps: int = 60_000
     moved_limit: float = 0.02

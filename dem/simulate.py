@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dem.deformation import RIGID
 from dem.history import History
 from dem.joints import JointOptions
 from dem.loading import SERVO_EVERY, check_base_motions, servo_holds, stage_length
@@ -23,6 +24,7 @@ from dem.resuming import (
 from dem.stability import block_stiffness
 from dem.state import DYNAMIC, QUASI_STATIC, State, UnstableError, make_state
 from dem.stepping import displacement_since, run
+from limitmason.deformable import SOLID
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import COAST, BaseMotion, Damping, Drive, Servo, Settle, Stage
@@ -48,6 +50,8 @@ def simulate(
     contact_points: tuple[int, int] | Mapping[str, tuple[int, int]] | None = None,
     contact_model: str | None = None,
     joint_options: JointOptions | None = None,
+    blocks: str | None = None,
+    stress: str | None = None,
     dt: float | None = None,
     damping: Damping | None = None,
     sample: int = 200,
@@ -69,6 +73,8 @@ def simulate(
         joints')
     contact_points, contact_model, joint_options, dt : see :func:`dem.make_state`, (4, 8) and "grid" by default; give
         ``JointOptions(dashpot=...)`` for stiffness-proportional damping, which leaves free flight alone
+    blocks, stress : "rigid" blocks, or "modal" ones that strain and bend, in space ("solid"), "plane stress" or "plane
+        strain"; see :func:`dem.make_state`, "rigid" and "solid" by default. ``history.state.stresses`` are the stresses
     damping : of every stage without its own; local 0.8 to settle and 0.5 to load (quasi-static), none (dynamic)
     sample : steps between samples, and between two calls of ``progress``
     progress : called with the last sample as a mapping; return True to stop ("interrupted")
@@ -104,12 +110,17 @@ def simulate(
         loads = loads if loads is not None else Loads.weight(assembly)
         state = make_state(
             assembly, loads, contact_points=contact_points or (4, 8), contact_model=contact_model or "grid",
-            joint_options=joint_options, mode=mode or QUASI_STATIC, dt=dt,
+            joint_options=joint_options, mode=mode or QUASI_STATIC, dt=dt, blocks=blocks or RIGID,
+            stress=stress or SOLID,
         )  # fmt: skip
     else:
         state = (start.state if isinstance(start, History) else start).copy()
         loads = loads if loads is not None else Loads(state.dead, state.live)
-        for name, value in (("contact_points", contact_points), ("contact_model", contact_model), ("dt", dt)):
+        given_again = {
+            "contact_points": contact_points, "contact_model": contact_model, "dt": dt, "blocks": blocks,
+            "stress": stress,
+        }  # fmt: skip
+        for name, value in given_again.items():
             if value is not None:
                 raise InputError(f"{name} is part of the state to start from: leave it out, or make a new state")
         if mode is not None and mode != state.mode:

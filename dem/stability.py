@@ -69,9 +69,13 @@ def scaled_masses(stiffness: Array, dt: float, safety: float, floor: float = 0.0
     return mass, inertia
 
 
-def stable_step(stiffness: Array, mass: Array, inertia: Array, free: NDArray, joints: Joints, safety: float) -> float:
-    """Time step [s] for real masses: safety 2 / w_max (sqrt(1 + z^2) - z), z = dashpot w_max / 2; else infinite."""
-    top = 0.0
+def stable_step(
+    stiffness: Array, mass: Array, inertia: Array, free: NDArray, joints: Joints, safety: float, top: float = 0.0
+) -> float:
+    """Time step [s] for real masses: safety 2 / w_max (sqrt(1 + z^2) - z), z = dashpot w_max / 2; else infinite.
+
+    ``top`` is half of w_max^2 that other motions have, as of blocks that deform.
+    """
     for i in np.flatnonzero(free):
         if not np.trace(stiffness[i]) > 0.0:
             continue

@@ -11,9 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
+from dem.deformation import (
+    MODAL,
+    RIGID,
+    BlockStress,
+    Deformation,
+    Start,
+    block_stresses,
+    coupled_of,
+    fastest_of,
+    keep_step,
+    plane_of,
+)
 from dem.joints import Grid, JointOptions, make_joints, make_points
-from dem.kernels import Bodies, Joints, Points
+from dem.kernels import Bodies, Joints, Modes, Points
 from dem.stability import block_stiffness, scaled_masses, stable_step
+from limitmason.deformable import SOLID
 from limitmason.errors import InputError, NotConverged
 from limitmason.model import Assembly, Joint, Loads
 from limitmason.plane import Plane
@@ -99,6 +112,7 @@ class State:
     factors : of the load cases now: dead loads but weight, weight, live loads, weight along x, and along y, shape (5,)
     ground : velocity at which held blocks coast after a base motion [m/s], shape (3,)
     joint_table : what the joints of the assembly said when it was made, columns ``JOINT_FIELDS``, shape (k, ..)
+    modes, deformation : of blocks that deform, None where all are rigid
     setback : part of the gap of points cut anew under load that keeps their energy, until they open [m], shape (m,)
     """
 
@@ -119,6 +133,13 @@ class State:
     joint_table: Array
     setback: Array
     warnings: tuple[str, ...] = field(default_factory=tuple)
+    modes: Modes | None = None
+    deformation: Deformation | None = None
+
+    @property
+    def space(self) -> bool | None:
+        """None where modal blocks deform in a plane, which the kernel must know before it is compiled."""
+        return None if self.deformation is None or self.deformation.plane else True
 
     def copy(self) -> "State":
         """A state that shares nothing with this one."""
@@ -135,6 +156,9 @@ class State:
         out = {f"{name}.{key}": value for name in ("points", "joints", "bodies")
                for key, value in getattr(self, name)._asdict().items()}  # fmt: skip
         out |= {name: getattr(self, name) for name in _PLAIN}
+        if self.modes is not None and self.deformation is not None:
+            out |= {f"modes.{k}": v for k, v in self.modes._asdict().items()}
+            out |= self.deformation.arrays()
         return out | {
             "clock": np.array([self.time, self.dt]), "mode": np.array(self.mode),
             "warnings": np.array(self.warnings, str),
@@ -165,10 +189,15 @@ class State:
             raise InputError(f"{path} was written by another version of this package: its sums of energy differ")
         plain = {name: take(name) for name in _PLAIN}
         joints = group(Joints, "joints")
+        modes = deformation = None
+        if "modes.value" in file:
+            modes = group(Modes, "modes")
+            shapes = {f.name: take(f"deformation.{f.name}") for f in fields(Deformation)}
+            deformation = Deformation(**shapes | {"state": str(shapes["state"])})
         return cls(
             group(Points, "points"), joints._replace(law=_law_of_0_1(joints.law)), group(Bodies, "bodies"),
             time=float(clock[0]), dt=float(clock[1]), mode=str(take("mode")),
-            warnings=tuple(str(w) for w in take("warnings")),
+            warnings=tuple(str(w) for w in take("warnings")), modes=modes, deformation=deformation,
             **(plain | {"laws": _law_of_0_1(plain["laws"]), "joint_table": _table_of_0_1(plain["joint_table"])}),
         )  # fmt: skip
 
@@ -188,12 +217,17 @@ class State:
         rot = b.rot + np.eye(3)
         spin = np.einsum("nij,njk,nlk,nl->ni", rot, b.inv_inertia, rot, b.ang)
         twice = b.mass[:, None] * b.vel**2 * ~b.held[:, :3] + b.ang * spin * ~b.held[:, 3:]
-        return 0.5 * float(twice.sum())
+        energy = 0.5 * float(twice.sum())
+        if self.modes is not None:
+            energy += 0.5 * float((self.modes.mass * self.modes.rate**2).sum())
+        return energy
 
     def stop(self) -> None:
         """Set all velocities to zero."""
         for array in (self.bodies.vel, self.bodies.spin, self.bodies.ang):
             array[:] = 0.0
+        if self.modes is not None:
+            self.modes.rate[:] = 0.0
         self.total[kernels.E_KINETIC] = 0.0
 
     def measured(self, assembly: Assembly) -> "Measured":
@@ -201,10 +235,25 @@ class State:
         m = len(self.points.s)
         position, force = np.empty((m, 3)), np.empty((m, 3))
         opening, slip = np.empty(m), np.empty((m, 2))
-        energy = kernels.measure(self.points, self.joints, self.bodies, position, force, opening, slip)
+        energy = kernels.measure(
+            self.points, self.joints, self.bodies, position, force, opening, slip, self.modes, self.space
+        )
         owner = np.repeat(np.arange(len(self.joints.block_a)), np.diff(self.joints.start))
         position += assembly.centroids[self.joints.block_b[owner]]
         return Measured(owner, position, force, opening, slip, float(energy))
+
+    @property
+    def stresses(self) -> BlockStress:
+        """Stress of every block now: its mean and the gradient that bending gives, tension positive.
+
+        Raises
+        ------
+        InputError
+            Where the blocks are rigid.
+        """
+        if self.modes is None or self.deformation is None:
+            raise InputError("rigid blocks have no stress: run with blocks='modal', of an assembly with a material")
+        return block_stresses(self.deformation, self.modes, self.bodies.rot + np.eye(3))
 
     def resultants(self, assembly: Assembly) -> Resultants:
         """Resultants of the assembly's interfaces from the contact forces, at their places before displacement."""
@@ -254,6 +303,8 @@ def make_state(
     dt: float | None = None,
     safety: float | None = None,
     plane: Plane | None = None,
+    blocks: str = RIGID,
+    stress: str = SOLID,
 ) -> State:
     """State of an assembly at rest in its reference position, free of stress.
 
@@ -269,7 +320,11 @@ def make_state(
     safety : fraction of the bound of the stable time step that is used; 0.65 by default: local damping up to 0.8 makes
         a decelerating block 1.8 times as stiff, and 0.9 falls into a limit cycle
     plane : of a plane problem whose normal is a global axis, from :func:`limitmason.plane.find_plane`: one row of
-        contact points lies on it, and every block is held in the motions out of it
+        contact points lies on it, and every block is held in the motions out of it; found where ``stress`` asks for it
+    blocks : "rigid", or "modal": blocks with a material strain uniformly, bend and twist, see
+        :func:`limitmason.deformable.modal_block`; blocks without one, and wholly held ones, stay rigid. Dead and live
+        loads act as body forces, which do not deform a block
+    stress : "solid", "plane stress" or "plane strain"; modal blocks only
 
     Raises
     ------
@@ -284,6 +339,8 @@ def make_state(
     free = ~assembly.fixed
     if not free.any():
         raise InputError("every block is held: there is nothing to simulate")
+    needed = plane_of(assembly, loads, blocks, stress)
+    plane = needed if plane is None else plane
     held = assembly.held.copy()
     if plane is not None:
         held |= out_of_plane(plane)
@@ -293,13 +350,23 @@ def make_state(
     options = joint_options or JointOptions()
     points, joints, interface, laws, warnings = make_joints(assembly, loads.dead, contacts, options)
     stiffness = block_stiffness(points, joints, n)
+    moves = np.ones(6, dtype=bool)
     if plane is not None:
         moves = ~out_of_plane(plane)
         stiffness *= moves[:, None] & moves
     safety = 0.65 if safety is None else safety
+    start = Start.of(assembly, stress, plane) if blocks == MODAL else None
+    if start is not None and (rigid := int(free.sum()) - len(start.stiffness)):
+        warnings = (*warnings, f"{rigid} of {int(free.sum())} free blocks have no material and stay rigid")
+    deformation: Deformation | None = None
+    modes: Modes | None = None
     if mode == QUASI_STATIC:
         dt = 1.0 if dt is None else dt
         mass, inertia = scaled_masses(stiffness, dt, safety)
+        if start is not None:
+            coupled = coupled_of(start.deformation, points, joints, moves)
+            deformation, modes = start.modes(assembly, points, joints, coupled)
+            keep_step(mass, inertia, modes, coupled_of(deformation, points, joints, moves), dt, safety)
     else:
         mass, inertia = x.mass.copy(), x.inertia.copy()
         light = free & ~(mass > 0.0)
@@ -308,11 +375,15 @@ def make_state(
             raise InputError(f"block {name!r} has no mass: a dynamic simulation needs a positive density")
         massless = ~(mass > 0.0)
         mass[massless], inertia[massless] = 1.0, np.eye(3)
+        top = 0.0
+        if start is not None:
+            deformation, modes = start.modes(assembly, points, joints, None)
+            top = fastest_of(mass, inertia, modes, coupled_of(deformation, points, joints, moves))
         if options.dashpot is None:
             # z = dashpot w / 2 = 0.1 at the fastest motion, for which the undamped step is 2 / w
-            dash = 0.1 * stable_step(stiffness, mass, inertia, free, joints, 1.0)
+            dash = 0.1 * stable_step(stiffness, mass, inertia, free, joints, 1.0, top)
             joints.law[:, kernels.LAW_DASH] = laws[:, kernels.LAW_DASH] = dash
-        largest = stable_step(stiffness, mass, inertia, free, joints, 1.0)
+        largest = stable_step(stiffness, mass, inertia, free, joints, 1.0, top)
         if dt is None:
             dt = safety * largest
         elif dt > largest:
@@ -330,5 +401,5 @@ def make_state(
     return State(
         points, joints, bodies, interface, total, 0.0, float(dt), mode, laws, whole_faces, loads.dead.copy(),
         loads.live.copy(), np.array((1.0, 1.0, 0.0, 0.0, 0.0)), np.zeros(3), joint_table(assembly),
-        np.zeros(len(points.s)), warnings,
+        np.zeros(len(points.s)), warnings, modes, deformation,
     )  # fmt: skip

@@ -61,8 +61,9 @@ class Scale:
         m = len(state.points.s)
         force = np.empty((m, 3))
         kernels.measure(
-            state.points, state.joints, state.bodies, np.empty((m, 3)), force, np.empty(m), np.empty((m, 2))
-        )
+            state.points, state.joints, state.bodies, np.empty((m, 3)), force, np.empty(m), np.empty((m, 2)),
+            state.modes, state.space,
+        )  # fmt: skip
         owner = np.repeat(np.arange(len(state.joints.block_a)), np.diff(state.joints.start))
         pressed = np.zeros(len(self.load))
         for block in (state.joints.block_a, state.joints.block_b):
@@ -120,11 +121,12 @@ def run(
         state.points, state.joints, state.bodies, state.total, np.ascontiguousarray(cases, dtype=float),
         np.ascontiguousarray(factors, dtype=float), np.ascontiguousarray(drives, dtype=float),
         np.ascontiguousarray(speeds, dtype=float), state.dt, damping.local, damping.adaptive, damping.kinetic,
-        state.mode == DYNAMIC,
+        state.mode == DYNAMIC, state.modes, state.space, True if state.modes is None else None,
     )  # fmt: skip
     state.time += steps * state.dt
     b = state.bodies
-    if not (np.isfinite(state.total).all() and np.isfinite(b.shift).all() and np.isfinite(b.ang).all()):
+    finite = state.modes is None or bool(np.isfinite(state.modes.value).all())
+    if not (finite and np.isfinite(state.total).all() and np.isfinite(b.shift).all() and np.isfinite(b.ang).all()):
         bad = ~(np.isfinite(b.shift).all(axis=1) & np.isfinite(b.vel).all(axis=1) & np.isfinite(b.quat).all(axis=1))
         block = int(np.flatnonzero(bad)[0]) if bad.any() else 0
         raise UnstableError(
@@ -147,11 +149,18 @@ def unbalance(state: State, scale: Scale) -> tuple[float, float]:
 def unbalance_of_blocks(state: State, scale: Scale) -> tuple[Array, Array]:
     """Unbalanced force and moment of every block against its own load and thickness [-], shapes (n,), (n,).
 
+    The force on a mode of a block that deforms counts too, at the corner that the mode moves most.
+
     Against the mean load of all blocks a stone of a fortieth of the largest one's size would be in equilibrium while it
     falls.
     """
     net = np.abs(state.bodies.net) * (scale.free & ~state.bodies.held)
-    return net[:, :3].max(axis=1) / scale.load, net[:, 3:].max(axis=1) / (scale.load * scale.arm)
+    force = net[:, :3].max(axis=1)
+    if state.modes is not None and state.deformation is not None:
+        # what acts on a mode, over the largest displacement it makes, is a force at a corner
+        reach = np.where(state.modes.inv_mass > 0.0, state.deformation.reach, np.inf)
+        force = np.maximum(force, (np.abs(state.modes.net) / reach).max(axis=1))
+    return force / scale.load, net[:, 3:].max(axis=1) / (scale.load * scale.arm)
 
 
 def displacement_since(state: State, shift: Array, quat: Array, scale: Scale) -> float:

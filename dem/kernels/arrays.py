@@ -64,3 +64,23 @@ class Bodies(NamedTuple):
 E_FRICTION, E_VISCOUS, E_DAMPING, E_APPLIED, E_SUPPORT = 0, 1, 2, 3, 4
 E_KINETIC, E_VISCOSITY, E_STEPS, E_STOP, E_FRACTURE = 5, 6, 7, 8, 9
 E_SIZE = 10
+
+
+class Modes(NamedTuple):
+    """Deformation of blocks: modal coordinates, and the shapes of every joint's two sides on its plane.
+
+    In a plane a side has 6 coefficients, displacement along the joint and along its normal before 1, p, p^2, where
+    p = along . (s, t); in space 18, along t1, t2 and n before 1, s, t, s^2, s t, t^2.
+    """
+
+    value: Array  # (n, m)
+    rate: Array  # at the half step, (n, m)
+    stiffness: Array  # coordinates are such that no two modes share stiffness or mass, (n, m)
+    mass: Array  # (n, m)
+    inv_mass: Array  # 0 where a block has no such mode, (n, m)
+    contact: Array  # force of the joints on the modes in the last step, (n, m)
+    net: Array  # contact less stiffness, without damping, (n, m)
+    side_a: Array  # in the joint's frame, (k, m, 6 or 18)
+    side_b: Array  # in the joint's frame as block b carries it, (k, m, 6 or 18)
+    along: Array  # direction of the plane in the tangents of each joint, zero in space, (k, 2)
+    pad: Array  # forces of the points on block b, joint axes, written and read within a step [N], (points, 3)

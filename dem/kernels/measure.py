@@ -1,13 +1,16 @@
 """What the joints carry in the present position, without changing their state."""
 
+import numpy as np
+
 from dem.kernels.arrays import LAW_CROSS, LAW_FC, LAW_KN, LAW_KS
 from dem.kernels.compiled import kernel
+from dem.kernels.deformed import deformation_at
 from dem.kernels.kinematics import _crossing, _kinematics
 from dem.kernels.law import fall_of, peak_of, stress
 
 
 @kernel(fast=False)
-def measure(points, joints, bodies, position, force, opening, slip):
+def measure(points, joints, bodies, position, force, opening, slip, modes=None, space=None):
     """Contact-point places, forces, openings and slips in the present position; changes no state.
 
     Parameters
@@ -16,12 +19,17 @@ def measure(points, joints, bodies, position, force, opening, slip):
         in global axes [N], written, shape (m, 3)
     opening : w - w_p, total opening less dilation [m], written, shape (m,)
     slip : total slip of b against a along t1, t2 [m], written, shape (m, 2)
+    modes, space : of blocks that deform, see :func:`dem.kernels.advance`
 
     Returns
     -------
-    elastic energy : sum of (N^2 / kn + T^2 / ks) A / 2, and ft A times the opening beyond the tension cut-off [J]
+    elastic energy : sum of (N^2 / kn + T^2 / ks) A / 2, and ft A times the opening beyond the tension cut-off, and the
+        strain energy of the blocks [J]
     """
     energy = 0.0
+    scratch = np.empty((4, 18))
+    if modes is not None:
+        energy += 0.5 * (modes.stiffness * modes.value * modes.value).sum()
     for j in range(joints.block_a.size):
         b = joints.block_b[j]
         law = joints.law[j]
@@ -44,13 +52,17 @@ def measure(points, joints, bodies, position, force, opening, slip):
             e1 = d[0] + g[0] * x + g[1] * y
             e2 = d[1] + g[2] * x + g[3] * y
             e3 = d[2] + g[4] * x + g[5] * y
+            u1 = u2 = u3 = 0.0
+            if modes is not None:
+                r1, r2, r3, u1, u2, u3 = deformation_at(j, joints, modes, space, g, k, points, scratch)
+                e1, e2, e3 = e1 + r1, e2 + r2, e3 + r3
             w = e3 + points.gap[k]
             t1, t2, n, elastic = stress(w, points.slip_1[k] - e1, points.slip_2[k] - e2, points.lift[k], h, peak, fall)
             opening[k] = w - points.lift[k]
             slip[k, 0], slip[k, 1] = e1, e2
             energy += points.area[k] * elastic
-            px, py = x + e1, y + e2
+            px, py, pz = x + e1 + u1, y + e2 + u2, e3 + u3
             for r in range(3):
                 force[k, r] = points.area[k] * (axes[0][r] * t1 + axes[1][r] * t2 + axes[2][r] * n)
-                position[k, r] = rb[r] + bodies.shift[b, r] + axes[0][r] * px + axes[1][r] * py + axes[2][r] * e3
+                position[k, r] = rb[r] + bodies.shift[b, r] + axes[0][r] * px + axes[1][r] * py + axes[2][r] * pz
     return energy

@@ -13,6 +13,7 @@ from dem.kernels.arrays import (
     LAW_CROSS,
 )
 from dem.kernels.compiled import kernel
+from dem.kernels.deformed import _modal_forces, _move_modes
 from dem.kernels.forces import _crossing_forces, _joint_forces
 
 STOP_EVERY = 10.0  # fewest steps between two stops: fast modes are left to local damping
@@ -62,7 +63,8 @@ def rotation_of(q, out):
 
 @kernel()
 def advance(
-    points, joints, bodies, total, cases, factors, drives, speeds, dt, local, adaptive, kinetic_stop, true_inertia
+    points, joints, bodies, total, cases, factors, drives, speeds, dt, local, adaptive, kinetic_stop, true_inertia,
+    modes=None, space=None, rigid=True,
 ):
     """Advance by ``len(factors)`` steps of central differences.
 
@@ -81,13 +83,20 @@ def advance(
     adaptive : wanted ratio of the power of global damping to the rate of change of kinetic energy, 0 for none
     kinetic_stop : set all free velocities to zero whenever the kinetic energy has passed a peak
     true_inertia : keep the angular momentum exactly in free flight (second-order spin at the half step)
+    modes : of blocks that deform, changed in place; None where all are rigid
+    space, rigid : None where they deform in a plane, None where they deform at all
     """
     n = bodies.mass.size
     vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
     force, old, half, trot, new = np.empty(6), np.empty(6), np.empty(4), np.empty((3, 3)), np.empty(3)
     crossings = (joints.law[:, LAW_CROSS] != 0.0).any()
+    scratch = np.empty((4, 18))
     for step in range(factors.shape[0]):
-        _joint_forces(points, joints, bodies, dt, total)
+        if modes is None:
+            if rigid is not None:  # of modal blocks it is: the compiler then leaves out what is for rigid ones
+                _joint_forces(points, joints, bodies, dt, total)
+        else:
+            _modal_forces(points, joints, bodies, modes, space, dt, total, scratch)
         if crossings:
             _crossing_forces(points, joints, bodies, dt, total)
         kinetic = applied = support = damping = 0.0
@@ -173,6 +182,10 @@ def advance(
             if new[0] != 0.0 or new[1] != 0.0 or new[2] != 0.0:
                 _turned(bodies.quat[i], new, dt, bodies.quat[i])
                 rotation_of(bodies.quat[i], bodies.rot[i])
+        if modes is not None:
+            moving_modes, braked_modes = _move_modes(modes, dt, kick, local, viscosity, keep, lag)
+            kinetic += moving_modes
+            damping += braked_modes
         if adaptive > 0.0:
             # the power 2 C E_k of global damping follows a fixed part of the rate of change of the kinetic energy
             power = 2.0 * viscosity * kinetic * dt
@@ -191,6 +204,8 @@ def advance(
                     if not held[i, 3 + k]:
                         spin[i, k] = 0.0
                         ang[i, k] = 0.0
+            if modes is not None:
+                modes.rate[:] = 0.0
         total[E_DAMPING] += damping
         total[E_APPLIED] += applied
         total[E_SUPPORT] += support

@@ -1,0 +1,351 @@
+"""Blocks that deform in modes: from their shapes to the arrays of the kernel, masses that keep the step, stresses."""
+
+from dataclasses import dataclass, fields
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from dem.kernels import LAW_CROSS, LAW_KN, LAW_KS, Joints, Modes, Points
+from limitmason.deformable import SOLID, STATES, modal_blocks
+from limitmason.errors import InputError
+from limitmason.model import Assembly, Loads
+from limitmason.plane import Plane, find_plane
+
+Array = NDArray[np.float64]
+
+RIGID, MODAL = "rigid", "modal"
+LEVELS = (RIGID, MODAL)
+"""How the blocks of a run deform."""
+
+
+def plane_of(assembly: Assembly, loads: Loads, blocks: str, stress: str) -> Plane | None:
+    """Plane that a run needs for the state of stress asked for, None in space.
+
+    Raises
+    ------
+    InputError
+        For an unknown kind of blocks or state of stress, a state of stress of rigid blocks, and a problem in no plane.
+    """
+    if blocks not in LEVELS:
+        raise InputError(f"blocks must be one of {', '.join(map(repr, LEVELS))}, got {blocks!r}")
+    if stress not in STATES:
+        raise InputError(f"stress must be one of {', '.join(map(repr, STATES))}, got {stress!r}")
+    if stress == SOLID:
+        return None
+    if blocks == RIGID:
+        raise InputError(f"stress={stress!r} is for blocks='modal': rigid blocks have no stress")
+    plane = find_plane(assembly, loads)
+    if plane is None:
+        raise InputError(
+            f"stress={stress!r} needs blocks, joints, supports and loads that are symmetric about one plane; take this "
+            "problem in space"
+        )
+    return plane
+
+
+@dataclass(frozen=True, eq=False)
+class Deformation:
+    """Shapes of all blocks in the coordinates of the kernel, zero where a block is rigid; does not change in a run.
+
+    Parameters
+    ----------
+    constant, linear, quadratic : of the shapes, see :class:`limitmason.deformable.ModalBlock`, (n, m, 3), ...
+    mean, gradient : stress at the centroid [Pa] and its gradient [Pa/m] per unit of a coordinate, block axes,
+        shapes (n, m, 3, 3), (n, m, 3, 3, 3)
+    reach : largest displacement of a corner per unit of a coordinate [m], shape (n, m)
+    normal : of the plane, shape (3,); zero in space
+    state : "solid", "plane stress" or "plane strain"
+    """
+
+    constant: Array
+    linear: Array
+    quadratic: Array
+    mean: Array
+    gradient: Array
+    reach: Array
+    normal: Array
+    state: str
+
+    def arrays(self) -> dict[str, Array]:
+        """All of it as arrays by name."""
+        return {f"deformation.{f.name}": np.asarray(getattr(self, f.name)) for f in fields(self)}
+
+    @property
+    def plane(self) -> bool:
+        """Whether the blocks deform in a plane."""
+        return bool(self.normal.any())
+
+
+class BlockStress(NamedTuple):
+    """Stress of every block, tension positive, global axes as the block lies now.
+
+    Parameters
+    ----------
+    mean : over the volume [Pa], shape (n, 3, 3); zero where a block is rigid
+    gradient : of the linear part, sigma(x) = mean + gradient . (x - centroid) [Pa/m], shape (n, 3, 3, 3)
+    """
+
+    mean: Array
+    gradient: Array
+
+    def at(self, block: int, arm: Array) -> Array:
+        """Stress at points given from the block's centroid [m], shape (k, 3); returns [Pa], shape (k, 3, 3)."""
+        return np.asarray(self.mean[block] + np.einsum("ijp,kp->kij", self.gradient[block], np.atleast_2d(arm)))
+
+
+def block_stresses(deformation: Deformation, modes: Modes, rotation: Array) -> BlockStress:
+    """Stress of every block; ``rotation`` from the reference position, shape (n, 3, 3)."""
+    mean = np.einsum("nk,nkij->nij", modes.value, deformation.mean)
+    slope = np.einsum("nk,nkijp->nijp", modes.value, deformation.gradient)
+    r = rotation
+    return BlockStress(
+        r @ mean @ np.swapaxes(r, 1, 2), np.asarray(np.einsum("nai,nbj,ncp,nijp->nabc", r, r, r, slope, optimize=True))
+    )
+
+
+def frames(joints: Joints) -> tuple[Array, Array]:
+    """Frames of the joints as both blocks carry them, rows t1, t2, n, reference axes of a and of b, (k, 3, 3) each."""
+    turn = _matrices(joints.turn)
+    return joints.frame, np.asarray(joints.frame @ np.swapaxes(turn, 1, 2))
+
+
+def sides(deformation: Deformation, joints: Joints) -> tuple[Array, Array, Array]:
+    """Coefficients of the shapes on the plane of every joint, ``side_a``, ``side_b`` and ``along`` of the kernel."""
+    frame_a, frame_b = frames(joints)
+    whole = np.where(joints.law[:, LAW_CROSS] != 0.0, 0.0, 1.0)[:, None, None]  # at crossing edges blocks are rigid
+    along = np.zeros((len(frame_a), 2))
+    if deformation.plane:
+        tangent = np.cross(deformation.normal, frame_a[:, 2])
+        along = np.ascontiguousarray(np.einsum("kti,ki->kt", frame_a[:, :2], tangent))
+    out = []
+    for block, arm, frame in ((joints.block_a, joints.arm_a, frame_a), (joints.block_b, joints.arm_b, frame_b)):
+        c, linear, q = deformation.constant[block], deformation.linear[block], deformation.quadratic[block]
+        t1, t2 = frame[:, 0], frame[:, 1]
+        if deformation.plane:
+            t1 = along[:, :1] * t1 + along[:, 1:] * t2
+
+        def form(u: Array, v: Array, q: Array = q) -> Array:
+            return np.asarray(np.einsum("kmijl,kj,kl->kmi", q, u, v, optimize=True))
+
+        def line(u: Array, linear: Array = linear) -> Array:
+            return np.asarray(np.einsum("kmij,kj->kmi", linear, u))
+
+        first = [c + line(arm) + form(arm, arm), line(t1) + 2.0 * form(arm, t1)]
+        if deformation.plane:
+            terms = np.stack([*first, form(t1, t1)], axis=3)  # (k, m, 3, 3)
+            axes = np.stack([t1, frame[:, 2]], axis=1)
+        else:
+            second = [line(t2) + 2.0 * form(arm, t2), form(t1, t1), 2.0 * form(t1, t2), form(t2, t2)]
+            terms, axes = np.stack([*first, *second], axis=3), frame
+        coefficients = np.einsum("kci,kmip->kmcp", axes, terms)
+        out.append(np.ascontiguousarray(whole * coefficients.reshape(*coefficients.shape[:2], -1)))
+    return out[0], out[1], along
+
+
+def point_values(points: Points, joints: Joints, side_a: Array, side_b: Array, along: Array) -> tuple[Array, Array]:
+    """Displacement that every mode of both blocks makes at every point, along t1, t2, n of its joint.
+
+    Returns
+    -------
+    on a, on b : in the frame as the block carries it [m per unit of a coordinate], shapes (points, 3, m)
+    """
+    owner = np.repeat(np.arange(len(joints.block_a)), np.diff(joints.start))
+    s, t, m = points.s, points.t, side_a.shape[1]
+    out = []
+    for side in (side_a, side_b):
+        if side.shape[2] == 18:
+            powers = np.stack([np.ones_like(s), s, t, s * s, s * t, t * t], axis=1)
+            out.append(np.einsum("xmcp,xp->xcm", side[owner].reshape(len(s), m, 3, 6), powers))
+        else:
+            p = along[owner, 0] * s + along[owner, 1] * t
+            powers = np.stack([np.ones_like(p), p, p * p], axis=1)
+            value = np.einsum("xmcp,xp->xcm", side[owner].reshape(len(s), m, 2, 3), powers)
+            slide, apart = value[:, 0], value[:, 1]
+            out.append(np.stack([along[owner, :1] * slide, along[owner, 1:] * slide, apart], axis=1))
+    return out[0], out[1]
+
+
+def coupled_stiffness(points: Points, joints: Joints, side_a: Array, side_b: Array, along: Array, n: int) -> Array:
+    """Stiffness every block feels in its rigid motions and modes when only it moves, joints closed, (n, 6 + m, 6 + m).
+
+    Frames are those of the time a joint was made.
+    """
+    count = np.diff(joints.start)
+    owner = np.repeat(np.arange(len(count)), count)
+    stiff = joints.law[:, [LAW_KS, LAW_KS, LAW_KN]][owner] * points.area[:, None]
+    m = side_a.shape[1]
+    out = np.zeros((n, 6 + m, 6 + m))
+    values = point_values(points, joints, side_a, side_b, along)
+    ends = (joints.block_a, joints.block_b), (joints.arm_a, joints.arm_b), frames(joints), values
+    for block, arm, axes, value in zip(*ends, strict=True):
+        frame = axes[owner]
+        r = arm[owner] + points.s[:, None] * frame[:, 0] + points.t[:, None] * frame[:, 1]
+        g = np.concatenate([frame, np.cross(r[:, None], frame), value], axis=2)
+        part = np.einsum("xk,xki,xkj->xij", stiff, g, g, optimize=True)
+        total = np.add.reduceat(part, joints.start[:-1], axis=0) if len(part) else part[:0]
+        np.add.at(out, block, total)
+    return out
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Shapes of an assembly in a state of stress, with their matrices, before a run chooses its coordinates."""
+
+    deformation: Deformation
+    stiffness: dict[int, Array]
+    mass: dict[int, Array]
+
+    @classmethod
+    def of(cls, assembly: Assembly, stress: str, plane: Plane | None) -> "Start":
+        """Shapes of the blocks that have a material.
+
+        Raises
+        ------
+        InputError
+            What :func:`limitmason.deformable.modal_blocks` refuses, and a plane state without a plane.
+        """
+        if (stress != SOLID) != (plane is not None):
+            raise InputError(f"stress={stress!r} does not go with a problem {'in a plane' if plane else 'in space'}")
+        shapes = modal_blocks(assembly, stress, None if plane is None else plane.normal)
+        n, m = len(shapes), max(x.count for x in shapes if x is not None)
+        out = Deformation(
+            np.zeros((n, m, 3)), np.zeros((n, m, 3, 3)), np.zeros((n, m, 3, 3, 3)), np.zeros((n, m, 3, 3)),
+            np.zeros((n, m, 3, 3, 3)), np.zeros((n, m)), np.zeros(3) if plane is None else plane.normal.copy(), stress,
+        )  # fmt: skip
+        for i, shape in enumerate(shapes):
+            if shape is not None:
+                out.constant[i], out.linear[i], out.quadratic[i] = shape.constant, shape.linear, shape.quadratic
+                out.mean[i], out.gradient[i] = shape.stress_modes()
+        deforming = {i: x for i, x in enumerate(shapes) if x is not None}
+        return cls(out, {i: x.stiffness for i, x in deforming.items()}, {i: x.mass for i, x in deforming.items()})
+
+    def modes(
+        self, assembly: Assembly, points: Points, joints: Joints, coupled: Array | None
+    ) -> tuple[Deformation, Modes]:
+        """Modes at rest in coordinates that share neither stiffness nor mass, each of unit mass.
+
+        Parameters
+        ----------
+        coupled : stiffness of :func:`coupled_stiffness` for scaled masses, K_mode + 2 K_joints; None for the real ones
+        """
+        d = self.deformation
+        n, m = d.reach.shape
+        stiffness, inv_mass, bases = np.zeros((n, m)), np.zeros((n, m)), {}
+        for i, k in self.stiffness.items():
+            metric = self.mass[i] if coupled is None else k + 2.0 * coupled[i, 6:, 6:]
+            value, bases[i] = eigh(k, metric)
+            stiffness[i], inv_mass[i] = np.maximum(value, 0.0), 1.0
+        new = {f.name: getattr(d, f.name) for f in fields(d)}
+        for name in ("constant", "linear", "quadratic", "mean", "gradient"):
+            new[name] = new[name].copy()
+            for i, basis in bases.items():
+                new[name][i] = np.tensordot(basis.T, new[name][i], axes=1)
+        for i in bases:
+            x = assembly.blocks[i].vertices - assembly.centroids[i]
+            u = new["constant"][i][None] + np.einsum("kij,xj->xki", new["linear"][i], x)
+            u += np.einsum("kijl,xj,xl->xki", new["quadratic"][i], x, x)
+            new["reach"][i] = np.linalg.norm(u, axis=2).max(axis=0)
+        deformation = Deformation(**new)
+        side_a, side_b, along = sides(deformation, joints)
+        zero = np.zeros((n, m))
+        modes = Modes(
+            zero, zero.copy(), stiffness, np.ones((n, m)), inv_mass, zero.copy(), zero.copy(), side_a, side_b, along,
+            np.zeros((0 if deformation.plane else len(points.s), 3)),
+        )  # fmt: skip
+        return deformation, modes
+
+
+def coupled_of(start: Deformation, points: Points, joints: Joints, moves: NDArray[np.bool_]) -> Array:
+    """:func:`coupled_stiffness` of shapes in any coordinates; ``moves`` says which rigid motions a block has, (6,)."""
+    side_a, side_b, along = sides(start, joints)
+    out = coupled_stiffness(points, joints, side_a, side_b, along, len(start.reach))
+    out[:, :6][:, ~moves] = 0.0
+    out[:, :, :6][:, :, ~moves] = 0.0
+    return out
+
+
+def keep_step(mass: Array, inertia: Array, modes: Modes, coupled: Array, dt: float, safety: float) -> None:
+    """Scaled masses of the modes, and of the blocks as far as modes make them faster, written to the arrays given.
+
+    A mode of the coordinates of :meth:`Start.modes` has K_mode + 2 K_joints = 1 and so a mass dt^2 / (4 safety^2);
+    what rigid motions and modes share is met by a factor on all masses of the block.
+    """
+    allowed = 4.0 * safety**2 / dt**2
+    modes.mass[:] = 1.0 / allowed
+    for i in np.flatnonzero(modes.inv_mass.any(axis=1)):
+        factor = max(_top(coupled[i], modes.stiffness[i], mass[i], inertia[i], modes.mass[i]) / allowed, 1.0)
+        mass[i] *= factor
+        inertia[i] *= factor
+        modes.mass[i] *= factor
+        modes.inv_mass[i] = 1.0 / modes.mass[i]
+
+
+def fastest_of(mass: Array, inertia: Array, modes: Modes, coupled: Array) -> float:
+    """Half of the largest w^2 of M^-1 (2 K_joints + K_modes) over all blocks that deform [1/s2]."""
+    rows = np.flatnonzero(modes.inv_mass.any(axis=1))
+    tops = [_top(coupled[i], modes.stiffness[i], mass[i], inertia[i], modes.mass[i]) for i in rows]
+    return 0.5 * max(tops, default=0.0)
+
+
+def relative_deformation(deformation: Deformation, modes: Modes, joint: Joints, s: Array, t: Array) -> Array:
+    """Displacement of b's face against a's by deformation at points of a joint just made [m], its axes, (m, 3)."""
+    side_a, side_b, along = sides(deformation, joint)
+    change = modes.value[joint.block_b[0]] @ side_b[0] - modes.value[joint.block_a[0]] @ side_a[0]
+    if not deformation.plane:
+        powers = np.stack([np.ones_like(s), s, t, s * s, s * t, t * t])
+        return np.asarray((change.reshape(3, 6) @ powers).T)
+    p = s * along[0, 0] + t * along[0, 1]
+    slide, apart = change.reshape(2, 3) @ np.stack([np.ones_like(p), p, p * p])
+    return np.column_stack([along[0, 0] * slide, along[0, 1] * slide, apart])
+
+
+def with_joints(deformation: Deformation, modes: Modes, points: Points, joints: Joints) -> Modes:
+    """The same coordinates between other joints."""
+    side_a, side_b, along = sides(deformation, joints)
+    pad = np.zeros((len(modes.pad) and len(points.s), 3))
+    return modes._replace(side_a=side_a, side_b=side_b, along=along, pad=pad)
+
+
+def add_modal_mass(
+    mass: Array, inv_mass: Array, inv_inertia: Array, modes: Modes, coupled: Array, dt: float, safety: float
+) -> Array:
+    """Add mass to blocks that joints found later made too stiff for the step; returns every block's factor, (n,)."""
+    allowed = 4.0 * safety**2 / dt**2
+    factor = np.ones(len(mass))
+    for i in np.flatnonzero(modes.inv_mass.any(axis=1)):
+        inertia = np.linalg.inv(inv_inertia[i])
+        top = _top(coupled[i], modes.stiffness[i], mass[i], inertia, modes.mass[i]) / allowed
+        if top > 1.001:
+            factor[i] = top
+            mass[i] *= top
+            inv_mass[i] = 1.0 / mass[i]
+            inv_inertia[i] /= top
+            modes.mass[i] *= top
+            modes.inv_mass[i] /= top
+            modes.rate[i] /= top
+    return factor
+
+
+def _top(coupled: Array, stiffness: Array, mass: float, inertia: Array, modal_mass: Array) -> float:
+    """Largest w^2 of M^-1 (2 K_joints + K_modes) of one block, a bound of the assembly's [1/s2]."""
+    value, axes = np.linalg.eigh(inertia)
+    scale = np.zeros_like(coupled)
+    scale[:3, :3] = np.eye(3) / np.sqrt(mass)
+    scale[3:6, 3:6] = (axes / np.sqrt(value)) @ axes.T
+    scale[6:, 6:] = np.diag(1.0 / np.sqrt(modal_mass))
+    whole = 2.0 * coupled
+    whole[6:, 6:] += np.diag(stiffness)
+    return float(np.linalg.eigvalsh(scale @ whole @ scale)[-1])
+
+
+def _matrices(q: Array) -> Array:
+    """Rotation matrices of unit quaternions, scalar first, shape (k, 3, 3)."""
+    w, x, y, z = q.T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), -1, 0)

@@ -1,0 +1,104 @@
+"""Isotropic elasticity in space, in plane stress and in plane strain, in any axes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from limitmason.errors import InputError
+
+Array = NDArray[np.float64]
+
+SOLID, PLANE_STRESS, PLANE_STRAIN = "solid", "plane stress", "plane strain"
+STATES = (SOLID, PLANE_STRESS, PLANE_STRAIN)
+"""States of stress in which a run may take its blocks."""
+
+
+@dataclass(frozen=True)
+class Elasticity:
+    """sigma = lambda tr(eps) P + 2 mu eps, tension positive, for strains that lie in the space that P projects onto.
+
+    In space P is the unit tensor and lambda is Lame's. In a plane P = 1 - n n^T, and lambda is that of plane stress,
+    2 lambda mu / (lambda + 2 mu) = E nu / (1 - nu^2), or of plane strain, Lame's.
+
+    Parameters
+    ----------
+    lame : lambda of the state of stress [Pa]
+    shear : mu [Pa]
+    projector : P, shape (3, 3)
+    normal : unit normal of the plane, shape (3,); None in space
+    state : "solid", "plane stress" or "plane strain"
+    """
+
+    lame: float
+    shear: float
+    projector: Array
+    normal: Array | None
+    state: str
+
+    @classmethod
+    def of(cls, young_modulus: float, poisson_ratio: float, state: str, normal: ArrayLike | None) -> "Elasticity":
+        """Elasticity of a material with E [Pa] and nu [-].
+
+        Parameters
+        ----------
+        state : "solid", "plane stress" or "plane strain"
+        normal : unit normal of the plane, shape (3,); None in space
+
+        Raises
+        ------
+        InputError
+            For an unknown state, E not positive, and nu outside -1 < nu < 0.5.
+        """
+        if state not in STATES:
+            raise InputError(f"the state of stress must be one of {', '.join(STATES)}, got {state!r}")
+        e, nu = young_modulus, poisson_ratio
+        if not e > 0.0 or not np.isfinite(e):
+            raise InputError(f"young_modulus must be positive and finite [Pa], got {e!r}")
+        if not -1.0 < nu < 0.5:
+            raise InputError(f"poisson_ratio must lie between -1 and 0.5, both excluded, got {nu!r}")
+        shear = e / (2.0 * (1.0 + nu))
+        if state == SOLID:
+            return cls(e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), shear, np.eye(3), None, state)
+        n = plane_normal(normal)
+        lame = e * nu / (1.0 - nu**2) if state == PLANE_STRESS else e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
+        return cls(lame, shear, np.eye(3) - np.outer(n, n), n, state)
+
+    @property
+    def plane(self) -> bool:
+        """Whether strains lie in a plane."""
+        return self.state != SOLID
+
+    @property
+    def contraction(self) -> float:
+        """Lateral contraction over the strain along a bar free sideways in this state [-]: nu, or nu / (1 - nu)."""
+        return self.lame / (self.lame + 2.0 * self.shear) if self.plane else 0.5 * self.lame / (self.lame + self.shear)
+
+    @property
+    def bar_modulus(self) -> float:
+        """Stress over strain along a bar that is free sideways in this state [Pa]: E, or E / (1 - nu^2)."""
+        return 2.0 * self.shear * (1.0 + self.contraction)
+
+    @property
+    def confined_modulus(self) -> float:
+        """Stress over strain along a bar that cannot strain sideways (in its plane) [Pa]; of a pressure wave."""
+        return self.lame + 2.0 * self.shear
+
+    def stress(self, strain: Array) -> Array:
+        """Stress [Pa] of strains in the space of P, tension positive, shapes (..., 3, 3)."""
+        trace = np.trace(strain, axis1=-2, axis2=-1)
+        return np.asarray(self.lame * trace[..., None, None] * self.projector + 2.0 * self.shear * strain)
+
+
+def plane_normal(normal: ArrayLike | None) -> Array:
+    """Unit normal of a plane, (0, 1, 0) where none is given, shape (3,).
+
+    Raises
+    ------
+    InputError
+        For a vector that is not three finite numbers, not all zero.
+    """
+    n = np.asarray((0.0, 1.0, 0.0) if normal is None else normal, dtype=float)
+    if n.shape != (3,) or not np.isfinite(n).all() or not np.linalg.norm(n) > 0.0:
+        raise InputError(f"the normal of the plane must be three numbers, not all zero, got {normal!r}")
+    return np.asarray(n / np.linalg.norm(n))

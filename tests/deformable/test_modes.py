@@ -1,0 +1,200 @@
+"""Modal shapes of convex blocks against closed forms: stiffness, mass, patch test, orthogonality, any axes."""
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID, Elasticity, modal_block
+from limitmason.deformable.modes import volume_points
+from limitmason.geometry.polyhedron import Solid, box, face_planes, prism
+from limitmason.geometry.rotation import rotation_matrices
+from limitmason.model.block import Block
+
+E, NU, RHO = 16.7e9, 0.2, 1900.0
+SIDES = np.array([0.225, 0.1025, 0.075])
+STATES = (SOLID, PLANE_STRESS, PLANE_STRAIN)
+TURN = rotation_matrices(np.array([[0.3, -0.7, 0.4]]))[0]
+FIVE = np.array([[0.0, 0.0], [0.31, -0.05], [0.4, 0.2], [0.15, 0.33], [-0.06, 0.18]])
+
+
+def brick(sides=SIDES):
+    return Block("brick", (box((0.3, -0.2, 0.1), np.array((0.3, -0.2, 0.1)) + sides),), RHO)
+
+
+def turned(block, matrix):
+    solid = block.parts[0]
+    return Block(block.name, (Solid(solid.vertices @ matrix.T + (0.5, 0.1, -2.0), solid.faces),), block.density)
+
+
+def five_sided():
+    return Block("five", (prism(FIVE, 0.0, 0.25),), RHO)
+
+
+def law(state, normal=(0, 1, 0)):
+    return Elasticity.of(E, NU, state, None if state == SOLID else normal)
+
+
+def face_points(solid):
+    """Points [m], outward normals and weights [m2] exact for cubic integrands over all faces (Hammer and Stroud)."""
+    for face in solid.faces:
+        corner = solid.vertices[list(face)]
+        n = face_planes(corner[None])[0][0]
+        for k in range(1, len(face) - 1):
+            t = corner[[0, k, k + 1]]
+            area = 0.5 * np.linalg.norm(np.cross(t[1] - t[0], t[2] - t[0]))
+            for at, weight in (((1 / 3, 1 / 3, 1 / 3), -27 / 48), ((0.6, 0.2, 0.2), 25 / 48),
+                               ((0.2, 0.6, 0.2), 25 / 48), ((0.2, 0.2, 0.6), 25 / 48)):  # fmt: skip
+                yield np.array(at) @ t, n, weight * area
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_stiffness_of_a_brick_is_that_of_bars_and_beams(state):
+    shapes = modal_block(brick(), law(state))
+    k = dict(zip(shapes.names, np.diag(shapes.stiffness), strict=True))
+    volume = SIDES.prod()
+    shear = E / (2 * (1 + NU))
+    # the largest face lies in x-y, its longest side along x: own axes are x, y, z, in a plane x, (y), z
+    lame = {SOLID: E * NU / (1 + NU) / (1 - 2 * NU), PLANE_STRESS: E * NU / (1 - NU**2)}
+    confined = lame.get(state, lame[SOLID]) + 2 * shear
+    assert k["exx"] == pytest.approx(confined * volume, rel=1e-12)
+    assert k["exz"] == pytest.approx(shear * volume, rel=1e-12)
+    bar = E / (1 - NU**2) if state == PLANE_STRAIN else E
+    assert k["bend xz"] == pytest.approx(bar * volume * SIDES[2] ** 2 / 12, rel=1e-12)
+    assert k["bend zx"] == pytest.approx(bar * volume * SIDES[0] ** 2 / 12, rel=1e-12)
+    if state == SOLID:
+        # least energy of a unit twist about x over its warping shape: G 4 Iy Iz / (Iy + Iz), as of an ellipse
+        rows = [shapes.names.index(f"twist {i}") for i in "xyz"]
+        twist = np.array([0.0, -1.0, 1.0])
+        block = shapes.stiffness[np.ix_(rows, rows)]
+        least = twist @ block @ twist - (twist @ block[0]) ** 2 / block[0, 0]
+        iy, iz = volume * SIDES[1] ** 2 / 12, volume * SIDES[2] ** 2 / 12
+        assert least == pytest.approx(shear * 4 * iy * iz / (iy + iz), rel=1e-12)
+
+
+def test_mass_matrix_of_a_brick():
+    shapes = modal_block(brick(), law(PLANE_STRESS))
+    m, (a, _, c) = dict(zip(shapes.names, np.diag(shapes.mass), strict=True)), SIDES
+    mass = RHO * SIDES.prod()
+    assert m["exx"] == pytest.approx(mass * a**2 / 12, rel=1e-12)
+    # shear without mean rotation: (A z, B x), A + B = 1, A <zz> = B <xx>
+    over_z, over_x = a**2 / (a**2 + c**2), c**2 / (a**2 + c**2)
+    assert m["exz"] == pytest.approx(mass * (over_z**2 * c**2 + over_x**2 * a**2) / 12, rel=1e-12)
+    # bending: u = x z, whose mean rotation is zero; v = -x^2/2 - nu z^2/2 less their means
+    x2, z2, x4, z4 = a**2 / 12, c**2 / 12, a**4 / 80, c**4 / 80
+    across = ((x4 - x2**2) + NU**2 * (z4 - z2**2)) / 4
+    assert m["bend xz"] == pytest.approx(mass * (x2 * z2 + across), rel=1e-12)
+
+
+@pytest.mark.parametrize("state", STATES)
+@pytest.mark.parametrize("make", [brick, five_sided])
+def test_a_mode_has_no_mean_displacement_and_no_mean_rotation(state, make):
+    block = make()
+    shapes = modal_block(block, law(state))
+    x, w = volume_points(block.parts[0], block.centroid)
+    phi = shapes.displacement(x + block.centroid)
+    size = np.cbrt(block.volume)
+    scale = block.volume * np.abs(phi).max(axis=(0, 2))[:, None]
+    assert np.abs(np.einsum("m,mki->ki", w, phi) / scale).max() < 1e-14
+    assert np.abs(np.einsum("m,mki->ki", w, np.cross(x[:, None], phi)) / scale).max() < 1e-14 * size
+
+
+@pytest.mark.parametrize("state", STATES)
+@pytest.mark.parametrize("make", [brick, five_sided])
+def test_patch_test_on_the_faces(state, make):
+    """Tractions of uniform stress, of pure bending and of twist are answered by exactly the strains of Hooke's law."""
+    normal = TURN @ (0.0, 1.0, 0.0)
+    block = turned(make(), TURN)
+    shapes = modal_block(block, law(state, normal))
+    wanted = np.random.default_rng(3).normal(size=shapes.count)
+    mean, gradient = shapes.stress_field(wanted)
+    force = np.zeros(shapes.count)
+    for x, n, weight in face_points(block.parts[0]):
+        if state != SOLID and abs(n @ normal) > 0.5:
+            continue  # the faces of the wall: free, or held by what keeps the strain plane
+        traction = (mean + gradient @ (x - block.centroid)) @ n
+        force += weight * shapes.displacement(x[None])[0] @ traction
+    assert np.abs(np.linalg.solve(shapes.stiffness, force) - wanted).max() < 1e-12 * np.abs(wanted).max()
+    assert shapes.count == (15 if state == SOLID else 5)
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_hooke_law_by_hand(state):
+    elastic = law(state)
+    strain = np.array([[1e-4, 0.0, 3e-5], [0.0, 0.0, 0.0], [3e-5, 0.0, -2e-4]])
+    stress = elastic.stress(strain)
+    if state == PLANE_STRESS:  # eps = sigma (1 + nu)/E - nu tr(sigma)/E with sigma_yy = 0
+        back = stress * (1 + NU) / E - NU / E * np.trace(stress) * np.diag([1.0, 0.0, 1.0])
+        assert np.abs(back - strain).max() < 1e-16
+        assert stress[1, 1] == 0.0
+    else:
+        full = law(SOLID).stress(strain)
+        rows = np.ix_([0, 2], [0, 2])
+        assert np.abs(stress[rows] - full[rows]).max() < 1e-9 * np.abs(full).max()
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_turned_block_has_turned_shapes(state):
+    block = five_sided()
+    one = modal_block(block, law(state))
+    two = modal_block(turned(block, TURN), law(state, TURN @ (0.0, 1.0, 0.0)))
+    assert np.abs(two.stiffness - one.stiffness).max() < 1e-12 * np.abs(one.stiffness).max()
+    assert np.abs(two.mass - one.mass).max() < 1e-12 * np.abs(one.mass).max()
+    x = block.parts[0].vertices
+    there = one.displacement(x) @ TURN.T
+    assert np.abs(two.displacement(x @ TURN.T + (0.5, 0.1, -2.0)) - there).max() < 1e-12 * np.abs(there).max()
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1.0, 1e3])
+def test_units(factor):
+    """Lengths times f, stresses over f^2: an energy per squared strain grows as f, per squared curvature as f^3."""
+    solid = five_sided().parts[0]
+    one = modal_block(five_sided(), law(SOLID))
+    big = Block("big", (Solid(solid.vertices * factor, solid.faces),), RHO)
+    two = modal_block(big, Elasticity.of(E / factor**2, NU, SOLID, None))
+    power = np.array([0 if n.startswith("e") else 1 for n in one.names])
+    back = two.stiffness / factor ** (1.0 + power[:, None] + power)
+    assert np.abs(back - one.stiffness).max() < 1e-12 * np.abs(one.stiffness).max()
+
+
+def test_degree_four_is_integrated_exactly():
+    low, high = np.array((0.1, -0.3, 0.2)), np.array((0.7, 0.5, 0.9))
+    x, w = volume_points(box(low, high), 0.5 * (low + high))
+    h = high - low
+    assert (w * x[:, 0] ** 4).sum() == pytest.approx(h.prod() * h[0] ** 4 / 80, rel=1e-13)
+    assert (w * x[:, 0] ** 2 * x[:, 2] ** 2).sum() == pytest.approx(h.prod() * (h[0] * h[2]) ** 2 / 144, rel=1e-13)
+
+
+def test_values_on_a_face_plane():
+    shapes = modal_block(turned(brick(), TURN), law(SOLID))
+    o, a, b = np.array((0.05, -0.02, 0.04)), TURN[:, 0], TURN[:, 2]
+    c = shapes.on_plane(o, a, b)
+    s, t = 0.07, -0.03
+    there = np.einsum("kpi,p->ki", c, [1.0, s, t, s * s, s * t, t * t])
+    direct = shapes.displacement((shapes.centroid + o + s * a + t * b)[None])[0]
+    assert np.abs(there - direct).max() < 1e-16
+
+
+def test_other_coordinates_describe_the_same_block():
+    shapes = modal_block(brick(), law(PLANE_STRAIN))
+    basis = np.random.default_rng(1).normal(size=(5, 5))
+    mixed = shapes.in_coordinates(basis)
+    q = np.random.default_rng(2).normal(size=5)
+    mean, gradient = shapes.stress_field(basis @ q)
+    again, slope = mixed.stress_field(q)
+    assert np.abs(mean - again).max() < 1e-12 * np.abs(mean).max()
+    assert np.abs(gradient - slope).max() < 1e-12 * np.abs(gradient).max()
+
+
+def test_refusals_say_what_to_do():
+    two = Block("L", (box((0, 0, 0), (1, 1, 1)), box((1, 0, 0), (2, 1, 0.5))), RHO)
+    with pytest.raises(lm.errors.InputError, match="'L' is not convex.*convex blocks with strong joints"):
+        modal_block(two, law(SOLID))
+    leaning = turned(brick(), TURN)
+    with pytest.raises(lm.errors.InputError, match="'brick' is no prism along"):
+        modal_block(leaning, law(PLANE_STRESS))
+    with pytest.raises(lm.errors.InputError, match="poisson_ratio"):
+        Elasticity.of(E, 0.5, SOLID, None)
+    with pytest.raises(lm.errors.InputError, match="young_modulus"):
+        Elasticity.of(0.0, 0.2, SOLID, None)
+    with pytest.raises(lm.errors.InputError, match="state of stress"):
+        Elasticity.of(E, 0.2, "plane stres", None)
