@@ -15,6 +15,8 @@ from dem.pace import default_steps, slowest_period, softest_note
 from dem.push_curve import PushCurve, make_curve
 from dem.simulate import Progress, resume, simulate
 from dem.state import State, UnstableError, make_state
+from dem.zones.element import PLANE_STRESS
+from dem.zones.push import push_zoned
 from limitmason.errors import InputError
 from limitmason.lumped_units import with_lumped_units
 from limitmason.model import Assembly, Loads
@@ -23,9 +25,9 @@ from limitmason.plane import find_plane
 
 Array = NDArray[np.float64]
 
-RIGID, LUMPED = "rigid", "lumped"
+RIGID, LUMPED, ZONED = "rigid", "lumped", "zoned"
 BLOCKS: Mapping[str, Callable[[Assembly], Assembly]] = {RIGID: lambda assembly: assembly, LUMPED: with_lumped_units}
-"""How the units deform: not at all; through joints that take the units' compliance over."""
+"""How rigid units deform: not at all; through joints that take the units' compliance over."""
 
 SLOWER = 3
 """The second run is so many times slower."""
@@ -61,6 +63,8 @@ def push(
     progress: Progress | None = None,
     checkpoint: str | Path | None = None,
     label: str = "",
+    zone_size: float | None = None,
+    plane: str | None = None,
 ) -> PushCurve:
     """Load-displacement curve of a structure that is driven to a displacement, own weight settled first.
 
@@ -74,10 +78,11 @@ def push(
         not named are free, so that a plate may turn. A ``servo`` holds in all of the run
     to : displacement at the end [m]; several are a path with turning points (cycles), each from the start
     loads : dead loads; self weight alone by default. Live loads do not act
-    blocks : "rigid", or "lumped": rigid blocks whose joints take over the compliance of the units' material, see
-        :func:`limitmason.lumped_units.with_lumped_units`
-    contact_points : as for :func:`dem.make_state`; by default spaced by half the smallest length of a joint. Brittle
-        joints answer differently at other spacings, so that it stands in the answer
+    blocks : "rigid"; "lumped": rigid blocks whose joints take over the compliance of the units' material, see
+        :func:`limitmason.lumped_units.with_lumped_units`; "zoned": walls in the x-z plane, each block with a material
+        cut into zones that strain, yield and crack in tension, see :func:`dem.zones.push.push_zoned`
+    contact_points : as for :func:`dem.make_state`; by default spaced by half the smallest length of a joint, and where
+        zones meet. Brittle joints answer differently at other spacings, so that it stands in the answer
     joint_options : see :class:`dem.JointOptions`
     steps : of the faster run over the whole path; by default as :func:`dem.pace.default_steps` says
     rate_check : run again at a third of the speed: the answer is that run, its difference to the first the rate error.
@@ -90,7 +95,9 @@ def push(
     progress : called with the last sample as a mapping, with "run", "part" of all steps done and "time left" [s] added;
         return True to stop ("interrupted")
     checkpoint : file beside which the runs are kept as they go; a push of the same model with the same file goes on
-        where it was cut off, to the same bits, or returns at once what was finished
+        where it was cut off, to the same bits, or returns at once what was finished; not with zoned blocks
+    zone_size : largest edge of a zone [m]; of zoned blocks, where it must be given
+    plane : "plane stress" (default) or "plane strain" of zoned blocks
 
     Returns
     -------
@@ -111,8 +118,25 @@ def push(
     as far as the kinetic energy stays small beside the work: ``errors["kinetic"]`` says so at every sample, and the two
     speeds differ where it does not.
     """
-    if blocks not in BLOCKS:
-        raise InputError(f"blocks must be one of {', '.join(map(repr, BLOCKS))}, got {blocks!r}")
+    if blocks not in (*BLOCKS, ZONED):
+        raise InputError(f"blocks must be one of {', '.join(map(repr, (*BLOCKS, ZONED)))}, got {blocks!r}")
+    if blocks == ZONED:
+        if zone_size is None:
+            raise InputError("zoned blocks need zone_size=, the largest edge of a zone [m]")
+        for name, value, usual in (
+            ("damping", damping, None), ("settle", settle, None), ("detect_every", detect_every, 50),
+            ("checkpoint", checkpoint, None),
+        ):  # fmt: skip
+            if value != usual:
+                raise InputError(f"zoned blocks take no {name}: leave it out")
+        return push_zoned(
+            assembly, drive, to=to, zone_size=zone_size, loads=loads, plane=plane or PLANE_STRESS,
+            contact_points=contact_points, joint_options=joint_options, steps=steps, rate_check=rate_check,
+            samples=samples, longest=longest, progress=progress, label=label,
+        )  # fmt: skip
+    for name, given in (("zone_size", zone_size), ("plane", plane)):
+        if given is not None:
+            raise InputError(f"{name} is of zoned blocks: give blocks={ZONED!r}, or leave it out")
     if samples < 10 or (steps is not None and steps < 100):
         raise InputError(f"samples must be at least 10 and steps at least 100, got {samples!r} and {steps!r}")
     path, unit = _path(to), _unit(drive, assembly)
@@ -309,4 +333,4 @@ class _Follower:
         )
 
 
-__all__ = ["BLOCKS", "LUMPED", "RIGID", "default_spacing", "per_interface", "push"]
+__all__ = ["BLOCKS", "LUMPED", "RIGID", "ZONED", "default_spacing", "per_interface", "push"]
