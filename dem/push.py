@@ -16,6 +16,7 @@ from dem.pace import default_steps, slowest_period, softest_note
 from dem.push_curve import PushCurve, make_curve
 from dem.simulate import Progress, resume, simulate
 from dem.state import State, UnstableError, make_state
+from dem.zones.push import push_zoned
 from limitmason.deformable import PLANE_STRESS, SOLID
 from limitmason.errors import InputError
 from limitmason.lumped_units import with_lumped_units
@@ -25,7 +26,7 @@ from limitmason.plane import find_plane
 
 Array = NDArray[np.float64]
 
-LUMPED = "lumped"
+LUMPED, ZONED = "lumped", "zoned"
 BLOCKS: Mapping[str, Callable[[Assembly], Assembly]] = {
     RIGID: lambda assembly: assembly, LUMPED: with_lumped_units, MODAL: lambda assembly: assembly,
 }  # fmt: skip
@@ -66,6 +67,7 @@ def push(
     progress: Progress | None = None,
     checkpoint: str | Path | None = None,
     label: str = "",
+    zone_size: float | None = None,
 ) -> PushCurve:
     """Load-displacement curve of a structure that is driven to a displacement, own weight settled first.
 
@@ -79,12 +81,14 @@ def push(
         not named are free, so that a plate may turn. A ``servo`` holds in all of the run
     to : displacement at the end [m]; several are a path with turning points (cycles), each from the start
     loads : dead loads; self weight alone by default. Live loads do not act
-    blocks : "rigid", or "lumped": rigid blocks whose joints take over the compliance of the units' material, see
-        :func:`limitmason.lumped_units.with_lumped_units`; or "modal": blocks that strain and bend, see
-        :func:`dem.make_state`
-    stress : of modal blocks: "plane stress" (the default of a plane problem), "plane strain" or "solid"
-    contact_points : as for :func:`dem.make_state`; by default spaced by half the smallest length of a joint. Brittle
-        joints answer differently at other spacings, so that it stands in the answer
+    blocks : "rigid"; "lumped": rigid blocks whose joints take over the compliance of the units' material, see
+        :func:`limitmason.lumped_units.with_lumped_units`; "modal": blocks that strain and bend, see
+        :func:`dem.make_state`; "zoned": walls in the x-z plane, each block with a material cut into zones that strain,
+        yield and crack in tension, see :func:`dem.zones.push.push_zoned`
+    stress : of modal and zoned blocks: "plane stress" (the default of a plane problem), "plane strain"; of modal ones
+        also "solid"
+    contact_points : as for :func:`dem.make_state`; by default spaced by half the smallest length of a joint, and where
+        zones meet. Brittle joints answer differently at other spacings, so that it stands in the answer
     joint_options : see :class:`dem.JointOptions`
     steps : of the faster run over the whole path; by default as :func:`dem.pace.default_steps` says
     rate_check : run again at a third of the speed: the answer is that run, its difference to the first the rate error.
@@ -97,7 +101,8 @@ def push(
     progress : called with the last sample as a mapping, with "run", "part" of all steps done and "time left" [s] added;
         return True to stop ("interrupted")
     checkpoint : file beside which the runs are kept as they go; a push of the same model with the same file goes on
-        where it was cut off, to the same bits, or returns at once what was finished
+        where it was cut off, to the same bits, or returns at once what was finished; not with zoned blocks
+    zone_size : largest edge of a zone [m]; of zoned blocks, where it must be given
 
     Returns
     -------
@@ -118,8 +123,24 @@ def push(
     as far as the kinetic energy stays small beside the work: ``errors["kinetic"]`` says so at every sample, and the two
     speeds differ where it does not.
     """
-    if blocks not in BLOCKS:
-        raise InputError(f"blocks must be one of {', '.join(map(repr, BLOCKS))}, got {blocks!r}")
+    if blocks not in (*BLOCKS, ZONED):
+        raise InputError(f"blocks must be one of {', '.join(map(repr, (*BLOCKS, ZONED)))}, got {blocks!r}")
+    if blocks == ZONED:
+        if zone_size is None:
+            raise InputError("zoned blocks need zone_size=, the largest edge of a zone [m]")
+        for name, value, usual in (
+            ("damping", damping, None), ("settle", settle, None), ("detect_every", detect_every, 50),
+            ("checkpoint", checkpoint, None),
+        ):  # fmt: skip
+            if value != usual:
+                raise InputError(f"zoned blocks take no {name}: leave it out")
+        return push_zoned(
+            assembly, drive, to=to, zone_size=zone_size, loads=loads, plane=stress or PLANE_STRESS,
+            contact_points=contact_points, joint_options=joint_options, steps=steps, rate_check=rate_check,
+            samples=samples, longest=longest, progress=progress, label=label,
+        )  # fmt: skip
+    if zone_size is not None:
+        raise InputError(f"zone_size is of zoned blocks: give blocks={ZONED!r}, or leave it out")
     if samples < 10 or (steps is not None and steps < 100):
         raise InputError(f"samples must be at least 10 and steps at least 100, got {samples!r} and {steps!r}")
     path, unit = _path(to), _unit(drive, assembly)
@@ -129,7 +150,7 @@ def push(
     grid = contact_points if contact_points is not None else default_spacing(model)
     plane = _plane(model, loads, unit)
     if blocks != MODAL and stress is not None:
-        raise InputError(f"stress={stress!r} is for blocks={MODAL!r}: others have no stress of their own")
+        raise InputError(f"stress={stress!r} is for {MODAL} and {ZONED} blocks: others have no stress of their own")
     if stress is None:
         stress = PLANE_STRESS if blocks == MODAL and plane is not None else SOLID
     state = make_state(
@@ -323,4 +344,4 @@ class _Follower:
         )
 
 
-__all__ = ["BLOCKS", "LUMPED", "RIGID", "default_spacing", "per_interface", "push"]
+__all__ = ["BLOCKS", "LUMPED", "RIGID", "ZONED", "default_spacing", "per_interface", "push"]

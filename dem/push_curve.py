@@ -163,7 +163,6 @@ class PushCurve(Curve):
 
     def beside(self, faster: "PushCurve") -> "PushCurve":
         """This curve with the same run at a higher speed as its rate error."""
-        assert self.history is not None
         peak = max(abs(self.peak.load), 1e-300)
         # both run the same path: where it is done to the same part
         way = [np.concatenate([[0.0], np.cumsum(np.abs(np.diff(c.displacement)))]) for c in (self, faster)]

@@ -1,9 +1,10 @@
 """Compiled functions of the explicit distinct element method, one subject to a file; only these import each other.
 
 ``law`` is the joint law at a point, ``sums`` adds it up over the points of a joint, ``kinematics`` says how the blocks
-of a joint lie to each other, ``forces`` brings the sums to the blocks, ``deformed`` does so where
-blocks strain in modes, ``stepping`` moves these, ``measure`` reads a position without changing it, ``shapes`` finds
-where pieces touch; ``arrays`` is what all of them see.
+of a joint lie to each other, ``forces`` brings the sums to the blocks, ``deformed`` does so where blocks strain in
+modes, ``stepping`` moves these, ``measure`` reads a position without changing it, ``shapes`` finds where pieces touch;
+``arrays`` is what all of them see. ``zones`` steps blocks cut into zones in the plane, with the same joint law, and
+``yielding`` returns a zone's stress to its strength.
 
 Rule: a compiled function of ``dem`` stands in this package, is made by ``compiled.kernel`` and uses nothing from
 outside but numpy and numba. What is kept on disk is stamped with the content of all files of the package, so that an

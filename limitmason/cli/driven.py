@@ -35,7 +35,8 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     command.add_argument("--method", default=DEM, help=f"a method that follows driven structures; default: {DEM}")
     command.add_argument("--block", metavar="NAME", help="block to drive; default: what the experiment drives")
     command.add_argument("--direction", type=float, nargs=3, metavar=("X", "Y", "Z"), help="needs --block")
-    command.add_argument("--blocks", help="how units deform: rigid (default), lumped (into the joints)")
+    command.add_argument("--blocks", help="how units deform: rigid (default), lumped (into the joints), zoned")
+    command.add_argument("--zone-size", type=_length, metavar="LENGTH", help="largest edge of a zone, of zoned blocks")
     command.add_argument("--spacing", type=_length, metavar="LENGTH", help="largest distance between contact points")
     command.add_argument("--steps", type=int, help="of the faster of the two runs; default: by the slowest swing")
     command.add_argument("--once", action="store_true", help="one speed: no rate error, a quarter of the time")
@@ -56,6 +57,7 @@ def _push(options: argparse.Namespace) -> int:
     drive = _drive(options, test)
     settings = {
         "blocks": options.blocks, "contact_points": options.spacing, "steps": options.steps,
+        "zone_size": options.zone_size,
         "checkpoint": options.checkpoint, "rate_check": False if options.once else None,
     }  # fmt: skip
     say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces")

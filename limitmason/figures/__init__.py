@@ -16,6 +16,7 @@ from limitmason.figures.forces import contact_forces
 from limitmason.figures.history import history_curves, load_displacement
 from limitmason.figures.layouts import layout_search
 from limitmason.figures.mechanism import assembly, mechanism
+from limitmason.figures.plasticity import plasticity
 from limitmason.figures.scene import Scene, view
 from limitmason.figures.studies import gap, side_by_side, study_lines
 from limitmason.figures.style import print_style
@@ -38,6 +39,7 @@ __all__ = [
     "layout_search",
     "load_displacement",
     "mechanism",
+    "plasticity",
     "predicted_against_published",
     "predicted_beside_references",
     "print_style",

@@ -258,6 +258,19 @@ def brick_panel(g):
     assert curve.mode_at(curve.peak.index).name in ("soldier bending", "diagonal", "rocking")
 
 
+def bnw_zoned_walls(g):
+    test, curve = g["found"]["BNW1"]
+    # a prediction with inputs of codes: shown with its misfit, no gate on the measured peak
+    assert curve.status == "finished"
+    assert curve.event("unit cracks").displacement < curve.event("unit yields").displacement
+    assert curve.errors["energy"].max() < 0.01
+    toe = curve.mesh.place[curve.mesh.zones].mean(axis=1)
+    yielding = toe[curve.zones[-1].marks == 1]
+    # crushing begins at the toe: low, and on the side pushed to
+    assert ((yielding[:, 1] < 0.25) & (yielding[:, 0] > 2.2)).any()
+    assert float(test.parameters["vertical stress"]) == 0.59
+
+
 CHECKS = {
     f.__name__: f
     for f in (
@@ -266,7 +279,7 @@ CHECKS = {
         mechanisms_of_a_u_shaped_wall, three_theories_one_wall, dilatancy_and_block_size,
         four_point_bending, minho_pushover, rondelet_contact_points, own_cause, pavia_layouts,
         diagnose_pavia, diagnose_brick_panels, diagnose_ferris_tin_loi, diagnose_minho,
-        tilt_test, murano_pushover, capacity_curve, brick_panel,
+        tilt_test, murano_pushover, capacity_curve, brick_panel, bnw_zoned_walls,
     )
 }  # fmt: skip
 

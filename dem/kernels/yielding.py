@@ -1,0 +1,244 @@
+"""Mohr-Coulomb with a tension cut-off at a stress point: the return to the surface, plane stress or plane strain.
+
+Tension positive, s1 >= s2 >= s3. Shear: k s1 - s3 <= 2 c sqrt(k), k = (1 + sin phi) / (1 - sin phi), flow
+(k_psi, 0, -1) with psi for phi. Tension: s <= ft for each, flow associated (both as UDEC and FLAC have them). Edges and
+corners are returned to exactly: the multipliers of up to three planes at once, all >= 0, with no plane exceeded after
+it. In plane stress the stress across is one of the three and stays zero.
+
+Called at every stress point of a zone by :mod:`dem.kernels.zones`.
+"""
+
+import numpy as np
+
+from dem.kernels.arrays import Array, Index
+from dem.kernels.compiled import kernel
+
+MAT_STRAIN, MAT_K, MAT_C, MAT_FT, MAT_KPSI, MAT_D, MAT_DN, MAT_G, MAT_YIELDS = 0, 1, 2, 3, 4, 5, 6, 7, 8
+"""Row of a material: 1 in plane strain, k, 2 c sqrt(k) [Pa], ft [Pa], k_psi, D11, D12, G [Pa], 1 where it yields."""
+MAT_SIZE = 9
+
+SHEAR_NOW, TENSION_NOW, SHEAR_PAST, TENSION_PAST = 1, 2, 4, 8
+"""Flags of a stress point: yields in shear or in tension in this step, or did so before."""
+
+_TINY = 1e-11  # of the largest stress: below it a plane counts as met
+
+
+@kernel(fast=False)
+def planes(mat: Array, m: int, a: Array, b: Array, f: Array, shear: Index) -> int:
+    """Planes of material row m for sorted principal stresses: a s <= b, flow f, 1 where it is of shear; their number.
+
+    The first three stresses are s1 >= s2 >= s3 in plane strain; in plane stress the two in the plane, and 0.
+    """
+    k, c, ft, q = mat[m, MAT_K], mat[m, MAT_C], mat[m, MAT_FT], mat[m, MAT_KPSI]
+    for i in range(6):
+        for r in range(3):
+            a[i, r] = f[i, r] = 0.0
+        shear[i] = 1
+    if mat[m, MAT_STRAIN] != 0.0:
+        for i, (up, low) in enumerate(((0, 2), (0, 1), (1, 2))):
+            a[i, up], a[i, low], b[i] = k, -1.0, c
+            f[i, up], f[i, low] = q, -1.0
+        for r in range(3):
+            a[3 + r, r] = f[3 + r, r] = 1.0
+            b[3 + r] = ft
+            shear[3 + r] = 0
+        return 6
+    a[0, 0], a[0, 1], b[0] = k, -1.0, c
+    f[0, 0], f[0, 1] = q, -1.0
+    cut = min(ft, c / k)
+    for r in range(2):
+        a[1 + r, r] = f[1 + r, r] = 1.0
+        b[1 + r] = cut
+        # where the cut-off lies above c / k, the plane through the zero stress across governs; same flow in the plane
+        shear[1 + r] = 0 if ft <= c / k else 1
+        a[3 + r, r] = f[3 + r, r] = -1.0
+        b[3 + r] = c
+    return 5
+
+
+@kernel(fast=False)
+def _met(
+    active: Index, count: int, n: int, s: Array, a: Array, b: Array, f: Array, d: float, dn: float, tol: float,
+    lam: Array, out: Array, m: Array,
+) -> bool:  # fmt: skip
+    """Multipliers of the active planes and the stress after them; True where both are admissible."""
+    # matrix a_i D f_j and right-hand side a_i s - b_i, by elimination with pivots
+    for i in range(count):
+        p = active[i]
+        for j in range(count):
+            q = active[j]
+            sum_f = f[q, 0] + f[q, 1] + f[q, 2]
+            v = 0.0
+            for r in range(3):
+                v += a[p, r] * ((d - dn) * f[q, r] + dn * sum_f)
+            m[i, j] = v
+        m[i, 3] = a[p, 0] * s[0] + a[p, 1] * s[1] + a[p, 2] * s[2] - b[p]
+    for i in range(count):
+        best = i
+        for j in range(i + 1, count):
+            if abs(m[j, i]) > abs(m[best, i]):
+                best = j
+        if abs(m[best, i]) < 1e-12 * d:
+            return False
+        for r in range(4):
+            m[i, r], m[best, r] = m[best, r], m[i, r]
+        for j in range(i + 1, count):
+            t = m[j, i] / m[i, i]
+            for r in range(i, 4):
+                m[j, r] -= t * m[i, r]
+    for i in range(count - 1, -1, -1):
+        v = m[i, 3]
+        for j in range(i + 1, count):
+            v -= m[i, j] * lam[j]
+        lam[i] = v / m[i, i]
+        if lam[i] < 0.0:
+            return False
+    for r in range(3):
+        out[r] = s[r]
+    for i in range(count):
+        p = active[i]
+        sum_f = f[p, 0] + f[p, 1] + f[p, 2]
+        for r in range(3):
+            out[r] -= lam[i] * ((d - dn) * f[p, r] + dn * sum_f)
+    for p in range(n):  # noqa: SIM110 - numba compiles no generator
+        if a[p, 0] * out[0] + a[p, 1] * out[1] + a[p, 2] * out[2] - b[p] > tol:
+            return False
+    return True
+
+
+@kernel(fast=False)
+def principal_return(mat: Array, m: int, s: Array, plastic: Array) -> int:
+    """Return sorted principal stresses to the surface; plastic strains and flags.
+
+    Parameters
+    ----------
+    mat, m : table of materials and the row
+    s : trial principal stresses in the order of :func:`planes` [Pa], overwritten, shape (3,)
+    plastic : plastic strain in the same axes [-], written, shape (3,)
+
+    Returns
+    -------
+    flags : ``SHEAR_NOW`` and ``TENSION_NOW``; -1 where no combination of planes was met (never for psi <= phi)
+    """
+    k, c, ft, q = mat[m, MAT_K], mat[m, MAT_C], mat[m, MAT_FT], mat[m, MAT_KPSI]
+    d, dn = mat[m, MAT_D], mat[m, MAT_DN]
+    plane_strain = mat[m, MAT_STRAIN] != 0.0
+    # most return to the face of shear alone: the same as below, without its tables
+    low = 2 if plane_strain else 1
+    over = k * s[0] - s[low] - c
+    if over > 0.0:
+        x = over / (k * (d * q - dn) - (dn * q - d))
+        one, three = s[0] - x * (d * q - dn), s[low] - x * (dn * q - d)
+        mid = s[1] - x * dn * (q - 1.0) if plane_strain else 0.0
+        if one <= ft and mid <= one and mid >= three:
+            plastic[0], plastic[1], plastic[2] = x * q, 0.0, 0.0
+            plastic[low] = -x
+            s[0], s[low] = one, three
+            if plane_strain:
+                s[1] = mid
+            return SHEAR_NOW
+    a, b, f = np.empty((6, 3)), np.empty(6), np.empty((6, 3))
+    shear, active, lam, out = np.empty(6, np.int64), np.empty(3, np.int64), np.empty(3), np.empty(3)
+    scratch, beyond = np.empty((3, 4)), np.empty(6, np.bool_)
+    n = planes(mat, m, a, b, f, shear)
+    # of the planes met at the end the trial stress exceeds one at least
+    for i in range(n):
+        beyond[i] = a[i, 0] * s[0] + a[i, 1] * s[1] + a[i, 2] * s[2] > b[i]
+    tol = _TINY * (abs(s[0]) + abs(s[1]) + abs(s[2]) + mat[m, MAT_C])
+    count = 0
+    # one plane, then two, then three
+    for i in range(n):
+        active[0] = i
+        if beyond[i] and _met(active, 1, n, s, a, b, f, d, dn, tol, lam, out, scratch):
+            count = 1
+            break
+    if count == 0:
+        for i in range(n):
+            for j in range(i + 1, n):
+                active[0], active[1] = i, j
+                if (beyond[i] or beyond[j]) and _met(active, 2, n, s, a, b, f, d, dn, tol, lam, out, scratch):
+                    count = 2
+                    break
+            if count:
+                break
+    if count == 0 and plane_strain:
+        for i in range(n):
+            for j in range(i + 1, n):
+                for k in range(j + 1, n):
+                    active[0], active[1], active[2] = i, j, k
+                    use = beyond[i] or beyond[j] or beyond[k]
+                    if use and _met(active, 3, n, s, a, b, f, d, dn, tol, lam, out, scratch):
+                        count = 3
+                        break
+                if count:
+                    break
+            if count:
+                break
+    for r in range(3):
+        plastic[r] = 0.0
+    if count == 0:
+        return -1
+    flags = 0
+    for i in range(count):
+        p = active[i]
+        for r in range(3):
+            plastic[r] += lam[i] * f[p, r]
+        if lam[i] > 0.0:
+            flags |= SHEAR_NOW if shear[p] else TENSION_NOW
+    for r in range(3 if plane_strain else 2):
+        s[r] = out[r]
+    return flags
+
+
+@kernel(forceinline=True)
+def exceeds(mat: Array, m: int, xx: float, zz: float, xz: float, yy: float) -> bool:
+    """Whether a stress [Pa] lies outside the surface."""
+    mean, half = 0.5 * (xx + zz), 0.5 * (xx - zz)
+    r = np.sqrt(half * half + xz * xz)
+    low, high = min(mean - r, yy), max(mean + r, yy)
+    return mat[m, MAT_K] * high - low > mat[m, MAT_C] or high > mat[m, MAT_FT]
+
+
+@kernel(fast=False)
+def stress_return(mat: Array, m: int, stress: Array, plastic: Array) -> int:
+    """Return a stress to the surface.
+
+    Parameters
+    ----------
+    stress : xx, zz, xz, yy [Pa], overwritten, shape (4,)
+    plastic : plastic strain increment xx, zz, 2 xz, yy [-], written, shape (4,)
+
+    Returns
+    -------
+    flags : as :func:`principal_return`; 0 where the stress lay inside
+    """
+    xx, zz, xz, yy = stress
+    for r in range(4):
+        plastic[r] = 0.0
+    if not exceeds(mat, m, xx, zz, xz, yy):
+        return 0
+    mean, half = 0.5 * (xx + zz), 0.5 * (xx - zz)
+    r = np.sqrt(half * half + xz * xz)
+    cos, sin = (half / r, xz / r) if r > 0.0 else (1.0, 0.0)
+    s, p = np.empty(3), np.empty(3)
+    one, two = mean + r, mean - r
+    if mat[m, MAT_STRAIN] == 0.0:
+        s[0], s[1], s[2] = one, two, 0.0
+        i, j, k = 0, 1, 2
+    elif yy > one:
+        s[0], s[1], s[2] = yy, one, two
+        i, j, k = 1, 2, 0
+    elif yy < two:
+        s[0], s[1], s[2] = one, two, yy
+        i, j, k = 0, 1, 2
+    else:
+        s[0], s[1], s[2] = one, yy, two
+        i, j, k = 0, 2, 1
+    flags = principal_return(mat, m, s, p)
+    if flags < 0:
+        return flags
+    mean, half = 0.5 * (s[i] + s[j]), 0.5 * (s[i] - s[j])
+    stress[0], stress[1], stress[2], stress[3] = mean + half * cos, mean - half * cos, half * sin, s[k]
+    mean, half = 0.5 * (p[i] + p[j]), 0.5 * (p[i] - p[j])
+    plastic[0], plastic[1], plastic[2], plastic[3] = mean + half * cos, mean - half * cos, 2.0 * half * sin, p[k]
+    return flags

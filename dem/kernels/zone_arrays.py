@@ -1,0 +1,93 @@
+"""What the compiled functions see of zones: nodes, zones, tables, sides of blocks, contact points, rigid blocks."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem.kernels.arrays import Array, Index
+
+
+class Nodes(NamedTuple):
+    """Nodes of all blocks: places [m], motion, mass, forces, and the rigid block that carries them."""
+
+    place: Array  # reference position, (n, 2)
+    shift: Array  # displacement [m], (n, 2)
+    velocity: Array  # at the half step, (n, 2)
+    mass: Array  # (n,)
+    load: Array  # applied force [N], (n, 2)
+    force: Array  # written: of zones, joints and loads in the last step [N], (n, 2)
+    body: Index  # rigid block, -1 for a node of a zone, (n,)
+    before: Array  # force in the step before [N], (n, 2)
+    held: NDArray[np.bool_]  # freedoms of zones' nodes that keep the velocity they have, (n, 2)
+
+
+class Zones(NamedTuple):
+    """Zones and their plastic state."""
+
+    node: Index  # (e, 4)
+    kind: Index  # row of the tables of shapes, (e,)
+    material: Index  # row of the table of materials, (e,)
+    spent: Array  # D eps_p: stress taken away by plastic strain xx, zz, xz, yy [Pa], (e, 4, 4)
+    relief: Array  # its nodal forces in the zone's axes [N], (e, 8)
+    amplitude: Array  # of the enhanced modes [m], (e, 4)
+    flag: Index  # of every stress point, (e, 4)
+    plastic: Array  # accumulated length of the plastic strain [-], (e, 4)
+
+
+class Tables(NamedTuple):
+    """Tables of zone shapes and materials."""
+
+    stiffness: Array  # (k, 8, 8)
+    strain: Array  # (k, 4, 3, 8)
+    release: Array  # (k, 4, 4, 3)
+    modes: Array  # (k, 4, 3, 4)
+    weight: Array  # (k, 4)
+    gradient: Array  # (k, 4, 2)
+    material: Array  # (m, MAT_SIZE)
+
+
+class Sides(NamedTuple):
+    """Sides of blocks: chains of nodes, counter-clockwise."""
+
+    node: Index
+    start: Index  # (s + 1,)
+    arc: Array  # reference distance of every chain entry from the side's first node [m]
+
+
+class Contacts(NamedTuple):
+    """Contact points and their plastic state."""
+
+    joint: Index  # row of the law, (m,)
+    side: Index  # side of block a, (m,)
+    segment: Index  # chain entry at which the segment of a begins that the point lies at now, (m,)
+    arc: Array  # reference place along the side of a [m], (m,)
+    node: Index  # both nodes of b, (m, 2)
+    share: Array  # of the second of them, (m,)
+    area: Array  # (m,)
+    gap: Array  # opening less the distance in the reference position [m], (m,)
+    slip: Array  # plastic, (m,)
+    lift: Array  # (m,)
+    damage: Array  # (m,)
+
+
+class Rigid(NamedTuple):
+    """Rigid blocks: motion x, z and turn from x to z, masses, held freedoms and their prescribed velocity."""
+
+    centre: Array  # (b, 2)
+    shift: Array  # (b, 3)
+    velocity: Array  # (b, 3)
+    mass: Array  # mass, mass, inertia, (b, 3)
+    load: Array  # (b, 3)
+    held: NDArray[np.bool_]  # (b, 3)
+    drive: Array  # velocity of held freedoms, (b, 3)
+    before: Array  # net in the step before, (b, 3)
+    net: Array  # written: joints and loads in the last step, (b, 3)
+    total: Array  # written: net summed over the steps of a call, (b, 3)
+    node: Index  # nodes of all rigid blocks
+
+
+Z_APPLIED, Z_SUPPORT, Z_FRICTION, Z_FRACTURE, Z_PLASTIC, Z_DAMPING = 0, 1, 2, 3, 4, 5
+Z_KINETIC, Z_STEPS, Z_MISSED = 6, 7, 8
+"""Entries of the accumulated sums: works and losses [J], steps, returns that met no combination of planes."""
+Z_SIZE = 9

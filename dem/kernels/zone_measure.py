@@ -1,0 +1,64 @@
+"""Stresses, joint forces and elastic energy of a zoned model in a position; nothing changes."""
+
+import numpy as np
+
+from dem.kernels.arrays import Array
+from dem.kernels.compiled import kernel
+from dem.kernels.law import fall_of, peak_of, stress
+from dem.kernels.yielding import MAT_D, MAT_DN, MAT_G, MAT_STRAIN, MAT_YIELDS, stress_return
+from dem.kernels.zone_arrays import Contacts, Nodes, Sides, Tables, Zones
+from dem.kernels.zones import met, stress_at, turned
+
+
+@kernel()
+def measure_zones(
+    nodes: Nodes, zones: Zones, tables: Tables, sides: Sides, contacts: Contacts, law: Array, stresses: Array,
+    joint: Array,
+) -> float:  # fmt: skip
+    """Stresses and joint forces in the present position; changes no state.
+
+    Parameters
+    ----------
+    stresses : in global axes xx, zz, xz, yy [Pa], written, shape (e, 4, 4)
+    joint : opening less dilation, slip [m], normal (compression positive) and shear stress on b [Pa], written, (m, 4)
+
+    Returns
+    -------
+    elastic energy of zones and joints [J]
+    """
+    u, trial, plastic = np.empty(8), np.empty(4), np.empty(4)
+    energy = 0.0
+    for z in range(zones.kind.size):
+        c, s = turned(z, nodes, zones, tables, u)
+        m = zones.material[z]
+        d, dn, sh = tables.material[m, MAT_D], tables.material[m, MAT_DN], tables.material[m, MAT_G]
+        for g in range(4):
+            xx, zz, xz, yy = stress_at(z, g, zones, tables, u)
+            if tables.material[m, MAT_YIELDS] != 0.0:
+                # the nodes have moved since the last return
+                trial[0], trial[1], trial[2], trial[3] = xx, zz, xz, yy
+                if stress_return(tables.material, m, trial, plastic) > 0:
+                    xx, zz, xz, yy = trial
+            if tables.material[m, MAT_STRAIN] != 0.0:
+                # strain energy from the mean and the deviator
+                mean, bulk = (xx + zz + yy) / 3.0, (d + 2.0 * dn) / 3.0
+                dev = (xx - mean) ** 2 + (zz - mean) ** 2 + (yy - mean) ** 2 + 2.0 * xz * xz
+                density = 0.5 * mean * mean / bulk + 0.25 * dev / sh
+            else:
+                det = d * d - dn * dn
+                density = 0.5 * (d * (xx * xx + zz * zz) - 2.0 * dn * xx * zz) / det + 0.5 * xz * xz / sh
+            energy += tables.weight[zones.kind[z], g] * density
+            stresses[z, g, 0] = c * c * xx + s * s * zz - 2.0 * c * s * xz
+            stresses[z, g, 1] = s * s * xx + c * c * zz + 2.0 * c * s * xz
+            stresses[z, g, 2] = c * s * (xx - zz) + (c * c - s * s) * xz
+            stresses[z, g, 3] = yy
+    for k in range(contacts.joint.size):
+        _, _, _, _, _, _, opening, slip = met(k, nodes, sides, contacts)
+        row = contacts.joint[k]
+        peak = peak_of(law, row)
+        t, _, n, elastic = stress(
+            opening, contacts.slip[k] - slip, 0.0, contacts.lift[k], contacts.damage[k], peak, fall_of(law, row)
+        )
+        joint[k, 0], joint[k, 1], joint[k, 2], joint[k, 3] = opening - contacts.lift[k], slip, n, t
+        energy += contacts.area[k] * elastic
+    return energy

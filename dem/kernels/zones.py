@@ -1,0 +1,366 @@
+"""Zones, their joints and rigid blocks in the plane: forces, yielding and time stepping.
+
+A zone turns with its own mean rotation (polar decomposition at its centre) and strains in the turned axes, so that a
+stressed block that turns as a whole feels nothing. Its elastic force is K u; plastic strain is kept as the stress it
+takes away, at the four stress points (``spent``), as nodal forces (``relief``) and as amplitudes of the enhanced modes
+(``amplitude``, which follow a step behind: one pass of Newton's method with the elastic matrix per step).
+
+A contact point stays at its place on block b and slides along the side of block a: opening is the distance from that
+side, slip the travel along it from where it was.
+"""
+
+import numpy as np
+
+from dem.kernels.arrays import Array
+from dem.kernels.compiled import kernel
+from dem.kernels.law import fall_of, peak_of, return_map
+from dem.kernels.yielding import (
+    MAT_D,
+    MAT_DN,
+    MAT_G,
+    MAT_STRAIN,
+    MAT_YIELDS,
+    SHEAR_NOW,
+    SHEAR_PAST,
+    TENSION_NOW,
+    TENSION_PAST,
+    exceeds,
+    stress_return,
+)
+from dem.kernels.zone_arrays import (
+    Z_APPLIED,
+    Z_DAMPING,
+    Z_FRACTURE,
+    Z_FRICTION,
+    Z_KINETIC,
+    Z_MISSED,
+    Z_PLASTIC,
+    Z_STEPS,
+    Z_SUPPORT,
+    Contacts,
+    Nodes,
+    Rigid,
+    Sides,
+    Tables,
+    Zones,
+)
+
+
+@kernel(forceinline=True)
+def turned(z: int, nodes: Nodes, zones: Zones, tables: Tables, u: Array) -> tuple[float, float]:
+    """Displacement of a zone's nodes in its own axes, written to u (8); cosine and sine of its rotation."""
+    kind = np.uint64(zones.kind[z])
+    i0, i1 = np.uint64(zones.node[z, 0]), np.uint64(zones.node[z, 1])
+    i2, i3 = np.uint64(zones.node[z, 2]), np.uint64(zones.node[z, 3])
+    shift, place, grad = nodes.shift, nodes.place, tables.gradient
+    mx = 0.25 * (shift[i0, 0] + shift[i1, 0] + shift[i2, 0] + shift[i3, 0])
+    mz = 0.25 * (shift[i0, 1] + shift[i1, 1] + shift[i2, 1] + shift[i3, 1])
+    cx = 0.25 * (place[i0, 0] + place[i1, 0] + place[i2, 0] + place[i3, 0])
+    cz = 0.25 * (place[i0, 1] + place[i1, 1] + place[i2, 1] + place[i3, 1])
+    fxx = fxz = fzx = fzz = 0.0
+    for a in range(4):
+        i = np.uint64(zones.node[z, a])
+        dx, dz = shift[i, 0] - mx, shift[i, 1] - mz
+        gx, gz = grad[kind, a, 0], grad[kind, a, 1]
+        fxx += dx * gx
+        fxz += dx * gz
+        fzx += dz * gx
+        fzz += dz * gz
+    p, q = 2.0 + fxx + fzz, fzx - fxz
+    r = 1.0 / np.sqrt(p * p + q * q)
+    c, s = p * r, q * r
+    less = -s * s / (1.0 + c)  # cosine less one, without cancellation
+    for a in range(4):
+        i = np.uint64(zones.node[z, a])
+        dx, dz = shift[i, 0] - mx, shift[i, 1] - mz
+        rx, rz = place[i, 0] - cx, place[i, 1] - cz
+        u[2 * a] = c * dx + s * dz + less * rx + s * rz
+        u[2 * a + 1] = c * dz - s * dx + less * rz - s * rx
+    return c, s
+
+
+@kernel(forceinline=True)
+def stress_at(z: int, g: int, zones: Zones, tables: Tables, u: Array) -> tuple[float, float, float, float]:
+    """Stress xx, zz, xz, yy at a stress point from displacements in the zone's axes [Pa]."""
+    # unsigned: no index from the end to allow for
+    kind, m = np.uint64(zones.kind[z]), np.uint64(zones.material[z])
+    strain, modes, amplitude = tables.strain, tables.modes, zones.amplitude
+    xx = zz = xz = 0.0
+    for j in range(8):
+        xx += strain[kind, g, 0, j] * u[j]
+        zz += strain[kind, g, 1, j] * u[j]
+        xz += strain[kind, g, 2, j] * u[j]
+    for j in range(4):
+        b = amplitude[z, j]
+        xx += modes[kind, g, 0, j] * b
+        zz += modes[kind, g, 1, j] * b
+        xz += modes[kind, g, 2, j] * b
+    d, dn, sh = tables.material[m, MAT_D], tables.material[m, MAT_DN], tables.material[m, MAT_G]
+    across = dn * (xx + zz) if tables.material[m, MAT_STRAIN] != 0.0 else 0.0
+    return (
+        d * xx + dn * zz - zones.spent[z, g, 0], dn * xx + d * zz - zones.spent[z, g, 1],
+        sh * xz - zones.spent[z, g, 2], across - zones.spent[z, g, 3],
+    )  # fmt: skip
+
+
+@kernel()
+def _yield(z: int, zones: Zones, tables: Tables, u: Array, trial: Array, plastic: Array) -> tuple[float, int]:
+    """Return the stress points of a zone to the surface; work lost [J] and whether one could not be returned."""
+    kind, m = np.uint64(zones.kind[z]), np.uint64(zones.material[z])
+    lost = 0.0
+    missed = 0
+    for g in range(4):
+        xx, zz, xz, yy = stress_at(z, g, zones, tables, u)
+        old = zones.flag[z, g]
+        past = (old & (SHEAR_PAST | TENSION_PAST)) | ((old & (SHEAR_NOW | TENSION_NOW)) << 2)
+        if not exceeds(tables.material, m, xx, zz, xz, yy):
+            zones.flag[z, g] = past
+            continue
+        trial[0], trial[1], trial[2], trial[3] = xx, zz, xz, yy
+        new = stress_return(tables.material, m, trial, plastic)
+        if new < 0:
+            missed = 1
+            continue
+        zones.flag[z, g] = past | new
+        w = tables.weight[kind, g]
+        d0, d1, d2 = xx - trial[0], zz - trial[1], xz - trial[2]
+        zones.spent[z, g, 0] += d0
+        zones.spent[z, g, 1] += d1
+        zones.spent[z, g, 2] += d2
+        zones.spent[z, g, 3] += yy - trial[3]
+        for j in range(8):
+            zones.relief[z, j] += w * (
+                tables.strain[kind, g, 0, j] * d0 + tables.strain[kind, g, 1, j] * d1
+                + tables.strain[kind, g, 2, j] * d2
+            )  # fmt: skip
+        for j in range(4):
+            zones.amplitude[z, j] += (
+                tables.release[kind, g, j, 0] * d0 + tables.release[kind, g, j, 1] * d1
+                + tables.release[kind, g, j, 2] * d2
+            )  # fmt: skip
+        lost += w * (
+            trial[0] * plastic[0] + trial[1] * plastic[1] + trial[2] * plastic[2] + trial[3] * plastic[3]
+        )
+        zones.plastic[z, g] += np.sqrt(
+            plastic[0] * plastic[0] + plastic[1] * plastic[1] + plastic[3] * plastic[3] + 0.5 * plastic[2] * plastic[2]
+        )
+    return lost, missed
+
+
+@kernel()
+def zone_forces(nodes: Nodes, zones: Zones, tables: Tables, total: Array) -> None:
+    """Add the forces of all zones to ``nodes.force`` and let their stress points yield."""
+    u, trial, plastic = np.empty(8), np.empty(4), np.empty(4)
+    lost = 0.0
+    missed = 0
+    now = SHEAR_NOW | TENSION_NOW
+    force, stiff, relief = nodes.force, tables.stiffness, zones.relief
+    for z in range(zones.kind.size):
+        kind = np.uint64(zones.kind[z])
+        c, s = turned(z, nodes, zones, tables, u)
+        if tables.material[zones.material[z], MAT_YIELDS] != 0.0:
+            # a call costs more than the question whether it is needed
+            active = False
+            m = np.uint64(zones.material[z])
+            for g in range(4):
+                xx, zz, xz, yy = stress_at(z, g, zones, tables, u)
+                active = active or exceeds(tables.material, m, xx, zz, xz, yy) or zones.flag[z, g] & now != 0
+            if active:
+                more, failed = _yield(z, zones, tables, u, trial, plastic)
+                lost += more
+                missed += failed
+        f0, f1, f2, f3 = relief[z, 0], relief[z, 1], relief[z, 2], relief[z, 3]
+        f4, f5, f6, f7 = relief[z, 4], relief[z, 5], relief[z, 6], relief[z, 7]
+        for j in range(8):
+            v = u[j]
+            f0 -= stiff[kind, j, 0] * v
+            f1 -= stiff[kind, j, 1] * v
+            f2 -= stiff[kind, j, 2] * v
+            f3 -= stiff[kind, j, 3] * v
+            f4 -= stiff[kind, j, 4] * v
+            f5 -= stiff[kind, j, 5] * v
+            f6 -= stiff[kind, j, 6] * v
+            f7 -= stiff[kind, j, 7] * v
+        i0, i1 = np.uint64(zones.node[z, 0]), np.uint64(zones.node[z, 1])
+        i2, i3 = np.uint64(zones.node[z, 2]), np.uint64(zones.node[z, 3])
+        force[i0, 0] += c * f0 - s * f1
+        force[i0, 1] += s * f0 + c * f1
+        force[i1, 0] += c * f2 - s * f3
+        force[i1, 1] += s * f2 + c * f3
+        force[i2, 0] += c * f4 - s * f5
+        force[i2, 1] += s * f4 + c * f5
+        force[i3, 0] += c * f6 - s * f7
+        force[i3, 1] += s * f6 + c * f7
+    total[Z_PLASTIC] += lost
+    total[Z_MISSED] += missed
+
+
+@kernel(forceinline=True)
+def met(
+    k: int, nodes: Nodes, sides: Sides, contacts: Contacts
+) -> tuple[int, int, float, int, float, float, float, float]:
+    """Where contact point k lies: nodes and share along a's segment, that segment, frame t and n, opening and slip."""
+    b0, b1, share = contacts.node[k, 0], contacts.node[k, 1], contacts.share[k]
+    place, shift = nodes.place, nodes.shift
+    x = (1.0 - share) * (place[b0, 0] + shift[b0, 0]) + share * (place[b1, 0] + shift[b1, 0])
+    y = (1.0 - share) * (place[b0, 1] + shift[b0, 1]) + share * (place[b1, 1] + shift[b1, 1])
+    at, side = contacts.segment[k], contacts.side[k]
+    first, last = sides.start[side], sides.start[side + 1] - 2
+    tried = 0
+    while True:
+        i, j = sides.node[at], sides.node[at + 1]
+        ox, oy = place[i, 0] + shift[i, 0], place[i, 1] + shift[i, 1]
+        dx, dy = place[j, 0] + shift[j, 0] - ox, place[j, 1] + shift[j, 1] - oy
+        inv = 1.0 / np.sqrt(dx * dx + dy * dy)
+        dx, dy = dx * inv, dy * inv
+        along = ((x - ox) * dx + (y - oy) * dy) * inv
+        tried += 1
+        # a point at a node belongs to either segment: it changes only where it has left for good
+        if along < -1e-6 and at > first and tried < 64:
+            at -= 1
+        elif along > 1.0 + 1e-6 and at < last and tried < 64:
+            at += 1
+        else:
+            break
+    slip = sides.arc[at] + along * (sides.arc[at + 1] - sides.arc[at]) - contacts.arc[k]
+    opening = (x - ox) * dy - (y - oy) * dx + contacts.gap[k]
+    return i, j, along, at, dx, dy, opening, slip
+
+
+@kernel()
+def joint_forces(nodes: Nodes, sides: Sides, contacts: Contacts, law: Array, soft: bool, total: Array) -> None:
+    """Add the forces of all contact points to ``nodes.force``; slip, dilation and damage follow."""
+    force = nodes.force
+    rubbed_all = broken_all = 0.0
+    for k in range(contacts.joint.size):
+        i, j, along, at, tx, ty, opening, slip = met(k, nodes, sides, contacts)
+        contacts.segment[k] = at
+        row = contacts.joint[k]
+        peak = peak_of(law, row)
+        if soft:
+            t, _, n, contacts.slip[k], _, contacts.lift[k], contacts.damage[k], rubbed, raised, _, broken = return_map(
+                opening, slip, 0.0, contacts.slip[k], 0.0, contacts.lift[k], contacts.damage[k], peak,
+                fall_of(law, row), None, True,
+            )  # fmt: skip
+        else:
+            t, _, n, contacts.slip[k], _, contacts.lift[k], _, rubbed, raised, _, broken = return_map(
+                opening, slip, 0.0, contacts.slip[k], 0.0, contacts.lift[k], 0.0, peak, None, None, True
+            )
+        area = contacts.area[k]
+        rubbed_all += area * (rubbed - raised)
+        broken_all += area * broken
+        # outward normal of a is (ty, -tx)
+        fx, fy = area * (t * tx + n * ty), area * (t * ty - n * tx)
+        b0, b1, share = contacts.node[k, 0], contacts.node[k, 1], contacts.share[k]
+        force[b0, 0] += (1.0 - share) * fx
+        force[b0, 1] += (1.0 - share) * fy
+        force[b1, 0] += share * fx
+        force[b1, 1] += share * fy
+        force[i, 0] -= (1.0 - along) * fx
+        force[i, 1] -= (1.0 - along) * fy
+        force[j, 0] -= along * fx
+        force[j, 1] -= along * fy
+    total[Z_FRICTION] += rubbed_all
+    total[Z_FRACTURE] += broken_all
+
+
+@kernel()
+def _place_rigid(nodes: Nodes, rigid: Rigid) -> None:
+    """Carry the nodes of rigid blocks along."""
+    for i in rigid.node:
+        b = nodes.body[i]
+        turn = rigid.shift[b, 2]
+        less, s = -2.0 * np.sin(0.5 * turn) ** 2, np.sin(turn)
+        rx, ry = nodes.place[i, 0] - rigid.centre[b, 0], nodes.place[i, 1] - rigid.centre[b, 1]
+        nodes.shift[i, 0] = rigid.shift[b, 0] + less * rx - s * ry
+        nodes.shift[i, 1] = rigid.shift[b, 1] + less * ry + s * rx
+
+
+@kernel(forceinline=True)
+def _brake(local: float, drifts: bool, force: float, change: float, speed: float) -> float:
+    """Cundall's local damping, or his combined one where motion is steady: against the change of the force too."""
+    size = local * abs(force)
+    against = 1.0 if speed > 0.0 else -1.0 if speed < 0.0 else 0.0
+    if drifts:
+        against = 0.5 * (against - (1.0 if change > 0.0 else -1.0 if change < 0.0 else 0.0))
+    return size * against
+
+
+@kernel()
+def advance_zones(
+    nodes: Nodes, zones: Zones, tables: Tables, sides: Sides, contacts: Contacts, law: Array, soft: bool, rigid: Rigid,
+    total: Array, steps: int, dt: float, local: float, drifts: bool,
+) -> None:  # fmt: skip
+    """Advance by a number of steps under constant loads and drive velocities.
+
+    Parameters
+    ----------
+    soft : whether a joint has residual values
+    total : accumulated sums, see the ``Z_`` entries
+    dt : [s], 1 where masses are scaled to the step
+    local : Cundall's local damping, F - local |F| sign(v) per freedom [-]
+    """
+    force, shift, velocity = nodes.force, nodes.shift, nodes.velocity
+    rigid.total[:] = 0.0
+    n, nb = nodes.mass.size, rigid.centre.shape[0]
+    for _ in range(steps):
+        for i in range(n):
+            force[i, 0] = nodes.load[i, 0]
+            force[i, 1] = nodes.load[i, 1]
+        zone_forces(nodes, zones, tables, total)
+        joint_forces(nodes, sides, contacts, law, soft, total)
+        for b in range(nb):
+            for r in range(3):
+                rigid.net[b, r] = rigid.load[b, r]
+        for i in rigid.node:
+            b = nodes.body[i]
+            rigid.net[b, 0] += force[i, 0]
+            rigid.net[b, 1] += force[i, 1]
+            rx = nodes.place[i, 0] + shift[i, 0] - rigid.centre[b, 0] - rigid.shift[b, 0]
+            ry = nodes.place[i, 1] + shift[i, 1] - rigid.centre[b, 1] - rigid.shift[b, 1]
+            rigid.net[b, 2] += rx * force[i, 1] - ry * force[i, 0]
+        applied = support = damping = kinetic = 0.0
+        for i in range(n):
+            if nodes.body[i] >= 0:
+                continue
+            inverse = dt / nodes.mass[i]
+            for r in range(2):
+                f, v = force[i, r], velocity[i, r]
+                if nodes.held[i, r]:
+                    shift[i, r] += dt * v
+                    support -= f * v * dt
+                    applied += nodes.load[i, r] * v * dt
+                    continue
+                brake = _brake(local, drifts, f, f - nodes.before[i, r], v)
+                nodes.before[i, r] = f
+                new = v + (f - brake) * inverse
+                mean = 0.5 * (v + new)
+                velocity[i, r] = new
+                shift[i, r] += dt * new
+                damping += brake * mean * dt
+                applied += nodes.load[i, r] * mean * dt
+                kinetic += 0.5 * nodes.mass[i] * new * new
+        for b in range(nb):
+            for r in range(3):
+                f, v = rigid.net[b, r], rigid.velocity[b, r]
+                rigid.total[b, r] += f
+                if rigid.held[b, r]:
+                    new = rigid.drive[b, r]
+                    mean = 0.5 * (v + new)
+                    support -= f * mean * dt
+                else:
+                    brake = _brake(local, drifts, f, f - rigid.before[b, r], v)
+                    rigid.before[b, r] = f
+                    new = v + (f - brake) * dt / rigid.mass[b, r]
+                    mean = 0.5 * (v + new)
+                    damping += brake * mean * dt
+                    kinetic += 0.5 * rigid.mass[b, r] * new * new
+                applied += rigid.load[b, r] * mean * dt
+                rigid.velocity[b, r] = new
+                rigid.shift[b, r] += dt * new
+        _place_rigid(nodes, rigid)
+        total[Z_APPLIED] += applied
+        total[Z_SUPPORT] += support
+        total[Z_DAMPING] += damping
+        total[Z_KINETIC] = kinetic
+        total[Z_STEPS] += 1.0

@@ -1,0 +1,120 @@
+"""Contact points of plane joints, attached to the sides of the blocks on either side."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem.joints import Grid, make_points
+from dem.kernels.zone_arrays import Contacts, Sides
+from dem.zones.mesh import ZoneMesh
+from limitmason.errors import InputError
+from limitmason.model import Assembly
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+def make_sides(mesh: ZoneMesh) -> Sides:
+    """Sides as the kernel takes them, with distances along them."""
+    arc = np.zeros(len(mesh.sides))
+    for a, b in zip(mesh.side_start[:-1], mesh.side_start[1:], strict=True):
+        steps = np.diff(mesh.place[mesh.sides[a:b]], axis=0)
+        arc[a + 1 : b] = np.cumsum(np.linalg.norm(steps, axis=1))
+    return Sides(mesh.sides, mesh.side_start, arc)
+
+
+def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid | None) -> tuple[Contacts, Index]:
+    """Contact points of all joints that touch a block not held, and the interface of each row of the law.
+
+    Parameters
+    ----------
+    grid : as in the rigid DEM, at its places and with its areas; None puts points no
+        further apart than the zones' edges, with tributary areas by halves: what zones under a uniform stress ask for
+
+    Raises
+    ------
+    InputError
+        For a joint that does not run along y.
+    """
+    x = assembly.arrays
+    position: list[Array] = []
+    area: list[Array] = []
+    owner: list[Index] = []
+    if grid is None:
+        for k in np.flatnonzero(~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b])).tolist():
+            _check_plane(assembly, k)
+            corners = x.corners[x.corner_start[k] : x.corner_start[k + 1]][:, [0, 2]]
+            along = corners - corners.mean(axis=0)
+            direction = np.array([-x.normal[k, 2], x.normal[k, 0]])
+            ends = along @ direction
+            length = float(np.ptp(ends))
+            n = max(int(np.ceil(length / (mesh.size or length) - 1e-9)), 1) + 1
+            first = corners.mean(axis=0) + ends.min() * direction
+            position.append(first + np.linspace(0.0, length, n)[:, None] * direction)
+            share = np.full(n, 1.0 / (n - 1))
+            share[[0, -1]] *= 0.5
+            area.append(share * x.area[k])
+            owner.append(np.full(n, k, dtype=np.int64))
+    else:
+        found = make_points(assembly, grid, "grid")
+        for k in np.unique(found.interface).tolist():
+            _check_plane(assembly, k)
+            rows = np.flatnonzero(found.interface == k)
+            flat = found.position[rows][:, [0, 2]]
+            # both points across the thickness lie at one place in the plane
+            _, first, number = np.unique(np.round(flat / 1e-9).astype(np.int64), axis=0, return_index=True,
+                                         return_inverse=True)  # fmt: skip
+            position.append(flat[first])
+            area.append(np.asarray(np.bincount(number.ravel(), found.area[rows]), dtype=float))
+            owner.append(np.full(len(first), k, dtype=np.int64))
+    places, areas, owners = np.concatenate(position), np.concatenate(area), np.concatenate(owner)
+    interfaces, row = np.unique(owners, return_inverse=True)
+    m = len(places)
+    side, segment, arc = np.zeros(m, np.int64), np.zeros(m, np.int64), np.zeros(m)
+    node, share, gap = np.zeros((m, 2), np.int64), np.zeros(m), np.zeros(m)
+    for k in range(m):
+        i = assembly.interfaces[owners[k]]
+        normal = np.asarray(i.normal)[[0, 2]]
+        one = _nearest(mesh, sides, i.block_a, normal, places[k])
+        two = _nearest(mesh, sides, i.block_b, -normal, places[k])
+        side[k], segment[k] = one[0], one[1]
+        node[k], share[k] = sides.node[two[1] : two[1] + 2], two[2]
+        on_b = (1.0 - share[k]) * mesh.place[node[k, 0]] + share[k] * mesh.place[node[k, 1]]
+        o, e = mesh.place[sides.node[one[1]]], mesh.place[sides.node[one[1] + 1]]
+        t = (e - o) / np.linalg.norm(e - o)
+        arc[k] = sides.arc[one[1]] + (on_b - o) @ t
+        # faces that touch within the tolerance meet where the model is made
+        gap[k] = -((on_b - o) @ np.array([t[1], -t[0]]))
+    zero = np.zeros(m)
+    contacts = Contacts(
+        row.ravel().astype(np.int64), side, segment, arc, node, share, areas, gap, zero, zero.copy(), zero.copy()
+    )
+    return contacts, interfaces.astype(np.int64)
+
+
+def _check_plane(assembly: Assembly, k: int) -> None:
+    i = assembly.interfaces[k]
+    if abs(i.normal[1]) > 1e-6:
+        a, b = assembly.blocks[i.block_a].name, assembly.blocks[i.block_b].name
+        raise InputError(
+            f"the joint between {a!r} and {b!r} faces y: zoned blocks are for walls in the x-z plane of one leaf"
+        )
+
+
+def _nearest(mesh: ZoneMesh, sides: Sides, block: int, normal: Array, point: Array) -> tuple[int, int, float]:
+    """Side, chain entry and share along it at which a block's side with an outward normal passes a point nearest."""
+    best, found = np.inf, (0, 0, 0.0)
+    for side in np.flatnonzero(mesh.side_block == block):
+        first, last = sides.start[side], sides.start[side + 1] - 1
+        chain = mesh.place[sides.node[first : last + 1]]
+        run = chain[-1] - chain[0]
+        out = np.array([run[1], -run[0]]) / np.linalg.norm(run)
+        if out @ normal < 0.9:
+            continue
+        e = np.diff(chain, axis=0)
+        share = ((point - chain[:-1]) * e).sum(axis=1) / (e * e).sum(axis=1)
+        off = np.linalg.norm(chain[:-1] + np.clip(share, 0.0, 1.0)[:, None] * e - point, axis=1)
+        # of two segments that meet at the point the first, so that nothing hangs on rounding
+        at = int(np.flatnonzero(off <= off.min() + 1e-9 * np.linalg.norm(run))[0])
+        if off[at] < best - 1e-9 * np.linalg.norm(run):
+            best, found = float(off[at]), (int(side), int(first + at), float(np.clip(share[at], 0.0, 1.0)))
+    return found

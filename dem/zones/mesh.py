@@ -1,0 +1,181 @@
+"""Blocks of a plane assembly cut into quadrilateral zones; a rigid block keeps its corners alone.
+
+The plane is x-z, thickness runs along y. Every side of a block is a chain of nodes, counter-clockwise, to which the
+contact points of its joints are attached.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.errors import InputError
+from limitmason.geometry import polygon_area_centroid
+from limitmason.model import Assembly
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+_FLAT = 1e-6  # of the size of a block: corners this near a plane lie in it
+
+
+@dataclass(frozen=True)
+class ZoneMesh:
+    """Nodes and zones of all blocks.
+
+    Parameters
+    ----------
+    place : nodes in the reference position, x and z [m], shape (n, 2)
+    block : of every node, shape (n,)
+    zones : nodes of every zone, counter-clockwise, shape (e, 4)
+    zone_block : shape (e,)
+    sides : nodes along each side of every block, in a row
+    side_start : first entry of every side in ``sides``, shape (s + 1,)
+    side_block : shape (s,)
+    thickness : of every block [m], shape (b,)
+    area : of every block in the plane [m2], shape (b,)
+    rigid : blocks without zones, shape (b,)
+    size : largest zone edge [m]
+    """
+
+    place: Array
+    block: Index
+    zones: Index
+    zone_block: Index
+    sides: Index
+    side_start: Index
+    side_block: Index
+    thickness: Array
+    area: Array
+    rigid: NDArray[np.bool_]
+    size: float
+
+
+def outline_of(assembly: Assembly, number: int) -> tuple[Array, float]:
+    """Outline in x-z, counter-clockwise, shape (k, 2), and thickness [m] of a block that is a convex prism along y.
+
+    Raises
+    ------
+    InputError
+        For a block of several pieces and one that is not a prism along y.
+    """
+    block = assembly.blocks[number]
+    if len(block.parts) > 1:
+        raise InputError(
+            f"block {block.name!r} is concave ({len(block.parts)} convex pieces): a zoned block must be convex; make "
+            "it several blocks with a strong joint between them, or leave it rigid by fixing it"
+        )
+    v = block.parts[0].vertices
+    low, high = v[:, 1].min(), v[:, 1].max()
+    size = float(np.ptp(v, axis=0).max())
+    front = np.abs(v[:, 1] - low) <= _FLAT * size
+    back = np.abs(v[:, 1] - high) <= _FLAT * size
+    flat, other = v[front][:, [0, 2]], v[back][:, [0, 2]]
+    same = len(flat) == len(other) and all(np.linalg.norm(other - p, axis=1).min() <= _FLAT * size for p in flat)
+    if not (front | back).all() or not same:
+        raise InputError(
+            f"block {block.name!r} is not a prism along y: zoned blocks are for walls in the x-z plane of one thickness"
+        )
+    # a convex outline in order of the angle about its middle
+    r = flat - flat.mean(axis=0)
+    return flat[np.argsort(np.arctan2(r[:, 1], r[:, 0]))], float(high - low)
+
+
+def make_mesh(assembly: Assembly, zone_size: float, stiff: Iterable[int] = ()) -> ZoneMesh:
+    """Cut the blocks that have a material and are neither held nor ``stiff`` into zones no larger than a size [m].
+
+    A quadrilateral block is cut by lines that join points at equal parts of opposite sides; another convex one first
+    into quadrilaterals from its centroid to the middles of its sides.
+
+    Raises
+    ------
+    InputError
+        For a zone size larger than a block's least side, and as :func:`outline_of`.
+    """
+    if not (np.isfinite(zone_size) and zone_size > 0.0):
+        raise InputError(f"zone_size must be a positive length [m], got {zone_size!r}")
+    n_blocks = assembly.n_blocks
+    place: list[Array] = []
+    zones: list[Index] = []
+    owner: list[Index] = []
+    zone_owner: list[Index] = []
+    sides: list[Index] = []
+    side_block: list[int] = []
+    thickness, area = np.zeros(n_blocks), np.zeros(n_blocks)
+    rigid = assembly.held.any(axis=1) | np.array([b.material is None for b in assembly.blocks])
+    rigid[list(stiff)] = True
+    count, largest = 0, 0.0
+    for i, block in enumerate(assembly.blocks):
+        outline, thickness[i] = outline_of(assembly, i)
+        area[i] = polygon_area_centroid(outline)[0]
+        edges = np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1)
+        if rigid[i]:
+            nodes, cells = outline, np.zeros((0, 4), dtype=np.int64)
+            chains = [np.array([k, (k + 1) % len(outline)], dtype=np.int64) for k in range(len(outline))]
+        else:
+            if zone_size > edges.min() * (1.0 + 1e-9):
+                raise InputError(
+                    f"zone_size = {zone_size:g} m is larger than the shortest side of block {block.name!r}, "
+                    f"{edges.min():g} m: take at most that"
+                )
+            nodes, cells, chains = _cut(outline, edges, zone_size)
+            x = nodes[cells]
+            largest = max(largest, float(np.linalg.norm(np.roll(x, -1, axis=1) - x, axis=2).max()))
+        place.append(nodes)
+        owner.append(np.full(len(nodes), i, dtype=np.int64))
+        zones.append(cells.astype(np.int64) + count)
+        zone_owner.append(np.full(len(cells), i, dtype=np.int64))
+        for chain in chains:
+            sides.append(chain + count)
+            side_block.append(i)
+        count += len(nodes)
+    return ZoneMesh(
+        np.concatenate(place), np.concatenate(owner), np.concatenate(zones), np.concatenate(zone_owner),
+        np.concatenate(sides), np.concatenate([[0], np.cumsum([len(s) for s in sides])]).astype(np.int64),
+        np.array(side_block, dtype=np.int64), thickness, area, rigid, largest,
+    )  # fmt: skip
+
+
+def _parts(length: float, size: float) -> int:
+    """Least number of equal parts no longer than ``size``."""
+    return max(int(np.ceil(length / size - 1e-9)), 1)
+
+
+def _cut(outline: Array, edges: Array, size: float) -> tuple[Array, Index, list[Index]]:
+    """Nodes, zones and side chains of one block, numbered from 0."""
+    if len(outline) == 4:
+        n, m = _parts(max(edges[0], edges[2]), size), _parts(max(edges[1], edges[3]), size)
+        nodes, cells = _patch(outline, n, m)
+        grid = np.arange((n + 1) * (m + 1)).reshape(m + 1, n + 1)
+        return nodes, cells, [grid[0], grid[:, -1], grid[-1, ::-1], grid[::-1, 0]]
+    k = len(outline)
+    centre = polygon_area_centroid(outline)[1]
+    middle = 0.5 * (outline + np.roll(outline, -1, axis=0))
+    n = _parts(0.5 * float(edges.max()), size)
+    nodes_of, cells_of = [], []
+    for i in range(k):
+        corners = np.array([outline[i], middle[i], centre, middle[i - 1]])
+        nodes, cells = _patch(corners, n, n)
+        cells_of.append(cells + i * len(nodes))
+        nodes_of.append(nodes)
+    raw, cells = np.concatenate(nodes_of), np.concatenate(cells_of)
+    # one node where patches meet
+    key = np.round((raw - raw.min(axis=0)) / (1e-7 * edges.max())).astype(np.int64)
+    _, first, number = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    number = number.ravel()
+    grid = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    step = (n + 1) ** 2
+    chains = [
+        number[np.concatenate([grid[0] + i * step, grid[::-1, 0][1:] + ((i + 1) % k) * step])] for i in range(k)
+    ]
+    return raw[first], number[cells], chains
+
+
+def _patch(corners: Array, n: int, m: int) -> tuple[Array, Index]:
+    """Nodes and zones of a quadrilateral in n by m, row by row from its first side."""
+    s, t = np.meshgrid(np.linspace(0.0, 1.0, n + 1), np.linspace(0.0, 1.0, m + 1))
+    weights = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=-1)
+    first = (np.arange(m)[:, None] * (n + 1) + np.arange(n)).ravel()
+    cells = np.column_stack([first, first + 1, first + n + 2, first + n + 1])
+    return (weights @ corners).reshape(-1, 2), cells.astype(np.int64)

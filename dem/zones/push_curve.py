@@ -1,0 +1,144 @@
+"""The load-displacement curve of zoned blocks, with what their joints and zones did."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem.joint_marks import JointMarks
+from dem.push_curve import BY_WEIGHT, RESTLESS, PushCurve
+from dem.zones.marks import AT_YIELD, ELASTIC, TENSION, YIELDED, zone_marks
+from dem.zones.mesh import ZoneMesh
+from dem.zones.model import ZonedModel
+from limitmason.curve import Event
+
+Array = NDArray[np.float64]
+
+ZONED = "zoned"
+
+
+class ZoneState(NamedTuple):
+    """Zones at a sample: displacements of all nodes [m], shape (n, 2); flags of the stress points, shape (e, 4);
+    accumulated length of the plastic strain, largest of each zone's points [-], shape (e,).
+    """
+
+    shift: Array
+    flags: NDArray[np.int64]
+    plastic: Array
+
+    @property
+    def marks(self) -> NDArray[np.int64]:
+        """Mark of every zone, see :func:`dem.zones.marks.zone_marks`."""
+        return zone_marks(self.flags)
+
+
+@dataclass(frozen=True, eq=False)
+class ZonedCurve(PushCurve):
+    """Curve of a zoned structure; sample 0 is the settled structure before it is driven.
+
+    Parameters
+    ----------
+    mesh : nodes and zones
+    zones : state of the zones at every sample
+    plane : "plane stress" or "plane strain"
+    seconds : time that the run took [s]
+    """
+
+    mesh: ZoneMesh | None = None
+    zones: Sequence[ZoneState] = ()
+    plane: str = ""
+    seconds: float = 0.0
+
+    def moved(self, index: int) -> tuple[Array, Array]:
+        """Displacements of the centroids [m] and quaternions of all blocks at a sample, own weight included."""
+        return self.states[self.point(index).index]
+
+    def __str__(self) -> str:
+        """As :class:`PushCurve`, with the zones."""
+        assert self.mesh is not None
+        marks = self.zones[-1].marks if self.zones else np.zeros(0)
+        share = f"{np.mean(marks > ELASTIC):.1%} of them yielded or cracked" if len(marks) else ""
+        return PushCurve.__str__(self) + (
+            f"\n  {len(self.mesh.zones)} zones up to {1e3 * self.mesh.size:.4g} mm, {self.plane}; {share} at the end"
+        )
+
+    __repr__ = __str__
+
+
+def zoned_curve(
+    model: ZonedModel, moved: list[float], load: list[float], kinetic: list[float], energy: list[float],
+    marks: list[JointMarks], places: list[tuple[Array, Array]], zones: list[ZoneState], status: str, steps: int,
+    twist: Array, seconds: float,
+) -> ZonedCurve:  # fmt: skip
+    """Curve of a run from what was kept at its samples; ``twist`` of rigid blocks per displacement of 1 m."""
+    notes = list(model.warnings)
+    restless = np.array(kinetic)
+    if (restless > RESTLESS).any():
+        where = moved[int(np.argmax(restless > RESTLESS))]
+        notes.append(
+            f"kinetic energy reaches {restless.max():.1e} of the work, above {RESTLESS:g} first at {where:.3g} m: from "
+            "there on drops are dynamic, and what follows one is a fall, not a branch of equilibrium"
+        )
+    slid = float(np.nanmax(marks[-1].slip, initial=0.0))
+    least = float(np.diff(model.sides.arc)[np.diff(model.sides.arc) > 0.0].min())
+    if slid > 0.5 * least:
+        notes.append(
+            f"a joint has slid by {1e3 * slid:.3g} mm: contacts are those of the reference position, and a block that "
+            "leaves the face it lies on is still carried by its line"
+        )
+    spacing = 0.0
+    for row in range(len(model.interface)):
+        own = np.sort(model.contacts.arc[model.contacts.joint == row])
+        spacing = max(spacing, float(np.diff(own).max(initial=0.0)))
+    columns: dict[str, Any] = {name: np.array([getattr(m, name) for m in marks]) for name in JointMarks._fields}
+    driven = int(np.argmax(np.abs(twist).max(axis=1)))
+    curve = ZonedCurve(
+        np.array(moved), np.array(load), errors={"energy": np.array(energy), "kinetic": restless}, states=places,
+        status=status, warnings=tuple(notes), source="dem.push", assembly=model.assembly,
+        settlement=float(-zones[0].shift[model.nodes.body == driven].mean(axis=0) @ -twist[driven, :2]),
+        blocks=ZONED, spacing=spacing, law="; ".join(model.lost), steps=steps, mesh=model.mesh, zones=zones,
+        plane=model.plane, seconds=seconds, **columns,
+    )  # fmt: skip
+    events = []
+    first = curve.first_failure
+    if first is not None:
+        events.append(Event("first failure" if first.index else BY_WEIGHT, first.index, first.where, first.value))
+    for name, wanted in (("unit yields", (AT_YIELD, YIELDED)), ("unit cracks", (TENSION,))):
+        for i, state in enumerate(zones):
+            hit = np.flatnonzero(np.isin(state.marks, wanted))
+            if len(hit):
+                block = model.assembly.blocks[int(model.mesh.zone_block[hit[0]])].name
+                events.append(Event(name, i, block, float(state.plastic[hit].max())))
+                break
+    return replace(curve, events=tuple(events))
+
+
+def zone_state(model: ZonedModel) -> ZoneState:
+    """State of the zones now."""
+    return ZoneState(model.nodes.shift.copy(), model.zones.flag.copy(), model.zones.plastic.max(axis=1))
+
+
+def rigid_motion(model: ZonedModel) -> tuple[Array, Array]:
+    """Displacement of the centroids [m] and quaternions of all blocks, nearest to their nodes' motion."""
+    n, mesh = model.assembly.n_blocks, model.mesh
+    count = np.bincount(mesh.block, minlength=n)
+    place, shift = model.nodes.place, model.nodes.shift
+
+    def mean(values: Array) -> Array:
+        return np.column_stack([np.bincount(mesh.block, values[:, k], n) / count for k in range(2)])
+
+    middle, mean_shift = mean(place), mean(shift)
+    r = place - middle[mesh.block]
+    s = r + shift - mean_shift[mesh.block]
+    cross = np.bincount(mesh.block, r[:, 0] * s[:, 1] - r[:, 1] * s[:, 0], n)
+    turn = np.arctan2(cross, np.bincount(mesh.block, (r * s).sum(axis=1), n))
+    arm = model.assembly.centroids[:, [0, 2]] - middle
+    cos, sin = np.cos(turn) - 1.0, np.sin(turn)
+    out = np.zeros((n, 3))
+    out[:, 0] = mean_shift[:, 0] + cos * arm[:, 0] - sin * arm[:, 1]
+    out[:, 2] = mean_shift[:, 1] + cos * arm[:, 1] + sin * arm[:, 0]
+    quaternion = np.zeros((n, 4))
+    quaternion[:, 0], quaternion[:, 2] = np.cos(0.5 * turn), -np.sin(0.5 * turn)
+    return out, quaternion

@@ -1,0 +1,131 @@
+"""Stepping a zoned model: settle under dead loads, drive rigid blocks, read forces, stresses and energies."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import eigsh
+
+from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_MISSED, Z_SUPPORT
+from dem.kernels.zone_measure import measure_zones
+from dem.kernels.zones import advance_zones
+from dem.state import UnstableError
+from dem.zones.model import DAMPING, ZonedModel, freedoms, stiffness
+
+Array = NDArray[np.float64]
+
+SETTLED = 1e-4
+"""Unbalanced force at a node over the mean applied force per node from which a model is settled [-]."""
+
+
+class Reading(NamedTuple):
+    """What a model holds in a position.
+
+    Parameters
+    ----------
+    energy : elastic, of zones and joints [J]
+    stress : xx, zz, xz, yy at all stress points, tension positive [Pa], shape (e, 4, 4)
+    opening : less dilation [m], of all contact points, shape (m,)
+    slip : total [m], shape (m,)
+    normal, shear : on block b, compression positive [Pa], shape (m,)
+    """
+
+    energy: float
+    stress: Array
+    opening: Array
+    slip: Array
+    normal: Array
+    shear: Array
+
+
+def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: bool = False) -> None:
+    """Advance by a number of steps under the loads and drives as they are.
+
+    Raises
+    ------
+    UnstableError
+        Where a node is no longer at a finite place, and where a stress could not be returned to its surface.
+    """
+    advance_zones(
+        model.nodes, model.zones, model.tables, model.sides, model.contacts, model.law, model.soft, model.rigid,
+        model.total, steps, model.dt, damping, drifts,
+    )  # fmt: skip
+    lost = ~np.isfinite(model.nodes.shift).all(axis=1)
+    if lost.any():
+        name = model.assembly.blocks[int(model.mesh.block[int(np.argmax(lost))])].name
+        raise UnstableError(f"the place of a node of block {name!r} is no longer finite")
+    if model.total[Z_MISSED] > 0.0:
+        raise UnstableError("a stress could not be returned to its yield surface: dilatancy beyond the friction angle")
+
+
+def read(model: ZonedModel) -> Reading:
+    """Stresses, joint forces and elastic energy in the present position; changes nothing."""
+    stress = np.zeros((len(model.zones.kind), 4, 4))
+    joint = np.zeros((len(model.contacts.area), 4))
+    energy = measure_zones(
+        model.nodes, model.zones, model.tables, model.sides, model.contacts, model.law, stress, joint
+    )
+    return Reading(float(energy), stress, *np.ascontiguousarray(joint.T))
+
+
+def unbalance(model: ZonedModel) -> float:
+    """Largest unbalanced force at a free node over the mean applied one [-]; of rigid blocks over their sum."""
+    nodes, rigid = model.nodes, model.rigid
+    free = nodes.body < 0
+    applied = float(np.linalg.norm(nodes.load, axis=1).sum() + np.linalg.norm(rigid.load[:, :2], axis=1).sum())
+    driven = float(np.abs(rigid.net[rigid.held]).max(initial=0.0))
+    applied = max(applied, driven, 1e-300)
+    moving = np.where(rigid.held, 0.0, rigid.net)[:, :2]
+    node = float(np.abs(nodes.force[free]).max(initial=0.0)) / (applied / max(int(free.sum()), 1))
+    return max(node, float(np.abs(moving).max(initial=0.0)) / applied)
+
+
+RAMP = 20
+"""Parts in which loads are brought on: at once they would swing, and what swings yields and slips for good."""
+
+
+def settle(model: ZonedModel, tolerance: float = SETTLED, max_steps: int = 200_000) -> bool:
+    """Bring the loads on and run until the unbalance stays below a tolerance; whether it did within the steps.
+
+    Loads come in twenty parts over two of the slowest swings, at most a quarter of the steps.
+    """
+    nodes, block = model.nodes.load.copy(), model.rigid.load.copy()
+    part = int(np.clip(2.0 * slowest_period(model), 400, max_steps // 4)) // RAMP
+    for k in range(1, RAMP):
+        model.nodes.load[:], model.rigid.load[:] = k / RAMP * nodes, k / RAMP * block
+        advance(model, part)
+    model.nodes.load[:], model.rigid.load[:] = nodes, block
+    for _ in range(max((max_steps - RAMP * part) // 200, 1)):
+        advance(model, 200)
+        if unbalance(model) < tolerance:
+            return True
+    return False
+
+
+def drive(model: ZonedModel, velocity: Array, held: NDArray[np.bool_]) -> None:
+    """Prescribe velocities of rigid blocks [m or rad per step] where ``held``, shapes (r, 3); others stay."""
+    model.rigid.held[:] |= held
+    model.rigid.drive[held] = velocity[held]
+
+
+def energy_error(model: ZonedModel, at_start: float = 0.0) -> float:
+    """Work of loads and supports less what is stored, lost and in motion, over that work [-]."""
+    total = model.total
+    work = total[Z_APPLIED] + total[Z_SUPPORT]
+    rest = total[2:6].sum() + total[Z_KINETIC] + read(model).energy - at_start
+    return float((work - rest) / max(abs(work), 1e-300))
+
+
+def slowest_period(model: ZonedModel) -> float:
+    """Steps of the slowest swing with closed, elastic joints on the masses as they are."""
+    reach = freedoms(model)
+    k = (reach.T @ stiffness(model) @ reach).tocsc()
+    free = np.flatnonzero(model.nodes.body < 0)
+    mass = np.concatenate([np.repeat(model.nodes.mass[free], 2), model.rigid.mass[~model.rigid.held]])
+    root = sparse.diags(1.0 / np.sqrt(mass))
+    scaled = (root @ k @ root).tocsc()
+    shift = -1e-9 * float(scaled.diagonal().max())
+    start = np.random.default_rng(0).standard_normal(len(mass))
+    low = float(eigsh(scaled, 1, sigma=shift, which="LM", v0=start, tol=1e-3, return_eigenvectors=False)[0])
+    return float(2.0 * np.pi / np.sqrt(max(low, 1e-300)) / model.dt)

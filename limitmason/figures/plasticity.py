@@ -1,0 +1,110 @@
+"""Plasticity maps of a wall of zoned blocks: zones at yield, yielded before, failed in tension."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from limitmason.errors import InputError
+from limitmason.figures import style
+
+Array = NDArray[np.float64]
+
+_PAGE = 6.3
+_DRAWN = 0.04
+"""Largest displacement in the drawing over the size of the structure [-]."""
+
+MARKS = ("elastic", "at yield in shear", "yielded in shear before", "failed in tension")
+"""Names of the marks of a zone, by number."""
+
+
+@style.in_print_style
+def plasticity(
+    curve: Any, *, at: tuple[str | int, ...] = ("peak", "end"), scale: float | None = None, title: str | None = None
+) -> Figure:
+    """Elevations of a driven wall with the marks of its zones, one below the other.
+
+    Parameters
+    ----------
+    curve : of ``dem.push`` with zoned blocks: with ``mesh``, ``zones``, ``opening``, ``slip`` and ``assembly``
+    at : moments: "peak", "end", or samples by number
+    scale : factor on displacements; by default so that the largest at the last moment can be seen
+    title : heading
+
+    Raises
+    ------
+    InputError
+        For a curve without zones and an unknown moment.
+    """
+    if not getattr(curve, "zones", ()):
+        raise InputError("this curve has no zones: draw the curve of dem.push with blocks='zoned'")
+    indices = [_index(curve, moment) for moment in at]
+    mesh = curve.mesh
+    start = curve.zones[0].shift
+    shifts = [curve.zones[i].shift - start for i in indices]
+    size = float(np.ptp(mesh.place, axis=0).max())
+    if scale is None:
+        travel = max(float(np.abs(shifts[-1]).max()), 1e-300)
+        scale = max(style.round_length(_DRAWN * size / travel), 1.0)
+    low = np.min([(mesh.place + scale * u).min(axis=0) for u in shifts], axis=0)
+    high = np.max([(mesh.place + scale * u).max(axis=0) for u in shifts], axis=0)
+    span = high - low
+    wide = _PAGE - 0.7
+    inch = min(wide / span[0], 3.4 / span[1])
+    tall = span[1] * inch
+    head, foot, gap = (0.45 if title else 0.25), 0.75, 0.45
+    total = head + foot + len(at) * tall + (len(at) - 1) * gap
+    figure = Figure(figsize=(_PAGE, total), dpi=200)
+    FigureCanvasAgg(figure)
+    if title:
+        figure.text(0.02, 1.0 - 0.08 / total, title, fontsize=9.5, fontweight="bold", va="top", gid="title")
+    colours: tuple[Any, ...] = ("white", style.VERMILION, style.pale(style.VERMILION, 0.45), style.BLUE)
+    for k, (i, moment, u) in enumerate(zip(indices, at, shifts, strict=True)):
+        bottom = foot + (len(at) - 1 - k) * (tall + gap)
+        left = 0.5 * (_PAGE - span[0] * inch)
+        ax = figure.add_axes((left / _PAGE, bottom / total, span[0] * inch / _PAGE, tall / total))
+        place = mesh.place + scale * u
+        marks = curve.zones[i].marks
+        ax.add_collection(PolyCollection(
+            list(place[mesh.zones]), facecolors=[colours[m] for m in marks], edgecolors=style.GHOST, linewidths=0.2,
+            gid="zones", zorder=1.0,
+        ))  # fmt: skip
+        _draw_outlines(ax, mesh, place)
+        edge = 0.005 * span
+        ax.set_xlim(low[0] - edge[0], high[0] + edge[0])
+        ax.set_ylim(low[1] - edge[1], high[1] + edge[1])
+        ax.set_aspect("equal")
+        ax.axis("off")
+        point = curve.point(i)
+        name = moment if isinstance(moment, str) else f"sample {i}"
+        share = ", ".join(f"{np.mean(marks == m):.0%} {MARKS[m]}" for m in (1, 2, 3) if (marks == m).any())
+        heading = f"{name}: {style.force_text(point.load)} at {1e3 * point.displacement:.3g} mm"
+        ax.set_title(heading + (f"; {share}" if share else ""), loc="left", fontsize=7.5, pad=3.0)
+    handles: list[Any] = [
+        Patch(facecolor=c, edgecolor=style.GHOST, linewidth=0.4, label=m) for c, m in zip(colours, MARKS, strict=True)
+    ]
+    handles.append(Line2D([], [], color=style.BLACK, linewidth=0.6, label=f"displacements drawn {scale:g} times"))
+    figure.legend(handles=handles, loc="lower center", ncols=3, fontsize=7.0, frameon=False)
+    return figure
+
+
+def _draw_outlines(ax: Any, mesh: Any, place: Array) -> None:
+    lines = [place[mesh.sides[a:b]] for a, b in zip(mesh.side_start[:-1], mesh.side_start[1:], strict=True)]
+    ax.add_collection(LineCollection(lines, colors=style.BLACK, linewidths=0.45, gid="sides", zorder=2.0))
+
+
+def _index(curve: Any, moment: str | int) -> int:
+    if moment == "peak":
+        return int(curve.peak.index)
+    if moment == "end":
+        return len(curve) - 1
+    if isinstance(moment, str):
+        raise InputError(f"unknown moment {moment!r}: 'peak', 'end' or a sample by number")
+    return int(curve.point(moment).index)

@@ -1,0 +1,100 @@
+"""Zoned walls that are driven: the associative multiplier, rate, cracks of units, what is refused."""
+
+import numpy as np
+import pytest
+
+import dem
+import limitmason as lm
+from dem.zones.marks import TENSION
+from limitmason import figures
+from limitmason.errors import InputError
+
+
+def wall(phi, psi, material, **joint):
+    law = lm.Joint(phi, dilatancy_angle_deg=psi, **({"normal_stiffness": 5e11, "shear_stiffness": 5e11} | joint))
+    made = lm.build.wall(
+        length=0.8, courses=4, unit=(0.4, 0.2, 0.2), joint=law, density=2000.0, top_beam=0.2, beam_density=60_000.0
+    )
+    return made.with_material(material, blocks=[b.name for b in made.blocks if b.name != "beam"])
+
+
+STIFF = lm.Material(young_modulus=2e11, poisson_ratio=0.2, density=2000.0)
+EAST = dem.Drive({"beam": {"x": 1.0}})
+
+
+def zoned(model, drive, **options):
+    return dem.push(model, drive, blocks="zoned", **options)
+
+
+@pytest.mark.parametrize("phi", [35.0, 55.0])
+def test_plastic_joints_with_psi_equal_to_phi_carry_the_associative_multiplier(phi):
+    model = wall(phi, phi, STIFF)
+    loads = lm.Loads.weight(model).with_point_load(model, "beam", (1.0, 0, 0), at=tuple(model.centroids[-1]))
+    exact = lm.limit_analysis(model, loads, contact_model="grid", grid=(3, 2)).collapse_multiplier
+    # neither slides under the beam alone: that would be its weight times tan(phi)
+    assert exact < 0.9 * model.weights[-1] * np.tan(np.deg2rad(phi))
+    curve = zoned(model, EAST, to=2e-4, zone_size=0.1, contact_points=(3, 2), samples=50, steps=10_000)
+    assert curve.residual == pytest.approx(exact, rel=3e-3)
+    assert curve.rate_error < 0.02
+    assert curve.errors["energy"].max() < 1e-3
+
+
+def test_weak_stone_cracks_is_marked_and_lowers_the_load():
+    # stones a hundred times weaker than those that never crack; both runs with the same joints
+    strong = dict(normal_stiffness=2e10, shear_stiffness=1e10, cohesion=5e5, tensile_strength=3e5)
+    weak = lm.Material(
+        young_modulus=5e9, poisson_ratio=0.2, density=2000.0, cohesion=1e5, friction_angle_deg=40.0,
+        tensile_strength=2e4,
+    )  # fmt: skip
+    elastic = lm.Material(young_modulus=5e9, poisson_ratio=0.2, density=2000.0)
+    options = dict(to=2e-3, zone_size=0.1, samples=50, steps=10_000, rate_check=False)
+    cracked = zoned(wall(40.0, 0.0, weak, **strong), EAST, **options)
+    whole = zoned(wall(40.0, 0.0, elastic, **strong), EAST, **options)
+    assert cracked.peak.load < 0.9 * whole.peak.load
+    assert cracked.event("unit cracks") is not None
+    assert whole.event("unit cracks") is None
+    assert (cracked.zones[-1].marks == TENSION).any()
+    assert not whole.zones[-1].flags.any()
+    # stiffness at the start is that of elastic stones
+    assert cracked.load[3] == pytest.approx(whole.load[3], rel=0.02)
+    figure = figures.plasticity(cracked)
+    zones = next(a for a in figure.findobj() if a.get_gid() == "zones")
+    assert len(zones.get_paths()) == len(cracked.mesh.zones)
+    with pytest.raises(InputError, match="unknown moment"):
+        figures.plasticity(cracked, at=("middle",))
+
+
+def test_what_a_zoned_push_cannot_do_is_refused():
+    model = wall(35.0, 0.0, STIFF)
+    options = dict(to=1e-4, zone_size=0.1)
+    with pytest.raises(InputError, match="leaves the x-z plane"):
+        zoned(model, dem.Drive({"beam": {"x": 1.0, "y": 0.5}}), **options)
+    with pytest.raises(InputError, match="no direction"):
+        zoned(model, dem.Drive({"beam": {"x": 0.0}}), **options)
+    with pytest.raises(InputError, match="larger than the shortest side"):
+        zoned(model, EAST, to=1e-4, zone_size=0.3)
+    with pytest.raises(InputError, match="to must be"):
+        zoned(model, EAST, to=0.0, zone_size=0.1)
+    with pytest.raises(InputError, match="need zone_size"):
+        zoned(model, EAST, to=1e-4)
+    with pytest.raises(InputError, match="take no checkpoint"):
+        zoned(model, EAST, to=1e-4, zone_size=0.1, checkpoint="here.npz")
+    with pytest.raises(InputError, match="for modal and zoned blocks"):
+        dem.push(model, EAST, to=1e-4, stress="plane strain")
+    with pytest.raises(InputError, match="no zones"):
+        figures.plasticity(lm.curve.Curve([0.0, 1.0], [0.0, 1.0]))
+
+
+def test_a_run_is_reported_and_can_be_stopped():
+    seen = []
+
+    def stop(sample):
+        seen.append(sample)
+        return sample["displacement"] > 1e-5
+
+    curve = zoned(wall(35.0, 0.0, STIFF), EAST, to=1e-4, zone_size=0.2, samples=50, steps=5000, progress=stop)
+    assert curve.status == "interrupted"
+    assert len(curve) == len(seen) + 1 < 20
+    assert 0.0 < seen[-1]["part"] < 0.2
+    assert seen[-1]["time left"] > 0.0
+    assert "zones up to 200 mm, plane stress" in str(curve)
