@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 from limitmason.capacity.kinematics import (
     Bodies,
@@ -52,16 +52,16 @@ class System:
     bodies, law : contact points and what they carry
     dead, live : wrenches on the degrees of freedom [N, N m], shape (n, d)
     control : weights of the degrees of freedom in the control displacement, shape (n, d)
-    weight, size : units of force [N] and of arms [m]; that of displacement, ``length``, is the elastic one
+    weight, size, length : units of force [N], of arms [m] and of displacement [m], the elastic one
     """
 
     def __init__(
-        self, bodies: Bodies, law: Elastic, dead: Array, live: Array, control: Array, weight: float, size: float
-    ) -> None:
+        self, bodies: Bodies, law: Elastic, dead: Array, live: Array, control: Array, weight: float, size: float,
+        length: float,
+    ) -> None:  # fmt: skip
         """Number the free degrees of freedom and make the pattern of the bordered tangent."""
         self.bodies, self.law, self.dead, self.live, self.control = bodies, law, dead, live, control
-        self.weight, self.size = weight, size
-        self.length = weight / float((law.kn * bodies.area).mean())
+        self.weight, self.size, self.length = weight, size, length
         free = bodies.free
         self.order = int(free.sum())
         number = np.full(free.shape, -1, np.intp)
@@ -113,7 +113,7 @@ class System:
         motion[self.bodies.free] = own
         return moved(pose, (motion * self.motion_scale) @ self.bodies.basis.T)
 
-    def bordered(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0):
+    def bordered(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> SuperLU:
         """Factors of the tangent, bordered by the control row, or by lambda = constant ("multiplier").
 
         Unknowns: motion and multiplier in own units; equations: equilibrium, and what is prescribed.
