@@ -3,6 +3,6 @@
 from limitmason.capacity.analysis import pushover
 from limitmason.capacity.certificate import StepCertificate
 from limitmason.capacity.path import Steps
-from limitmason.capacity.result import Energy, PushoverCurve
+from limitmason.capacity.result import Energy, PushoverCurve, Stability
 
-__all__ = ["Energy", "PushoverCurve", "StepCertificate", "Steps", "pushover"]
+__all__ = ["Energy", "PushoverCurve", "Stability", "StepCertificate", "Steps", "pushover"]

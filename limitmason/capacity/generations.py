@@ -81,6 +81,18 @@ class Generations:
         before = stored(self.structures[node.generation], self.state(node))
         return stored(self.structures[after.generation], self.state(after)) - before
 
+    def senses(self, node: Node, before: Node | None) -> tuple[int, int]:
+        """Signs of the tangent's determinant at constant load and at constant control, see :meth:`System.sense`.
+
+        Parameters
+        ----------
+        before : node from which it was reached, whose slip decides which points slide on
+        """
+        system = self.systems[node.generation]
+        old = node.history if before is None else self.begun(before).history
+        at = system.evaluate(node.pose, old, node.multiplier)
+        return system.sense(at, "multiplier"), system.sense(at, "control")
+
     def forces(self, node: Node) -> tuple[Array, Array, Array]:
         """Force components [N], displacements [m] and places [m] of a node's points, see :func:`certificate.forces`."""
         return forces(self.structures[node.generation], self.state(node))

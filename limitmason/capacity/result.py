@@ -1,6 +1,7 @@
 """A capacity curve: load multiplier against control displacement, with states, certificates and energy per step."""
 
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -38,6 +39,14 @@ class Cost(NamedTuple):
     steps: int
     programs: int
     iterations: int
+
+
+class Stability(StrEnum):
+    """What a state would do if it were left alone."""
+
+    STABLE = "stable"
+    HELD = "held by the control"
+    UNSTABLE = "unstable"
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +150,25 @@ class PushoverCurve(Curve):
         force = p.sense[:, None] * np.einsum("mc,mci->mi", components, p.directions)
         place = p.place_a + np.einsum("mc,mci->mi", apart, p.directions)
         return resultants_from_points(s.assembly, place[mine], p.interface[mine], p.area[mine], force[mine])
+
+    def stability(self, step: int) -> Stability:
+        """Whether a sample would stand under its load alone, or is held by the control.
+
+        By the sign of the determinant of the tangent (sliding points slide on, open ones stay open) against that of
+        sample 0, which is taken as stable: an even number of modes lost at once is not seen.
+
+        Raises
+        ------
+        InputError
+            For a sample that the curve does not have.
+        """
+        assert self.generations is not None
+        k = self._sample(step)
+        first = self.generations.senses(self.nodes[0], None)
+        now = self.generations.senses(self.nodes[k], self.nodes[k - 1] if k else None)
+        if now[1] != first[1]:
+            return Stability.UNSTABLE
+        return Stability.STABLE if now[0] == first[0] else Stability.HELD
 
     def _sample(self, step: int) -> int:
         if not -len(self) <= step < len(self):

@@ -59,6 +59,15 @@ def test_a_curve_whose_contacts_are_never_found_anew_is_noticed(monkeypatch):
     assert curve.load[-1] == pytest.approx(0.4, rel=1e-3)  # it slides on over the edge
 
 
+def test_a_rocking_block_is_held_by_the_control_past_its_limit_point():
+    wall = lm.build.column(width=0.2, depth=0.2, height=1.0, courses=1, joint=lm.Joint(60.0))
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall), to=0.05, stiffness=1e8)
+    top = curve.first_limit_point.index
+    verdicts = [str(curve.stability(k)) for k in range(len(curve))]
+    assert set(verdicts[: top - 1]) == {"stable"}
+    assert set(verdicts[top + 1 :]) == {"held by the control"}
+
+
 # ---- beside other programs ----------------------------------------------------------------------------------------
 
 AT = (80, 100, 150, 200)  # mm
