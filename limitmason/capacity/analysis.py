@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from limitmason.capacity import path, stepping
 from limitmason.capacity.certificate import Balance, StepCertificate, Structure, certify, equilibrium
@@ -51,6 +51,7 @@ def pushover(
     contact_model: str = "vertices",
     grid: Grid | Mapping[str, Grid] = (5, 5),
     contacts: str = "anew",
+    gaps: ArrayLike | None = None,
     stiffness: float | tuple[float, float] | None = None,
     steps: Steps | None = None,
     start: PushoverCurve | None = None,
@@ -73,6 +74,9 @@ def pushover(
     contact_model, grid : as in :func:`limitmason.contact_points.contact_points`
     contacts : "anew" as in the notes; "first" keeps the points of the undeformed joints for ever, with the frame
         carried by the interface's block a, as :func:`dem.collapse` and programs of contact pairs do
+    gaps : opening of every contact point in the reference pose [m], 0 or more, in the order of
+        :func:`limitmason.contact_points.contact_points` with the same settings; faces that touch by default. See
+        :func:`imperfection_ensemble`
     stiffness : kn, or (kn, ks), of every joint [Pa/m]; by default that of the joints, else the DEM's default
     steps : see :class:`Steps`
     start : curve whose last state is gone on from, for the same model, contact points and dead load; its live load must
@@ -127,7 +131,10 @@ def pushover(
     )
     size = float(np.median(np.cbrt(assembly.arrays.volume[mine])))
     row, ratio = _control(assembly, control, basis, free, live)
-    first, shapes = first_contacts(assembly, points, interface_law(assembly.arrays), kn, ks), None
+    open_by = None if gaps is None else np.asarray(gaps, dtype=float)
+    if open_by is not None and not (open_by.shape == (points.count,) and (open_by >= 0.0).all()):
+        raise InputError(f"gaps must be {points.count} lengths [m] that are not negative, one per contact point")
+    first, shapes = first_contacts(assembly, points, interface_law(assembly.arrays), kn, ks, open_by), None
     if contacts == ANEW:
         shapes, first = shapes_of(assembly, first, plane, size)
 
@@ -301,7 +308,11 @@ def _begin(
 
 
 def _curve(
-    generations: Generations, nodes: list[Node], origin: Pose, status: path.PathEnd, warnings: list[str],
+    generations: Generations,
+    nodes: list[Node],
+    origin: Pose,
+    status: path.PathEnd,
+    warnings: list[str],
     unit: float,
 ) -> PushoverCurve:
     first = nodes[0]

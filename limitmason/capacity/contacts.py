@@ -93,17 +93,23 @@ class Contacts:
         return np.lexsort((high, low))
 
 
-def first_contacts(assembly: Assembly, points: ContactPoints, law: PointLaw, kn: Array, ks: Array) -> Contacts:
+def first_contacts(
+    assembly: Assembly, points: ContactPoints, law: PointLaw, kn: Array, ks: Array, gaps: Array | None = None
+) -> Contacts:
     """The contact points of the reference pose, the frame carried by the interface's block a.
 
     Parameters
     ----------
     law, kn, ks : of every interface, shape (k,)
+    gaps : opening of the points in the reference pose [m], shape (m,); none by default
     """
+    place_a = points.position
+    if gaps is not None:
+        place_a = place_a - gaps[:, None] * points.directions[:, 0]
     rows = points.interface
     none = np.full(points.count, NO_CORNER, np.intp)
     return Contacts(
-        points.block_a, points.block_b, points.position, points.position.copy(), points.directions, points.area, rows,
+        points.block_a, points.block_b, place_a, points.position.copy(), points.directions, points.area, rows,
         np.ones(points.count), law.at(rows), kn[rows], ks[rows], none, none.copy(),
     )  # fmt: skip
 

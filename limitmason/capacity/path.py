@@ -36,6 +36,7 @@ _SHORTEST = 1e-4  # elastic lengths
 _TRIES = 12  # short steps towards a limit point that then does not come
 _COSTLY = 5  # programs of a step after which the next is shorter
 _HALVINGS = 6  # of a step that loses or makes energy
+_OVER = 0.01  # least displacement of what overturns, of the median block size
 _DROP = 0.002  # fall below a limit point after which it is passed, of its load
 
 
@@ -169,7 +170,8 @@ def follow(
         level = [n.multiplier for n in nodes[begin:]][-LASTING:]
         if to is None and len(level) == LASTING and max(level) - min(level) <= LEVEL * largest and not passed:
             return PLATEAU, warnings
-        if passed and sense * new.multiplier <= 0.0:
+        # blocks that come down on each other through gaps may ask for a push the other way before they carry
+        if passed and sense * new.multiplier <= 0.0 and abs(new.control - nodes[begin].control) > _OVER * system.size:
             return OVERTURNED, warnings
         off = np.inf if guess is None else abs(new.multiplier - guess[1]) / max(largest, 1e-300)
         if closing and tries < _TRIES:

@@ -73,7 +73,10 @@ def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -
         return node_of(system, solved)
     # the associative program first: a limit frozen at no normal force would carry nothing
     found = _by_programs(system, pose, old, target, 0.0, None, ratio)
-    return None if found is None else node_of(system, found[0], programs=found[1])
+    if found is not None:
+        return node_of(system, found[0], programs=found[1])
+    # blocks that first have to come down on each other, through gaps
+    return _quieted(system, pose, old, target, 0.0, None, ratio, 1e-2)
 
 
 def step(system: System, node: Node, target: float, guess: tuple[Pose, float] | None, ratio: float) -> Node | None:
@@ -129,7 +132,14 @@ def jump(system: System, node: Node, target: float, ratio: float) -> Node | None
     weight, then Newton finishes without it.
     """
     eta = 0.02 / max(abs(target - node.control) / system.length, 1.0)
-    pose, history, multiplier, normal = node.pose, node.history, node.multiplier, node.force[:, 0]
+    return _quieted(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio, eta)
+
+
+def _quieted(
+    system: System, pose: Pose, history: History, target: float | None, multiplier: float, normal: Array | None,
+    ratio: float, eta: float,
+) -> Node | None:  # fmt: skip
+    """The state that viscous sub-steps come to, eta lowered from its first value until there is no force left in it."""
     total = 0
     for _ in range(60):
         found = _by_programs(system, pose, history, target, multiplier, normal, ratio, eta)

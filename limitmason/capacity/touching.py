@@ -138,7 +138,7 @@ class _Near(NamedTuple):
 def _outlines(assembly: Assembly, contacts: Contacts, plane: Plane | None) -> list[tuple[int, Array, Array]]:
     """Block, corners and outward normal of every face, blocks in order; in plane the two ends of a line."""
     out = []
-    level = 0.0 if plane is None else float(np.median(contacts.place_a @ plane.normal))
+    level = 0.0 if plane is None else float(np.median(contacts.place_b @ plane.normal))
     for b, body in enumerate(assembly.blocks):
         for part in body.parts:
             for face in part.faces:
@@ -174,9 +174,9 @@ def _inset(
         for block, sign in ((contacts.block_a[i], 1.0), (contacts.block_b[i], -1.0)):
             n = sign * contacts.directions[i, 0]
             for points, normal in faces.get(int(block), []):
-                off = abs((contacts.place_a[i] - points[0]) @ normal)
+                off = abs((contacts.place_b[i] - points[0]) @ normal)
                 if normal @ n > 1.0 - 1e-6 and off < 1e-3 * np.linalg.norm(points[1] - points[0]):
-                    nearest.append(float(np.linalg.norm(points - contacts.place_a[i], axis=1).min()))
+                    nearest.append(float(np.linalg.norm(points - contacts.place_b[i], axis=1).min()))
         if nearest:
             found.append(min(nearest))
     inset = float(np.median(found)) if found else 0.0
@@ -202,7 +202,7 @@ def _named(shapes: Shapes, c: Contacts, assembly: Assembly) -> Contacts:
         best: dict[bool, int] = {}
         for flipped, key in ((False, (a, b)), (True, (b, a))):
             for row in by_pair.get(key, []):
-                off = shapes.corner_place[near.corner[row]] - c.place_a[i]
+                off = shapes.corner_place[near.corner[row]] - c.place_b[i]
                 if np.abs(off).max() < reachable:
                     best[flipped] = row
         if not best:

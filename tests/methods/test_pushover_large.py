@@ -10,7 +10,7 @@ import pytest
 import dem
 import limitmason as lm
 from limitmason import experiments
-from limitmason.capacity import Steps, generations
+from limitmason.capacity import Steps, generations, imperfection_ensemble
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import box
 
@@ -66,6 +66,37 @@ def test_a_rocking_block_is_held_by_the_control_past_its_limit_point():
     verdicts = [str(curve.stability(k)) for k in range(len(curve))]
     assert set(verdicts[: top - 1]) == {"stable"}
     assert set(verdicts[top + 1 :]) == {"held by the control"}
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_block_with_a_gap_under_one_edge_leans_before_it_is_pushed(side):
+    """It first comes down on the gap and leans by asin(g / width): lambda = tan(alpha +- lean)."""
+    wall = lm.build.column(width=0.2, depth=0.2, height=1.0, courses=1, joint=lm.Joint(60.0))
+    loads = lm.Loads.horizontal(wall)
+    gaps = np.zeros(2)
+    gaps[side] = 1e-3
+    curve = lm.pushover(wall, loads, gaps=gaps, stiffness=1e11)
+    lean = math.asin(1e-3 / 0.2) * (1 if side == 0 else -1)
+    assert curve.first_limit_point.load == pytest.approx(math.tan(math.atan(0.2) + lean), abs=1e-5)
+    assert all(c.accepted for c in curve.certificates)
+    with pytest.raises(InputError, match="gaps must be 2 lengths"):
+        lm.pushover(wall, loads, gaps=[0.0, 0.0, 1.0])
+
+
+def test_an_ensemble_of_gaps_spreads_as_far_as_the_gaps_lean():
+    """One block: the lean is the slope of the gap, uniform in +-g over half the width, twice the gap over the width."""
+    wall = lm.build.column(width=0.2, depth=0.2, height=1.0, courses=1, joint=lm.Joint(60.0))
+    size = float(np.cbrt(wall.volumes[~wall.fixed][0]))
+    found = imperfection_ensemble(wall, lm.Loads.horizontal(wall), gap=1e-2, samples=12, seed=3, stiffness=1e10)
+    lean = np.tan(np.arctan(0.2) + np.arctan(2e-2 * size / 0.2) * np.array([-1.0, 1.0]))
+    spread = found.spread_of_first_loss
+    assert spread.paths == 12
+    assert lean[0] < spread.low < spread.median < spread.high < lean[1] + 1e-4
+    assert spread.high - spread.low > 0.5 * (lean[1] - lean[0])
+    # a tenth of the width further on the lean counts as much, and lambda has fallen by what the block has turned
+    assert (found.sustained < found.first_loss).all()
+    again = imperfection_ensemble(wall, lm.Loads.horizontal(wall), gap=1e-2, samples=2, seed=3, stiffness=1e10)
+    assert again.first_loss == pytest.approx(found.first_loss[:2], rel=1e-12)
 
 
 # ---- beside other programs ----------------------------------------------------------------------------------------
