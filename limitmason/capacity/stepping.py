@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 PROGRAMS = 7
 PROXIMAL = 1e-4  # block weights per elastic length, of the program against the motion it makes
 _NEAR = 0.3  # block weights: unbalance from which Newton takes over
+_FALLS = 0.5  # of a block: motion through viscous sub-steps after which there is no state near
 _QUIET = 1e-5  # block weights: largest viscous force at the end of a jump
 
 
@@ -139,8 +140,11 @@ def _quieted(
     system: System, pose: Pose, history: History, target: float | None, multiplier: float, normal: Array | None,
     ratio: float, eta: float,
 ) -> Node | None:  # fmt: skip
-    """The state that viscous sub-steps come to, eta lowered from its first value until there is no force left in it."""
-    total = 0
+    """The state that viscous sub-steps come to, eta lowered from its first value until there is no force left in it.
+
+    None where blocks are still on their way after half a block: they fall.
+    """
+    total, begin = 0, pose.shift
     for _ in range(60):
         found = _by_programs(system, pose, history, target, multiplier, normal, ratio, eta)
         total += PROGRAMS if found is None else found[1]
@@ -151,6 +155,8 @@ def _quieted(
             continue
         state = found[0].state
         pose, history, multiplier, normal = state.pose, state.returned.history, found[0].multiplier, state.force[:, 0]
+        if float(np.abs(pose.shift - begin).max()) > _FALLS * system.size:
+            return None
         if state.unbalance < _QUIET:
             last = newton.solve(system, pose, multiplier, history, target)
             if last is not None:
