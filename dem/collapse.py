@@ -30,6 +30,9 @@ from limitmason.results import (
 )
 from limitmason.stated import states
 
+MOVED, WIDEST = 0.02, 0.3
+"""Displacement that counts as collapse, at first and for soft joints, over the smallest block dimension [-]."""
+
 LOADING = Damping(local=0.4, kinetic=True)
 RAMPING = Damping(local=0.5)
 
@@ -78,9 +81,10 @@ def collapse(
     tolerance = 5e-3 if chosen.tolerance is None else chosen.tolerance
     unit = _unit(assembly, loads)
     begun = time.perf_counter()
+    moved_limit = MOVED if chosen.moved_limit is None else chosen.moved_limit
     first = chosen.first_increment if chosen.first_increment is not None else 0.05 * unit
     controls = Controls(
-        tolerance, max_steps, chosen.moved_limit, chosen.equilibrium, chosen.damping or (LOADING if held else RAMPING),
+        tolerance, max_steps, moved_limit, chosen.equilibrium, chosen.damping or (LOADING if held else RAMPING),
         40_000 if chosen.ramp_steps is None else chosen.ramp_steps, unit, first, chosen.progress,
     )  # fmt: skip
     law_options = chosen.joint_options or JointOptions()
@@ -93,6 +97,10 @@ def collapse(
 
     search = increments if held else ramps
     found = search(assembly, loads, start(), controls)
+    if held and chosen.moved_limit is None and _swayed(assembly, found, moved_limit) > 0.5:
+        moved_limit = WIDEST
+        controls = replace(controls, moved_limit=moved_limit)
+        found = _further(assembly, loads, found, controls)
     budget: dict[str, dict[str, Any]] = {}
     warnings = [*found.state.warnings, *assembly.contact_warnings]
     if found.status in (SOLVED, ALMOST_SOLVED):
@@ -101,7 +109,7 @@ def collapse(
             # ten times as stiff, a joint gives a tenth as much before it moves on
             near = replace(
                 controls, tolerance=2.0 * tolerance,
-                moved_limit=(0.3 if check == "stiffness" else 1.0) * chosen.moved_limit,
+                moved_limit=(0.3 if check == "stiffness" else 1.0) * moved_limit,
             )
             if check == "stiffness":
                 changed = start(law=replace(law_options, stiffness_factor=10.0 * law_options.stiffness_factor))
@@ -143,12 +151,12 @@ def collapse(
             f"undecided after {max_steps} steps and more at {', '.join(f'{u:.5g}' for u in between)}; not counted as "
             f"stable (least balanced: block {_least_balanced(assembly, found, between[-1])})"
         )
-    swayed = max((v.moved for load, v in found.record if load and v.outcome == EQUILIBRIUM), default=0.0)
-    share = swayed / (chosen.moved_limit * smallest_edge(assembly))
+    share = _swayed(assembly, found, moved_limit)
     if held and share > 0.5:
+        swayed = share * moved_limit * smallest_edge(assembly)
         warnings.append(
             f"a load in equilibrium moved a block by {swayed:.2g} m, {share:.0%} of what counts as collapse: with "
-            f"joints as soft as these raise moved_limit ({chosen.moved_limit:g})"
+            f"joints as soft as these raise moved_limit ({moved_limit:g})"
         )
     answered = found.status in (SOLVED, ALMOST_SOLVED, NOT_CONVERGED)
     prediction = Prediction(
@@ -162,7 +170,7 @@ def collapse(
         provenance={
             "loading": str(chosen.loading), "contact points": contact_points, "contact model": contact_model,
             "tolerance": tolerance, "steps": found.steps, "seconds": time.perf_counter() - begun,
-            "damping": controls.damping, "moved limit": chosen.moved_limit,
+            "damping": controls.damping, "moved limit": moved_limit,
             **({} if chosen.blocks == RIGID else {"blocks": chosen.blocks, "stress": chosen.stress}),
         },
         details={
@@ -177,6 +185,28 @@ def collapse(
     if prediction.resultants is not None and held:
         prediction = replace(prediction, certificate=certify(assembly, loads, prediction, convex=False))
     return replace(prediction, mechanism=found.mechanism)
+
+
+def _swayed(assembly: Assembly, found: Search, moved_limit: float) -> float:
+    """Farthest that a load in equilibrium moved a block, over what counts as collapse [-]."""
+    if found.status not in (SOLVED, ALMOST_SOLVED):
+        return 0.0
+    moved = max((v.moved for load, v in found.record if load and v.outcome == EQUILIBRIUM), default=0.0)
+    return float(moved / (moved_limit * smallest_edge(assembly)))
+
+
+def _further(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Search:
+    """The search gone on with from the largest load that stood, with a larger displacement that counts as collapse."""
+    patience = max(v.steps for _, v in found.record if v.outcome == EQUILIBRIUM)
+    again = increments(
+        assembly, loads, found.state.copy(), replace(c, first=c.tolerance * found.stable), settled=found.stable,
+        patience=patience,
+    )  # fmt: skip
+    again.record[:0] = [(x, v) for x, v in found.record if x <= found.stable]
+    again.steps += found.steps
+    if again.near is not None and again.near[0] > 0.95 * again.stable and found.near is not None:
+        again.near = found.near
+    return again
 
 
 def _ramp_again(assembly: Assembly, loads: Loads, state: State, found: Search, c: Controls, check: str) -> Search:

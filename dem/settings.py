@@ -52,7 +52,9 @@ class DemSettings:
     first_increment : first step of the multiplier; a twentieth of that at which live equals dead load by default
     max_steps : budget for one load, up to three times that while it is still on its way to a verdict; when it runs out
         the load is "undecided", never counted as stable
-    moved_limit : displacement that counts as collapse, over the smallest block dimension [-]
+    moved_limit : displacement that counts as collapse, over the smallest block dimension [-]; None begins with 0.02
+        and, where a load in equilibrium moves a block by more than half of that, as soft joints do, goes on from
+        there with 0.3. A number is kept, and a warning says where it is too small
     equilibrium : largest unbalanced force of every block over its own load, and moment over that load times its least
         thickness [-]; a twentieth of the load increment where that is less
     ramp_steps : steps in which a ramp reaches the estimate of the multiplier, 40,000 by default; ramps only
@@ -76,7 +78,7 @@ class DemSettings:
     stress: str = SOLID
     first_increment: float | None = None
     max_steps: int = 60_000
-    moved_limit: float = 0.02
+    moved_limit: float | None = None
     equilibrium: float = 1e-4
     ramp_steps: int | None = None
     damping: Damping | None = None

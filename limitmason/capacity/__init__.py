@@ -2,7 +2,17 @@
 
 from limitmason.capacity.analysis import pushover
 from limitmason.capacity.certificate import StepCertificate
+from limitmason.capacity.ensemble import Ensemble, imperfection_ensemble
 from limitmason.capacity.path import Steps
-from limitmason.capacity.result import Energy, PushoverCurve
+from limitmason.capacity.result import Energy, PushoverCurve, Stability
 
-__all__ = ["Energy", "PushoverCurve", "StepCertificate", "Steps", "pushover"]
+__all__ = [
+    "Energy",
+    "Ensemble",
+    "PushoverCurve",
+    "Stability",
+    "StepCertificate",
+    "Steps",
+    "imperfection_ensemble",
+    "pushover",
+]

@@ -7,34 +7,37 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from limitmason.capacity import path, stepping
 from limitmason.capacity.certificate import Balance, StepCertificate, Structure, certify, equilibrium
+from limitmason.capacity.contacts import first_contacts
+from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose, at_rest, make_bodies
 from limitmason.capacity.path import Steps
 from limitmason.capacity.point_law import Elastic, History, slid_back
-from limitmason.capacity.result import Energy, PushoverCurve, state_of
+from limitmason.capacity.result import Energy, PushoverCurve
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.system import System
+from limitmason.capacity.touching import outside, shapes_of
 from limitmason.contact_points import Grid, contact_points
 from limitmason.curve import Event
-from limitmason.equilibrium import project
+from limitmason.equilibrium import degrees_of_freedom, project
 from limitmason.errors import InputError, NotApplicable
 from limitmason.law import interface_law
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.model.support import DEGREES_OF_FREEDOM, Support
 from limitmason.plane import find_plane
 from limitmason.stated import tension_cut
 from limitmason.stiffness import SETTLEMENT, default_stiffness
 
 Array = NDArray[np.float64]
 
-_VERIFIED_SLIP = 5e-3
-"""Slip past the first limit point, over the size of a joint, from which a curve is said to be unverified."""
+ANEW, FIRST = "anew", "first"
 
 WANDERED = 0.1
-"""Slip over the size of a joint from which the contacts, which are not found anew, are no longer where they were."""
+"""Slip over the size of a joint from which a point that is not found anew is no longer where it was [-]."""
 
 _AXES = {"x": 0, "y": 1, "z": 2}
 
@@ -47,6 +50,8 @@ def pushover(
     to: float | None = None,
     contact_model: str = "vertices",
     grid: Grid | Mapping[str, Grid] = (5, 5),
+    contacts: str = "anew",
+    gaps: ArrayLike | None = None,
     stiffness: float | tuple[float, float] | None = None,
     steps: Steps | None = None,
     start: PushoverCurve | None = None,
@@ -61,10 +66,17 @@ def pushover(
     ----------
     assembly, loads : the problem; loads keep their direction, and their moments about the centroids, as blocks move
     control : what is prescribed: "live", the mean displacement along the live forces, sum(live . shift) / sum |live|;
-        or (block, "x"), "y" or "z" of its centroid
+        or (block, "x"), "y" or "z" of its centroid. A block that is held along this axis is a support that moves: the
+        loads are then dead only, and the load of the curve is the force along the axis with which the support acts on
+        the structure [N]
     to : control displacement from the state under dead load [m]; negative for the other sense; None goes on until the
-        load has fallen 0.2 % below its first limit point, at most to a tenth of a block
+        load has fallen 0.2 % below its first limit point, at most to half a block; a support needs a number
     contact_model, grid : as in :func:`limitmason.contact_points.contact_points`
+    contacts : "anew" as in the notes; "first" keeps the points of the undeformed joints for ever, with the frame
+        carried by the interface's block a, as :func:`dem.collapse` and programs of contact pairs do
+    gaps : opening of every contact point in the reference pose [m], 0 or more, in the order of
+        :func:`limitmason.contact_points.contact_points` with the same settings; faces that touch by default. See
+        :func:`imperfection_ensemble`
     stiffness : kn, or (kn, ks), of every joint [Pa/m]; by default that of the joints, else the DEM's default
     steps : see :class:`Steps`
     start : curve whose last state is gone on from, for the same model, contact points and dead load; its live load must
@@ -87,12 +99,21 @@ def pushover(
 
     Notes
     -----
-    Contacts are not found anew: a warning says from where sliding exceeds a tenth of a joint. Beyond small displacement
-    the answer depends on which of two blocks carries the joint's frame. Tension that opens a joint leaves no damage:
+    A contact point stays under the corner of the block that makes it, its normal on the face of the other; corners that
+    leave a face or come to another are found after each step (an event of the curve). Points that are no corner, as
+    inside a grid and where edges cross in space, stay with the blocks of their joint: a warning says from where they
+    have slid by more than a tenth of it. Tension that opens a joint leaves no damage:
     perfect plasticity without crack memory, as in the DEM's perfectly plastic law.
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
     _refuse(assembly, loads)
+    if contacts not in (ANEW, FIRST):
+        raise InputError(f"contacts must be {ANEW!r} or {FIRST!r}, got {contacts!r}")
+    moving = _moving_support(assembly, control)
+    if moving is not None:
+        if to is None:
+            raise InputError("control is a support that moves: say how far, to=...")
+        loads, assembly = _guided(assembly, loads, *moving)
     plane = find_plane(assembly, loads)
     points = contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane, elastic=True)
     if not points.count:
@@ -100,37 +121,50 @@ def pushover(
     if plane is None:
         _refuse_partial_rotations(assembly)
     kn, ks, warnings = _stiffnesses(assembly, loads, stiffness)
-    law = interface_law(assembly.arrays).at(points.interface)
-    bodies = make_bodies(assembly, points, plane)
-    free = bodies.free
-    dead, live = project(loads.dead, bodies.basis) * free, project(loads.live, bodies.basis) * free
-    mine = free.any(axis=1)
+    basis, free = degrees_of_freedom(assembly, plane)
+    dead, live = project(loads.dead, basis) * free, project(loads.live, basis) * free
+    mine: NDArray[np.bool_] = np.asarray(free.any(axis=1))
+    if moving is not None:
+        mine[moving[0]] = False
     weight = float(np.linalg.norm(loads.dead[mine, :3], axis=1).mean()) or float(
         np.linalg.norm(loads.live[mine, :3], axis=1).mean()
     )
     size = float(np.median(np.cbrt(assembly.arrays.volume[mine])))
-    kn, ks = kn[points.interface], ks[points.interface]
-    row, ratio = _control(assembly, control, bodies.basis, free, live)
-    system = System(bodies, Elastic(law, kn, ks), dead, live, row, weight, size)
-    structure = Structure(assembly, loads, points, law, kn, ks, weight, size)
-    nodes, origin = _begin(system, structure, start, say)
+    row, ratio = _control(assembly, control, basis, free, live)
+    open_by = None if gaps is None else np.asarray(gaps, dtype=float)
+    if open_by is not None and not (open_by.shape == (points.count,) and (open_by >= 0.0).all()):
+        raise InputError(f"gaps must be {points.count} lengths [m] that are not negative, one per contact point")
+    first, shapes = first_contacts(assembly, points, interface_law(assembly.arrays), kn, ks, open_by), None
+    if contacts == ANEW:
+        shapes, first = shapes_of(assembly, first, plane, size)
+
+    def equations(s: Structure) -> System:
+        p = s.points
+        return System(
+            make_bodies(assembly, p, plane), Elastic(p.law, p.kn, p.ks), dead, live, row, weight, size, length
+        )
+
+    length = weight / float((first.kn * first.area).mean())
+    structure = Structure(assembly, loads, first, weight, size, length)
+    held = None if moving is None else 0.0
+    generations, nodes, origin = _begin(Generations(shapes, equations, [structure]), start, say, held, ratio)
+    system = generations.systems[0]
     if not nodes:
         warnings.append("no equilibrium under the dead load was found: is it carried, and is every block held?")
         return PushoverCurve(
             np.zeros(1), np.zeros(1), load_unit="-", label="pushover", status=path.CANNOT_STAND,
-            warnings=tuple(warnings), source="limitmason", structure=structure, system=system,
+            warnings=tuple(warnings), source="limitmason", generations=generations,
         )  # fmt: skip
     if to is not None and not (np.isfinite(to) and to != 0.0):
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
 
-    def energy(before: Node, after: Node) -> float:
-        return certify(structure, state_of(before), state_of(after))[0].energy
-
     end = None if to is None else system.controlled(origin) + to
-    status, said = path.follow(system, nodes, end, ratio, steps or Steps(), say, energy)
+    status, said = path.follow(
+        generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None
+    )  # fmt: skip
     warnings += said
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
-    return _curve(structure, system, nodes, origin, status, warnings)
+    return _curve(generations, nodes, origin, status, warnings, 1.0 if moving is None else ratio)
 
 
 def _refuse(assembly: Assembly, loads: Loads) -> None:
@@ -150,6 +184,30 @@ def _refuse(assembly: Assembly, loads: Loads) -> None:
             )
     if assembly.fixed.all():
         raise InputError("every block is held: there is nothing to push")
+
+
+def _moving_support(assembly: Assembly, control: Any) -> tuple[int, int] | None:
+    """Block and axis of a support that is to be moved; None where the control is no support."""
+    if isinstance(control, str) or len(control) != 2 or control[1] not in _AXES:
+        return None
+    i, axis = assembly.block_index(control[0]), _AXES[control[1]]
+    return (i, axis) if assembly.held[i, axis] else None
+
+
+def _guided(assembly: Assembly, loads: Loads, block: int, axis: int) -> tuple[Loads, Assembly]:
+    """The model with a support freed along an axis, and a live load along it: the total dead load on the support."""
+    name = assembly.blocks[block].name
+    if loads.live.any():
+        raise InputError(f"control: {name!r} is a support that moves under dead loads; leave the live loads out")
+    rest = [d for k, d in enumerate(DEGREES_OF_FREEDOM) if assembly.held[block, k] and k != axis]
+    others = [s for s in assembly.supports if assembly.block_index(s.block) != block]
+    if not others:
+        raise InputError(f"control: {name!r} is the only support, with which the whole structure would move")
+    guided = replace(assembly, supports=(*others, *([Support(block, dofs=rest)] if rest else [])))
+    dead, live = np.array(loads.dead), np.zeros_like(loads.live)
+    dead[block] = 0.0  # the weight of the support itself is no concern of the structure
+    live[block, axis] = float(np.linalg.norm(dead[~assembly.fixed, :3], axis=1).sum())
+    return Loads(dead, live, f"{name} moves"), guided
 
 
 def _refuse_partial_rotations(assembly: Assembly) -> None:
@@ -191,9 +249,7 @@ def _stiffnesses(
     return kn, ks, warnings
 
 
-def _control(
-    assembly: Assembly, control: Any, basis: Array, free: NDArray, live: Array
-) -> tuple[Array, float]:
+def _control(assembly: Assembly, control: Any, basis: Array, free: NDArray, live: Array) -> tuple[Array, float]:
     """Row of the control displacement, (n, d), and the live loads' work per control displacement at first [N]."""
     forces = np.where(np.abs(basis[:3]).max(axis=0) > 0.5, live, 0.0)
     total = float(np.linalg.norm(forces, axis=1).sum())
@@ -214,51 +270,60 @@ def _control(
 
 
 def _begin(
-    system: System, structure: Structure, start: PushoverCurve | None, say: Callable[[str], None]
-) -> tuple[list[Node], Pose]:
-    """First node, and the pose under dead load from which displacements count."""
+    new: Generations, start: PushoverCurve | None, say: Callable[[str], None], held: float | None, ratio: float
+) -> tuple[Generations, list[Node], Pose]:
+    """The generations to go on with, the first node, and the pose under dead load from which displacements count."""
+    now = new.structures[0]
     if start is None:
-        first = stepping.dead_load(system)
+        first = stepping.dead_load(new.systems[0], held, ratio)
         if first is None:
-            return [], at_rest(structure.assembly.n_blocks)
+            return new, [], at_rest(now.assembly.n_blocks)
         say(f"dead load: {first.programs} programs, {first.iterations} iterations of Newton")
-        return [first], first.pose
-    before = start.structure
-    if before is None or not start.nodes:
+        return new, [first._replace(looked=at_rest(now.assembly.n_blocks))], first.pose
+    if start.generations is None or not start.nodes:
         raise InputError("start is a curve without states: there is nothing to go on from")
-    now = structure
+    before = start.generations.structures[0]
     same = (
-        before.points.position.shape == now.points.position.shape
-        and np.allclose(before.points.position, now.points.position, rtol=0.0, atol=1e-9 * now.size)
+        before.points.place_a.shape == now.points.place_a.shape
+        and np.allclose(before.points.place_a, now.points.place_a, rtol=0.0, atol=1e-9 * now.size)
         and np.array_equal(before.points.block_a, now.points.block_a)
-        and np.allclose(before.kn, now.kn)
-        and np.allclose(before.ks, now.ks)
+        and np.allclose(before.points.kn, now.points.kn)
+        and np.allclose(before.points.ks, now.points.ks)
         and np.allclose(before.loads.dead, now.loads.dead)
     )
     if not same:
         raise InputError("start is a curve of another model: points, stiffness and dead load must be the same")
-    old, new = before.loads.live, now.loads.live
-    factor = float((old * new).sum() / (new * new).sum())
-    if not np.allclose(old, factor * new, rtol=0.0, atol=1e-9 * np.abs(old).max()):
+    old, live = before.loads.live, now.loads.live
+    factor = float((old * live).sum() / (live * live).sum())
+    if not np.allclose(old, factor * live, rtol=0.0, atol=1e-9 * np.abs(old).max()):
         raise NotApplicable("start: the live load may change by a factor only; other live loads are not followed")
+    generations = Generations(new.shapes, new.make, [s._replace(loads=now.loads) for s in start.generations.structures])
     last = start.nodes[-1]
     first = last._replace(
-        multiplier=factor * last.multiplier, control=system.controlled(last.pose), programs=0, iterations=0, jump=False
-    )
+        multiplier=factor * last.multiplier, control=new.systems[0].controlled(last.pose), programs=0, iterations=0,
+        jump=False,
+    )  # fmt: skip
     assert start.origin is not None
-    return [first], start.origin
+    return generations, [first], start.origin
 
 
 def _curve(
-    structure: Structure, system: System, nodes: list[Node], origin: Pose, status: path.PathEnd, warnings: list[str]
+    generations: Generations,
+    nodes: list[Node],
+    origin: Pose,
+    status: path.PathEnd,
+    warnings: list[str],
+    unit: float,
 ) -> PushoverCurve:
-    states = [state_of(n) for n in nodes]
-    zero = StepCertificate(equilibrium(structure, states[0]), 0.0, 0.0, 0.0, 0.0, 0.0)
+    first = nodes[0]
+    structures, state = generations.structures, generations.state
+    zero = StepCertificate(equilibrium(structures[first.generation], state(first)), 0.0, 0.0, 0.0, 0.0, 0.0)
     certificates, balances = [zero], [Balance(0.0, 0.0, 0.0, 0.0)]
-    for (before, after), node in zip(pairwise(states), nodes[1:], strict=True):
-        certificate, balance = certify(structure, before, after)
-        certificates.append(certificate._replace(jump=node.jump))
-        balances.append(balance)
+    for node, after in pairwise(nodes):
+        before = generations.begun(node)
+        certificate, balance = certify(structures[after.generation], state(before), state(after))
+        certificates.append(certificate._replace(jump=after.jump))
+        balances.append(balance._replace(stored=balance.stored + generations.changed(node)))
     table = np.array(balances)
     gross = np.cumsum(np.abs(table[:, 0]) + np.abs(table[:, 1]))
     live, dead, stored, lost = np.cumsum(table, axis=0).T
@@ -269,44 +334,57 @@ def _curve(
     jumps = path.jumps(nodes)
     if jumps:
         warnings.append(f"{len(jumps)} of {len(nodes) - 1} steps are jumps, made through viscous sub-steps")
-    size = np.sqrt(structure.assembly.arrays.area[structure.points.interface])
-    for k, s in enumerate(states):
-        slid = np.linalg.norm(s.slip, axis=1) / size
-        worst = int(np.argmax(slid))
-        if slid[worst] > WANDERED:
-            p, blocks = structure.points, structure.assembly.blocks
-            a, b = blocks[p.block_a[worst]].name, blocks[p.block_b[worst]].name
-            warnings.append(
-                f"from sample {k} on {a!r} and {b!r} have slid by more than {WANDERED:g} of their joint: contacts are "
-                "not found anew, and the curve beyond is that of the first contacts"
-            )
-            break
-    for k, s in enumerate(states):
-        back = np.flatnonzero(slid_back(structure.law.tan_psi, History(s.slip, s.lift)))
+    if said := _stayed(generations, nodes):
+        warnings.append(said)
+    if said := _returned(generations, nodes):
+        warnings.append(said)
+    renewed = [k for k, n in enumerate(nodes) if n.onward is not None]
+    events = [Event("jump", k) for k in jumps] + [Event("contacts found anew", k) for k in renewed]
+    return PushoverCurve(
+        np.array([n.control for n in nodes]) - generations.systems[0].controlled(origin),
+        unit * np.array([n.multiplier for n in nodes]), load_unit="-" if unit == 1.0 else "N", unit=unit,
+        label="pushover", events=tuple(events),
+        errors={"energy": np.array([c.energy for c in certificates])}, states=tuple(state(n) for n in nodes),
+        status=status, warnings=tuple(warnings), source="limitmason", generations=generations, nodes=tuple(nodes),
+        certificates=tuple(certificates), energy=energy, jumps=jumps, origin=origin,
+    )  # fmt: skip
+
+
+def _returned(generations: Generations, nodes: list[Node]) -> str:
+    """What to say of points that slide back or round a bend after they have dilated."""
+    for k, node in enumerate(nodes):
+        s = generations.structures[node.generation]
+        p = s.points
+        # points found anew have a lift from elsewhere
+        aside = np.einsum("mci,mi->mc", p.directions[:, 1:], p.place_b - p.place_a)
+        own = np.abs(aside).max(axis=1) < 1e-9 * s.size
+        back = np.flatnonzero(own & slid_back(p.law.tan_psi, History(node.history.slip, node.history.lift)))
         if len(back):
-            p, blocks = structure.points, structure.assembly.blocks
-            a, b = blocks[p.block_a[back[0]]].name, blocks[p.block_b[back[0]]].name
-            warnings.append(
+            a, b = (s.assembly.blocks[i].name for i in (p.block_a[back[0]], p.block_b[back[0]]))
+            return (
                 f"from sample {k} on {a!r} and {b!r} slide back, or round a bend: the curve keeps the lift of "
                 "dilation, which the DEM gives back; quote it up to there, or set dilatancy_angle_deg to 0"
             )
-            break
-    curve = PushoverCurve(
-        np.array([n.control for n in nodes]) - system.controlled(origin), np.array([n.multiplier for n in nodes]),
-        load_unit="-", label="pushover",
-        events=tuple(Event("jump", k) for k in jumps), errors={"energy": np.array([c.energy for c in certificates])},
-        states=tuple(states), status=status, warnings=tuple(warnings), source="limitmason", structure=structure,
-        system=system, nodes=tuple(nodes), certificates=tuple(certificates), energy=energy, jumps=jumps, origin=origin,
-    )  # fmt: skip
-    top = curve.first_limit_point
-    if top is None:
-        return curve
-    beyond = float((np.linalg.norm(states[-1].slip - states[top.index].slip, axis=1) / size).max())
-    if beyond <= _VERIFIED_SLIP:
-        return curve
-    unverified = (
-        f"past the first limit point (sample {top.index}, lambda {top.load:.5g}) joints slide by {beyond:.2g} of "
-        "their size: such branches are not verified, and walls were met on which the curve left the right one; quote "
-        "it up to there"
-    )
-    return replace(curve, warnings=(*curve.warnings, unverified))
+    return ""
+
+
+def _stayed(generations: Generations, nodes: list[Node]) -> str:
+    """What to say of points that have slid far and are not found anew: blocks no longer meet there."""
+    for k, node in enumerate(nodes):
+        s = generations.structures[node.generation]
+        p = s.points
+        joined = p.interface >= 0
+        size = np.full(p.count, s.size)
+        size[joined] = np.sqrt(s.assembly.arrays.area[p.interface[joined]])
+        far = np.where(p.corner < 0, np.linalg.norm(node.history.slip, axis=1), 0.0)
+        if generations.shapes is not None:
+            far = np.maximum(far, outside(generations.shapes, s.assembly, p, node.pose))
+        worst = int((far / size).argmax())
+        if far[worst] > WANDERED * size[worst]:
+            a, b = (s.assembly.blocks[i].name for i in (p.block_a[worst], p.block_b[worst]))
+            return (
+                f"from sample {k} on {a!r} and {b!r} have slid by more than {WANDERED:g} of their joint at a point "
+                "that is not found anew (edges that cross, points inside a face): the curve beyond is that of the "
+                "first points"
+            )
+    return ""

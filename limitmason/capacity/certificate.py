@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.contact_points import ContactPoints
-from limitmason.law import PointLaw
+from limitmason.capacity.contacts import Contacts
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
@@ -67,16 +66,17 @@ class Balance(NamedTuple):
 
 
 class Structure(NamedTuple):
-    """What the certificate reads: the model, its points, and their law and stiffness per area."""
+    """What the certificate reads: the model and its contact points with their law and stiffness per area.
+
+    ``weight`` [N], ``size`` [m] and ``length`` [m] are the mean block weight, the block size and the elastic length.
+    """
 
     assembly: Assembly
     loads: Loads
-    points: ContactPoints
-    law: PointLaw
-    kn: Array
-    ks: Array
+    points: Contacts
     weight: float
     size: float
+    length: float
 
 
 def forces(s: Structure, at: State) -> tuple[Array, Array, Array]:
@@ -84,13 +84,13 @@ def forces(s: Structure, at: State) -> tuple[Array, Array, Array]:
     p, x = s.points, s.assembly.centroids
     rotation = at.turn + np.eye(3)
     a, b = p.block_a, p.block_b
-    moved_a = at.shift[a] + np.einsum("mij,mj->mi", at.turn[a], p.position - x[a])
-    moved_b = at.shift[b] + np.einsum("mij,mj->mi", at.turn[b], p.position - x[b])
-    in_a = np.einsum("mji,mj->mi", rotation[a], moved_b - moved_a)
+    moved_a = at.shift[a] + np.einsum("mij,mj->mi", at.turn[a], p.place_a - x[a])
+    moved_b = at.shift[b] + np.einsum("mij,mj->mi", at.turn[b], p.place_b - x[b])
+    in_a = np.einsum("mji,mj->mi", rotation[a], p.place_b - p.place_a + moved_b - moved_a)
     apart = np.einsum("mci,mi->mc", p.directions, in_a)
-    normal = np.maximum(s.kn * (at.lift - apart[:, 0]), -s.law.tension)
-    shear = s.ks[:, None] * (at.slip - apart[:, 1:])
-    return np.column_stack([normal, shear]) * p.area[:, None], apart, p.position + moved_b
+    normal = np.maximum(p.kn * (at.lift - apart[:, 0]), -p.law.tension)
+    shear = p.ks[:, None] * (at.slip - apart[:, 1:])
+    return np.column_stack([normal, shear]) * p.area[:, None], apart, p.place_b + moved_b
 
 
 def equilibrium(s: Structure, at: State) -> float:
@@ -102,8 +102,8 @@ def equilibrium(s: Structure, at: State) -> float:
     total = s.loads.dead + at.multiplier * s.loads.live
     centroid = s.assembly.centroids + at.shift
     for block, sign in ((p.block_b, 1.0), (p.block_a, -1.0)):
-        np.add.at(total, (block, slice(0, 3)), sign * force)
-        np.add.at(total, (block, slice(3, 6)), sign * np.cross(place - centroid[block], force))
+        moment = np.cross(place - centroid[block], force)
+        np.add.at(total, block, sign * np.concatenate([force, moment], axis=1))
     total = total / np.array([1.0, 1.0, 1.0, s.size, s.size, s.size]) / s.weight
     return float(np.abs(np.where(s.assembly.held, 0.0, total)).max(initial=0.0))
 
@@ -112,9 +112,10 @@ def stored(s: Structure, at: State) -> float:
     """Elastic energy, with what opening against the tensile strength keeps [J]; a closing joint gives it back."""
     components, apart, _ = forces(s, at)
     stress = components / s.points.area[:, None]
-    beyond = np.maximum(apart[:, 0] - at.lift - s.law.tension / s.kn, 0.0)
-    density = 0.5 * stress[:, 0] ** 2 / s.kn + s.law.tension * beyond + 0.5 * (stress[:, 1:] ** 2).sum(axis=1) / s.ks
-    return float((density * s.points.area).sum())
+    p = s.points
+    beyond = np.maximum(apart[:, 0] - at.lift - p.law.tension / p.kn, 0.0)
+    density = 0.5 * stress[:, 0] ** 2 / p.kn + p.law.tension * beyond + 0.5 * (stress[:, 1:] ** 2).sum(axis=1) / p.ks
+    return float((density * p.area).sum())
 
 
 def certify(s: Structure, before: State, after: State) -> tuple[StepCertificate, Balance]:
@@ -122,14 +123,14 @@ def certify(s: Structure, before: State, after: State) -> tuple[StepCertificate,
     old, new = forces(s, before)[0], forces(s, after)[0]
     area = s.points.area
     shear = np.linalg.norm(new[:, 1:], axis=1)
-    law = s.law.over(area)
+    law = s.points.law.over(area)
     excess = float(law.excess(new[:, 0], shear).max(initial=0.0)) / s.weight
     slip = after.slip - before.slip
     size = np.linalg.norm(slip, axis=1)
     lift = after.lift - before.lift
-    elastic = s.weight / float((s.kn * area).mean())
+    elastic = s.length
     length = max(float(size.max(initial=0.0)), elastic)
-    flow = float(np.abs(lift - s.law.tan_psi * size).max(initial=0.0)) / length
+    flow = float(np.abs(lift - law.tan_psi * size).max(initial=0.0)) / length
     # slip runs against the shear on b and only where the law is exhausted: its power is - T . slip = limit |slip|
     limit = np.maximum(law.shear_strength(new[:, 0]), 0.0)
     power = limit * size + (new[:, 1:] * slip).sum(axis=1)

@@ -1,6 +1,6 @@
 """Poses of rigid blocks with finite rotations, displacements at the contact points, and the wrenches of their forces.
 
-As in the DEM: a joint's frame is carried by block a, forces act at block b's material point, on b and opposite on a.
+As in the DEM: a point's frame is carried by block a, forces act at block b's material point, on b and opposite on a.
 With p_a and p_b the present places of the two material points that met, delta = D R_a^T (p_b - p_a) is the relative
 displacement along the reference directions D = (n, t1, t2) or (n, t): exact at any rotation, without drift. The wrench
 matrix of the pose is the exact transpose of its derivative.
@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.contact_points import ContactPoints
+from limitmason.capacity.contacts import Contacts
 from limitmason.equilibrium import degrees_of_freedom
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.model.assembly import Assembly
@@ -33,8 +33,9 @@ class Bodies(NamedTuple):
 
     block_a: Index  # (m,)
     block_b: Index  # (m,)
-    arm_a: Array  # from the centroids to the points in the reference pose [m], (m, 3)
+    arm_a: Array  # from the centroids to the material points in the reference pose [m], (m, 3)
     arm_b: Array
+    offset: Array  # from a's material point to b's in the reference pose [m], (m, 3)
     directions: Array  # reference pose, (m, c, 3)
     area: Array  # [m2], (m,)
     basis: Array  # (6, d)
@@ -50,13 +51,13 @@ class Contact(NamedTuple):
     arm_b: Array
 
 
-def make_bodies(assembly: Assembly, points: ContactPoints, plane: Plane | None) -> Bodies:
+def make_bodies(assembly: Assembly, points: Contacts, plane: Plane | None) -> Bodies:
     """Arrays of the contact points of an assembly in its reference pose."""
     basis, free = degrees_of_freedom(assembly, plane)
     x = assembly.arrays.centroid
     return Bodies(
-        points.block_a, points.block_b, points.position - x[points.block_a], points.position - x[points.block_b],
-        points.directions, points.area, basis, free,
+        points.block_a, points.block_b, points.place_a - x[points.block_a], points.place_b - x[points.block_b],
+        points.place_b - points.place_a, points.directions, points.area, basis, free,
     )  # fmt: skip
 
 
@@ -77,7 +78,7 @@ def contact(bodies: Bodies, pose: Pose) -> Contact:
     turn_a = pose.turn[a]
     swing_a = np.einsum("mij,mj->mi", turn_a, bodies.arm_a)
     swing_b = np.einsum("mij,mj->mi", pose.turn[b], bodies.arm_b)
-    gap = pose.shift[b] - pose.shift[a] + swing_b - swing_a
+    gap = bodies.offset + pose.shift[b] - pose.shift[a] + swing_b - swing_a
     directions = bodies.directions + np.einsum("mij,mcj->mci", turn_a, bodies.directions)
     displacement = np.einsum("mci,mi->mc", directions, gap)
     return Contact(displacement, directions, bodies.arm_a + swing_a + gap, bodies.arm_b + swing_b)

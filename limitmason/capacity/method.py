@@ -5,6 +5,7 @@ from typing import Any
 
 from limitmason.capacity.analysis import pushover
 from limitmason.capacity.path import Steps
+from limitmason.errors import NotApplicable
 from limitmason.method import Look, Method, settings_of
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -28,8 +29,11 @@ def _first_limit_point(assembly: Assembly, loads: Loads, **settings: Any) -> Pre
             "no limit point" if point is None else "a sample up to the limit point has no certificate",
         )  # fmt: skip
     else:
-        value = point.load
-        mechanism, resultants = curve.mechanism(point.index), curve.resultants(point.index)
+        value, mechanism = point.load, curve.mechanism(point.index)
+        try:
+            resultants = curve.resultants(point.index)
+        except NotApplicable as reason:
+            warnings = (*warnings, str(reason))
     steps = settings.get("steps") or Steps()
     return Prediction(
         "pushover", value, Bound(BoundKind.ESTIMATE, MEANING), status, mechanism, resultants, None, warnings,

@@ -15,6 +15,10 @@ TOLERANCE = 1e-9
 """Unbalance of a solved step, in mean block weights [-]."""
 
 ITERATIONS = 12
+
+SHARES = (1.0, 0.5, 0.25, 0.1, 0.03)
+"""Shares of a step that are tried until the unbalance falls."""
+
 _ENOUGH = 1e-7  # accepted where rounding lets Newton go no further
 
 
@@ -49,29 +53,40 @@ def solve(
     """
     prescribed = "multiplier" if target is None else "control"
     done = np.zeros(system.order) if origin is None else origin.copy()
+
+    def unbalance(at: Evaluated, made: Array) -> Array:
+        missing = 0.0 if target is None else (target - system.controlled(at.pose)) / system.length
+        return np.append(at.residual - viscosity * made, missing)
+
     now = system.evaluate(pose, old, multiplier)
-    first = best = np.inf
+    off = unbalance(now, done)
+    best = np.inf
     for k in range(iterations + 1):
-        residual = now.residual - viscosity * done
-        missing = 0.0 if target is None else (target - system.controlled(now.pose)) / system.length
-        size = max(float(np.abs(residual).max(initial=0.0)), abs(missing))
+        size = float(np.abs(off).max())
         if not np.isfinite(size):
             return None
         if size < TOLERANCE or (size < _ENOUGH and size > 0.5 * best):
             return Solved(now, multiplier, k)
-        if k == 0:
-            first = size
         best = min(best, size)
-        if k == iterations or size > 1e4 * max(first, 1.0):
+        if k == iterations:
             return None
         try:
             factors = system.bordered(now, prescribed, viscosity)
         except RuntimeError:  # exactly singular
             return None
-        step = factors.solve(np.concatenate([-residual, [missing]]))
+        step = factors.solve(np.append(-off[:-1], off[-1]))
         if not np.isfinite(step).all():
             return None
-        done += step[:-1]
-        multiplier += float(step[-1])
-        now = system.evaluate(system.advanced(now.pose, step[:-1]), old, multiplier)
+        merit = float(np.linalg.norm(off))
+        for share in SHARES:
+            load = multiplier + share * float(step[-1])
+            tried = system.evaluate(system.advanced(now.pose, share * step[:-1]), old, load)
+            new = unbalance(tried, done + share * step[:-1])
+            if float(np.linalg.norm(new)) < (1.0 - 0.1 * share) * merit:
+                break
+        else:
+            return None
+        now, off = tried, new
+        done += share * step[:-1]
+        multiplier = load
     return None

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from limitmason.capacity import stepping
+from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose, motion_between, moved
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.system import System
@@ -28,9 +29,14 @@ class PathEnd(StrEnum):
 REACHED, PASSED, OVERTURNED, STOPPED, PLATEAU, CANNOT_STAND = PathEnd
 LEVEL, LASTING = 1e-6, 6  # a plateau: so little change, of the largest load, over so many samples
 
+FARTHEST = 0.5
+"""Control displacement up to which a limit point is looked for, over the median block size [-]."""
+
 _SHORTEST = 1e-4  # elastic lengths
 _TRIES = 12  # short steps towards a limit point that then does not come
+_COSTLY = 5  # programs of a step after which the next is shorter
 _HALVINGS = 6  # of a step that loses or makes energy
+_OVER = 0.01  # least displacement of what overturns, of the median block size
 _DROP = 0.002  # fall below a limit point after which it is passed, of its load
 
 
@@ -64,30 +70,36 @@ class Steps:
 
 
 def follow(
-    system: System,
+    generations: Generations,
     nodes: list[Node],
     to: float | None,
     ratio: float,
     steps: Steps,
     say: Callable[[str], None],
-    energy: Callable[[Node, Node], float],
+    *,
+    loading: bool = True,
 ) -> tuple[PathEnd, list[str]]:
     """Extend a path from its last node to a control displacement [m], or past its first limit point if ``to`` is None.
 
     Parameters
     ----------
     ratio : work-conjugate displacement of the live loads per control displacement, at first [N]
-    energy : what a step leaves over of its work, over the gross work: a step above ``steps.energy`` is halved, and
-        where that does not mend it energy that went is a jump, energy that came is refused
+    loading : whether loads are pushed up: limit points are then closed in on, and the path ends where the load is back
+        at nothing; False where a support moves and the multiplier is its reaction
 
     Returns
     -------
     status and warnings; the nodes are appended to the list
+
+    Notes
+    -----
+    A step that leaves over more than ``steps.energy`` of its work is halved; where that does not mend it, energy that
+    went is a jump, energy that came is refused.
     """
+    system = generations.systems[0]
     begin = len(nodes) - 1
     sense = 1.0 if to is None or to >= nodes[-1].control else -1.0
-    # without a limit point within a tenth of a block the path is no longer one of small displacement
-    end = nodes[begin].control + 0.1 * system.size if to is None else to
+    end = nodes[begin].control + FARTHEST * system.size if to is None else to
     longest = steps.largest * system.size
     advance = steps.first * system.length
     closing = failures = rough = tries = 0
@@ -95,7 +107,8 @@ def follow(
     passed = False
     warnings: list[str] = []
     for _ in range(steps.most):
-        last = nodes[-1]
+        last = generations.begun(nodes[-1])
+        system = generations.systems[last.generation]
         left = sense * (end - last.control)
         if left <= 1e-9 * abs(end) or left <= 1e-6 * system.length:
             return REACHED, warnings
@@ -117,7 +130,8 @@ def follow(
                 return STOPPED, warnings
             continue
         failures = 0
-        over = 0.0 if new.jump else energy(last, new)
+        new = new._replace(generation=last.generation)
+        over = 0.0 if new.jump else generations.energy(last, new)
         if abs(over) > steps.energy:
             if rough < _HALVINGS and move > _SHORTEST * system.length:
                 rough += 1
@@ -133,7 +147,8 @@ def follow(
             say(f"jump at {new.control:.4g} m: {over:.1%} of the step's work is lost")
         rough = 0
         # a limit point is closed in on from the node before the highest, with shorter steps
-        if not passed and len(nodes) - begin >= 2 and not new.jump and sense * (new.multiplier - last.multiplier) < 0.0:
+        falls = sense * (last.multiplier - new.multiplier) > LEVEL * max(abs(n.multiplier) for n in nodes[begin:])
+        if loading and not passed and len(nodes) - begin >= 2 and not new.jump and falls:
             before = nodes[-2]
             width = max(abs(last.multiplier - before.multiplier), abs(last.multiplier - new.multiplier))
             if width > steps.peak * abs(last.multiplier) and closing < 8:
@@ -144,7 +159,10 @@ def follow(
                 continue
             passed, closing = True, 0
             move = 0.5 * max(coarse, move)
+        new = generations.looked_at(new, last)
         nodes.append(new)
+        if new.onward is not None:
+            say(f"contacts found anew at {new.control:.4g} m")
         say(f"u {new.control:.4g} m, lambda {new.multiplier:.5f}")
         largest = max(abs(n.multiplier) for n in nodes[begin:])
         if to is None and passed and sense * new.multiplier < (1.0 - _DROP) * largest:
@@ -152,14 +170,17 @@ def follow(
         level = [n.multiplier for n in nodes[begin:]][-LASTING:]
         if to is None and len(level) == LASTING and max(level) - min(level) <= LEVEL * largest and not passed:
             return PLATEAU, warnings
-        if passed and sense * new.multiplier <= 0.0:
+        # blocks that come down on each other through gaps may ask for a push the other way before they carry
+        if passed and sense * new.multiplier <= 0.0 and abs(new.control - nodes[begin].control) > _OVER * system.size:
             return OVERTURNED, warnings
         off = np.inf if guess is None else abs(new.multiplier - guess[1]) / max(largest, 1e-300)
         if closing and tries < _TRIES:
             tries += 1
             advance = move
+        elif new.programs >= _COSTLY:
+            advance = 0.6 * move
         elif off < 0.25 * steps.smooth:
-            advance = 2.5 * move
+            advance = (6.0 if off < 0.01 * steps.smooth else 2.5) * move
         else:
             advance = move * (1.5 if off < steps.smooth or guess is None else 0.7 if off > 4 * steps.smooth else 1.0)
     warnings.append(f"{steps.most} tries of a step were made and {end:.4g} m was not reached: raise steps.most")

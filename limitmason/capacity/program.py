@@ -57,6 +57,7 @@ def solve_step(
     compliance = (1.0 / stiffness).ravel()
     start = (elastic / force).ravel()
     order, free = system.order, advance is not None
+    left = 0.0 if advance is None else advance
     a = system.equilibrium(wrenches)
     dead = (system.dead * system.row_scale)[system.bodies.free]
     if not free:
@@ -69,7 +70,7 @@ def solve_step(
     if free:
         columns.append(sparse.csc_matrix(system.live_own[:, None]))
         p.append(np.zeros(1))
-        q.append(np.array([-advance / (force * system.length)]))
+        q.append(np.array([-left / (force * system.length)]))
     if viscosity > 0.0:  # A f + w = viscosity * motion: one more force y per equation at the cost |y|^2 / (2 viscosity)
         columns.append(sparse.identity(order, format="csc"))
         p.append(np.full(order, 1.0 / viscosity))

@@ -1,18 +1,19 @@
 """A capacity curve: load multiplier against control displacement, with states, certificates and energy per step."""
 
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from limitmason.capacity.certificate import State, StepCertificate, Structure, forces
+from limitmason.capacity.certificate import StepCertificate, Structure
+from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose, motion_between
 from limitmason.capacity.path import LASTING, LEVEL
 from limitmason.capacity.stepping import Node
-from limitmason.capacity.system import System
 from limitmason.curve import Curve, CurvePoint
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotApplicable
 from limitmason.resultants import resultants_from_points, scaled_mechanism
 from limitmason.results import Mechanism, Resultants
 
@@ -40,25 +41,34 @@ class Cost(NamedTuple):
     iterations: int
 
 
+class Stability(StrEnum):
+    """What a state would do if it were left alone."""
+
+    STABLE = "stable"
+    HELD = "held by the control"
+    UNSTABLE = "unstable"
+
+
 @dataclass(frozen=True, eq=False)
 class PushoverCurve(Curve):
-    """Capacity curve by :func:`limitmason.pushover`; the load is the multiplier [-].
+    """Capacity curve by :func:`limitmason.pushover`; the load is the multiplier [-], or a moved support's force [N].
 
-    The displacement is that of the control from the state under dead load [m]. Sample 0 is that state.
+    ``unit`` is the load of multiplier 1. The displacement is that of the control from the state under dead load [m].
+    Sample 0 is that state.
     """
 
-    structure: Structure | None = None
-    system: System | None = None
+    generations: Generations | None = None
     nodes: tuple[Node, ...] = ()
     certificates: tuple[StepCertificate, ...] = ()
     energy: Energy | None = None
     jumps: tuple[int, ...] = ()
     origin: Pose | None = None
+    unit: float = 1.0
 
     @property
     def multiplier(self) -> Array:
-        """Load multiplier per sample [-]."""
-        return self.load
+        """Load multiplier per sample [-]; where a support moves, its force over the dead load."""
+        return self.load / self.unit
 
     @property
     def first_limit_point(self) -> CurvePoint | None:
@@ -75,11 +85,28 @@ class PushoverCurve(Curve):
         """What the path took."""
         return Cost(len(self) - 1, sum(n.programs for n in self.nodes), sum(n.iterations for n in self.nodes))
 
-    def displacement_of(self, block: int | str) -> Array:
-        """Displacement of a block's centroid from the reference pose at every sample [m], shape (n, 3)."""
-        assert self.structure is not None
-        i = self.structure.assembly.block_index(block)
-        return np.array([n.pose.shift[i] for n in self.nodes])
+    @property
+    def structure(self) -> Structure:
+        """The model with the contact points of the reference pose."""
+        assert self.generations is not None
+        return self.generations.structures[0]
+
+    def displacement_of(self, block: int | str, at: ArrayLike | None = None) -> Array:
+        """Displacement of a block's centroid, or of another point of it, from the reference pose [m], shape (n, 3).
+
+        Parameters
+        ----------
+        at : the point in the reference pose [m], shape (3,); it moves with the block
+        """
+        assembly = self.structure.assembly
+        i = assembly.block_index(block)
+        shift = np.array([n.pose.shift[i] for n in self.nodes])
+        if at is None:
+            return shift
+        arm = np.asarray(at, dtype=float) - assembly.centroids[i]
+        if arm.shape != (3,) or not np.isfinite(arm).all():
+            raise InputError(f"at must be a point x, y, z [m], got {at!r}")
+        return shift + np.array([n.pose.turn[i] @ arm for n in self.nodes])
 
     def mechanism(self, step: int) -> Mechanism | None:
         """Motion from a sample to the next, scaled as a collapse mechanism; of the last, the motion that led to it.
@@ -89,39 +116,61 @@ class PushoverCurve(Curve):
         InputError
             For a sample that the curve does not have.
         """
-        assert self.structure is not None
         k = self._sample(step)
         first = k if k + 1 < len(self) else k - 1
         if first < 0:
             return None
         twists = motion_between(self.nodes[first].pose, self.nodes[first + 1].pose)
-        p = self.structure.points
-        return scaled_mechanism(self.structure.assembly, self.structure.loads, twists, p.position, p.interface)
+        s = self.structure
+        return scaled_mechanism(s.assembly, s.loads, twists, s.points.place_a, s.points.interface)
 
     def resultants(self, step: int) -> Resultants:
-        """Joint forces of a sample, in the joints' frames: those of block a in its reference pose.
+        """Joint forces of a sample, in the joints' frames: those of the reference pose.
 
-        Normal and shear are along the frame that block a carries; moments are about the undeformed joint's centroid,
-        with the displacement of the points in it.
+        Every force is turned back with the block that carries its frame; moments are about the undeformed joint's
+        centroid, with the displacement of the points in it.
+
+        Raises
+        ------
+        InputError
+            For a sample that the curve does not have.
+        NotApplicable
+            Where blocks press on each other that had no joint: no joint could carry these forces.
+        """
+        assert self.generations is not None
+        node = self.nodes[self._sample(step)]
+        s = self.generations.structures[node.generation]
+        p = s.points
+        components, apart, _ = self.generations.forces(node)
+        mine = p.interface >= 0
+        if components[~mine].any():
+            i = int(np.flatnonzero(~mine)[int(np.abs(components[~mine]).max(axis=1).argmax())])
+            a, b = (s.assembly.blocks[k].name for k in (p.block_a[i], p.block_b[i]))
+            raise NotApplicable(f"sample {step}: {a!r} and {b!r} press on each other, which had no joint")
+        force = p.sense[:, None] * np.einsum("mc,mci->mi", components, p.directions)
+        place = p.place_a + np.einsum("mc,mci->mi", apart, p.directions)
+        return resultants_from_points(s.assembly, place[mine], p.interface[mine], p.area[mine], force[mine])
+
+    def stability(self, step: int) -> Stability:
+        """Whether a sample would stand under its load alone, or is held by the control.
+
+        By the sign of the determinant of the tangent (sliding points slide on, open ones stay open) against that of
+        sample 0, which is taken as stable: an even number of modes lost at once is not seen.
 
         Raises
         ------
         InputError
             For a sample that the curve does not have.
         """
-        assert self.structure is not None
-        node, p = self.nodes[self._sample(step)], self.structure.points
-        components, apart, _ = forces(self.structure, state_of(node))
-        force = np.einsum("mc,mci->mi", components, p.directions)
-        place = p.position + np.einsum("mc,mci->mi", apart, p.directions)
-        return resultants_from_points(self.structure.assembly, place, p.interface, p.area, force)
+        assert self.generations is not None
+        k = self._sample(step)
+        first = self.generations.senses(self.nodes[0], None)
+        now = self.generations.senses(self.nodes[k], self.nodes[k - 1] if k else None)
+        if now[1] != first[1]:
+            return Stability.UNSTABLE
+        return Stability.STABLE if now[0] == first[0] else Stability.HELD
 
     def _sample(self, step: int) -> int:
         if not -len(self) <= step < len(self):
             raise InputError(f"the curve has samples 0 to {len(self) - 1}, got {step!r}")
         return range(len(self))[step]
-
-
-def state_of(node: Node) -> State:
-    """What a certificate reads of a node."""
-    return State(node.pose.shift, node.pose.turn, node.history.slip, node.history.lift, node.multiplier)

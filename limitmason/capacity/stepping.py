@@ -13,14 +13,27 @@ from limitmason.capacity.system import System
 
 Array = NDArray[np.float64]
 
-PROGRAMS = 12
+PROGRAMS = 7
 PROXIMAL = 1e-4  # block weights per elastic length, of the program against the motion it makes
 _NEAR = 0.3  # block weights: unbalance from which Newton takes over
+_FALLS = 0.5  # of a block: motion through viscous sub-steps after which there is no state near
 _QUIET = 1e-5  # block weights: largest viscous force at the end of a jump
 
 
+class Onward(NamedTuple):
+    """History and forces [N] of the contacts found anew in a node's pose, and their generation."""
+
+    generation: int
+    history: History
+    force: Array
+
+
 class Node(NamedTuple):
-    """A converged state of the path: pose, history, multiplier, control displacement [m], forces [N]."""
+    """A converged state of the path: pose, history, multiplier, control displacement [m], forces [N].
+
+    ``generation`` is that of its contacts; ``onward`` those with which the path goes on, where they were found anew;
+    ``looked`` the pose in which they were last looked for.
+    """
 
     pose: Pose
     history: History
@@ -31,6 +44,9 @@ class Node(NamedTuple):
     jump: bool = False
     programs: int = 0
     iterations: int = 0
+    generation: int = 0
+    onward: Onward | None = None
+    looked: Pose | None = None
 
 
 def node_of(system: System, solved: newton.Solved, jump: bool = False, programs: int = 0) -> Node:
@@ -42,17 +58,26 @@ def node_of(system: System, solved: newton.Solved, jump: bool = False, programs:
     )  # fmt: skip
 
 
-def dead_load(system: System) -> Node | None:
-    """The state under the dead load alone, from the unstressed pose; None where none is found."""
+def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -> Node | None:
+    """The state under the dead load alone, from the unstressed pose; None where none is found.
+
+    Parameters
+    ----------
+    target : control displacement that is held, with the multiplier that this takes [m]; None for no live load
+    ratio : as in :func:`step`
+    """
     n = len(system.bodies.free)
     m, c = system.bodies.directions.shape[:2]
     old, pose = virgin(m, c), at_rest(n)
-    solved = newton.solve(system, pose, 0.0, old, None)
+    solved = newton.solve(system, pose, 0.0, old, target)
     if solved is not None:
         return node_of(system, solved)
     # the associative program first: a limit frozen at no normal force would carry nothing
-    found = _by_programs(system, pose, old, None, 0.0, None, 1.0)
-    return None if found is None else node_of(system, found[0], programs=found[1])
+    found = _by_programs(system, pose, old, target, 0.0, None, ratio)
+    if found is not None:
+        return node_of(system, found[0], programs=found[1])
+    # blocks that first have to come down on each other, through gaps
+    return _quieted(system, pose, old, target, 0.0, None, ratio, 1e-2)
 
 
 def step(system: System, node: Node, target: float, guess: tuple[Pose, float] | None, ratio: float) -> Node | None:
@@ -108,8 +133,18 @@ def jump(system: System, node: Node, target: float, ratio: float) -> Node | None
     weight, then Newton finishes without it.
     """
     eta = 0.02 / max(abs(target - node.control) / system.length, 1.0)
-    pose, history, multiplier, normal = node.pose, node.history, node.multiplier, node.force[:, 0]
-    total = 0
+    return _quieted(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio, eta)
+
+
+def _quieted(
+    system: System, pose: Pose, history: History, target: float | None, multiplier: float, normal: Array | None,
+    ratio: float, eta: float,
+) -> Node | None:  # fmt: skip
+    """The state that viscous sub-steps come to, eta lowered from its first value until there is no force left in it.
+
+    None where blocks are still on their way after half a block: they fall.
+    """
+    total, begin = 0, pose.shift
     for _ in range(60):
         found = _by_programs(system, pose, history, target, multiplier, normal, ratio, eta)
         total += PROGRAMS if found is None else found[1]
@@ -120,6 +155,8 @@ def jump(system: System, node: Node, target: float, ratio: float) -> Node | None
             continue
         state = found[0].state
         pose, history, multiplier, normal = state.pose, state.returned.history, found[0].multiplier, state.force[:, 0]
+        if float(np.abs(pose.shift - begin).max()) > _FALLS * system.size:
+            return None
         if state.unbalance < _QUIET:
             last = newton.solve(system, pose, multiplier, history, target)
             if last is not None:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 from limitmason.capacity.kinematics import (
     Bodies,
@@ -52,16 +52,16 @@ class System:
     bodies, law : contact points and what they carry
     dead, live : wrenches on the degrees of freedom [N, N m], shape (n, d)
     control : weights of the degrees of freedom in the control displacement, shape (n, d)
-    weight, size : units of force [N] and of arms [m]; that of displacement, ``length``, is the elastic one
+    weight, size, length : units of force [N], of arms [m] and of displacement [m], the elastic one
     """
 
     def __init__(
-        self, bodies: Bodies, law: Elastic, dead: Array, live: Array, control: Array, weight: float, size: float
-    ) -> None:
+        self, bodies: Bodies, law: Elastic, dead: Array, live: Array, control: Array, weight: float, size: float,
+        length: float,
+    ) -> None:  # fmt: skip
         """Number the free degrees of freedom and make the pattern of the bordered tangent."""
         self.bodies, self.law, self.dead, self.live, self.control = bodies, law, dead, live, control
-        self.weight, self.size = weight, size
-        self.length = weight / float((law.kn * bodies.area).mean())
+        self.weight, self.size, self.length = weight, size, length
         free = bodies.free
         self.order = int(free.sum())
         number = np.full(free.shape, -1, np.intp)
@@ -113,11 +113,24 @@ class System:
         motion[self.bodies.free] = own
         return moved(pose, (motion * self.motion_scale) @ self.bodies.basis.T)
 
-    def bordered(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0):
+    def bordered(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> SuperLU:
         """Factors of the tangent, bordered by the control row, or by lambda = constant ("multiplier").
 
         Unknowns: motion and multiplier in own units; equations: equilibrium, and what is prescribed.
         """
+        return splu(self.tangent(at, prescribed, viscosity))
+
+    def sense(self, at: Evaluated, prescribed: str) -> int:
+        """Sign of the determinant of the bordered tangent; 0 where it is singular."""
+        try:
+            factors = splu(self.tangent(at, prescribed))
+        except RuntimeError:
+            return 0
+        signs = np.sign(factors.U.diagonal()).prod() * _parity(factors.perm_r) * _parity(factors.perm_c)
+        return int(signs)
+
+    def tangent(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> sparse.csc_matrix:
+        """The matrix of :meth:`bordered`."""
         b, d = self.bodies, self.bodies.basis.shape[1]
         m, c = at.force.shape
         flat = at.wrenches.transpose(0, 2, 3, 1).reshape(m, 2 * d, c)
@@ -132,8 +145,7 @@ class System:
         viscous = np.broadcast_to(-np.asarray(viscosity, float), (self.order,))
         data = np.concatenate([element.ravel()[self._keep], viscous, self.live_own, border, [corner]])
         values = np.bincount(self._slot, data, len(self._indices))
-        matrix = sparse.csc_matrix((values, self._indices, self._indptr), shape=(self.order + 1,) * 2)
-        return splu(matrix)
+        return sparse.csc_matrix((values, self._indices, self._indptr), shape=(self.order + 1,) * 2)
 
     def equilibrium(self, wrenches: Array) -> sparse.csc_matrix:
         """Wrench matrix of a pose in own units on the free degrees of freedom, shape (order, c m)."""
@@ -143,3 +155,16 @@ class System:
         columns = np.broadcast_to(np.arange(m * c).reshape(m, c)[:, :, None, None], values.shape)
         keep = rows >= 0
         return sparse.csc_matrix((values[keep], (rows[keep], columns[keep])), shape=(self.order, m * c))
+
+
+def _parity(permutation: Index) -> int:
+    """1 for an even permutation, -1 for an odd one."""
+    seen = np.zeros(len(permutation), bool)
+    cycles = 0
+    for first in range(len(permutation)):
+        cycles += not seen[first]
+        i = first
+        while not seen[i]:
+            seen[i] = True
+            i = int(permutation[i])
+    return 1 if (len(permutation) - cycles) % 2 == 0 else -1

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import limitmason as lm
+from limitmason.capacity.contacts import first_contacts, turned_over
 from limitmason.capacity.kinematics import (
     at_rest,
     block_wrenches,
@@ -17,8 +18,15 @@ from limitmason.capacity.kinematics import (
 from limitmason.capacity.point_law import Elastic, History, return_map
 from limitmason.contact_points import contact_points
 from limitmason.equilibrium import equilibrium_matrix
-from limitmason.law import PointLaw
+from limitmason.law import PointLaw, interface_law
 from limitmason.plane import find_plane
+
+
+def contacts_of(wall, points, over=None):
+    """The contacts of a wall's points; ``over`` turns the frames of some of them over to the other block."""
+    one = np.ones(len(wall.interfaces))
+    first = first_contacts(wall, points, interface_law(wall.arrays), one, one)
+    return first if over is None else turned_over(first, over)
 
 
 @pytest.fixture
@@ -26,8 +34,8 @@ def turned():
     """Bodies of a small wall in space, in a pose with rotations of a fifth of a radian."""
     wall = lm.build.wall(length=0.8, courses=2, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0))
     points = contact_points(wall)
-    bodies = make_bodies(wall, points, None)
     rng = np.random.default_rng(1)
+    bodies = make_bodies(wall, contacts_of(wall, points, rng.random(points.count) < 0.5), None)
     return wall, points, bodies, moved(at_rest(wall.n_blocks), 0.2 * rng.normal(size=(wall.n_blocks, 6)))
 
 
@@ -36,11 +44,25 @@ def test_the_wrench_matrix_of_the_reference_pose_is_that_of_limit_analysis():
     loads = lm.Loads.horizontal(wall)
     for plane in (None, find_plane(wall, loads)):
         points = contact_points(wall, plane=plane)
-        bodies = make_bodies(wall, points, plane)
+        bodies = make_bodies(wall, contacts_of(wall, points), plane)
         force = np.random.default_rng(0).normal(size=(points.count, points.components))
         wrenches = point_wrenches(bodies, contact(bodies, at_rest(wall.n_blocks)))
         expected = equilibrium_matrix(wall, points, plane=plane) @ force.ravel()
         assert block_wrenches(bodies, wrenches, force).ravel() == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_frame_turned_over_changes_nothing_in_small_displacement():
+    wall = lm.build.wall(length=0.8, courses=2, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0))
+    points = contact_points(wall)
+    motion = 1e-7 * np.random.default_rng(7).normal(size=(wall.n_blocks, 6))
+    force = np.random.default_rng(8).normal(size=(points.count, 3))
+    found = []
+    for over in (None, np.random.default_rng(9).random(points.count) < 0.5):
+        bodies = make_bodies(wall, contacts_of(wall, points, over), None)
+        at = contact(bodies, moved(at_rest(wall.n_blocks), motion))
+        found.append((at.displacement, block_wrenches(bodies, point_wrenches(bodies, at), force)))
+    assert found[1][0] == pytest.approx(found[0][0], abs=1e-12)
+    assert found[1][1] == pytest.approx(found[0][1], abs=1e-4)
 
 
 def test_wrenches_are_the_transpose_of_the_derivative_of_the_displacement(turned):

@@ -1,0 +1,126 @@
+"""Contact points of a path: which material points meet, who carries the frame, and what law, area and stiffness go
+with them.
+
+A point is a corner of one block on a face of another: the block whose corner it is carries the point, the other the
+frame, whichever of them the interface calls a. So carried, a point that slides stays under the corner, its normal stays
+that of the face, and nothing depends on how blocks are numbered. Points inside a face belong to either.
+"""
+
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.contact_points import ContactPoints
+from limitmason.law import PointLaw
+from limitmason.model.assembly import Assembly
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+NEW = -1
+"""Interface of a point between two blocks that had no joint."""
+
+NO_CORNER = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """What m contact points are, in the reference pose; c force components.
+
+    Parameters
+    ----------
+    block_a, block_b : numbers of the block that carries the frame and of the one that carries the point; the force acts
+        on b, and on a the opposite, shape (m,)
+    place_a, place_b : material points that meet, where the reference pose has them [m], shape (m, 3)
+    directions : normal from a to b and tangents in the reference axes of a, shape (m, c, 3)
+    area : tributary area [m2], shape (m,)
+    interface : number of the interface, or ``NEW``, shape (m,)
+    sense : 1.0 where b is the interface's block b too, -1.0 where it is its a, shape (m,)
+    law : strengths [Pa]
+    kn, ks : [Pa/m], shape (m,)
+    corner, face : numbers of what meets, see :mod:`limitmason.capacity.touching`; ``NO_CORNER`` for points that are
+        neither, shape (m,)
+    """
+
+    block_a: Index
+    block_b: Index
+    place_a: Array
+    place_b: Array
+    directions: Array
+    area: Array
+    interface: Index
+    sense: Array
+    law: PointLaw
+    kn: Array
+    ks: Array
+    corner: Index
+    face: Index
+
+    @property
+    def count(self) -> int:
+        """Number of points."""
+        return len(self.area)
+
+    @property
+    def components(self) -> int:
+        """Force components of a point, 2 or 3."""
+        return self.directions.shape[1]
+
+    def at(self, rows: Index | NDArray[np.bool_]) -> "Contacts":
+        """Some of the points."""
+        chosen: dict[str, Any] = {}
+        for f in fields(self):
+            column = getattr(self, f.name)
+            chosen[f.name] = column.at(rows) if isinstance(column, PointLaw) else column[rows]
+        return Contacts(**chosen)
+
+    def with_rows(self, other: "Contacts") -> "Contacts":
+        """These points and others behind them."""
+        joined: dict[str, Any] = {}
+        for f in fields(self):
+            mine, theirs = getattr(self, f.name), getattr(other, f.name)
+            if isinstance(mine, PointLaw):
+                joined[f.name] = PointLaw(*(np.concatenate(pair) for pair in zip(mine, theirs, strict=True)))
+            else:
+                joined[f.name] = np.concatenate([mine, theirs])
+        return Contacts(**joined)
+
+    def ordered(self) -> Index:
+        """Order in which the points of a pair of blocks follow each other."""
+        low, high = np.minimum(self.block_a, self.block_b), np.maximum(self.block_a, self.block_b)
+        return np.lexsort((high, low))
+
+
+def first_contacts(
+    assembly: Assembly, points: ContactPoints, law: PointLaw, kn: Array, ks: Array, gaps: Array | None = None
+) -> Contacts:
+    """The contact points of the reference pose, the frame carried by the interface's block a.
+
+    Parameters
+    ----------
+    law, kn, ks : of every interface, shape (k,)
+    gaps : opening of the points in the reference pose [m], shape (m,); none by default
+    """
+    place_a = points.position
+    if gaps is not None:
+        place_a = place_a - gaps[:, None] * points.directions[:, 0]
+    rows = points.interface
+    none = np.full(points.count, NO_CORNER, np.intp)
+    return Contacts(
+        points.block_a, points.block_b, place_a, points.position.copy(), points.directions, points.area, rows,
+        np.ones(points.count), law.at(rows), kn[rows], ks[rows], none, none.copy(),
+    )  # fmt: skip
+
+
+def turned_over(c: Contacts, rows: NDArray[np.bool_]) -> Contacts:
+    """The same points, in some of them with the frame carried by the other block; force components keep their sign."""
+    a, b = np.where(rows, c.block_b, c.block_a), np.where(rows, c.block_a, c.block_b)
+    place_a = np.where(rows[:, None], c.place_b, c.place_a)
+    place_b = np.where(rows[:, None], c.place_a, c.place_b)
+    sign = np.where(rows, -1.0, 1.0)
+    return replace(
+        c, block_a=a, block_b=b, place_a=place_a, place_b=place_b, directions=sign[:, None, None] * c.directions,
+        sense=sign * c.sense,
+    )  # fmt: skip

@@ -1,0 +1,128 @@
+"""What joints that do not quite fit do to a capacity curve: paths from random gaps, and how far their loads spread.
+
+Below psi = phi the load at which a structure first loses equilibrium depends on the self-stress it starts from, and
+gaps of a ten-thousandth of a block reach any. The load that its mechanism still carries after a displacement of a tenth
+of the thickness depends on them far less.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.capacity.analysis import pushover
+from limitmason.contact_points import ContactPoints, contact_points
+from limitmason.errors import InputError
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.plane import find_plane
+
+Array = NDArray[np.float64]
+
+GOES_ON = 0.1
+"""Displacement of the control after which a load counts as sustained, over the smallest block dimension [-]."""
+
+
+class Spread(NamedTuple):
+    """Median and 5 and 95 % quantiles of a sample, and how many paths had a value."""
+
+    median: float
+    low: float
+    high: float
+    paths: int
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """First loss of equilibrium and sustained load of paths from random gaps; NaN where a path has none."""
+
+    first_loss: Array
+    sustained: Array
+    status: tuple[str, ...]
+
+    @property
+    def spread_of_first_loss(self) -> Spread:
+        """Of the multiplier at the first limit point [-]."""
+        return _spread(self.first_loss)
+
+    @property
+    def spread_of_sustained(self) -> Spread:
+        """Of the multiplier after a tenth of the smallest block dimension [-]."""
+        return _spread(self.sustained)
+
+
+def imperfection_ensemble(
+    assembly: Assembly,
+    loads: Loads,
+    *,
+    gap: float = 1e-4,
+    samples: int = 20,
+    seed: int = 0,
+    progress: Callable[[str], None] | None = None,
+    **settings: Any,
+) -> Ensemble:
+    """Capacity curves of a structure whose joints have random gaps.
+
+    Every joint is open by a plane over its face, g (u0 + u1 x + u2 y) less its least value, with u uniform in -1 .. 1
+    and x, y over half the extent of the face: faces are flat and do not quite fit. Blocks settle under the dead load.
+
+    Parameters
+    ----------
+    gap : g over the median block size [-]
+    samples : number of paths
+    seed : of the gaps; the same seed gives the same paths, and the first of 40 are those of 20
+    progress : called with a line per path
+    settings : of :func:`pushover`, without ``to``, ``gaps`` and ``start``
+
+    Raises
+    ------
+    InputError
+        For gaps or numbers of samples that are not positive, and settings that are chosen here.
+    """
+    if not (np.isfinite(gap) and gap > 0.0) or samples < 1:
+        raise InputError(f"gap and samples must be positive, got {gap!r} and {samples!r}")
+    for name in ("to", "gaps", "start"):
+        if name in settings:
+            raise InputError(f"{name} is chosen by the ensemble: leave it out")
+    free = ~assembly.fixed
+    size = float(np.median(np.cbrt(assembly.arrays.volume[free])))
+    least = min(float(np.ptp(b.vertices, axis=0).min()) for b, use in zip(assembly.blocks, free, strict=True) if use)
+    placed = {k: settings[k] for k in ("contact_model", "grid") if k in settings}
+    points = contact_points(assembly, plane=find_plane(assembly, loads), elastic=True, **placed)
+    first, sustained, status = [], [], []
+    for k in range(samples):
+        gaps = gap * size * _planes(assembly, points, np.random.default_rng([seed, k]))
+        curve = pushover(assembly, loads, gaps=gaps, to=GOES_ON * least, **settings)
+        point = curve.first_limit_point
+        goes_on = curve.displacement[-1] >= (1.0 - 1e-6) * GOES_ON * least
+        first.append(np.nan if point is None else point.load)
+        sustained.append(float(curve.load[-1]) if goes_on else np.nan)
+        status.append(str(curve.status))
+        if progress is not None:
+            progress(f"path {k + 1} of {samples}: first loss {first[-1]:.5f}, sustained {sustained[-1]:.5f}")
+    return Ensemble(np.array(first), np.array(sustained), tuple(status))
+
+
+def _planes(assembly: Assembly, points: ContactPoints, rng: np.random.Generator) -> Array:
+    """Openings of the points by a random plane per joint, the least of each 0 [-], shape (m,)."""
+    x = assembly.arrays
+    out = np.zeros(points.count)
+    draws = rng.uniform(-1.0, 1.0, (len(x.area), 3))
+    first = np.flatnonzero(np.diff(points.interface, prepend=-1))
+    for rows in np.split(np.arange(points.count), first[1:]):
+        k = int(points.interface[rows[0]])
+        from_centre = points.position[rows] - x.centre[k]
+        along = np.stack([from_centre @ x.tangent_1[k], from_centre @ x.tangent_2[k]], axis=1)
+        along = along / np.maximum(np.abs(along).max(axis=0), 1e-12 + 1e-9 * np.abs(along).max())
+        out[rows] = np.maximum(draws[k, 0], 0.0) + along @ draws[k, 1:] + np.abs(along @ draws[k, 1:]).max()
+    return out
+
+
+def _spread(values: Array) -> Spread:
+    known = values[np.isfinite(values)]
+    if not len(known):
+        return Spread(float("nan"), float("nan"), float("nan"), 0)
+    low, median, high = np.quantile(known, (0.05, 0.5, 0.95))
+    return Spread(float(median), float(low), float(high), len(known))

@@ -1,0 +1,98 @@
+"""Generations of contacts along a path: from when on which points are, and the equations that go with them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.capacity.certificate import State, Structure, certify, forces, stored
+from limitmason.capacity.kinematics import motion_between
+from limitmason.capacity.stepping import Node, Onward
+from limitmason.capacity.system import System
+from limitmason.capacity.touching import Shapes, found_anew
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class Generations:
+    """What a path is made of, generation by generation; a new one begins where contacts were found anew.
+
+    Parameters
+    ----------
+    shapes : faces and corners of the blocks; None where contacts are never looked for
+    make : the equations of a structure
+    """
+
+    shapes: Shapes | None
+    make: Callable[[Structure], System]
+    structures: list[Structure]
+    systems: list[System] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Make the equations of the first generation."""
+        self.systems = [self.make(s) for s in self.structures]
+
+    def state(self, node: Node) -> State:
+        """What a certificate reads of a node."""
+        return State(node.pose.shift, node.pose.turn, node.history.slip, node.history.lift, node.multiplier)
+
+    def begun(self, node: Node) -> Node:
+        """The node as the next step starts from it: with the contacts that were found anew there."""
+        if node.onward is None:
+            return node
+        return node._replace(
+            history=node.onward.history, force=node.onward.force, generation=node.onward.generation, onward=None
+        )
+
+    def energy(self, before: Node, after: Node) -> float:
+        """Energy that a step leaves over, over its gross work, by the certificate."""
+        return certify(self.structures[after.generation], self.state(before), self.state(after))[0].energy
+
+    def looked_at(self, node: Node, since: Node) -> Node:
+        """The node with the contacts that are found anew in its pose, if any, and where they were last looked for.
+
+        Parameters
+        ----------
+        since : node before it; where blocks have moved by less than half the overshoot since contacts were last looked
+            for, they are not looked for
+        """
+        shapes, s = self.shapes, self.structures[node.generation]
+        if shapes is None:
+            return node
+        motion = motion_between(since.looked or since.pose, node.pose)
+        farthest = np.linalg.norm(motion[:, :3], axis=1) + np.linalg.norm(motion[:, 3:], axis=1) * shapes.spread
+        if farthest.max(initial=0.0) < 0.5 * shapes.step:
+            return node._replace(looked=since.looked or since.pose)
+        node = node._replace(looked=node.pose)
+        found = found_anew(shapes, s.assembly, s.points, node.pose, node.history, node.force)
+        if found is None:
+            return node
+        self.structures.append(s._replace(points=found.contacts))
+        self.systems.append(self.make(self.structures[-1]))
+        return node._replace(onward=Onward(len(self.structures) - 1, found.history, found.force))
+
+    def changed(self, node: Node) -> float:
+        """Elastic energy that a node has more, after its contacts were found anew [J]; 0 where they were not."""
+        if node.onward is None:
+            return 0.0
+        after = self.begun(node)
+        before = stored(self.structures[node.generation], self.state(node))
+        return stored(self.structures[after.generation], self.state(after)) - before
+
+    def senses(self, node: Node, before: Node | None) -> tuple[int, int]:
+        """Signs of the tangent's determinant at constant load and at constant control, see :meth:`System.sense`.
+
+        Parameters
+        ----------
+        before : node from which it was reached, whose slip decides which points slide on
+        """
+        system = self.systems[node.generation]
+        old = node.history if before is None else self.begun(before).history
+        at = system.evaluate(node.pose, old, node.multiplier)
+        return system.sense(at, "multiplier"), system.sense(at, "control")
+
+    def forces(self, node: Node) -> tuple[Array, Array, Array]:
+        """Force components [N], displacements [m] and places [m] of a node's points, see :func:`certificate.forces`."""
+        return forces(self.structures[node.generation], self.state(node))
