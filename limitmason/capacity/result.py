@@ -13,8 +13,11 @@ from limitmason.capacity.stepping import Node
 from limitmason.capacity.system import System
 from limitmason.curve import Curve, CurvePoint
 from limitmason.errors import InputError
+from limitmason.plane import find_plane
 from limitmason.resultants import resultants_from_points, scaled_mechanism
 from limitmason.results import Mechanism, Resultants
+from limitmason.vibration.blocks import block_system, state_stiffness
+from limitmason.vibration.system import VibratingSystem
 
 Array = NDArray[np.float64]
 
@@ -80,6 +83,24 @@ class PushoverCurve(Curve):
         assert self.structure is not None
         i = self.structure.assembly.block_index(block)
         return np.array([n.pose.shift[i] for n in self.nodes])
+
+    def vibration(self, *, sample: int = -1, sliding: str = "sticks") -> VibratingSystem:
+        """Blocks on the joints that a sample has left closed, for :func:`limitmason.modes`; see there.
+
+        Parameters
+        ----------
+        sample : of the curve
+        sliding : "sticks" or "drops": points at their shear strength keep or lose their shear stiffness
+        """
+        assert self.structure is not None
+        s, node = self.structure, self.nodes[self._sample(sample)]
+        components, _, _ = forces(s, state_of(node))
+        shear = np.linalg.norm(components[:, 1:], axis=1)
+        limit = s.law.over(s.points.area).shear_strength(components[:, 0])
+        stiffness, found = state_stiffness(components[:, 0], shear, limit, s.kn, s.ks, sliding)
+        plane = None if s.points.components == 3 else find_plane(s.assembly, s.loads)
+        label = f"blocks at {self.displacement[sample]:.3g} m of a capacity curve, {found}"
+        return block_system(s.assembly, s.points, stiffness[:, : s.points.components], label, plane=plane)
 
     def mechanism(self, step: int) -> Mechanism | None:
         """Motion from a sample to the next, scaled as a collapse mechanism; of the last, the motion that led to it.

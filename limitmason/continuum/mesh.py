@@ -62,11 +62,21 @@ class Mesh:
         return np.asarray(self.solid.boundary_facets())
 
     @cached_property
+    def boundary_owner(self) -> Index:
+        """Brick that each free face belongs to, shape (f,)."""
+        return np.asarray(self.solid.f2t[0, self.boundary])
+
+    @property
     def boundary_corners(self) -> Array:
-        """Corners of the free faces in order around each, counter-clockwise seen from outside [m], shape (f, 4, 3)."""
+        """Corners of the free faces, counter-clockwise seen from outside [m], shape (f, 4, 3)."""
+        return np.asarray(self.nodes[self.boundary_nodes])
+
+    @cached_property
+    def boundary_nodes(self) -> Index:
+        """Corner nodes of the free faces, counter-clockwise seen from outside, shape (f, 4)."""
         faces = self.solid.facets[:, self.boundary].T
         p = self.solid.p.T[faces]
-        inside = self.corners[self.solid.f2t[0, self.boundary]].mean(axis=1)
+        inside = self.corners[self.boundary_owner].mean(axis=1)
         middle = p.mean(axis=1)
         # scikit-fem keeps corners sorted, not in order around the face
         axis = p[:, 1] - p[:, 0]
@@ -77,10 +87,11 @@ class Mesh:
         r = p - middle[:, None]
         angle = np.arctan2(np.einsum("fki,fi->fk", r, across) / np.linalg.norm(across, axis=1)[:, None],
                            np.einsum("fki,fi->fk", r, axis) / np.linalg.norm(axis, axis=1)[:, None])  # fmt: skip
-        p = np.take_along_axis(p, np.argsort(angle, axis=1)[..., None], axis=1)
+        around = np.argsort(angle, axis=1)
+        faces, p = np.take_along_axis(faces, around, axis=1), np.take_along_axis(p, around[..., None], axis=1)
         outward = np.einsum("fi,fi->f", np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), middle - inside) > 0.0
-        p[~outward] = p[~outward][:, ::-1]
-        return p
+        faces[~outward] = faces[~outward][:, ::-1]
+        return np.asarray(faces)
 
     def at(self, points: ArrayLike) -> tuple[Index, Array]:
         """Brick that holds each point, and the values of its 20 shape functions there.

@@ -53,7 +53,7 @@ def patch_forces(mesh: Mesh, corners: ArrayLike) -> tuple[Array, float, Array]:
         left = clip_convex((faces[f] - p[0]) @ axes.T, window)
         if len(left) < 3:
             continue
-        brick = int(mesh.solid.f2t[0, mesh.boundary[f]])
+        brick = int(mesh.boundary_owner[f])
         for a, b in pairwise(left[1:]):
             edges = np.array([a - left[0], b - left[0]])
             twice = abs(float(np.linalg.det(edges)))

@@ -18,6 +18,7 @@ from limitmason.continuum.patch import patch_forces
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.input import read_number, read_vector
+from limitmason.vibration.system import VibratingSystem
 
 Array = NDArray[np.float64]
 
@@ -224,6 +225,11 @@ class Continuum:
                 other.__dict__[kept] = self.__dict__[kept]
         return other
 
+    def vibration(self) -> VibratingSystem:
+        """Elastic stiffness and consistent mass, for :func:`limitmason.modes`."""
+        stiffness, lu = self.elastic
+        return vibrating(self, stiffness, lu, f"elastic solid of {len(self.mesh)} bricks")
+
     def value_at(self, displacement: Array, points: ArrayLike) -> Array:
         """Displacement at points of the solid [m], shape (k, 3), from that of the nodes, shape (3 n,)."""
         brick, weight = self.mesh.at(points)
@@ -244,6 +250,54 @@ class Continuum:
         """Force and moment of the supports under stresses at the points, (m, q, 6), and nodal forces, (3 n,)."""
         f = np.where(self.discretisation.held, self.discretisation.forces(stress) - forces, 0.0).reshape(-1, 3)
         return Reactions(f.sum(axis=0), np.cross(self.mesh.nodes, f).sum(axis=0))
+
+
+@dataclass(frozen=True, eq=False)
+class NodeCarrier:
+    """Shapes of nodes, shape (n, 3)."""
+
+    model: Continuum
+
+    @property
+    def places(self) -> Array:
+        """Nodes [m], shape (n, 3)."""
+        return self.model.mesh.nodes
+
+    @cached_property
+    def masses(self) -> Array:
+        """Share of each node in the volume times density, scaled to be positive, and what it carries [kg]."""
+        model, d = self.model, self.model.discretisation
+        rho = model.densities[model.mesh.material]
+        m = d.mass(model.densities).diagonal()  # row sums are negative at corners of such bricks
+        lumped = d.spread(m).reshape(-1, 3).max(axis=1)
+        whole = float(d.volume.sum(axis=1) @ rho)
+        return np.asarray(lumped * (whole / lumped.sum()) + model.lumped)
+
+    @property
+    def moving(self) -> NDArray[np.bool_]:
+        """Nodes that are not wholly held, shape (n,)."""
+        return np.asarray(~self.model.held.all(axis=1), dtype=np.bool_)
+
+    def at(self, shape: Array, points: Array) -> Array:
+        """Displacement of points of the solid, shape (p, 3)."""
+        return self.model.value_at(shape.ravel(), points)
+
+
+def vibrating(
+    model: Continuum, stiffness: sparse.csc_array, factor: SuperLU, label: str, warnings: tuple[str, ...] = ()
+) -> VibratingSystem:
+    """A solid with a stiffness, elastic or damaged, in the order of elimination."""
+    d = model.discretisation
+    extra = np.repeat(model.lumped, 3)
+    excited = np.zeros((len(model.mesh.nodes), 3, 3))
+    for i in range(3):
+        force = np.zeros((len(model.mesh), 3))
+        force[:, i] = model.densities[model.mesh.material]
+        excited[..., i] = (d.body_force(force) + extra * np.tile(np.eye(3)[i], len(excited))).reshape(-1, 3)
+    return VibratingSystem(
+        stiffness, d.mass(model.densities, extra), excited.reshape(-1, 3)[d.order],
+        lambda v: d.spread(v).reshape(-1, 3), NodeCarrier(model), np.full(3, model.mass), label, factor.solve, warnings,
+    )  # fmt: skip
 
 
 def _several(material: Material | Sequence[Material]) -> tuple[Material, ...]:
