@@ -2,6 +2,7 @@
 
 from dem.collapse import collapse
 from dem.history import History
+from dem.identification import identify, white_noise
 from dem.joints import JointOptions
 from dem.modes import Modes, natural_frequencies, stiffness_matrix
 from dem.push import push
@@ -31,6 +32,7 @@ __all__ = [
     "TiltTest",
     "UnstableError",
     "collapse",
+    "identify",
     "make_state",
     "natural_frequencies",
     "push",
@@ -38,4 +40,5 @@ __all__ = [
     "simulate",
     "stiffness_matrix",
     "tilt_test",
+    "white_noise",
 ]

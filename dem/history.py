@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 from dem.joints import losses
 from dem.resuming import Position, RunStatus, check_continues
 from dem.state import State, write_archive
+from dem.vibration import state_system
 from limitmason.curve import Curve
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
+from limitmason.vibration.system import VibratingSystem
 
 Array = NDArray[np.float64]
 
@@ -223,6 +225,10 @@ class History:
         work = np.abs(self.scalars["applied"] - before.scalars["applied"][-1])
         work += np.abs(self.scalars["support"] - before.scalars["support"][-1])
         return self.scalars["kinetic"] / np.maximum(work, 1e-300)
+
+    def vibration(self, *, sliding: str = "sticks") -> VibratingSystem:
+        """Blocks on the joints that the end of the run has left closed, for :func:`limitmason.modes`; see there."""
+        return state_system(self.state, self.assembly, sliding)
 
     @property
     def support_multiplier(self) -> Array:

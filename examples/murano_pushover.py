@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 
 import dem
-from limitmason import experiments, figures, limit_analysis
+from limitmason import experiments, figures, limit_analysis, modes
 from limitmason.experiments import murano_u_walls as murano
 from mechanisms import murano_table_10 as tables
 
@@ -61,11 +61,11 @@ for name in experiments.specimens(SOURCE):
     yields = float(f[u <= 2e-3].max())  # before the facade has moved by 2 mm
     early = (f > 0.05 * yields) & (f < 0.15 * yields)
     stiffness = float(f[early] @ u[early] / (u[early] @ u[early]))
-    modes = dem.natural_frequencies(wall).frequency
+    frequencies = modes(wall).frequency
     limit = 1e3 * limit_analysis(wall, test.loads()).collapse_multiplier
     weight = 2.25 * 1.35 * 0.30 * tables.DENSITY * tables.GRAVITY_OF_TABLE
     loads = {row.mechanism: row.recomputed * weight for row in tables.table_10() if row.wall == name}
-    found[name] = {"peak": yields, "last": f[-1], "limit": limit, "stiffness": stiffness, "modes": modes, **loads}
+    found[name] = {"peak": yields, "last": f[-1], "limit": limit, "stiffness": stiffness, "modes": frequencies, **loads}
     measured = [float(test.measured[f"peak (section {k})"]) for k in (2, 6)]
     given = test.published
     print(f"{name}: {test.title}; {wall.n_blocks - 1} stones, {wall.weights[~wall.fixed].sum() / 1e3:.1f} kN")
@@ -78,7 +78,7 @@ for name in experiments.specimens(SOURCE):
     print(f"  stiffness [kN/mm]: measured {test.measured['initial stiffness']:g}, 3DEC "
           f"{given['3DEC initial stiffness']:g}, here {stiffness / 1e6:.1f}")  # fmt: skip
     print("  frequencies [Hz]: 3DEC " + ", ".join(f"{given[f'3DEC frequency {k}']:g}" for k in (1, 2, 3))
-          + "; here " + ", ".join(f"{m:.1f}" for m in modes))  # fmt: skip
+          + "; here " + ", ".join(f"{m:.1f}" for m in frequencies))  # fmt: skip
     title = f"{name}: U wall of {'mortared' if name == 'REGW' else 'dry'} stone under an airbag"
     curves = {"DEM": (u, f)}
     for label, options in OTHERS.items() if name == "REGW" else ():

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         build,
         causes,
         certificate,
+        continuum,
         diagnosis,
         equilibrium,
         experiments,
@@ -38,12 +39,14 @@ if TYPE_CHECKING:
         results,
         study,
         validation,
+        vibration,
     )
     from limitmason.capacity import pushover
     from limitmason.figures import view
     from limitmason.limit import limit_analysis, limit_bracket, proven_range, settlement_analysis
     from limitmason.methods import predict, predict_cases
     from limitmason.validation import compare
+    from limitmason.vibration import mac, modes
 
 __version__ = VERSION
 notebook.draws(lambda: import_module("limitmason.figures.notebook"))
@@ -53,6 +56,7 @@ _MODULES = (
     "build",
     "causes",
     "certificate",
+    "continuum",
     "diagnosis",
     "equilibrium",
     "experiments",
@@ -63,6 +67,7 @@ _MODULES = (
     "results",
     "study",
     "validation",
+    "vibration",
 )
 _NAMES = {
     "limit_analysis": "limitmason.limit",
@@ -74,6 +79,8 @@ _NAMES = {
     "compare": "limitmason.validation",
     "pushover": "limitmason.capacity",
     "view": "limitmason.figures",
+    "modes": "limitmason.vibration",
+    "mac": "limitmason.vibration",
 }
 
 __all__ = [

@@ -12,10 +12,14 @@ from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose, motion_between
 from limitmason.capacity.path import LASTING, LEVEL
 from limitmason.capacity.stepping import Node
+from limitmason.contact_points import ContactPoints
 from limitmason.curve import Curve, CurvePoint
 from limitmason.errors import InputError, NotApplicable
+from limitmason.plane import find_plane
 from limitmason.resultants import resultants_from_points, scaled_mechanism
 from limitmason.results import Mechanism, Resultants
+from limitmason.vibration.blocks import block_system, state_stiffness
+from limitmason.vibration.system import VibratingSystem
 
 Array = NDArray[np.float64]
 
@@ -107,6 +111,28 @@ class PushoverCurve(Curve):
         if arm.shape != (3,) or not np.isfinite(arm).all():
             raise InputError(f"at must be a point x, y, z [m], got {at!r}")
         return shift + np.array([n.pose.turn[i] @ arm for n in self.nodes])
+
+    def vibration(self, *, sample: int = -1, sliding: str = "sticks") -> VibratingSystem:
+        """Blocks on the joints that a sample has left closed, for :func:`limitmason.modes`; see there.
+
+        Parameters
+        ----------
+        sample : of the curve
+        sliding : "sticks" or "drops": points at their shear strength keep or lose their shear stiffness
+        """
+        assert self.generations is not None
+        s, node = self.structure, self.nodes[self._sample(sample)]
+        if node.generation:
+            raise NotApplicable(f"sample {sample}: contacts were found anew on the way: its blocks lie on no joints")
+        components, _, _ = self.generations.forces(node)
+        p = s.points
+        shear = np.linalg.norm(components[:, 1:], axis=1)
+        limit = p.law.over(p.area).shear_strength(components[:, 0])
+        stiffness, found = state_stiffness(components[:, 0], shear, limit, p.kn, p.ks, sliding)
+        plane = None if s.points.components == 3 else find_plane(s.assembly, s.loads)
+        label = f"blocks at {self.displacement[sample]:.3g} m of a capacity curve, {found}"
+        points = ContactPoints(p.place_a, p.interface, p.area, p.directions, p.block_a, p.block_b)
+        return block_system(s.assembly, points, stiffness[:, : p.components], label, plane=plane)
 
     def mechanism(self, step: int) -> Mechanism | None:
         """Motion from a sample to the next, scaled as a collapse mechanism; of the last, the motion that led to it.

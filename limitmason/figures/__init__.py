@@ -16,8 +16,10 @@ from limitmason.figures.forces import contact_forces
 from limitmason.figures.history import history_curves, load_displacement
 from limitmason.figures.layouts import layout_search
 from limitmason.figures.mechanism import assembly, mechanism
+from limitmason.figures.modes import mac_matrix, mode_film, mode_shape
 from limitmason.figures.plasticity import plasticity
 from limitmason.figures.scene import Scene, view
+from limitmason.figures.solids import solid_map
 from limitmason.figures.studies import gap, side_by_side, study_lines
 from limitmason.figures.style import print_style
 from limitmason.figures.tilt import tilt_test
@@ -38,13 +40,17 @@ __all__ = [
     "history_curves",
     "layout_search",
     "load_displacement",
+    "mac_matrix",
     "mechanism",
+    "mode_film",
+    "mode_shape",
     "plasticity",
     "predicted_against_published",
     "predicted_beside_references",
     "print_style",
     "rehearsal",
     "side_by_side",
+    "solid_map",
     "study_lines",
     "tilt_test",
     "view",

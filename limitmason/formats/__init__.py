@@ -16,7 +16,7 @@ from limitmason.formats.obj import Solids, read_obj, write_obj
 from limitmason.formats.pvd import write_pvd
 from limitmason.formats.template import write_model_template
 from limitmason.formats.tracing import Cleaned, clean
-from limitmason.formats.vtu import write_vtu
+from limitmason.formats.vtu import write_solid, write_vtu
 from limitmason.model import Assembly, Loads
 from limitmason.results import Prediction
 
@@ -44,6 +44,7 @@ __all__ = [
     "write_obj",
     "write_prediction",
     "write_pvd",
+    "write_solid",
     "write_vtu",
 ]
 

@@ -27,6 +27,14 @@ def rotation_vectors(quaternion: ArrayLike) -> Array:
     return factor * q[..., 1:]
 
 
+def quaternions(vector: ArrayLike) -> Array:
+    """Unit quaternions, scalar first, of rotation vectors [rad], shape (..., 3): shape (..., 4)."""
+    v = np.asarray(vector, dtype=float)
+    half = 0.5 * np.linalg.norm(v, axis=-1, keepdims=True)
+    # sin(a/2) e = sinc(a/2) v / 2 without loss of digits
+    return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * v], axis=-1)
+
+
 def rotation_matrices(vector: ArrayLike) -> Array:
     """Rotation matrices exp([v x]) of rotation vectors.
 

@@ -51,7 +51,7 @@ def patch_wrenches(
     p = np.array([read_vector(f"corners[{k}] of the patch", c) for k, c in enumerate(np.atleast_2d(corners))])
     if len(p) < 3:
         raise InputError(f"a patch needs at least three corners, got {len(p)}")
-    normal, size = _normal(p)
+    normal, size = patch_normal(p)
     load = -read_number("pressure", pressure) * normal if traction is None else read_vector("traction", traction)
     first = p[1] - p[0]
     first = first / np.linalg.norm(first)
@@ -84,7 +84,7 @@ def patch_wrenches(
     return wrench, total
 
 
-def _normal(corners: Array) -> tuple[Array, float]:
+def patch_normal(corners: Array) -> tuple[Array, float]:
     """Unit normal and size of a flat convex polygon."""
     r = corners - corners[0]
     size = float(np.linalg.norm(r, axis=1).max())

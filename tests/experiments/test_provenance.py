@@ -20,7 +20,8 @@ from limitmason.experiments.tables import (
 )
 
 UNITS = {
-    "-", "%", "mm", "m", "deg", "N", "kN", "kN/mm", "MPa", "GPa/m", "Pa", "Hz", "kg/m3", "block length", "see unit",
+    "-", "%", "mm", "m", "deg", "N", "N/m", "kN", "kN/mm", "MPa", "GPa/m", "Pa", "Hz", "kg/m3", "block length",
+    "see unit",
 }  # fmt: skip
 FILES = [(source, name) for source in sources() for name in read_description(source)["files"]]
 

@@ -271,6 +271,14 @@ def bnw_zoned_walls(g):
     assert float(test.parameters["vertical stress"]) == 0.59
 
 
+def u_wall_as_a_solid(g):
+    # printed 46.42 kN/mm and 28.03, 32.06, 35.71 Hz
+    assert g["stiffness"] == pytest.approx(46.42, rel=0.05)
+    assert g["of_solid"].frequency == pytest.approx([28.03, 32.06, 35.71], rel=0.07)
+    assert [j for _, j, _ in g["alike"].pairs] == [0, 1, 2]
+    assert min(v for _, _, v in g["alike"].pairs) > 0.9
+
+
 CHECKS = {
     f.__name__: f
     for f in (
@@ -279,7 +287,7 @@ CHECKS = {
         mechanisms_of_a_u_shaped_wall, three_theories_one_wall, dilatancy_and_block_size,
         four_point_bending, minho_pushover, rondelet_contact_points, own_cause, pavia_layouts,
         diagnose_pavia, diagnose_brick_panels, diagnose_ferris_tin_loi, diagnose_minho,
-        tilt_test, murano_pushover, capacity_curve, brick_panel, bnw_zoned_walls,
+        tilt_test, murano_pushover, capacity_curve, brick_panel, bnw_zoned_walls, u_wall_as_a_solid,
     )
 }  # fmt: skip
 

@@ -21,6 +21,7 @@ from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
 
 Array = NDArray[np.float64]
+Corners = list[tuple[float, float, float]]
 
 NAME = "murano-u-walls"
 FORCE = 1e3  # live load [N]: the multiplier is the force of the airbag in kN
@@ -175,17 +176,34 @@ def assembly(test: Experiment) -> Assembly:
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
     """Weight and roof load dead; an airbag of 1 kN on the rear of the facade live, pushing it off its side walls."""
-    p, o = test.parameters, test.options
-    span, depth, height = (float(p[k]) for k in ("span", "thickness", "height"))
-    start, end = float(o["roof_from"]), float(o["return_length"])
     found = Loads.weight(wall)
-    for x in (0.0, span - depth):
-        top = [(x, start, height), (x + depth, start, height), (x + depth, end, height), (x, end, height)]
-        found = found.with_patch_pressure(wall, top, force=1e3 * float(p["roof load on each side wall"]), case="dead")
-    left = 0.5 * (span - float(p["airbag width"]))
-    right, low = span - left, height - float(p["airbag height"])
-    rear = [(right, depth, low), (left, depth, low), (left, depth, height), (right, depth, height)]
-    return found.with_patch_pressure(wall, rear, force=sense * FORCE)
+    for top in roofs(test):
+        force = 1e3 * float(test.parameters["roof load on each side wall"])
+        found = found.with_patch_pressure(wall, top, force=force, case="dead")
+    return found.with_patch_pressure(wall, airbag(test), force=sense * FORCE)
+
+
+def roofs(test: Experiment) -> list[Corners]:
+    """Corners of the patches on the two side walls that carry the roof [m]."""
+    span, depth, height = _sizes(test)
+    start, end = float(test.options["roof_from"]), float(test.options["return_length"])
+    return [
+        [(x, start, height), (x + depth, start, height), (x + depth, end, height), (x, end, height)]
+        for x in (0.0, span - depth)
+    ]
+
+
+def airbag(test: Experiment) -> Corners:
+    """Corners of the airbag on the rear of the facade [m]."""
+    span, depth, height = _sizes(test)
+    left = 0.5 * (span - float(test.parameters["airbag width"]))
+    right, low = span - left, height - float(test.parameters["airbag height"])
+    return [(right, depth, low), (left, depth, low), (left, depth, height), (right, depth, height)]
+
+
+def _sizes(test: Experiment) -> tuple[float, float, float]:
+    span, depth, height = (float(test.parameters[k]) for k in ("span", "thickness", "height"))
+    return span, depth, height
 
 
 def control_block(test: Experiment) -> int:

@@ -1,0 +1,118 @@
+"""Modal identification of a simulated structure: white noise at its base, and the modes in what it records."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem.history import History
+from limitmason.errors import InputError
+from limitmason.model.stages import BaseMotion
+from limitmason.vibration.identification import Identified, identify_modes
+
+Array = NDArray[np.float64]
+
+_AXES = {"x": 0, "y": 1, "z": 2}
+
+
+def white_noise(
+    duration: float,
+    *,
+    rms: float,
+    highest: float = 30.0,
+    lowest: float = 0.1,
+    direction: tuple[float, float, float] = (1.0, 1.0, 0.0),
+    sample_step: float | None = None,
+    seed: int = 0,
+) -> BaseMotion:
+    """Base motion of equal power between two frequencies, which ends at rest.
+
+    Parameters
+    ----------
+    duration : [s]
+    rms : root mean square of the acceleration [m/s2]; small enough that no joint opens
+    highest, lowest : limits of the band [Hz]
+    direction : of the motion
+    sample_step : [s]; a tenth of the shortest period by default
+    seed : of the random phases
+    """
+    if not (duration > 0.0 and rms > 0.0 and 0.0 < lowest < highest):
+        raise InputError("white noise needs a positive duration and rms, and 0 < lowest < highest")
+    step = sample_step or 0.1 / highest
+    n = round(duration / step)
+    if not 0.5 / step > highest:
+        raise InputError(f"sample_step {step:g} s is too long for {highest:g} Hz")
+    frequency = np.fft.rfftfreq(n, step)
+    phase = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, len(frequency))
+    inside = (frequency >= lowest) & (frequency <= highest)
+    # whole periods of every wave in the record: velocity ends where it began
+    record = np.fft.irfft(np.where(inside, np.exp(1j * phase), 0.0), n)
+    record = record * (rms / record.std())
+    fade = np.minimum(1.0, np.minimum(np.arange(n), np.arange(n)[::-1]) * step * lowest * 2.0)
+    record = record * fade
+    record -= fade * (record.sum() / fade.sum())
+    record[[0, -1]] = 0.0
+    return BaseMotion(acceleration=tuple(record), sample_step=step, direction=direction, after="hold")
+
+
+def identify(
+    history: History,
+    channels: Sequence[tuple[int | str, str]],
+    *,
+    method: str = "fdd",
+    count: int = 3,
+    band: tuple[float, float] | None = None,
+    lines: int = 1024,
+    order: int = 20,
+    lags: int = 30,
+    skip: float = 0.0,
+) -> Identified:
+    """Modes of a simulated structure from its motion against its base.
+
+    Parameters
+    ----------
+    history : of a dynamic run with a :class:`BaseMotion`, see :func:`white_noise`; ``sample`` steps apart in time
+    channels : blocks and directions, ("stone 3", "y"), whose centroids' displacements are the signals
+    method, count, band, lines, order, lags : see :func:`limitmason.vibration.identification.identify_modes`
+    skip : time at the beginning that is left out [s]
+
+    Returns
+    -------
+    Identified
+
+    Raises
+    ------
+    InputError
+        For a history that is not dynamic or not evenly sampled, and for unknown channels.
+
+    Notes
+    -----
+    Relative displacements carry the low modes best. The amplitude decides what is identified: joints that open or
+    slide on the way make a softer structure.
+    """
+    if history.state.mode != "dynamic":
+        raise InputError("identification needs a dynamic run: simulate(..., mode='dynamic')")
+    if not channels:
+        raise InputError("give at least one channel, such as ('stone 3', 'y')")
+    assembly = history.assembly
+    time = np.asarray(history.scalars["time"])
+    gaps = np.diff(time)
+    if len(gaps) < 2:
+        raise InputError("the history has too few samples")
+    step = float(np.median(gaps))
+    even = np.abs(gaps - step) < 1e-6 * step
+    # the longest stretch of equal gaps: the ends of stages are sampled too
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], even, [False]]).astype(int)))
+    first, last = max(zip(edges[::2], edges[1::2], strict=True), key=lambda e: e[1] - e[0])
+    rows = slice(first + int(np.ceil(skip / step)), last + 1)
+    held = np.flatnonzero(assembly.fixed)
+    base = history.shift[rows, held[0]] if len(held) else 0.0
+    signals = []
+    for block, axis in channels:
+        if axis not in _AXES:
+            raise InputError(f"channel ({block!r}, {axis!r}): the direction must be 'x', 'y' or 'z'")
+        moved = history.shift[rows, assembly.block_index(block)] - base
+        signals.append(moved[:, _AXES[axis]])
+    return identify_modes(
+        np.column_stack(signals), step, method=method, count=count, band=band, lines=lines, order=order, lags=lags
+    )

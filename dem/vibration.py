@@ -1,0 +1,56 @@
+"""Small vibrations about the state a simulation ended in: the joints that it has left closed."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem.kernels import LAW_C, LAW_C_R, LAW_KN, LAW_KS, LAW_MU, LAW_MU_R
+from limitmason.contact_points import ContactPoints
+from limitmason.errors import NotApplicable
+from limitmason.model import Assembly
+from limitmason.vibration.blocks import block_system, state_stiffness
+from limitmason.vibration.system import VibratingSystem
+
+Array = NDArray[np.float64]
+
+
+def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSystem:
+    """Blocks on the contact points that a state of the DEM has left closed, in their places before displacement.
+
+    Parameters
+    ----------
+    state : a ``dem.State``
+    sliding : "sticks" or "drops", see :func:`limitmason.vibration.blocks.state_stiffness`
+
+    Raises
+    ------
+    NotApplicable
+        When contacts were found anew: the reference position is then no longer that of the points.
+    """
+    now = state.measured(assembly)
+    x = assembly.arrays
+    k = state.interface[now.owner]
+    if (k < 0).any():
+        raise NotApplicable(
+            "contacts of this state were found anew as blocks moved: small vibrations about it are not worked out; "
+            "simulate with detect_every=None to keep the first contacts"
+        )
+    p = state.points
+    place = x.centre[k] + p.s[:, None] * x.tangent_1[k] + p.t[:, None] * x.tangent_2[k]
+    directions = np.stack([x.normal[k], x.tangent_1[k], x.tangent_2[k]], axis=1)
+    points = ContactPoints(place, k, p.area, directions, x.block_a[k], x.block_b[k])
+    law = state.laws[k]
+    normal = np.einsum("mi,mi->m", now.force, _turned(state, directions[:, 0], points.block_a))
+    shear = np.sqrt(np.maximum((now.force**2).sum(axis=1) - normal**2, 0.0))
+    cohesion, friction = (
+        law[:, peak] + p.damage * (law[:, rest] - law[:, peak]) for peak, rest in ((LAW_C, LAW_C_R), (LAW_MU, LAW_MU_R))
+    )
+    limit = np.maximum(cohesion * p.area + friction * normal, 0.0)
+    stiffness, found = state_stiffness(normal, shear, limit, law[:, LAW_KN], law[:, LAW_KS], sliding)
+    return block_system(assembly, points, stiffness, f"blocks at the end of a simulation, {found}")
+
+
+def _turned(state: Any, vectors: Array, block: NDArray[np.intp]) -> Array:
+    """Vectors carried along by their blocks' rotation."""
+    return vectors + np.einsum("mij,mj->mi", state.bodies.rot[block], vectors)

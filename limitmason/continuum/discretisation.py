@@ -1,0 +1,199 @@
+"""From a mesh to matrices: strains at integration points, nodal forces, stiffness and mass, and their factor."""
+
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import SuperLU, splu
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefHex
+
+from limitmason.continuum.dissection import elimination_order
+from limitmason.continuum.mesh import Mesh, trilinear
+from limitmason.errors import InputError
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+_CHUNK = 256  # bricks whose stiffness is worked out at once: bounds the memory
+
+
+class Congruent(NamedTuple):
+    """Bricks that are copies of one another: all share the strain matrix."""
+
+    bricks: Index  # (k,)
+    strain: Array  # B, from 60 displacements to strains at the points [1/m], (q, 6, 60)
+    volume: Array  # weight of every point [m3], (q,)
+
+
+class Discretisation:
+    """A mesh with its integration points; unknown 3 i + j is displacement j of node i.
+
+    Parameters
+    ----------
+    mesh : bricks
+    points : integration points along an edge of a brick, 2 or 3
+    held : nodes that cannot move, shape (n,) or, by direction, shape (n, 3)
+    """
+
+    def __init__(self, mesh: Mesh, held: NDArray[np.bool_], points: int = 3) -> None:
+        """Group congruent bricks and number the free unknowns."""
+        if points not in (2, 3):
+            raise InputError(f"points along an edge must be 2 or 3, got {points!r}")
+        self.mesh, self.points = mesh, points
+        n = len(mesh.nodes)
+        self.held = np.broadcast_to(held[:, None] if held.ndim == 1 else held, (n, 3)).ravel()
+        self.free = np.flatnonzero(~self.held)
+        if not len(self.free) or not self.held.any():
+            raise InputError("a solid needs nodes that are held and nodes that are free")
+        self.unknowns: Index = (3 * mesh.connectivity[:, :, None] + np.arange(3)).reshape(len(mesh), 60)
+        place, weight = get_quadrature(RefHex, 2 * points - 1)
+        self.per_brick = len(weight)
+        corners = mesh.corners - mesh.corners[:, :1]
+        size = float(np.abs(corners).max())
+        _, group = np.unique(np.round(corners.reshape(len(mesh), 24) / (1e-7 * size)), axis=0, return_inverse=True)
+        self.groups: list[Congruent] = []
+        shape = [mesh.element.lbasis(place, i) for i in range(20)]
+        self._shape = np.array([np.broadcast_to(s[0], len(weight)) for s in shape])  # (20, q)
+        gradient = np.array([s[1] for s in shape])  # (20, 3, q)
+        for k in range(int(group.max()) + 1):
+            bricks = np.flatnonzero(group == k)
+            jacobian = _jacobian(mesh.corners[bricks[0]], place)  # (q, 3, 3), dx_i / dX_j
+            volume = np.linalg.det(jacobian) * weight
+            if not (volume > 0.0).all():
+                raise InputError(f"brick {int(bricks[0])} is turned inside out or flat")
+            g = np.einsum("ajq,qji->aiq", gradient, np.linalg.inv(jacobian))
+            self.groups.append(Congruent(bricks, _strain_matrix(g), volume))
+
+    @cached_property
+    def order(self) -> Index:
+        """Free unknowns in the order of elimination."""
+        nodes = elimination_order(self.mesh.connectivity, self.mesh.corners.mean(axis=1))
+        unknowns = (3 * nodes[:, None] + np.arange(3)).ravel()
+        return np.asarray(unknowns[~self.held[unknowns]])
+
+    @cached_property
+    def volume(self) -> Array:
+        """Volume of every integration point [m3], shape (m, q)."""
+        v = np.empty((len(self.mesh), self.per_brick))
+        for g in self.groups:
+            v[g.bricks] = g.volume
+        return v
+
+    @cached_property
+    def places(self) -> Array:
+        """Integration points [m], shape (m, q, 3)."""
+        return np.asarray(np.einsum("aq,mai->mqi", self._shape, self.mesh.nodes[self.mesh.connectivity]))
+
+    def strains(self, displacement: Array) -> Array:
+        """Strains (xx, yy, zz, xy, yz, zx) at the points, shear engineering [-], shape (m, q, 6)."""
+        out = np.empty((len(self.mesh), self.per_brick, 6))
+        for g in self.groups:
+            u = displacement[self.unknowns[g.bricks]]
+            out[g.bricks] = (u @ g.strain.reshape(-1, 60).T).reshape(len(g.bricks), -1, 6)
+        return out
+
+    def forces(self, stress: Array) -> Array:
+        """Nodal forces that carry stresses of shape (m, q, 6) [Pa]: [N], shape (3 n,)."""
+        out = np.zeros(self.held.size)
+        for g in self.groups:
+            f = (stress[g.bricks] * g.volume[:, None]).reshape(len(g.bricks), -1) @ g.strain.reshape(-1, 60)
+            out += np.bincount(self.unknowns[g.bricks].ravel(), f.ravel(), minlength=out.size)
+        return out
+
+    def stiffness(self, tangent: Array) -> sparse.csc_array:
+        """Stiffness of the free unknowns in the order of elimination, from tangents at the points.
+
+        Parameters
+        ----------
+        tangent : [Pa], shape (m, q, 6, 6), or (6, 6) per material, shape (k, 6, 6)
+        """
+        values = np.empty((len(self.mesh), 60, 60))
+        by_material = tangent.ndim == 3
+        for g in self.groups:
+            b = g.strain
+            if by_material:
+                for k in np.unique(self.mesh.material[g.bricks]):
+                    db = np.einsum("q,ij,qjk->qik", g.volume, tangent[k], b)
+                    one = b.reshape(-1, 60).T @ db.reshape(-1, 60)
+                    values[g.bricks[self.mesh.material[g.bricks] == k]] = one
+                continue
+            for first in range(0, len(g.bricks), _CHUNK):
+                rows = g.bricks[first : first + _CHUNK]
+                db = (tangent[rows] * g.volume[:, None, None]) @ b
+                values[rows] = b.reshape(-1, 60).T @ db.reshape(len(rows), -1, 60)
+        return self._assembled(values)
+
+    def mass(self, density: Array, extra: Array | None = None) -> sparse.csc_array:
+        """Consistent mass of the free unknowns in the order of elimination [kg].
+
+        Parameters
+        ----------
+        density : per material [kg/m3], shape (k,)
+        extra : further masses per unknown, lumped [kg], shape (3 n,)
+        """
+        values = np.zeros((len(self.mesh), 20, 3, 20, 3))
+        shape, volume = self._shape, self.volume
+        if self.points < 3:  # products of shape functions need the finer rule
+            fine = Discretisation(self.mesh, self.held.reshape(-1, 3), 3)
+            shape, volume = fine._shape, fine.volume
+        rho = density[self.mesh.material]
+        one = np.einsum("aq,mq,bq->mab", shape, volume * rho[:, None], shape, optimize=True)
+        for i in range(3):
+            values[:, :, i, :, i] = one
+        m = self._assembled(values.reshape(len(self.mesh), 60, 60))
+        return m if extra is None else sparse.csc_array(m + sparse.diags_array(extra[self.order]))
+
+    def body_force(self, force: Array) -> Array:
+        """Nodal forces of a force per volume of every brick [N/m3], shape (m, 3): [N], shape (3 n,)."""
+        share = np.einsum("aq,mq->ma", self._shape, self.volume)
+        f = (share[..., None] * force[:, None]).reshape(len(self.mesh), 60)
+        return np.bincount(self.unknowns.ravel(), f.ravel(), minlength=self.held.size).astype(np.float64)
+
+    @cached_property
+    def _pattern(self) -> tuple[Index, Index, Index, Index]:
+        """Entries of the element matrices that count, their place in the sparse data, row indices and pointers."""
+        rank = np.full(self.held.size, -1, dtype=np.int64)
+        rank[self.order] = np.arange(len(self.order))
+        r = rank[self.unknowns]
+        row, column = np.repeat(r, 60, axis=1).ravel(), np.tile(r, (1, 60)).ravel()
+        kept = np.flatnonzero((row >= 0) & (column >= 0))
+        n = len(self.order)
+        key, place = np.unique(column[kept] * n + row[kept], return_inverse=True)
+        pointer = np.searchsorted(key // n, np.arange(n + 1))
+        return kept, place, key % n, pointer
+
+    def _assembled(self, values: Array) -> sparse.csc_array:
+        kept, place, index, pointer = self._pattern
+        data = np.bincount(place, values.ravel()[kept], minlength=len(index))
+        return sparse.csc_array((data, index, pointer), shape=(len(self.order), len(self.order)))
+
+    def factor(self, matrix: sparse.csc_array) -> SuperLU:
+        """Factor of a matrix in the order of elimination; symmetric, it need not be definite."""
+        return splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+
+    def spread(self, values: Array) -> Array:
+        """Displacements of all unknowns from those in the order of elimination, zero where held."""
+        out = np.zeros(self.held.size)
+        out[self.order] = values
+        return out
+
+
+def _jacobian(corners: Array, place: Array) -> Array:
+    """Derivatives of the trilinear map at reference points, shape (q, 3, 3)."""
+    _, gradient = trilinear(place.T)
+    return np.asarray(np.einsum("ki,qkj->qij", corners, gradient))
+
+
+def _strain_matrix(gradient: Array) -> Array:
+    """B from gradients of shape functions, shape (20, 3, q), as (q, 6, 60)."""
+    n, _, q = gradient.shape
+    b = np.zeros((q, 6, n, 3))
+    dx, dy, dz = gradient[:, 0].T, gradient[:, 1].T, gradient[:, 2].T
+    b[:, 0, :, 0], b[:, 1, :, 1], b[:, 2, :, 2] = dx, dy, dz
+    b[:, 3, :, 0], b[:, 3, :, 1] = dy, dx
+    b[:, 4, :, 1], b[:, 4, :, 2] = dz, dy
+    b[:, 5, :, 2], b[:, 5, :, 0] = dx, dz
+    return b.reshape(q, 6, 3 * n)

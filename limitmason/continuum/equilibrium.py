@@ -1,0 +1,227 @@
+"""Equilibrium of a cracking solid at a control displacement: Newton with line search, then secants."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.linalg import SuperLU
+
+from limitmason.continuum.rotating_crack import Answer, Curves, Memory, curves_of, respond, virgin
+from limitmason.continuum.solid import Continuum
+
+Array = NDArray[np.float64]
+
+_NEAR, _FINISH = 5e-3, 12  # unbalance below which Newton may finish, and after how many secant iterations it is tried
+_LEAST = 0.05  # of the dead load: smallest part that Newton is tried with
+_CHUNK = 20000  # points whose law is worked out at once: bounds the memory
+
+
+class Node(NamedTuple):
+    """A state in equilibrium: displacements [m], (3 n,), multiplier, memory, and how it was found.
+
+    ``residual`` is the norm of the unbalanced nodal forces over that of the loads. ``stress`` [Pa] and ``crack`` (crack
+    strain [-]) are those of the points, shapes (m q, 6) and (m q,); they and the memory are None where not kept.
+    """
+
+    displacement: Array
+    multiplier: float
+    control: float
+    residual: float
+    iterations: int
+    memory: Memory | None
+    stress: Array | None
+    crack: Array | None
+    stored: float
+    lost: float
+    jump: bool = False
+
+
+class Solver:
+    """One model under a control displacement.
+
+    Parameters
+    ----------
+    model : the solid
+    control : weights of the unknowns in the control displacement, shape (3 n,)
+    tolerance : residual at which a state is accepted, over the norm of the loads [-]
+    band : crack-band width over the cube root of a brick's volume [-]
+    """
+
+    def __init__(self, model: Continuum, control: Array, tolerance: float, band: float = 1.0) -> None:
+        """Work out the curves of all points."""
+        self.model, self.control, self.tolerance = model, control, tolerance
+        d = self.d = model.discretisation
+        width = band * np.cbrt(d.volume.sum(axis=1))
+        material = np.repeat(model.mesh.material, d.per_brick)
+        self.curves: Curves = curves_of(model.materials, material, np.repeat(width, d.per_brick))
+        self.dead, self.live = model.all_dead, model.live.ravel()
+        self.row = control[d.order]
+        self.live_row = self.live[d.order]
+        self.factorisations = 0
+
+    def answer(self, displacement: Array, memory: Memory, *, secant: bool = False) -> Answer:
+        """The law at all points."""
+        strain = self.d.strains(displacement).reshape(-1, 6)
+        parts = []
+        for first in range(0, len(strain), _CHUNK):
+            rows = np.arange(first, min(first + _CHUNK, len(strain)))
+            part = Memory(*(m[rows] for m in memory))
+            parts.append(respond(self.curves.rows(rows), strain[rows], part, secant=secant))
+        if len(parts) == 1:
+            return parts[0]
+        joined = Memory(*(np.concatenate([p.memory[k] for p in parts]) for k in range(3)))
+        names = ("stress", "tangent", "crack")
+        stress, tangent, crack = (np.concatenate([getattr(p, name) for p in parts]) for name in names)
+        return Answer(stress, joined, tangent, crack)
+
+    def unbalanced(self, answer: Answer, multiplier: float) -> Array:
+        """Loads less internal forces on the free unknowns, in the order of elimination [N]."""
+        inner = self.d.forces(answer.stress.reshape(len(self.model.mesh), -1, 6))
+        return np.asarray((self.dead + multiplier * self.live - inner)[self.d.order])
+
+    def size(self, multiplier: float) -> float:
+        """Norm of the loads on the free unknowns [N]."""
+        dead, live = (float(np.linalg.norm(f[self.d.order])) for f in (self.dead, self.live))
+        return max(dead + abs(multiplier) * live, 1e-3 * live, 1e-300)
+
+    def factor(self, answer: Answer) -> SuperLU:
+        """Factor of the stiffness from the tangents of an answer."""
+        self.factorisations += 1
+        return self.d.factor(self.d.stiffness(answer.tangent.reshape(len(self.model.mesh), -1, 6, 6)))
+
+    def dead_load(self, say: Callable[[str], None] = lambda _: None) -> Node | None:
+        """State under the dead load alone, put on in parts where it cracks or crushes; None where none is found."""
+        n = len(self.curves.modulus)
+        node = Node(np.zeros(len(self.dead)), 0.0, 0.0, 1.0, 0, virgin(n), None, None, 0.0, 0.0)
+        put_on, part = 0.0, 1.0
+        whole = self.dead
+        try:
+            while put_on < 1.0:
+                self.dead = min(put_on + part, 1.0) * whole
+                new = self.solve(node, node.displacement, 0.0, None, 14)
+                if new is None and part <= _LEAST:
+                    new = self.break_on(node, None, 200, say)
+                if new is None:
+                    if part <= _LEAST:
+                        return None
+                    part *= 0.5
+                    continue
+                node, put_on = new._replace(jump=False), min(put_on + part, 1.0)
+                if part < 1.0:
+                    say(f"dead load {put_on:.0%}, {new.iterations} iterations")
+        finally:
+            self.dead = whole
+        return node
+
+    def solve(
+        self, last: Node, guess: Array, multiplier: float, target: float | None, most: int, *, secant: bool = False
+    ) -> Node | None:
+        """Equilibrium at a control displacement, or at a fixed multiplier where ``target`` is None.
+
+        Parameters
+        ----------
+        last : accepted state before, whose memory counts
+        guess, multiplier : where to start
+        target : control displacement [m]
+        most : iterations
+        secant : iterate with secant stiffness
+
+        Returns
+        -------
+        Node, or None where ``most`` iterations do not reach the tolerance
+        """
+        assert last.memory is not None
+        u, factor = guess.copy(), multiplier
+        now = self.answer(u, last.memory, secant=secant)
+        r = self.unbalanced(now, factor)
+        for k in range(1, most + 1):
+            lu = self.factor(now)
+            if target is None:
+                step, more = lu.solve(r), 0.0
+            else:
+                both = lu.solve(np.column_stack([r, self.live_row]))
+                short = target - float(self.control @ u)
+                slope = float(self.row @ both[:, 1])
+                if not abs(slope) > 1e-30:
+                    return None
+                more = (short - float(self.row @ both[:, 0])) / slope
+                step = both[:, 0] + more * both[:, 1]
+            if not np.isfinite(step).all():
+                return None
+            u, factor, now, r = self._search(u, factor, step, more, r, last.memory, secant)
+            off = float(np.linalg.norm(r)) / self.size(factor)
+            held = target is None or abs(target - float(self.control @ u)) <= 1e-6 * max(abs(target), 1e-12)
+            if off <= self.tolerance and held:
+                return self._node(u, factor, off, k, now)
+            if not np.isfinite(off) or off > 1e4:
+                return None
+        return None
+
+    def break_on(
+        self, last: Node, target: float | None, most: int, say: Callable[[str], None] = lambda _: None
+    ) -> Node | None:
+        """Equilibrium past an instability: secant iterations whose damage stays, at a fixed control displacement.
+
+        Without a ``target`` the loads are fixed instead.
+
+        Every iteration is linear with the stiffness that cracks have left, and what it cracks more stays cracked: the
+        load falls as it does while a crack runs through. That ends, since damage only grows, and where it ends is a
+        state in equilibrium; what runs too far on the way is energy that the balance shows as lost.
+        """
+        assert last.memory is not None
+        u, factor, memory = last.displacement[self.d.order], last.multiplier, last.memory
+        patience = _FINISH
+        for k in range(1, most + 1):
+            full = self.d.spread(u)
+            now = self.answer(full, memory, secant=True)
+            memory = now.memory
+            both = self.factor(now).solve(np.column_stack([self.unbalanced(now, factor), self.live_row]))
+            slope = float(self.row @ both[:, 1])
+            if not abs(slope) > 1e-30:
+                return None
+            more = 0.0 if target is None else (target - float(self.row @ (u + both[:, 0]))) / slope
+            factor += more
+            off = float(np.linalg.norm(self.unbalanced(now, factor))) / self.size(factor)
+            if not np.isfinite(off):
+                return None
+            arrived = target is None or abs(target - float(self.row @ u)) <= 1e-6 * max(abs(target), 1e-12)
+            if off <= self.tolerance and arrived:
+                return self._node(full, factor, off, k, now)._replace(jump=True)
+            u = u + both[:, 0] + more * both[:, 1]
+            patience -= 1
+            if k % 20 == 0:
+                say(f"  breaking on: iteration {k}, load {factor:.4g}, unbalanced {off:.1e}")
+            if off < _NEAR and patience <= 0:
+                found = self.solve(last._replace(memory=memory), self.d.spread(u), factor, target, 5)
+                if found is not None:
+                    return found._replace(iterations=k + found.iterations, jump=True)
+                patience = _FINISH
+        return None
+
+    def _search(
+        self, u: Array, factor: float, step: Array, more: float, r: Array, memory: Memory, secant: bool
+    ) -> tuple[Array, float, Answer, Array]:
+        """Take the step, or the part of it that leaves least unbalanced."""
+        spread = self.d.spread(step)
+        before = float(np.linalg.norm(r))
+        best = None
+        for share in (1.0, 0.5, 0.25, 0.1):
+            v, f = u + share * spread, factor + share * more
+            now = self.answer(v, memory, secant=secant)
+            left = self.unbalanced(now, f)
+            off = float(np.linalg.norm(left))
+            if best is None or off < best[0]:
+                best = (off, v, f, now, left)
+            if off <= before or before == 0.0 or secant:
+                break
+        assert best is not None
+        return best[1], best[2], best[3], best[4]
+
+    def _node(self, u: Array, factor: float, off: float, iterations: int, now: Answer) -> Node:
+        volume = self.d.volume.ravel()
+        strain = self.d.strains(u).reshape(-1, 6)
+        stored = 0.5 * float(((now.stress * strain).sum(axis=1) * volume).sum())
+        lost = float(now.memory.lost @ volume)
+        control = float(self.control @ u)
+        return Node(u, factor, control, off, iterations, now.memory, now.stress, now.crack, stored, lost)

@@ -1,0 +1,234 @@
+"""Meshes of 20-node bricks: solids cut along the planes of their outline, whatever the units inside."""
+
+from collections.abc import Sequence
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from skfem import Basis, MeshHex
+from skfem.element import ElementHexS2
+
+from limitmason.errors import InputError, NotApplicable
+from limitmason.geometry import Solid
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+_NEAR = 1e-7  # of the structure's size: planes this near to each other are one
+# corners of the reference cube in the order of scikit-fem
+CORNERS = np.array([[1, 1, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]])
+
+
+class Box(NamedTuple):
+    """An axis-aligned box [m]: lowest and highest corner, shape (3,) each, and what it is made of."""
+
+    low: Array
+    high: Array
+    material: int = 0
+
+
+class Mesh:
+    """20-node bricks with trilinear geometry.
+
+    Parameters
+    ----------
+    vertices : corners of the bricks [m], shape (n, 3)
+    bricks : corners of every brick in the order of scikit-fem's hexahedron, shape (m, 8)
+    material : number of the material of every brick, shape (m,)
+    """
+
+    def __init__(self, vertices: Array, bricks: Index, material: Index) -> None:
+        """Number the nodes: corners first, then middles of edges."""
+        self.solid = MeshHex(np.ascontiguousarray(vertices.T), np.ascontiguousarray(bricks.T))
+        self.element = ElementHexS2()
+        basis = Basis(self.solid, self.element, intorder=1)
+        self.nodes: Array = np.ascontiguousarray(basis.doflocs.T)
+        self.connectivity: Index = np.ascontiguousarray(basis.element_dofs.T)  # (m, 20)
+        self.bricks, self.material = np.asarray(bricks), np.asarray(material)
+
+    def __len__(self) -> int:
+        return len(self.bricks)
+
+    @cached_property
+    def corners(self) -> Array:
+        """Corners of every brick [m], shape (m, 8, 3)."""
+        return np.asarray(self.solid.p.T[self.bricks])
+
+    @cached_property
+    def boundary(self) -> Index:
+        """Numbers of the free faces, shape (f,)."""
+        return np.asarray(self.solid.boundary_facets())
+
+    @cached_property
+    def boundary_owner(self) -> Index:
+        """Brick that each free face belongs to, shape (f,)."""
+        return np.asarray(self.solid.f2t[0, self.boundary])
+
+    @property
+    def boundary_corners(self) -> Array:
+        """Corners of the free faces, counter-clockwise seen from outside [m], shape (f, 4, 3)."""
+        return np.asarray(self.nodes[self.boundary_nodes])
+
+    @cached_property
+    def boundary_nodes(self) -> Index:
+        """Corner nodes of the free faces, counter-clockwise seen from outside, shape (f, 4)."""
+        faces = self.solid.facets[:, self.boundary].T
+        p = self.solid.p.T[faces]
+        inside = self.corners[self.boundary_owner].mean(axis=1)
+        middle = p.mean(axis=1)
+        # scikit-fem keeps corners sorted, not in order around the face
+        axis = p[:, 1] - p[:, 0]
+        other = np.cross(axis, p[:, 3] - p[:, 0])
+        flat = np.linalg.norm(other, axis=1) < 1e-9 * np.linalg.norm(axis, axis=1) ** 2
+        other[flat] = np.cross(axis, p[:, 2] - p[:, 0])[flat]
+        across = np.cross(other, axis)
+        r = p - middle[:, None]
+        angle = np.arctan2(np.einsum("fki,fi->fk", r, across) / np.linalg.norm(across, axis=1)[:, None],
+                           np.einsum("fki,fi->fk", r, axis) / np.linalg.norm(axis, axis=1)[:, None])  # fmt: skip
+        around = np.argsort(angle, axis=1)
+        faces, p = np.take_along_axis(faces, around, axis=1), np.take_along_axis(p, around[..., None], axis=1)
+        outward = np.einsum("fi,fi->f", np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), middle - inside) > 0.0
+        faces[~outward] = faces[~outward][:, ::-1]
+        return np.asarray(faces)
+
+    def at(self, points: ArrayLike) -> tuple[Index, Array]:
+        """Brick that holds each point, and the values of its 20 shape functions there.
+
+        Parameters
+        ----------
+        points : [m], shape (k, 3)
+
+        Returns
+        -------
+        brick : shape (k,)
+        weight : shape (k, 20)
+
+        Raises
+        ------
+        InputError
+            For a point outside the solid by more than a thousandth of a brick.
+        """
+        p = np.atleast_2d(np.asarray(points, dtype=float))
+        brick, weight = np.empty(len(p), dtype=np.intp), np.empty((len(p), 20))
+        low, high = self.corners.min(axis=1), self.corners.max(axis=1)
+        slack = 1e-3 * (high - low).max(axis=1)[:, None]
+        for k, x in enumerate(p):
+            near = np.flatnonzero(((x >= low - slack) & (x <= high + slack)).all(axis=1))
+            local = _local(self.corners[near], x) if len(near) else np.empty((0, 3))
+            off = np.abs(local - 0.5).max(axis=1, initial=0.0) if len(near) else np.empty(0)
+            if not len(near) or off.min() > 0.501:
+                raise InputError(f"point ({x[0]:g}, {x[1]:g}, {x[2]:g}) lies outside the solid")
+            best = int(np.argmin(off))
+            brick[k] = near[best]
+            weight[k] = self._shape(local[best : best + 1])[0]
+        return brick, weight
+
+    def shape_at(self, brick: Index, points: Array) -> Array:
+        """Values of the 20 shape functions of a brick each at points in them [m], shape (k, 3): shape (k, 20)."""
+        return self._shape(_local(self.corners[brick], points))
+
+    def _shape(self, local: Array) -> Array:
+        """Values of the shape functions at reference points, shape (k, 20)."""
+        return np.array([np.broadcast_to(self.element.lbasis(local.T, i)[0], len(local)) for i in range(20)]).T
+
+
+def _local(corners: Array, x: Array) -> Array:
+    """Reference coordinates of a point in some bricks, by Newton on the trilinear map, shape (m, 3)."""
+    c = np.full((len(corners), 3), 0.5)
+    for _ in range(8):
+        shape, gradient = trilinear(c)
+        gap = np.einsum("mk,mki->mi", shape, corners) - x
+        jacobian = np.einsum("mki,mkj->mij", corners, gradient)
+        c = c - np.linalg.solve(jacobian, gap[..., None])[..., 0]
+    return c
+
+
+def trilinear(place: Array) -> tuple[Array, Array]:
+    """Shape functions of the eight corners and their gradients at reference points, shapes (q, 8) and (q, 8, 3)."""
+    sign = 2.0 * CORNERS - 1.0
+    factor = 0.5 + sign * (place[:, None] - 0.5)
+    gradient = np.stack([sign[:, i] * np.delete(factor, i, axis=2).prod(axis=2) for i in range(3)], axis=2)
+    return factor.prod(axis=2), gradient
+
+
+def box_of(solid: Solid, name: str) -> Box:
+    """The axis-aligned box that a convex piece is.
+
+    Raises
+    ------
+    NotApplicable
+        When it is another shape.
+    """
+    v = np.asarray(solid.vertices)
+    low, high = v.min(axis=0), v.max(axis=0)
+    at_corner = (np.isclose(v, low, atol=_NEAR * np.ptp(v)) | np.isclose(v, high, atol=_NEAR * np.ptp(v))).all()
+    if len(v) != 8 or not at_corner:
+        raise NotApplicable(
+            f"block {name!r} is no box along the axes: its solid is not meshed; give bricks of your own (Mesh)"
+        )
+    return Box(low, high)
+
+
+def mesh_boxes(
+    boxes: Sequence[Box], size: float | tuple[float, float, float], *, planes: Sequence[tuple[int, float]] = ()
+) -> Mesh:
+    """Mesh the union of boxes by bricks of at most a size, along the planes of its outline, not those between boxes.
+
+    Parameters
+    ----------
+    boxes : may touch, must not overlap with different materials
+    size : largest edge of a brick [m], one or three along x, y and z
+    planes : further planes (axis, coordinate [m]) that edges must follow, such as limits of a loaded patch
+    """
+    if not boxes:
+        raise InputError("no boxes to mesh")
+    edge = np.broadcast_to(np.asarray(size, dtype=float), (3,))
+    if not (np.isfinite(edge) & (edge > 0.0)).all():
+        raise InputError(f"size of the bricks must be positive [m], got {size!r}")
+    low, high = np.array([b.low for b in boxes]), np.array([b.high for b in boxes])
+    extent = float((high.max(axis=0) - low.min(axis=0)).max())
+    ticks = [_distinct(np.concatenate([low[:, i], high[:, i]]), extent) for i in range(3)]
+    filled = _fill(boxes, ticks, extent)
+    kept = []
+    for axis in range(3):
+        cells = np.moveaxis(filled, axis, 0)
+        outer = np.concatenate([np.full((1, *cells.shape[1:]), -1), cells, np.full((1, *cells.shape[1:]), -1)])
+        carries = (outer[1:] != outer[:-1]).reshape(len(ticks[axis]), -1).any(axis=1)
+        extra = [x for a, x in planes if a == axis and ticks[axis][0] < x < ticks[axis][-1]]
+        kept.append(_divided(_distinct(np.concatenate([ticks[axis][carries], extra]), extent), float(edge[axis])))
+    material = _fill(boxes, kept, extent)
+    cell = np.argwhere(material >= 0)
+    shape = np.array([len(k) for k in kept])
+    number = np.ravel_multi_index(tuple(np.moveaxis(cell[:, None] + CORNERS, -1, 0)), tuple(shape))
+    used, bricks = np.unique(number, return_inverse=True)
+    where = np.stack(np.unravel_index(used, tuple(shape)), axis=1)
+    vertices = np.stack([kept[i][where[:, i]] for i in range(3)], axis=1)
+    return Mesh(vertices, bricks.reshape(number.shape), material[tuple(cell.T)])
+
+
+def _distinct(values: Array, extent: float) -> Array:
+    v = np.sort(values)
+    return v[np.concatenate([[True], np.diff(v) > _NEAR * extent])]
+
+
+def _divided(ticks: Array, size: float) -> Array:
+    """Ticks with equal steps of at most a size between them."""
+    parts = [ticks[:1]]
+    for a, b in pairwise(ticks.tolist()):
+        n = max(1, int(np.ceil((b - a) / size * (1.0 - 1e-9))))
+        parts.append(a + (b - a) * np.arange(1, n + 1) / n)
+    return np.concatenate(parts)
+
+
+def _fill(boxes: Sequence[Box], ticks: Sequence[Array], extent: float) -> Index:
+    """Material per cell of a grid, -1 for none."""
+    cells = np.full([len(t) - 1 for t in ticks], -1, dtype=np.intp)
+    middle = [0.5 * (t[1:] + t[:-1]) for t in ticks]
+    slack = _NEAR * extent
+    for b in boxes:
+        # the middle of a cell may lie on a joint between boxes: both then claim it
+        rows = [np.flatnonzero((m > b.low[i] - slack) & (m < b.high[i] + slack)) for i, m in enumerate(middle)]
+        cells[np.ix_(*rows)] = b.material
+    return cells

@@ -1,0 +1,210 @@
+"""A push-over of a solid: load against control displacement, with stresses, cracks, residuals and energy."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from limitmason.continuum.equilibrium import Node, Solver
+from limitmason.continuum.rotating_crack import Memory
+from limitmason.continuum.solid import Continuum, vibrating
+from limitmason.curve import Curve, Event
+from limitmason.errors import InputError
+from limitmason.vibration.system import VibratingSystem
+
+Array = NDArray[np.float64]
+
+
+class Energy(NamedTuple):
+    """Energy up to every sample [J], shape (n,): work of live and dead loads, stored, lost in cracks and crushing.
+
+    ``error`` is live + dead - stored - lost over the gross work |dW_live| + |dW_dead| so far, from the dead load on.
+    What a jump sets free, and a real wall would throw off as motion, is part of it.
+    """
+
+    live: Array
+    dead: Array
+    stored: Array
+    lost: Array
+    error: Array
+
+
+@dataclass(frozen=True, eq=False)
+class SolidCurve(Curve):
+    """Load [N] against control displacement from the state under dead load [m]; sample 0 is that state.
+
+    Parameters
+    ----------
+    nodes : states; memory, stress and cracks are kept where the load was largest and at the end
+    model, control, tolerance : what was pushed, at which point and in which direction, and how exactly
+    band : crack-band width over the cube root of a brick's volume [-]
+    energy : balance
+    """
+
+    nodes: tuple[Node, ...] = ()
+    model: Continuum | None = None
+    control: tuple[Array, Array] | None = None
+    tolerance: float = 1e-3
+    band: float = 1.0
+    energy: Energy | None = None
+
+    @property
+    def residual(self) -> Array:
+        """Unbalanced nodal forces over the loads per sample, by their norms [-], shape (n,)."""
+        return np.array([n.residual for n in self.nodes])
+
+    @property
+    def multiplier(self) -> Array:
+        """Of the live loads [-], shape (n,)."""
+        return np.array([n.multiplier for n in self.nodes])
+
+    @property
+    def kept(self) -> tuple[int, ...]:
+        """Samples at which stress, cracks and strain can be asked for."""
+        return tuple(i for i, n in enumerate(self.nodes) if n.stress is not None)
+
+    def displacements(self, sample: int = -1) -> Array:
+        """Displacements of the nodes [m], shape (n_nodes, 3)."""
+        return self.nodes[sample].displacement.reshape(-1, 3)
+
+    def stress(self, sample: int = -1) -> Array:
+        """Stresses (xx, yy, zz, xy, yz, zx) at the integration points, tension positive [Pa], shape (m, q, 6)."""
+        stress = self._full(sample).stress
+        assert stress is not None
+        return self._by_brick(stress)
+
+    def crack_width(self, sample: int = -1) -> Array:
+        """Largest crack strain of every point times the crack band of its brick [m], shape (m, q)."""
+        assert self.model is not None
+        crack = self._full(sample).crack
+        assert crack is not None
+        width = self.band * np.cbrt(self.model.discretisation.volume.sum(axis=1))
+        return np.asarray(self._by_brick(crack) * width[:, None])
+
+    def strain(self, sample: int = -1) -> Array:
+        """Largest principal strain at the integration points [-], shape (m, q)."""
+        assert self.model is not None
+        s = self.model.discretisation.strains(self.nodes[sample].displacement).copy()
+        s[..., 3:] *= 0.5
+        return np.asarray(np.linalg.eigvalsh(s[..., [[0, 3, 5], [3, 1, 4], [5, 4, 2]]])[..., -1], dtype=np.float64)
+
+    def vibration(self, *, sample: int = -1) -> VibratingSystem:
+        """Secant stiffness that cracks have left, for :func:`limitmason.modes`: small motions unload and reload."""
+        assert self.model is not None
+        assert self.control is not None
+        node = self._full(sample)
+        assert node.memory is not None
+        solver = Solver(self.model, self.model.functional(*self.control), self.tolerance, self.band)
+        now = solver.answer(node.displacement, node.memory, secant=True)
+        d = self.model.discretisation
+        stiffness = d.stiffness(now.tangent.reshape(len(self.model.mesh), -1, 6, 6))
+        label = f"solid of {len(self.model.mesh)} bricks, cracked, at {1e3 * self.displacement[sample]:.3g} mm"
+        return vibrating(self.model, stiffness, d.factor(stiffness), label)
+
+    def _full(self, sample: int) -> Node:
+        if not -len(self) <= sample < len(self):
+            raise InputError(f"the curve has samples 0 to {len(self) - 1}, got {sample!r}")
+        node = self.nodes[sample]
+        if node.stress is None:
+            raise InputError(f"stresses of sample {sample} were not kept; those of {self.kept} were")
+        return node
+
+    def _by_brick(self, values: Array) -> Array:
+        assert self.model is not None
+        return values.reshape(len(self.model.mesh), self.model.discretisation.per_brick, *values.shape[1:])
+
+    def save(self, path: str | Path) -> None:
+        """Write the states to a numpy archive; :func:`load_curve` reads them back for the same model."""
+        assert self.control is not None
+        last = self.nodes[-1]
+        arrays: dict[str, Array] = {
+            "displacement": np.array([n.displacement for n in self.nodes]),
+            "scalars": np.array([_scalars(n) for n in self.nodes]),
+            "point": self.control[0], "direction": self.control[1],
+            "tolerance": np.array(self.tolerance), "band": np.array(self.band), "status": np.array(self.status),
+        }  # fmt: skip
+        for i in self.kept:
+            node = self.nodes[i]
+            arrays |= {f"{i}/{k}": v for k, v in _fields(node).items()}
+        assert last.memory is not None
+        with open(path, "wb") as file:
+            np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
+
+
+def load_curve(path: str | Path, model: Continuum) -> SolidCurve:
+    """Curve of a model from :meth:`SolidCurve.save`, to look at or to go on from.
+
+    Raises
+    ------
+    InputError
+        When the file is of a model with other nodes.
+    """
+    with np.load(path, allow_pickle=False) as file:
+        u = file["displacement"]
+        if u.shape[1] != 3 * len(model.mesh.nodes):
+            raise InputError(f"{path} is of a model with {u.shape[1] // 3} nodes, this one has {len(model.mesh.nodes)}")
+        nodes = []
+        for i, (row, x) in enumerate(zip(file["scalars"], u, strict=True)):
+            full = {k: file[f"{i}/{k}"] for k in _FIELDS} if f"{i}/stress" in file.files else None
+            nodes.append(_node(x, row, full))
+        control = file["point"], file["direction"]
+        return curve_of(model, nodes, control, float(file["tolerance"]), str(file["status"]), (), float(file["band"]))
+
+
+_FIELDS = ("tension", "compression", "lost", "stress", "crack")
+
+
+def _scalars(n: Node) -> list[float]:
+    return [n.multiplier, n.control, n.residual, n.iterations, n.stored, n.lost, n.jump]
+
+
+def _fields(n: Node) -> dict[str, Array]:
+    assert n.memory is not None
+    assert n.stress is not None
+    assert n.crack is not None
+    return dict(zip(_FIELDS, (*n.memory, n.stress, n.crack), strict=True))
+
+
+def _node(displacement: Array, row: Array, full: Mapping[str, Array] | None) -> Node:
+    multiplier, control, residual, iterations, stored, lost, jump = row.tolist()
+    memory = None if full is None else Memory(full["tension"], full["compression"], full["lost"])
+    stress, crack = (None, None) if full is None else (full["stress"], full["crack"])
+    return Node(
+        displacement, multiplier, control, residual, int(iterations), memory, stress, crack, stored, lost, bool(jump)
+    )
+
+
+def curve_of(
+    model: Continuum, nodes: list[Node], control: tuple[ArrayLike, ArrayLike], tolerance: float, status: str,
+    warnings: tuple[str, ...], band: float = 1.0,
+) -> SolidCurve:  # fmt: skip
+    """The curve of a list of states."""
+    live, dead = model.live.ravel(), model.all_dead
+    size = float(np.linalg.norm(model.live.sum(axis=0)))
+    u, factor = np.array([n.displacement for n in nodes]), np.array([n.multiplier for n in nodes])
+    travel = np.diff(u, axis=0)
+    by_live = 0.5 * (factor[1:] + factor[:-1]) * (travel @ live)
+    by_dead = travel @ dead
+    work = [np.concatenate([[0.0], np.cumsum(w)]) for w in (by_live, by_dead)]
+    stored, lost = (np.array([getattr(n, k) - getattr(nodes[0], k) for n in nodes]) for k in ("stored", "lost"))
+    gross = np.concatenate([[0.0], np.cumsum(np.abs(by_live) + np.abs(by_dead))])
+    error = (work[0] + work[1] - stored - lost) / np.maximum(gross, 1e-300)
+    error[0] = 0.0
+    energy = Energy(work[0], work[1], stored, lost, error)
+    events = [Event("jump", i) for i, n in enumerate(nodes) if n.jump]
+    cracked = [i for i, n in enumerate(nodes) if n.lost > 0.0]
+    if cracked:
+        events.append(Event("first crack", cracked[0]))
+    steps = tuple(i for i, n in enumerate(nodes) if n.jump)
+    if steps:
+        ran = f"{len(steps)} of {len(nodes) - 1} steps are jumps: no Newton iteration ended them"
+        warnings = (*warnings, ran)
+    return SolidCurve(
+        np.array([n.control - nodes[0].control for n in nodes]), factor * (size or 1.0), "m", "N" if size else "-",
+        "continuum", tuple(events), {"energy": error, "residual": np.array([n.residual for n in nodes])}, (), status,
+        warnings, "limitmason", tuple(nodes), model,
+        (np.asarray(control[0], dtype=float), np.asarray(control[1], dtype=float)), tolerance, band, energy,
+    )  # fmt: skip

@@ -1,0 +1,268 @@
+"""Total-strain law with rotating cracks: exponential softening in tension, a parabola in compression.
+
+In the principal axes of strain every direction follows one uniaxial curve of its equivalent strain
+e_i = eps_i + nu / E (sigma_j + sigma_k), the part of its strain that its own stress makes: before any damage this is
+Hooke's law, and a crack has no lateral contraction. Cracks turn with the axes. Unloading runs to the origin; what each
+direction has seen is remembered as a symmetric tensor, largest equivalent strain in tension and in compression.
+
+Sources: Rots (1988) for the rotating crack; Selby and Vecchio (1997) for equivalent strains; curves as in the manual of
+DIANA (exponential by fracture energy; parabola with its peak at 5 fc / 3 E).
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.continuum.material import Material
+from limitmason.errors import InputError
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+_FLOOR = 1e-6
+"""Share of the elastic stiffness left in the tangent, never in the stress: keeps the factorisation of open cracks."""
+_COUPLING = np.ones((3, 3)) - np.eye(3)
+_PAIRS = ((0, 1), (1, 2), (2, 0))
+
+
+class Curves(NamedTuple):
+    """Uniaxial curves of n points, shape (n,) each; infinite strengths never yield."""
+
+    modulus: Array  # E [Pa]
+    poisson: Array  # nu [-]
+    tension: Array  # ft [Pa]
+    softening: Array  # strain scale of the exponential [-]
+    crushing: Array  # fc [Pa]
+    end: Array  # strain over the peak strain at which the parabola ends [-]
+
+    def rows(self, rows: Index) -> "Curves":
+        """Curves of some points."""
+        return Curves(*(c[rows] for c in self))
+
+
+class Memory(NamedTuple):
+    """What points remember: tensors of largest equivalent strain, shape (n, 3, 3), and energy lost [J/m3], (n,)."""
+
+    tension: Array
+    compression: Array
+    lost: Array
+
+
+class Answer(NamedTuple):
+    """Stress (xx, yy, zz, xy, yz, zx) [Pa], (n, 6); new memory; tangent [Pa], (n, 6, 6); crack strain [-], (n,)."""
+
+    stress: Array
+    memory: Memory
+    tangent: Array
+    crack: Array
+
+
+def curves_of(materials: Sequence[Material], material: Index, width: Array) -> Curves:
+    """Curves of points from their materials and crack-band widths.
+
+    Parameters
+    ----------
+    material : number of the material of each point, shape (n,)
+    width : h, over which a crack is smeared [m], shape (n,): the cube root of the volume that a point stands for
+
+    Raises
+    ------
+    InputError
+        When a brick is so wide that its fracture energy is less than the elastic energy at the strength.
+    """
+
+    def column(name: str) -> Array:
+        return np.array([getattr(m, name) for m in materials], dtype=float)[material]
+
+    e, ft, fc = column("young_modulus"), column("tensile_strength"), column("compressive_strength")
+    with np.errstate(invalid="ignore"):
+        softening = np.where(np.isinf(ft), np.inf, column("tensile_energy") / (width * ft) - 0.5 * ft / e)
+        end = np.where(np.isinf(fc), np.inf, 1.5 * column("compressive_energy") / (width * fc))
+        wrong = softening < 0.25 * ft / e
+    wrong &= np.isfinite(ft)
+    if wrong.any():
+        i = int(np.argmax(wrong))
+        largest = float(4.0 / 3.0 * e[i] * column("tensile_energy")[i] / ft[i] ** 2)
+        raise InputError(
+            f"a crack band of {width[i]:.3g} m in {materials[material[i]].name!r} snaps back: with its strength and "
+            f"fracture energy bricks must be smaller than {largest:.3g} m"
+        )
+    return Curves(e, column("poisson_ratio"), ft, softening, fc, end)
+
+
+def virgin(n: int) -> Memory:
+    """Memory of points that were never strained."""
+    return Memory(np.zeros((n, 3, 3)), np.zeros((n, 3, 3)), np.zeros(n))
+
+
+def envelope(c: Curves, strain: Array) -> tuple[Array, Array, Array]:
+    """Stress, slope and area of the curves at equivalent strains never exceeded before.
+
+    Parameters
+    ----------
+    strain : tension positive [-], shape (n, 3)
+
+    Returns
+    -------
+    stress [Pa], slope [Pa], area under the curve from zero [J/m3]: shape (n, 3) each
+    """
+    e, ft, fc = (x[:, None] for x in (c.modulus, c.tension, c.crushing))
+    stress, slope = e * strain, np.broadcast_to(e, strain.shape).copy()
+    area = 0.5 * stress * strain
+    cracked = strain > ft / e
+    if cracked.any():
+        peak, first, scale = (np.broadcast_to(x, strain.shape)[cracked] for x in (ft, ft / e, c.softening[:, None]))
+        s = peak * np.exp(-np.minimum((strain[cracked] - first) / scale, 700.0))
+        stress[cracked], slope[cracked] = s, -s / scale
+        area[cracked] = 0.5 * peak * first + scale * (peak - s)
+    short = -strain
+    crushed = short > fc / (3.0 * e)
+    if crushed.any():
+        f, modulus, end = (np.broadcast_to(x, strain.shape)[crushed] for x in (fc, e, c.end[:, None]))
+        t = (short[crushed] - f / (3.0 * modulus)) / (4.0 * f / (3.0 * modulus))
+        s = (short[crushed] - 5.0 * f / (3.0 * modulus)) / end
+        rising, gone = t <= 1.0, s >= 1.0
+        s = np.clip(s, 0.0, 1.0)
+        rise, t = 4.0 * f / (3.0 * modulus), np.minimum(t, 1.0)
+        stress[crushed] = -np.where(rising, f / 3.0 * (1.0 + 4.0 * t - 2.0 * t * t), f * (1.0 - s * s))
+        slope[crushed] = np.where(rising, f / 3.0 * (4.0 - 4.0 * t) / rise, np.where(gone, 0.0, -2.0 * f * s / end))
+        area[crushed] = (
+            f * f / (18.0 * modulus)
+            + f / 3.0 * rise * (t + 2.0 * t * t - 2.0 / 3.0 * t**3)
+            + f * end * (s - s**3 / 3.0)
+        )
+    return stress, slope, area
+
+
+def uniaxial(c: Curves, strain: Array, tension: Array, compression: Array) -> tuple[Array, Array]:
+    """Stress and slope, with unloading to the origin from what was reached before.
+
+    Parameters
+    ----------
+    strain : equivalent strain [-], shape (n, 3)
+    tension, compression : largest ones before, as positive numbers [-], shape (n, 3)
+    """
+    reached = np.where(strain >= 0.0, np.maximum(strain, tension), np.minimum(strain, -compression))
+    stress, slope, _ = envelope(c, reached)
+    inside = np.abs(strain) < np.abs(reached)
+    secant = np.where(reached == 0.0, c.modulus[:, None], stress / np.where(reached == 0.0, 1.0, reached))
+    return np.where(inside, secant * strain, stress), np.where(inside, secant, slope)
+
+
+def respond(c: Curves, strain: Array, before: Memory, *, secant: bool = False) -> Answer:
+    """Stress at total strains, from the memory of the last accepted state.
+
+    Parameters
+    ----------
+    strain : (xx, yy, zz, xy, yz, zx), shear engineering [-], shape (n, 6)
+    secant : give the secant instead of the consistent tangent: positive definite, slower, steadier
+
+    Notes
+    -----
+    The tangent leaves out how memory that differs between directions turns with them; it is exact while all directions
+    load or none has cracked.
+    """
+    half = strain.copy()
+    half[:, 3:] *= 0.5
+    eps, axes = np.linalg.eigh(half[:, [[0, 3, 5], [3, 1, 4], [5, 4, 2]]])
+    axes = np.swapaxes(axes, 1, 2)  # rows are directions
+    kt = np.maximum(np.einsum("nij,njk,nik->ni", axes, before.tension, axes), 0.0)
+    kc = np.maximum(np.einsum("nij,njk,nik->ni", axes, before.compression, axes), 0.0)
+    sigma, equivalent, slope = _principal(c, eps, kt, kc)
+    e, nu = c.modulus, c.poisson
+    if secant:
+        small = np.abs(equivalent) < 1e-30
+        slope = np.where(small, e[:, None], sigma / np.where(small, 1.0, equivalent))
+    slope = np.where(np.abs(slope) < _FLOOR * e[:, None], _FLOOR * e[:, None], slope)
+    normal = np.linalg.solve(
+        np.eye(3) - (nu / e)[:, None, None] * slope[:, :, None] * _COUPLING, slope[:, :, None] * np.eye(3)
+    )
+    local = np.zeros((len(eps), 6, 6))
+    local[:, :3, :3] = 0.5 * (normal + np.swapaxes(normal, 1, 2))
+    for k, (i, j) in enumerate(_PAIRS, start=3):
+        gap = eps[:, i] - eps[:, j]
+        close = np.abs(gap) < 1e-12 + 1e-9 * np.abs(eps).max(axis=1)
+        g = np.where(close, 0.25 * (normal[:, i, i] + normal[:, j, j] - normal[:, i, j] - normal[:, j, i]),
+                     (sigma[:, i] - sigma[:, j]) / np.where(close, 1.0, 2.0 * gap))  # fmt: skip
+        if secant:  # cracked as its two directions are: never softer than the harmonic mean of their stiffnesses
+            a, b = np.abs(slope[:, i]), np.abs(slope[:, j])
+            g = np.maximum(g, a * b / ((a + b) * (1.0 + nu)))
+        local[:, k, k] = g
+    turn = _strain_turn(axes)
+    tangent = np.swapaxes(turn, 1, 2) @ local @ turn
+    stress = np.einsum("nk,nkc->nc", sigma, turn[:, :3])  # n_i n_i^T in the order of the strains
+    memory = _remember(c, before, axes, equivalent, kt, kc)
+    crack = np.maximum(equivalent - sigma / e[:, None], 0.0).max(axis=1)
+    return Answer(stress, memory, tangent, np.where(equivalent.max(axis=1) > 0.0, crack, 0.0))
+
+
+def _principal(c: Curves, eps: Array, kt: Array, kc: Array) -> tuple[Array, Array, Array]:
+    """Principal stresses that fit the curves, equivalent strains and slopes, shape (n, 3) each."""
+    nu, e = c.poisson[:, None], c.modulus[:, None]
+    lame = nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
+    sigma = e * (eps / (1.0 + nu) + lame * eps.sum(axis=1, keepdims=True))
+    equivalent = eps + nu / e * (sigma @ _COUPLING)
+    stress, slope = uniaxial(c, equivalent, kt, kc)
+    off = np.abs(stress - sigma).max(axis=1)
+    scale = np.maximum(np.abs(sigma).max(axis=1), 1e-9 * c.modulus * 1e-6)
+    todo = np.flatnonzero(off > 1e-12 * scale)
+    if len(todo):
+        part, ep, t, k = c.rows(todo), eps[todo], kt[todo], kc[todo]
+        n, m = nu[todo], e[todo]
+        x = np.clip(sigma[todo], -1.0e300, np.minimum(part.tension, 1e300)[:, None])
+        size = scale[todo]
+        for _ in range(60):
+            f, slopes = uniaxial(part, ep + n / m * (x @ _COUPLING), t, k)
+            r = x - f
+            worst = np.abs(r).max(axis=1)
+            left = worst > 1e-11 * size
+            if not left.any():
+                break
+            matrix = np.eye(3) - (n / m)[:, :, None] * slopes[:, :, None] * _COUPLING
+            step = np.linalg.solve(matrix, -r[..., None])[..., 0]
+            factor = np.ones(len(x))
+            for _ in range(6):  # halve what does not come nearer
+                tried = x + factor[:, None] * step
+                g, _slope = uniaxial(part, ep + n / m * (tried @ _COUPLING), t, k)
+                bad = (np.abs(tried - g).max(axis=1) > worst * (1.0 - 1e-3 * factor)) & left
+                if not bad.any():
+                    break
+                factor[bad] *= 0.5
+            x = np.where(left[:, None], x + factor[:, None] * step, x)
+        sigma[todo] = x
+        equivalent[todo] = ep + n / m * (x @ _COUPLING)
+        stress[todo], slope[todo] = uniaxial(part, equivalent[todo], t, k)
+    return stress, equivalent, slope
+
+
+def _remember(c: Curves, before: Memory, axes: Array, equivalent: Array, kt: Array, kc: Array) -> Memory:
+    """Memory grown by what directions exceeded, and the energy that this took."""
+    more_t = np.maximum(equivalent - np.maximum(kt, 0.0), 0.0)
+    more_c = np.maximum(-equivalent - kc, 0.0)
+    grown = [
+        old + np.einsum("ni,nij,nik->njk", more, axes, axes)
+        for old, more in ((before.tension, more_t), (before.compression, more_c))
+    ]
+    lost = before.lost.copy()
+    for sign, old, more in ((1.0, kt, more_t), (-1.0, kc, more_c)):
+        for reached, times in ((old + more, 1.0), (old, -1.0)):
+            stress, _, area = envelope(c, sign * reached)
+            lost += times * (area - 0.5 * np.abs(stress) * reached).sum(axis=1)
+    return Memory(grown[0], grown[1], lost)
+
+
+def _strain_turn(axes: Array) -> Array:
+    """From strains in global axes to those in given ones, engineering shear, shape (n, 6, 6)."""
+    out = np.empty((len(axes), 6, 6))
+    for k in range(3):
+        a = axes[:, k]
+        out[:, k, :3] = a * a
+        out[:, k, 3], out[:, k, 4], out[:, k, 5] = a[:, 0] * a[:, 1], a[:, 1] * a[:, 2], a[:, 2] * a[:, 0]
+    for k, (i, j) in enumerate(_PAIRS, start=3):
+        a, b = axes[:, i], axes[:, j]
+        out[:, k, :3] = 2.0 * a * b
+        for m, (p, q) in enumerate(_PAIRS, start=3):
+            out[:, k, m] = a[:, p] * b[:, q] + a[:, q] * b[:, p]
+    return out

@@ -1,0 +1,328 @@
+"""The continuum model: a meshed solid, its materials, supports and loads, from the outline of a block model."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import sparse
+from scipy.sparse.linalg import SuperLU
+
+from limitmason.constants import GRAVITY
+from limitmason.continuum.discretisation import Discretisation
+from limitmason.continuum.material import Material
+from limitmason.continuum.mesh import Box, Mesh, box_of, mesh_boxes
+from limitmason.continuum.patch import patch_forces
+from limitmason.errors import InputError
+from limitmason.model.assembly import Assembly
+from limitmason.model.input import read_number, read_vector
+from limitmason.vibration.system import VibratingSystem
+
+Array = NDArray[np.float64]
+
+_ON = 1e-6  # of the structure's size: nodes this near to a held block stand on it
+
+
+class Reactions(NamedTuple):
+    """What the supports carry: force [N], shape (3,), and moment about the origin [N m], shape (3,)."""
+
+    force: Array
+    moment: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Continuum:
+    """A homogeneous solid of 20-node bricks; a frozen value, the ``with_`` methods return changed copies.
+
+    Parameters
+    ----------
+    mesh : bricks
+    materials : by the numbers of ``mesh.material``
+    held : displacements that are zero, shape (n_nodes, 3)
+    dead, live : forces on the nodes beside the own weight [N], shape (n_nodes, 3); a multiplier scales the live ones
+    lumped : masses carried by the nodes [kg], shape (n_nodes,); their weight is dead load
+    points : integration points along an edge of a brick; with 2 a single layer of bricks has motions without strain
+    """
+
+    mesh: Mesh
+    materials: tuple[Material, ...]
+    held: NDArray[np.bool_]
+    dead: Array
+    live: Array
+    lumped: Array
+    points: int = 3
+
+    @classmethod
+    def from_boxes(
+        cls,
+        boxes: Sequence[Box],
+        material: Material | Sequence[Material],
+        *,
+        size: float | tuple[float, float, float],
+        foot: float | None = None,
+        planes: Sequence[tuple[int, float]] = (),
+        points: int = 3,
+    ) -> "Continuum":
+        """A solid of boxes along the axes, held on a level.
+
+        Parameters
+        ----------
+        boxes : may touch; what they are made of is their number in ``material``
+        material : one, or a sequence
+        size : largest edge of a brick [m]
+        foot : height of the level on which all nodes are held [m]; the lowest one by default
+        planes : further planes (axis, coordinate [m]) that edges of bricks follow
+        points : integration points along an edge, 2 or 3
+        """
+        mesh = mesh_boxes(boxes, size, planes=planes)
+        z = mesh.nodes[:, 2]
+        level = float(z.min()) if foot is None else read_number("foot", foot)
+        held = np.abs(z - level) <= _ON * float(np.ptp(mesh.nodes, axis=0).max())
+        return cls._bare(mesh, _several(material), np.repeat(held[:, None], 3, axis=1), points)
+
+    @classmethod
+    def from_assembly(
+        cls,
+        assembly: Assembly,
+        material: Material,
+        *,
+        size: float | tuple[float, float, float],
+        slab: Material | None = None,
+        planes: Sequence[tuple[int, float]] = (),
+        points: int = 3,
+    ) -> "Continuum":
+        """The solid that the free blocks fill, held where it stands on wholly held blocks; joints leave no trace.
+
+        Parameters
+        ----------
+        assembly : of boxes along three common directions, such as those of ``build.wall``
+        material : of the masonry; the densities of the blocks are not used
+        size : largest edge of a brick [m]
+        slab : material of the held blocks, which are then meshed too and held on their lowest face; None: rigid
+        planes : further planes (axis, coordinate [m]) that edges of bricks follow, in the frame of the first block
+        points : integration points along an edge, 2 or 3
+
+        Raises
+        ------
+        NotApplicable
+            For blocks of another shape.
+        InputError
+            When no block is wholly held, or none touches the solid.
+        """
+        if not assembly.fixed.any() or assembly.fixed.all():
+            raise InputError("a solid needs blocks that are free and blocks that are wholly held, on which it stands")
+        first = int(np.flatnonzero(~assembly.fixed)[0])
+        frame = _frame(assembly.blocks[first].parts[0].vertices)
+        free: list[Box] = []
+        fixed: list[Box] = []
+        for block, still in zip(assembly.blocks, assembly.fixed, strict=True):
+            for part in block.parts:
+                box = box_of(part._replace(vertices=part.vertices @ frame.T), block.name)
+                (fixed if still else free).append(box._replace(material=int(still)))
+        mesh = mesh_boxes([*free, *fixed] if slab is not None else free, size, planes=planes)
+        near = _ON * float(np.ptp(mesh.nodes, axis=0).max())
+        if slab is None:
+            held = np.zeros(len(mesh.nodes), dtype=bool)
+            for box in fixed:
+                held |= ((mesh.nodes >= box.low - near) & (mesh.nodes <= box.high + near)).all(axis=1)
+            if not held.any():
+                raise InputError("no wholly held block touches the solid: it stands on nothing")
+        else:
+            held = mesh.nodes[:, 2] <= min(box.low[2] for box in fixed) + near
+        if not np.array_equal(frame, np.eye(3)):
+            mesh = Mesh(mesh.solid.p.T @ frame, mesh.bricks, mesh.material)
+        materials = (material,) if slab is None else (material, slab)
+        return cls._bare(mesh, materials, np.repeat(held[:, None], 3, axis=1), points)
+
+    @classmethod
+    def _bare(cls, mesh: Mesh, materials: tuple[Material, ...], held: NDArray[np.bool_], points: int) -> "Continuum":
+        n = len(mesh.nodes)
+        if int(mesh.material.max()) >= len(materials):
+            raise InputError(f"boxes name material {int(mesh.material.max())}, {len(materials)} are given")
+        return cls(mesh, materials, held, np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n), points)
+
+    @cached_property
+    def discretisation(self) -> Discretisation:
+        """Integration points, matrices and their order; shared by copies that differ in loads alone."""
+        return Discretisation(self.mesh, self.held, self.points)
+
+    @cached_property
+    def elastic(self) -> tuple[sparse.csc_array, SuperLU]:
+        """Elastic stiffness of the free unknowns, in the order of elimination, and its factor."""
+        d = self.discretisation
+        stiffness = d.stiffness(np.array([m.stiffness for m in self.materials]))
+        return stiffness, d.factor(stiffness)
+
+    @property
+    def densities(self) -> Array:
+        """Mass density per material [kg/m3]."""
+        return np.array([m.density for m in self.materials])
+
+    @cached_property
+    def mass(self) -> float:
+        """Of the solid and what it carries [kg]."""
+        solid = self.discretisation.volume.sum(axis=1) @ self.densities[self.mesh.material]
+        return float(solid + self.lumped.sum())
+
+    @cached_property
+    def all_dead(self) -> Array:
+        """Dead forces with the own weight and that of lumped masses [N], shape (3 n,)."""
+        force = np.zeros((len(self.mesh), 3))
+        force[:, 2] = -GRAVITY * self.densities[self.mesh.material]
+        dead = self.dead.copy()
+        dead[:, 2] -= GRAVITY * self.lumped
+        return np.asarray(self.discretisation.body_force(force) + dead.ravel())
+
+    def with_patch_pressure(
+        self, corners: ArrayLike, *, pressure: float | None = None, force: float | None = None, case: str = "live"
+    ) -> "Continuum":
+        """This model and a pressure on a flat convex patch of its free faces, like ``Loads.with_patch_pressure``.
+
+        Parameters
+        ----------
+        corners : counter-clockwise seen from outside [m], shape (k, 3)
+        pressure : pushes into the faces [Pa]
+        force : resultant of the pressure instead [N]
+        case : "live" or "dead"
+        """
+        if (pressure is None) == (force is None):
+            raise InputError("load on a patch: give either pressure or force")
+        nodal, area, normal = patch_forces(self.mesh, corners)
+        size = read_number("pressure", pressure) if force is None else read_number("force", force) / area
+        return self._plus(-size * nodal[:, None] * normal, case)
+
+    def with_patch_mass(self, corners: ArrayLike, mass: float) -> "Continuum":
+        """This model and a mass [kg] spread over a patch of its free faces: it weighs and vibrates with them."""
+        if not read_number("mass", mass) >= 0.0:
+            raise InputError(f"mass on a patch must not be negative, got {mass!r}")
+        nodal, area, _ = patch_forces(self.mesh, corners)
+        return self._like(lumped=self.lumped + nodal * (mass / area))
+
+    def with_body_force(self, direction: ArrayLike, *, case: str = "live") -> "Continuum":
+        """This model and its own weight (with lumped masses) turned to a direction, whose length is a factor."""
+        d = read_vector("direction", direction)
+        solid = self.discretisation.body_force(GRAVITY * self.densities[self.mesh.material][:, None] * d)
+        return self._plus(solid.reshape(-1, 3) + GRAVITY * self.lumped[:, None] * d, case)
+
+    def with_forces(self, forces: ArrayLike, *, case: str = "live") -> "Continuum":
+        """This model and forces on its nodes [N], shape (n_nodes, 3)."""
+        f = np.asarray(forces, dtype=float)
+        if f.shape != self.dead.shape or not np.isfinite(f).all():
+            raise InputError(f"forces must be finite and of shape {self.dead.shape}, got shape {f.shape}")
+        return self._plus(f, case)
+
+    def _plus(self, forces: Array, case: str) -> "Continuum":
+        if case not in ("dead", "live"):
+            raise InputError(f"case must be 'dead' or 'live', got {case!r}")
+        return self._like(**{case: getattr(self, case) + forces})
+
+    def _like(self, **changed: Array) -> "Continuum":
+        other = replace(self, **changed)  # type: ignore[arg-type]
+        for kept in ("discretisation", "elastic"):  # neither depends on loads
+            if kept in self.__dict__:
+                other.__dict__[kept] = self.__dict__[kept]
+        return other
+
+    def vibration(self) -> VibratingSystem:
+        """Elastic stiffness and consistent mass, for :func:`limitmason.modes`."""
+        stiffness, lu = self.elastic
+        return vibrating(self, stiffness, lu, f"elastic solid of {len(self.mesh)} bricks")
+
+    def value_at(self, displacement: Array, points: ArrayLike) -> Array:
+        """Displacement at points of the solid [m], shape (k, 3), from that of the nodes, shape (3 n,)."""
+        brick, weight = self.mesh.at(points)
+        u = displacement.reshape(-1, 3)[self.mesh.connectivity[brick]]
+        return np.asarray(np.einsum("ka,kai->ki", weight, u))
+
+    def functional(self, point: ArrayLike, direction: ArrayLike) -> Array:
+        """Weights of the unknowns in the displacement of a point along a direction, shape (3 n,)."""
+        d = read_vector("direction", direction)
+        if not np.linalg.norm(d) > 0.0:
+            raise InputError("direction of the control must not be zero")
+        brick, weight = self.mesh.at(read_vector("point", point))
+        out = np.zeros(self.dead.shape)
+        out[self.mesh.connectivity[brick[0]]] = weight[0][:, None] * d / np.linalg.norm(d)
+        return out.ravel()
+
+    def reactions(self, stress: Array, forces: Array) -> Reactions:
+        """Force and moment of the supports under stresses at the points, (m, q, 6), and nodal forces, (3 n,)."""
+        f = np.where(self.discretisation.held, self.discretisation.forces(stress) - forces, 0.0).reshape(-1, 3)
+        return Reactions(f.sum(axis=0), np.cross(self.mesh.nodes, f).sum(axis=0))
+
+
+@dataclass(frozen=True, eq=False)
+class NodeCarrier:
+    """Shapes of nodes, shape (n, 3)."""
+
+    model: Continuum
+
+    @property
+    def places(self) -> Array:
+        """Nodes [m], shape (n, 3)."""
+        return self.model.mesh.nodes
+
+    @cached_property
+    def masses(self) -> Array:
+        """Share of each node in the volume times density, scaled to be positive, and what it carries [kg]."""
+        model, d = self.model, self.model.discretisation
+        rho = model.densities[model.mesh.material]
+        m = d.mass(model.densities).diagonal()  # row sums are negative at corners of such bricks
+        lumped = d.spread(m).reshape(-1, 3).max(axis=1)
+        whole = float(d.volume.sum(axis=1) @ rho)
+        return np.asarray(lumped * (whole / lumped.sum()) + model.lumped)
+
+    @property
+    def moving(self) -> NDArray[np.bool_]:
+        """Nodes that are not wholly held, shape (n,)."""
+        return np.asarray(~self.model.held.all(axis=1), dtype=np.bool_)
+
+    def at(self, shape: Array, points: Array) -> Array:
+        """Displacement of points of the solid, shape (p, 3)."""
+        return self.model.value_at(shape.ravel(), points)
+
+
+def vibrating(
+    model: Continuum, stiffness: sparse.csc_array, factor: SuperLU, label: str, warnings: tuple[str, ...] = ()
+) -> VibratingSystem:
+    """A solid with a stiffness, elastic or damaged, in the order of elimination."""
+    d = model.discretisation
+    extra = np.repeat(model.lumped, 3)
+    excited = np.zeros((len(model.mesh.nodes), 3, 3))
+    for i in range(3):
+        force = np.zeros((len(model.mesh), 3))
+        force[:, i] = model.densities[model.mesh.material]
+        excited[..., i] = (d.body_force(force) + extra * np.tile(np.eye(3)[i], len(excited))).reshape(-1, 3)
+    return VibratingSystem(
+        stiffness, d.mass(model.densities, extra), excited.reshape(-1, 3)[d.order],
+        lambda v: d.spread(v).reshape(-1, 3), NodeCarrier(model), np.full(3, model.mass), label, factor.solve, warnings,
+    )  # fmt: skip
+
+
+def _several(material: Material | Sequence[Material]) -> tuple[Material, ...]:
+    return (material,) if isinstance(material, Material) else tuple(material)
+
+
+def _frame(vertices: Array) -> Array:
+    """Rows: directions of the edges of a box, nearest to x, y and z, shape (3, 3); the axes themselves if they fit."""
+    v = np.asarray(vertices, dtype=float)
+    edges = v - v[0]
+    length = np.linalg.norm(edges, axis=1)
+    first = edges[int(np.argsort(length)[1])]
+    first = first / np.linalg.norm(first)
+    square = np.flatnonzero((np.abs(edges @ first) < 1e-6 * length.max()) & (length > 0.0))
+    if not len(square):
+        return np.eye(3)
+    second = edges[square[int(np.argmin(length[square]))]]
+    second = second / np.linalg.norm(second)
+    axes = np.array([first, second, np.cross(first, second)])
+    rows = np.empty((3, 3))
+    left = [0, 1, 2]
+    for k in range(3):  # each axis of space takes the edge that lies nearest to it
+        best = max(left, key=lambda i: abs(axes[i, k]))
+        left.remove(best)
+        rows[k] = axes[best] * (1.0 if axes[best, k] >= 0.0 else -1.0)
+    if np.abs(rows - np.eye(3)).max() < 1e-9:
+        return np.eye(3)
+    return rows if np.linalg.det(rows) > 0.0 else rows * np.array([[1.0], [1.0], [-1.0]])

@@ -1,0 +1,161 @@
+"""Mode shapes as pictures and films, and the matrix that compares those of two models."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from numpy.typing import NDArray
+
+from limitmason.errors import InputError
+from limitmason.figures import style
+from limitmason.figures.deformation import _writer, animate, deformed
+from limitmason.figures.painter import camera
+from limitmason.figures.solids import _brick_size, _paint, solid_map, stage_limits
+from limitmason.geometry.rotation import quaternions
+from limitmason.vibration import Mac, Modes
+from limitmason.vibration.blocks import BlockCarrier
+
+Array = NDArray[np.float64]
+
+_REACH = 0.06  # largest displacement drawn over the structure's size
+
+
+def mode_shape(modes: Modes, number: int, *, reach: float = _REACH, title: str | None = None, **options: Any) -> Figure:
+    """A mode shape of blocks or of a solid.
+
+    Parameters
+    ----------
+    modes : from ``limitmason.modes``
+    number : of the mode, from 1
+    reach : largest displacement as drawn over the structure's largest extent [-]
+    title : heading; number and frequency by default
+    options : of ``figures.deformed`` (blocks) or ``figures.solid_map`` (solids), such as ``azimuth_deg``
+    """
+    shape = _drawn(modes, number, reach)
+    title = title or f"Mode {number}: {modes.frequency[number - 1]:.2f} Hz"
+    share = ", ".join(f"{a} {s:.0%}" for a, s in zip("xyz", modes.share[number - 1], strict=True))
+    caption = f"participating mass {share}"
+    carrier = modes.system.carrier
+    if isinstance(carrier, BlockCarrier):
+        options = {"crack": np.inf, "legend": False, "view": "3d", **options}
+        moved = shape[:, :3], quaternions(shape[:, 3:])
+        figure: Figure = deformed(carrier.assembly, moved, title=title, caption=caption, **options)
+    else:
+        size = np.linalg.norm(shape[carrier.model.mesh.connectivity], axis=2).max(axis=1)  # type: ignore[attr-defined]
+        figure = solid_map(
+            carrier.model, size / size.max(), displacement=shape, scale=1.0, label="displacement [-]",  # type: ignore[attr-defined]
+            title=title, caption=caption, **options,
+        )  # fmt: skip
+    # the displacement of a mode has no size of its own: the caption that states one is left out
+    for text in figure.texts:
+        if text.get_gid() == "caption":
+            text.set_text(caption)
+    return figure
+
+
+def mode_film(
+    modes: Modes, number: int, path: str | Path, *, reach: float = _REACH, frames: int = 24, fps: int = 15,
+    azimuth_deg: float = -58.0, elevation_deg: float = 22.0,
+) -> Path:  # fmt: skip
+    """Film of one period of a mode, which can be shown over and over.
+
+    Parameters
+    ----------
+    modes, number, reach : see :func:`mode_shape`
+    path : file to write, .gif by pillow, other endings by ffmpeg where it is installed
+    frames, fps : pictures in the period, and per second
+    azimuth_deg, elevation_deg : direction the viewer looks from [deg]
+    """
+    shape = _drawn(modes, number, reach)
+    phase = np.sin(2.0 * np.pi * np.arange(frames) / frames)
+    title = f"Mode {number}: {modes.frequency[number - 1]:.2f} Hz"
+    carrier = modes.system.carrier
+    if isinstance(carrier, BlockCarrier):
+        shift = phase[:, None, None] * shape[:, :3]
+        turn = np.array([quaternions(p * shape[:, 3:]) for p in phase])
+        motion = SimpleNamespace(shift=shift, quaternion=turn)
+        return animate(carrier.assembly, motion, path, frames=frames, fps=fps, crack=np.inf, title=title, view="3d",
+                       azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)  # fmt: skip
+    model = carrier.model  # type: ignore[attr-defined]
+    target = Path(path)
+    writer = _writer(target, fps)
+    view = camera(azimuth_deg, elevation_deg)
+    low, high = stage_limits(model, [-shape, shape], view)
+    with style.print_style():
+        page = style.Page(high - low, None, framed=False)
+        figure = page.finish(title, None, [])
+        page.ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+        page.ax.axis("off")
+        width = page.line_width(_brick_size(model))
+        with writer.saving(figure, str(target), 100):
+            for p in phase:
+                for artist in list(page.ax.collections):
+                    artist.remove()
+                _paint(page.ax, model, model.mesh.nodes + p * shape, view, None, None, "", width)
+                writer.grab_frame()
+    return target
+
+
+def _drawn(modes: Modes, number: int, reach: float) -> Array:
+    if not 1 <= number <= len(modes):
+        raise InputError(f"mode must lie between 1 and {len(modes)}, got {number!r}")
+    if not (np.isfinite(reach) and reach > 0.0):
+        raise InputError(f"reach must be positive, got {reach!r}")
+    shape = modes.shape[number - 1]
+    size = float(np.ptp(modes.places, axis=0).max())
+    largest = float(np.linalg.norm(shape[:, :3], axis=1).max())
+    return np.asarray(shape * (reach * size / largest))
+
+
+@style.in_print_style
+def mac_matrix(
+    mac: Mac, *, names: tuple[str, str] = ("first", "second"), title: str | None = None, caption: str | None = None
+) -> Figure:
+    """Matrix of the modal assurance criterion, the better of each row framed.
+
+    Parameters
+    ----------
+    mac : from ``limitmason.mac``
+    names : of the two models, rows and columns
+    title, caption : heading and the small text under it
+    """
+    k, l = mac.values.shape  # noqa: E741
+    cell, left, foot = 0.52, 1.05, 0.62
+    head = 0.16 + (0.24 if title else 0.0) + (0.18 if caption else 0.0)
+    wide, high = max(cell * l + left + 0.2, 3.0), cell * k + foot + head
+    figure = Figure(figsize=(wide, high), dpi=200)
+    FigureCanvasAgg(figure)
+    ax = figure.add_axes((left / wide, foot / high, cell * l / wide, cell * k / high))
+    best = mac.values.argmax(axis=1)
+    for i in range(k):
+        for j in range(l):
+            v = float(mac.values[i, j])
+            ax.add_patch(Rectangle((j, i), 1, 1, facecolor=style.pale(style.BLUE, v), edgecolor="white", gid="cell"))
+            ax.text(j + 0.5, i + 0.5, f"{v:.2f}", ha="center", va="center", fontsize=7,
+                    color="white" if v > 0.75 else style.BLACK, gid="value")  # fmt: skip
+        ax.add_patch(Rectangle((best[i] + 0.03, i + 0.03), 0.94, 0.94, fill=False, edgecolor=style.BLACK, gid="best"))
+    ax.set(xlim=(0, l), ylim=(k, 0))
+    ax.set_xticks(np.arange(l) + 0.5, _ticks(mac.frequency_b), fontsize=6.5)
+    ax.set_yticks(np.arange(k) + 0.5, _ticks(mac.frequency_a), fontsize=6.5)
+    ax.set_xlabel(names[1], fontsize=7.5)
+    ax.set_ylabel(names[0], fontsize=7.5)
+    ax.tick_params(length=0)
+    for spine in ax.spines.values():
+        spine.set_visible(False)
+    top = 1.0 - 0.09 / high
+    if title:
+        figure.text(0.1 / wide, top, title, fontsize=9, fontweight="bold", va="top", gid="title")
+        top -= 0.24 / high
+    if caption:
+        figure.text(0.1 / wide, top, caption, fontsize=6.5, color=style.FAINT, va="top", gid="caption")
+    return figure
+
+
+def _ticks(frequency: Array) -> list[str]:
+    return [f"{i + 1}" if np.isnan(f) else f"{i + 1}\n{f:.1f} Hz" for i, f in enumerate(frequency)]

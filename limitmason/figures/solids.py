@@ -1,0 +1,151 @@
+"""Solids of bricks in space: moved, and coloured by stress, strain or cracks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+from limitmason.continuum import Continuum
+from limitmason.errors import InputError
+from limitmason.figures import style
+from limitmason.figures.painter import Camera, camera
+
+Array = NDArray[np.float64]
+
+_BAR = 0.62  # width that a colour bar takes beside the drawing [in]
+
+
+@style.in_print_style
+def solid_map(
+    model: Continuum,
+    values: ArrayLike | None = None,
+    *,
+    displacement: ArrayLike | None = None,
+    scale: float | None = None,
+    label: str = "",
+    limits: tuple[float, float] | None = None,
+    colours: str = "viridis",
+    title: str | None = None,
+    caption: str | None = None,
+    azimuth_deg: float = -58.0,
+    elevation_deg: float = 22.0,
+    ax: Axes | None = None,
+) -> Figure:
+    """Free faces of a solid, coloured by a value per brick, where its nodes have moved to.
+
+    Parameters
+    ----------
+    model : the solid
+    values : one per brick, shape (m,), or per integration point, shape (m, q), of which the largest of a brick counts
+    displacement : of the nodes [m], shape (n_nodes, 3)
+    scale : factor on displacements; by default the largest is drawn as a fifteenth of the structure's size
+    label : of the colour bar, with its unit
+    limits : lowest and highest colour; those of the values by default
+    colours : a colour map of matplotlib
+    title, caption : heading, and text under it after the scale
+    azimuth_deg, elevation_deg : direction the viewer looks from [deg]
+    ax : axes to draw on; a new figure when not given
+    """
+    moved, text = _moved(model, displacement, scale)
+    view = camera(azimuth_deg, elevation_deg)
+    per_brick = None if values is None else _per_brick(model, values)
+    page_points = view.project(moved)
+    low, high = page_points.min(axis=0), page_points.max(axis=0)
+    page = style.Page(high - low, ax, framed=False)
+    norm = None
+    if per_brick is not None:
+        bottom, top = limits or (float(per_brick.min()), float(per_brick.max()))
+        norm = Normalize(bottom, top if top > bottom else bottom + 1e-12)
+    _paint(page.ax, model, moved, view, per_brick, norm, colours, page.line_width(_brick_size(model)))
+    page.ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+    page.ax.axis("off")
+    figure = page.finish(title, " · ".join(t for t in (text, caption) if t) or None, [])
+    if norm is not None:
+        _bar(figure, page.ax, norm, colours, label)
+    return figure
+
+
+def _moved(model: Continuum, displacement: ArrayLike | None, scale: float | None) -> tuple[Array, str]:
+    """Places of the nodes as drawn, and what to say about them."""
+    nodes = model.mesh.nodes
+    if displacement is None:
+        if scale is not None:
+            raise InputError("scale is of displacements: give them, or leave it out")
+        return nodes, ""
+    u = np.asarray(displacement, dtype=float)
+    if u.shape != nodes.shape or not np.isfinite(u).all():
+        raise InputError(f"displacements must be finite and of shape {nodes.shape}, got shape {u.shape}")
+    largest = float(np.linalg.norm(u, axis=1).max())
+    size = float(np.ptp(nodes, axis=0).max())
+    factor = scale if scale is not None else size / 15.0 / largest if largest > 0.0 else 1.0
+    return nodes + factor * u, f"largest displacement {1e3 * largest:.3g} mm · drawn {factor:.3g} times"
+
+
+def _per_brick(model: Continuum, values: ArrayLike) -> Array:
+    v = np.asarray(values, dtype=float)
+    if v.ndim == 2:
+        v = np.take_along_axis(v, np.abs(v).argmax(axis=1)[:, None], axis=1)[:, 0]
+    if v.shape != (len(model.mesh),) or not np.isfinite(v).all():
+        raise InputError(f"values must be finite, one per brick ({len(model.mesh)}), got shape {v.shape}")
+    return v
+
+
+def _brick_size(model: Continuum) -> float:
+    c = model.mesh.corners
+    return float(np.median((c.max(axis=1) - c.min(axis=1)).min(axis=1)))
+
+
+def _paint(
+    ax: Axes, model: Continuum, places: Array, view: Camera, values: Array | None, norm: Normalize | None,
+    colours: str, width: float,
+) -> None:  # fmt: skip
+    mesh = model.mesh
+    faces = mesh.boundary_nodes  # corners around each face, counter-clockwise from outside
+    p = places[faces]
+    normal = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    seen = np.flatnonzero(normal @ view.towards > 0.0)
+    depth = p[seen].mean(axis=1) @ view.towards
+    seen = seen[np.argsort(depth)]
+    light = np.abs(normal[seen] @ np.array([0.35, -0.45, 0.82])) / np.linalg.norm(normal[seen], axis=1)
+    if values is None or norm is None:
+        base = np.tile([0.80, 0.76, 0.70], (len(seen), 1))
+    else:
+        owner = mesh.boundary_owner[seen]
+        base = colormaps[colours](norm(values[owner]))[:, :3]
+    shade = base * (0.78 + 0.22 * light)[:, None]
+    ax.add_collection(
+        PolyCollection(list(view.project(p[seen].reshape(-1, 3)).reshape(-1, 4, 2)), facecolors=shade,
+                       edgecolors=style.BLACK, linewidths=0.5 * width, gid="bricks")
+    )  # fmt: skip
+
+
+def _bar(figure: Figure, ax: Axes, norm: Normalize, colours: str, label: str) -> None:
+    """Colour bar in a strip that the page is widened by."""
+    width, height = figure.get_size_inches()
+    for other in figure.axes:
+        box = other.get_position()
+        place = (box.x0 * width / (width + _BAR), box.y0, box.width * width / (width + _BAR), box.height)
+        other.set_position(place)
+    for text in figure.texts:
+        text.set_x(text.get_position()[0] * width / (width + _BAR))
+    figure.set_size_inches(width + _BAR, height)
+    box = ax.get_position()
+    strip = figure.add_axes((width / (width + _BAR), box.y0 + 0.1 * box.height, 0.09 / width, 0.8 * box.height))
+    bar = figure.colorbar(ScalarMappable(norm, colours), cax=strip)
+    bar.set_label(label, fontsize=7)
+    bar.ax.tick_params(labelsize=6.5, width=0.5, length=2.0)
+    bar.outline.set_linewidth(0.5)
+
+
+def stage_limits(model: Continuum, shapes: Sequence[Array], view: Camera) -> tuple[Array, Array]:
+    """Page limits that hold all positions of a film."""
+    points = np.concatenate([view.project(model.mesh.nodes + u) for u in shapes])
+    return points.min(axis=0), points.max(axis=0)

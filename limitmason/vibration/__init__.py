@@ -1,0 +1,7 @@
+"""Small vibrations: natural modes of blocks and solids, and how alike the shapes of two models are."""
+
+from limitmason.vibration.mac import Mac, mac
+from limitmason.vibration.modes import Modes, modes
+from limitmason.vibration.system import VibratingSystem
+
+__all__ = ["Mac", "Modes", "VibratingSystem", "mac", "modes"]

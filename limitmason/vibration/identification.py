@@ -1,0 +1,232 @@
+"""Modes from measured or simulated motion under unknown white noise: frequency-domain decomposition and SSI.
+
+Sources: Brincker, Zhang and Andersen (2001) for the decomposition of spectra; Peeters and De Roeck (1999) for
+covariance-driven stochastic subspace identification.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import eig, svd
+from scipy.signal import csd, find_peaks
+
+from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.text_table import aligned
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+METHODS = ("fdd", "ssi", "pyoma")
+
+
+@dataclass(frozen=True, eq=False)
+class Identified:
+    """Modes found in signals, lowest first.
+
+    Parameters
+    ----------
+    frequency : [Hz], shape (k,)
+    damping : ratio to critical [-], shape (k,); NaN where the method gives none
+    shape : complex, one component per channel, the largest 1, shape (k, channels)
+    spectrum : frequencies [Hz] and first singular value of the spectral matrix there, shape (2, lines)
+    method : "fdd", "ssi" or "pyoma"
+    warnings : what a user should know
+    """
+
+    frequency: Array
+    damping: Array
+    shape: Complex
+    spectrum: Array
+    method: str
+    warnings: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        """Table of frequencies and damping ratios."""
+        rows = [
+            [str(k + 1), f"{f:.4g}", "-" if np.isnan(d) else f"{d:.2%}"]
+            for k, (f, d) in enumerate(zip(self.frequency, self.damping, strict=True))
+        ]
+        return "\n".join([aligned([["mode", "frequency [Hz]", "damping"], *rows], "<>>"), *self.warnings])
+
+    __repr__ = __str__
+
+
+def identify_modes(
+    signals: ArrayLike,
+    step: float,
+    *,
+    method: str = "fdd",
+    count: int = 3,
+    band: tuple[float, float] | None = None,
+    lines: int = 1024,
+    order: int = 20,
+    lags: int = 30,
+) -> Identified:
+    """Modes of a linear structure from its motion under white noise that nobody measured.
+
+    Parameters
+    ----------
+    signals : one column per channel, accelerations or displacements, shape (samples, channels)
+    step : time between samples [s]
+    method : "fdd" (peaks of the first singular value of the spectra: frequencies and shapes, a first look), "ssi"
+        (covariance-driven subspace identification: damping too) or "pyoma" (the same by pyOMA-2, extra ``identify``)
+    count : most modes wanted, those of the highest peaks (fdd) or found at most orders (ssi)
+    band : lowest and highest frequency [Hz]; up to 90 % of Nyquist's by default
+    lines : samples per segment of the spectra; their distance 1 / (lines step) is the resolution of fdd
+    order, lags : largest order of the state and number of block rows, of ssi
+
+    Raises
+    ------
+    InputError
+        For signals that are too short, constant or not finite, and options out of range.
+    NotApplicable
+        When pyOMA-2 is wanted and not installed.
+    NotConverged
+        When no mode is found in the band.
+
+    Notes
+    -----
+    Closely spaced modes need more channels than modes and long records. Noise that is not white shows as modes of its
+    own. Damping of a record of n periods scatters by about sqrt(1 / (2 pi zeta n)).
+    """
+    y = np.asarray(signals, dtype=float)
+    if y.ndim != 2 or not np.isfinite(y).all():
+        raise InputError(f"signals must be finite, one column per channel, got shape {y.shape}")
+    if not (np.isfinite(step) and step > 0.0):
+        raise InputError(f"step between samples must be positive [s], got {step!r}")
+    if len(y) < max(2 * lines, 8 * lags):
+        raise InputError(f"{len(y)} samples are too few: two segments of {lines} and 8 x {lags} lags are needed")
+    if method not in METHODS:
+        raise InputError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
+    if count < 1 or order < 2 or lags < 2 or lags * y.shape[1] <= order:
+        raise InputError("count must be at least 1, and order at least 2 and below lags times channels")
+    y = y - y.mean(axis=0)
+    if not (y.std(axis=0) > 0.0).all():
+        raise InputError(f"channel {int(np.argmin(y.std(axis=0)))} does not move")
+    low, high = band or (0.0, 0.45 / step)
+    if not 0.0 <= low < high <= 0.5 / step:
+        raise InputError(f"band must lie between 0 and {0.5 / step:g} Hz, got {band!r}")
+    y = y / y.std()
+    spectrum, first, vectors = _spectra(y, step, lines)
+    inside = (spectrum >= low) & (spectrum <= high)
+    shown = np.array([spectrum, first])
+    if method == "fdd":
+        return _peaks(spectrum, first, vectors, inside, count, shown)
+    poles = _subspace(y, step, order, lags) if method == "ssi" else _pyoma(y, step, order, lags)
+    return _stable(poles, (low, high), count, shown, method)
+
+
+def _spectra(y: Array, step: float, lines: int) -> tuple[Array, Array, Complex]:
+    """Frequencies, first singular values and vectors of the spectral matrix."""
+    channels = y.shape[1]
+    matrix = None
+    for i in range(channels):
+        for j in range(channels):
+            f, p = csd(y[:, i], y[:, j], fs=1.0 / step, nperseg=lines)
+            if matrix is None:
+                matrix = np.empty((len(f), channels, channels), dtype=complex)
+            matrix[:, i, j] = p
+    assert matrix is not None
+    u, s, _ = np.linalg.svd(matrix)
+    return np.asarray(f), s[:, 0], np.conj(u[:, :, 0])
+
+
+def _peaks(
+    f: Array, first: Array, vectors: Complex, inside: NDArray[np.bool_], count: int, shown: Array
+) -> Identified:
+    level = np.log(np.maximum(first, first.max() * 1e-12))
+    at, found = find_peaks(np.where(inside, level, level[inside].min() if inside.any() else 0.0), prominence=0.7)
+    if not len(at):
+        raise NotConverged("no peak of the spectra in the band: is the record long enough and excited there?")
+    at = np.sort(at[np.argsort(found["prominences"])[::-1][:count]])
+    # a parabola through the logarithms of three lines
+    a, b, c = level[at - 1], level[at], level[np.minimum(at + 1, len(f) - 1)]
+    shift = 0.5 * (a - c) / np.where(a - 2 * b + c == 0.0, -1.0, a - 2 * b + c)
+    frequency = f[at] + np.clip(shift, -0.5, 0.5) * (f[1] - f[0])
+    warnings = () if len(at) >= count else (f"{len(at)} of {count} modes found in the band",)
+    return Identified(frequency, np.full(len(at), np.nan), _scaled(vectors[at]), shown, "fdd", warnings)
+
+
+Pole = tuple[int, Array, Array, Complex]
+"""Order, frequencies [Hz], damping ratios and shapes of the poles of one order."""
+
+
+def _subspace(y: Array, step: float, order: int, lags: int) -> list[Pole]:
+    n, channels = y.shape
+    r = [y[k:].T @ y[: n - k] / (n - k) for k in range(1, 2 * lags)]
+    toeplitz = np.block([[r[lags + i - j - 1] for j in range(lags)] for i in range(lags)])
+    u, s, _ = svd(toeplitz)
+    poles = []
+    for size in range(2, order + 1, 2):
+        observed = u[:, :size] * np.sqrt(s[:size])
+        a = np.linalg.lstsq(observed[:-channels], observed[channels:], rcond=None)[0]
+        value, vector = eig(a)
+        poles.append(_continuous(size, value, observed[:channels] @ vector, step))
+    return poles
+
+
+def _continuous(size: int, value: Complex, shape: Complex, step: float) -> Pole:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rate = np.log(np.where(np.abs(value) > 0.0, value, 1e-300)) / step
+    keep = rate.imag > 1e-9
+    rate, shape = rate[keep], shape[:, keep].T
+    return size, np.abs(rate) / (2.0 * np.pi), -rate.real / np.abs(rate), shape
+
+
+def _pyoma(y: Array, step: float, order: int, lags: int) -> list[Pole]:
+    try:
+        from pyoma2.algorithms import SSI
+        from pyoma2.setup import SingleSetup
+    except ImportError as error:
+        raise NotApplicable("method 'pyoma' needs pyOMA-2: pip install 'limitmason[identify]', or use 'ssi'") from error
+    setup: Any = SingleSetup(y, fs=1.0 / step)
+    algorithm: Any = SSI(name="ssi", method="cov", br=lags, ordmax=order)
+    setup.add_algorithms(algorithm)
+    setup.run_all()
+    found = algorithm.result
+    poles = []
+    for k in range(found.Fn_poles.shape[1]):
+        f = np.asarray(found.Fn_poles[:, k], dtype=float)
+        keep = np.isfinite(f)
+        f, first = np.unique(np.round(f[keep], 12), return_index=True)  # conjugates are listed twice
+        rows = np.flatnonzero(keep)[first]
+        if len(f):
+            poles.append((k, f, np.asarray(found.Xi_poles[rows, k]), np.asarray(found.Phi_poles[rows, k])))
+    return poles
+
+
+def _stable(poles: Sequence[Pole], band: tuple[float, float], count: int, shown: Array, method: str) -> Identified:
+    """Poles that come back at the next order, gathered by frequency; medians of those that come back most."""
+    kept: list[tuple[float, float, Complex]] = []
+    for (_, f0, d0, s0), (_, f1, d1, s1) in pairwise(poles):
+        for f, d, shape in zip(f1, d1, s1, strict=True):
+            if not (band[0] <= f <= band[1] and 0.0 < d < 0.2) or not len(f0):
+                continue
+            i = int(np.argmin(np.abs(f0 - f)))
+            alike = abs(np.vdot(s0[i], shape)) ** 2 / (np.vdot(s0[i], s0[i]).real * np.vdot(shape, shape).real)
+            if abs(f0[i] - f) < 0.01 * f and abs(d0[i] - d) < 0.1 * d and alike > 0.95:
+                kept.append((float(f), float(d), shape))
+    kept.sort(key=lambda p: p[0])
+    groups: list[list[tuple[float, float, Complex]]] = []
+    for pole in kept:
+        if groups and pole[0] - groups[-1][-1][0] < 0.01 * pole[0]:
+            groups[-1].append(pole)
+        else:
+            groups.append([pole])
+    groups = [g for g in groups if len(g) >= 3]
+    if not groups:
+        raise NotConverged("no pole comes back from order to order: is the record long enough and excited in the band?")
+    best = sorted(sorted(groups, key=len, reverse=True)[:count], key=lambda g: g[0][0])
+    frequency, damping = (np.array([float(np.median([p[k] for p in g])) for g in best]) for k in (0, 1))
+    shapes = _scaled(np.array([min(g, key=lambda p: abs(p[0] - f))[2] for g, f in zip(best, frequency, strict=True)]))
+    warnings = () if len(best) >= count else (f"{len(best)} of {count} modes found in the band",)
+    return Identified(frequency, damping, shapes, shown, method, warnings)
+
+
+def _scaled(shape: Complex) -> Complex:
+    largest = np.take_along_axis(shape, np.abs(shape).argmax(axis=1)[:, None], axis=1)
+    return np.asarray(shape / largest)

@@ -1,0 +1,148 @@
+"""Natural modes of any model: frequencies, shapes at blocks, nodes or chosen points, and the mass that takes part."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse.linalg import LinearOperator, eigsh, splu
+
+from limitmason.errors import InputError, NotConverged
+from limitmason.model.assembly import Assembly
+from limitmason.text_table import aligned
+from limitmason.vibration.blocks import closed_system
+from limitmason.vibration.system import Vibrates, VibratingSystem
+
+Array = NDArray[np.float64]
+
+_AT_REST = 1e-6  # of the largest frequency found: below it nothing holds the motion
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Natural modes, lowest first; shapes are of unit modal mass.
+
+    Parameters
+    ----------
+    frequency : [Hz], shape (k,); zero where nothing holds the motion
+    shape : displacement (and rotation, for blocks) of every block or node per mode, shape (k, n, 6) or (k, n, 3)
+    participating : mass that a mode moves when the ground shakes along x, y, z [kg], shape (k, 3)
+    residual : |K u - w^2 M u| over |K u| per mode [-], shape (k,); over the largest |K u| for modes at rest
+    system : what vibrates
+    """
+
+    frequency: Array
+    shape: Array
+    participating: Array
+    residual: Array
+    system: VibratingSystem
+
+    def __len__(self) -> int:
+        return len(self.frequency)
+
+    @property
+    def places(self) -> Array:
+        """Centroids of blocks or nodes of a continuum [m], shape (n, 3)."""
+        return self.system.carrier.places
+
+    @property
+    def share(self) -> Array:
+        """Participating mass over the mass that can move [-], shape (k, 3)."""
+        return np.asarray(self.participating / self.system.total)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a user should know before trusting the frequencies."""
+        return self.system.warnings
+
+    def at(self, points: ArrayLike) -> Array:
+        """Displacement of chosen points per mode, shape (k, p, 3), points [m], shape (p, 3)."""
+        p = np.atleast_2d(np.asarray(points, dtype=float))
+        return np.array([self.system.carrier.at(shape, p) for shape in self.shape])
+
+    def __str__(self) -> str:
+        """Table of frequencies and participating masses."""
+        head = ["mode", "frequency [Hz]", "mass x", "mass y", "mass z"]
+        rows = [
+            [str(k + 1), f"{f:.4g}", *(f"{s:.1%}" for s in share)]
+            for k, (f, share) in enumerate(zip(self.frequency, self.share, strict=True))
+        ]
+        text = aligned([head, *rows], "<>>>>")
+        return "\n".join([f"modes of {self.system.label}", text, *self.warnings])
+
+    __repr__ = __str__
+
+
+def modes(model: Assembly | Vibrates, count: int = 3, **options: Any) -> Modes:
+    """Lowest natural modes of a model, K u = (2 pi f)^2 M u.
+
+    Parameters
+    ----------
+    model : an ``Assembly`` (rigid blocks on elastic joints, all closed), or what has a ``vibration`` method: a
+        ``Continuum`` (elastic) or a curve of one (damaged), a capacity curve of blocks, a ``dem.History`` (the
+        tangent at the state it ended in)
+    count : how many modes
+    options : of the model. Assembly: ``contact_points``, ``contact_model``, ``stiffness`` (kn or (kn, ks) [Pa/m]);
+        capacity curve: ``sample``, ``sliding``; DEM: ``sliding`` ("sticks" or "drops": points at their strength keep
+        or lose their shear stiffness)
+
+    Returns
+    -------
+    Modes
+
+    Raises
+    ------
+    InputError
+        When a free block has no mass, fewer modes exist than asked for, or the model cannot vibrate.
+    NotConverged
+        When the iteration for the modes fails.
+
+    Notes
+    -----
+    Damping is left out. Of a state only joints or cracks that are open count; large displacements of it do not.
+    """
+    if isinstance(model, Assembly):
+        system = closed_system(model, **options)
+    elif hasattr(model, "vibration"):
+        system = model.vibration(**options)
+    else:
+        raise InputError(f"a {type(model).__name__} has no vibration: give an Assembly, a Continuum or a state")
+    return solved(system, count)
+
+
+def solved(system: VibratingSystem, count: int) -> Modes:
+    """Modes of a system; see :func:`modes`."""
+    n = system.stiffness.shape[0]
+    if not 1 <= count < n:
+        raise InputError(f"count must lie between 1 and {n - 1}, got {count!r}")
+    k, m = system.stiffness, system.mass
+    start = np.ones(n)  # the same from run to run
+    scale = float(k.diagonal().sum() / m.diagonal().sum())
+    try:
+        try:
+            if system.solve is None:
+                value, vector = eigsh(k, count, m, sigma=0.0, v0=start)
+            else:
+                inverse = LinearOperator((n, n), matvec=system.solve, dtype=float)
+                value, vector = eigsh(k, count, m, sigma=0.0, v0=start, OPinv=inverse)
+            sound = bool(np.isfinite(value).all() and value.min() > -1e-9 * scale)
+        except RuntimeError:  # an exactly singular stiffness: something is free to move
+            sound = False
+        if not sound or value.max() < 1e-9 * scale:
+            shift = -1e-6 * scale
+            lu = splu((k - shift * m).tocsc())
+            inverse = LinearOperator((n, n), matvec=lu.solve, dtype=float)
+            value, vector = eigsh(k, count, m, sigma=shift, v0=start, OPinv=inverse)
+    except RuntimeError as error:
+        raise NotConverged(f"modes of {system.label}: {error}") from error
+    order = np.argsort(value)
+    value, vector = value[order], vector[:, order]
+    stiff = k @ vector
+    size = np.linalg.norm(stiff, axis=0)
+    at_rest = value < (_AT_REST**2) * max(float(value.max()), scale * 1e-6)
+    off = np.linalg.norm(stiff - (m @ vector) * np.where(at_rest, 0.0, value), axis=0)
+    size = np.where(at_rest, max(float(size.max()), 1e-300), size)
+    frequency = np.where(at_rest, 0.0, np.sqrt(np.maximum(value, 0.0))) / (2.0 * np.pi)
+    shape = np.array([system.spread(v) for v in vector.T])
+    participating = (vector.T @ system.excited) ** 2
+    return Modes(frequency, shape, participating, off / size, system)

@@ -1,0 +1,64 @@
+"""What a model gives to be vibrated: stiffness, mass, and how its unknowns move points in space."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+Array = NDArray[np.float64]
+
+
+class Carrier(Protocol):
+    """How a shape, one row of components per place (block or node), moves points of the structure."""
+
+    @property
+    def places(self) -> Array:
+        """Centroids of blocks or nodes [m], shape (n, 3)."""
+
+    @property
+    def masses(self) -> Array:
+        """Share of each place in the mass [kg], shape (n,)."""
+
+    @property
+    def moving(self) -> NDArray[np.bool_]:
+        """Places that are not wholly held, shape (n,)."""
+
+    def at(self, shape: Array, points: Array) -> Array:
+        """Displacement of points, shape (p, 3), by one shape, shape (n, c): shape (p, 3)."""
+
+
+@dataclass(frozen=True, eq=False)
+class VibratingSystem:
+    """K u = (2 pi f)^2 M u on the free unknowns.
+
+    Parameters
+    ----------
+    stiffness, mass : symmetric, shape (r, r)
+    excited : M times a unit translation of the whole along x, y, z, held unknowns included [kg], shape (r, 3)
+    spread : from a vector of the free unknowns, (r,), to a shape, (n, c)
+    carrier : what a shape moves
+    total : mass that takes part, held points excluded [kg], shape (3,)
+    label : what a table calls the model
+    solve : K^-1 times a vector, where the model has a factor of its own
+    warnings : what a user should know
+    """
+
+    stiffness: sparse.csc_array
+    mass: sparse.csc_array
+    excited: Array
+    spread: Callable[[Array], Array]
+    carrier: Carrier
+    total: Array
+    label: str = ""
+    solve: Callable[[Array], Array] | None = None
+    warnings: tuple[str, ...] = ()
+
+
+class Vibrates(Protocol):
+    """A model that knows its small vibrations: a continuum, a state of a simulation or of a capacity curve."""
+
+    def vibration(self, **options: Any) -> VibratingSystem:
+        """Stiffness and mass about the state it is in."""

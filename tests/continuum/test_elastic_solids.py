@@ -1,0 +1,123 @@
+"""Elastic solids: exact bars and beams, loads on patches, turned copies, and the stiffness of the U walls."""
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from limitmason import experiments
+from limitmason.continuum import Box, Continuum, Material, solve_elastic
+from limitmason.errors import InputError, NotApplicable
+from limitmason.experiments.murano_u_walls.macro import control_point, macro_model, material
+
+BAR = Box(np.zeros(3), np.array([0.3, 0.2, 1.5]))
+SQUARE = [(0.0, 0.0, 1.5), (0.3, 0.0, 1.5), (0.3, 0.2, 1.5), (0.0, 0.2, 1.5)]
+
+
+@pytest.mark.parametrize("points", [2, 3])
+def test_bar_under_its_own_weight_shortens_by_the_closed_form(points):
+    # nu = 0 and quadratic shape functions: u = rho g L^2 / (2 E) at the top, stress rho g (L - z), both exact
+    bar = Continuum.from_boxes([BAR], Material(1e9, 0.0, 2000.0), size=0.3, points=points)
+    state = solve_elastic(bar)
+    assert state.at((0.11, 0.07, 1.5))[0, 2] == pytest.approx(-2000 * 9.81 * 1.5**2 / 2e9, rel=1e-10)
+    z = bar.discretisation.places[..., 2]
+    assert state.stress[..., 2] == pytest.approx(-2000 * 9.81 * (1.5 - z), abs=1e-6 * 2000 * 9.81 * 1.5)
+    assert state.reactions.force == pytest.approx([0.0, 0.0, 2000 * 9.81 * 0.3 * 0.2 * 1.5], abs=1e-6)
+    assert bar.mass == pytest.approx(2000 * 0.09)
+
+
+def test_beam_in_pure_bending_has_the_exact_curvature_and_stress():
+    # tractions of the stress sigma (x - b/2) on the top; with nu = 0 the clamp does not disturb: u = kappa z^2 / 2
+    e = 2e9
+    beam = Continuum.from_boxes([BAR], Material(e, 0.0, 0.0), size=(0.15, 0.2, 0.3))
+    stress = np.zeros((*beam.discretisation.places.shape[:2], 6))
+    stress[..., 2] = 1e6 * (beam.discretisation.places[..., 0] - 0.15)
+    state = solve_elastic(beam.with_forces(beam.discretisation.forces(stress).reshape(-1, 3)), 1.0)
+    assert state.stress == pytest.approx(stress, abs=1e-3)
+    assert state.at((0.15, 0.1, 1.5))[0, 0] == pytest.approx(-1e6 / e * 1.5**2 / 2, rel=1e-9)
+    assert state.residual < 1e-12
+
+
+def test_slender_cantilever_bends_and_shears_as_timoshenkos():
+    tall = Box(np.zeros(3), np.array([0.2, 0.2, 2.0]))
+    beam = Continuum.from_boxes([tall], Material(1e9, 0.0, 0.0), size=0.1)
+    top = [(0.2, 0.0, 1.9), (0.2, 0.2, 1.9), (0.2, 0.2, 2.0), (0.2, 0.0, 2.0)]
+    u = -solve_elastic(beam.with_patch_pressure(top, force=1e3), 1.0).at((0.1, 0.1, 2.0))[0, 0]
+    ei, ga, h = 1e9 * 0.2**4 / 12, 0.5e9 * 0.04 * 5 / 6, 1.95  # the load's middle; its turn carries on to the top
+    assert u == pytest.approx(1e3 * (h**3 / (3 * ei) + h / ga + 0.05 * h**2 / (2 * ei)), rel=2e-3)
+
+
+def test_patch_that_cuts_faces_has_its_resultant_and_its_moment():
+    bar = Continuum.from_boxes([BAR], Material(1e9, 0.2, 0.0), size=0.17)
+    part = [(0.3, 0.03, 0.21), (0.3, 0.13, 0.21), (0.3, 0.13, 1.12), (0.3, 0.03, 1.12)]
+    state = solve_elastic(bar.with_patch_pressure(part, pressure=7e3), 2.0)
+    force = -2.0 * 7e3 * 0.1 * 0.91
+    assert state.reactions.force == pytest.approx([-force, 0.0, 0.0], abs=1e-6)
+    middle = np.array([0.3, 0.08, 0.665])
+    assert state.reactions.moment == pytest.approx(-np.cross(middle, [force, 0.0, 0.0]), abs=1e-6)
+    heavy = bar.with_patch_mass(SQUARE, 50.0)
+    assert heavy.mass == pytest.approx(50.0)
+    assert solve_elastic(heavy).reactions.force[2] == pytest.approx(50.0 * 9.81)
+
+
+def test_joints_and_layout_leave_no_trace_and_a_turned_copy_answers_the_same():
+    kwargs = {"length": 1.2, "height": 0.6, "joint": lm.Joint(30.0), "plan": "L", "return_length": 0.8}
+    stone = Material(5e8, 0.3, 2100.0)
+    answers = []
+    for unit in ((0.4, 0.2, 0.2), (0.3, 0.1, 0.2)):
+        wall = lm.build.wall(unit=unit, **kwargs)
+        for turn in (0.0, np.pi / 2, 0.7):
+            c, s = np.cos(turn), np.sin(turn)
+            matrix = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+            copy = wall.transformed(matrix, (3.0, -2.0, 0.0))
+            copy = copy.renumbered(np.random.default_rng(1).permutation(copy.n_blocks))
+            solid = Continuum.from_assembly(copy, stone, size=0.2)
+            state = solve_elastic(solid.with_body_force(matrix @ [0.0, -1.0, 0.0]), 0.3)
+            u = state.at(matrix @ [0.5, 0.1, 0.6] + [3.0, -2.0, 0.0])[0] @ matrix
+            answers.append([len(solid.mesh), *u])
+    assert np.allclose(answers, answers[0], rtol=1e-8, atol=1e-14)
+    assert answers[0][2] < 0.0
+
+
+def test_what_cannot_be_meshed_or_held_is_refused_by_name():
+    arch = lm.build.arch(radius=2.0, thickness=0.3, voussoirs=9, width=0.5, joint=lm.Joint(30.0))
+    with pytest.raises(NotApplicable, match="no box along the axes"):
+        Continuum.from_assembly(arch, Material(1e9), size=0.1)
+    bar = Continuum.from_boxes([BAR], Material(1e9), size=0.3)
+    with pytest.raises(InputError, match="no free face"):
+        bar.with_patch_pressure(SQUARE[::-1], force=1.0)
+    with pytest.raises(InputError, match="outside the solid"):
+        solve_elastic(bar).at((0.0, 0.0, 2.0))
+    for wrong in ({"young_modulus": 0.0}, {"poisson_ratio": 0.5}, {"tensile_strength": 1e5}):
+        with pytest.raises(InputError):
+            Material(**({"young_modulus": 1e9} | wrong))
+
+
+def test_strengths_from_the_modulus_are_those_of_tables_6_and_9():
+    for specimen, properties in (("DS", "step 1"), ("REGW", "final")):
+        printed = material(specimen, properties)
+        found = Material.from_modulus(printed.young_modulus)
+        assert found.compressive_strength == pytest.approx(printed.compressive_strength, rel=1e-9)
+        assert found.tensile_strength == pytest.approx(printed.tensile_strength, rel=1e-9)
+        assert found.compressive_energy == pytest.approx(printed.compressive_energy, rel=1e-3)
+        assert found.tensile_energy == printed.tensile_energy
+    final = material("DS", "final")
+    assert final.tensile_strength == pytest.approx(final.compressive_strength / 100, rel=1e-4)
+
+
+def secant(specimen, properties="final", size=0.15, **options):
+    test = experiments.load("murano-u-walls", specimen, **options)
+    model = macro_model(test, properties, size=size)
+    u = [solve_elastic(model, load).at(control_point(test))[0, 1] for load in (0.0, 1.0)]
+    return 1e-3 / (u[0] - u[1])  # kN/mm under 1 kN
+
+
+def test_elastic_stiffness_of_the_macro_models():
+    # printed 46.42 lies between side walls of 1.00 m, which are derived, and 1.15 m; at 0.15 m bricks within 5 % of the
+    # first, on the source's 0.10 m 5.3 % below: the mesh that gives 46.9 has one brick through the wall
+    stiffness = secant("REGW")
+    assert stiffness == pytest.approx(46.42, rel=0.05)
+    assert stiffness < 46.42 < secant("REGW", return_length=1.15)
+    assert secant("REGW", size=0.3) == pytest.approx(46.9, rel=0.01)
+    # 3.10 is printed for DS: no elastic wall of this modulus and these frequencies has it
+    assert secant("DS") == pytest.approx(16.0, rel=0.05)
+    assert secant("DS", "step 1") / secant("DS") == pytest.approx(398 / 295, rel=1e-9)

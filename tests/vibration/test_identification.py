@@ -1,0 +1,107 @@
+"""Modes from motion under white noise: a chain of masses with planted damping, and walls of the DEM."""
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh, expm
+
+import dem
+import limitmason as lm
+from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.vibration.identification import identify_modes
+
+DAMPING = 0.02
+STEP = 0.02
+
+
+def chain(seed, samples=24000):
+    """Displacements of three masses on a chain of springs, forced by white noise, with 2 % damping in every mode."""
+    m, k = np.eye(3), 900.0 * np.array([[2, -1, 0], [-1, 2, -1], [0, -1, 1.0]])
+    w2, phi = eigh(k, m)
+    w = np.sqrt(w2)
+    c = phi @ np.diag(2 * DAMPING * w) @ phi.T
+    a = np.block([[np.zeros((3, 3)), np.eye(3)], [-k, -c]])
+    # forces that are constant over a step: the exact discrete system
+    b = np.vstack([np.zeros((3, 3)), np.eye(3)])
+    whole = expm(np.block([[a, b], [np.zeros((3, 9))]]) * STEP)
+    ad, bd = whole[:6, :6], whole[:6, 6:]
+    force = np.random.default_rng(seed).normal(size=(samples, 3))
+    x, out = np.zeros(6), np.empty((samples, 3))
+    for i in range(samples):
+        x = ad @ x + bd @ force[i]
+        out[i] = x[:3]
+    return out, w / (2 * np.pi), phi.T
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return [chain(seed) for seed in range(20)]
+
+
+@pytest.mark.parametrize("method", ["fdd", "ssi"])
+def test_frequencies_and_shapes_of_a_chain(method, runs):
+    for signals, frequency, shapes in runs[:4]:
+        found = identify_modes(signals, STEP, method=method)
+        assert found.frequency == pytest.approx(frequency, rel=0.01)
+        assert np.diag(lm.mac(found.shape, shapes).values) == pytest.approx(1.0, abs=0.02)
+        assert found.method in str(found) or "frequency" in str(found)
+
+
+def test_planted_damping_is_found_within_a_tenth_over_twenty_seeds_and_intervals_cover_it(runs):
+    found = np.array([identify_modes(signals, STEP, method="ssi").damping for signals, _, _ in runs])
+    mean = found.mean(axis=0)
+    assert mean == pytest.approx(DAMPING, rel=0.10)
+    width = 2.093 * found.std(axis=0, ddof=1) / np.sqrt(len(found))  # Student, 19 degrees of freedom, 95 %
+    assert (np.abs(mean - DAMPING) <= width).all()
+
+
+def test_column_of_the_dem_has_its_own_modes_as_long_as_no_joint_opens():
+    joint = lm.Joint(35.0, normal_stiffness=4e8, shear_stiffness=1.6e8)
+    column = lm.build.column(width=0.4, depth=0.3, unit_height=0.2, courses=3, joint=joint, density=2000.0)
+    own = lm.modes(column, 4, contact_points=(4, 4))
+    along_x = own.frequency[np.argmax(own.share[:, 0])]
+    along_y = own.frequency[np.argmax(own.share[:, 1])]
+    options = dem.JointOptions(dashpot=2 * 0.01 / (2 * np.pi * along_x))  # 1 % at the first mode along x
+    base = dem.white_noise(12.0, rms=0.05, highest=2.0 * along_x, direction=(1.0, 0.7, 0.0), seed=3)
+    history = dem.simulate(column, base, mode="dynamic", contact_points=(4, 4), joint_options=options,
+                           detect_every=None, sample=20)  # fmt: skip
+    free = [b.name for b, held in zip(column.blocks, column.fixed, strict=True) if not held]
+    channels = [(name, axis) for name in free for axis in "xy"]
+    step = float(np.median(np.diff(history.scalars["time"])))
+    for method in ("fdd", "ssi"):
+        found = dem.identify(history, channels, method=method, count=2, band=(5.0, 1.5 * along_x), skip=1.0,
+                             lines=2 ** int(np.log2(2.0 / step)))  # fmt: skip
+        assert found.frequency == pytest.approx(sorted([along_x, along_y]), rel=0.02)
+    assert found.damping[np.argmin(np.abs(found.frequency - along_x))] == pytest.approx(0.01, rel=0.4)
+
+
+def test_wrong_input_is_refused(runs):
+    signals = runs[0][0]
+    for wrong, message in (
+        ({"method": "magic"}, "method"), ({"band": (1.0, 90.0)}, "band"), ({"count": 0}, "count"),
+        ({"lines": 20000}, "too few"),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=message):
+            identify_modes(signals, STEP, **wrong)
+    with pytest.raises(InputError, match="does not move"):
+        identify_modes(np.column_stack([signals, np.ones(len(signals))]), STEP)
+    with pytest.raises(NotConverged):
+        identify_modes(signals, STEP, method="ssi", band=(20.0, 22.0))
+    column = lm.build.column(width=0.4, depth=0.3, unit_height=0.2, courses=2, joint=lm.Joint(35.0))
+    history = dem.simulate(column, dem.Settle())
+    with pytest.raises(InputError, match="dynamic"):
+        dem.identify(history, [(1, "x")])
+    with pytest.raises(InputError, match="lowest"):
+        dem.white_noise(10.0, rms=1.0, highest=0.05)
+
+
+def test_pyoma_finds_the_same_or_its_extra_is_named(runs):
+    signals, frequency, _ = runs[0]
+    try:
+        import pyoma2  # noqa: F401
+    except ImportError:
+        with pytest.raises(NotApplicable, match="identify"):
+            identify_modes(signals, STEP, method="pyoma")
+        return
+    found = identify_modes(signals, STEP, method="pyoma")
+    assert found.frequency == pytest.approx(frequency, rel=0.01)
+    assert found.damping == pytest.approx(identify_modes(signals, STEP, method="ssi").damping, rel=0.1)
