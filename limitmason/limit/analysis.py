@@ -1,5 +1,6 @@
 """The public entry to limit analysis."""
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -130,6 +131,9 @@ def _nonassociative(problem: Problem, settings: dict[str, Any], options: dict[st
 
     if problem.cells:
         _, problem = analyse(problem, **settings)  # cohesive faces need cells as fine as their torsion asks for
+    if "budget" in options:
+        warnings.warn("budget is called time_limit", DeprecationWarning, stacklevel=2)
+        options = {"time_limit": options["budget"], **{k: v for k, v in options.items() if k != "budget"}}
     prediction = solve_nonassociative(problem, **settings, **options)
     c = prediction.certificate
     if prediction.status != SOLVED or c is None or c.accepted:

@@ -9,6 +9,8 @@ program with slope tan(psi) and constant c' + (tan(phi) - tan(psi)) N'. Zero gap
 programs do better (``polish``); this is the way in 3-D and where those find nothing.
 """
 
+import time
+
 import clarabel
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +28,12 @@ TOLERANCE = 1e-12
 
 ACTIVE = 1e-7
 """Rates below this, at mean live velocity one, count as zero."""
+
+LOWER = 1e-9
+"""Fall of the scaled multiplier that counts as one."""
+
+STALLED = 1e-8
+"""Fall of theta lambda + gap in one round of the alternation below which a push has come to its end."""
 
 
 class ForceProgram:
@@ -105,8 +113,9 @@ class ConePrograms:
 
 
 def alternate(
-    programs: ConePrograms, state: State, *, theta: float = 0.0, steps: int = 60, tolerance: float = 1e-10
-) -> State | None:
+    programs: ConePrograms, state: State, *, theta: float = 0.0, steps: int = 60, tolerance: float = 1e-10,
+    deadline: float = np.inf,
+) -> State | None:  # fmt: skip
     """Alternate on theta lambda + gap, which never rises; the state that violates the law least, or the last one.
 
     Parameters
@@ -114,8 +123,9 @@ def alternate(
     state : near-admissible; only its velocities are used
     theta : weight of the multiplier; above zero that is pushed down at the expense of the law, the last state returned
     tolerance : violation of the true law at which to stop
+    deadline : reading of ``time.perf_counter`` after which no further round begins
     """
-    law, best, least, history = programs.law, None, np.inf, []
+    law, best, least, history, merit = programs.law, None, np.inf, [], np.inf
     velocity = state.velocity
     for k in range(steps):
         opening, sliding, slip = split(law, law.matrix.T @ velocity)
@@ -130,12 +140,15 @@ def alternate(
             break
         velocity = dual.velocity
         found = State(multiplier, force, velocity, "alternating cone programs")
-        off = violation(law, found).worst
+        broken = violation(law, found)
+        off, last = broken.worst, merit
+        merit = theta * multiplier + broken.complementarity
         history.append(off)
         if theta > 0 or off < least:
             best, least = found, off
         stalled = k > 5 and abs(history[-1] - history[-4]) < 1e-4 * history[-1]
-        if stalled or (theta == 0 and off < tolerance):
+        pushed = theta > 0 and merit > last - STALLED * max(1.0, abs(last))
+        if stalled or pushed or (theta == 0 and off < tolerance) or time.perf_counter() > deadline:
             break
     return best
 
@@ -156,7 +169,7 @@ def complying_forces(law: JointLaw, state: State, *, largest: bool = False) -> S
 
 def lower(
     programs: ConePrograms, state: State, *, thetas: tuple[float, ...] = (0.003, 0.01, 0.03, 0.1, 0.3),
-    steps: int = 25, tolerance: float = 1e-8,
+    steps: int = 25, tolerance: float = 1e-8, deadline: float = np.inf,
 ) -> State:  # fmt: skip
     """Push an exact state down: alternate with theta > 0, return to the law with theta = 0, keep what is lower.
 
@@ -164,13 +177,24 @@ def lower(
     ----------
     state : exact within ``tolerance``
     thetas : weights of the multiplier, tried in turn
+    deadline : reading of ``time.perf_counter`` after which nothing further is tried
     """
-    best = state
+    best, complied = state, None
+
+    def keep(found: State | None) -> None:
+        nonlocal best
+        lowered = found is not None and found.multiplier < best.multiplier - LOWER
+        if lowered and exact(found, programs.law, tolerance):
+            best = found
+
     for theta in thetas:
-        pushed = alternate(programs, best, theta=theta, steps=steps)
-        back = None if pushed is None else alternate(programs, pushed)
-        for found in (back, complying_forces(programs.law, best)):
-            lowered = found is not None and found.multiplier < best.multiplier - 1e-9
-            if lowered and exact(found, programs.law, tolerance):
-                best = found
+        if time.perf_counter() > deadline:
+            break
+        pushed = alternate(programs, best, theta=theta, steps=steps, deadline=deadline)
+        # the way back to the law ends no lower than the push has gone, but for what is worked out after it
+        if pushed is not None and pushed.multiplier < best.multiplier - LOWER:
+            keep(alternate(programs, pushed, deadline=deadline))
+        if complied is not best:
+            complied = best
+            keep(complying_forces(programs.law, best))
     return best
