@@ -116,7 +116,7 @@ def limit_analysis(
 def _associative(problem: Problem, model: dict[str, Any], settings: dict[str, Any]) -> Prediction:
     """Associative prediction; with crushing on a grid it says what half the points would have given."""
     prediction, _ = analyse(problem, **settings)
-    if problem.law.crushes.any() and np.isfinite(prediction.collapse_multiplier):
+    if problem.crushing_points.any() and np.isfinite(prediction.collapse_multiplier):
         coarse = {**model, "contact_model": "grid", "grid": _half_as_fine(problem.assembly, model["grid"])}
         coarser, _ = analyse(
             make_problem(problem.assembly, problem.loads, **coarse), **{**settings, "check_dead_load": False}

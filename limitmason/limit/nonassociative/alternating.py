@@ -45,11 +45,13 @@ class ForceProgram:
     opening : points held at N' = 0, shape (m,)
     sliding : points held at T = -(c' + tan(phi) N') d, shape (m,)
     direction : unit sliding directions d, shape (m, c - 1)
+    closing : points held at N' = q, where joints crush or ties yield, shape (m,)
     """
 
     def __init__(
-        self, law: JointLaw, *, opening: Mask | None = None, sliding: Mask | None = None, direction: Array | None = None
-    ) -> None:
+        self, law: JointLaw, *, opening: Mask | None = None, sliding: Mask | None = None,
+        direction: Array | None = None, closing: Mask | None = None,
+    ) -> None:  # fmt: skip
         m, c = len(law.tan_phi), law.components
         self.law, self._columns = law, c * m
         none = np.zeros(m, dtype=bool)
@@ -57,8 +59,10 @@ class ForceProgram:
         sliding = none if sliding is None else sliding
         normal = c * np.arange(m)
         one = sparse.eye_array(c * m + 1, format="csr")
-        equal = [sparse.hstack([law.matrix, sparse.csc_array(law.live[:, None])]), one[normal[opening]]]
-        right = [-law.dead, np.zeros(int(opening.sum()))]
+        closing = none if closing is None else closing
+        held = normal[opening], normal[closing]
+        equal = [sparse.hstack([law.matrix, sparse.csc_array(law.live[:, None])]), *(one[rows] for rows in held)]
+        right = [-law.dead, np.zeros(int(opening.sum())), law.crushing[closing]]
         s = np.flatnonzero(sliding)
         for k, along in enumerate(() if direction is None else direction[s].T):
             equal.append(one[normal[s] + 1 + k] + sparse.diags_array(along * law.tan_phi[s]) @ one[normal[s]])
@@ -157,12 +161,10 @@ def complying_forces(law: JointLaw, state: State, *, largest: bool = False) -> S
     """Smallest, or largest, multiplier whose forces comply with the mechanism of an exact state."""
     opening, sliding, slip = split(law, law.matrix.T @ state.velocity)
     gap = opening - law.tan_psi * slip
-    # a crushing point is neither open nor at rest: leave mechanisms with crushing as they are
-    if (np.isfinite(law.crushing) & (gap < -ACTIVE)).any():
-        return None
+    closing = np.isfinite(law.crushing) & (gap < -ACTIVE)
     slides = slip > ACTIVE
     direction = sliding / np.maximum(slip, 1e-300)[:, None]
-    program = ForceProgram(law, opening=gap > ACTIVE, sliding=slides, direction=direction)
+    program = ForceProgram(law, opening=gap > ACTIVE, sliding=slides, direction=direction, closing=closing)
     answer = program.solve(-1.0 if largest else 1.0)
     return None if answer is None else State(*answer, state.velocity, "forces that comply")
 

@@ -385,7 +385,7 @@ def _warnings(problem: Problem, prediction: Prediction, certificate: Certificate
         else:
             text += "which of the two a structure meets depends on the joint forces that its history leaves"
         out.append(text)
-    if problem.law.crushes.any():
+    if problem.crushing_points.any():
         n = int(np.bincount(problem.points.interface).max())
         out.append(f"crushing on a grid of {n} points per interface: refine the grid to see its error")
     if details["time_limit_reached"]:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.errors import NotApplicable
-from limitmason.law_table import CRUSHING, PROVEN_SMALLEST, refuse
+from limitmason.law_table import CRUSHING, PROVEN_SMALLEST, TIES, refuse
 from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact, split, violation
 from limitmason.limit.nonassociative.numbering import Numbering, numbering
 from limitmason.limit.nonassociative.polish import PlanePrograms
@@ -51,6 +51,7 @@ def proof_is_tried(problem: Problem, prove: bool | None, search: str) -> bool:
         if problem.plane is None:
             raise NotApplicable("prove=True: the problem is not plane; a proof needs a plane problem")
         refuse(PROVEN_SMALLEST, CRUSHING, problem.assembly, problem.interfaces)
+        refuse(PROVEN_SMALLEST, TIES, problem.assembly, problem.interfaces)
         return True
     crushes = problem.law.crushes.any() or problem.stress_block.count > 0
     few = problem.plane is not None and problem.points.count <= PROVEN_POINTS[search]

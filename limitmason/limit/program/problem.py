@@ -56,8 +56,13 @@ class Problem(NamedTuple):
 
     @property
     def interfaces(self) -> Index:
-        """Interfaces that have contact points."""
+        """Interfaces that have contact points, and ties after them."""
         return np.unique(self.points.interface)
+
+    @property
+    def crushing_points(self) -> NDArray[np.bool_]:
+        """Points of faces at which joints crush one by one, (m,); the yielding of a tie is none."""
+        return self.law.crushes & (self.points.interface < len(self.assembly.interfaces))
 
     @property
     def block_interfaces(self) -> Index:
@@ -142,10 +147,10 @@ def make_problem(
         raise InputError(
             "in_plane=True, but blocks, rectangular interfaces and loads are not all symmetric about one plane"
         )
-    x = assembly.arrays
+    x = assembly.links
     if contact_model == "vertices" and plane is None:
         refuse(ASSOCIATIVE, CORNER_CRUSHING, assembly)
-    points = contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane)
+    points = contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane, ties=True)
     if plane is not None or contact_model != "vertices":
         cells = {}
     elif cells is None:
@@ -169,7 +174,9 @@ def make_problem(
     k = points.interface
     of_faces = interface_law(x)
     law = of_faces.at(k).over(points.area).in_units_of(scale)
-    first = np.flatnonzero(law.crushes)[::2] if plane is not None and contact_model == "vertices" else np.empty(0, int)
+    faces = k < len(assembly.interfaces)
+    by_ends = plane is not None and contact_model == "vertices"
+    first = np.flatnonzero(law.crushes & faces)[::2] if by_ends else np.empty(0, int)
     sections = of_faces.at(k[first]).over(x.area[k[first]]).in_units_of(scale)
     block = stress_blocks(sections, np.column_stack([first, first + 1]))
     law = law.without_crushing(block.ends)
