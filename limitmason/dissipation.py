@@ -122,7 +122,7 @@ class Dissipation:
             total = float(power.sum())
         else:
             ends = self.pairs.ends
-            power, g = point_dissipation(law.without_crushing(), opening, sliding)
+            power, g = point_dissipation(law.without_crushing(ends), opening, sliding)
             slip = np.linalg.norm(sliding, axis=1)
             others = np.ones(len(g), dtype=bool)
             others[ends] = False

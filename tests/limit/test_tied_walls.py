@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
-from walls import on_slab, running_bond, stack
+from walls import leaning, on_slab, running_bond, stack
 
 import limitmason as lm
 from limitmason import law_table
@@ -217,3 +218,103 @@ def test_what_cannot_take_ties_says_so():
     with pytest.raises(NotApplicable, match="is no weight"):
         _ = lm.limit_analysis(held, loads).tilt_angle_deg
     assert all(law_table.TIES in takes for takes in law_table.TAKES.values())
+
+
+def by_linear_program(wall, loads):
+    """Largest multiplier of a wall in x-z by a program of its own: two points a joint, Coulomb's half-planes, rods."""
+    rows, columns, limits, cones = 3 * wall.n_blocks, [], [], []
+
+    def column(ends, force):
+        wrench = np.zeros(rows)
+        for block, sign, point in ends:
+            arm = point - wall.centroids[block]
+            turn = arm[2] * force[0] - arm[0] * force[2]
+            wrench[3 * block : 3 * block + 3] += sign * np.array([force[0], force[2], turn])
+        return wrench
+
+    for joint in wall.interfaces:
+        along = np.array([joint.normal[2], 0.0, -joint.normal[0]])
+        for x, z in np.unique(np.round(joint.polygon[:, [0, 2]], 9), axis=0):
+            ends = [(joint.block_a, -1.0, np.array([x, 0.0, z])), (joint.block_b, 1.0, np.array([x, 0.0, z]))]
+            for sign in (1.0, -1.0):
+                cones.append((len(columns), len(columns) + 1, sign, joint.joint.tan_phi))
+            columns += [column(ends, joint.normal), column(ends, along)]
+            limits += [(0.0, None), (None, None)]
+    for tie in wall.ties:
+        blocks = (wall.block_index(tie.block_a), 0 if tie.block_b is None else wall.block_index(tie.block_b))
+        columns.append(column(list(zip(blocks, (1.0, -1.0), tie.ends, strict=True)), tie.direction))
+        limits.append((0.0, tie.strength))
+    friction = np.zeros((len(cones), len(columns) + 1))
+    for k, (normal, shear, sign, mu) in enumerate(cones):
+        friction[k, normal], friction[k, shear] = -mu, sign
+    live, dead = (loads[:, [0, 2, 4]].ravel() for loads in (loads.live, loads.dead))
+    balance = np.column_stack([*columns, live])[3:]  # block 0 is the ground
+    cost = np.append(np.zeros(len(columns)), -1.0)
+    answer = linprog(cost, friction, np.zeros(len(cones)), balance, -dead[3:], [*limits, (None, None)], method="highs")
+    return -answer.fun
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_random_ties_give_what_a_program_of_its_own_gives(seed):
+    rng = np.random.default_rng(seed)
+    wall = running_bond(2, 3, mu=float(rng.uniform(0.3, 1.0)))
+    ties = []
+    for _ in range(rng.integers(1, 4)):
+        a, b = rng.choice(np.arange(1, wall.n_blocks), 2, replace=False)
+        other, end = int(b), wall.centroids[b]
+        if rng.random() < 0.4:
+            other, end = None, (rng.uniform(-1.0, 2.0), 0.1, rng.uniform(-0.1, 1.0))
+        ties.append(lm.Tie(int(a), wall.centroids[a], other, end, yield_force=float(10.0 ** rng.uniform(0.0, 4.0))))
+    held = wall.with_ties(ties)
+    expected = by_linear_program(held, lm.Loads.horizontal(held))
+    assert value(held) == pytest.approx(expected, abs=1e-6)
+    assert value(held, in_plane=False) == pytest.approx(expected, abs=1e-6)
+    assert value(held, rule="non-associative") <= expected + 1e-7
+
+
+def test_a_tie_stands_beside_crushing_and_cohesive_joints():
+    crushing = tied(stack([(WIDTH, 0.5)] * 4, joint=lm.Joint(35.0, compressive_strength=5e5)), 500.0)
+    rigid = tied(pier(), 500.0)
+    weaker = value(crushing)
+    assert value(crushing.with_ties(())) < weaker < value(rigid)
+    # force balance at the foot by hand: e = t / 2 - W / (2 fc d) is the lever arm of the stress block
+    weight = crushing.weights[1:].sum()
+    arm = 0.5 * WIDTH - weight / (2.0 * 5e5)
+    assert weaker == pytest.approx((weight * arm + 500.0 * 1.8) / (0.5 * weight * HEIGHT), abs=1e-6)
+    bonded = tied(stack([(WIDTH, 0.5)] * 4, joint=lm.Joint(35.0, cohesion=1e3, tensile_strength=500.0)), 500.0)
+    assert value(bonded) == pytest.approx(value(bonded, in_plane=False), abs=1e-6)
+
+
+def test_strengths_from_nothing_to_a_rod_that_never_yields():
+    wall, weight = pier(), pier().weights[1:].sum()
+    for force in (1e-9, 1e-3, 1.0):
+        exact = WIDTH / HEIGHT + force * 1.8 / (0.5 * weight * HEIGHT)
+        assert value(tied(wall, force)) == pytest.approx(exact, abs=1e-8)
+    assert value(tied(wall, 1e4 * weight)) == pytest.approx(value(tied(wall, 1e7 * weight)), abs=1e-8)
+    with pytest.raises(ValueError, match="more than 1e\\+08 times the load"):
+        value(tied(wall, 1e9 * weight))
+
+
+def test_a_tie_joins_parts_that_nothing_else_joins():
+    pair = on_slab([((0, 0, 0), (0.2, 1, 2)), ((2, 0, 0), (2.3, 1, 2))], mu=0.9)
+    joined = pair.with_ties([lm.Tie("block-1", (0.2, 0.5, 2), "block-2", (2, 0.5, 2), yield_force=1e5)])
+    loads = lm.Loads.horizontal(pair, (-1, 0, 0))
+    assert len(lm.limit_analysis(pair, loads).details["parts"]) == 2
+    found = lm.limit_analysis(joined, loads)
+    assert "parts" not in found.details
+    w1, w2 = pair.weights[1:]
+    assert certified(found) == pytest.approx((0.2 * w1 + 0.3 * w2) / (w1 + w2) / 2.0, abs=1e-7)
+
+
+def test_a_tie_carries_a_block_that_would_fall():
+    # overhanging by 0.2 of its length: the rod holds W 0.2 over its arm of 0.4 and overturning starts from there
+    fallen = leaning()
+    assert lm.limit_analysis(fallen, lm.Loads.horizontal(fallen)).status == "cannot stand under dead load"
+    held = fallen.with_ties([lm.Tie(1, (0.6, 0.5, 0.5), None, (0.6, 0.5, -0.5), yield_force=1e5)])
+    weight = held.weights[1]
+    # about the edge at x = 1: Y 0.4 = W 0.2 + lambda W 0.5
+    exact = (1e5 * 0.4 - 0.2 * weight) / (0.5 * weight)
+    sliding = np.tan(np.radians(40.0)) * (weight + 1e5) / weight
+    assert value(held) == pytest.approx(min(exact, sliding), abs=1e-7)
+    weak = fallen.with_ties([lm.Tie(1, (0.6, 0.5, 0.5), None, (0.6, 0.5, -0.5), yield_force=0.4 * weight)])
+    assert lm.limit_analysis(weak, lm.Loads.horizontal(weak)).status == "cannot stand under dead load"

@@ -22,6 +22,10 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
+ENDLESS = 1e8
+"""Strength of a tie over the total load beyond which it is refused: the solvers' accuracy ends there."""
+
+
 class Problem(NamedTuple):
     """Find f, lambda with matrix f + dead + lambda live = 0 and f within the joint law; everything scaled.
 
@@ -171,6 +175,7 @@ def make_problem(
     matrix = equilibrium_matrix(assembly, points, plane=plane).tocsr()[row]
     matrix = sparse.csc_array(sparse.diags_array(1.0 / row_radius) @ matrix)
 
+    _refuse_endless_ties(assembly, total_load(assembly, loads))
     k = points.interface
     of_faces = interface_law(x)
     law = of_faces.at(k).over(points.area).in_units_of(scale)
@@ -185,3 +190,13 @@ def make_problem(
         float(scale), float(live_scale), law, block, np.ones(points.count), np.ones(len(row)),
         float(np.sqrt((~assembly.fixed).sum())), cells,
     )  # fmt: skip
+
+
+def _refuse_endless_ties(assembly: Assembly, load: float) -> None:
+    """Refuse a tie whose strength is so far above the load that a solver takes it for a rod without end."""
+    for tie in assembly.ties:
+        if tie.strength > ENDLESS * load:
+            raise InputError(
+                f"{tie}: its strength is more than {ENDLESS:g} times the load, {load:.4g} N; a thousand times the load "
+                "is enough for a rod that does not yield"
+            )
