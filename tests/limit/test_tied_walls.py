@@ -6,6 +6,7 @@ from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 from walls import leaning, on_slab, running_bond, stack
 
+import dem
 import limitmason as lm
 from limitmason import law_table
 from limitmason.certificate import certify
@@ -214,6 +215,11 @@ def test_what_cannot_take_ties_says_so():
             call()
     with pytest.raises(NotApplicable, match="capacity curve does not follow ties"):
         lm.pushover(held, loads)
+    made = held.with_material(lm.Material(young_modulus=1e9, poisson_ratio=0.2))
+    with pytest.raises(NotApplicable, match="strains in modes does not follow ties"):
+        dem.make_state(made, loads, blocks="modal")
+    with pytest.raises(ValueError, match="block 'block-4' is cut by a crack"):
+        lm.build.with_potential_cracks(held, {"block-4": ((0.15, 0.5, 1.75), (1.0, 0.0, 0.0))}, lm.Joint(30.0))
     assert any("ties yield at their strength" in w for w in lm.limit_analysis(held, loads).warnings)
     with pytest.raises(NotApplicable, match="is no weight"):
         _ = lm.limit_analysis(held, loads).tilt_angle_deg
