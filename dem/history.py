@@ -1,7 +1,7 @@
 """What a simulation recorded: displacements, reactions, energies, crack openings and the state it ended in."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +64,7 @@ class History:
     factors : of the load cases at the end
     state : where the simulation ended, with its loads, factors and laws; pass it, or the history, to
         ``simulate(start=...)`` for further stages
+    tie_force : tension in every tie of the assembly [N], shape (samples, t)
     position, settings : where in its stages a run was cut off, and how it was run, for :func:`dem.resume`
     """
 
@@ -87,12 +88,14 @@ class History:
     settings: tuple[int, Damping | None, tuple[str, ...], int | None, RunStatus] = (
         1, None, (), None, RunStatus.FINISHED
     )  # fmt: skip
+    tie_force: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def save(self, path: str | Path) -> None:
         """Write everything but the assembly to a numpy archive; the file is whole, or the one that was there before."""
         sample, damping, stages, every, status = self.settings
         arrays: dict[str, Any] = {f"state.{k}": v for k, v in self.state.arrays().items()}
         arrays |= {f"scalar.{k}": v for k, v in self.scalars.items()} | {k: getattr(self, k) for k in _ARRAYS}
+        arrays["tie_force"] = self.tie_force
         arrays |= self.position.arrays() if self.position is not None else {}
         brake = [np.nan] * 3 if damping is None else [damping.local, damping.adaptive, float(damping.kinetic)]
         write_archive(path, arrays | {
@@ -131,7 +134,9 @@ class History:
             damping = None if np.isnan(brake[0]) else Damping(brake[0], brake[1], bool(brake[2]))
             return cls(
                 assembly, RunStatus(str(take("status"))), {c: take(f"scalar.{c}") for c in COLUMNS}, state=state,
-                **{k: take(k) for k in _ARRAYS}, stages=tuple(take("stages").tolist()),
+                **{k: take(k) for k in _ARRAYS},
+                tie_force=file["tie_force"] if "tie_force" in file else np.zeros((len(take("shift")), 0)),
+                stages=tuple(take("stages").tolist()),
                 warnings=tuple(take("notes").tolist()), factors=tuple(take("factors").tolist()),
                 position=Position.from_arrays(file),
                 settings=(

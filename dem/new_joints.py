@@ -336,7 +336,7 @@ def assemble(assembly: Assembly, state: State, stays: NDArray[np.bool_], made: l
 def _keep_stable(assembly: Assembly, state: State) -> list[str]:
     """Shorten the step (real masses) or add mass (scaled masses) where new contacts made a block stiffer."""
     bodies = state.bodies
-    stiffness = block_stiffness(state.points, state.joints, assembly.n_blocks, bodies.rot + np.eye(3))
+    stiffness = block_stiffness(state.points, state.joints, assembly.n_blocks, bodies.rot + np.eye(3), state.ties)
     inertia: Array = np.linalg.inv(bodies.inv_inertia)
     coupled = None
     if state.modes is not None and state.deformation is not None:

@@ -15,6 +15,7 @@ from dem.joint_marks import joint_marks
 from dem.resuming import Position, RunStatus
 from dem.state import State, UnstableError
 from dem.stepping import Scale, unbalance
+from dem.ties import pulls
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Drive, Ramp, Stage, Tilt
@@ -83,6 +84,7 @@ class Recorder:
         self.crushed: list[Array] = []
         self.used: list[Array] = []
         self.failed: list[Array] = []
+        self.pull: list[Array] = []
         self.margin, self.reach = near_margin(assembly), reaches(assembly)
         self.every, self.watch = detect_every, Watch()
         self._beyond_noted = False
@@ -101,6 +103,7 @@ class Recorder:
         self.quaternion, self.opening = list(history.quaternion), list(history.opening)
         self.slip, self.crushed = list(history.slip), list(history.crushed)
         self.used, self.failed = list(history.used), list(history.failed)
+        self.pull = list(history.tie_force)
         self.blocks, self.notes, self.status = history.reaction_blocks, list(history.warnings), history.settings[4]
         self._beyond_noted = any("beyond small displacement" in note for note in self.notes)
         if history.position is not None:
@@ -237,6 +240,7 @@ class Recorder:
         self.crushed.append(marks.crushed)
         self.used.append(marks.used)
         self.failed.append(marks.failed)
+        self.pull.append(pulls(state.ties, state.bodies))
         worked = abs(row["applied"] - self.begun["applied"]) + abs(row["support"] - self.begun["support"])
         size = max(self.begun["kinetic"] + self.begun["elastic"] + worked, 1e-300)
         created = sum((row[c] - self.begun[c]) * (-1.0 if c in ("applied", "support") else 1.0) for c in self.begun)
@@ -261,4 +265,5 @@ class Recorder:
             np.array(self.failed).reshape(-1, k), self.state,
             tuple(s.name or type(s).__name__ for s in self.stages), tuple(dict.fromkeys(self.notes)),
             tuple(self.factors.tolist()), copy.deepcopy(self.position), (*self.settings, self.every, self.status),
+            np.array(self.pull).reshape(len(self.pull), len(self.assembly.ties)),
         )  # fmt: skip

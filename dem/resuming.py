@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from dem import kernels
 from dem.joints import JointOptions, make_laws
 from dem.state import JOINT_FIELDS, State, joint_table
+from dem.ties import make_ties
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Stage
@@ -128,6 +129,13 @@ def check_continues(assembly: Assembly, state: State, loads: Loads, options: Joi
             f"the joint between {a!r} and {b!r} has another {JOINT_FIELDS[f]} now ({now[k, f]:g}) than in the run that "
             f"ended in this state ({state.joint_table[k, f]:g}), which goes on with its own laws: make a new state"
         )
+    ties, _ = make_ties(assembly)
+    for name in ("block_a", "block_b", "span", "strength"):
+        if not np.array_equal(getattr(ties, name), getattr(state.ties, name)):
+            raise InputError(
+                f"the ties of the assembly ({len(ties.block_a)}) are not those of the run that ended in this state "
+                f"({len(state.ties.block_a)}), which differ in their {name}: make a new state"
+            )
     if options is not None:
         laws, _ = make_laws(assembly, state.dead, options)
         kept = [c for c in range(kernels.LAW_DASH) if c != kernels.LAW_CROSS]

@@ -341,7 +341,7 @@ class _Jack:
 
     def __init__(self, assembly: Assembly, state: State, block: int | str, servo: Servo) -> None:
         self.block, self.force, self.gain = assembly.block_index(block), servo.force, servo.gain
-        stiffness = block_stiffness(state.points, state.joints, assembly.n_blocks)[self.block, 2, 2]
+        stiffness = block_stiffness(state.points, state.joints, assembly.n_blocks, ties=state.ties)[self.block, 2, 2]
         if not stiffness > 0.0:
             raise InputError(f"servo on block {block!r}: no joint of it carries a vertical force")
         self.give, self.sum = servo.gain / stiffness, 0.0

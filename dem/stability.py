@@ -3,12 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.kernels import LAW_DASH, LAW_KN, LAW_KS, Joints, Points
+from dem.kernels import LAW_DASH, LAW_KN, LAW_KS, Joints, Points, Ties
 
 Array = NDArray[np.float64]
 
 
-def block_stiffness(points: Points, joints: Joints, n_blocks: int, rotation: Array | None = None) -> Array:
+def block_stiffness(
+    points: Points, joints: Joints, n_blocks: int, rotation: Array | None = None, ties: Ties | None = None
+) -> Array:
     """Stiffness each block feels when only it moves and every joint is closed [N/m, N, N m], shape (n, 6, 6).
 
     K = sum over its points of k A g g^T, g = (e, r x e) for the normal and both tangents e, in the block's own axes.
@@ -16,6 +18,7 @@ def block_stiffness(points: Points, joints: Joints, n_blocks: int, rotation: Arr
     Parameters
     ----------
     rotation : of every block from the reference position, shape (n, 3, 3); none by default
+    ties : taut, which adds k g g^T along each; the little that a force across it adds, T / L, is left out
     """
     count = np.diff(joints.start)
     owner = np.repeat(np.arange(len(count)), count)
@@ -31,6 +34,12 @@ def block_stiffness(points: Points, joints: Joints, n_blocks: int, rotation: Arr
         part = np.einsum("mk,mki,mkj->mij", stiff, g, g)
         total = np.add.reduceat(part, joints.start[:-1], axis=0) if len(part) else np.zeros((0, 6, 6))
         np.add.at(out, block, total)
+    if ties is not None and len(ties.block_a):
+        along = ties.span / ties.length[:, None]
+        for block, arm in ((ties.block_a, ties.arm_a), (ties.block_b, ties.arm_b)):
+            own = np.einsum("tji,tj->ti", turn[block], along)
+            g = np.concatenate([own, np.cross(arm, own)], axis=1)
+            np.add.at(out, block, ties.stiffness[:, None, None] * g[:, :, None] * g[:, None, :])
     return out
 
 

@@ -24,10 +24,12 @@ from dem.deformation import (
     plane_of,
 )
 from dem.joints import Grid, JointOptions, make_joints, make_points
-from dem.kernels import Bodies, Joints, Modes, Points
+from dem.kernels import Bodies, Joints, Modes, Points, Ties
 from dem.stability import block_stiffness, scaled_masses, stable_step
+from dem.ties import NO_TIES, make_ties, pulls, stored_energy
 from limitmason.deformable import SOLID
 from limitmason.errors import InputError, NotConverged
+from limitmason.law_table import refuse_ties
 from limitmason.model import Assembly, Joint, Loads
 from limitmason.plane import Plane
 from limitmason.resultants import resultants_from_points
@@ -114,6 +116,7 @@ class State:
     joint_table : what the joints of the assembly said when it was made, columns ``JOINT_FIELDS``, shape (k, ..)
     modes, deformation : of blocks that deform, None where all are rigid
     setback : part of the gap of points cut anew under load that keeps their energy, until they open [m], shape (m,)
+    ties : kernel arrays of the ties
     """
 
     points: Points
@@ -135,6 +138,7 @@ class State:
     warnings: tuple[str, ...] = field(default_factory=tuple)
     modes: Modes | None = None
     deformation: Deformation | None = None
+    ties: Ties = field(default_factory=lambda: NO_TIES)
 
     @property
     def space(self) -> bool | None:
@@ -153,7 +157,7 @@ class State:
 
     def arrays(self) -> dict[str, Array]:
         """All of it as arrays by name, for a numpy archive."""
-        out = {f"{name}.{key}": value for name in ("points", "joints", "bodies")
+        out = {f"{name}.{key}": value for name in ("points", "joints", "bodies", "ties")
                for key, value in getattr(self, name)._asdict().items()}  # fmt: skip
         out |= {name: getattr(self, name) for name in _PLAIN}
         if self.modes is not None and self.deformation is not None:
@@ -196,6 +200,7 @@ class State:
             deformation = Deformation(**shapes | {"state": str(shapes["state"])})
         return cls(
             group(Points, "points"), joints._replace(law=_law_of_0_1(joints.law)), group(Bodies, "bodies"),
+            ties=group(Ties, "ties") if "ties.block_a" in file else NO_TIES,
             time=float(clock[0]), dt=float(clock[1]), mode=str(take("mode")),
             warnings=tuple(str(w) for w in take("warnings")), modes=modes, deformation=deformation,
             **(plain | {"laws": _law_of_0_1(plain["laws"]), "joint_table": _table_of_0_1(plain["joint_table"])}),
@@ -240,6 +245,8 @@ class State:
         )
         owner = np.repeat(np.arange(len(self.joints.block_a)), np.diff(self.joints.start))
         position += assembly.centroids[self.joints.block_b[owner]]
+        if len(self.ties.block_a):
+            energy += stored_energy(self.ties, self.bodies)
         return Measured(owner, position, force, opening, slip, float(energy))
 
     @property
@@ -256,14 +263,19 @@ class State:
         return block_stresses(self.deformation, self.modes, self.bodies.rot + np.eye(3))
 
     def resultants(self, assembly: Assembly) -> Resultants:
-        """Resultants of the assembly's interfaces from the contact forces, at their places before displacement."""
+        """Resultants of interfaces from the contact forces, and of ties, at their places before displacement."""
         now = self.measured(assembly)
-        x = assembly.arrays
+        x = assembly.links
         k = self.interface[now.owner]
         kept = k >= 0
         k = k[kept]
         place = x.centre[k] + self.points.s[kept, None] * x.tangent_1[k] + self.points.t[kept, None] * x.tangent_2[k]
-        return resultants_from_points(assembly, place, k, self.points.area[kept], now.force[kept])
+        rows = len(assembly.interfaces) + np.arange(len(assembly.ties))
+        return resultants_from_points(
+            assembly, np.concatenate([place, x.centre[rows]]), np.concatenate([k, rows]),
+            np.concatenate([self.points.area[kept], x.area[rows]]),
+            np.concatenate([now.force[kept], pulls(self.ties, self.bodies)[:, None] * x.normal[rows]]),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -339,6 +351,8 @@ def make_state(
     free = ~assembly.fixed
     if not free.any():
         raise InputError("every block is held: there is nothing to simulate")
+    if blocks == MODAL:
+        refuse_ties(assembly, "a block that strains in modes", "use blocks='rigid'")
     needed = plane_of(assembly, loads, blocks, stress)
     plane = needed if plane is None else plane
     held = assembly.held.copy()
@@ -349,7 +363,9 @@ def make_state(
         raise InputError("no joint touches a free block: there is nothing to settle on")
     options = joint_options or JointOptions()
     points, joints, interface, laws, warnings = make_joints(assembly, loads.dead, contacts, options)
-    stiffness = block_stiffness(points, joints, n)
+    ties, said = make_ties(assembly, options.stiffness_factor)
+    warnings = (*warnings, *said)
+    stiffness = block_stiffness(points, joints, n, ties=ties)
     moves = np.ones(6, dtype=bool)
     if plane is not None:
         moves = ~out_of_plane(plane)
@@ -401,5 +417,5 @@ def make_state(
     return State(
         points, joints, bodies, interface, total, 0.0, float(dt), mode, laws, whole_faces, loads.dead.copy(),
         loads.live.copy(), np.array((1.0, 1.0, 0.0, 0.0, 0.0)), np.zeros(3), joint_table(assembly),
-        np.zeros(len(points.s)), warnings, modes, deformation,
+        np.zeros(len(points.s)), warnings, modes, deformation, ties,
     )  # fmt: skip

@@ -20,6 +20,8 @@ from limitmason.model import (
     Material,
     PlausibilityWarning,
     Support,
+    Tie,
+    ring_beam,
 )
 from limitmason.results import Certificate, Mechanism, Prediction, Resultants
 
@@ -99,6 +101,8 @@ __all__ = [
     "Prediction",
     "Resultants",
     "Support",
+    "Tie",
+    "ring_beam",
     *_MODULES,
     *_NAMES,
 ]

@@ -109,7 +109,7 @@ def kinematic_multiplier(
         motion = np.where(moving[:, None], twists, 0.0)
         g = value(motion)[2] if still else g
         label = part_labels(assembly, moving & ~assembly.fixed)
-        touched = ((label[assembly.arrays.block_a] >= 0) | (label[assembly.arrays.block_b] >= 0))[
+        touched = ((label[assembly.links.block_a] >= 0) | (label[assembly.links.block_b] >= 0))[
             resultants.point_interface
         ]
         for field in (*_opening_fields(assembly, label), *candidates):
@@ -142,7 +142,7 @@ def _opening_fields(assembly: Assembly, label: NDArray[np.intp]) -> Iterator[Arr
     ----------
     label : part of every block, -1 for those at rest, see :func:`limitmason.residuals.part_labels`
     """
-    c, x, fixed = assembly.centroids, assembly.arrays, label < 0
+    c, x, fixed = assembly.centroids, assembly.links, label < 0
     low, high = np.full((2, label.max() + 1, 3), np.inf) * np.array([1.0, -1.0])[:, None, None]
     at = np.flatnonzero(fixed[x.block_a] != fixed[x.block_b])
     owner = label[np.where(fixed[x.block_a], x.block_b, x.block_a)[at]]
@@ -227,7 +227,7 @@ def _forces_certified(
     assembly: Assembly, loads: Loads, prediction: Prediction, r: Resultants, state: PointState
 ) -> Certificate:
     """Certificate of the forces alone: equilibrium and joint law, over the total load and each by its own measure."""
-    value, x = prediction.collapse_multiplier, assembly.arrays
+    value, x = prediction.collapse_multiplier, assembly.links
     scale = total_load(assembly, loads)
     pairs = stress_block_pairs(assembly, prediction)
     rest = np.abs(unbalance(assembly, loads, r, value)).max(axis=1)

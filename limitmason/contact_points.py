@@ -59,6 +59,7 @@ def contact_points(
     grid: Grid | float | Mapping[str, Grid] = (5, 5),
     plane: Plane | None = None,
     elastic: bool = False,
+    ties: bool = False,
 ) -> ContactPoints:
     """Contact points of all interfaces that touch a free block.
 
@@ -73,6 +74,7 @@ def contact_points(
     plane : from :func:`limitmason.plane.find_plane`; points then lie on the plane
     elastic : areas of a grid that bend as the face does, for stiffness (the DEM); False for areas that carry what the
         face carries, for strength: the points are the same
+    ties : one point more for every tie that touches a free block, at its middle, as ``Assembly.links`` numbers them
 
     Returns
     -------
@@ -108,6 +110,13 @@ def contact_points(
         position.append(points.reshape(-1, 3))
         area.append(weight.ravel())
         interface.append(np.repeat(rows, points.shape[1]))
+    if ties and assembly.ties:
+        x = assembly.links
+        rows = len(assembly.interfaces) + np.arange(len(assembly.ties))
+        rows = rows[~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b])[rows]]
+        position.append(x.centre[rows])
+        area.append(x.area[rows])
+        interface.append(rows)
     if not position:
         empty = np.empty((0, 3))
         k = 3 if plane is None else 2

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 def point_rates(assembly: Assembly, twists: Array, position: Array, interface: NDArray) -> tuple[Array, Array]:
     """Opening [m/s], shape (m,), and sliding of b relative to a in global axes, shape (m, 3), at contact points."""
-    x = assembly.arrays
+    x = assembly.links
     a, b = x.block_a[interface], x.block_b[interface]
 
     def velocity(block: NDArray) -> Array:
@@ -30,7 +30,7 @@ def point_rates(assembly: Assembly, twists: Array, position: Array, interface: N
 
 def point_state(assembly: Assembly, resultants: Resultants, twists: Array, *, convex: bool = True) -> PointState:
     """Forces, rates and strengths at the contact points of a prediction; ``convex`` as in :mod:`limitmason.law`."""
-    x = assembly.arrays
+    x = assembly.links
     k = resultants.point_interface
     n = x.normal[k]
     normal_force = (resultants.point_force * n).sum(axis=1)
@@ -54,13 +54,13 @@ def stress_block_pairs(assembly: Assembly, prediction: Prediction) -> StressBloc
     """Interfaces of a prediction whose crushing is that of a stress block; None where none is."""
     if not prediction.stress_block or prediction.resultants is None:
         return None
-    law = interface_law(assembly.arrays)
+    law = interface_law(assembly.links)
     k = prediction.resultants.point_interface
-    rows = np.flatnonzero(law.crushes)
+    rows = np.flatnonzero(law.crushes[: len(assembly.interfaces)])  # a tie, after them, is no section
     first = np.searchsorted(k, rows)
     found = (first < len(k)) & (k[np.minimum(first, len(k) - 1)] == rows)
     rows, first = rows[found], first[found]
-    return stress_blocks(law.at(rows).over(assembly.arrays.area[rows]), np.column_stack([first, first + 1]))
+    return stress_blocks(law.at(rows).over(assembly.links.area[rows]), np.column_stack([first, first + 1]))
 
 
 class Dissipation:
@@ -88,7 +88,7 @@ class Dissipation:
         self.rigid = ~state.law.crushes
         if self.pairs is not None:
             self.rigid[self.pairs.ends] = False
-        x, k, law = assembly.arrays, resultants.point_interface, interface_law(assembly.arrays)
+        x, k, law = assembly.links, resultants.point_interface, interface_law(assembly.links)
         whole = (law.cohesion > 0) & (np.bincount(k, minlength=len(x.area)) > 0)
         if prediction.plane:
             whole[:] = False
@@ -122,7 +122,7 @@ class Dissipation:
             total = float(power.sum())
         else:
             ends = self.pairs.ends
-            power, g = point_dissipation(law.without_crushing(), opening, sliding)
+            power, g = point_dissipation(law.without_crushing(ends), opening, sliding)
             slip = np.linalg.norm(sliding, axis=1)
             others = np.ones(len(g), dtype=bool)
             others[ends] = False
@@ -137,7 +137,7 @@ class Dissipation:
         """
         if not len(self._faces):
             return 0.0
-        x, f = self._assembly.arrays, self._faces
+        x, f = self._assembly.links, self._faces
         _, at_centre = point_rates(self._assembly, twists, x.centre[f], f)
         spin = ((twists[x.block_b[f], 3:] - twists[x.block_a[f], 3:]) * x.normal[f]).sum(axis=1)
         flat = np.column_stack([(at_centre * x.tangent_1[f]).sum(axis=1), (at_centre * x.tangent_2[f]).sum(axis=1)])

@@ -75,7 +75,11 @@ RESIDUAL = Term(
     lambda a: np.array([i.joint.softens for i in a.interfaces], dtype=bool),
 )  # fmt: skip
 SMOOTH = Term("no friction", "has no friction", lambda a: a.arrays.tan_phi <= LEAST_FRICTION)
-TERMS = (DILATANCY, COHESION, TENSION, ABOVE_APEX, CRUSHING, STRESS_BLOCK, CORNER_CRUSHING, RESIDUAL, SMOOTH)
+TIES = Term(
+    "ties: rods, anchors, ring beams", "yields",
+    lambda a: np.repeat([False, True], [len(a.interfaces), len(a.ties)]),
+)  # fmt: skip
+TERMS = (DILATANCY, COHESION, TENSION, ABOVE_APEX, CRUSHING, STRESS_BLOCK, CORNER_CRUSHING, RESIDUAL, SMOOTH, TIES)
 
 ASSOCIATIVE, NON_ASSOCIATIVE, DEM, MECHANISMS = "associative", "non-associative", "dem", "mechanisms"
 PROVEN_SMALLEST, PROVEN_RANGE = "prove=True", "proven range"
@@ -120,6 +124,14 @@ _CUT = Cell(
     Taken.LEFT_OUT, "the law must be convex: tension is cut at the apex of the Coulomb cone, and the answer says which "
     "joint and from which strength",
 )  # fmt: skip
+_TIES_PLASTIC = Cell(
+    Taken.PLASTIC, "tension only, up to the least of yield, bond and anchor plate, with any elongation",
+    says="ties yield at their strength with any elongation: where bond or an anchor plate governs that is assumed",
+)  # fmt: skip
+_NO_TIES = Cell(
+    Taken.REFUSED, "a proof does not take: with ties the smallest multiplier can only be searched for",
+    "use lm.limit_analysis(..., flow_rule='non-associative') without prove=True",
+)  # fmt: skip
 _BY_POINTS = Cell(Taken.TAKEN, "at its contact points, like all others")
 _CLOSED_FORM = Cell(
     Taken.LEFT_OUT, "by closed forms; a motion that is admissible on the blocks is charged with their power",
@@ -135,23 +147,25 @@ TAKES: Mapping[str, Mapping[Term, Cell]] = {
         COHESION: _ASSOCIATIVE_PLASTIC, TENSION: _ASSOCIATIVE_PLASTIC, ABOVE_APEX: _CUT,
         CRUSHING: Cell(Taken.TAKEN, "errs on the high side; says what half as many points give"),
         STRESS_BLOCK: Cell(Taken.TAKEN, "exact"),
-        CORNER_CRUSHING: _AT_CORNERS, RESIDUAL: _NO_SOFTENING, SMOOTH: _TAKEN,
+        CORNER_CRUSHING: _AT_CORNERS, RESIDUAL: _NO_SOFTENING, SMOOTH: _TAKEN, TIES: _TIES_PLASTIC,
     },
     NON_ASSOCIATIVE: {
         DILATANCY: Cell(Taken.TAKEN, "goes on with any slip"),
         COHESION: _NON_ASSOCIATIVE_PLASTIC, TENSION: _NON_ASSOCIATIVE_PLASTIC, ABOVE_APEX: _CUT,
         CRUSHING: Cell(Taken.TAKEN, "errs on the high side; says how many points there are"),
         STRESS_BLOCK: _NO_BLOCK, CORNER_CRUSHING: _AT_CORNERS, RESIDUAL: _NO_SOFTENING, SMOOTH: _TAKEN,
+        TIES: _TIES_PLASTIC,
     },
     PROVEN_SMALLEST: {
         DILATANCY: _TAKEN, COHESION: _NON_ASSOCIATIVE_PLASTIC, TENSION: _NON_ASSOCIATIVE_PLASTIC, ABOVE_APEX: _CUT,
         CRUSHING: _NO_PROOF, STRESS_BLOCK: _NO_PROOF, CORNER_CRUSHING: _NO_PROOF, RESIDUAL: _NO_SOFTENING,
-        SMOOTH: _TAKEN,
+        SMOOTH: _TAKEN, TIES: _NO_TIES,
     },
     PROVEN_RANGE: {
         DILATANCY: _TAKEN, COHESION: Cell(Taken.PLASTIC), TENSION: Cell(Taken.PLASTIC), ABOVE_APEX: _CUT,
         CRUSHING: _NO_PROOF, STRESS_BLOCK: _NO_PROOF, CORNER_CRUSHING: _NO_PROOF,
         RESIDUAL: Cell(Taken.LEFT_OUT, "a range has no warnings: its docstring says so"), SMOOTH: _TAKEN,
+        TIES: _NO_TIES,
     },
     INTERIOR_POINT: {
         DILATANCY: Cell(Taken.LEFT_OUT, "psi = phi is taken, and the bound says so"),
@@ -161,6 +175,7 @@ TAKES: Mapping[str, Mapping[Term, Cell]] = {
         CORNER_CRUSHING: _AT_CORNERS, RESIDUAL: _NO_SOFTENING,
         SMOOTH: Cell(Taken.REFUSED, "the interior-point solver of this package does not cover",
                      "use solver='clarabel'"),
+        TIES: Cell(Taken.REFUSED, "the interior-point solver of this package does not cover", "use solver='clarabel'"),
     },
     DEM: {
         DILATANCY: Cell(Taken.TAKEN, "up to JointOptions.dilatant_slip, and given back where a joint slides back"),
@@ -170,12 +185,15 @@ TAKES: Mapping[str, Mapping[Term, Cell]] = {
         CRUSHING: _TAKEN, STRESS_BLOCK: _BY_POINTS, CORNER_CRUSHING: _BY_POINTS,
         RESIDUAL: Cell(Taken.TAKEN, "by opening, by opening or slip, or not at all (Joint.lost_by); at once, over "
                        "fracture energies or JointOptions.softening_slip; every result says which"), SMOOTH: _TAKEN,
+        TIES: Cell(Taken.PLASTIC, "elastic up to their strength, with the elongation that is left; tension only"),
     },
     MECHANISMS: {
         DILATANCY: Cell(Taken.LEFT_OUT, "what is admissible bounds the associative value, and the bound says so"),
         COHESION: _CLOSED_FORM, TENSION: _CLOSED_FORM, ABOVE_APEX: _CUT, CRUSHING: _CLOSED_FORM_CRUSHING,
         STRESS_BLOCK: _CLOSED_FORM_CRUSHING, CORNER_CRUSHING: _CLOSED_FORM_CRUSHING, RESIDUAL: _NO_SOFTENING,
         SMOOTH: _TAKEN,
+        TIES: Cell(Taken.LEFT_OUT, "by closed forms; a motion that is admissible on the blocks is charged with their "
+                   "power", says="ties are left out by this closed form"),
     },
 }  # fmt: skip
 """What every theory does with every term. "interior-point" is a solver of the associative theory."""
@@ -203,9 +221,22 @@ def refuse(theory: str, term: Term, assembly: Assembly, rows: Index | None = Non
     cell = TAKES[theory][term]
     found = having(assembly, term, rows) if cell.how is Taken.REFUSED else np.empty(0, np.intp)
     if len(found):
-        i = assembly.interfaces[int(found[0])]
-        a, b = (assembly.blocks[n].name for n in (i.block_a, i.block_b))
-        raise NotApplicable(f"the joint between {a!r} and {b!r} {term.words}, which {cell.why}; {cell.remedy}")
+        k, x = int(found[0]), assembly.links
+        a, b = (assembly.blocks[n].name for n in (int(x.block_a[k]), int(x.block_b[k])))
+        what = "joint" if k < len(assembly.interfaces) else "tie"
+        raise NotApplicable(f"the {what} between {a!r} and {b!r} {term.words}, which {cell.why}; {cell.remedy}")
+
+
+def refuse_ties(assembly: Assembly, what: str, remedy: str) -> None:
+    """Refuse an assembly with ties where something outside the table does not follow them.
+
+    Raises
+    ------
+    NotApplicable
+        Naming the first tie, what does not follow it, and what to do.
+    """
+    if assembly.ties:
+        raise NotApplicable(f"{assembly.ties[0]}: {what} does not follow ties; {remedy}")
 
 
 def notes(theory: str, assembly: Assembly, rows: Index | None = None, terms: tuple[Term, ...] = TERMS) -> list[str]:
@@ -243,4 +274,5 @@ def page() -> str:
 
 
 def _remark(term: Term, cell: Cell) -> str:
-    return f"the joint {term.words}, which {cell.why}; {cell.remedy}" if cell.how is Taken.REFUSED else cell.why
+    what = "tie" if term is TIES else "joint"
+    return f"the {what} {term.words}, which {cell.why}; {cell.remedy}" if cell.how is Taken.REFUSED else cell.why

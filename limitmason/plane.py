@@ -39,7 +39,9 @@ def find_plane(assembly: Assembly, loads: Loads) -> Plane | None:
     free = ~assembly.fixed
     wrench = np.concatenate([loads.dead[free], loads.live[free]])
     size = max(np.abs(wrench[:, :3]).max(initial=0.0), 1e-300)
-    vectors = np.concatenate([x.normal[active], wrench[:, :3] / size])
+    pulls = np.arange(len(active), len(assembly.links.area))
+    pulls = pulls[free[assembly.links.block_a[pulls]] | free[assembly.links.block_b[pulls]]]
+    vectors = np.concatenate([x.normal[active], wrench[:, :3] / size, assembly.links.normal[pulls]])
     corners = x.corners[(x.corner_start[:-1][active, None] + np.arange(4))]
     edge = corners[:, 1] - corners[:, 0]
     # singular values: those of vectors.T @ vectors would be the squares, whose rounding hides a plane that is turned
@@ -61,6 +63,7 @@ def find_plane(assembly: Assembly, loads: Loads) -> Plane | None:
         mirrored = (
             np.abs(np.sort(height, axis=1) + np.sort(height, axis=1)[:, ::-1] - 2 * level).max() <= 1e-7 * length
             and np.abs(middle - level).max() <= 1e-7 * length
+            and np.abs(assembly.links.centre[pulls] @ p - level).max(initial=0.0) <= 1e-7 * length
         )
         spread = np.sort(np.abs(np.stack([edge @ p, (corners[:, 2] - corners[:, 1]) @ p], axis=1)), axis=1)
         rectangular = spread[:, 0].max() <= 1e-7 * length

@@ -63,7 +63,7 @@ def part_labels(assembly: Assembly, free: NDArray[np.bool_] | None = None) -> In
     ----------
     free : blocks that count as free, shape (n_blocks,); those not wholly held by default
     """
-    x, n = assembly.arrays, assembly.n_blocks
+    x, n = assembly.links, assembly.n_blocks
     free = ~assembly.fixed if free is None else free
     both = free[x.block_a] & free[x.block_b]
     edges = (np.ones(both.sum()), (x.block_a[both], x.block_b[both]))
@@ -75,7 +75,7 @@ def part_labels(assembly: Assembly, free: NDArray[np.bool_] | None = None) -> In
 
 def unbalance(assembly: Assembly, loads: Loads, resultants: Resultants, multiplier: float) -> Array:
     """Unbalanced force, and moment over the block's size, of every block [N], shape (n_blocks, 6); zero where held."""
-    x = assembly.arrays
+    x = assembly.links
     k = resultants.point_interface
     rest = np.array(loads.dead + multiplier * loads.live)
     for block, sign in ((x.block_b[k], 1.0), (x.block_a[k], -1.0)):
@@ -99,7 +99,7 @@ def own_measures(assembly: Assembly, own: Array, largest: Array) -> Array:
     ----------
     own, largest : load of every block and largest joint force on it, shape (n_blocks,); any unit
     """
-    x, n = assembly.arrays, assembly.n_blocks
+    x, n = assembly.links, assembly.n_blocks
     idle = own <= WEIGHTLESS * largest
     measure = np.where(idle, largest, np.maximum(own, ROUNDING * largest))
     if idle.any():
@@ -114,7 +114,7 @@ def own_measures(assembly: Assembly, own: Array, largest: Array) -> Array:
 
 def load_on_blocks(assembly: Assembly, loads: Loads, multiplier: float) -> Array:
     """Size of dead and live load on every block, forces and moments over its size [N], shape (n_blocks,)."""
-    size = np.cbrt(assembly.arrays.volume)
+    size = np.cbrt(assembly.links.volume)
     own = np.zeros(assembly.n_blocks)
     for part, factor in ((loads.dead, 1.0), (loads.live, abs(multiplier))):
         own += factor * (np.linalg.norm(part[:, :3], axis=1) + np.linalg.norm(part[:, 3:], axis=1) / size)
@@ -126,7 +126,7 @@ def block_measures(assembly: Assembly, loads: Loads, resultants: Resultants, mul
 
     The dead and live load of the block, forces and moments over its size; see :func:`own_measures`.
     """
-    x, n = assembly.arrays, assembly.n_blocks
+    x, n = assembly.links, assembly.n_blocks
     own = load_on_blocks(assembly, loads, multiplier)
     k = resultants.point_interface
     force = np.linalg.norm(resultants.point_force, axis=1)
@@ -140,7 +140,7 @@ def block_measures(assembly: Assembly, loads: Loads, resultants: Resultants, mul
 
 def joint_measures(assembly: Assembly, resultants: Resultants, blocks: Array) -> Array:
     """Force by which the joint law is judged, per interface [N]: its own force, or the load of the lighter block."""
-    x = assembly.arrays
+    x = assembly.links
     force = np.linalg.norm(resultants.point_force, axis=1)
     joint = np.bincount(resultants.point_interface, force, len(x.area))
     lighter = np.minimum(blocks[x.block_a], blocks[x.block_b])

@@ -16,7 +16,7 @@ def resultants_from_points(
     assembly: Assembly, position: Array, interface: NDArray, area: Array, force: Array
 ) -> Resultants:
     """Resultants of all interfaces from contact-point forces on block b in global axes [N], shape (m, 3)."""
-    x = assembly.arrays
+    x = assembly.links
     k = len(x.block_a)
     arm = position - x.centre[interface]
     moment = np.cross(arm, force)
@@ -43,7 +43,7 @@ def scaled_mechanism(
     size = live_size(assembly, loads)
     v = v * ((size if size > 0 else 1.0) / rate)
     opening, sliding = point_rates(assembly, v, position, interface)
-    x = assembly.arrays
+    x = assembly.links
     t1 = (sliding * x.tangent_1[interface]).sum(axis=1)
     t2 = (sliding * x.tangent_2[interface]).sum(axis=1)
     return Mechanism(v, opening, np.column_stack([t1, t2]))

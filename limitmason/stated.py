@@ -54,6 +54,8 @@ def why_no_tilt_angle(assembly: Assembly, loads: Loads) -> str:
             f"the joint between {a!r} and {b!r} has cohesion, tensile or compressive strength: the cosine of the angle "
             "does not cancel"
         )
+    if assembly.ties:
+        return f"the strength of the {assembly.ties[0]} is no weight: the cosine of the angle does not cancel"
     return ""
 
 

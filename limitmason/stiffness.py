@@ -16,6 +16,19 @@ SETTLEMENT = 1e-6
 """The base shortens by this fraction of the median block size under the whole dead load [-]."""
 
 
+TIE_STRETCH = 1e-5
+"""A tie that names no stiffness reaches its strength when it is stretched by this fraction of the median block [-]."""
+
+
+def default_tie_stiffness(assembly: Assembly, strength: Array) -> Array:
+    """Axial stiffness of ties that name none [N/m]: strength / (1e-5 x median block size), shape as ``strength`` [N].
+
+    Short beside what counts as collapse and no stiffer than the joints; a number for collapse, no property of a rod.
+    """
+    size = float(np.median(np.cbrt(assembly.arrays.volume[~assembly.fixed])))
+    return np.asarray(strength / (TIE_STRETCH * size))
+
+
 def default_stiffness(assembly: Assembly, dead: Array) -> float:
     """Joint stiffness for joints that name none [Pa/m].
 

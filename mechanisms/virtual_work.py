@@ -172,7 +172,8 @@ class ContactCheck(NamedTuple):
 
     violation : largest lack of opening, tan(phi) |e_t| - e_n, over the largest rate; 0 for an admissible motion [-]
     multiplier : at which weights, live loads and cohesion balance on the assembly's own blocks; an upper bound of
-        associative limit analysis on the same interfaces if the motion is admissible, without meaning if not [-]
+        associative limit analysis on the same interfaces if the motion is admissible, without meaning if not [-]; ties
+        that the motion stretches dissipate their strength
     opening, sliding : rates at the contact points [m/s], shapes (m,) and (m,)
     points : the contact points
     """
@@ -206,12 +207,13 @@ def check_contacts(assembly: Assembly, loads: Loads, twists: Array) -> ContactCh
         When the live load does no work in this motion.
     """
     v = np.where(assembly.held, 0.0, twists)
-    points = contact_points(assembly)
+    points = contact_points(assembly, ties=True)
     rates = (equilibrium_matrix(assembly, points).T @ v.ravel()).reshape(-1, 3)
-    # mechanisms of rigid blocks: a crushing strength is left out, and what overlaps is a violation
-    law = interface_law(assembly.arrays).at(points.interface).over(points.area).without_crushing()
+    # mechanisms of rigid blocks: a crushing strength is left out, and what overlaps is a violation; ties may yield
+    faces = points.interface < len(assembly.interfaces)
+    law = interface_law(assembly.links).at(points.interface).over(points.area).without_crushing(np.flatnonzero(faces))
     opening, sliding = rates[:, 0], np.linalg.norm(rates[:, 1:], axis=1)
-    excess = law.lift(opening, sliding)
+    excess = law.lift(opening, sliding)[faces]
     largest = max(float(np.abs(opening).max(initial=0.0)), float(sliding.max(initial=0.0)), 1e-300)
     dissipated = float(law.dissipation(opening, sliding).sum())
     work = float((loads.live * v).sum())

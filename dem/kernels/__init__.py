@@ -1,10 +1,10 @@
 """Compiled functions of the explicit distinct element method, one subject to a file; only these import each other.
 
 ``law`` is the joint law at a point, ``sums`` adds it up over the points of a joint, ``kinematics`` says how the blocks
-of a joint lie to each other, ``forces`` brings the sums to the blocks, ``deformed`` does so where blocks strain in
-modes, ``stepping`` moves these, ``measure`` reads a position without changing it, ``shapes`` finds where pieces touch;
-``arrays`` is what all of them see. ``zones`` steps blocks cut into zones in the plane, with the same joint law, and
-``yielding`` returns a zone's stress to its strength.
+of a joint lie to each other, ``forces`` brings the sums to the blocks, ``ties`` the pull of rods, ``deformed`` does so
+where blocks strain in modes, ``stepping`` moves these, ``measure`` reads a position without changing it, ``shapes``
+finds where pieces touch; ``arrays`` is what all of them see. ``zones`` steps blocks cut into zones in the plane, with
+the same joint law, and ``yielding`` returns a zone's stress to its strength.
 
 Rule: a compiled function of ``dem`` stands in this package, is made by ``compiled.kernel`` and uses nothing from
 outside but numpy and numba. What is kept on disk is stamped with the content of all files of the package, so that an
@@ -51,16 +51,18 @@ from dem.kernels.arrays import (
     Joints,
     Modes,
     Points,
+    Ties,
 )
 from dem.kernels.forces import contact_wrenches
 from dem.kernels.measure import measure
 from dem.kernels.shapes import contact_shapes
 from dem.kernels.stepping import advance, rotation_of
+from dem.kernels.ties import add_tie_forces
 
 __all__ = [
     "E_APPLIED", "E_DAMPING", "E_FRACTURE", "E_FRICTION", "E_KINETIC", "E_SIZE", "E_STEPS", "E_STOP", "E_SUPPORT",
     "E_VISCOSITY", "E_VISCOUS", "LAW_C", "LAW_CROSS", "LAW_C_R", "LAW_DASH", "LAW_DIL", "LAW_DIL_R", "LAW_FC",
     "LAW_FT", "LAW_FT_R", "LAW_KN", "LAW_KS", "LAW_LIFT", "LAW_MU", "LAW_MU_R", "LAW_RATE", "LAW_RATE_SLIP",
-    "LAW_SECANT", "LAW_SIZE", "Bodies", "Joints", "Modes", "Points", "advance", "contact_shapes", "contact_wrenches",
-    "measure", "rotation_of",
+    "LAW_SECANT", "LAW_SIZE", "Bodies", "Joints", "Modes", "Points", "Ties", "add_tie_forces", "advance",
+    "contact_shapes", "contact_wrenches", "measure", "rotation_of",
 ]  # fmt: skip

@@ -60,6 +60,20 @@ class Bodies(NamedTuple):
     net: Array  # contact plus applied wrench, without damping, (n, 6)
 
 
+class Ties(NamedTuple):
+    """Ties: blocks, arms to both ends, reference vector and length, elastic law, and what is left of the elongation."""
+
+    block_a: Index  # (t,)
+    block_b: Index  # (t,)
+    arm_a: Array  # end from the centroid of a, reference axes of a [m], (t, 3)
+    arm_b: Array  # end from the centroid of b, reference axes of b [m], (t, 3)
+    span: Array  # from end a to end b in the reference position [m], (t, 3)
+    length: Array  # of the span [m], (t,)
+    stiffness: Array  # [N/m], (t,)
+    strength: Array  # [N], (t,)
+    plastic: Array  # elongation at which it hangs loose [m], (t,)
+
+
 # entries of the vector of accumulated scalars
 E_FRICTION, E_VISCOUS, E_DAMPING, E_APPLIED, E_SUPPORT = 0, 1, 2, 3, 4
 E_KINETIC, E_VISCOSITY, E_STEPS, E_STOP, E_FRACTURE = 5, 6, 7, 8, 9

@@ -15,6 +15,7 @@ from dem.kernels.arrays import (
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed import _modal_forces, _move_modes
 from dem.kernels.forces import _crossing_forces, _joint_forces
+from dem.kernels.ties import add_tie_forces
 
 STOP_EVERY = 10.0  # fewest steps between two stops: fast modes are left to local damping
 
@@ -64,7 +65,7 @@ def rotation_of(q, out):
 @kernel()
 def advance(
     points, joints, bodies, total, cases, factors, drives, speeds, dt, local, adaptive, kinetic_stop, true_inertia,
-    modes=None, space=None, rigid=True,
+    modes=None, space=None, rigid=True, ties=None,
 ):
     """Advance by ``len(factors)`` steps of central differences.
 
@@ -85,6 +86,7 @@ def advance(
     true_inertia : keep the angular momentum exactly in free flight (second-order spin at the half step)
     modes : of blocks that deform, changed in place; None where all are rigid
     space, rigid : None where they deform in a plane, None where they deform at all
+    ties : changed in place; None where there are none
     """
     n = bodies.mass.size
     vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
@@ -99,6 +101,8 @@ def advance(
             _modal_forces(points, joints, bodies, modes, space, dt, total, scratch)
         if crossings:
             _crossing_forces(points, joints, bodies, dt, total)
+        if ties is not None:
+            add_tie_forces(ties, bodies, total)
         kinetic = applied = support = damping = 0.0
         viscosity = total[E_VISCOSITY] if adaptive > 0.0 else 0.0
         # a stop is at a whole step: only half a step leads from there to the first velocity. A whole one starts a mode

@@ -17,6 +17,7 @@ from dem.zones.mesh import ZoneMesh, make_mesh
 from dem.zones.yielding import material_row
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS
 from limitmason.errors import InputError
+from limitmason.law_table import refuse_ties
 from limitmason.model import Assembly, Loads, Material
 
 Array = NDArray[np.float64]
@@ -100,6 +101,7 @@ def make_model(
         options.dashpot.values() if hasattr(options.dashpot, "values") else np.atleast_1d(options.dashpot)
     ), dtype=float) > 0.0):  # fmt: skip
         raise InputError("joint_options: zoned runs have local damping alone; leave the dashpot out")
+    refuse_ties(assembly, "a block cut into zones", "use rigid blocks")
     mesh = make_mesh(assembly, zone_size, stiff)
     if mesh.rigid.all():
         raise InputError(

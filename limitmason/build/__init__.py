@@ -10,6 +10,7 @@
 from limitmason.build.arch import arch, arch_from_curves
 from limitmason.build.column import column
 from limitmason.build.cracks import with_potential_cracks
+from limitmason.build.floor import with_floor
 from limitmason.build.layout import layout
 from limitmason.build.opening import Opening
 from limitmason.build.thinnest_arch import arch_minimum_thickness
@@ -17,5 +18,5 @@ from limitmason.build.wall import wall
 
 __all__ = [
     "Opening", "arch", "arch_from_curves", "arch_minimum_thickness", "column", "layout", "wall",
-    "with_potential_cracks",
+    "with_floor", "with_potential_cracks",
 ]  # fmt: skip

@@ -47,11 +47,16 @@ def with_potential_cracks(assembly: Assembly, planes: Mapping[int | str, Plane],
     Raises
     ------
     InputError
-        For a plane that misses its block, or cuts off less than a millionth of it; a block that is held, by name.
+        For a plane that misses its block, or cuts off less than a millionth of it; a block that is held, by name; and
+        a tie that is fastened to a block that is cut.
     """
     numbers = {assembly.block_index(block): (block, plane) for block, plane in planes.items()}
     if len(numbers) != len(planes):
         raise InputError("planes name a block twice, by its name and by its number")
+    for tie in assembly.ties:
+        for end in (tie.block_a, tie.block_b):
+            if end is not None and assembly.block_index(end) in numbers:
+                raise InputError(f"{tie}: block {end!r} is cut by a crack; give ties after the cracks, on its parts")
     held = {assembly.block_index(s.block) for s in assembly.supports}
     blocks: list[Block] = []
     cut: dict[int, tuple[Array, Array, float]] = {}

@@ -129,7 +129,8 @@ def resized(assembly: Assembly, factors: ArrayLike) -> Assembly:
     for i in assembly.interfaces:
         n = i.normal / f  # a normal goes with the inverse transpose
         interfaces.append(replace(i, polygon=i.polygon * f, normal=n / np.linalg.norm(n)))
-    return replace(assembly, blocks=blocks, interfaces=tuple(interfaces), recipe={})
+    ties = tuple(replace(t, point_a=t.ends[0] * f, point_b=t.ends[1] * f) for t in assembly.ties)
+    return replace(assembly, blocks=blocks, interfaces=tuple(interfaces), ties=ties, recipe={})
 
 
 def with_density_factor(assembly: Assembly, factor: float, blocks: Iterable[int | str] | None = None) -> Assembly:
@@ -147,7 +148,7 @@ def with_density_factor(assembly: Assembly, factor: float, blocks: Iterable[int 
 
 
 def displaced(assembly: Assembly, displacements: Sequence[Array] | Array) -> Assembly:
-    """This assembly with every block moved and turned by a finite rigid displacement; joints go along.
+    """This assembly with every block moved and turned by a finite rigid displacement; joints and ties go along.
 
     An interface moves with its free block where the other is held, else by the mean motion of its two blocks, as a
     joint of springs between them does.
@@ -179,7 +180,12 @@ def displaced(assembly: Assembly, displacements: Sequence[Array] | Array) -> Ass
         middle = i.polygon.mean(axis=0)
         at = np.mean([moved(middle, k) for k in sides], axis=0)
         interfaces.append(replace(i, polygon=(i.polygon - middle) @ half.T + at, normal=half @ i.normal))
-    return replace(assembly, blocks=blocks, interfaces=tuple(interfaces), recipe={})
+    ties = []
+    for t in assembly.ties:
+        a, b = t.ends
+        b = b if t.block_b is None else moved(b, assembly.block_index(t.block_b))
+        ties.append(replace(t, point_a=moved(a, assembly.block_index(t.block_a)), point_b=b))
+    return replace(assembly, blocks=blocks, interfaces=tuple(interfaces), ties=tuple(ties), recipe={})
 
 
 def _cut_edge(

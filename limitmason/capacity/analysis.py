@@ -25,6 +25,7 @@ from limitmason.curve import Event
 from limitmason.equilibrium import degrees_of_freedom, project
 from limitmason.errors import InputError, NotApplicable
 from limitmason.law import interface_law
+from limitmason.law_table import refuse_ties
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
@@ -170,6 +171,7 @@ def pushover(
 def _refuse(assembly: Assembly, loads: Loads) -> None:
     if len(loads.dead) != assembly.n_blocks:
         raise InputError(f"loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
+    refuse_ties(assembly, "the capacity curve", "use limit analysis or the DEM, or assembly.with_ties(())")
     for i in assembly.interfaces:
         j, names = i.joint, tuple(assembly.blocks[b].name for b in (i.block_a, i.block_b))
         if np.isfinite(j.compressive_strength):

@@ -126,7 +126,7 @@ def report(prediction: Prediction, assembly: Assembly | None = None) -> int:
     return 0 if prediction.status in (SOLVED, ALMOST_SOLVED) else 3
 
 
-ANALYSIS = ("flow_rule", "contact_model", "grid", "torsion_limit")
+ANALYSIS = ("flow_rule", "contact_model", "grid", "torsion_limit", "search", "time_limit")
 """Options of limit analysis, which other methods do not have."""
 
 
@@ -144,6 +144,10 @@ def analysis_options(parser: argparse.ArgumentParser, flow_default: str = "assoc
     group.add_argument(
         "--torsion-limit", action="store_true", help="limit torsion to that of uniform pressure (estimate)"
     )
+    group.add_argument("--search", choices=("quick", "standard", "thorough"),
+                       help="how long the non-associative analysis searches; default: standard")  # fmt: skip
+    group.add_argument("--time-limit", type=float, metavar="SECONDS",
+                       help="after which that search ends with the smallest it has")  # fmt: skip
 
 
 def refuse(options: argparse.Namespace, names: Iterable[str], because: str) -> None:
@@ -174,9 +178,27 @@ def settings_of(options: argparse.Namespace) -> dict:
         return {}
     if method != LIMIT:
         refuse(options, ("flow_rule",), f"by --method {method}, which has its own")
-        return {}
+        return search_of(options)
     if options.grid and options.contact_model != "grid":
         raise InputError("--grid needs --contact-model grid")
     found = {"contact_model": options.contact_model, "grid": options.grid and tuple(options.grid),
              "torsion_limit": options.torsion_limit or None, "flow_rule": options.flow_rule}  # fmt: skip
+    found = {name: value for name, value in found.items() if value is not None}
+    return found | search_of(options)
+
+
+def search_of(options: argparse.Namespace) -> dict:
+    """How the non-associative analysis searches."""
+    if ASSOCIATIVE in (options.method, options.flow_rule):
+        refuse(options, ("search", "time_limit"), "by the associative flow rule, which needs no search")
+    found = {"search": options.search, "time_limit": options.time_limit}
     return {name: value for name, value in found.items() if value is not None}
+
+
+def told(settings: dict, method: str) -> dict:
+    """Settings of one analysis with a line to standard error after every stage of a search."""
+    searching = NON_ASSOCIATIVE in (method, settings.get("flow_rule"))
+    for name in ("search", "time_limit"):
+        if name in settings and not searching:
+            raise InputError(f"--{name.replace('_', '-')} goes with --flow-rule non-associative, which searches")
+    return settings | ({"progress": lambda trial: say(f"  {trial}")} if searching else {})

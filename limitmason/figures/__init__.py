@@ -22,12 +22,14 @@ from limitmason.figures.scene import Scene, view
 from limitmason.figures.solids import solid_map
 from limitmason.figures.studies import gap, side_by_side, study_lines
 from limitmason.figures.style import print_style
+from limitmason.figures.ties import before_and_after
 from limitmason.figures.tilt import tilt_test
 
 __all__ = [
     "Scene",
     "animate",
     "assembly",
+    "before_and_after",
     "confusable",
     "contact_forces",
     "contact_report",

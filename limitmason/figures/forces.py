@@ -15,6 +15,7 @@ from limitmason.errors import InputError
 from limitmason.figures import elevation, solid, style
 from limitmason.figures.mechanism import chosen_plane, page_frame
 from limitmason.figures.painter import camera
+from limitmason.figures.tie_lines import draw_ties
 from limitmason.law import interface_law
 from limitmason.model import Assembly, AssemblyArrays
 from limitmason.results import Prediction
@@ -61,14 +62,15 @@ def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
             f"this prediction ({prediction.method}) has no joint forces to draw: its status is '{prediction.status}'"
         )
     x, k = model.arrays, len(model.interfaces)
-    if len(r.point_interface) and int(np.max(r.point_interface)) >= k:
+    if len(r.point_interface) and int(np.max(r.point_interface)) >= k + len(model.ties):
         raise InputError(f"the resultants name interface {int(np.max(r.point_interface))}, the assembly has {k}")
-    owner = np.asarray(r.point_interface, dtype=np.intp)
+    faces = np.asarray(r.point_interface, dtype=np.intp) < k  # the ties are numbered after them
+    owner, point_force = np.asarray(r.point_interface, dtype=np.intp)[faces], r.point_force[faces]
     force = np.zeros((k, 3))
-    np.add.at(force, owner, r.point_force)
-    pressure = np.maximum(np.einsum("ij,ij->i", r.point_force, x.normal[owner]), 0.0)
+    np.add.at(force, owner, point_force)
+    pressure = np.maximum(np.einsum("ij,ij->i", point_force, x.normal[owner]), 0.0)
     total = np.bincount(owner, pressure, k)
-    moment = np.stack([np.bincount(owner, pressure * r.point_position[:, i], k) for i in range(3)], axis=1)
+    moment = np.stack([np.bincount(owner, pressure * r.point_position[faces, i], k) for i in range(3)], axis=1)
     size = np.linalg.norm(force, axis=1)
     largest = float(size.max(initial=0.0))
     pressed = total > 1e-9 * max(largest, 1e-300)
@@ -207,6 +209,7 @@ def contact_forces(
     many: the picture shows the one the solver returned.
     """
     forces = joint_forces(model, prediction)
+    at_strength = tie_forces(model, prediction) >= 0.999 * np.array([t.strength for t in model.ties])
     plane = chosen_plane(model, view, None)
     still = np.zeros(model.n_blocks, dtype=bool)
     if plane is not None:
@@ -215,6 +218,7 @@ def contact_forces(
         page = style.Page(frame.span, ax)
         size = drawing.block_size()
         elevation.draw_blocks(page.ax, drawing, page.line_width(size), moving=still, outline=_PALE)
+        pulls = draw_ties(page.ax, model, lambda p: p @ drawing.axes, page.line_width(size), yields=at_strength)
         elevation.set_frame(page.ax, drawing, frame)
         axes = drawing.axes
     else:
@@ -224,6 +228,7 @@ def contact_forces(
         page = style.Page(layout.high - layout.low, ax, framed=False)
         size = solid.block_size(model)
         solid.draw_solids(page.ax, scene, page.line_width(size), moving=still, outline=_PALE)
+        pulls = draw_ties(page.ax, model, seen_from.project, page.line_width(size), yields=at_strength)
         layout.draw(page.ax)
         axes = np.column_stack([seen_from.right, seen_from.up])
     thickest = min(max(0.2 * 72.0 * page.inch * size, 0.8), 5.0)
@@ -242,7 +247,15 @@ def contact_forces(
         handles.append(Line2D([], [], color=style.BLUE, linewidth=2.0, label="at friction limit"))
     if lines:
         handles.append(Line2D([], [], color=style.VERMILION, linewidth=1.6, label="line of thrust"))
-    return page.finish(title, style.prediction_text(prediction), handles)
+    return page.finish(title, style.prediction_text(prediction), [*handles, *pulls])
+
+
+def tie_forces(model: Assembly, prediction: Prediction) -> Array:
+    """Tension in every tie of an answer with joint forces [N], shape (t,)."""
+    r, first = prediction.resultants, len(model.interfaces)
+    if r is None or len(r.normal) < first + len(model.ties):
+        raise InputError(f"this prediction ({prediction.method}) has no forces of the {len(model.ties)} ties")
+    return np.asarray(r.normal, dtype=float)[first:]
 
 
 def _draw_segments(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from limitmason.errors import InputError
@@ -19,6 +20,7 @@ from limitmason.figures.motion import (
 )
 from limitmason.figures.outline import elevation_plane, wall_plane
 from limitmason.figures.painter import camera
+from limitmason.figures.tie_lines import draw_ties, stretching
 from limitmason.model import Assembly
 from limitmason.plane import Plane
 from limitmason.results import Prediction
@@ -65,12 +67,14 @@ def assembly(
         if labels:
             size = 72.0 * page.inch * drawing.block_size()
             elevation.label_blocks(page.ax, drawing, min(max(0.3 * size, 2.0), 7.0))
+        rods = draw_ties(page.ax, model, lambda p: p @ drawing.axes, page.line_width(drawing.block_size()))
         elevation.set_frame(page.ax, drawing, frame)
     else:
         still = np.zeros(model.n_blocks, dtype=bool)
-        page = _draw_space(model, None, None, ~still, still, ax, azimuth_deg, elevation_deg)
+        page, rods = _draw_space(model, None, None, ~still, still, ax, azimuth_deg, elevation_deg, None)
     handles = elevation.joint_handles(None, fixed=bool(model.fixed.any()), ghost=False, hatch=plane is not None)
-    return page.finish(title, f"{model.n_blocks} blocks, {len(model.interfaces)} interfaces", handles)
+    count = f"{model.n_blocks} blocks, {len(model.interfaces)} interfaces"
+    return page.finish(title, count + (f", {len(model.ties)} ties" if model.ties else ""), [*handles, *rods])
 
 
 @style.in_print_style
@@ -133,15 +137,17 @@ def mechanism(
     marks = moving_joints(model, twists, threshold) if joints else None
     plane = chosen_plane(model, view, twists)
     ghosts = ghost & ~model.fixed & (rates > max(threshold, 0.03) * max(float(rates.max(initial=0.0)), 1e-300))
+    yields = stretching(model, twists, threshold) if model.ties else None
     if plane is not None:
-        page = _draw_elevation(model, plane, motion, moving, ghosts, marks, ax)
+        page, rods = _draw_elevation(model, plane, motion, moving, ghosts, marks, ax, yields)
     else:
         if azimuth_deg is None:
             azimuth_deg = _azimuth_they_move_to(model, twists, elevation_deg)
-        page = _draw_space(model, motion, marks, moving, ghosts, ax, azimuth_deg, elevation_deg)
+        page, rods = _draw_space(model, motion, marks, moving, ghosts, ax, azimuth_deg, elevation_deg, yields)
     handles = elevation.joint_handles(
         marks, fixed=bool(model.fixed.any()), ghost=bool(ghosts.any()), hatch=plane is not None
     )
+    handles += rods
     return page.finish(title, style.prediction_text(prediction) if caption else None, handles if legend else [])
 
 
@@ -159,8 +165,8 @@ def chosen_plane(model: Assembly, view: str, twists: Array | None) -> Plane | No
 
 def _draw_elevation(
     model: Assembly, plane: Plane, motion: RigidMotion, moving: Flags, ghosts: Flags, marks: MovingJoints | None,
-    ax: Axes | None,
-) -> style.Page:  # fmt: skip
+    ax: Axes | None, yields: Flags | None,
+) -> tuple[style.Page, list[Line2D]]:  # fmt: skip
     drawing = elevation.Elevation(model, plane)
     frame = drawing.frame(motion)
     page = style.Page(frame.span, ax)
@@ -169,14 +175,15 @@ def _draw_elevation(
     elevation.draw_ghost(page.ax, drawing, ghosts, width)
     if marks is not None:
         elevation.draw_joints(page.ax, drawing, marks, motion, width)
+    rods = draw_ties(page.ax, model, lambda p: p @ drawing.axes, width, motion=motion, yields=yields)
     elevation.set_frame(page.ax, drawing, frame)
-    return page
+    return page, rods
 
 
 def _draw_space(
     model: Assembly, motion: RigidMotion | None, marks: MovingJoints | None, coloured: Flags, ghosts: Flags,
-    ax: Axes | None, azimuth_deg: float, elevation_deg: float,
-) -> style.Page:  # fmt: skip
+    ax: Axes | None, azimuth_deg: float, elevation_deg: float, yields: Flags | None,
+) -> tuple[style.Page, list[Line2D]]:  # fmt: skip
     seen_from = camera(azimuth_deg, elevation_deg)
     scene = solid.Scene(model, seen_from, motion)
     before = scene if motion is None else solid.Scene(model, seen_from)
@@ -184,8 +191,9 @@ def _draw_space(
     page = style.Page(layout.high - layout.low, ax, framed=False)
     width = page.line_width(solid.block_size(model))
     solid.draw_solids(page.ax, scene, width, moving=coloured, joints=marks, before=before, ghosts=ghosts)
+    rods = draw_ties(page.ax, model, seen_from.project, width, motion=motion, yields=yields)
     layout.draw(page.ax)
-    return page
+    return page, rods
 
 
 def page_frame(scene: solid.Scene, before: solid.Scene) -> Array:

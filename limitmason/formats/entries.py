@@ -7,11 +7,14 @@ from typing import Any
 
 from limitmason.errors import InputError
 from limitmason.formats.document import Node
-from limitmason.model import Assembly, Joint, Loads, Material, Support
+from limitmason.model import Assembly, Joint, Loads, Material, Support, Tie
 
 _LAW_KEYS = tuple(f.name for f in fields(Joint))
 _LAW_WORDS = ("name", "lost_by", "unloading")
 _MATERIAL_KEYS = tuple(f.name for f in fields(Material))
+TIE_NUMBERS = tuple(f.name for f in fields(Tie) if f.name not in ("block_a", "point_a", "block_b", "point_b", "name"))
+"""Fields of a tie that are numbers."""
+
 _PIECE_KEYS = ("vertices", "faces")
 _LOAD_KEYS = (
     "name", "dead", "live", "horizontal", "body_force", "tilting", "point_loads", "pressures", "precompression",
@@ -151,6 +154,22 @@ def support_of(node: Node) -> Support:
         flags[key] = flag is not None and flag.value
     try:
         return Support(block_of(node["block"]), dofs=[d.text() for d in node.get("dofs") or ()], **flags)
+    except InputError as error:
+        raise (error if str(error).startswith(node.file) else node.error(str(error))) from None
+
+
+def tie_of(node: Node) -> Tie:
+    """A tie from its fields; its blocks are a pair, null for the ground."""
+    node.mapping(("blocks", "points", "name", *TIE_NUMBERS))
+    blocks, points = list(node["blocks"]), list(node["points"])
+    if len(blocks) != 2 or len(points) != 2:
+        raise node.error("a tie has two 'blocks' (null for the ground) and two 'points'")
+    numbers = {name: node[name].number() for name in TIE_NUMBERS if name in node and node[name].value is not None}
+    try:
+        return Tie(
+            block_of(blocks[0]), points[0].array(None), None if blocks[1].value is None else block_of(blocks[1]),
+            points[1].array(None), name=node["name"].text() if "name" in node else "", **numbers,
+        )  # fmt: skip
     except InputError as error:
         raise (error if str(error).startswith(node.file) else node.error(str(error))) from None
 

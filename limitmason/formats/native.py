@@ -22,6 +22,9 @@ joints
     ``joint``: the fields of ``limitmason.Joint`` (or ``friction_coefficient`` for the angle); ``joints``: the same by
     kind, {"head": {...}}; ``joints_between``: [{"blocks": ["a", "b"], "joint": {...}}]. A file written by
     :func:`write_json` has ``joint_laws``, a table of named laws, and ``interfaces``, which assigns them.
+ties
+    ``ties``: [{"blocks": ["a", "b"] (or ["a", null], tied to the ground), "points": [[x, y, z], [x, y, z]] [m]} with
+    ``yield_force``, ``bond_force``, ``anchor_force`` [N] and the other fields of ``limitmason.Tie``.
 supports
     ``fixed``: names or numbers of blocks; ``supports``: [{"block": "a", "translations": true, "dofs": ["rx"]}].
 loads
@@ -49,6 +52,7 @@ import numpy as np
 from limitmason.errors import InputError
 from limitmason.formats.document import Node, plain, read_document, restored, write_document
 from limitmason.formats.entries import (
+    TIE_NUMBERS,
     block_of,
     block_pair,
     blocks_of,
@@ -56,6 +60,7 @@ from limitmason.formats.entries import (
     joint_table,
     loads_of,
     support_of,
+    tie_of,
     with_materials,
 )
 from limitmason.geometry.contact import ContactRules
@@ -68,6 +73,7 @@ from limitmason.model import (
     Material,
     PlausibilityWarning,
     Support,
+    Tie,
 )
 
 SCHEMA, VERSION = "limitmason-model", 1
@@ -78,7 +84,7 @@ UNITS = {
 _KEYS = (
     "schema", "version", "units", "name", "outlines", "names", "thickness", "density", "blocks", "tolerance",
     "contact_rules", "material", "materials", "joint", "joints", "joints_between", "joint_laws", "interfaces", "fixed",
-    "supports", "loads", "recipe",
+    "supports", "ties", "loads", "recipe",
 )  # fmt: skip
 
 
@@ -147,6 +153,8 @@ def write_json(path: str | Path, assembly: Assembly, loads: Loads | None = None)
             for s in assembly.supports
         ],
     }  # fmt: skip
+    if assembly.ties:
+        document["ties"] = [_tie(tie) for tie in assembly.ties]
     if loads is not None:
         document["loads"] = {
             "name": loads.name, "dead": plain(loads.dead, "loads.dead"), "live": plain(loads.live, "loads.live"),
@@ -161,6 +169,12 @@ def _rules(assembly: Assembly) -> dict[str, Any]:
     if rules == ContactRules(assembly.tolerance):
         return {}
     return {"contact_rules": {f.name: getattr(rules, f.name) for f in fields(rules)}}
+
+
+def _tie(tie: Tie) -> dict[str, Any]:
+    numbers = {name: getattr(tie, name) for name in TIE_NUMBERS if getattr(tie, name) is not None}
+    name = {"name": tie.name} if tie.name else {}
+    return {"blocks": [tie.block_a, tie.block_b], "points": plain(tie.ends, "ties"), **numbers, **name}
 
 
 def _name_of(law: Any, taken: Mapping[Any, str], kind: str) -> str:
@@ -227,6 +241,8 @@ def read_json(path: str | Path) -> Model:
         raise node.error("give exactly one of 'joint' and 'interfaces' (with 'joint_laws')")
     try:
         assembly = with_materials(node, _stored(node) if "interfaces" in node else _simple(node))
+        if "ties" in node:
+            assembly = assembly.with_ties(tie_of(entry) for entry in node["ties"])
         return Model(assembly, loads_of(node, assembly))
     except ContactError as error:
         raise ContactError(f"{node.file}: {error}", error.assembly) from None

@@ -210,10 +210,10 @@ def _interfaces(assembly: Assembly, prediction: Prediction | None, twists: Array
         cells |= {"opening": opening, "sliding": sliding}
     if prediction is not None and prediction.resultants is not None:
         r = prediction.resultants
-        if len(r.normal) != k:
+        if len(r.normal) != k + len(assembly.ties):
             raise InputError(f"the resultants are for {len(r.normal)} interfaces, the assembly has {k}")
-        shear = np.asarray(r.shear, dtype=float)
-        cells |= {"N": np.asarray(r.normal, dtype=float),
+        shear = np.asarray(r.shear, dtype=float)[:k]
+        cells |= {"N": np.asarray(r.normal, dtype=float)[:k],
                   "V": shear[:, :1] * x.tangent_1 + shear[:, 1:2] * x.tangent_2}  # fmt: skip
     return grid, cells, {}
 

@@ -1,5 +1,6 @@
 """The public entry to limit analysis."""
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -115,7 +116,7 @@ def limit_analysis(
 def _associative(problem: Problem, model: dict[str, Any], settings: dict[str, Any]) -> Prediction:
     """Associative prediction; with crushing on a grid it says what half the points would have given."""
     prediction, _ = analyse(problem, **settings)
-    if problem.law.crushes.any() and np.isfinite(prediction.collapse_multiplier):
+    if problem.crushing_points.any() and np.isfinite(prediction.collapse_multiplier):
         coarse = {**model, "contact_model": "grid", "grid": _half_as_fine(problem.assembly, model["grid"])}
         coarser, _ = analyse(
             make_problem(problem.assembly, problem.loads, **coarse), **{**settings, "check_dead_load": False}
@@ -130,6 +131,9 @@ def _nonassociative(problem: Problem, settings: dict[str, Any], options: dict[st
 
     if problem.cells:
         _, problem = analyse(problem, **settings)  # cohesive faces need cells as fine as their torsion asks for
+    if "budget" in options:
+        warnings.warn("budget is called time_limit", DeprecationWarning, stacklevel=2)
+        options = {"time_limit": options["budget"], **{k: v for k, v in options.items() if k != "budget"}}
     prediction = solve_nonassociative(problem, **settings, **options)
     c = prediction.certificate
     if prediction.status != SOLVED or c is None or c.accepted:

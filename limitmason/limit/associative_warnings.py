@@ -66,6 +66,6 @@ def twisted_faces(problem: Problem, prediction: Prediction) -> bool:
     resultants = prediction.resultants
     if problem.plane is not None or resultants is None:
         return False
-    x = problem.assembly.arrays
+    x = problem.assembly.links
     limit = interface_law(x).over(x.area).shear_strength(np.maximum(resultants.normal, 0.0)) * np.sqrt(x.area)
     return bool((np.abs(resultants.torsion) > 0.4 * limit + 1e-6 * problem.force_scale).any())

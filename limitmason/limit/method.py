@@ -43,5 +43,6 @@ NON_ASSOCIATIVE = Method(
     range_of=_certified_states,
     look=Look("limit analysis,\nnon-associative", "SKY", "^"),
     kept=("radenkovic",),
+    renamed={"budget": "time_limit"},
     theorem="admissible",
 )

@@ -10,6 +10,8 @@ from limitmason.model.load import Loads
 from limitmason.model.material import Material
 from limitmason.model.plausibility import PlausibilityWarning
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
+from limitmason.model.tie import Tie
+from limitmason.model.tied import ring_beam
 
 __all__ = [
     "DEGREES_OF_FREEDOM",
@@ -25,5 +27,7 @@ __all__ = [
     "Material",
     "PlausibilityWarning",
     "Support",
+    "Tie",
     "Unloading",
+    "ring_beam",
 ]

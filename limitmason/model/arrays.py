@@ -62,3 +62,27 @@ def face_arrays(polygons: list[Array], normal: Array) -> tuple[Array, Array, Arr
         centre[rows] = p[:, 0] + (part[..., None] * mean).sum(axis=1) / area[rows][:, None]
     t2 = np.cross(normal, t1) if k else np.empty((0, 3))
     return t1, t2, centre, area, corners, start
+
+
+def with_ties(
+    faces: AssemblyArrays, block_a: Index, block_b: Index, ends: Array, strength: Array, stiffness: Array
+) -> AssemblyArrays:
+    """Arrays with a row per tie after those of the interfaces, see ``Assembly.links``; corners stay those of faces.
+
+    Parameters
+    ----------
+    ends : points on a and on b [m], shape (t, 2, 3)
+    strength, stiffness : [N], [N/m], shape (t,)
+    """
+    normal = ends[:, 0] - ends[:, 1]
+    normal = normal / np.linalg.norm(normal, axis=1)[:, None]
+    t1 = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal), axis=1)])
+    t1 /= np.linalg.norm(t1, axis=1)[:, None]
+    zero, one = np.zeros(len(strength)), np.ones(len(strength))
+    rows = {
+        "block_a": block_a, "block_b": block_b, "normal": normal, "tangent_1": t1, "tangent_2": np.cross(normal, t1),
+        "centre": ends.mean(axis=1), "area": one, "tan_phi": zero, "tan_psi": zero, "cohesion": zero,
+        "tensile_strength": zero, "compressive_strength": strength, "normal_stiffness": stiffness,
+        "shear_stiffness": zero,
+    }  # fmt: skip
+    return faces._replace(**{name: np.concatenate([getattr(faces, name), row]) for name, row in rows.items()})

@@ -34,6 +34,8 @@ from limitmason.model.material import Material
 from limitmason.model.moved import renumbered, transformed
 from limitmason.model.plausibility import warn_of_blocks, warn_of_tolerance
 from limitmason.model.support import Support
+from limitmason.model.tie import Tie
+from limitmason.model.tied import fitted
 from limitmason.notebook import Shown
 
 
@@ -58,6 +60,7 @@ class Assembly(Blockwork, Shown):
     tolerance : gap or overlap up to which faces count as touching, for a block of median width [m]
     contact_rules : which faces count as touching, as given or by default
     doubts : near misses and contacts kept by a rule, as found with the interfaces; see :meth:`contact_report`
+    ties : rods, anchors and ring beams, see :class:`Tie` and :meth:`with_ties`
     """
 
     # ---- construction -------------------------------------------------------------------------------------------
@@ -307,6 +310,17 @@ class Assembly(Blockwork, Shown):
     def with_interfaces(self, interfaces: Iterable[Interface]) -> "Assembly":
         """This assembly with other interfaces, for example without some joints or with changed polygons."""
         return replace(self, interfaces=tuple(interfaces))
+
+    def with_ties(self, ties: Iterable[Tie]) -> "Assembly":
+        """This assembly with these ties in place of those it had; none for the assembly without.
+
+        Raises
+        ------
+        ValueError
+            For unknown blocks, a tie of a block to itself or between held blocks, an end far outside its block, and a
+            tie to the ground where no block is wholly held.
+        """
+        return replace(self, ties=fitted(self, tuple(ties)))
 
     def with_contact_ends_pulled_in(self, inset: float, *, direction: ArrayLike | None = None) -> "Assembly":
         """This assembly with every interface shortened at its ends, as by rounded block edges.

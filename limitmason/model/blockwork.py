@@ -12,10 +12,11 @@ from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.geometry.contact import ContactRules, Doubt
 from limitmason.geometry.polyhedron import mass_properties, steiner
-from limitmason.model.arrays import AssemblyArrays, face_arrays
+from limitmason.model.arrays import AssemblyArrays, face_arrays, with_ties
 from limitmason.model.block import Block
 from limitmason.model.interface import Interface
 from limitmason.model.support import Support
+from limitmason.model.tie import Tie
 
 Array = NDArray[np.float64]
 
@@ -34,6 +35,7 @@ class Blockwork:
     tolerance: float = 0.0
     contact_rules: ContactRules = field(default_factory=ContactRules)
     doubts: tuple[Doubt, ...] = ()
+    ties: tuple[Tie, ...] = ()
 
     @property
     def n_blocks(self) -> int:
@@ -128,4 +130,27 @@ class Blockwork:
             np.array([i.block_a for i in self.interfaces], dtype=np.intp),
             np.array([i.block_b for i in self.interfaces], dtype=np.intp),
             normal, t1, t2, centre, area, corners, start, *np.ascontiguousarray(law.T),
+        )  # fmt: skip
+
+    def ground_for(self, what: str) -> int:
+        """Number of the block that stands for the ground, the first wholly held one; ``what`` asks for it."""
+        held = np.flatnonzero(self.fixed)
+        if not len(held):
+            raise InputError(f"{what}: no block is wholly held, so there is no ground to tie to; name a block")
+        return int(held[0])
+
+    @cached_property
+    def links(self) -> AssemblyArrays:
+        """All that passes force between blocks: :attr:`arrays` with a row per tie after those of the interfaces.
+
+        A tie reads as a point without friction that is pressed by T: its ``normal`` runs from end b to end a, its area
+        is 1 m2 and its compressive strength the tie's in N. Without ties it is :attr:`arrays` itself.
+        """
+        if not self.ties:
+            return self.arrays
+        a = np.array([self.block_index(t.block_a) for t in self.ties], dtype=np.intp)
+        b = [self.ground_for(str(t)) if t.block_b is None else self.block_index(t.block_b) for t in self.ties]
+        return with_ties(
+            self.arrays, a, np.array(b, dtype=np.intp), np.array([t.ends for t in self.ties]),
+            np.array([t.strength for t in self.ties]), np.array([t.axial_stiffness for t in self.ties]),
         )  # fmt: skip

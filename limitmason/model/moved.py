@@ -49,6 +49,7 @@ def transformed(assembly: Laid, matrix: ArrayLike, translation: ArrayLike) -> La
             width=None if rules.width is None else rules.width * scale,
         ),
         doubts=moved_doubts(assembly.doubts, m, t, scale),
+        ties=tuple(replace(tie, point_a=m @ tie.ends[0] + t, point_b=m @ tie.ends[1] + t) for tie in assembly.ties),
     )  # fmt: skip
 
 

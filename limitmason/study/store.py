@@ -55,7 +55,7 @@ def fingerprint(*parts: Any) -> str:
 def _feed(digest: Any, value: Any) -> None:
     """Add one value, with a tag of its kind, so that 1 and "1" differ."""
     if isinstance(value, Assembly):
-        _feed(digest, ("assembly", tuple(value.arrays), [b.name for b in value.blocks], value.recipe))
+        _feed(digest, ("assembly", tuple(value.links), [b.name for b in value.blocks], value.recipe))
         _feed(digest, [(i.kind, i.joint) for i in value.interfaces])
     elif isinstance(value, Loads):
         _feed(digest, ("loads", value.dead, value.live))

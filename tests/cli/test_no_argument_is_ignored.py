@@ -116,7 +116,8 @@ VALUES = {
     "--no-checks": [], "--distance": ["0.5"], "--angle": ["60"], "--tolerance": ["0.001"], "--thickness": ["0.2"],
     "--scale": ["0.001"], "--to": ["2mm"], "--block": ["beam"], "--direction": ["0", "0", "-1"], "--blocks": ["lumped"],
     "--spacing": ["20mm"], "--steps": ["500"], "--once": [], "--option": ["outline=675/8/5"],
-    "--checkpoint": ["kept.npz"], "--cracks": ["c.png"], "--zone-size": ["20mm"],
+    "--checkpoint": ["kept.npz"], "--cracks": ["c.png"], "--zone-size": ["20mm"], "--search": ["quick"],
+    "--time-limit": ["0.5"],
 }  # fmt: skip
 OTHER = {("compare", "--markdown"): [], ("compare, associative", "--markdown"): [], ("compare", "--methods"): ["dem"],
          ("experiments methods", "--methods"): ["associative"],

@@ -174,7 +174,7 @@ def test_options_that_cannot_be_met_are_refused():
         (plane, loads, {"prove": False, "proof_seconds": 1.0}, "no proof is tried"),
         (block, out_of_plane, {"proof_seconds": 1.0}, "no proof is tried"),
         (plane, loads, {"proof_seconds": 0.0}, "proof_seconds must be positive"),
-        (plane, loads, {"budget": -1.0}, "budget must be positive"),
+        (plane, loads, {"time_limit": -1.0}, "time_limit must be positive"),
         (plane, loads, {"accuracy": 0.0}, "accuracy must be positive"),
         (plane, loads, {"solver": "cvxpy"}, "available with the associative flow rule only"),
     ):

@@ -66,6 +66,14 @@ def ferris_tin_loi_walls(g):
         assert violation <= 1e-5
 
 
+def tie_rods(g):
+    for name, found in g["predictions"].items():
+        assert found.status == "solved"
+        assert found.collapse_multiplier == pytest.approx(g["exact"][name], abs=1e-6)
+    assert g["sliding"].collapse_multiplier == pytest.approx(0.25, abs=1e-6)
+    assert g["moving"] == ["floor"]
+
+
 def own_cause(g):
     assert g["extended_value"] > 1.1 * g["plain_value"]
     assert g["diagnosis"].kind == "cause"
@@ -287,7 +295,11 @@ CHECKS = {
         mechanisms_of_a_u_shaped_wall, three_theories_one_wall, dilatancy_and_block_size,
         four_point_bending, minho_pushover, rondelet_contact_points, own_cause, pavia_layouts,
         diagnose_pavia, diagnose_brick_panels, diagnose_ferris_tin_loi, diagnose_minho,
+<<<<<<< HEAD
         tilt_test, murano_pushover, capacity_curve, brick_panel, bnw_zoned_walls, u_wall_as_a_solid,
+=======
+        tilt_test, murano_pushover, capacity_curve, brick_panel, bnw_zoned_walls, tie_rods,
+>>>>>>> w-ties
     )
 }  # fmt: skip
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from limitmason.errors import NotApplicable
-from limitmason.law_table import INTERIOR_POINT, SMOOTH, STRESS_BLOCK, refuse
+from limitmason.law_table import INTERIOR_POINT, SMOOTH, STRESS_BLOCK, TIES, refuse
 from limitmason.limit.program.problem import Problem
 
 
@@ -12,6 +12,7 @@ def unsupported(problem: Problem) -> str | None:
     try:
         refuse(INTERIOR_POINT, STRESS_BLOCK, problem.assembly, problem.block_interfaces)
         refuse(INTERIOR_POINT, SMOOTH, problem.assembly, problem.interfaces)
+        refuse(INTERIOR_POINT, TIES, problem.assembly, problem.interfaces)
     except NotApplicable as refusal:
         return str(refusal)
     if (np.bincount(problem.matrix.indices, minlength=len(problem.row)) == 0).any():

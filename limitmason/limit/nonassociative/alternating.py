@@ -9,6 +9,8 @@ program with slope tan(psi) and constant c' + (tan(phi) - tan(psi)) N'. Zero gap
 programs do better (``polish``); this is the way in 3-D and where those find nothing.
 """
 
+import time
+
 import clarabel
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +29,12 @@ TOLERANCE = 1e-12
 ACTIVE = 1e-7
 """Rates below this, at mean live velocity one, count as zero."""
 
+LOWER = 1e-9
+"""Fall of the scaled multiplier that counts as one."""
+
+STALLED = 1e-8
+"""Fall of theta lambda + gap in one round of the alternation below which a push has come to its end."""
+
 
 class ForceProgram:
     """Minimise theta lambda + weight . f over the forces that the true law admits; only the objective may change.
@@ -37,11 +45,13 @@ class ForceProgram:
     opening : points held at N' = 0, shape (m,)
     sliding : points held at T = -(c' + tan(phi) N') d, shape (m,)
     direction : unit sliding directions d, shape (m, c - 1)
+    closing : points held at N' = q, where joints crush or ties yield, shape (m,)
     """
 
     def __init__(
-        self, law: JointLaw, *, opening: Mask | None = None, sliding: Mask | None = None, direction: Array | None = None
-    ) -> None:
+        self, law: JointLaw, *, opening: Mask | None = None, sliding: Mask | None = None,
+        direction: Array | None = None, closing: Mask | None = None,
+    ) -> None:  # fmt: skip
         m, c = len(law.tan_phi), law.components
         self.law, self._columns = law, c * m
         none = np.zeros(m, dtype=bool)
@@ -49,8 +59,10 @@ class ForceProgram:
         sliding = none if sliding is None else sliding
         normal = c * np.arange(m)
         one = sparse.eye_array(c * m + 1, format="csr")
-        equal = [sparse.hstack([law.matrix, sparse.csc_array(law.live[:, None])]), one[normal[opening]]]
-        right = [-law.dead, np.zeros(int(opening.sum()))]
+        closing = none if closing is None else closing
+        held = normal[opening], normal[closing]
+        equal = [sparse.hstack([law.matrix, sparse.csc_array(law.live[:, None])]), *(one[rows] for rows in held)]
+        right = [-law.dead, np.zeros(int(opening.sum())), law.crushing[closing]]
         s = np.flatnonzero(sliding)
         for k, along in enumerate(() if direction is None else direction[s].T):
             equal.append(one[normal[s] + 1 + k] + sparse.diags_array(along * law.tan_phi[s]) @ one[normal[s]])
@@ -105,8 +117,9 @@ class ConePrograms:
 
 
 def alternate(
-    programs: ConePrograms, state: State, *, theta: float = 0.0, steps: int = 60, tolerance: float = 1e-10
-) -> State | None:
+    programs: ConePrograms, state: State, *, theta: float = 0.0, steps: int = 60, tolerance: float = 1e-10,
+    deadline: float = np.inf,
+) -> State | None:  # fmt: skip
     """Alternate on theta lambda + gap, which never rises; the state that violates the law least, or the last one.
 
     Parameters
@@ -114,8 +127,9 @@ def alternate(
     state : near-admissible; only its velocities are used
     theta : weight of the multiplier; above zero that is pushed down at the expense of the law, the last state returned
     tolerance : violation of the true law at which to stop
+    deadline : reading of ``time.perf_counter`` after which no further round begins
     """
-    law, best, least, history = programs.law, None, np.inf, []
+    law, best, least, history, merit = programs.law, None, np.inf, [], np.inf
     velocity = state.velocity
     for k in range(steps):
         opening, sliding, slip = split(law, law.matrix.T @ velocity)
@@ -130,12 +144,15 @@ def alternate(
             break
         velocity = dual.velocity
         found = State(multiplier, force, velocity, "alternating cone programs")
-        off = violation(law, found).worst
+        broken = violation(law, found)
+        off, last = broken.worst, merit
+        merit = theta * multiplier + broken.complementarity
         history.append(off)
         if theta > 0 or off < least:
             best, least = found, off
         stalled = k > 5 and abs(history[-1] - history[-4]) < 1e-4 * history[-1]
-        if stalled or (theta == 0 and off < tolerance):
+        pushed = theta > 0 and merit > last - STALLED * max(1.0, abs(last))
+        if stalled or pushed or (theta == 0 and off < tolerance) or time.perf_counter() > deadline:
             break
     return best
 
@@ -144,19 +161,17 @@ def complying_forces(law: JointLaw, state: State, *, largest: bool = False) -> S
     """Smallest, or largest, multiplier whose forces comply with the mechanism of an exact state."""
     opening, sliding, slip = split(law, law.matrix.T @ state.velocity)
     gap = opening - law.tan_psi * slip
-    # a crushing point is neither open nor at rest: leave mechanisms with crushing as they are
-    if (np.isfinite(law.crushing) & (gap < -ACTIVE)).any():
-        return None
+    closing = np.isfinite(law.crushing) & (gap < -ACTIVE)
     slides = slip > ACTIVE
     direction = sliding / np.maximum(slip, 1e-300)[:, None]
-    program = ForceProgram(law, opening=gap > ACTIVE, sliding=slides, direction=direction)
+    program = ForceProgram(law, opening=gap > ACTIVE, sliding=slides, direction=direction, closing=closing)
     answer = program.solve(-1.0 if largest else 1.0)
     return None if answer is None else State(*answer, state.velocity, "forces that comply")
 
 
 def lower(
     programs: ConePrograms, state: State, *, thetas: tuple[float, ...] = (0.003, 0.01, 0.03, 0.1, 0.3),
-    steps: int = 25, tolerance: float = 1e-8,
+    steps: int = 25, tolerance: float = 1e-8, deadline: float = np.inf,
 ) -> State:  # fmt: skip
     """Push an exact state down: alternate with theta > 0, return to the law with theta = 0, keep what is lower.
 
@@ -164,13 +179,24 @@ def lower(
     ----------
     state : exact within ``tolerance``
     thetas : weights of the multiplier, tried in turn
+    deadline : reading of ``time.perf_counter`` after which nothing further is tried
     """
-    best = state
+    best, complied = state, None
+
+    def keep(found: State | None) -> None:
+        nonlocal best
+        lowered = found is not None and found.multiplier < best.multiplier - LOWER
+        if lowered and exact(found, programs.law, tolerance):
+            best = found
+
     for theta in thetas:
-        pushed = alternate(programs, best, theta=theta, steps=steps)
-        back = None if pushed is None else alternate(programs, pushed)
-        for found in (back, complying_forces(programs.law, best)):
-            lowered = found is not None and found.multiplier < best.multiplier - 1e-9
-            if lowered and exact(found, programs.law, tolerance):
-                best = found
+        if time.perf_counter() > deadline:
+            break
+        pushed = alternate(programs, best, theta=theta, steps=steps, deadline=deadline)
+        # the way back to the law ends no lower than the push has gone, but for what is worked out after it
+        if pushed is not None and pushed.multiplier < best.multiplier - LOWER:
+            keep(alternate(programs, pushed, deadline=deadline))
+        if complied is not best:
+            complied = best
+            keep(complying_forces(programs.law, best))
     return best

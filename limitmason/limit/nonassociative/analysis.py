@@ -64,7 +64,7 @@ def solve_nonassociative(
     tolerance: float = 1e-10,
     check_dead_load: bool = True,
     accuracy: float = 1e-8,
-    budget: float | None = None,
+    time_limit: float | None = None,
     prove: bool | None = None,
     proof_seconds: float | None = None,
     measure_jump: bool | None = None,
@@ -81,18 +81,20 @@ def solve_nonassociative(
     ----------
     problem : from :func:`limitmason.limit.program.problem.make_problem`
     search : "quick", "standard" or "thorough", or an :class:`~limitmason.limit.nonassociative.search.Effort`. Where a
-        proof is tried the named ones begin with the quick search and go on only when the proof is not complete
-    seed : of the random starts; equal arguments give equal results unless ``budget`` or the time for the proof ends
+        proof is tried the named ones begin with the quick search and go on only when the proof is not complete. In
+        space the standard one is short where the associative mechanism slides nowhere, and from 700 contact points on;
+        the thorough one tries everything, whatever the size. All end where the lowest state meets the lower bound
+    seed : of the random starts; equal arguments give equal results unless ``time_limit`` or the time for the proof ends
     tolerance : of the interior-point method in the associative analysis that comes first [-]
     check_dead_load : also find out whether the structure stands without live load
     accuracy : violation of the true law, relative to the total load, up to which a state counts [-]
-    budget : ends search and proof after so many seconds where given
+    time_limit : [s]; search and proof then end with what they have, at least one trial, and a warning says so
     prove : prove the smallest multiplier by programs, which also find it where the search does not; None does so in
         plane up to 28 contact points (14 joints; 18, or 9 joints, in the quick search), without crushing; True demands
         it
     proof_seconds : time for the proof; None: 5, 30 or 120 s for the quick, standard or thorough search
     measure_jump : compare with psi slightly above zero where psi is zero; None does so in plane, up to 1000 points
-    progress : called with every trial of the search, the last is that of the proof
+    progress : called after every stage with its trial, whose text is a line with the lowest multiplier so far
     solver : "auto" or "clarabel", which solves the cone programs; HiGHS the linear and integer ones
     verbose : let Clarabel (associative analysis) and HiGHS (mixed-integer program) write their logs
 
@@ -128,11 +130,12 @@ def solve_nonassociative(
     undeformed geometry does not see.
     """
     start = time.perf_counter()
+    deadline = np.inf if time_limit is None else start + time_limit
     if isinstance(search, str) and search not in EFFORTS:
         raise InputError(f"search must be one of {tuple(EFFORTS)}, got {search!r}")
     if solver not in ("auto", "clarabel"):
         raise InputError(f"solver={solver!r} goes with the associative flow rule only; use 'auto' or 'clarabel'")
-    for name, number in (("accuracy", accuracy), ("budget", budget), ("proof_seconds", proof_seconds)):
+    for name, number in (("accuracy", accuracy), ("time_limit", time_limit), ("proof_seconds", proof_seconds)):
         if number is not None and not number > 0:
             raise InputError(f"{name} must be positive, got {number}")
     effort = EFFORTS[search] if isinstance(search, str) else search
@@ -163,8 +166,9 @@ def solve_nonassociative(
     if proof_seconds is None:
         proof_seconds = PROOF_SECONDS[named]
     order, ordered, found, proof = search_and_prove(
-        problem, law, effort, proof_seconds if proving else 0.0, budget, verbose, (low, _scaled_upper(problem, upper)),
-        seed=seed, accuracy=accuracy, progress=progress,
+        problem, law, effort, proof_seconds if proving else 0.0, deadline, verbose,
+        (low, _scaled_upper(problem, upper)), seed=seed, accuracy=accuracy,
+        progress=None if progress is None else _told(progress, problem.live_scale),
     )  # fmt: skip
     details = _details(problem, found, low, upper.collapse_multiplier, proof)
     state, status = found.best, SOLVED
@@ -173,6 +177,8 @@ def solve_nonassociative(
     if state is None:
         provenance["seconds"] = time.perf_counter() - start
         reason = "no state that keeps the true law was found; the bracket in the details still holds"
+        if found.stopped:
+            reason = f"the time limit of {time_limit:g} s ended the search, and {reason}"
         if proof is not None and proof.none:
             reason = (
                 "no admissible state exists, proven for velocities up to "
@@ -200,6 +206,19 @@ def solve_nonassociative(
     provenance["seconds"] = time.perf_counter() - start
     prediction = replace(prediction, certificate=certificate)
     return replace(prediction, warnings=tuple(_warnings(problem, prediction, certificate)))
+
+
+def _told(progress: Callable[[Trial], None], scale: float) -> Callable[[Trial], None]:
+    """``progress`` with multipliers of the live load, the lowest over both orders of the search."""
+    lowest = float("nan")
+
+    def tell(trial: Trial) -> None:
+        nonlocal lowest
+        trial = trial.times(scale)
+        lowest = float(np.fmin(lowest, trial.best))
+        progress(trial._replace(best=lowest))
+
+    return tell
 
 
 def radenkovic_lower(law: JointLaw) -> float:
@@ -252,6 +271,7 @@ def _at_small_dilatancy(
 
 def _details(problem: Problem, found: Search, low: float, high: float, proof: Smallest | None) -> dict:
     values = found.certified * problem.live_scale
+    lowest = np.fmin.accumulate([t.certified * problem.live_scale for t in found.trials]).tolist()
     run = found.first_run
     return {
         "radenkovic": (low * problem.live_scale, high),
@@ -261,10 +281,12 @@ def _details(problem: Problem, found: Search, low: float, high: float, proof: Sm
         "sequential_certified": found.unpushed * problem.live_scale,
         "candidates": len(found.trials),
         "certified_candidates": len(values),
+        "slides_nowhere": found.at_rest,
+        "time_limit_reached": found.stopped,
+        "bound_met": found.closed,
         "spread": (float(values.min()), float(values.max())) if len(values) else (float("nan"), float("nan")),
         "trials": tuple(
-            t._replace(sequential=t.sequential * problem.live_scale, certified=t.certified * problem.live_scale)
-            for t in found.trials
+            t.times(problem.live_scale)._replace(best=b) for t, b in zip(found.trials, lowest, strict=True)
         ),
         "proof": None if proof is None else _proof_details(problem, proof),
     }
@@ -300,7 +322,7 @@ def _prediction(
     between = f"between {low:.6g} and {high:.6g}" if np.isfinite(low) else f"at most {high:.6g}"
     if not np.isfinite(high):
         between = "without an upper bound, the associative multiplier being infinite"
-    kind, words = _what_it_is(details["proof"], search)
+    kind, words = _what_it_is(details, search)
     bound = Bound(kind, f"{words}; not unique, {between} (Radenkovic)")
     return Prediction(
         METHOD, state.multiplier * problem.live_scale, bound, status, mechanism, resultants, None, (), provenance,
@@ -308,9 +330,18 @@ def _prediction(
     )  # fmt: skip
 
 
-def _what_it_is(proof: dict | None, search: str | Effort) -> tuple[BoundKind, str]:
+def _what_it_is(details: dict, search: str | Effort) -> tuple[BoundKind, str]:
     """First part of the bound: proven, found, or only a value."""
+    proof = details["proof"]
+    if details["bound_met"]:
+        return BoundKind.EXACT, "exact: smallest admissible multiplier, it meets the lower bound"
     if proof is None:
+        if details["slides_nowhere"]:
+            return BoundKind.ESTIMATE, (
+                "estimate: smallest admissible multiplier found, not proven; the associative mechanism slides nowhere, "
+                "so that its state is admissible for every psi, and the search was short (one sequence, two random "
+                "starts, a push; search='thorough' looks longer)"
+            )
         words = "estimate: smallest admissible multiplier found, not proven"
         if search == "quick":
             words = "estimate: an admissible multiplier, not the smallest (quick search: a longer one may end lower)"
@@ -354,9 +385,14 @@ def _warnings(problem: Problem, prediction: Prediction, certificate: Certificate
         else:
             text += "which of the two a structure meets depends on the joint forces that its history leaves"
         out.append(text)
-    if problem.law.crushes.any():
+    if problem.crushing_points.any():
         n = int(np.bincount(problem.points.interface).max())
         out.append(f"crushing on a grid of {n} points per interface: refine the grid to see its error")
+    if details["time_limit_reached"]:
+        out.append(
+            f"the time limit ended the search after {details['candidates']} trials: the multiplier is the lowest of "
+            "these, a longer search may end lower"
+        )
     out += notes(NON_ASSOCIATIVE, problem.assembly, problem.interfaces)
     out += self_stress(certificate.confinement)
     if twisted_faces(problem, prediction):

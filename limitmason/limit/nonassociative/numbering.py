@@ -86,7 +86,7 @@ def numbering(problem: Problem, *, mirrored: bool = False) -> Numbering:
     fall back on their volume, then on their number. A plane problem keeps its order when it is turned about the
     vertical; in 3-D a turned structure has another order.
     """
-    x, plane, points = problem.assembly.arrays, problem.plane, problem.points
+    x, plane, points = problem.assembly.links, problem.plane, problem.points
     axes = np.eye(3) if plane is None else np.stack([plane.axis_1, plane.normal, plane.axis_2])
     row_sign = np.ones(6 if plane is None else 3)
     if mirrored:

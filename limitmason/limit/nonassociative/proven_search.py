@@ -7,11 +7,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.errors import NotApplicable
-from limitmason.law_table import CRUSHING, PROVEN_SMALLEST, refuse
-from limitmason.limit.nonassociative.joint_law import JointLaw, split, violation
+from limitmason.law_table import CRUSHING, PROVEN_SMALLEST, TIES, refuse
+from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact, split, violation
 from limitmason.limit.nonassociative.numbering import Numbering, numbering
 from limitmason.limit.nonassociative.polish import PlanePrograms
-from limitmason.limit.nonassociative.search import EFFORTS, Effort, Search, Trial, search_smallest
+from limitmason.limit.nonassociative.search import (
+    AT_REST,
+    EFFORTS,
+    LARGE,
+    LARGE_IN_SPACE,
+    Effort,
+    Search,
+    Trial,
+    search_smallest,
+)
 from limitmason.limit.nonassociative.sequential import FrozenCones
 from limitmason.limit.nonassociative.smallest import Smallest, prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
@@ -42,6 +51,7 @@ def proof_is_tried(problem: Problem, prove: bool | None, search: str) -> bool:
         if problem.plane is None:
             raise NotApplicable("prove=True: the problem is not plane; a proof needs a plane problem")
         refuse(PROVEN_SMALLEST, CRUSHING, problem.assembly, problem.interfaces)
+        refuse(PROVEN_SMALLEST, TIES, problem.assembly, problem.interfaces)
         return True
     crushes = problem.law.crushes.any() or problem.stress_block.count > 0
     few = problem.plane is not None and problem.points.count <= PROVEN_POINTS[search]
@@ -49,7 +59,7 @@ def proof_is_tried(problem: Problem, prove: bool | None, search: str) -> bool:
 
 
 def search_and_prove(
-    problem: Problem, law: JointLaw, effort: Effort, seconds: float, budget: float | None, verbose: bool,
+    problem: Problem, law: JointLaw, effort: Effort, seconds: float, deadline: float, verbose: bool,
     bracket: tuple[float, float], **options: Any,
 ) -> tuple[Numbering, JointLaw, Search, Smallest | None]:  # fmt: skip
     """Search; with time for a proof a quick search, the proof, and the rest of the search if that is not complete.
@@ -59,7 +69,7 @@ def search_and_prove(
     law : of the problem, in the order of its own rows
     effort : of the whole search
     seconds : for the proof, zero for none
-    budget : for everything [s], or None
+    deadline : reading of ``time.perf_counter`` at which everything stops; infinite for none
     verbose : let the mixed-integer solver write its log
     bracket : scaled multipliers that no state passes; NaN for none below
     options : seed, accuracy and progress of :func:`limitmason.limit.nonassociative.search.search_smallest`
@@ -68,65 +78,84 @@ def search_and_prove(
     -------
     The order in which the best state is given, the law in that order, the outcome, and what is proven.
     """
-    began = time.perf_counter()
-
-    def left() -> float | None:
-        return None if budget is None else max(budget - (time.perf_counter() - began), 0.0)
-
+    options = {**options, "deadline": deadline, "floor": bracket[0] if np.isfinite(bracket[0]) else -np.inf}
     if not seconds:
-        return *_in_order_of_geometry(problem, law, effort, budget=budget, **options), None
+        return *_in_order_of_geometry(problem, law, effort, **options), None
     first = EFFORTS["quick"] if effort in EFFORTS.values() else effort
-    order, ordered, found = _in_order_of_geometry(problem, law, first, budget=budget, **options)
-    remaining = left()
+    order, ordered, found = _in_order_of_geometry(problem, law, first, **options)
     # relative to the multiplier: a live load that is small beside the dead one has a small scaled multiplier
     size = 1.0 if found.best is None else float(np.clip(found.best.multiplier, SMALLEST_SCALE, 1.0))
     proof = prove_smallest(
         PlanePrograms(ordered), found.best, velocity_limits(problem)[order.row], low=bracket[0], top=bracket[1],
-        force_bound=FORCE_BOUND, time_limit=seconds if remaining is None else min(seconds, remaining),
+        force_bound=FORCE_BOUND, time_limit=max(min(seconds, deadline - time.perf_counter()), 0.0),
         tolerance=size * PROOF_TOLERANCE, widenings=WIDENINGS, verbose=verbose,
     )  # fmt: skip
     off = np.inf if proof.state is None else violation(ordered, proof.state).worst
     certified = np.nan if proof.state is None else proof.state.multiplier
-    trial = Trial(f"proof, {proof.method}", np.nan, 0, certified, off, proof.seconds)
+    trial = Trial(f"proof, {proof.method}", np.nan, 0, certified, off, proof.seconds, certified)
     if options["progress"] is not None:
         options["progress"](trial)
     found = found._replace(best=proof.state, trials=(*found.trials, trial))
     if proof.proven or proof.none or first is effort:
         return order, ordered, found, proof
-    other = _in_order_of_geometry(problem, law, effort, budget=left(), **options)
-    trials = (*found.trials, *other[2].trials)
+    other = _in_order_of_geometry(problem, law, effort, **options)
+    trials, stopped = (*found.trials, *other[2].trials), other[2].stopped
     if other[2].best is not None and (found.best is None or other[2].best.multiplier < found.best.multiplier):
         order, ordered, found = other
         proof = proof._replace(state=found.best)
-    return order, ordered, found._replace(trials=trials), proof
+    return order, ordered, found._replace(trials=trials, stopped=stopped), proof
 
 
 def _in_order_of_geometry(
-    problem: Problem, law: JointLaw, effort: Effort, *, budget: float | None, **options: Any
+    problem: Problem, law: JointLaw, effort: Effort, *, deadline: float, **options: Any
 ) -> tuple[Numbering, JointLaw, Search]:
     """Search in an order that does not depend on how blocks are numbered: order, law and outcome of the lower end.
 
     A search is local, and a mirrored order of a symmetric wall ends elsewhere: where the effort asks for it both are
-    searched, so that a plane wall and its mirror image give one value.
+    searched, so that a plane wall and its mirror image give one value. In space the standard search is short where the
+    associative state is admissible for every psi, and shorter than on small walls from ``LARGE_IN_SPACE`` points on.
     """
     tried: list[tuple[Numbering, JointLaw, Search]] = []
-    for mirrored in (False, True) if effort.mirrored else (False,):
+    standard = problem.plane is None and effort is EFFORTS["standard"]
+    if standard and problem.points.count >= LARGE_IN_SPACE:
+        effort = LARGE
+    known, at_rest = None, False
+    for mirrored in (False, True):
+        if mirrored and not effort.mirrored:
+            break
         order = numbering(problem, mirrored=mirrored)
         ordered = order.law(law)
-        share = None if budget is None else budget / (2 if effort.mirrored else 1)
-        found = search_smallest(ordered, _starting_forces(ordered), effort=effort, budget=share, **options)
+        since = time.perf_counter()
+        start, associative = _starting_forces(ordered)
+        if standard and not mirrored and exact(associative, ordered, options["accuracy"]):
+            known, effort, at_rest = associative, AT_REST, True
+            trial = Trial(
+                "associative state, which slides nowhere", np.nan, 0, associative.multiplier,
+                violation(ordered, associative).worst, time.perf_counter() - since, associative.multiplier,
+            )  # fmt: skip
+            if options["progress"] is not None:
+                options["progress"](trial)
+        # of two orders the first has half of the time
+        now = time.perf_counter()
+        until = deadline if mirrored or not effort.mirrored else now + 0.5 * max(deadline - now, 0.0)
+        found = search_smallest(ordered, start, effort=effort, deadline=until, known=known, **options)
+        if at_rest:
+            found = found._replace(trials=(trial, *found.trials), at_rest=True)
         tried.append((order, ordered, found))
+        if found.closed:
+            break
 
     def height(one: tuple[Numbering, JointLaw, Search]) -> float:
         return np.inf if one[2].best is None else one[2].best.multiplier
 
     order, ordered, best = min(tried, key=height)
-    return order, ordered, best._replace(trials=tuple(t for one in tried for t in one[2].trials))
+    trials = tuple(t for one in tried for t in one[2].trials)
+    return order, ordered, best._replace(trials=trials, stopped=any(one[2].stopped for one in tried))
 
 
-def _starting_forces(law: JointLaw) -> Array:
-    """Normal forces N' of the associative state, or equal ones where that has no bound."""
+def _starting_forces(law: JointLaw) -> tuple[Array, State | None]:
+    """Normal forces N' of the associative state, or equal ones where that has no bound; and the state."""
     _, state = FrozenCones(law, law.tan_phi).solve(law.cohesion)
     if state is None:
-        return np.full(len(law.tan_phi), law.total / len(law.tan_phi))
-    return np.maximum(split(law, state.force)[0], 0.0)
+        return np.full(len(law.tan_phi), law.total / len(law.tan_phi)), None
+    return np.maximum(split(law, state.force)[0], 0.0), state

@@ -40,6 +40,21 @@ EFFORTS = {
 }
 
 
+AT_REST = Effort((0.005,), (0.6,), 2, (), False)
+"""What is tried in space where the associative state is admissible for every psi: one sequence, two random starts and
+a push of the lowest. Nothing has to be found there; what may lie below are forces that gather in a corner."""
+
+LARGE_IN_SPACE = 700
+"""Contact points in space from which the standard search takes ``LARGE``: a cone program then takes some tenths of a
+second, and the whole search would take minutes."""
+
+LARGE = Effort((0.005, 0.05), (0.6,), 2, (), False)
+
+CLOSED = 1e-6
+"""Distance between the lowest state and a bound that no state passes at which the search ends, relative to
+max(1, lambda)."""
+
+
 class Trial(NamedTuple):
     """One candidate: its strategy, the raw and the certified scaled multiplier (NaN where there is none), its cost."""
 
@@ -49,6 +64,19 @@ class Trial(NamedTuple):
     certified: float
     violation: float
     seconds: float
+    best: float = float("nan")  # lowest certified so far
+
+    def times(self, scale: float) -> "Trial":
+        """The trial with multipliers in units of the live load."""
+        return self._replace(
+            sequential=self.sequential * scale, certified=self.certified * scale, best=self.best * scale
+        )
+
+    def __str__(self) -> str:
+        """One line for a reader who waits: the stage, what it gave, the lowest so far."""
+        gave = f"{self.certified:.6g}" if np.isfinite(self.certified) else "no state that keeps the law"
+        lowest = f"{self.best:.6g}" if np.isfinite(self.best) else "none yet"
+        return f"{self.strategy}: {gave} in {self.seconds:.1f} s; lowest so far {lowest}"
 
 
 class Search(NamedTuple):
@@ -58,6 +86,9 @@ class Search(NamedTuple):
     nearest: State | None
     trials: tuple[Trial, ...]
     first_run: Run | None
+    stopped: bool = False  # the time limit ended it
+    closed: bool = False  # the lowest state meets a bound that no state passes
+    at_rest: bool = False  # the associative state is admissible for every psi, and only ``AT_REST`` was tried
 
     @property
     def unpushed(self) -> float:
@@ -82,10 +113,10 @@ class Polisher:
         self.cones = ConePrograms(law)
         self.plane = PlanePrograms(law) if law.components == 2 else None
 
-    def finish(self, state: State) -> State | None:
+    def finish(self, state: State, deadline: float = np.inf) -> State | None:
         """Exact state near a given one, in plane descended from there, or the nearest one when the law is not met."""
         if self.plane is None:
-            return alternate(self.cones, state)
+            return alternate(self.cones, state, deadline=deadline)
         found = polish(self.plane, state)
         if not exact(found, self.law, self.accuracy):
             around = alternate(self.cones, state)
@@ -96,10 +127,10 @@ class Polisher:
         lowered = descend(self.plane, found, rounds=20 + self.descents, tries=self.descents, random=self.random)
         return lowered if exact(lowered, self.law, self.accuracy) else found
 
-    def push(self, state: State, theta: float) -> State | None:
+    def push(self, state: State, theta: float, deadline: float = np.inf) -> State | None:
         """Exact state reached after giving the multiplier a weight against the law."""
         if self.plane is None:
-            return lower(self.cones, state, thetas=(theta,), tolerance=self.accuracy)
+            return lower(self.cones, state, thetas=(theta,), tolerance=self.accuracy, deadline=deadline)
         pushed = alternate_plane(self.plane, state, theta=theta, steps=15)
         back = None if pushed is None else alternate_plane(self.plane, pushed)
         return None if back is None else self.finish(back)
@@ -118,9 +149,12 @@ class Polisher:
 
 def search_smallest(
     law: JointLaw, start: Array, *, effort: Effort = EFFORTS["standard"], seed: int = 0, accuracy: float = 1e-8,
-    budget: float | None = None, progress: Callable[[Trial], None] | None = None,
+    deadline: float = np.inf, floor: float = -np.inf, known: State | None = None,
+    progress: Callable[[Trial], None] | None = None,
 ) -> Search:  # fmt: skip
     """Smallest certified multiplier over variants of the sequential scheme, random starts and pushes.
+
+    The first trial is made whatever the time; the search ends early where its lowest state meets ``floor``.
 
     Parameters
     ----------
@@ -129,14 +163,15 @@ def search_smallest(
     effort : how much is tried; a count, so that equal arguments give equal results
     seed : of the random starts
     accuracy : largest violation of the true law of a candidate that counts [-]
-    budget : stops after so many seconds where given; the result then depends on the machine
+    deadline : reading of ``time.perf_counter`` at which it stops; the result then depends on the machine
+    floor : scaled multiplier that no state passes
+    known : exact state to begin with
     progress : called with every trial
     """
-    began = time.perf_counter()
     random = np.random.default_rng(seed)
     polisher = Polisher(law, accuracy, descents=effort.descents, random=random)
     trials: list[Trial] = []
-    best: State | None = None
+    best = known
     nearest, least = None, np.inf
     first: Run | None = None
 
@@ -151,7 +186,7 @@ def search_smallest(
         raw = run.state.multiplier if run is not None and run.state is not None else np.nan
         trial = Trial(
             strategy, raw, run.steps if run else 0, np.nan if good is None else good.multiplier, off,
-            time.perf_counter() - since,
+            time.perf_counter() - since, np.nan if best is None else best.multiplier,
         )  # fmt: skip
         trials.append(trial)
         if progress is not None:
@@ -160,16 +195,20 @@ def search_smallest(
     def attempt(strategy: str, normal: Array, variant: Variant, *, push: bool) -> None:
         nonlocal first
         since = time.perf_counter()
-        run = run_sequence(law, normal, variant)
+        run = run_sequence(law, normal, variant, deadline=deadline)
         first = first or run
-        candidate = None if run.state is None else polisher.finish(run.state)
+        candidate = None if run.state is None else polisher.finish(run.state, deadline)
         keep(strategy, candidate, run, since)
         if push and polisher.plane is None and exact(candidate, law, accuracy):
             since = time.perf_counter()
-            keep(f"{strategy}, pushed", lower(polisher.cones, candidate, tolerance=accuracy), None, since)
+            lowered = lower(polisher.cones, candidate, tolerance=accuracy, deadline=deadline)
+            keep(f"{strategy}, pushed", lowered, None, since)
+
+    def closed() -> bool:
+        return best is not None and best.multiplier <= floor + CLOSED * max(1.0, abs(floor))
 
     def over() -> bool:
-        return budget is not None and time.perf_counter() - began > budget
+        return closed() or time.perf_counter() > deadline
 
     slopes = effort.slopes
     dilating = (law.tan_psi > 0) & ~law.dilatant
@@ -180,7 +219,7 @@ def search_smallest(
             slopes = (0.1 * ratio, *slopes)
     for mixing in sorted(effort.mixings, key=lambda b: abs(b - 0.6)):
         for slope in slopes:
-            if not (over() and trials):
+            if not (over() and (trials or best is not None)):
                 variant = Variant(slope=slope, mixing=mixing)
                 attempt(f"sequence, {variant}", start, variant, push=effort.lower_each)
     for k in range(effort.random_starts):
@@ -194,11 +233,12 @@ def search_smallest(
         if over() or best is None:
             break
         since = time.perf_counter()
-        keep(f"push, weight {theta:g}", polisher.push(best, theta), None, since)
+        keep(f"push, weight {theta:g}", polisher.push(best, theta, deadline), None, since)
     if polisher.plane is None and best is not None and not over():
         since = time.perf_counter()
-        keep("push of the best", lower(polisher.cones, best, tolerance=accuracy), None, since)
-    return Search(best, nearest, tuple(trials), first)
+        keep("push of the best", lower(polisher.cones, best, tolerance=accuracy, deadline=deadline), None, since)
+    stopped = time.perf_counter() > deadline and not closed()
+    return Search(best, nearest, tuple(trials), first, stopped, closed())
 
 
 def _random_start(

@@ -1,5 +1,6 @@
 """Sequential scheme for psi < phi: associative programs whose friction cones are frozen at the last forces."""
 
+import time
 from typing import NamedTuple
 
 import clarabel
@@ -108,7 +109,7 @@ def slope_rows(slope: Array, components: int, columns: int) -> sparse.csr_array:
 
 def run_sequence(
     law: JointLaw, start: Array, variant: Variant | None = None, *, max_steps: int = 40, tolerance: float = 1e-6,
-    restarts: int = 6, patience: int = 8,
+    restarts: int = 6, patience: int = 8, deadline: float = np.inf,
 ) -> Run:  # fmt: skip
     """Sequence of cone programs that tends to a state of the non-associative law.
 
@@ -123,6 +124,7 @@ def run_sequence(
     tolerance : largest change of a normal force over the total load at which the chain has settled [-]
     restarts : a failing step halves a and raises c0 tenfold in turn and begins again, at most so often
     patience : steps without progress in the violation of the true law before stopping
+    deadline : reading of ``time.perf_counter`` after which no further step begins
 
     Notes
     -----
@@ -152,9 +154,9 @@ def run_sequence(
             frozen = variant.mixing * normal + (1.0 - variant.mixing) * frozen
             idle = 0 if over < 0.9 * best else idle + 1
             best = min(best, over)
-            if change < tolerance or idle >= patience:
+            if change < tolerance or idle >= patience or time.perf_counter() > deadline:
                 break
-        if not failed:
+        if not failed or time.perf_counter() > deadline:
             break
         if attempt % 2 == 0:
             variant = variant._replace(slope=0.5 * variant.slope)

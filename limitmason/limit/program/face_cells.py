@@ -52,7 +52,7 @@ def with_cells(assembly: Assembly, points: ContactPoints, cells: Cells) -> Conta
     """Contact points at corners, those of faces with cells without area, and the cells' centroids after them."""
     if not cells:
         return points
-    x = assembly.arrays
+    x = assembly.links
     owner = np.repeat(list(cells), [len(c) for c in cells.values()])
     size = [polygon_area_centroid(p) for c in cells.values() for p in c]
     flat = np.array([centre for _, centre in size])

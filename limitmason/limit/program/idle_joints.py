@@ -30,7 +30,7 @@ def without_rounding(assembly: Assembly, own: Array, interface: Index, force: Ar
     interface : of every contact point, shape (m,)
     force : at every contact point, same unit, shape (m, c)
     """
-    x, n = assembly.arrays, assembly.n_blocks
+    x, n = assembly.links, assembly.n_blocks
     empty = ~assembly.fixed & (own == 0.0)
     if not empty.any():
         return force

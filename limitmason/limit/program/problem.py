@@ -22,6 +22,10 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
+ENDLESS = 1e8
+"""Strength of a tie over the total load beyond which it is refused: the solvers' accuracy ends there."""
+
+
 class Problem(NamedTuple):
     """Find f, lambda with matrix f + dead + lambda live = 0 and f within the joint law; everything scaled.
 
@@ -56,8 +60,13 @@ class Problem(NamedTuple):
 
     @property
     def interfaces(self) -> Index:
-        """Interfaces that have contact points."""
+        """Interfaces that have contact points, and ties after them."""
         return np.unique(self.points.interface)
+
+    @property
+    def crushing_points(self) -> NDArray[np.bool_]:
+        """Points of faces at which joints crush one by one, (m,); the yielding of a tie is none."""
+        return self.law.crushes & (self.points.interface < len(self.assembly.interfaces))
 
     @property
     def block_interfaces(self) -> Index:
@@ -142,10 +151,10 @@ def make_problem(
         raise InputError(
             "in_plane=True, but blocks, rectangular interfaces and loads are not all symmetric about one plane"
         )
-    x = assembly.arrays
+    x = assembly.links
     if contact_model == "vertices" and plane is None:
         refuse(ASSOCIATIVE, CORNER_CRUSHING, assembly)
-    points = contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane)
+    points = contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane, ties=True)
     if plane is not None or contact_model != "vertices":
         cells = {}
     elif cells is None:
@@ -166,10 +175,13 @@ def make_problem(
     matrix = equilibrium_matrix(assembly, points, plane=plane).tocsr()[row]
     matrix = sparse.csc_array(sparse.diags_array(1.0 / row_radius) @ matrix)
 
+    _refuse_endless_ties(assembly, total_load(assembly, loads))
     k = points.interface
     of_faces = interface_law(x)
     law = of_faces.at(k).over(points.area).in_units_of(scale)
-    first = np.flatnonzero(law.crushes)[::2] if plane is not None and contact_model == "vertices" else np.empty(0, int)
+    faces = k < len(assembly.interfaces)
+    by_ends = plane is not None and contact_model == "vertices"
+    first = np.flatnonzero(law.crushes & faces)[::2] if by_ends else np.empty(0, int)
     sections = of_faces.at(k[first]).over(x.area[k[first]]).in_units_of(scale)
     block = stress_blocks(sections, np.column_stack([first, first + 1]))
     law = law.without_crushing(block.ends)
@@ -178,3 +190,13 @@ def make_problem(
         float(scale), float(live_scale), law, block, np.ones(points.count), np.ones(len(row)),
         float(np.sqrt((~assembly.fixed).sum())), cells,
     )  # fmt: skip
+
+
+def _refuse_endless_ties(assembly: Assembly, load: float) -> None:
+    """Refuse a tie whose strength is so far above the load that a solver takes it for a rod without end."""
+    for tie in assembly.ties:
+        if tie.strength > ENDLESS * load:
+            raise InputError(
+                f"{tie}: its strength is more than {ENDLESS:g} times the load, {load:.4g} N; a thousand times the load "
+                "is enough for a rod that does not yield"
+            )

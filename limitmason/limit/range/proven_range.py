@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from limitmason.contact_points import Grid
 from limitmason.errors import InputError, NotApplicable, NotConverged
-from limitmason.law_table import CRUSHING, PROVEN_RANGE, refuse
+from limitmason.law_table import CRUSHING, PROVEN_RANGE, TIES, refuse
 from limitmason.limit.associative import solve_associative
 from limitmason.limit.nonassociative.analysis import radenkovic_lower
 from limitmason.limit.nonassociative.joint_law import State, exact, from_corner, joint_law
@@ -187,6 +187,7 @@ def proven_range(
             "a proven range needs a plane problem: blocks, interfaces and loads symmetric about one plane"
         )
     refuse(PROVEN_RANGE, CRUSHING, assembly, problem.interfaces)
+    refuse(PROVEN_RANGE, TIES, assembly, problem.interfaces)
     upper = solve_associative(problem)
     if upper.status not in (SOLVED, ALMOST_SOLVED) or upper.resultants is None:
         raise NotConverged(f"the associative analysis ended with {upper.status!r}: there is no range to prove")

@@ -1,0 +1,72 @@
+"""Ties as lines over a drawing of blocks, in elevation or in space: those that yield in a mechanism, and the others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from limitmason.figures import style
+from limitmason.figures.motion import RigidMotion, largest_rates
+from limitmason.model import Assembly
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+HELD, YIELDS = style.GREEN, style.PURPLE
+
+
+def stretching(model: Assembly, twists: Array, threshold: float) -> Flags:
+    """Ties that a mechanism stretches by more than a fraction of its fastest vertex, shape (t,)."""
+    rows = slice(len(model.interfaces), None)
+    x = model.links
+
+    def velocity(block: NDArray[np.intp], at: Array) -> Array:
+        return twists[block, :3] + np.cross(twists[block, 3:], at - x.centroid[block])
+
+    ends = np.array([t.ends for t in model.ties]).reshape(-1, 2, 3)
+    apart = velocity(x.block_b[rows], ends[:, 1]) - velocity(x.block_a[rows], ends[:, 0])
+    longer = -(apart * x.normal[rows]).sum(axis=1)
+    return np.asarray(longer > threshold * max(float(largest_rates(model, twists).max(initial=0.0)), 1e-300))
+
+
+def draw_ties(
+    ax: Axes, model: Assembly, project: Callable[[Array], Array], width: float, *, motion: RigidMotion | None = None,
+    yields: Flags | None = None,
+) -> list[Line2D]:  # fmt: skip
+    """Draw the ties over the blocks, as if these were of glass, and return entries for the legend.
+
+    Parameters
+    ----------
+    project : page coordinates of points, shape (n, 3) to (n, 2)
+    width : of outlines [pt]
+    motion : of the blocks, which carries the ends
+    yields : those drawn as yielding, shape (t,)
+    """
+    handles = []
+    x, first = model.links, len(model.interfaces)
+    flags = np.zeros(len(model.ties), dtype=bool) if yields is None else yields
+    for chosen, colour, gid, label in (
+        (~flags, HELD, "ties", "tie"), (flags, YIELDS, "yielding ties", "tie that yields"),
+    ):  # fmt: skip
+        lines = []
+        for k in np.flatnonzero(chosen).tolist():
+            ends = model.ties[k].ends
+            if motion is not None:
+                blocks = (int(x.block_a[first + k]), int(x.block_b[first + k]))
+                ends = np.array([motion.moved(p[None], b)[0] for p, b in zip(ends, blocks, strict=True)])
+            lines.append(project(ends))
+        if lines:
+            thick = 2.0 * width + 0.7
+            ax.add_collection(LineCollection(lines, colors=colour, linewidths=thick, gid=gid, zorder=3.4))
+            at = np.concatenate(lines)
+            ax.plot(*at.T, linestyle="none", marker="s", markersize=1.6 * thick, color=colour, zorder=3.5,
+                    gid=f"{gid} ends")  # fmt: skip
+            handles.append(
+                Line2D([], [], color=colour, linewidth=thick, marker="s", markersize=1.6 * thick, label=label)
+            )
+    return handles

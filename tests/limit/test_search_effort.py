@@ -1,0 +1,113 @@
+"""How long the non-associative analysis searches: short where nothing slides, no longer than asked, and it says so."""
+
+import time
+
+import numpy as np
+import pytest
+from walls import corner, running_bond, stack
+
+import limitmason as lm
+from limitmason.cli import main
+
+
+def searched(wall, direction=(0, -1, 0), **options):
+    told = []
+    loads = lm.Loads.horizontal(wall, direction)
+    return lm.limit_analysis(wall, loads, "non-associative", progress=told.append, **options), told
+
+
+def test_a_wall_that_overturns_as_one_is_not_searched_for_long():
+    # thickness over height: nothing slides, so the state is admissible whatever the dilatancy
+    wall = running_bond(3, 7)
+    found, told = searched(wall)
+    assert found.status == "solved"
+    assert found.collapse_multiplier == pytest.approx(0.2 / 1.4, abs=1e-8)
+    assert found.details["slides_nowhere"]
+    assert "slides nowhere" in found.bound
+    assert "not proven" in found.bound
+    assert len(told) == found.details["candidates"] <= 6
+    assert found.certificate.complementarity < 1e-8
+
+
+def test_a_turned_and_renumbered_wall_that_overturns_is_found_to_slide_nowhere_too():
+    wall = running_bond(2, 4)
+    turn = np.array([[0.6, -0.8, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])
+    moved = wall.transformed(3.0 * turn, (1.0, 2.0, 3.0))
+    moved = moved.renumbered(np.random.default_rng(2).permutation(wall.n_blocks))
+    found, _ = searched(moved, turn @ (0.0, -1.0, 0.0))
+    assert found.details["slides_nowhere"]
+    assert found.collapse_multiplier == pytest.approx(0.25, abs=1e-8)
+
+
+@pytest.fixture(scope="module")
+def at_the_corner():
+    return searched(corner())
+
+
+def test_a_wall_that_slides_is_searched(at_the_corner):
+    found, _ = at_the_corner
+    assert not found.details["slides_nowhere"]
+    assert found.details["candidates"] > 20
+    assert found.collapse_multiplier < found.details["radenkovic"][1] - 0.01
+
+
+@pytest.mark.parametrize("in_plane", [None, False])
+def test_the_search_ends_where_the_lower_bound_is_met(in_plane):
+    # rocking of a slender stack is governed by the same corner with psi in place of phi
+    joint = lm.Joint.from_friction_coefficient(0.7, dilatancy_angle_deg=30.0)
+    found, told = searched(stack([(0.3, 0.3)] * 4, joint=joint), (1, 0, 0), in_plane=in_plane, prove=False)
+    assert found.collapse_multiplier == pytest.approx(0.25, abs=1e-6)
+    assert found.details["bound_met"]
+    assert found.bound.startswith("exact: smallest admissible multiplier, it meets the lower bound")
+    assert len(told) == 1
+
+
+def test_every_stage_is_told_with_the_lowest_value_so_far(at_the_corner):
+    found, told = at_the_corner
+    lowest = [t.best for t in told]
+    assert np.all(np.diff(lowest) <= 0.0)
+    assert lowest[-1] == pytest.approx(found.collapse_multiplier, abs=1e-12)
+    assert [t.best for t in found.details["trials"]] == pytest.approx(lowest)
+    assert f"lowest so far {lowest[0]:.6g}" in str(told[0])
+
+
+def test_a_time_limit_ends_the_longest_search_with_what_it_has():
+    wall = corner()
+    begun = time.perf_counter()
+    found, _ = searched(wall, search="thorough", time_limit=1.0)
+    assert time.perf_counter() - begun < 6.0
+    assert found.details["time_limit_reached"]
+    assert any("the time limit ended the search after" in w for w in found.warnings)
+    assert found.status == "solved"
+    low, high = found.details["radenkovic"]
+    assert low <= found.collapse_multiplier <= high + 1e-8
+    assert not searched(wall, search="quick")[0].details["time_limit_reached"]
+
+
+def test_a_time_too_short_for_any_state_leaves_the_bracket():
+    found, told = searched(corner(), time_limit=1e-6)
+    assert found.status == "not converged"
+    assert "the time limit of 1e-06 s ended the search" in found.warnings[0]
+    assert found.details["radenkovic"][1] > 0.4
+    assert len(told) == 2
+
+
+def test_the_old_name_of_the_time_limit_is_still_taken():
+    with pytest.warns(DeprecationWarning, match="time_limit"):
+        found, _ = searched(corner(), search="quick", budget=60.0)
+    assert found.status == "solved"
+
+
+def test_the_command_line_tells_stages_and_takes_search_and_time_limit(tmp_path, capsys):
+    wall = corner()
+    file = tmp_path / "corner.json"
+    lm.formats.write_json(file, wall, lm.Loads.horizontal(wall, (0, -1, 0)))
+    solve = ["solve", str(file), "--flow-rule", "non-associative"]
+    assert main([*solve, "--search", "thorough", "--time-limit", "1"]) == 0
+    out, err = capsys.readouterr()
+    assert "the time limit ended the search" in out
+    assert err.count("lowest so far") > 1
+    assert main([*solve, "--time-limit", "-1"]) == 2
+    assert "time_limit must be positive" in capsys.readouterr().err
+    assert main(["solve", str(file), "--search", "quick"]) == 2
+    assert "--search goes with --flow-rule non-associative" in capsys.readouterr().err
