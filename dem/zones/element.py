@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.deformable import PLANE_STRESS
+from limitmason.errors import InputError
 
 Array = NDArray[np.float64]
 
@@ -90,7 +91,7 @@ def zone_tables(corners: Array, thickness: float, elastic: Array) -> ZoneTables:
         jac = local @ corners
         det = np.linalg.det(jac)
         if not det > 0.0:
-            raise ValueError("a zone is not convex, or its corners run clockwise")
+            raise InputError("a zone is not convex, or its corners run clockwise")
         grad = np.linalg.solve(jac, local)
         b[k, 0, 0::2], b[k, 1, 1::2] = grad
         b[k, 2, 0::2], b[k, 2, 1::2] = grad[1], grad[0]

@@ -295,11 +295,7 @@ CHECKS = {
         mechanisms_of_a_u_shaped_wall, three_theories_one_wall, dilatancy_and_block_size,
         four_point_bending, minho_pushover, rondelet_contact_points, own_cause, pavia_layouts,
         diagnose_pavia, diagnose_brick_panels, diagnose_ferris_tin_loi, diagnose_minho,
-<<<<<<< HEAD
-        tilt_test, murano_pushover, capacity_curve, brick_panel, bnw_zoned_walls, u_wall_as_a_solid,
-=======
-        tilt_test, murano_pushover, capacity_curve, brick_panel, bnw_zoned_walls, tie_rods,
->>>>>>> w-ties
+        tilt_test, murano_pushover, capacity_curve, brick_panel, bnw_zoned_walls, u_wall_as_a_solid, tie_rods,
     )
 }  # fmt: skip
 
