@@ -26,6 +26,7 @@ from limitmason.results import Certificate, Mechanism, Prediction, Resultants
 if TYPE_CHECKING:
     from limitmason import (
         build,
+        calibration,
         causes,
         certificate,
         diagnosis,
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
         study,
         validation,
     )
+    from limitmason.calibration import CurveTarget, Parameter, Target, calibrate
     from limitmason.capacity import pushover
     from limitmason.figures import view
     from limitmason.limit import limit_analysis, limit_bracket, proven_range, settlement_analysis
@@ -51,6 +53,7 @@ notebook.draws(lambda: import_module("limitmason.figures.notebook"))
 # loaded on first use: a script that only builds an assembly waits for neither solver nor matplotlib
 _MODULES = (
     "build",
+    "calibration",
     "causes",
     "certificate",
     "diagnosis",
@@ -74,6 +77,10 @@ _NAMES = {
     "compare": "limitmason.validation",
     "pushover": "limitmason.capacity",
     "view": "limitmason.figures",
+    "calibrate": "limitmason.calibration",
+    "CurveTarget": "limitmason.calibration",
+    "Parameter": "limitmason.calibration",
+    "Target": "limitmason.calibration",
 }
 
 __all__ = [

@@ -66,7 +66,7 @@ def sweep(
     missing = [k for k in range(len(points)) if k not in rows]
     if rows and progress is not None:
         progress(f"{len(rows)} of {len(points)} runs are in {kept.path if kept else 'the store'}")
-    for number, result in _run(function, [(k, points[k]) for k in missing], executor, workers):
+    for number, result in run_points(function, [(k, points[k]) for k in missing], executor, workers):
         if isinstance(result, Unfinished):
             continue
         # through the same form as the store's, so that a resumed table equals an uninterrupted one
@@ -124,10 +124,10 @@ def _call(function: Callable[..., Any], number: int, point: Mapping[str, Any]) -
     return number, _as_row(result) if isinstance(result, Prediction) else result
 
 
-def _run(
+def run_points(
     function: Callable[..., Any], jobs: Sequence[tuple[int, Mapping[str, Any]]], executor: Any, workers: int
 ) -> Iterator[tuple[int, Any]]:
-    """Numbered results as they come."""
+    """Numbered results as they come, one point of keywords each; an :class:`Unfinished` is handed on as a result."""
     if executor is not None:
         yield from _submit(function, jobs, executor)
     elif workers == 1 or len(jobs) < 2:
