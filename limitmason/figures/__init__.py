@@ -18,6 +18,7 @@ from limitmason.figures.layouts import layout_search
 from limitmason.figures.mechanism import assembly, mechanism
 from limitmason.figures.plasticity import plasticity
 from limitmason.figures.scene import Scene, view
+from limitmason.figures.spread import curve_fan, histogram, running_spread, sensitivity_bars, word_shares
 from limitmason.figures.studies import gap, side_by_side, study_lines
 from limitmason.figures.style import print_style
 from limitmason.figures.tilt import tilt_test
@@ -30,11 +31,13 @@ __all__ = [
     "contact_forces",
     "contact_report",
     "cracks",
+    "curve_fan",
     "deformed",
     "diagnosis",
     "diagnosis_folder",
     "diagnosis_page",
     "gap",
+    "histogram",
     "history_curves",
     "layout_search",
     "load_displacement",
@@ -44,8 +47,11 @@ __all__ = [
     "predicted_beside_references",
     "print_style",
     "rehearsal",
+    "running_spread",
+    "sensitivity_bars",
     "side_by_side",
     "study_lines",
     "tilt_test",
     "view",
+    "word_shares",
 ]
