@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
+from limitmason.curve import Curve
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.studies import _frame, _paper
@@ -54,7 +55,7 @@ def histogram(
         last = found[name]
         text = f"mean {last.mean[-1]:.4g}, CoV {100 * last.variation[-1]:.3g} %, {len(own)} runs"
         text = f"{name}: {text}" if name else text
-        ax.hist(own, edges, color=style.pale(colour, 0.5), edgecolor=colour, linewidth=0.8, alpha=0.75, label=text,
+        ax.hist(own, edges.tolist(), color=style.pale(colour, 0.5), edgecolor=colour, linewidth=0.8, alpha=0.75, label=text,
                 gid="histogram")  # fmt: skip
     for value in measured:
         ax.axvline(value, 0.0, 0.06, color=style.BLACK, linewidth=1.2, gid="test")
@@ -109,7 +110,7 @@ def running_spread(
 
 @style.in_print_style
 def curve_fan(
-    table: Table, column: str = "curve", *, measured: Sequence[object] = (), title: str | None = None,
+    table: Table, column: str = "curve", *, measured: Sequence[Curve] = (), title: str | None = None,
     ax: Axes | None = None,
 ) -> Figure:  # fmt: skip
     """All curves of a study, with the median and the band of 90 % of the load at each displacement.
@@ -137,8 +138,7 @@ def curve_fan(
         ax.fill_between(u, low, high, color=style.BLUE, alpha=0.2, linewidth=0, zorder=2, gid="band")
         ax.plot(u, middle, color=style.BLUE, linewidth=1.4, zorder=3, gid="median")
     for test in measured:
-        x, y = test  # type: ignore[attr-defined]
-        ax.plot(x, y, color=style.VERMILION, linewidth=1.2, zorder=4, gid="test")
+        ax.plot(test.displacement, test.load, color=style.VERMILION, linewidth=1.2, zorder=4, gid="test")
     ax.set_xlabel(f"displacement [{curves[0].displacement_unit}]")
     ax.set_ylabel(f"load [{curves[0].load_unit}]")
     _frame(ax, title, f"{len(curves)} runs; line: median, band: 5 to 95 % at each displacement")

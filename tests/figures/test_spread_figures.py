@@ -19,8 +19,9 @@ def table():
     for strength in rng.normal(10.0, 1.0, 60).tolist():
         load = (strength * np.minimum(u, 1.0)).tolist()
         curve = {"displacement": u.tolist(), "load": load, "displacement unit": "mm", "load unit": "kN"}
-        mode, phi = "weak" if strength < 10.0 else "strong", float(rng.normal(30.0, 2.0))
-        rows.append({"peak": strength, "cohesion": strength**2, "friction_angle_deg": phi, "mode": mode, "curve": curve})
+        mode, phi = ("weak" if strength < 10.0 else "strong"), rng.normal(30.0, 2.0)
+        row = {"peak": strength, "cohesion": strength**2, "friction_angle_deg": phi, "mode": mode, "curve": curve}
+        rows.append(row)
     return study.Table((*rows, {"peak": float("nan"), "mode": "none"}))
 
 
