@@ -55,8 +55,10 @@ def histogram(
         last = found[name]
         text = f"mean {last.mean[-1]:.4g}, CoV {100 * last.variation[-1]:.3g} %, {len(own)} runs"
         text = f"{name}: {text}" if name else text
-        ax.hist(own, edges.tolist(), color=style.pale(colour, 0.5), edgecolor=colour, linewidth=0.8, alpha=0.75, label=text,
-                gid="histogram")  # fmt: skip
+        ax.hist(
+            own, edges.tolist(), label=text, color=style.pale(colour, 0.5), edgecolor=colour, linewidth=0.8, alpha=0.75,
+            gid="histogram",
+        )  # fmt: skip
     for value in measured:
         ax.axvline(value, 0.0, 0.06, color=style.BLACK, linewidth=1.2, gid="test")
     ax.set_xlabel(label or column)
