@@ -285,6 +285,18 @@ def calibrate_brick_panels(g):
     assert g["plan"].best.name == "triplet"
 
 
+def calibrate_murano_stiffness(g):
+    # the stiffness of the source's own models, from their frequencies, on a bond that is assumed
+    for name, far in (("DS", 0.20), ("REGW", 0.05)):
+        fit = g["fits"][name]
+        printed = 1e9 * float(g["lm"].experiments.load("murano-u-walls", name).row["kn"])
+        assert fit.parameters["normal_stiffness"] == pytest.approx(printed, rel=far)
+        assert fit.tied["shear_stiffness"] == fit.parameters["normal_stiffness"] / 2
+        # every frequency goes with the root of the stiffness: the logarithms of what is left have mean zero
+        rest = [math.log(fitted / measured) for _, _, measured, fitted, _ in fit.rows]
+        assert sum(rest) == pytest.approx(0.0, abs=1e-5)
+
+
 CHECKS = {
     f.__name__: f
     for f in (
@@ -293,7 +305,7 @@ CHECKS = {
         mechanisms_of_a_u_shaped_wall, three_theories_one_wall, dilatancy_and_block_size,
         four_point_bending, minho_pushover, rondelet_contact_points, own_cause, pavia_layouts,
         diagnose_pavia, diagnose_brick_panels, diagnose_ferris_tin_loi, diagnose_minho,
-        tilt_test, murano_pushover, capacity_curve, brick_panel, bnw_zoned_walls, calibrate_brick_panels,
+        tilt_test, murano_pushover, capacity_curve, brick_panel, bnw_zoned_walls, calibrate_brick_panels, calibrate_brick_panels, calibrate_murano_stiffness,
     )
 }  # fmt: skip
 
