@@ -82,6 +82,12 @@ def compute(runs, folder):
         name = f"set4-{kind}-independent"
         out[name] = study.monte_carlo(wall, runs, run=push, seed=1, store=folder / f"{name}.jsonl",
                                       **draws(4, kind == "spatial", linked=False), **common)  # fmt: skip
+    lasting = (PANEL.with_options(loss="nothing").assembly(), lm.Loads.weight)
+    for kind in ("spatial", "non-spatial"):
+        name = f"set4-{kind}-nothing"
+        out[name] = study.monte_carlo(
+            lasting, runs, run=push, seed=1, store=folder / f"{name}.jsonl", **draws(4, kind == "spatial"), **common
+        )
     return out
 
 
@@ -130,8 +136,8 @@ print("\nnoise floor, strengths that differ by one part in a million:")
 for name, text in (("floor", "at the speed of the runs"), ("floor-third", "at a third of it")):
     print(f"  {text}: {spreads[name]}")
 for kind in ("spatial", "non-spatial"):
-    if f"set4-{kind}-independent" in spreads:
-        print(f"strengths drawn each by itself, set 4 {kind}: {spreads[f'set4-{kind}-independent']}")
+    print(f"set 4 {kind}, strengths drawn each by itself: {spreads[f'set4-{kind}-independent']}")
+    print(f"set 4 {kind}, joints that lose nothing: {spreads[f'set4-{kind}-nothing']}")
 for name in ("set1-spatial", "set1-non-spatial"):
     shares = ", ".join(f"{s.name} {s.share:.0%}" for s in study.shares(tables[name], "mode"))
     crack = tables[name]["crack"].astype(float)
