@@ -28,6 +28,7 @@ from limitmason.results import Certificate, Mechanism, Prediction, Resultants
 if TYPE_CHECKING:
     from limitmason import (
         build,
+        calibration,
         causes,
         certificate,
         continuum,
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
         validation,
         vibration,
     )
+    from limitmason.calibration import CurveTarget, Parameter, Target, calibrate
     from limitmason.capacity import pushover
     from limitmason.figures import view
     from limitmason.limit import limit_analysis, limit_bracket, proven_range, settlement_analysis
@@ -56,6 +58,7 @@ notebook.draws(lambda: import_module("limitmason.figures.notebook"))
 # loaded on first use: a script that only builds an assembly waits for neither solver nor matplotlib
 _MODULES = (
     "build",
+    "calibration",
     "causes",
     "certificate",
     "continuum",
@@ -83,6 +86,10 @@ _NAMES = {
     "view": "limitmason.figures",
     "modes": "limitmason.vibration",
     "mac": "limitmason.vibration",
+    "calibrate": "limitmason.calibration",
+    "CurveTarget": "limitmason.calibration",
+    "Parameter": "limitmason.calibration",
+    "Target": "limitmason.calibration",
 }
 
 __all__ = [

@@ -20,6 +20,7 @@ from limitmason.figures.modes import mac_matrix, mode_film, mode_shape
 from limitmason.figures.plasticity import plasticity
 from limitmason.figures.scene import Scene, view
 from limitmason.figures.solids import solid_map
+from limitmason.figures.spread import curve_fan, histogram, running_spread, sensitivity_bars, word_shares
 from limitmason.figures.studies import gap, side_by_side, study_lines
 from limitmason.figures.style import print_style
 from limitmason.figures.ties import before_and_after
@@ -34,11 +35,13 @@ __all__ = [
     "contact_forces",
     "contact_report",
     "cracks",
+    "curve_fan",
     "deformed",
     "diagnosis",
     "diagnosis_folder",
     "diagnosis_page",
     "gap",
+    "histogram",
     "history_curves",
     "layout_search",
     "load_displacement",
@@ -51,9 +54,12 @@ __all__ = [
     "predicted_beside_references",
     "print_style",
     "rehearsal",
+    "running_spread",
+    "sensitivity_bars",
     "side_by_side",
     "solid_map",
     "study_lines",
     "tilt_test",
     "view",
+    "word_shares",
 ]

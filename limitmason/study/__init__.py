@@ -10,8 +10,9 @@ from limitmason.study.gap import GapAttribution, attribute_gap
 from limitmason.study.layout_catalogue import COLUMNS as CATALOGUE_COLUMNS
 from limitmason.study.layout_catalogue import compute_layouts
 from limitmason.study.layout_search import Finding, LayoutSearch, search_layouts
-from limitmason.study.montecarlo import SobolIndices, monte_carlo, sobol
+from limitmason.study.montecarlo import SobolIndices, curves_of, monte_carlo, sobol
 from limitmason.study.search_report import layout_report
+from limitmason.study.spread import Running, Sensitivity, Share, Stop, running, sensitivity, shares
 from limitmason.study.store import RowStore, fingerprint
 from limitmason.study.sweep import Unfinished, sweep
 from limitmason.study.table import Table
@@ -23,20 +24,28 @@ __all__ = [
     "LayoutSearch",
     "Random",
     "RowStore",
+    "Running",
+    "Sensitivity",
+    "Share",
     "SobolIndices",
+    "Stop",
     "Table",
     "Unfinished",
     "attribute_gap",
     "block_size_study",
     "compute_layouts",
     "contact_point_study",
+    "curves_of",
     "dilatancy_study",
     "fingerprint",
     "layout_report",
     "lognormal",
     "monte_carlo",
     "normal",
+    "running",
     "search_layouts",
+    "sensitivity",
+    "shares",
     "sobol",
     "sweep",
     "uniform",

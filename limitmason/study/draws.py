@@ -1,9 +1,9 @@
-"""Random joints: what is drawn, per assembly, per kind of joint or per interface, within its physical bounds."""
+"""Random joints and blocks: what is drawn, per assembly, kind, interface or block, within its physical bounds."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,10 +14,11 @@ from scipy import stats
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
+from limitmason.study.ties import Ties
 
 Array = NDArray[np.float64]
 
-PER = ("assembly", "kind", "interface")
+PER = ("assembly", "kind", "interface", "block")
 
 # lower and upper physical bound of what can be drawn; the position keys the random numbers, so only append
 BOUNDS: dict[str, tuple[float, float]] = {
@@ -32,7 +33,18 @@ BOUNDS: dict[str, tuple[float, float]] = {
     "shear_stiffness": (1e-300, math.inf),
 }
 
+# the same of blocks; what is not a property of the block itself is one of its material
+BLOCK_BOUNDS: dict[str, tuple[float, float]] = {
+    "density": (0.0, math.inf),
+    "young_modulus": (1e-300, math.inf),
+    "poisson_ratio": (-0.999, 0.499),
+}
+
+FIRST_BLOCK_KEY = 2000
+"""Random numbers of block properties are keyed from here on, beyond those of joints and of what is drawn once."""
+
 UNITS = {
+    "density": "kg/m3", "young_modulus": "Pa",
     "friction_angle_deg": "deg", "dilatancy_angle_deg": "deg", "cohesion": "Pa", "tensile_strength": "Pa",
     "compressive_strength": "Pa", "normal_stiffness": "Pa/m", "shear_stiffness": "Pa/m",
 }  # fmt: skip
@@ -64,19 +76,20 @@ def _positive(name: str, value: float) -> float:
 
 @dataclass(frozen=True)
 class Random:
-    """How a property of the joints, or a parameter of the builder, varies.
+    """How a property of the joints or blocks, or a parameter of the builder, varies.
 
     Parameters
     ----------
     distribution : frozen distribution of ``scipy.stats``, or :func:`normal`, :func:`lognormal`, :func:`uniform`
-    per : one value per "assembly", per "kind" of joint, or per "interface" (spatial)
-    correlation_length : of the values at interfaces [m], correlation exp(-distance / length); 0 for independent ones
+    per : one value per "assembly" (non-spatial), per "kind" of joint, or per "interface" or "block" (spatial)
+    correlation_length : of the values at interfaces or blocks [m], correlation exp(-distance / length) of centres; 0
+        for independent ones
     low, high : further bounds within the physical ones; the distribution is truncated there, not clipped
 
     Raises
     ------
     InputError
-        For an unknown ``per``, bounds in the wrong order, and a correlation length without "interface".
+        For an unknown ``per``, bounds in the wrong order, and a correlation length of what is not spatial.
     """
 
     distribution: Any
@@ -93,8 +106,9 @@ class Random:
             raise InputError(f"distribution must be a frozen one of scipy.stats, got {self.distribution!r}")
         if not self.high > self.low:
             raise InputError(f"high = {self.high} must exceed low = {self.low}")
-        if not self.correlation_length >= 0.0 or (self.correlation_length > 0.0 and self.per != "interface"):
-            raise InputError("correlation_length must not be negative, and needs per='interface'")
+        spatial = self.per in ("interface", "block")
+        if not self.correlation_length >= 0.0 or (self.correlation_length > 0.0 and not spatial):
+            raise InputError("correlation_length must not be negative, and needs per='interface' or 'block'")
 
     def value(self, share: Array | float, bounds: tuple[float, float] = (-math.inf, math.inf)) -> Array:
         """Value at a share of the probability [-] between the bounds: F^-1(F(low) + u (F(high) - F(low)))."""
@@ -105,6 +119,11 @@ class Random:
         out = self.distribution.ppf(below + np.asarray(share, dtype=float) * (above - below))
         return np.clip(out, low, high)
 
+    def cut(self, bounds: tuple[float, float]) -> float:
+        """Probability that the bounds take from the distribution [-]."""
+        low, high = max(self.low, bounds[0]), min(self.high, bounds[1])
+        return 1.0 - float(self.distribution.cdf(high) - self.distribution.cdf(low))
+
 
 def check_joint_draws(joints: Mapping[str, Random]) -> None:
     """Refuse names that no joint has, and two names for one property."""
@@ -113,20 +132,84 @@ def check_joint_draws(joints: Mapping[str, Random]) -> None:
             raise InputError(f"unknown joint property {name!r}; known: {', '.join(BOUNDS)}")
         if not isinstance(random, Random):
             raise InputError(f"joint property {name!r} needs a Random(...), got {random!r}")
+        if random.per == "block":
+            raise InputError(f"joint property {name!r} has no value per block: use per='interface'")
     for pair in (("friction_coefficient", "friction_angle_deg"), ("dilatancy_angle_deg", "dilatancy_ratio")):
         if set(pair) <= set(joints):
             raise InputError(f"{pair[0]!r} and {pair[1]!r} are the same property: draw one of them")
 
 
-def draw_joints(
-    assembly: Assembly, joints: Mapping[str, Random], sample: int, seed: int, shares: Mapping[str, float]
+def check_block_draws(blocks: Mapping[str, Random]) -> None:
+    """Refuse names that no block has, and draws that are not per block or per assembly."""
+    for name, random in blocks.items():
+        if name not in BLOCK_BOUNDS:
+            raise InputError(f"unknown block property {name!r}; known: {', '.join(BLOCK_BOUNDS)}")
+        if not isinstance(random, Random) or random.per not in ("assembly", "block"):
+            raise InputError(f"block property {name!r} needs a Random(...) per block or per assembly, got {random!r}")
+
+
+def check_links(links: Mapping[str, str], joints: Mapping[str, Random]) -> Ties:
+    """Formulas of joint properties from other joint properties, checked.
+
+    Raises
+    ------
+    InputError
+        For what is no property of a joint, drawn and linked at once, or linked to nothing that a joint has.
+    """
+    ties = Ties(links)
+    for name in ties.formulas:
+        if name not in BOUNDS or name in ("friction_coefficient", "dilatancy_ratio"):
+            raise InputError(f"links give properties of joints, got {name!r}")
+    drawn = set(joints) | ({"friction_angle_deg"} if "friction_coefficient" in joints else set())
+    if twice := sorted(drawn & set(ties.formulas)):
+        raise InputError(f"{twice[0]!r} is drawn and linked: leave one of them out")
+    if unknown := sorted(ties.needs - (set(BOUNDS) - {"dilatancy_ratio"})):
+        raise InputError(f"a link needs {unknown[0]!r}, which is no property of a joint")
+    return ties
+
+
+def draw_blocks(
+    assembly: Assembly, blocks: Mapping[str, Random], sample: int, seed: int, shares: Mapping[str, float]
 ) -> tuple[Assembly, dict[str, float]]:
+    """Assembly with drawn blocks, held ones included, and the drawn values; arguments as for :func:`draw_joints`.
+
+    Raises
+    ------
+    InputError
+        Where a property of the material is drawn and a block has no material.
+    """
+    values: dict[str, Array] = {}
+    record: dict[str, float] = {}
+    for number, name in enumerate(BLOCK_BOUNDS):
+        if name not in blocks:
+            continue
+        u = _shares(blocks[name], name, (sample, FIRST_BLOCK_KEY + number), seed, shares, assembly.centroids)
+        values[name] = blocks[name].value(u, BLOCK_BOUNDS[name])
+        record |= _recorded(name, blocks[name], values[name])
+    changed = []
+    for k, block in enumerate(assembly.blocks):
+        own: dict[str, Any] = {n: float(v[k]) for n, v in values.items() if n == "density"}
+        of_material = {n: float(v[k]) for n, v in values.items() if n != "density"}
+        if of_material:
+            material: Any = getattr(block, "material", None)
+            if material is None:
+                raise InputError(f"block {block.name!r} has no material whose {next(iter(of_material))} could be drawn")
+            own["material"] = replace(material, **of_material)
+        changed.append(replace(block, **own))
+    return replace(assembly, blocks=tuple(changed)), record
+
+
+def draw_joints(
+    assembly: Assembly, joints: Mapping[str, Random], sample: int, seed: int, shares: Mapping[str, float],
+    links: Ties | None = None,
+) -> tuple[Assembly, dict[str, float]]:  # fmt: skip
     """Assembly with drawn joints, and the drawn values (mean and standard deviation where there are several).
 
     Parameters
     ----------
     sample, seed : together with the name of the property they alone decide the random numbers
     shares : probability [-] of the values drawn per assembly
+    links : formulas of further properties, joint by joint, from those drawn and those that the joints have
 
     Notes
     -----
@@ -141,12 +224,16 @@ def draw_joints(
         bounds = BOUNDS[name]
         if name == "dilatancy_angle_deg":
             bounds = (0.0, min(bounds[1], _smallest_friction_deg(assembly, values)))
-        u = _shares(assembly, joints[name], name, sample, seed, shares)
+        key = (sample, list(BOUNDS).index(name))
+        kinds = [i.kind for i in assembly.interfaces]
+        u = _shares(joints[name], name, key, seed, shares, assembly.arrays.centre, kinds)
         values[name] = joints[name].value(u, bounds)
-        if joints[name].per == "assembly":
-            record[name] = float(values[name][0])
-        else:
-            record[f"{name} mean"], record[f"{name} deviation"] = float(values[name].mean()), float(values[name].std())
+        record |= _recorded(name, joints[name], values[name])
+    if links:
+        linked = _linked(assembly, values, links)
+        for name, found in linked.items():
+            values[name] = found
+            record |= {name: float(found[0])} if np.ptp(found) == 0.0 else _mean_and_deviation(name, found)
     changed = [
         replace(i, joint=_changed(i.joint, {n: float(v[k]) for n, v in values.items()}))
         for k, i in enumerate(assembly.interfaces)
@@ -162,22 +249,54 @@ def _smallest_friction_deg(assembly: Assembly, values: Mapping[str, Array]) -> f
     return min(i.joint.friction_angle_deg for i in assembly.interfaces)
 
 
+def _recorded(name: str, random: Random, values: Array) -> dict[str, float]:
+    return {name: float(values[0])} if random.per == "assembly" else _mean_and_deviation(name, values)
+
+
+def _mean_and_deviation(name: str, values: Array) -> dict[str, float]:
+    return {f"{name} mean": float(values.mean()), f"{name} deviation": float(values.std())}
+
+
+def _linked(assembly: Assembly, values: Mapping[str, Array], links: Ties) -> dict[str, Array]:
+    """Linked properties of every interface, each within its physical bounds."""
+    known = dict(values)
+    if "friction_coefficient" in known:
+        known["friction_angle_deg"] = np.degrees(np.arctan(known["friction_coefficient"]))
+    for name in links.needs - set(known):
+        own = [i.joint.tan_phi if name == "friction_coefficient" else getattr(i.joint, name)
+               for i in assembly.interfaces]  # fmt: skip
+        if name == "friction_coefficient" and "friction_angle_deg" in values:
+            own = list(np.tan(np.radians(values["friction_angle_deg"])))
+        if any(v is None for v in own):
+            raise InputError(f"a link needs {name!r}, which the joints do not have")
+        known[name] = np.array(own, dtype=float)
+    found = links(known)
+    out = {}
+    for name in links.formulas:
+        column = np.broadcast_to(np.asarray(found[name], dtype=float), (len(assembly.interfaces),)).copy()
+        low, high = BOUNDS[name]
+        if not ((column >= low) & (column <= high)).all():
+            worst = float(column[np.argmax(np.maximum(low - column, column - high))])
+            raise InputError(f"the link of {name!r} gives {worst:.4g}, which no joint may have")
+        out[name] = column
+    return out
+
+
 def _shares(
-    assembly: Assembly, random: Random, name: str, sample: int, seed: int, shares: Mapping[str, float]
-) -> Array:
-    """Probability per interface, shape (k,)."""
-    count = len(assembly.interfaces)
+    random: Random, name: str, key: tuple[int, int], seed: int, shares: Mapping[str, float], centre: Array,
+    kind: Sequence[str] = (),
+) -> Array:  # fmt: skip
+    """Probability per interface or block, shape (k,)."""
+    count = len(centre)
     if random.per == "assembly":
         return np.full(count, shares[name])
-    key = (sample, list(BOUNDS).index(name))
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
     if random.per == "kind":
-        kinds = sorted({i.kind for i in assembly.interfaces})
+        kinds = sorted(set(kind))
         of = dict(zip(kinds, rng.random(len(kinds)), strict=True))
-        return np.array([of[i.kind] for i in assembly.interfaces])
+        return np.array([of[k] for k in kind])
     if random.correlation_length == 0.0:
         return rng.random(count)
-    centre = assembly.arrays.centre
     distance = np.linalg.norm(centre[:, None] - centre[None], axis=2)
     matrix = np.exp(-distance / random.correlation_length)
     return stats.norm.cdf(np.linalg.cholesky(matrix + 1e-10 * np.eye(count)) @ rng.standard_normal(count))

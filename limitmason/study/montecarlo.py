@@ -1,10 +1,11 @@
-"""Monte Carlo and Sobol indices: random joints and builder parameters, one row per sample."""
+"""Monte Carlo and Sobol indices: random joints, blocks and builder parameters, one row per sample."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,28 +14,48 @@ from numpy.typing import NDArray
 from scipy import stats
 from scipy.stats import qmc
 
-from limitmason.errors import InputError
+from limitmason.curve import Curve
+from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.methods import get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.study.draws import BOUNDS, UNITS, Random, check_joint_draws, draw_joints
+from limitmason.results import Prediction
+from limitmason.study.draws import (
+    BLOCK_BOUNDS,
+    BOUNDS,
+    UNITS,
+    Random,
+    check_block_draws,
+    check_joint_draws,
+    check_links,
+    draw_blocks,
+    draw_joints,
+)
+from limitmason.study.spread import Stop
 from limitmason.study.store import fingerprint
 from limitmason.study.sweep import Progress, sweep
 from limitmason.study.table import Table
+from limitmason.study.ties import Ties
 
 Array = NDArray[np.float64]
-Build = Callable[..., tuple[Assembly, Loads]]
+LoadsOf = Callable[[Assembly], Loads]
+Build = Callable[..., tuple[Assembly, Loads | LoadsOf]]
+Run = Callable[[Assembly, Loads], Any]
 
 SCHEMES = ("latin hypercube", "random")
 
 
 def monte_carlo(
-    build: tuple[Assembly, Loads] | Build,
+    build: tuple[Assembly, Loads | LoadsOf] | Build,
     samples: int,
     method: str = "limit",
     *,
+    run: Run | None = None,
     joints: Mapping[str, Random] | None = None,
+    blocks: Mapping[str, Random] | None = None,
+    links: Mapping[str, str] | None = None,
     parameters: Mapping[str, Random] | None = None,
+    stop: Stop | None = None,
     scheme: str = "latin hypercube",
     seed: int = 0,
     options: Mapping[str, Any] | None = None,
@@ -43,70 +64,151 @@ def monte_carlo(
     store: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Table:
-    """Collapse multipliers of a structure with random joints.
+    """Collapse multipliers, or any answers, of a structure with random joints and blocks.
 
     Parameters
     ----------
-    build : assembly and loads, or a function of the drawn parameters that returns them
-    samples : how many
+    build : assembly and loads, or a function of the drawn parameters that returns them. Loads may be a function of the
+        drawn assembly, ``lm.Loads.weight``
+    samples : how many, or at most how many with ``stop``
     method, options : as in :func:`limitmason.predict`
+    run : ``run(assembly, loads)`` in place of a method: returns numbers, words (a mode) and curves by name, a curve, a
+        prediction or a number. Where it raises ``NotApplicable`` or ``NotConverged`` the row has that as its status and
+        no numbers
     joints : what varies by property of ``Joint``, or "friction_coefficient" [-] and "dilatancy_ratio" psi / phi [-]
+    blocks : what varies of blocks, "density", "young_modulus", "poisson_ratio", per block or per assembly
+    links : properties of joints by formula from others, joint by joint, {"shear_stiffness": "normal_stiffness / 2.32",
+        "cohesion": "2 * tensile_strength * tan(radians(friction_angle_deg))"}
     parameters : what varies among the keywords of ``build``; one value per assembly
+    stop : rule by which fewer samples may do; needs scheme "random", whose shorter runs begin the longer ones
     scheme : "latin hypercube" stratifies the values drawn per assembly, "random" draws them independently; values per
-        kind and per interface are always independent from sample to sample
+        kind, interface and block are always independent from sample to sample
     seed : equal seeds give equal tables
     executor, workers, store, progress : as in :func:`limitmason.study.sweep`
 
     Returns
     -------
     Table
-        sample, the drawn values (mean and deviation of spatial ones), multiplier, status. A sample that cannot stand
-        under dead load has multiplier NaN and says so: leave it out of no average silently.
+        sample, the drawn and linked values (mean and deviation of spatial ones), multiplier or what ``run`` returned,
+        status. A sample that cannot stand under dead load has multiplier NaN and says so: leave it out of no average
+        silently. A curve is a mapping of its columns, see :func:`curves_of`. The notes say what truncation takes.
 
     Raises
     ------
     InputError
-        For nothing random, unknown properties, and distributions without probability within the physical bounds.
+        For nothing random, unknown properties, distributions without probability within the physical bounds, and a
+        random density under loads that do not follow it.
 
     Notes
     -----
     The random numbers of a sample depend on the seed and its number alone (``numpy.random.SeedSequence`` with a spawn
     key), so the number of workers, their order and an interruption change nothing. Longer random runs begin with the
-    shorter ones; Latin hypercubes of different sizes have no sample in common. Loads of a fixed model stay those given.
+    shorter ones, and a store of them is gone on with; Latin hypercubes of different sizes have no sample in common.
+    With "random" every property has random numbers of its own, so that studies that draw different properties share
+    those of the same name: their differences are not sampling. Loads of a fixed model stay those given.
     """
-    names, joints, parameters = _variables(build, joints, parameters)
+    if run is not None and (method != "limit" or options):
+        raise InputError("run takes the place of a method: leave method and options out")
+    blocks, ties = dict(blocks or {}), check_links(dict(links or {}), dict(joints or {}))
+    check_block_draws(blocks)
+    names, joints, parameters = _variables(build, joints, parameters, blocks)
+    if "density" in blocks and not callable(build) and not callable(build[1]):
+        raise InputError("a random density needs loads that follow it: give a function, such as lm.Loads.weight")
+    if stop is not None and scheme != "random":
+        raise InputError('a stopping rule needs scheme="random": a Latin hypercube is one whole')
     if scheme not in SCHEMES:
         raise InputError(f"scheme must be one of {SCHEMES}, got {scheme!r}")
     if samples < 1:
         raise InputError(f"samples must be at least 1, got {samples!r}")
-    shares = _stratified(len(names), samples, seed) if scheme == SCHEMES[0] else _independent(len(names), samples, seed)
+    shares = _stratified(len(names), samples, seed) if scheme == SCHEMES[0] else _independent(names, samples, seed)
     points = [{"sample": k, "shares": dict(zip(names, shares[k].tolist(), strict=True))} for k in range(samples)]
-    run = functools.partial(_sample, build, method, joints, parameters, seed, dict(options or {}))
-    key = (
-        None if store is None else fingerprint("monte carlo", build, method, joints, parameters, seed, options, points)
-    )
-    return sweep(
-        run, points, executor=executor, workers=workers, store=store, key=key, progress=progress,
+    drawn = Drawn(joints, blocks, ties, parameters, seed)
+    one = functools.partial(_sample, build, run or _Multiplier(method, dict(options or {})), drawn)
+    key = None
+    if store is not None:
+        # the samples of a random run follow from the seed, so that a longer one goes on with the rows of a shorter
+        which = points if scheme == SCHEMES[0] else scheme
+        key = fingerprint("monte carlo", build, run or method, joints, blocks, ties.formulas, parameters, seed, options,
+                          which)  # fmt: skip
+    found = sweep(
+        one, points, executor=executor, workers=workers, store=store, key=key, progress=progress,
         units={k: unit for name, unit in UNITS.items() for k in (name, f"{name} mean", f"{name} deviation")},
+        batch=None if stop is None else stop.every, enough=stop,
     )  # fmt: skip
+    return replace(found, notes=(*found.notes, *_truncations(joints, blocks)))
+
+
+def _truncations(joints: Mapping[str, Random], blocks: Mapping[str, Random]) -> list[str]:
+    """What the bounds take from every distribution, in words; nothing where it is less than 1e-12."""
+    out = []
+    for name, random in (*joints.items(), *blocks.items()):
+        bounds = (BOUNDS if name in joints else BLOCK_BOUNDS)[name]
+        lost = random.cut(bounds)
+        if lost > 1e-12:
+            low, high = max(bounds[0], random.low), min(bounds[1], random.high)
+            out.append(f"{name} is truncated to {low:.4g} ... {high:.4g}, which takes {lost:.2g} of its probability")
+    return out
+
+
+def curves_of(table: Table, column: str = "curve") -> list[Curve]:
+    """Curves of the samples that have one.
+
+    Raises
+    ------
+    InputError
+        Where the column holds no curves.
+    """
+    found = [row[column] for row in table if row.get(column) is not None]
+    if not found or not all(isinstance(c, Mapping) and "displacement" in c for c in found):
+        raise InputError(f"column {column!r} holds no curves")
+    return [
+        Curve(np.array(c["displacement"]), np.array(c["load"]), c["displacement unit"], c["load unit"]) for c in found
+    ]
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What varies, and the seed: joints, blocks and parameters by name, and formulas of linked properties."""
+
+    joints: Mapping[str, Random]
+    blocks: Mapping[str, Random]
+    links: Ties
+    parameters: Mapping[str, Random]
+    seed: int
+
+
+@dataclass(frozen=True)
+class _Multiplier:
+    """The multiplier of a method as the run of a sample."""
+
+    method: str
+    options: Mapping[str, Any]
+
+    def __call__(self, assembly: Assembly, loads: Loads) -> Any:
+        chosen = get_method(self.method)
+        return chosen.predict(assembly, loads, **chosen.one_of_many(self.options))
 
 
 def _variables(
-    build: Any, joints: Mapping[str, Random] | None, parameters: Mapping[str, Random] | None
-) -> tuple[list[str], dict[str, Random], dict[str, Random]]:
+    build: Any, joints: Mapping[str, Random] | None, parameters: Mapping[str, Random] | None,
+    blocks: Mapping[str, Random],
+) -> tuple[list[str], dict[str, Random], dict[str, Random]]:  # fmt: skip
     """Names of what is drawn once per assembly, and both mappings checked."""
     joints, parameters = dict(joints or {}), dict(parameters or {})
-    if not joints and not parameters:
-        raise InputError("nothing is random: give joints={...} or parameters={...}")
+    if not joints and not parameters and not blocks:
+        raise InputError("nothing is random: give joints={...}, blocks={...} or parameters={...}")
     check_joint_draws(joints)
     if parameters and not callable(build):
         raise InputError("parameters vary what a function builds; build is a fixed model")
     for name, random in parameters.items():
         if not isinstance(random, Random) or random.per != "assembly":
             raise InputError(f"parameter {name!r} needs a Random(...) per assembly, got {random!r}")
-        if name in BOUNDS:
-            raise InputError(f"parameter {name!r} has the name of a joint property: draw it in joints")
-    return [*(n for n in BOUNDS if n in joints and joints[n].per == "assembly"), *parameters], joints, parameters
+        if name in BOUNDS or name in BLOCK_BOUNDS:
+            where = "joints" if name in BOUNDS else "blocks"
+            raise InputError(f"parameter {name!r} has the name of a {where[:-1]} property: draw it in {where}")
+    once = [n for n in BOUNDS if n in joints and joints[n].per == "assembly"]
+    once += [n for n in BLOCK_BOUNDS if n in blocks and blocks[n].per == "assembly"]
+    return [*once, *parameters], joints, parameters
 
 
 def _stratified(width: int, samples: int, seed: int) -> Array:
@@ -115,24 +217,54 @@ def _stratified(width: int, samples: int, seed: int) -> Array:
     return qmc.LatinHypercube(d=width, seed=np.random.default_rng(seed)).random(samples)
 
 
-def _independent(width: int, samples: int, seed: int) -> Array:
-    # the last word of the spawn key lies beyond those of the joint properties
-    keys = [np.random.SeedSequence(seed, spawn_key=(k, 1000)) for k in range(samples)]
-    return np.array([np.random.default_rng(key).random(width) for key in keys]).reshape(samples, width)
+def _independent(names: Sequence[str], samples: int, seed: int) -> Array:
+    """Shares of every name from random numbers of its own, keyed beyond those of the joint properties."""
+    out = np.zeros((samples, len(names)))
+    for place, name in enumerate(names):
+        word = zlib.crc32(name.encode())
+        for k in range(samples):
+            out[k, place] = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(k, 1000, word))).random()
+    return out
 
 
-def _sample(
-    build: Any, method: str, joints: Mapping[str, Random], parameters: Mapping[str, Random], seed: int,
-    options: Mapping[str, Any], *, sample: int, shares: Mapping[str, float],
-) -> dict[str, Any]:  # fmt: skip
-    drawn = {name: float(random.value(shares[name])) for name, random in parameters.items()}
-    assembly, loads = build(**drawn) if callable(build) else build
+def _sample(build: Any, run: Run, drawn: Drawn, *, sample: int, shares: Mapping[str, float]) -> dict[str, Any]:
+    given = {name: float(random.value(shares[name])) for name, random in drawn.parameters.items()}
+    assembly, loads = build(**given) if callable(build) else build
     record: dict[str, float] = {}
-    if joints:
-        assembly, record = draw_joints(assembly, joints, sample, seed, shares)
-    chosen = get_method(method)
-    found = chosen.predict(assembly, loads, **chosen.one_of_many(options))
-    return {**drawn, **record, "multiplier": float(found.collapse_multiplier), "status": found.status}
+    if drawn.joints or drawn.links:
+        assembly, record = draw_joints(assembly, drawn.joints, sample, drawn.seed, shares, drawn.links)
+    if drawn.blocks:
+        assembly, of_blocks = draw_blocks(assembly, drawn.blocks, sample, drawn.seed, shares)
+        record |= of_blocks
+        if "density" in drawn.blocks and not callable(loads):
+            raise InputError("a random density needs loads that follow it: let build return a function of the assembly")
+    if callable(loads):
+        loads = loads(assembly)
+    if isinstance(run, _Multiplier):
+        found = run(assembly, loads)
+        return {**given, **record, "multiplier": float(found.collapse_multiplier), "status": found.status}
+    try:
+        answer = _answers(run(assembly, loads))
+    except (NotApplicable, NotConverged) as refused:
+        answer = {"status": f"no answer: {refused}"}
+    if twice := [n for n in answer if n in record or n in given]:
+        raise InputError(f"run returns {twice[0]!r}, which is the name of a drawn value: call it otherwise")
+    return {**given, **record, **answer}
+
+
+def _answers(found: Any) -> dict[str, Any]:
+    """What a run returned as entries of a row."""
+    if isinstance(found, Prediction):
+        return {"multiplier": float(found.collapse_multiplier), "status": found.status}
+    if isinstance(found, Curve):
+        found = {"curve": found}
+    if not isinstance(found, Mapping):
+        found = {"value": found}
+    return {
+        name: {"displacement": v.displacement, "load": v.load, "displacement unit": v.displacement_unit,
+               "load unit": v.load_unit} if isinstance(v, Curve) else v
+        for name, v in found.items()
+    }  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,7 +326,7 @@ def sobol(
     -----
     Saltelli's design on scrambled Sobol points, indices by ``scipy.stats.sobol_indices``. Inputs are independent.
     """
-    names, joints, parameters = _variables(build, joints, parameters)
+    names, joints, parameters = _variables(build, joints, parameters, {})
     if len(names) < len(joints) + len(parameters):
         raise InputError("Sobol indices are for values drawn per assembly; a field of values has no single index")
     if samples < 2 or samples & (samples - 1):
@@ -207,7 +339,8 @@ def sobol(
         mixed[i, :, i] = b[:, i]
     shares = np.concatenate([a, b, mixed.reshape(-1, d)])
     points = [{"sample": k, "shares": dict(zip(names, row, strict=True))} for k, row in enumerate(shares.tolist())]
-    run = functools.partial(_sample, build, method, joints, parameters, seed, dict(options or {}))
+    drawn = Drawn(joints, {}, Ties({}), parameters, seed)
+    run = functools.partial(_sample, build, _Multiplier(method, dict(options or {})), drawn)
     key = None if store is None else fingerprint("sobol", build, method, joints, parameters, seed, options, points)
     table = sweep(run, points, executor=executor, workers=workers, store=store, key=key, progress=progress, units=UNITS)
     value = table["multiplier"]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -29,6 +31,8 @@ def sweep(
     key: str | None = None,
     progress: Progress | None = None,
     units: Mapping[str, str] | None = None,
+    batch: int | None = None,
+    enough: Callable[[Table], bool] | None = None,
 ) -> Table:
     """Call a function at every point of a grid, or of a list, and return the table of results.
 
@@ -44,6 +48,8 @@ def sweep(
         function closes over a model
     progress : called with one line per finished run
     units : by column
+    batch, enough : points are run so many at a time, in order, and no more once ``enough`` says so of the table up to
+        there: the same points whatever the workers, and after a kill
 
     Returns
     -------
@@ -63,23 +69,37 @@ def sweep(
     if store is not None:
         kept = RowStore(store, key or fingerprint("sweep", function, points))
     rows: dict[int, Mapping[str, Any]] = {} if kept is None else {k: v for k, v in kept.rows.items() if k < len(points)}
-    missing = [k for k in range(len(points)) if k not in rows]
     if rows and progress is not None:
         progress(f"{len(rows)} of {len(points)} runs are in {kept.path if kept else 'the store'}")
-    for number, result in _run(function, [(k, points[k]) for k in missing], executor, workers):
-        if isinstance(result, Unfinished):
-            continue
-        # through the same form as the store's, so that a resumed table equals an uninterrupted one
-        rows[number] = plain({**_shown(points[number]), **_as_row(result)})
-        if kept is not None:
-            kept.add(number, rows[number])
-        if progress is not None:
-            progress(
-                f"[{len(rows)}/{len(points)}] {', '.join(f'{k} = {v}' for k, v in _shown(points[number]).items())}"
-            )
-    left = len(points) - len(rows)
-    notes = (f"{left} of {len(points)} runs are not finished: call again with the same store",) if left else ()
-    return Table(tuple(rows[k] for k in sorted(rows)), dict(units or {}), notes)
+    size = len(points) if enough is None else batch or len(points)
+    if size < 1:
+        raise InputError(f"batch must be at least 1, got {batch!r}")
+    clock, done, end = time.perf_counter(), 0, 0
+    while end < len(points):
+        end = min(end + size, len(points))
+        missing = [(k, points[k]) for k in range(end) if k not in rows]
+        for number, result in run_points(function, missing, executor, workers):
+            if isinstance(result, Unfinished):
+                continue
+            # through the same form as the store's, so that a resumed table equals an uninterrupted one
+            rows[number] = plain({**_shown(points[number]), **_as_row(result)})
+            done += 1
+            if kept is not None:
+                kept.add(number, rows[number])
+            if progress is not None:
+                left = (time.perf_counter() - clock) / done * (len(points) - len(rows))
+                shown = ", ".join(f"{k} = {v}" for k, v in _shown(points[number]).items())
+                progress(f"[{len(rows)}/{len(points)}] {shown}; {left:.0f} s left")
+        if enough is not None and enough(_table(rows, end, units)):
+            break
+    found = _table(rows, end, units)
+    unfinished = end - len(found)
+    notes = (f"{unfinished} of {end} runs are not finished: call again with the same store",) if unfinished else ()
+    return replace(found, notes=notes)
+
+
+def _table(rows: Mapping[int, Mapping[str, Any]], end: int, units: Mapping[str, str] | None) -> Table:
+    return Table(tuple(rows[k] for k in sorted(rows) if k < end), dict(units or {}))
 
 
 def _points(parameters: Any) -> list[dict[str, Any]]:
@@ -124,10 +144,10 @@ def _call(function: Callable[..., Any], number: int, point: Mapping[str, Any]) -
     return number, _as_row(result) if isinstance(result, Prediction) else result
 
 
-def _run(
+def run_points(
     function: Callable[..., Any], jobs: Sequence[tuple[int, Mapping[str, Any]]], executor: Any, workers: int
 ) -> Iterator[tuple[int, Any]]:
-    """Numbered results as they come."""
+    """Numbered results as they come, one point of keywords each; an :class:`Unfinished` is handed on as a result."""
     if executor is not None:
         yield from _submit(function, jobs, executor)
     elif workers == 1 or len(jobs) < 2:

@@ -198,7 +198,7 @@ def test_sobol_gives_all_variance_to_what_the_multiplier_depends_on():
     (lambda: study.monte_carlo(make_wall(), 2, parameters={"width": DRAWS["friction_coefficient"]}), "fixed model"),
     (lambda: study.sobol(make_wall(), 8, joints=DRAWS), "per assembly"),
     (lambda: study.sobol(make_wall(), 6, joints={"cohesion": study.Random(study.normal(9, 0.1))}), "power of two"),
-    (lambda: study.Random(study.normal(1, 0.1), per="block"), "per must be"),
+    (lambda: study.Random(study.normal(1, 0.1), per="course"), "per must be"),
     (lambda: study.Random(3.0), "frozen"),
     (lambda: study.sweep(square, {}), "no parameters"),
     (lambda: study.sweep(square, []), "no points"),

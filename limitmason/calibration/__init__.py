@@ -1,0 +1,27 @@
+"""Calibration: parameters from tests, how much the tests fix, what they predict, and which test would fix the rest.
+
+>>> fit = lm.calibrate(model, {"peak": (4.8e3, 0.05), "stiffness": (4.1e7, 0.1)},
+...                    [lm.Parameter("cohesion", 5e4, (1e3, 1e6)), lm.Parameter("normal_stiffness", 5e10, (1e9, 1e12))],
+...                    ties={"shear_stiffness": "normal_stiffness / 2"})
+"""
+
+from limitmason.calibration.fit import Fit, LeftOut, Predicted
+from limitmason.calibration.fitting import calibrate
+from limitmason.calibration.information import Free, NextTest
+from limitmason.calibration.joint_model import JointModel
+from limitmason.calibration.parameter import Parameter
+from limitmason.calibration.targets import FEATURES, CurveTarget, Target
+
+__all__ = [
+    "FEATURES",
+    "CurveTarget",
+    "Fit",
+    "Free",
+    "JointModel",
+    "LeftOut",
+    "NextTest",
+    "Parameter",
+    "Predicted",
+    "Target",
+    "calibrate",
+]

@@ -1,0 +1,383 @@
+"""A fit: parameters, what the data say and do not say of them, what it predicts, what is still wrong."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from limitmason.calibration.information import Free, Information, NextTest, ranked, relative
+from limitmason.calibration.problem import LOST, Minimum, Problem
+from limitmason.calibration.runs import Model, taken
+from limitmason.calibration.targets import outputs_of
+from limitmason.curve import Curve
+from limitmason.diagnosis import Cause, Diagnosis, Measured, Noise, Study
+from limitmason.errors import InputError
+from limitmason.study.sweep import run_points
+from limitmason.text_table import aligned
+
+Array = NDArray[np.float64]
+
+WIDE = 5.0
+"""A fitted parameter that a diagnosis may refit is known to so many of its deviations: the data count twice by 4 %."""
+
+
+MOST_REFITTED = 3
+"""More parameters than these are not refitted unasked: every one multiplies the runs of a diagnosis by three."""
+
+
+class Predicted(NamedTuple):
+    """A prediction with the interval that the fit's parameters leave it; the model's own error is not in it."""
+
+    value: float
+    low: float
+    high: float
+
+
+class LeftOutRow(NamedTuple):
+    """A number that the fit did not see: ``error`` is predicted / measured - 1 (or the difference in its unit).
+
+    ``deviation`` is what the parameters leave open in the prediction, on the same scale.
+    """
+
+    group: str
+    quantity: str
+    measured: float
+    predicted: float
+    error: float
+    deviation: float
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Errors on what was left out of the fit, group by group.
+
+    Parameters
+    ----------
+    rows : one per number
+    by : what the groups are
+    """
+
+    rows: tuple[LeftOutRow, ...]
+    by: str
+
+    @property
+    def error(self) -> float:
+        """Root mean square of log(predicted / measured) over all numbers compared by their ratio [-]."""
+        logs = [math.log(r.predicted / r.measured) for r in self.rows if r.predicted > 0.0 and r.measured > 0.0]
+        return float(np.sqrt(np.mean(np.square(logs)))) if logs else math.nan
+
+    def __str__(self) -> str:
+        """The table."""
+        head = [["left out", "quantity", "measured", "predicted", "error", "left open"]]
+        return aligned(head + [[r.group, r.quantity, f"{r.measured:.4g}", f"{r.predicted:.4g}", f"{r.error:+.1%}",
+                                f"{r.deviation:.1%}"] for r in self.rows], "<<>>>>")  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit:
+    """Answer of :func:`limitmason.calibrate`.
+
+    Parameters
+    ----------
+    problem : what was asked
+    minimum : the best that was found
+    minima : where every start ended
+    information : slopes at the best
+    level : of the intervals [-]
+    ends : profile interval of every parameter on the scale of the fit, infinite where only a bound ends it; None
+        where intervals were not asked for
+    left_out : errors on what was left out; None where nothing was
+    scatter_known : whether the deviations were stated; else they were taken from the misfit
+    groups : of the entries
+    """
+
+    problem: Problem
+    minimum: Minimum
+    minima: tuple[Minimum, ...]
+    information: Information
+    level: float
+    ends: Array | None
+    left_out: LeftOut | None
+    scatter_known: bool
+    groups: tuple[str, ...]
+    warnings: tuple[str, ...] = field(default=())
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Fitted values by name, ties not included."""
+        return self.problem.scale.values(self.minimum.x)
+
+    @property
+    def tied(self) -> dict[str, float]:
+        """All values by name, those tied to the fitted ones included."""
+        return {k: float(v) for k, v in self.problem.runs.ties(self.parameters).items()}
+
+    @property
+    def interval(self) -> dict[str, tuple[float, float]]:
+        """Profile interval of every parameter at ``level``; an end that is a bound says only that no other was found.
+
+        Raises
+        ------
+        InputError
+            Where intervals were not asked for.
+        """
+        if self.ends is None:
+            raise InputError("intervals were not computed: calibrate(..., intervals=True)")
+        out = {}
+        for p, (low, high) in zip(self.problem.scale.parameters, self.ends, strict=True):
+            out[p.name] = (p.bounds[0] if math.isinf(low) else p.value(low),
+                           p.bounds[1] if math.isinf(high) else p.value(high))  # fmt: skip
+        return out
+
+    @property
+    def deviation(self) -> dict[str, float]:
+        """Fisher deviation by name: relative for a parameter on a log scale; infinite where the data do not see it."""
+        return dict(zip(self.problem.scale.names, self.information.deviation.tolist(), strict=True))
+
+    @property
+    def correlation(self) -> Array:
+        """Correlation of the parameters in the order given, shape (p, p)."""
+        return self.information.correlation
+
+    @property
+    def identified(self) -> tuple[str, ...]:
+        """Parameters whose Fisher deviation stays within their resolution."""
+        return tuple(n for n, yes in zip(self.problem.scale.names, self.information.identified, strict=True) if yes)
+
+    @property
+    def unidentified(self) -> tuple[Free, ...]:
+        """Moves of parameters that the data leave free; none where all are identified."""
+        return self.information.free
+
+    @property
+    def misfit(self) -> float:
+        """Sum of squared residuals in standard deviations [-]."""
+        return self.minimum.chi2
+
+    @property
+    def rows(self) -> tuple[tuple[str, str, float, float, float], ...]:
+        """Test, quantity, measured, fitted and residual in standard deviations of every number."""
+        p = self.problem
+        fitted, residual = p.predicted([self.minimum.x])[0], p.residuals([self.minimum.x])[0]
+        return tuple((e.test, e.label, e.measured, float(f), float(r))
+                     for e, f, r in zip(p.entries, fitted, residual, strict=True))  # fmt: skip
+
+    def predict(self, other: Model, *, level: float | None = None) -> dict[str, Predicted]:
+        """What another model gives at the fitted parameters, with the interval they leave.
+
+        value exp(+- z d), d^2 = g' C g with g the slopes of its logarithm (of the value where it is not positive)
+
+        Parameters
+        ----------
+        other : takes some of the parameters, or those tied to them; of a curve the stiffness and the peak are given
+        level : of the interval [-]; that of the fit where omitted
+
+        Raises
+        ------
+        InputError
+            For a model that takes none of the parameters or gives no number.
+        """
+        names, base, slopes = self._slopes(other)
+        spread = np.sqrt(np.einsum("ij,jk,ik->i", slopes, self.information.covariance, slopes))
+        reach = float(stats.norm.ppf(0.5 + 0.5 * (level or self.level))) * spread
+        return {
+            n: Predicted(v, v * math.exp(-r), v * math.exp(r)) if v > 0.0 else Predicted(v, v - r, v + r)
+            for n, v, r in zip(names, base, reach.tolist(), strict=True)
+        }
+
+    def _slopes(self, other: Model) -> tuple[list[str], list[float], Array]:
+        """Names and values of a model's numbers at the fit, and slopes of their logarithms, shape (k, p)."""
+        problem, x = self.problem, self.minimum.x
+        takes = taken(other, (*problem.scale.names, *problem.runs.ties.formulas))
+        if not takes:
+            raise InputError(f"the other model takes none of the parameters {', '.join(problem.scale.names)}")
+        points, width = [x], []
+        for k in range(len(x)):
+            for side in (1.0, -1.0):
+                y = x.copy()
+                y[k] = np.clip(x[k] + side * problem.step, problem.scale.low[k], problem.scale.high[k])
+                points.append(y)
+            width.append(points[-2][k] - points[-1][k])
+        jobs = []
+        for number, y in enumerate(points):
+            every = problem.runs.ties(problem.scale.values(y))
+            jobs.append((number, {"model": other, "parameters": {n: float(every[n]) for n in takes}}))
+        found = dict(run_points(_numbers, jobs, problem.runs.executor, problem.runs.workers))
+        base = found[0]
+        if not base:
+            raise InputError("the other model gives neither numbers nor curves")
+        at = list(base.values())
+        columns = [
+            (relative([found[2 * k + 1][n] for n in base], at) - relative([found[2 * k + 2][n] for n in base], at))
+            / width[k] for k in range(len(x))
+        ]  # fmt: skip
+        return list(base), at, np.array(columns).T
+
+    def next_test(self, candidates: Mapping[str, tuple[Model, Mapping[str, float]]]) -> NextTest:
+        """Which further test would fix most of what is free.
+
+        Parameters
+        ----------
+        candidates : by name, a model and the relative scatter with which each of its numbers would be measured; of a
+            curve "curve: peak" and "curve: stiffness"
+
+        Raises
+        ------
+        InputError
+            For no candidates, and a number that the model does not give.
+        """
+        if not candidates:
+            raise InputError("no candidates are given")
+        slopes = {}
+        for name, (model, scatter) in candidates.items():
+            given, _, rows = self._slopes(model)
+            if unknown := [q for q in scatter if q not in given]:
+                raise InputError(f"candidate {name!r} gives no {unknown[0]!r}; it gives {', '.join(given)}")
+            slopes[name] = np.array([rows[given.index(q)] / sd for q, sd in scatter.items()])
+        return ranked(self.information, slopes)
+
+    def diagnose(
+        self, causes: Iterable[Cause], *, refit: Sequence[str] | None = None, seed: int = 0,
+        cache: str | Path | None = None, **options: Any,
+    ) -> Diagnosis:  # fmt: skip
+        """What is still wrong: the residuals of the fit handed to the diagnosis.
+
+        Every number compared by its ratio is a specimen, with covariates "test" and "quantity"; the models run at the
+        fitted parameters. A cause inside the model needs a model that takes its parameter as a keyword.
+
+        Parameters
+        ----------
+        causes : see ``limitmason.causes``
+        refit : parameters that may move with the causes: those identified where omitted, none of more than three. Each
+            is known to five of its deviations, wider where the fit is bad. Without them what the fit has taken up
+            is not seen, or is undone by a second cause
+        seed : of the bootstrap
+        cache : file that keeps the runs of the diagnosis
+        options : of :meth:`limitmason.diagnosis.Study.diagnose`
+
+        Raises
+        ------
+        InputError
+            For fewer than four such numbers, a name that was not fitted, or one that the data do not see.
+        """
+        p = self.problem
+        kept = [k for k, e in enumerate(p.entries) if e.relative]
+        if refit is None:
+            refit = self.identified if len(self.identified) <= MOST_REFITTED else ()
+        strained = math.sqrt(max(self.misfit / max(p.n - len(p.scale), 1), 1.0)) if self.scatter_known else 1.0
+        nuisance = {}
+        for name in refit:
+            if name not in p.scale.names:
+                raise InputError(f"{name!r} was not fitted; fitted: {', '.join(p.scale.names)}")
+            own = p.scale.parameters[p.scale.names.index(name)]
+            sd = self.deviation[name] * (self.parameters[name] if own.log else 1.0)
+            if not math.isfinite(sd):
+                raise InputError(f"the data do not see {name!r}: leave it out of refit")
+            nuisance[name] = Measured(self.parameters[name], WIDE * strained * sd, own.bounds)
+        simulate = _Simulated(
+            tuple(p.runs.models), tuple(p.runs.readings), self.parameters, p.runs.ties,
+            tuple((*p.scale.names, *p.runs.ties.formulas)),
+        )  # fmt: skip
+        entries = [p.entries[k] for k in kept]
+        specimens = [
+            {"test": e.test, "quantity": e.label, "model": p.model_of[k], "place": p.place_of[k]}
+            for e, k in zip(entries, kept, strict=True)
+        ]
+        noise = Noise(tuple(float(s) for s in p.deviation[kept])) if self.scatter_known else Noise.unknown()
+        study = Study(
+            specimens, simulate, [e.measured for e in entries], noise, nuisance, ("test", "quantity"),
+            levels=9, causes=tuple(causes), cache=cache, n_jobs=p.runs.workers,
+        )  # fmt: skip
+        return study.diagnose(seed=seed, **options)
+
+    def __str__(self) -> str:
+        """The error on what was left out, the parameters, and what the data cannot tell."""
+        lines = []
+        if self.left_out is not None:
+            by = self.left_out.by
+            lines.append(f"error on what was left out ({by} by {by}): {self.left_out.error:.1%}")
+        lines.append(f"misfit {self.misfit:.3g} of {self.problem.n} numbers with {len(self.problem.scale)} parameters")
+        head = ["parameter", "unit", "value", f"{self.level:.0%} interval", "deviation", "identified"]
+        table = [head]
+        interval = self.interval if self.ends is not None else {}
+        for k, p in enumerate(self.problem.scale.parameters):
+            ends = "-"
+            if self.ends is not None:
+                low, high = interval[p.name]
+                open_low, open_high = np.isinf(self.ends[k])
+                ends = f"{'bound ' if open_low else ''}{low:.4g} to {'bound ' if open_high else ''}{high:.4g}"
+            sd = self.deviation[p.name]
+            shown = "not seen" if math.isinf(sd) else f"{sd:.1%}" if p.log else f"{sd:.3g}"
+            table.append([p.name, p.unit, f"{self.parameters[p.name]:.5g}", ends, shown,
+                          "yes" if p.name in self.identified else "NO"])  # fmt: skip
+        lines.append(aligned(table, "<<><>>"))
+        lines += [f"free: {c}" for c in self.unidentified]
+        return "\n".join([*lines, *(f"warning: {w}" for w in self.warnings)])
+
+    __repr__ = __str__
+
+
+class _Simulated:
+    """The fitted models as the simulator of a diagnosis; a cause or a refitted parameter comes as a keyword."""
+
+    def __init__(
+        self, models: tuple[Model, ...], readings: tuple[Any, ...], at: Mapping[str, float], ties: Any,
+        given: tuple[str, ...],
+    ) -> None:  # fmt: skip
+        self.models, self.readings, self.at, self.ties, self.given = models, readings, at, ties, given
+
+    def __call__(self, specimen: Mapping[str, Any], **changed: float) -> float:
+        """Prediction of one number."""
+        number = int(specimen["model"])
+        model: Callable[..., Any] = self.models[number]
+        values = self.ties({**self.at, **{k: v for k, v in changed.items() if k in self.at}})
+        own = {n: float(values[n]) for n in taken(model, self.given)}
+        more = {k: v for k, v in changed.items() if k not in self.at and k in taken(model, (k,))}
+        idle = [k for k in changed if k not in self.at and not any(taken(m, (k,)) for m in self.models)]
+        if idle:
+            raise InputError(f"no model takes {idle[0]!r}, the parameter of a cause")
+        outputs = outputs_of(model(**own, **more))
+        return float(self.readings[number][int(specimen["place"])].of(outputs))
+
+
+def _numbers(model: Model, parameters: Mapping[str, float]) -> dict[str, float]:
+    """Every number of what a model returns, by name."""
+    out: dict[str, float] = {}
+    for name, found in outputs_of(model(**parameters)).items():
+        if isinstance(found, Curve):
+            out[f"{name}: peak"] = found.peak.load
+            out[f"{name}: stiffness"] = found.stiffness()
+            continue
+        values = np.atleast_1d(np.asarray(found, dtype=object))
+        if all(isinstance(v, int | float | np.number) for v in values):
+            out |= {name if len(values) == 1 else f"{name} {k + 1}": float(v) for k, v in enumerate(values)}
+    return out
+
+
+def fit_warnings(problem: Problem, best: Minimum, minima: Sequence[Minimum], known: bool) -> tuple[str, ...]:
+    """What a user should know before trusting a fit."""
+    out = []
+    lost = [e.label for e, r in zip(problem.entries, problem.residuals([best.x])[0], strict=True) if r == LOST]
+    if lost:
+        out.append(f"the model gives no {', '.join(lost)} at the fit")
+    same = sum(m.chi2 - best.chi2 < 0.1 for m in minima)
+    if len(minima) > 1 and same < 2:
+        out.append(f"only one of {len(minima)} starts ended at this misfit: give more, or see whether the model jumps")
+    if not best.converged:
+        out.append("the search ended at its limit of runs, not at a minimum")
+    scale = problem.scale
+    close = 1e-6 * (scale.high - scale.low)
+    for name, x, low, high, c in zip(scale.names, best.x, scale.low, scale.high, close, strict=True):
+        if x - low < c or high - x < c:
+            out.append(f"{name} lies on its bound")
+    dof = problem.n - len(scale)
+    if known and best.chi2 > stats.chi2.ppf(0.99, max(dof, 1)):
+        out.append(f"the targets are missed by more than their scatter (misfit {best.chi2:.3g}): ask fit.diagnose")
+    return tuple(out)

@@ -1,0 +1,172 @@
+"""What data say of parameters near a fit: deviations, correlations, the combinations that stay free, the next test."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import exp, inf, isinf, log
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.calibration.parameter import Scale
+from limitmason.text_table import aligned
+
+Array = NDArray[np.float64]
+
+BLIND = 1e-7
+"""Singular values below this part of one standard deviation per resolution are zero: the data do not see the move."""
+
+
+class Free(NamedTuple):
+    """A joint move of parameters that the data do not resolve.
+
+    ``moves`` gives, for one standard deviation, the factor of every parameter that takes part (the difference of one
+    that is not on a log scale); ``deviation`` that deviation in resolutions, infinite where only the bounds end it.
+    """
+
+    moves: Mapping[str, float]
+    deviation: float
+
+    def __str__(self) -> str:
+        """The parameters that move, and how far."""
+        end = "up to the bounds" if isinf(self.deviation) else "within one deviation"
+        return " with ".join(f"{n} x {v:.3g}" for n, v in self.moves.items()) + f" {end}"
+
+
+@dataclass(frozen=True, eq=False)
+class Information:
+    """Fisher information of a fit.
+
+    Parameters
+    ----------
+    scale : of the parameters
+    slopes : of the residuals in standard deviations, shape (n, p)
+    variance : of a residual [-]; 1 where the scatter is known
+    """
+
+    scale: Scale
+    slopes: Array
+    variance: float = 1.0
+
+    def _parts(self) -> tuple[Array, Array]:
+        """Deviation of every principal move in resolutions, infinite where unseen, and the moves, shape (p, p)."""
+        p = len(self.scale)
+        seen = self.slopes * self.scale.resolution
+        _, size, moves = np.linalg.svd(np.vstack([seen, np.zeros((p, p))]), full_matrices=False)
+        floor = max(BLIND, 1e-10 * float(size.max(initial=0.0)))
+        with np.errstate(divide="ignore"):
+            return np.where(size > floor, np.sqrt(self.variance) / np.maximum(size, 1e-300), inf), moves
+
+    @property
+    def deviation(self) -> Array:
+        """Fisher deviation of every parameter on the scale of the fit, infinite where the data do not see it."""
+        size, moves = self._parts()
+        blind = np.isinf(size)
+        known = (np.where(blind, 0.0, size)[:, None] * moves) ** 2
+        hidden = (moves[blind] ** 2).sum(axis=0) > 1e-8
+        return np.where(hidden, inf, np.sqrt(known.sum(axis=0))) * self.scale.resolution
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance on the scale of the fit, shape (p, p); unseen moves are as wide as the bounds."""
+        size, moves = self._parts()
+        box = (self.scale.high - self.scale.low) / np.sqrt(12.0) / self.scale.resolution
+        widest = np.sqrt((moves**2 * box**2).sum(axis=1))
+        scaled = (moves.T * np.minimum(size, widest) ** 2) @ moves
+        return scaled * np.outer(self.scale.resolution, self.scale.resolution)
+
+    @property
+    def correlation(self) -> Array:
+        """Correlation of the parameters, shape (p, p)."""
+        c = self.covariance
+        d = np.sqrt(np.diag(c))
+        return c / np.outer(d, d)
+
+    @property
+    def identified(self) -> NDArray[np.bool_]:
+        """Whether the Fisher deviation of each parameter stays within its resolution, shape (p,)."""
+        return np.asarray(self.deviation <= self.scale.resolution)
+
+    @property
+    def free(self) -> tuple[Free, ...]:
+        """Principal moves wider than the resolution in which a parameter that is not identified takes part."""
+        size, moves = self._parts()
+        box = (self.scale.high - self.scale.low) / np.sqrt(12.0) / self.scale.resolution
+        loose, out = ~self.identified, []
+        for d, v in zip(size, moves, strict=True):
+            if d <= 1.0 or not (np.abs(v[loose]) > 0.1).any():
+                continue
+            reach = min(d, float(np.sqrt((v**2 * box**2).sum())))
+            lead = 1.0 if v[np.argmax(np.abs(v))] > 0.0 else -1.0
+            step = lead * reach * v * self.scale.resolution
+            taking = sorted((k for k in range(len(v)) if abs(v[k]) > 0.1), key=lambda k: -abs(v[k]))
+            out.append(Free({self.scale.names[k]: exp(step[k]) if self.scale.parameters[k].log else float(step[k])
+                             for k in taking}, float(d)))  # fmt: skip
+        return tuple(out)
+
+    def with_slopes(self, more: Array) -> Information:
+        """The information with further residuals."""
+        return Information(self.scale, np.vstack([self.slopes, more]), self.variance)
+
+
+class Candidate(NamedTuple):
+    """A test that could be made: what it would leave.
+
+    ``deviations`` are relative to the resolution, by parameter; ``identified`` those within it; ``gain`` is half the
+    growth of the log determinant of the information, the bounds counted as knowledge.
+    """
+
+    name: str
+    identified: tuple[str, ...]
+    deviations: Mapping[str, float]
+    gain: float
+
+
+@dataclass(frozen=True)
+class NextTest:
+    """Candidates, the best first: by the number of parameters identified, then by gain.
+
+    Parameters
+    ----------
+    candidates : in that order
+    before : names identified without any
+    """
+
+    candidates: tuple[Candidate, ...]
+    before: tuple[str, ...]
+
+    @property
+    def best(self) -> Candidate:
+        """The first."""
+        return self.candidates[0]
+
+    def __str__(self) -> str:
+        """A line per candidate."""
+        rows = [[c.name, f"{len(c.identified)}", ", ".join(n for n in c.identified if n not in self.before) or "none",
+                 f"{c.gain:.2f}"] for c in self.candidates]  # fmt: skip
+        return aligned([["test", "identified", "new", "gain [-]"], *rows], "<><>")
+
+
+def ranked(base: Information, slopes: Mapping[str, Array]) -> NextTest:
+    """Candidates in order, from the slopes of the residuals that each would add."""
+    names = base.scale.names
+    box = np.diag(12.0 / (base.scale.high - base.scale.low) ** 2)
+
+    def weight(x: Information) -> float:
+        return float(np.linalg.slogdet(x.slopes.T @ x.slopes / x.variance + box)[1])
+
+    out = []
+    for name, more in slopes.items():
+        new = base.with_slopes(more)
+        kept = tuple(n for n, yes in zip(names, new.identified, strict=True) if yes)
+        share = dict(zip(names, (new.deviation / base.scale.resolution).tolist(), strict=True))
+        out.append(Candidate(name, kept, share, 0.5 * (weight(new) - weight(base))))
+    out.sort(key=lambda c: (-len(c.identified), -c.gain))
+    return NextTest(tuple(out), tuple(n for n, yes in zip(names, base.identified, strict=True) if yes))
+
+
+def relative(values: Sequence[float], at: Sequence[float]) -> Array:
+    """log(value / at) where both are positive, else the difference."""
+    return np.array([log(v / a) if v > 0.0 and a > 0.0 else v - a for v, a in zip(values, at, strict=True)])

@@ -1,0 +1,98 @@
+"""What a calibration may change: parameters with start, bounds and the resolution wanted, and their scale."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One unknown of a calibration.
+
+    Parameters
+    ----------
+    name : keyword by which the model takes it, such as a property of ``limitmason.Joint``
+    start : first guess, from the literature
+    bounds : lowest and highest possible value
+    log : fitted on the scale of its logarithm; for every quantity that is positive by nature
+    resolution : deviation above which it is called unidentified: relative for ``log``, else in its own unit
+    unit : shown in tables
+
+    Raises
+    ------
+    InputError
+        For bounds out of order, a start outside them, or a lower bound that is not positive on the scale of logarithms.
+    """
+
+    name: str
+    start: float
+    bounds: tuple[float, float]
+    log: bool = True
+    resolution: float = 0.1
+    unit: str = "-"
+
+    def __post_init__(self) -> None:
+        """Check every field."""
+        if not str(self.name).isidentifier():
+            raise InputError(f"a parameter's name must be a keyword of the model, got {self.name!r}")
+        low, high = self.bounds
+        if not (math.isfinite(low) and math.isfinite(high) and low < high):
+            raise InputError(f"parameter {self.name!r}: bounds must be finite and increasing, got {self.bounds!r}")
+        if not low <= self.start <= high:
+            raise InputError(f"parameter {self.name!r}: the start {self.start!r} lies outside its bounds {self.bounds}")
+        if self.log and low <= 0.0:
+            raise InputError(f"parameter {self.name!r}: log=True needs a positive lower bound, got {low!r}")
+        if not self.resolution > 0.0:
+            raise InputError(f"parameter {self.name!r}: the resolution must be positive, got {self.resolution!r}")
+
+    def inner(self, value: float) -> float:
+        """Coordinate of a value on the scale of the fit."""
+        return math.log(value) if self.log else value
+
+    def value(self, inner: float) -> float:
+        """Value at a coordinate, within the bounds."""
+        return min(max(math.exp(inner) if self.log else inner, self.bounds[0]), self.bounds[1])
+
+
+class Scale:
+    """All parameters of a calibration as one vector.
+
+    Parameters
+    ----------
+    parameters : in the order of the vector
+    """
+
+    def __init__(self, parameters: Sequence[Parameter]) -> None:
+        self.parameters = tuple(parameters)
+        if not self.parameters:
+            raise InputError("no parameters are given: there is nothing to fit")
+        for p in self.parameters:
+            if not isinstance(p, Parameter):
+                raise InputError(f"parameters must be Parameter(name, start, bounds), got {p!r}")
+        self.names = tuple(p.name for p in self.parameters)
+        if len(set(self.names)) < len(self.names):
+            raise InputError(f"a parameter is given twice: {', '.join(self.names)}")
+        self.low = np.array([p.inner(p.bounds[0]) for p in self.parameters])
+        self.high = np.array([p.inner(p.bounds[1]) for p in self.parameters])
+        self.start = np.array([p.inner(p.start) for p in self.parameters])
+        self.resolution = np.array([p.resolution for p in self.parameters])
+
+    def __len__(self) -> int:
+        return len(self.parameters)
+
+    def values(self, vector: Array) -> dict[str, float]:
+        """Parameters by name at a vector."""
+        return {p.name: p.value(float(x)) for p, x in zip(self.parameters, vector, strict=True)}
+
+    def clipped(self, vector: Array) -> Array:
+        """The vector brought within the bounds."""
+        return np.clip(vector, self.low, self.high)

@@ -1,0 +1,152 @@
+"""Runs of the models of a calibration: in parallel, counted, never repeated, kept on disk, with the time left."""
+
+from __future__ import annotations
+
+import inspect
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.calibration.targets import Reading, check_units, outputs_of
+from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.study.store import RowStore
+from limitmason.study.sweep import Progress, run_points
+from limitmason.study.ties import Ties
+
+Array = NDArray[np.float64]
+Model = Callable[..., Any]
+
+
+class Runs:
+    """Models with a memory.
+
+    Parameters
+    ----------
+    models : called with the parameters that they take, and those tied to them, as keywords
+    readings : of every model, what is read of its answer
+    aimed : target and name of every curve, to check units, by model
+    names : of the parameters
+    ties : of further ones
+    executor, workers : as for :func:`limitmason.study.sweep`
+    store : file that keeps every finished run
+    key : fingerprint of models and readings
+    progress : called with a line of text after every batch of runs
+
+    Raises
+    ------
+    InputError
+        For a parameter that no model takes.
+    """
+
+    def __init__(
+        self, models: Sequence[Model], readings: Sequence[Sequence[Reading]], aimed: Sequence[Mapping[str, Any]],
+        names: Sequence[str], ties: Ties, *, executor: Any, workers: int, store: str | Path | None, key: str,
+        progress: Progress | None,
+    ) -> None:  # fmt: skip
+        self.models, self.readings, self.aimed, self.ties = tuple(models), tuple(readings), tuple(aimed), ties
+        self.names = tuple(names)
+        given = (*self.names, *ties.formulas)
+        self.takes = [taken(m, given) for m in self.models]
+        feeds = {n: {n, *(t for t in ties.formulas if n in _needs(ties, t))} for n in self.names}
+        idle = [n for n in self.names if not any(feeds[n] & set(t) for t in self.takes)]
+        if idle:
+            every = sorted({n for m in self.models for n in keywords(m) or ()})
+            raise InputError(f"no model takes the parameter {idle[0]!r}; they take: {', '.join(every) or 'none'}")
+        self.executor, self.workers, self.progress = executor, workers, progress
+        self.calls, self.seconds, self.stage, self.left = 0, 0.0, "", 0
+        self._known: dict[tuple[int, tuple[float, ...]], tuple[Array, str]] = {}
+        self._store = None if store is None else RowStore(store, key)
+        for row in () if self._store is None else self._store.rows.values():
+            self._known[(row["model"], tuple(row["parameters"]))] = (np.array(row["values"], dtype=float), row["note"])
+        self.found = len(self._known)
+
+    def __call__(self, points: Sequence[Mapping[str, float]], of: Iterable[int]) -> list[list[Array]]:
+        """Numbers read of some models at every point; NaN where a model refuses or finds no answer.
+
+        Parameters
+        ----------
+        points : parameters by name
+        of : numbers of the models wanted
+        """
+        of = list(of)
+        wanted = [[(m, self._key(m, p)) for m in of] for p in points]
+        missing: dict[tuple[int, tuple[float, ...]], dict[str, Any]] = {}
+        for p, row in zip(points, wanted, strict=True):
+            for m, key in row:
+                if (m, key) not in self._known:
+                    missing[(m, key)] = {"number": m, "parameters": self._taken(m, p)}
+        if missing:
+            self._run(missing)
+        return [[self._known[k][0] for k in row] for row in wanted]
+
+    def note(self, point: Mapping[str, float], of: int) -> str:
+        """Why a run gave no answer; empty where it did."""
+        return self._known[(of, self._key(of, point))][1]
+
+    def _taken(self, m: int, point: Mapping[str, float]) -> dict[str, float]:
+        every = self.ties(point)
+        return {n: float(every[n]) for n in self.takes[m]}
+
+    def _key(self, m: int, point: Mapping[str, float]) -> tuple[float, ...]:
+        return tuple(self._taken(m, point).values())
+
+    def _run(self, missing: Mapping[tuple[int, tuple[float, ...]], dict[str, Any]]) -> None:
+        keys, clock = list(missing), time.perf_counter()
+        jobs = [
+            (k, {"model": self.models[m], "readings": self.readings[m], "aimed": self.aimed[m],
+                 "parameters": missing[(m, p)]["parameters"]})
+            for k, (m, p) in enumerate(keys)
+        ]  # fmt: skip
+        for k, row in run_points(_one, jobs, self.executor, self.workers):
+            m, p = keys[k]
+            self._known[keys[k]] = (np.array(row["values"], dtype=float), row["note"])
+            self.calls += 1
+            if self._store is not None:
+                number = len(self._store.rows)
+                self._store.add(number, {"model": m, "parameters": list(p), **row})
+        self.seconds += time.perf_counter() - clock
+        if self.progress is not None:
+            left = f", about {self.seconds / self.calls * self.left:.0f} s left" if self.left else ""
+            self.progress(f"{self.stage}: {self.calls} runs in {self.seconds:.0f} s{left}")
+
+
+def _one(
+    model: Model, readings: Sequence[Reading], aimed: Mapping[str, Any], parameters: Mapping[str, float]
+) -> dict[str, Any]:
+    try:
+        outputs = outputs_of(model(**parameters))
+    except (NotApplicable, NotConverged) as refused:
+        return {"values": [float("nan")] * len(readings), "note": f"{type(refused).__name__}: {refused}"}
+    for name, target in aimed.items():
+        check_units(target, outputs.get(name), name)
+    return {"values": [r.of(outputs) for r in readings], "note": ""}
+
+
+def keywords(model: Model) -> tuple[str, ...] | None:
+    """Names that a model takes; None where it takes any."""
+    own = getattr(model, "parameters", None)
+    if own is not None and not callable(own):
+        return tuple(own)
+    try:
+        signature = inspect.signature(model).parameters.values()
+    except (TypeError, ValueError):
+        return None
+    if any(p.kind is p.VAR_KEYWORD for p in signature):
+        return None
+    return tuple(p.name for p in signature if p.kind in (p.KEYWORD_ONLY, p.POSITIONAL_OR_KEYWORD))
+
+
+def taken(model: Model, given: Sequence[str]) -> tuple[str, ...]:
+    """Those of the given names that a model takes, in order."""
+    names = keywords(model)
+    return tuple(given) if names is None else tuple(n for n in given if n in names)
+
+
+def _needs(ties: Ties, name: str) -> set[str]:
+    """Everything that a tied quantity depends on, directly or through others."""
+    direct = set(ties.direct(name))
+    return direct | {n for d in direct if d in ties.formulas for n in _needs(ties, d)}

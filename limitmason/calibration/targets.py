@@ -1,0 +1,262 @@
+"""What a calibration aims at: measured numbers, frequencies and curves with their scatter, and how a model is read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from limitmason.curve import Curve
+from limitmason.errors import InputError
+from limitmason.results import Prediction
+
+FIRST_CRACK = "first crack"
+FEATURES = ("stiffness", FIRST_CRACK, "peak", "peak displacement", "residual", "area")
+"""What can be read off a curve; residual and area at and up to the end of the measured one."""
+
+RISE = (0.1, 0.4)
+"""Shares of the peak between which the initial stiffness is the secant [-]."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A measured number, or several of one kind such as natural frequencies.
+
+    Parameters
+    ----------
+    value : measured; of several, the model's are compared in the order given, so that modes must be paired before
+    scatter : standard deviation, relative to the value unless ``absolute``; None where nothing is known of it
+    absolute : the scatter is in the unit of the value, and differences count instead of ratios
+    unit : shown in tables
+
+    Raises
+    ------
+    InputError
+        For values that are not finite, a ratio to a value that is not positive, a scatter that is not positive.
+    """
+
+    value: float | Sequence[float]
+    scatter: float | None = None
+    absolute: bool = False
+    unit: str = "-"
+
+    def __post_init__(self) -> None:
+        """Check every field."""
+        values = np.atleast_1d(np.asarray(self.value, dtype=float))
+        if values.ndim != 1 or not len(values) or not np.isfinite(values).all():
+            raise InputError(f"a target needs one or more finite values, got {self.value!r}")
+        if self.absolute and self.scatter is None:
+            raise InputError("an absolute scatter must be given as a number")
+        if not self.absolute and not (values > 0.0).all():
+            raise InputError(
+                f"a target of {self.value!r} is not positive: give its scatter in its own unit, absolute=True"
+            )
+        _check_scatter(self.scatter)
+        if np.ndim(self.value):
+            object.__setattr__(self, "value", tuple(values.tolist()))
+
+
+@dataclass(frozen=True, eq=False)
+class CurveTarget:
+    """A measured curve: what is read off it, or points along it.
+
+    Parameters
+    ----------
+    curve : measured, monotonic in displacement where ``points``, "residual" or "area" are asked for
+    scatter : relative standard deviation of every feature, one number or one by feature; None where unknown
+    features : some of ``FEATURES``; the first crack is the event of that name on both curves
+    points : number of points of equal spacing along the displacement of the measured curve, instead of features or
+        beside them; their scatter is relative to the measured peak
+    point_scatter : of the points; None is that of the features where it is one number
+
+    Raises
+    ------
+    InputError
+        For unknown features, a feature that the measured curve lacks, nothing asked for.
+    """
+
+    curve: Curve
+    scatter: float | Mapping[str, float] | None = None
+    features: Sequence[str] = ("stiffness", "peak", "area")
+    points: int = 0
+    point_scatter: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check every field."""
+        for name in self.features:
+            if name not in FEATURES:
+                raise InputError(f"unknown feature {name!r} of a curve; known: {', '.join(FEATURES)}")
+        if not self.features and self.points < 1:
+            raise InputError("nothing is asked of the curve: name features or a number of points")
+        if isinstance(self.scatter, Mapping):
+            for name in self.features:
+                if name not in self.scatter:
+                    raise InputError(f"the scatter of {name!r} is not given")
+        for scatter in (*(self.scatter.values() if isinstance(self.scatter, Mapping) else (self.scatter,)),
+                        self.point_scatter):  # fmt: skip
+            _check_scatter(scatter)
+
+
+class Reading(NamedTuple):
+    """One number of what a model returns: which output, what of it, and where.
+
+    ``what`` is "number" with ``at`` its index, a feature of a curve with ``at`` the displacement it needs, or "point".
+    """
+
+    output: str
+    what: str = "number"
+    at: float = 0.0
+
+    def of(self, outputs: Mapping[str, Any]) -> float:
+        """The number; NaN where the model's curve does not reach so far or has no such event.
+
+        Raises
+        ------
+        InputError
+            Where the model returns no such output, or another kind of thing.
+        """
+        if self.output not in outputs:
+            known = ", ".join(map(str, outputs)) or "nothing"
+            raise InputError(f"the model returns no {self.output!r}; it returns: {known}")
+        found = outputs[self.output]
+        if self.what == "number":
+            try:
+                values = np.atleast_1d(np.asarray(found, dtype=float))
+            except (TypeError, ValueError):
+                raise InputError(f"the model's {self.output!r} is no number: {found!r}") from None
+            return float(values[int(self.at)]) if int(self.at) < len(values) else math.nan
+        if not isinstance(found, Curve):
+            raise InputError(f"the model's {self.output!r} must be a Curve, as the target is, got {found!r}")
+        return feature(found, self.what, self.at)
+
+
+class Entry(NamedTuple):
+    """One number to be met: of which test, how it is called, read and measured.
+
+    ``relative`` compares by the ratio; ``scatter`` is then relative, else in the number's own unit.
+    """
+
+    test: str
+    label: str
+    reading: Reading
+    measured: float
+    scatter: float | None
+    relative: bool
+    unit: str = "-"
+
+    def misfit(self, predicted: float) -> float:
+        """log(predicted / measured), or the difference; NaN for a prediction that cannot be compared [- or unit]."""
+        if not math.isfinite(predicted) or (self.relative and predicted <= 0.0):
+            return math.nan
+        return math.log(predicted / self.measured) if self.relative else predicted - self.measured
+
+
+def feature(curve: Curve, what: str, at: float) -> float:
+    """A feature of a curve; NaN where it has none, or ends before ``at``."""
+    if what == "stiffness":
+        try:
+            return curve.stiffness(*RISE)
+        except InputError:  # begins above the lower share: no rise was recorded
+            return math.nan
+    if what == FIRST_CRACK:
+        crack = curve.event(FIRST_CRACK)
+        return math.nan if crack is None else crack.load
+    if what == "peak":
+        return curve.peak.load
+    if what == "peak displacement":
+        return curve.peak.displacement
+    if what in ("residual", "point"):
+        return float(curve.at(at))
+    if what == "area":
+        end = float(curve.at(at))
+        inside = curve.displacement < at
+        u, f = np.append(curve.displacement[inside], at), np.append(curve.load[inside], end)
+        return float((0.5 * (f[1:] + f[:-1]) * np.diff(u)).sum())
+    raise InputError(f"unknown feature {what!r} of a curve")
+
+
+def entries_of(test: str, name: str, target: Any) -> list[Entry]:
+    """What one target asks for; a plain number or a pair (value, scatter) stands for a :class:`Target`.
+
+    Raises
+    ------
+    InputError
+        For something else, and for a feature that the measured curve lacks.
+    """
+    if isinstance(target, Curve):
+        target = CurveTarget(target)
+    if isinstance(target, CurveTarget):
+        return _entries_of_curve(test, name, target)
+    if isinstance(target, tuple) and len(target) == 2:
+        target = Target(*target)
+    elif isinstance(target, int | float) and not isinstance(target, bool):
+        target = Target(float(target))
+    if not isinstance(target, Target):
+        raise InputError(f"target {name!r} must be a Target, a CurveTarget, a Curve or a number, got {target!r}")
+    values = target.value if isinstance(target.value, tuple) else (float(target.value),)  # type: ignore[arg-type]
+    return [
+        Entry(test, name if len(values) == 1 else f"{name} {k + 1}", Reading(name, "number", float(k)), float(v),
+              target.scatter, not target.absolute, target.unit)
+        for k, v in enumerate(values)
+    ]  # fmt: skip
+
+
+def _entries_of_curve(test: str, name: str, target: CurveTarget) -> list[Entry]:
+    curve, out = target.curve, []
+    end = float(curve.displacement[-1])
+    units = {"stiffness": f"{curve.load_unit}/{curve.displacement_unit}", "peak displacement": curve.displacement_unit,
+             "area": f"{curve.load_unit} {curve.displacement_unit}"}  # fmt: skip
+    for what in target.features:
+        value = feature(curve, what, end)
+        if not value > 0.0:
+            raise InputError(f"the measured curve {name!r} has no positive {what!r} (it is {value:g})")
+        scatter = target.scatter[what] if isinstance(target.scatter, Mapping) else target.scatter
+        reading = Reading(name, what, end if what in ("residual", "area") else 0.0)
+        out.append(Entry(test, f"{name}: {what}", reading, value, scatter, True, units.get(what, curve.load_unit)))
+    spread = target.point_scatter
+    if spread is None and not isinstance(target.scatter, Mapping):
+        spread = target.scatter
+    if target.points and spread is None:
+        raise InputError(f"the points of curve {name!r} need a scatter, relative to the peak: point_scatter=")
+    peak = abs(curve.peak.load)
+    start = float(curve.displacement[0])
+    for k in range(target.points):
+        u = start + (end - start) * (k + 1) / target.points
+        out.append(Entry(test, f"{name} at {u:.4g}", Reading(name, "point", u), float(curve.at(u)),
+                         float(spread or 0.0) * peak, False, curve.load_unit))  # fmt: skip
+    return out
+
+
+def check_units(target: Any, found: Any, name: str) -> None:
+    """Refuse a computed curve in other units than the measured one.
+
+    Raises
+    ------
+    InputError
+        Naming both.
+    """
+    measured = target.curve if isinstance(target, CurveTarget) else target
+    if isinstance(measured, Curve) and isinstance(found, Curve):
+        a, b = ((c.displacement_unit, c.load_unit) for c in (measured, found))
+        if a != b:
+            raise InputError(f"curve {name!r} was measured in {a[0]}, {a[1]} and is computed in {b[0]}, {b[1]}: "
+                             "use curve.in_units")  # fmt: skip
+
+
+def outputs_of(result: Any) -> Mapping[str, Any]:
+    """What a model returned, by name: a curve is "curve", a prediction has "multiplier", a number is "value"."""
+    if isinstance(result, Mapping):
+        return result
+    if isinstance(result, Curve):
+        return {"curve": result}
+    if isinstance(result, Prediction):
+        return {"multiplier": result.collapse_multiplier}
+    return {"value": result}
+
+
+def _check_scatter(scatter: float | None) -> None:
+    if scatter is not None and not (math.isfinite(scatter) and scatter > 0.0):
+        raise InputError(f"a scatter must be positive, 0.05 is 5 %; got {scatter!r}")

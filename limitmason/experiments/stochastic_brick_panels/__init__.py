@@ -1,0 +1,94 @@
+"""Brick panels whose bricks and joints vary: distributions, sets of runs, and the means and spreads published.
+
+>>> from limitmason.experiments import stochastic_brick_panels as panels
+>>> panels.drawn(4)["friction angle"]
+Drawn(mean=30.0, unit='deg', variation=0.058)
+"""
+
+from typing import Any, NamedTuple
+
+from limitmason.errors import InputError
+from limitmason.experiments.recipe import Recipe
+from limitmason.experiments.record import Experiment, Quantity, Target, chosen_options
+from limitmason.experiments.tables import read_source, read_table
+
+NAME = "stochastic-brick-panels"
+NO_MODEL = "the drawing of the panel, which is that of brick-panels-opening, is not in the sources at hand"
+RUNS = 300
+"""Runs behind every mean and spread."""
+
+_SYMBOLS = {
+    "E": "young modulus", "nu": "poisson ratio", "kn": "normal stiffness", "ks": "shear stiffness",
+    "phi": "friction angle", "c": "cohesion", "ft": "tensile strength",
+}  # fmt: skip
+
+LINKS = {
+    "shear_stiffness": "normal_stiffness / 2.32",
+    "cohesion": "2 * tensile_strength * tan(radians(friction_angle_deg))",
+}
+"""Equations 2 and 3 as ``links`` of ``lm.study.monte_carlo``; without the second cohesion is drawn by itself."""
+
+
+class Drawn(NamedTuple):
+    """Normal distribution of one property: mean in its unit, coefficient of variation [-]."""
+
+    mean: float
+    unit: str
+    variation: float
+
+
+def properties() -> dict[str, Drawn]:
+    """All of Table 2, density included, which does not vary."""
+    rows = read_table(NAME, "properties.csv").rows
+    return {r["property"]: Drawn(float(r["mean"]), r["unit"], float(r["cov"]) / 100.0) for r in rows}
+
+
+def drawn(number: int) -> dict[str, Drawn]:
+    """What is random in a set, Table 3.
+
+    Parameters
+    ----------
+    number : 1 to 4
+
+    Raises
+    ------
+    InputError
+        For another set.
+    """
+    rows = {r["number"]: r for r in read_table(NAME, "sets.csv").rows}
+    if str(number) not in rows:
+        raise InputError(f"set must be one of {', '.join(rows)}, got {number!r}")
+    known = properties()
+    return {_SYMBOLS[s]: known[_SYMBOLS[s]] for s in rows[str(number)]["drawn"].split()}
+
+
+def specimens() -> tuple[str, ...]:
+    """Names of all eight, "set-1-spatial", "set-1-non-spatial" to "set-4-non-spatial"."""
+    return tuple(f"set-{k}-{kind}" for k in range(1, 5) for kind in ("spatial", "non-spatial"))
+
+
+def load(specimen: str, **options: Any) -> Experiment:
+    """Mean and coefficient of variation of the ultimate load of one set, Table 4; there is no assembly."""
+    chosen_options({}, options, NAME)
+    number, kind = specimen.removeprefix("set-").split("-", 1)
+    table = read_table(NAME, "sets.csv")
+    row = table.row(number, "number")
+    column = kind.replace("-", "")
+    note = f"of {RUNS} runs"
+    published = {
+        "mean ultimate load": Quantity(float(row[f"mean_{column}"]), "kN", note),
+        "variation of the ultimate load": Quantity(float(row[f"cov_{column}"]), "%", note),
+    }
+    given: dict[str, Any] = {}
+    for name, value in drawn(int(number)).items():
+        given[name] = Quantity(value.mean, value.unit, f"normal, CoV {100.0 * value.variation:g} %")
+    each = "a draw for every brick and joint" if kind == "spatial" else "one draw for all bricks and joints"
+    return Experiment(
+        source=read_source(NAME), specimen=specimen, title=f"Brick panel with an opening, set {number}: {each}",
+        parameters=given, measured={}, published=published, recomputed={}, assumptions=(),
+        targets=(Target("mean ultimate load", "published", "non-associative"),),
+        multiplier_to_measured=Quantity(1.0, "kN"), recipe=RECIPE, row=row, no_model=NO_MODEL,
+    )  # fmt: skip
+
+
+RECIPE = Recipe(specimens, load)

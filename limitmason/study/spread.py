@@ -1,0 +1,216 @@
+"""What many random runs say: mean and spread with their sampling error, when to stop, shares of modes, sensitivity."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from limitmason.errors import InputError
+from limitmason.study.draws import BLOCK_BOUNDS, BOUNDS
+from limitmason.study.table import Table
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Running:
+    """Mean and spread of a column over its first n runs.
+
+    Parameters
+    ----------
+    column : name
+    n : number of finite values so far, 2 to N, shape (k,)
+    mean, deviation : sample mean and standard deviation (n - 1), shape (k,)
+    missing : runs without a finite value, which are in no average
+    """
+
+    column: str
+    n: Array
+    mean: Array
+    deviation: Array
+    missing: int
+
+    @property
+    def variation(self) -> Array:
+        """Coefficient of variation [-], shape (k,)."""
+        return np.asarray(self.deviation / np.abs(self.mean))
+
+    @property
+    def mean_error(self) -> Array:
+        """Standard error of the mean over the mean, CoV / sqrt(n) [-], shape (k,)."""
+        return np.asarray(self.variation / np.sqrt(self.n))
+
+    @property
+    def variation_error(self) -> Array:
+        """Standard error of the CoV over it, sqrt((1 + 2 CoV^2) / (2 n)) if normal [-], shape (k,)."""
+        return np.asarray(np.sqrt((1.0 + 2.0 * self.variation**2) / (2.0 * self.n)))
+
+    def __str__(self) -> str:
+        """Both with their sampling errors."""
+        missing = f"; {self.missing} runs gave no value" if self.missing else ""
+        spread = f"{100 * self.variation[-1]:.4g} % +- {100 * self.variation_error[-1]:.2g} % of it"
+        return (
+            f"{self.column}: mean {self.mean[-1]:.5g} +- {100 * self.mean_error[-1]:.2g} %, CoV {spread}, "
+            f"{int(self.n[-1])} runs{missing}"
+        )
+
+
+def running(table: Table, column: str) -> Running:
+    """Mean and spread of a column as the runs come, in the order of the samples.
+
+    Raises
+    ------
+    InputError
+        With fewer than two finite values.
+    """
+    value = _numbers(table, column)
+    kept = value[np.isfinite(value)]
+    if len(kept) < 2:
+        raise InputError(f"column {column!r} has {len(kept)} finite values: a spread needs two")
+    n = np.arange(1.0, len(kept) + 1.0)
+    # about the first value, so that a small spread of large numbers keeps its digits
+    shifted = kept - kept[0]
+    total, square = np.cumsum(shifted), np.cumsum(shifted**2)
+    variance = np.maximum(square - total**2 / n, 0.0)[1:] / (n[1:] - 1.0)
+    return Running(column, n[1:], (kept[0] + total / n)[1:], np.sqrt(variance), len(value) - len(kept))
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Rule by which a Monte Carlo study has enough samples: both sampling errors are small.
+
+    Parameters
+    ----------
+    column : number that is watched
+    mean : largest standard error of its mean, relative [-]
+    variation : largest standard error of its CoV, relative [-]: 0.041 needs about 300 samples
+    every : samples between two looks
+    least : samples before the first
+
+    Raises
+    ------
+    InputError
+        For errors that are not positive, and fewer than 2 samples.
+
+    Notes
+    -----
+    A rule that looks many times stops a little early: the true errors are somewhat larger than those asked for.
+    """
+
+    column: str
+    mean: float = 0.01
+    variation: float = 0.05
+    every: int = 20
+    least: int = 40
+
+    def __post_init__(self) -> None:
+        """Check every field."""
+        if not (self.mean > 0.0 and self.variation > 0.0):
+            raise InputError(f"errors of a stopping rule must be positive, got {self.mean!r} and {self.variation!r}")
+        if self.every < 1 or self.least < 2:
+            raise InputError(f"every must be at least 1 and least at least 2, got {self.every!r} and {self.least!r}")
+
+    def __call__(self, table: Table) -> bool:
+        """Whether the table has enough."""
+        if np.isfinite(_numbers(table, self.column)).sum() < self.least:
+            return False
+        so_far = running(table, self.column)
+        return bool(so_far.mean_error[-1] <= self.mean and so_far.variation_error[-1] <= self.variation)
+
+
+class Share(NamedTuple):
+    """How often a word occurs: runs, share [-] and its 95 % interval (Wilson)."""
+
+    name: str
+    runs: int
+    share: float
+    low: float
+    high: float
+
+
+def shares(table: Table, column: str) -> tuple[Share, ...]:
+    """Shares of the words of a column, such as failure modes, the most frequent first.
+
+    Raises
+    ------
+    InputError
+        For a column without words.
+    """
+    words = [str(v) for v in (row.get(column) for row in table) if v is not None]
+    if not words:
+        raise InputError(f"column {column!r} has no entries")
+    out = []
+    for name in dict.fromkeys(words):
+        count = words.count(name)
+        ends = stats.binomtest(count, len(words)).proportion_ci(method="wilson")
+        out.append(Share(name, count, count / len(words), float(ends.low), float(ends.high)))
+    return tuple(sorted(out, key=lambda s: (-s.runs, s.name)))
+
+
+class Sensitivity(NamedTuple):
+    """How a number follows one random input.
+
+    ``rank`` is Spearman's correlation and ``rank_error`` its standard error; ``slope`` that of log output over log
+    input in a regression on all inputs, NaN where a value is not positive, with ``slope_error``; ``share`` the part of
+    the squared CoV that the slope accounts for, (slope x CoV of the input)^2 over that of the output [-].
+    """
+
+    name: str
+    rank: float
+    rank_error: float
+    slope: float
+    slope_error: float
+    share: float
+
+
+def sensitivity(table: Table, column: str, inputs: Sequence[str] | None = None) -> tuple[Sensitivity, ...]:
+    """Rank correlation and log-slope of a column over the drawn values, the largest rank first.
+
+    Parameters
+    ----------
+    inputs : columns; by default all drawn properties of joints and blocks (means of spatial ones). Leave out what is
+        linked to others: of inputs that follow each other exactly the slopes are not separate, and NaN
+
+    Raises
+    ------
+    InputError
+        For no inputs, or no more runs than inputs.
+    """
+    known = [*BOUNDS, *BLOCK_BOUNDS]
+    names = list(inputs) if inputs is not None else [c for c in table.columns if c.removesuffix(" mean") in known]
+    output = _numbers(table, column)
+    if not names:
+        raise InputError("no inputs: the table has no drawn properties, name its columns")
+    values = np.array([_numbers(table, n) for n in names]).T
+    keep = np.isfinite(output) & np.isfinite(values).all(axis=1)
+    y, x = output[keep], values[keep]
+    if len(y) < len(names) + 3:
+        raise InputError(f"{len(y)} runs are too few for {len(names)} inputs")
+    slope = error = np.full(len(names), np.nan)
+    if (y > 0.0).all() and (x > 0.0).all():
+        a = np.column_stack([np.log(x) - np.log(x).mean(axis=0), np.ones(len(y))])
+        size = np.linalg.norm(a, axis=0)
+        if (size[:-1] > 0.0).all() and np.linalg.cond(a / size) < 1e6:
+            found, *_ = np.linalg.lstsq(a, np.log(y), rcond=None)
+            rest = np.log(y) - a @ found
+            spread = np.linalg.inv(a.T @ a) * float(rest @ rest) / (len(y) - a.shape[1])
+            slope, error = found[:-1], np.sqrt(np.diag(spread))[:-1]
+    total = float(np.var(y, ddof=1) / np.mean(y) ** 2)
+    out = []
+    for k, name in enumerate(names):
+        rank = float(stats.spearmanr(x[:, k], y).statistic) if np.ptp(x[:, k]) > 0.0 and np.ptp(y) > 0.0 else 0.0
+        part = (slope[k] * np.std(x[:, k], ddof=1) / np.mean(x[:, k])) ** 2 / total if total > 0.0 else np.nan
+        out.append(Sensitivity(name, rank, 1.0 / np.sqrt(len(y) - 1.0), float(slope[k]), float(error[k]), float(part)))
+    return tuple(sorted(out, key=lambda s: -abs(s.rank)))
+
+
+def _numbers(table: Table, column: str) -> Array:
+    found = table[column]
+    if found.dtype == object:
+        raise InputError(f"column {column!r} holds no numbers")
+    return np.asarray(found, dtype=float)

@@ -1,0 +1,116 @@
+"""Quantities tied to others by a formula in text, such as "normal_stiffness / 2.32"."""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from limitmason.errors import InputError
+
+_BINARY: Mapping[type, Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+}  # fmt: skip
+_SIGNS: Mapping[type, Callable[[Any], Any]] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
+
+FUNCTIONS: Mapping[str, Callable[[Any], Any]] = {
+    "tan": np.tan, "sin": np.sin, "cos": np.cos, "arctan": np.arctan, "sqrt": np.sqrt, "exp": np.exp, "log": np.log,
+    "radians": np.radians, "degrees": np.degrees,
+}  # fmt: skip
+"""Functions that a formula may call; angles in radians, as in numpy."""
+
+
+class Ties:
+    """Formulas of quantities by name, evaluated in an order in which each finds what it needs.
+
+    Parameters
+    ----------
+    formulas : text by the name of what it gives: numbers, names, + - * / **, parentheses and ``FUNCTIONS``
+
+    Raises
+    ------
+    InputError
+        For text that is no such formula, and for ties in a circle.
+    """
+
+    def __init__(self, formulas: Mapping[str, str]) -> None:
+        self.formulas = dict(formulas)
+        self._trees = {name: _parsed(name, text) for name, text in self.formulas.items()}
+        needs = {name: self.direct(name) for name in self._trees}
+        self.needs = frozenset(set().union(*needs.values()) - set(needs))
+        self.order: list[str] = []
+        while len(self.order) < len(needs):
+            ready = [n for n in needs if n not in self.order and not (needs[n] & set(needs)) - set(self.order)]
+            if not ready:
+                raise InputError(f"the ties of {', '.join(n for n in needs if n not in self.order)} run in a circle")
+            self.order += ready
+
+    def direct(self, name: str) -> set[str]:
+        """Names that a formula holds."""
+        return {n.id for n in ast.walk(self._trees[name]) if isinstance(n, ast.Name)} - set(FUNCTIONS)
+
+    def check(self, known: Iterable[str]) -> None:
+        """Refuse a formula that needs what nobody gives, and a tie of what is given.
+
+        Raises
+        ------
+        InputError
+            Naming it.
+        """
+        known = tuple(known)
+        if missing := sorted(self.needs - set(known)):
+            raise InputError(f"a tie needs {missing[0]!r}, which is not among {', '.join(known)}")
+        if twice := [n for n in known if n in self.formulas]:
+            raise InputError(f"{twice[0]!r} is tied and given: leave one of them out")
+
+    def __call__(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """The values with those tied to them; arrays element by element."""
+        found = dict(values)
+        for name in self.order:
+            found[name] = _value(self._trees[name].body, found)
+        return found
+
+    def __bool__(self) -> bool:
+        return bool(self.formulas)
+
+
+def _parsed(name: str, text: str) -> ast.Expression:
+    try:
+        tree = ast.parse(text, mode="eval")
+    except (SyntaxError, TypeError, ValueError):
+        raise InputError(f"the tie of {name!r} is no formula: {text!r}") from None
+    for node in ast.walk(tree):
+        fine = (
+            isinstance(node, ast.Expression | ast.Name | ast.Load)
+            or (isinstance(node, ast.Constant) and isinstance(node.value, int | float) and math.isfinite(node.value))
+            or (isinstance(node, ast.BinOp) and type(node.op) in _BINARY)
+            or (isinstance(node, ast.UnaryOp) and type(node.op) in _SIGNS)
+            or type(node) in _BINARY
+            or type(node) in _SIGNS
+            or (isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in FUNCTIONS
+                and len(node.args) == 1 and not node.keywords)
+        )  # fmt: skip
+        if not fine:
+            raise InputError(
+                f"the tie of {name!r}, {text!r}, may hold numbers, names, + - * / ** and {', '.join(FUNCTIONS)}"
+            )
+    return tree
+
+
+def _value(node: ast.AST, values: Mapping[str, Any]) -> Any:
+    if isinstance(node, ast.BinOp):
+        return _BINARY[type(node.op)](_value(node.left, values), _value(node.right, values))
+    if isinstance(node, ast.UnaryOp):
+        return _SIGNS[type(node.op)](_value(node.operand, values))
+    if isinstance(node, ast.Call):
+        assert isinstance(node.func, ast.Name)
+        return FUNCTIONS[node.func.id](_value(node.args[0], values))
+    if isinstance(node, ast.Name):
+        return values[node.id]
+    assert isinstance(node, ast.Constant)
+    return node.value

@@ -1,0 +1,369 @@
+"""Calibration: closed forms of the fit, what it calls identified, and what a kill or more workers change (nothing)."""
+
+import inspect
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+from walls import on_slab
+
+import limitmason as lm
+from limitmason.calibration import CurveTarget, JointModel, Parameter, Target, calibrate
+from limitmason.calibration.targets import feature
+from limitmason.curve import Event
+from limitmason.experiments.brick_panels_opening import surrogate
+
+TRUE = {
+    "normal_stiffness": 55e9, "shear_stiffness": 38e9, "friction_angle_deg": 33.0, "cohesion": 0.052e6,
+    "tensile_strength": 0.10e6, "dilatancy_angle_deg": 12.0,
+}  # fmt: skip
+STRENGTHS = ("friction_angle_deg", "cohesion", "tensile_strength")
+SIX = [
+    Parameter("normal_stiffness", 20e9, (2e9, 5e11), unit="Pa/m"),
+    Parameter("shear_stiffness", 10e9, (1e9, 2e11), unit="Pa/m"),
+    Parameter("friction_angle_deg", 30.0, (15.0, 50.0), resolution=0.05, unit="deg"),
+    Parameter("cohesion", 1e5, (1e4, 5e5), resolution=0.05, unit="Pa"),
+    Parameter("tensile_strength", 7e4, (4e4, 3e5), resolution=0.05, unit="Pa"),
+    Parameter("dilatancy_angle_deg", 5.0, (1.0, 25.0), unit="deg"),
+]
+NOISE = 0.05
+
+
+def triplet(friction_angle_deg, cohesion, shear_stiffness, dilatancy_angle_deg):
+    pressures = (0.02e6, 0.1e6, 0.5e6)
+    return surrogate.triplet(friction_angle_deg, cohesion, shear_stiffness, dilatancy_angle_deg, pressures=pressures)
+
+
+DESIGN = {
+    "panel": surrogate.panel, "triplet": triplet, "pull-off": surrogate.pull_off, "column": surrogate.joint_column,
+}  # fmt: skip
+
+
+def planted(models, rng, repeats):
+    """Targets with noise, and the model of each test."""
+    targets, of = {}, {}
+    for name, model in models.items():
+        own = {k: TRUE[k] for k in inspect.signature(model).parameters if k in TRUE}
+        for r in range(repeats):
+            targets[f"{name} {r}"] = {
+                q: Target((np.array(v) * np.exp(NOISE * rng.standard_normal(np.shape(v)))).tolist(), NOISE)
+                for q, v in model(**own).items()
+            }
+            of[f"{name} {r}"] = model
+    return of, targets
+
+
+def power_law(x, y):
+    return {"a": x * y, "b": x / y, "c": x**2}
+
+
+def line(slope, constant):
+    return {"values": [slope * t + constant for t in (0.0, 1.0, 2.0, 3.0)]}
+
+
+def bilinear(stiffness, strength):
+    u = np.linspace(0.0, 10.0, 401)
+    crack = int(np.searchsorted(u, 0.5 * strength / stiffness))
+    f = np.minimum(stiffness * u, strength)
+    events = (Event("first crack", crack),) if crack < len(u) else ()
+    return lm.Curve(u, f, "mm", "kN", events=events)
+
+
+def chain(stiffness, mass):
+    k = stiffness * np.array([[2.0, -1.0], [-1.0, 1.0]])
+    return {"frequency": np.sqrt(np.linalg.eigvalsh(k / mass)) / (2.0 * math.pi)}
+
+
+def test_power_law_is_the_weighted_least_squares_of_its_logarithms():
+    # log a = X + Y, log b = X - Y, log c = 2 X: a linear model with a closed solution, interval and correlation
+    a = np.array([[1.0, 1.0], [1.0, -1.0], [2.0, 0.0]])
+    measured, sd = np.array([6.3, 1.4, 9.5]), np.array([0.05, 0.1, 0.02])
+    w = a / sd[:, None]
+    cov = np.linalg.inv(w.T @ w)
+    exact = cov @ w.T @ (np.log(measured) / sd)
+    fit = calibrate(power_law, {n: (m, s) for n, m, s in zip("abc", measured, sd, strict=True)},
+                    [Parameter("x", 1.0, (0.1, 100.0)), Parameter("y", 1.0, (0.1, 100.0))])  # fmt: skip
+    assert list(fit.parameters.values()) == pytest.approx(np.exp(exact), rel=1e-6)
+    assert list(fit.deviation.values()) == pytest.approx(np.sqrt(np.diag(cov)), rel=1e-6)
+    assert fit.correlation[0, 1] == pytest.approx(cov[0, 1] / math.sqrt(cov[0, 0] * cov[1, 1]), abs=1e-6)
+    reach = stats.norm.ppf(0.975) * np.sqrt(np.diag(cov))
+    for k, name in enumerate("xy"):
+        ends = [exact[k] - reach[k], exact[k] + reach[k]]
+        assert np.log(fit.interval[name]) == pytest.approx(ends, abs=0.01 * reach[k])
+    d = fit.predict(lambda x, y: {"z": x**3 * y})["z"]
+    g = np.array([3.0, 1.0])
+    assert d.value == pytest.approx(math.exp(g @ exact), rel=1e-6)
+    assert math.log(d.high / d.value) == pytest.approx(1.959964 * math.sqrt(g @ cov @ g), rel=1e-5)
+    assert d.low * d.high == pytest.approx(d.value**2)
+
+
+def test_unknown_scatter_gives_the_interval_of_student():
+    y = np.array([0.9, 3.2, 4.8, 7.1])
+    slope = stats.linregress([0.0, 1.0, 2.0, 3.0], y)
+    unknowns = [Parameter("slope", 1.0, (-50.0, 50.0), log=False), Parameter("constant", 0.5, (-50.0, 50.0), log=False)]
+    fit = calibrate(line, {"values": Target(y.tolist(), 1.0, absolute=True)}, unknowns)
+    assert fit.parameters["slope"] == pytest.approx(slope.slope, abs=1e-6)
+    t = np.array([1.0, 2.0, 3.0, 4.0])
+    # ratios: log y = P + q log t, scatter from the misfit
+    ratio = np.array([2.1, 3.7, 6.5, 7.9])
+    known = stats.linregress(np.log(t), np.log(ratio))
+    half = stats.t.ppf(0.975, 2) * known.stderr
+    fit = calibrate(lambda power, factor: {"values": factor * t**power}, {"values": Target(ratio.tolist())},
+                    [Parameter("power", 1.2, (-5.0, 5.0), log=False), Parameter("factor", 1.0, (0.1, 10.0))])
+    assert fit.interval["power"] == pytest.approx((known.slope - half, known.slope + half), abs=0.01 * half)
+
+
+def test_of_six_parameters_one_geometry_fixes_one_and_says_what_is_free():
+    rng = np.random.default_rng(5)
+    errors = []
+    for _ in range(12):
+        of, targets = planted({"panel": surrogate.panel}, rng, 4)
+        fit = calibrate(of, targets, SIX, starts=1, intervals=False, leave_out=None)
+        assert fit.identified == ("tensile_strength",)  # three outputs: one of them is of ft alone
+        assert len(fit.unidentified) == 3  # six unknowns, three outputs
+        assert all(fit.deviation[n] > p.resolution for p in SIX for n in [p.name] if n not in fit.identified)
+        errors.append(abs(fit.parameters["tensile_strength"] / TRUE["tensile_strength"] - 1.0))
+        # the free moves leave the outputs alone, to first order
+        before = surrogate.panel(**fit.parameters)
+        for move in fit.unidentified:
+            small = 0.01 / math.log(max(move.moves.values()))
+            step = {n: fit.parameters[n] * v**small for n, v in move.moves.items()}
+            after = surrogate.panel(**{**fit.parameters, **step})
+            assert all(abs(after[q] / before[q] - 1.0) < 2e-3 for q in before)
+    assert np.median(errors) < 0.05
+    assert "NO" in str(fit)
+
+
+def test_two_parameters_that_act_as_one_are_reported_together():
+    fit = calibrate(lambda x, y: {"a": x * y}, {"a": (6.0, 0.05)}, [Parameter("x", 2.0, (0.1, 100.0)),
+                    Parameter("y", 2.0, (0.1, 100.0))], leave_out=None)  # fmt: skip
+    assert fit.identified == ()
+    (move,) = fit.unidentified
+    assert math.isinf(move.deviation)
+    assert move.moves["x"] * move.moves["y"] == pytest.approx(1.0, rel=1e-6)
+    assert fit.correlation[0, 1] == pytest.approx(-1.0, abs=1e-2)
+    assert fit.interval["x"] == pytest.approx((0.1, 62.0), rel=0.2)  # to the bound of y, 6 / 100, and its own
+
+
+def test_second_design_recovers_all_six():
+    rng = np.random.default_rng(11)
+    errors = []
+    for _ in range(15):
+        of, targets = planted(DESIGN, rng, 3)
+        fit = calibrate(of, targets, SIX, starts=1, intervals=False, leave_out=None)
+        assert fit.identified == tuple(TRUE)
+        errors.append([abs(fit.parameters[n] / TRUE[n] - 1.0) for n in TRUE])
+    median = dict(zip(TRUE, np.median(errors, axis=0), strict=True))
+    assert all(v <= (0.05 if n in STRENGTHS else 0.10) for n, v in median.items()), median
+
+
+def coverage(plants):
+    rng = np.random.default_rng(3)
+    inside = dict.fromkeys(TRUE, 0)
+    for _ in range(plants):
+        of, targets = planted(DESIGN, rng, 1)
+        fit = calibrate(of, targets, SIX, starts=1, leave_out=None)
+        for name, (low, high) in fit.interval.items():
+            inside[name] += low <= TRUE[name] <= high
+    return {n: v / plants for n, v in inside.items()}
+
+
+def test_intervals_cover_the_truth_in_95_of_100_plants():
+    assert all(0.90 <= share <= 0.99 for share in coverage(200).values())
+
+
+def test_next_test_is_the_one_that_fixes_what_is_free():
+    of, targets = planted({"panel": surrogate.panel}, np.random.default_rng(2), 4)
+    fit = calibrate(of, targets, SIX, starts=1, intervals=False, leave_out=None)
+    plan = fit.next_test({
+        "pull-off": (surrogate.pull_off, {"strength": 0.05}),
+        "column": (surrogate.joint_column, {"slope": 0.05}),
+        "another panel": (surrogate.panel, {"stiffness": 0.05, "first crack": 0.05, "peak": 0.05}),
+    })  # fmt: skip
+    # kn by itself leaves ks to the stiffness of the panel; pull-off repeats what the first crack said
+    assert plan.best.name == "column"
+    assert set(plan.best.identified) == {"tensile_strength", "normal_stiffness", "shear_stiffness"}
+    of2, with_column = planted(DESIGN, np.random.default_rng(2), 4)
+    both = {k: v for k, v in with_column.items() if k.startswith(("panel", "column 0"))}
+    again = calibrate({k: of2[k] for k in both}, both, SIX, starts=1, intervals=False, leave_out=None)
+    # what was foretold of the design holds at the fit that has it
+    for name in again.identified:
+        assert plan.best.deviations[name] == pytest.approx(
+            again.deviation[name] / next(p.resolution for p in SIX if p.name == name), rel=0.5
+        )
+
+
+def test_left_out_error_is_that_of_a_fit_that_never_saw_the_test():
+    def model(x):
+        return {"a": x}
+
+    # of b the model is wrong by a factor of 2
+    models = {"one": model, "two": lambda x: {"b": 2.0 * x}}
+    targets = {"one": {"a": (3.0, 0.1)}, "two": {"b": (3.0, 0.1)}}
+    fit = calibrate(models, targets, [Parameter("x", 1.0, (0.1, 50.0))])
+    by = {r.group: r for r in fit.left_out.rows}
+    assert by["two"].predicted == pytest.approx(6.0, rel=1e-6)  # x = 3 from the first
+    assert by["one"].predicted == pytest.approx(1.5, rel=1e-6)
+    assert fit.left_out.error == pytest.approx(math.log(2.0), rel=1e-6)
+    assert by["two"].deviation == pytest.approx(0.1, rel=1e-4)
+    assert any("diagnose" in w for w in fit.warnings)
+    assert str(fit).startswith("error on what was left out")
+
+
+def test_curve_gives_stiffness_strength_crack_and_area():
+    true = bilinear(4.0, 12.0)
+    assert feature(true, "area", 10.0) == pytest.approx(12.0 * 10.0 - 12.0**2 / (2 * 4.0))
+    assert feature(true, "residual", 10.0) == 12.0
+    assert feature(true, "first crack", 0.0) == pytest.approx(6.0, rel=0.01)
+    unknowns = [Parameter("stiffness", 2.0, (0.5, 50.0)), Parameter("strength", 5.0, (1.0, 50.0))]
+    for target in (
+        CurveTarget(true, 0.05, ("stiffness", "peak", "area", "first crack", "residual")),
+        CurveTarget(true, 0.05, (), points=12),
+    ):
+        fit = calibrate(bilinear, {"curve": target}, unknowns, intervals=False, step=0.02)
+        assert fit.parameters == pytest.approx({"stiffness": 4.0, "strength": 12.0}, rel=0.02)
+
+
+def test_curves_in_other_units_are_refused():
+    with pytest.raises(lm.errors.InputError, match="in_units"):
+        calibrate(bilinear, {"curve": lm.Curve([0.0, 1.0, 2.0], [0.0, 1.0, 1.5])},
+                  [Parameter("stiffness", 2.0, (0.5, 50.0))], ties={"strength": "2 * stiffness"})  # fmt: skip
+
+
+def test_frequencies_of_a_chain_fix_stiffness_over_mass():
+    true = chain(3e6, 40.0)["frequency"]
+    unknowns = [Parameter("stiffness", 1e6, (1e5, 1e8)), Parameter("mass", 40.0, (10.0, 100.0))]
+    fit = calibrate(chain, {"frequency": Target(true.tolist(), 0.02)}, unknowns, leave_out=None)
+    assert fit.parameters["stiffness"] / fit.parameters["mass"] == pytest.approx(3e6 / 40.0, rel=1e-5)
+    (move,) = fit.unidentified
+    assert move.moves["stiffness"] == pytest.approx(move.moves["mass"], rel=1e-6)
+
+
+def test_tie_keeps_the_ratio_of_the_two_stage_scheme():
+    def panel(normal_stiffness, shear_stiffness):
+        return {"k": 1.0 / (1.0 / normal_stiffness + 1.0 / shear_stiffness)}
+
+    fit = calibrate(panel, {"k": (2.0, 0.1)}, [Parameter("normal_stiffness", 1.0, (0.1, 100.0))],
+                    ties={"shear_stiffness": "normal_stiffness / 2"})  # fmt: skip
+    assert fit.tied == pytest.approx({"normal_stiffness": 6.0, "shear_stiffness": 3.0}, rel=1e-6)
+    for ties, message in (
+        ({"shear_stiffness": "other / 2"}, "needs 'other'"),
+        ({"normal_stiffness": "1"}, "tied and given"),
+        ({"shear_stiffness": "__import__('os')"}, "may hold"),
+        ({"a": "b", "b": "a"}, "circle"),
+    ):
+        with pytest.raises(lm.errors.InputError, match=message):
+            calibrate(panel, {"k": (2.0, 0.1)}, [Parameter("normal_stiffness", 1.0, (0.1, 100.0))], ties=ties)
+
+
+def test_a_kill_loses_nothing_and_workers_change_nothing(tmp_path):
+    store, seen = tmp_path / "runs.jsonl", []
+    asked = ({"a": (6.3, 0.05), "b": (1.4, 0.1), "c": (9.5, 0.02)},
+             [Parameter("x", 1.0, (0.1, 100.0)), Parameter("y", 1.0, (0.1, 100.0))])  # fmt: skip
+    first = calibrate(power_law, *asked, starts=2, store=store, progress=seen.append)
+    assert first.problem.runs.calls > 20
+    assert any("s left" in line for line in seen)
+    again = calibrate(power_law, *asked, starts=2, store=store)
+    assert again.problem.runs.calls == 0
+    lines = store.read_text().splitlines(keepends=True)
+    store.write_text("".join(lines[: len(lines) // 2]) + lines[len(lines) // 2][:25])
+    cut = calibrate(power_law, *asked, starts=2, store=store)
+    assert cut.problem.runs.calls == len(lines) - len(lines) // 2
+    assert len(store.read_text().splitlines()) == len(lines)
+    side = calibrate(power_law, *asked, starts=2, intervals=False, workers=2)
+    assert first.parameters == again.parameters == cut.parameters == side.parameters
+    assert first.interval == cut.interval
+    with pytest.raises(lm.errors.InputError, match="another study"):
+        calibrate(lambda x, y: {"a": x + y, "b": x / y, "c": x**2}, *asked, store=store)
+
+
+def test_friction_and_cohesion_of_blocks_from_limit_analysis():
+    # a block slides at lambda = tan(phi) + c A / W: a low and a high one tell both
+    def block(height):
+        wall = on_slab([((0, 0, 0), (1.0, 1.0, height))], mu=0.5)
+        return wall, lm.Loads.horizontal(wall)
+
+    phi, c, models, targets = 27.0, 900.0, {}, {}
+    for height in (0.1, 0.3):
+        wall, loads = block(height)
+        models[str(height)] = JointModel(wall, "limit", loads)
+        weight = float(wall.weights[~wall.fixed].sum())
+        targets[str(height)] = {"multiplier": (math.tan(math.radians(phi)) + c / weight, 0.05)}
+    fit = calibrate(models, targets, [Parameter("friction_angle_deg", 35.0, (10.0, 45.0)),
+                                      Parameter("cohesion", 100.0, (10.0, 5e3))], starts=1, step=1e-3,
+                    leave_out=None, intervals=False)  # fmt: skip
+    assert fit.parameters == pytest.approx({"friction_angle_deg": phi, "cohesion": c}, rel=1e-3)
+
+
+def test_simplex_passes_jumps_that_stop_a_gradient():
+    def jumpy(strength):
+        return {"peak": 2.0 * strength * (1.0 + 0.02 * math.sin(300.0 * strength))}
+
+    unknown = [Parameter("strength", 1.0, (0.2, 20.0))]
+    fit = calibrate(jumpy, {"peak": (10.0, 0.05)}, unknown, optimiser="nelder-mead", intervals=False)
+    assert fit.parameters["strength"] == pytest.approx(5.0, rel=0.025)
+    assert fit.misfit < 1e-2
+
+
+def test_residuals_that_the_model_cannot_explain_get_a_name():
+    rng = np.random.default_rng(8)
+    models, targets = {}, {}
+    for k in range(12):
+        area = 1.0 + 0.2 * k
+        models[f"wall {k}"] = lambda cohesion, area=area, mortar=1.0: {
+            "peak": cohesion * area * (mortar if area > 2.0 else 1.0)
+        }
+        own = 1.6 if area > 2.0 else 1.0
+        targets[f"wall {k}"] = {"peak": (5.0 * area * own * math.exp(0.03 * rng.standard_normal()), 0.03)}
+    fit = calibrate(models, targets, [Parameter("cohesion", 1.0, (0.1, 100.0))], intervals=False)
+    assert fit.misfit > 100.0
+    mortar = lm.diagnosis.Cause("stronger mortar above 2 m2", "mortar", 1.0, (0.5, 2.0), "strength of the second batch")
+    gain = lm.causes.gain()
+    found = fit.diagnose([mortar, gain])
+    assert found.kind == "cause"
+    assert found.causes == ("stronger mortar above 2 m2",)
+    # without the refit the fit's compromise has to be undone by a second cause
+    assert fit.diagnose([mortar, gain], refit=[]).kind == "two"
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"targets": {"q": (1.0, 0.1)}}, "returns no 'q'"),
+        ({"targets": {}}, "mapping of what was measured"),
+        ({"targets": {"a": (1.0, 0.1), "b": 2.0}}, "all or none"),
+        ({"targets": {"a": 1.0, "b": 2.0}}, "without a scatter"),
+        ({"targets": {"a": (-1.0, 0.1)}}, "not positive"),
+        ({"parameters": [Parameter("x", 1.0, (0.1, 9.0)), Parameter("w", 1.0, (0.1, 9.0))]}, "no model takes"),
+        ({"parameters": []}, "nothing to fit"),
+        ({"leave_out": "geometry"}, "leave_out"),
+        ({"optimiser": "magic"}, "optimiser"),
+        ({"step": 0.0}, "step"),
+        ({"model": "panel"}, "function of the parameters"),
+    ],
+)
+def test_wrong_input_is_named(changes, message):
+    given = {"model": power_law, "targets": {"a": (6.3, 0.05), "b": (1.4, 0.1)},
+             "parameters": [Parameter("x", 1.0, (0.1, 9.0)), Parameter("y", 1.0, (0.1, 9.0))], **changes}  # fmt: skip
+    with pytest.raises(lm.errors.InputError, match=message):
+        calibrate(**given)
+
+
+def test_model_that_never_answers_says_why():
+    def model(x):
+        raise lm.errors.NotConverged("no balance found")
+
+    with pytest.raises(lm.errors.NotConverged, match="no balance found"):
+        calibrate(model, {"a": (1.0, 0.1)}, [Parameter("x", 1.0, (0.1, 9.0))])
+
+
+def test_region_without_an_answer_is_a_wall():
+    def model(x):
+        if x > 4.0:
+            raise lm.errors.NotApplicable("beyond four")
+        return {"a": x}
+
+    fit = calibrate(model, {"a": (3.9, 0.1)}, [Parameter("x", 1.0, (0.1, 9.0))], leave_out=None)
+    assert fit.parameters["x"] == pytest.approx(3.9, rel=1e-4)
+    assert fit.interval["x"][1] == pytest.approx(4.0, rel=1e-2)
