@@ -41,6 +41,15 @@ def test_the_other_packages_import():
         assert importlib.import_module(name).__doc__
 
 
+def test_dem_and_mechanisms_are_at_hand_and_wait_until_they_are_asked_for():
+    code = (
+        "import sys, limitmason as lm; before = {'dem', 'mechanisms'} & set(sys.modules); "
+        "import dem, mechanisms; print(before, lm.dem is dem, lm.mechanisms is mechanisms)"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip()
+    assert out == "set() True True"
+
+
 def test_unknown_attribute_is_an_attribute_error():
     with pytest.raises(AttributeError, match="no attribute 'limit_anlysis'"):
         lm.limit_anlysis  # noqa: B018
