@@ -20,6 +20,7 @@ PACKAGES = {
     "limitmason": "Everything a script begins with.",
     "limitmason.model": "Blocks, joints, loads, supports and their assembly.",
     "limitmason.build": "Walls, arches and columns from a few numbers.",
+    "limitmason.deformable": "Elasticity and modal shapes of blocks that deform.",
     "limitmason.geometry": "Polygons, polyhedra and contact detection on plain arrays.",
     "limitmason.limit": "Limit analysis: associative, non-associative, proven ranges, settlement.",
     "limitmason.capacity": "Capacity curves.",
@@ -51,6 +52,8 @@ COPIED = {
     "laws.md": "docs/laws.md",
     "mechanisms.md": "docs/mechanisms.md",
     "methods.md": "docs/methods.md",
+    "capacity.md": "docs/capacity.md",
+    "panels.md": "docs/papers/panels.md",
     "pavia.md": "docs/pavia.md",
     "blind_trials.md": "validation/blind/report.md",
     "two_codes.md": "validation/blind/two_codes.md",
@@ -72,7 +75,7 @@ def title_of(script: Path) -> tuple[str, str]:
     """Title of a script, what its docstring says up to the first colon or point, and the docstring's sentences."""
     words = inspect.cleandoc(re.match(r'"""(.*?)"""', script.read_text(encoding="utf-8"), flags=re.DOTALL)[1])
     title = re.split(r"[:.](?:\s|$)", " ".join(words.split()), maxsplit=1)[0]
-    return title, words
+    return title, "\n".join(readable(words.splitlines()))
 
 
 def gallery_script(script: Path, folder: Path) -> str:

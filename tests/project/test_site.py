@@ -82,7 +82,8 @@ def test_every_promise_names_a_test_that_exists():
 
 
 def test_every_package_with_public_names_is_in_the_reference():
-    inner = {"limitmason.contact_points", "limitmason.plane", "dem.kernels"}  # what the public packages are made of
+    # what the public packages are made of
+    inner = {"limitmason.contact_points", "limitmason.plane", "dem.kernels", "dem.push"}
     found = set()
     for package in ("limitmason", "dem", "mechanisms"):
         for path in (ROOT / package).rglob("*.py"):
@@ -93,6 +94,9 @@ def test_every_package_with_public_names_is_in_the_reference():
     assert found - inner <= set(site_sources.PACKAGES) | set(site_sources.FORMER)
     import limitmason as lm
 
+    # and every document of the repository has its page
+    documents = {p.relative_to(ROOT).as_posix() for p in (ROOT / "docs").rglob("*.md") if not p.is_relative_to(SITE)}
+    assert documents <= set(site_sources.COPIED.values())
     named = {f"limitmason.{name}" for name in lm._MODULES} | set(lm._BESIDE)
     assert named <= set(site_sources.PACKAGES)
 
