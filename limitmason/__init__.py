@@ -92,6 +92,9 @@ _NAMES = {
     "Target": "limitmason.calibration",
 }
 
+# packages of their own, above this one: found by name, as methods are, never imported by this package's code
+_BESIDE = ("dem", "mechanisms")
+
 __all__ = [
     "Assembly",
     "Block",
@@ -112,15 +115,18 @@ __all__ = [
     "ring_beam",
     *_MODULES,
     *_NAMES,
+    *_BESIDE,
 ]
 
 
 def __getattr__(name: str) -> Any:
-    """Import a submodule or a function of one when it is first asked for."""
+    """Import a submodule, a function of one, or a package beside this one when it is first asked for."""
     if name in _MODULES:
         return import_module(f"limitmason.{name}")
     if name in _NAMES:
         return getattr(import_module(_NAMES[name]), name)
+    if name in _BESIDE:
+        return import_module(name)
     raise AttributeError(f"module 'limitmason' has no attribute {name!r}")
 
 

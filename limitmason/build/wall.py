@@ -98,8 +98,8 @@ def wall(
     corner
         "L" only: "left" or "right".
     openings
-        `Opening`s (or mappings of their fields) in the facade. A lintel is one block with the stated bearing, a soldier
-        course whole units on end.
+        `Opening` objects (or mappings of their fields) in the facade. A lintel is one block with the stated bearing, a
+        soldier course whole units on end.
     lintel_density, beam_density
         [kg/m3]; default `density`.
     base

@@ -92,3 +92,24 @@ def test_the_test_command_of_the_readme_is_the_one_that_is_run_before_every_merg
     lines = (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
     assert lines[-1] == command[1]  # last, so that what pytest says at its end is what is seen
     assert any(line.startswith("export LIMITMASON_INSTALLED_IN=") for line in lines)
+
+
+def test_every_extra_is_named_with_what_it_gives_and_used_by_code():
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    for page in ("README.md", "docs/site/quickstart.md"):
+        rows = re.findall(r"^\| `(\w+)` \| .{10,} \|$", (ROOT / page).read_text(encoding="utf-8"), flags=re.MULTILINE)
+        assert sorted(rows) == sorted(extras), page
+    sources = [p for package in PACKAGES for p in (ROOT / package).rglob("*.py")] + [ROOT / "docs/site/conf.py"]
+    code = "\n".join(p.read_text(encoding="utf-8") for p in sources)
+    for extra in extras.keys() - {"test"}:
+        for requirement in extras[extra]:
+            name = re.match(r"[\w-]+", requirement)[0]
+            known = {"myst-parser": "myst_parser", "sphinx-gallery": "sphinx_gallery"}.get(name, name.replace("-", "_"))
+            assert re.search(rf"\b{known}\b", code), requirement
+
+
+def test_the_source_distribution_takes_every_folder_of_the_repository():
+    taken = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["hatch"]["build"]["targets"]
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False).stdout.split()
+    top = {name.partition("/")[0] for name in listed}
+    assert top <= {*taken["sdist"]["include"], "pyproject.toml", ".gitignore"}  # these two always go along

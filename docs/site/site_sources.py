@@ -1,0 +1,297 @@
+"""Pages of the site that are made from what the repository holds: theory, tables, gallery, API reference, citation.
+
+They are written below ``made/``, ``gallery_source/`` and ``reference/`` at every build and are not kept.
+"""
+
+import ast
+import importlib
+import inspect
+import itertools
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+SITE = Path(__file__).resolve().parent
+ROOT = SITE.parents[1]
+
+PACKAGES = {
+    "limitmason": "Everything a script begins with.",
+    "limitmason.model": "Blocks, joints, loads, supports and their assembly.",
+    "limitmason.build": "Walls, arches and columns from a few numbers.",
+    "limitmason.deformable": "Elasticity and modal shapes of blocks that deform.",
+    "limitmason.geometry": "Polygons, polyhedra and contact detection on plain arrays.",
+    "limitmason.limit": "Limit analysis: associative, non-associative, proven ranges, settlement.",
+    "limitmason.capacity": "Capacity curves.",
+    "dem": "Distinct elements.",
+    "mechanisms": "Closed-form mechanisms.",
+    "limitmason.methods": "Methods by name.",
+    "limitmason.validation": "Predicted beside measured.",
+    "limitmason.experiments": "Packaged experiments.",
+    "limitmason.study": "Sweeps, random joints, attribution of gaps.",
+    "limitmason.diagnosis": "What a simulation gets wrong.",
+    "limitmason.causes": "Physical extensions of a model.",
+    "limitmason.figures": "Figures and the interactive scene.",
+    "limitmason.formats": "Files in and out.",
+    "limitmason.results": "Answers, bounds, certificates.",
+    "limitmason.certificate": "The check of an answer.",
+    "limitmason.equilibrium": "The equilibrium matrix.",
+    "limitmason.errors": "What is raised.",
+}
+"""Public packages and modules in the order of the reference."""
+
+FORMER = {
+    "limitmason.packaged": "limitmason.validation",
+    "limitmason.side_by_side": "limitmason.validation",
+    "limitmason.diagnosis.catalogue": "limitmason.causes",
+}
+"""Names of one release ago that lead to others, and where."""
+
+COPIED = {
+    "laws.md": "docs/laws.md",
+    "mechanisms.md": "docs/mechanisms.md",
+    "methods.md": "docs/methods.md",
+    "capacity.md": "docs/capacity.md",
+    "panels.md": "docs/papers/panels.md",
+    "pavia.md": "docs/pavia.md",
+    "blind_trials.md": "validation/blind/report.md",
+    "two_codes.md": "validation/blind/two_codes.md",
+    "contributing.md": "CONTRIBUTING.md",
+    "changelog.md": "CHANGELOG.md",
+}
+"""Pages of the site that are documents of the repository, by their name in ``made/``."""
+
+STORED = SITE / "gallery_stored"
+"""What the examples printed and drew, one folder per example; see :mod:`store_gallery`."""
+
+
+def examples() -> list[Path]:
+    """The scripts of the gallery."""
+    return sorted((ROOT / "examples").glob("*.py"))
+
+
+def title_of(script: Path) -> tuple[str, str]:
+    """Title of a script, what its docstring says up to the first colon or point, and the docstring's sentences."""
+    words = inspect.cleandoc(re.match(r'"""(.*?)"""', script.read_text(encoding="utf-8"), flags=re.DOTALL)[1])
+    title = re.split(r"[:.](?:\s|$)", " ".join(words.split()), maxsplit=1)[0]
+    return title, "\n".join(readable(words.splitlines()))
+
+
+def gallery_script(script: Path, folder: Path) -> str:
+    """An example as sphinx-gallery reads it: title, code, and the stored output below.
+
+    Parameters
+    ----------
+    script : the example
+    folder : of the copy; paths of pictures are relative to the page that is made of it
+    """
+    title, rest = title_of(script)
+    text = script.read_text(encoding="utf-8")
+    code = text[re.match(r'""".*?"""\n', text, flags=re.DOTALL).end() :]
+    head = f'r"""\n{title}\n{"=" * len(title)}\n\n{rest}\n"""\n'
+    stored = STORED / script.stem
+    lines = ["", "# %%"]
+    if not (stored / "output.txt").exists():
+        lines += [f"# Not stored here: run ``python examples/{script.name}``."]
+        return head + code + "\n".join(lines) + "\n"
+    lines += ["# What it printed:", "#", "# .. code-block:: text", "#"]
+    lines += [f"#     {line}".rstrip() for line in (stored / "output.txt").read_text(encoding="utf-8").splitlines()]
+    found = sorted(stored.glob("*.png"))
+    for picture in found:
+        lines += ["#", f"# .. image:: /gallery_stored/{script.stem}/{picture.name}", f"#    :alt: {title}"]
+    if found:
+        lines += ["", f"# sphinx_gallery_thumbnail_path = 'gallery_stored/{script.stem}/{found[0].name}'"]
+    return head + code + "\n".join(lines) + "\n"
+
+
+def write_gallery(folder: Path) -> None:
+    """Write the examples as sphinx-gallery reads them."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    (folder / "GALLERY_HEADER.rst").write_text(
+        "Gallery\n=======\n\nShort scripts, each also a test. Output and figures are stored; "
+        "``python docs/site/store_gallery.py NAME ...`` runs them anew.\n",
+        encoding="utf-8",
+    )
+    for script in examples():
+        (folder / script.name).write_text(gallery_script(script, folder), encoding="utf-8")
+
+
+def linked(text: str, origin: Path) -> str:
+    """A document with its links turned to pages of the site; files that are no page are named instead.
+
+    Parameters
+    ----------
+    text : of the document, in Markdown
+    origin : where it lies in the repository
+    """
+    pages = {(ROOT / path).resolve(): name for name, path in COPIED.items()}
+
+    def turned(match: re.Match[str]) -> str:
+        mark, words, target = match[1], match[2], match[3]
+        if re.match(r"[a-z]+:|#", target):
+            return match[0]
+        file = (origin.parent / target.partition("#")[0]).resolve()
+        if mark:
+            return f"![{words}](../../{file.relative_to(ROOT / 'docs').as_posix()})"
+        if file in pages:
+            return f"[{words}]({pages[file]})"
+        return f"{words} (`{file.relative_to(ROOT).as_posix()}`)" if words.strip("`") not in target else f"`{target}`"
+
+    return re.sub(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)", turned, text)
+
+
+def section(text: str, title: str) -> str:
+    """The section of a Markdown document under a heading of the second level."""
+    return re.search(rf"^## {re.escape(title)}\n(.*?)(?=^## |\Z)", text, flags=re.DOTALL | re.MULTILINE)[1]
+
+
+def citation() -> str:
+    """How to cite, out of CITATION.cff."""
+    said = dict(re.findall(r"^(\w[\w-]*): (.+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE))
+    return (
+        f"# How to cite\n\n{said['message']}\n\n> The limitmason developers: {said['title']}, version "
+        f"{said['version']}. {said['abstract']}\n\n```bibtex\n@software{{limitmason,\n"
+        f"  author  = {{{{The limitmason developers}}}},\n  title   = {{limitmason}},\n"
+        f"  version = {{{said['version']}}},\n  note    = {{{said['abstract']}}}\n}}\n```\n\n"
+        "Measured and published values that you use belong to their sources: `limitmason experiments show SOURCE "
+        "SPECIMEN` names source and licence, every row of a packaged table its own.\n"
+    )
+
+
+def write_pages(folder: Path) -> None:
+    """Write the pages that are documents of the repository, the limits of the README, and the citation."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    for name, path in COPIED.items():
+        origin = ROOT / path
+        (folder / name).write_text(linked(origin.read_text(encoding="utf-8"), origin), encoding="utf-8")
+    readme = ROOT / "README.md"
+    limits = linked(section(readme.read_text(encoding="utf-8"), "Limits"), readme)
+    (folder / "limits.md").write_text(f"# Limits of the methods\n{limits}", encoding="utf-8")
+    (folder / "cite.md").write_text(citation(), encoding="utf-8")
+
+
+def readable(lines: list[str]) -> list[str]:
+    """A docstring as reStructuredText: equations set off by indentation become literal blocks, bars stay bars."""
+    out: list[str] = []
+    literal = False
+    for number, line in enumerate(lines):
+        indented = line.startswith("    ")
+        if line.strip() and not indented:
+            literal = False
+        apart = number > 0 and not lines[number - 1].strip()
+        if indented and apart and not literal and _last_text(out, line) and not line.lstrip().startswith((">>>", "- ")):
+            out += ["::", ""]
+            literal = True
+        plain = literal or line.lstrip().startswith((">>>", "..."))
+        out.append(line if plain else re.sub(r"(``.*?``)|\\?\|", lambda m: m[1] or r"\|", line))
+    return out
+
+
+def _last_text(out: list[str], line: str) -> bool:
+    """Whether the last line of text stands less deep than a line and opens no literal block of its own."""
+    last = next((x for x in reversed(out) if x.strip()), "    ")
+    return not last.startswith("    ") and not last.endswith("::") and not set(last.strip()) <= {"-"} and bool(line)
+
+
+def names_of(module: ModuleType) -> list[str]:
+    """``__all__`` of a module, or what it defines where it has none."""
+    own = (n for n, x in vars(module).items() if getattr(x, "__module__", "") == module.__name__ and n[0] != "_")
+    return list(getattr(module, "__all__", None) or own)
+
+
+def public_names(module: ModuleType) -> Iterator[tuple[str, object]]:
+    """Public names of a module and their objects; of a former name the package that it leads to."""
+    for name in names_of(module):
+        former = FORMER.get(f"{module.__name__}.{name}")
+        yield name, importlib.import_module(former) if former else getattr(module, name)
+
+
+def home_of(name: str, thing: object, package: str) -> str | None:
+    """Public package that documents a thing which this one only hands on; None where it is documented here.
+
+    The last of ``PACKAGES`` that lists the very same object is its home, for the first ones gather from the others.
+    """
+    modules = {p: importlib.import_module(p) for p in PACKAGES}
+    homes = [p for p, m in modules.items() if name in getattr(m, "__all__", ()) and getattr(m, name) is thing]
+    return homes[-1] if homes and homes[-1] != package else None
+
+
+def words_of(package: str, name: str) -> str:
+    """What the source says of a constant: the string below its assignment, wherever it was imported from."""
+    tree = ast.parse(inspect.getsource(importlib.import_module(package)))
+    for node, below in itertools.pairwise([*tree.body, ast.Pass()]):
+        targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+        if name in [getattr(t, "id", None) for t in targets]:
+            said = isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant)
+            return inspect.cleandoc(str(below.value.value)) if said else ""
+        if isinstance(node, ast.ImportFrom) and node.module:
+            for alias in node.names:
+                if name == (alias.asname or alias.name):
+                    return words_of(node.module, alias.name)
+    return ""
+
+
+def entry(package: str, name: str, thing: object) -> str:
+    """The reference of one public name, in reStructuredText."""
+    full = f"{package}.{name}"
+    if inspect.ismodule(thing):
+        former = ", its former name" if full in FORMER else ""
+        listed = "\n   :no-index:" if thing.__name__ == full else ""  # its own page lists it
+        return f".. py:attribute:: {name}{listed}\n\n   The package :doc:`{thing.__name__}`{former}.\n"
+    home = home_of(name, thing, package)
+    if home is not None:
+        return f".. py:data:: {name}\n   :no-index-entry:\n\n   The same as :py:obj:`{home}.{name}`.\n"
+    if inspect.isclass(thing):
+        return f".. autoclass:: {full}\n   :members:\n"
+    if inspect.isroutine(thing):
+        return f".. autofunction:: {full}\n"
+    if type(thing).__name__ == "Declared":
+        lines = readable(inspect.cleandoc(thing.__doc__ or "").splitlines())
+        words = "\n".join(f"   {line}".rstrip() for line in lines)
+        said = thing.said
+        return (
+            f".. py:function:: {name}(bounds={thing.bounds!r})\n\n{words}\n\n"
+            f"   Cause *{thing.name}*: parameter ``{said['parameter']}`` [{said['unit']}], nothing changes at "
+            f"{thing.baseline:g}; {said['physics']}.\n"
+        )
+    words = "\n".join(f"   {line}".rstrip() for line in readable(words_of(package, name).splitlines()))
+    shown = repr(thing)
+    value = f"\n   :value: {shown}" if len(shown) < 400 and "\n" not in shown and " at 0x" not in shown else ""
+    return f".. py:data:: {name}{value}\n\n{words}\n"
+
+
+def reference_page(package: str) -> str:
+    """The reference page of one public package."""
+    module = importlib.import_module(package)
+    what = [
+        f".. _reference-{package}:\n", package, "=" * len(package), "", f"{PACKAGES[package]}\n",
+        f".. py:module:: {package}\n",
+    ]  # fmt: skip
+    what += [f"{inspect.cleandoc(module.__doc__ or '')}\n"]
+    return "\n".join([*what, *(entry(package, name, thing) for name, thing in public_names(module))])
+
+
+def write_reference(folder: Path) -> None:
+    """Write one page per public package, and their list."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    rows = "\n".join(f"   * - :doc:`{p}`\n     - {words}" for p, words in PACKAGES.items())
+    tree = "\n".join(f"   {p}" for p in PACKAGES)
+    former = "\n".join(f"- ``{old}`` is now :doc:`{new}`." for old, new in FORMER.items())
+    (folder / "index.rst").write_text(
+        f"API reference\n=============\n\n.. list-table::\n\n{rows}\n\nNames of one release ago:\n\n{former}\n\n"
+        f".. toctree::\n   :hidden:\n\n{tree}\n",
+        encoding="utf-8",
+    )
+    for package in PACKAGES:
+        (folder / f"{package}.rst").write_text(reference_page(package), encoding="utf-8")
+
+
+def write_all(site: Path = SITE) -> None:
+    """Write everything that is made."""
+    write_pages(site / "made")
+    write_gallery(site / "gallery_source")
+    write_reference(site / "reference")

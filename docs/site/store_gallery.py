@@ -1,0 +1,60 @@
+"""Run examples and store what they print and draw for the gallery of the site.
+
+    python docs/site/store_gallery.py NAME ... [--from FOLDER]
+
+``all`` runs every example (a quarter of an hour). With ``--from`` nothing is run: FOLDER holds one folder per example
+with its ``output.txt`` and figures. Pictures are made at most 900 pixels wide, of 64 colours.
+"""
+
+import argparse
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+from site_sources import ROOT, STORED, examples
+
+WIDTH, COLOURS = 900, 64
+
+
+def store(name: str, folder: Path) -> None:
+    """Keep output and figures of an example that has run in a folder."""
+    kept = STORED / name
+    kept.mkdir(parents=True, exist_ok=True)
+    for old in kept.glob("*"):
+        old.unlink()
+    lines = (folder / "output.txt").read_text(encoding="utf-8").splitlines()
+    (kept / "output.txt").write_text("\n".join(line.rstrip() for line in lines) + "\n", encoding="utf-8")
+    for path in sorted(folder.glob("*.png")):
+        picture = Image.open(path).convert("RGB")
+        if picture.width > WIDTH:
+            picture = picture.resize((WIDTH, round(picture.height * WIDTH / picture.width)), Image.Resampling.LANCZOS)
+        picture.quantize(COLOURS).save(kept / path.name, optimize=True)
+
+
+def run(name: str, folder: Path) -> None:
+    """Run an example in a folder, which gets its output and figures."""
+    script = ROOT / "examples" / f"{name}.py"
+    out = subprocess.run([sys.executable, str(script)], cwd=folder, capture_output=True, text=True, check=True).stdout
+    (folder / "output.txt").write_text(out, encoding="utf-8")
+
+
+def main() -> None:
+    """Run or take over the examples that are named."""
+    words = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    words.add_argument("names", nargs="+", metavar="NAME")
+    words.add_argument("--from", dest="source", type=Path)
+    given = words.parse_args()
+    names = [p.stem for p in examples()] if given.names == ["all"] else given.names
+    for name in names:
+        if given.source is not None:
+            store(name, given.source / name)
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            run(name, Path(folder))
+            store(name, Path(folder))
+
+
+if __name__ == "__main__":
+    main()
