@@ -18,6 +18,7 @@ from limitmason.figures.layouts import layout_search
 from limitmason.figures.mechanism import assembly, mechanism
 from limitmason.figures.plasticity import plasticity
 from limitmason.figures.scene import Scene, view
+from limitmason.figures.structure_page import structure_report
 from limitmason.figures.studies import gap, side_by_side, study_lines
 from limitmason.figures.style import print_style
 from limitmason.figures.tilt import tilt_test
@@ -45,6 +46,7 @@ __all__ = [
     "print_style",
     "rehearsal",
     "side_by_side",
+    "structure_report",
     "study_lines",
     "tilt_test",
     "view",
