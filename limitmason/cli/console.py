@@ -6,6 +6,7 @@ import argparse
 import sys
 from collections.abc import Iterable
 from pathlib import Path
+from typing import NamedTuple
 
 from limitmason.errors import InputError
 from limitmason.methods import ASSOCIATIVE, LIMIT, NON_ASSOCIATIVE, available_methods
@@ -48,10 +49,32 @@ def writable(text: str) -> Path:
     return path
 
 
+def page_file(text: str) -> Path:
+    """A path that a page can be written to, checked before an analysis begins."""
+    path = writable(text)
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise argparse.ArgumentTypeError(f"{text!r} must end in .html; a browser prints it as PDF")
+    return path
+
+
+class Target(NamedTuple):
+    """What a command works on, and what was assumed to make it."""
+
+    assembly: Assembly
+    loads: Loads
+    title: str
+    assumed: tuple[str, ...] = ()
+
+
 def load_target(
     target: str, drawing: argparse.Namespace | None = None, *, needs_live_load: bool = True
 ) -> tuple[Assembly, Loads, str]:
-    """Assembly, loads and title of a model file, a packaged experiment or a drawing with its options."""
+    """Assembly, loads and title of a target; see :func:`read_target`."""
+    return read_target(target, drawing, needs_live_load=needs_live_load)[:3]
+
+
+def read_target(target: str, drawing: argparse.Namespace | None = None, *, needs_live_load: bool = True) -> Target:
+    """A model file, a packaged experiment or a drawing with its options."""
     path = Path(target)
     if path.exists() or path.suffix.lower() in (".json", ".obj", ".dxf"):
         from limitmason import formats
@@ -63,7 +86,7 @@ def load_target(
         model = formats.read_json(path)
         if needs_live_load and not model.loads.live.any():
             raise InputError(f"{path}: the file holds no live load; add a 'loads' entry, see `limitmason template`")
-        return model.assembly, model.loads, path.stem
+        return Target(model.assembly, model.loads, path.stem)
     from limitmason import experiments
 
     if drawing is not None:
@@ -72,7 +95,7 @@ def load_target(
     if not slash:
         raise InputError(f"{target!r} is neither a file nor SOURCE/SPECIMEN; see `limitmason experiments list`")
     test = experiments.load(source, specimen)
-    return test.assembly(), test.loads(), f"{source} {specimen}"
+    return Target(test.assembly(), test.loads(), f"{source} {specimen}", tuple(test.assumptions))
 
 
 DRAWING = ("thickness", "friction", "density", "tilt", "held", "scale", "gap")
@@ -95,7 +118,7 @@ def drawing_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--gap", type=float, metavar="M", help="close gaps between outlines up to this length first [m]")
 
 
-def _drawing(path: Path, options: argparse.Namespace | None) -> tuple[Assembly, Loads, str]:
+def _drawing(path: Path, options: argparse.Namespace | None) -> Target:
     from limitmason import formats
 
     if options is None or options.friction is None:
@@ -113,7 +136,8 @@ def _drawing(path: Path, options: argparse.Namespace | None) -> tuple[Assembly, 
         say(str(model.cleaned))
     for text in model.assumed:
         say(f"assumed: {text}")
-    return model.assembly, model.loads, path.stem
+    moved = (str(model.cleaned),) if model.cleaned is not None else ()
+    return Target(model.assembly, model.loads, path.stem, (*model.assumed, *moved))
 
 
 def report(prediction: Prediction, assembly: Assembly | None = None) -> int:

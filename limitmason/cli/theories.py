@@ -1,4 +1,4 @@
-"""The command that puts all theories side by side."""
+"""Commands that put all theories side by side: as a table, and as the report of one structure."""
 
 from __future__ import annotations
 
@@ -6,13 +6,21 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from limitmason.cli.console import figure_file, load_target, say, show_text
+from limitmason.cli.console import (
+    drawing_options,
+    figure_file,
+    load_target,
+    page_file,
+    read_target,
+    say,
+    show_text,
+)
 from limitmason.errors import InputError
 from limitmason.methods import THEORIES, available_methods
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
-    """Add ``compare``."""
+    """Add ``compare`` and ``report``."""
     known = (*THEORIES, *sorted(set(available_methods()) - set(THEORIES)))
     command = commands.add_parser("compare", help="several theories, and a test, side by side")
     command.add_argument("target", metavar="TARGET")
@@ -29,6 +37,31 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
                          help="prove the ends of the non-associative range, so long each (small walls)")  # fmt: skip
     command.add_argument("--markdown", action="store_true", help="print the table as Markdown")
     command.set_defaults(run=_compare)
+
+    report = commands.add_parser("report", help="one page on a structure: input, all theories, checks, figures")
+    report.add_argument("target", metavar="TARGET", help="model file, experiment or drawing")
+    report.add_argument("-o", "--output", type=page_file, default=Path("report.html"), metavar="FILE",
+                        help="default: report.html")  # fmt: skip
+    report.add_argument("--methods", nargs="+", choices=known, default=list(THEORIES), metavar="METHOD",
+                        help=f"out of {', '.join(known)}; default: the four theories")  # fmt: skip
+    report.add_argument("--title", help="heading; by default the name of the target")
+    drawing_options(report)
+    report.set_defaults(run=_report)
+
+
+def _report(options: argparse.Namespace) -> int:
+    from limitmason import figures
+    from limitmason.validation import compare
+
+    target = read_target(options.target, options)
+    title = options.title or target.title
+    settings: dict[str, Any] = {"dem": {"error_budget": ()}} if "dem" in options.methods else {}
+    result = compare(target.assembly, target.loads, options.methods, progress=say, title=title, **settings)
+    figures.structure_report(
+        target.assembly, target.loads, result, options.output, title=title, assumed=target.assumed
+    )
+    say(f"wrote {options.output}")
+    return 0 if any(row.solved for row in result.rows) else 3
 
 
 def _compare(options: argparse.Namespace) -> int:

@@ -21,6 +21,7 @@ from limitmason.figures.plasticity import plasticity
 from limitmason.figures.scene import Scene, view
 from limitmason.figures.solids import solid_map
 from limitmason.figures.spread import curve_fan, histogram, running_spread, sensitivity_bars, word_shares
+from limitmason.figures.structure_page import structure_report
 from limitmason.figures.studies import gap, side_by_side, study_lines
 from limitmason.figures.style import print_style
 from limitmason.figures.ties import before_and_after
@@ -58,6 +59,7 @@ __all__ = [
     "sensitivity_bars",
     "side_by_side",
     "solid_map",
+    "structure_report",
     "study_lines",
     "tilt_test",
     "view",

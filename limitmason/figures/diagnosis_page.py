@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import base64
-import io
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -14,23 +12,7 @@ from matplotlib.figure import Figure
 
 from limitmason.diagnosis.report import basis, check_lines, headline, meaning, shown_p, state_of, warnings
 from limitmason.figures.diagnosis import diagnosis as diagnosis_figure
-
-_STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff; max-width: 62rem; margin: 2rem auto;
-       padding: 0 1rem; }
-h1 { font-size: 1.6rem; line-height: 1.25; margin: .2rem 0 1rem; }
-h2 { font-size: 1.15rem; margin: 2.2rem 0 .5rem; border-bottom: 1px solid #ccc; padding-bottom: .2rem; }
-.title { color: #666; margin: 0; }
-.list { background: #fff4e8; border-left: 4px solid #d55e00; padding: .6rem 1rem; }
-table { border-collapse: collapse; font-size: .88rem; margin: .6rem 0; }
-th, td { text-align: left; vertical-align: top; padding: .25rem .7rem .25rem 0; border-bottom: 1px solid #ddd; }
-th { border-bottom: 2px solid #888; }
-td.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
-tr.kept td { font-weight: 600; }
-.wide { overflow-x: auto; }
-img { max-width: 100%; height: auto; }
-small, .small { color: #666; font-size: .85rem; }
-"""
+from limitmason.figures.page import bullets, image, paragraphs, table, write_page
 
 
 def diagnosis_page(
@@ -74,66 +56,29 @@ def diagnosis_page(
         f'<p class="list"><strong>Conditional on the list.</strong> The verdict chooses among the {count} '
         f"cause{'s' * (count != 1)} listed below, alone and in pairs. A cause that is not on the list cannot be named; "
         "a p beside a cause means that it is not rejected, not that it is true.</p>",
-        "<h2>What it means</h2>" + _paragraphs(meaning(result)),
-        "<h2>The picture</h2>" + _image(picture, "residuals, sizes, distances and predictions"),
+        "<h2>What it means</h2>" + paragraphs(meaning(result)),
+        "<h2>The picture</h2>" + image(picture, "residuals, sizes, distances and predictions"),
     ]
     if result.kept:
         parts.append("<h2>What the better model gains</h2>" + _gains(result))
     parts.append("<h2>The causes considered</h2>" + _causes(result))
-    parts.append("<h2>What it rests on</h2>" + _bullets([*basis(result), *notes]))
+    parts.append("<h2>What it rests on</h2>" + bullets([*basis(result), *notes]))
     if result.covariate:
         trend = f"The residuals of the baseline vary with {result.covariate} ({result.verdict.trend}). "
         parts.append(f"<p>{escape(trend)}A pointer, not a cause.</p>")
     gate = ", ".join(f"{k} p {shown_p(v)}" for k, v in result.verdict.p.items())
     parts.append(f'<p class="small">Gate for &ldquo;none&rdquo;: {escape(gate)}. Seed {result.seed}.</p>')
     hangs = check_lines(result, result.checks) if checks else []
-    parts.append("<h2>What to keep in mind</h2>" + _bullets([*hangs, *warnings(result)]))
+    parts.append("<h2>What to keep in mind</h2>" + bullets([*hangs, *warnings(result)]))
     parts.append("<h2>What this design can tell apart</h2>" + _distances(result))
     if next_tests is not None:
         parts.append("<h2>Next tests</h2>" + _next_tests(next_tests, units))
     if rehearsal is not None:
         from limitmason.figures.confusion import rehearsal as draw
 
-        parts.append("<h2>Blind trials on this design</h2>" + _image(draw(rehearsal), "confusion matrix"))
+        parts.append("<h2>Blind trials on this design</h2>" + image(draw(rehearsal), "confusion matrix"))
     parts.append("<h2>The specimens</h2>" + _specimens(result, units, quantity))
-    text = (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(title)}</title><style>{_STYLE}</style></head><body>\n"
-        + "\n".join(parts)
-        + "\n</body></html>\n"
-    )
-    path = Path(path)
-    path.write_text(text, encoding="utf-8")
-    return path
-
-
-def _image(figure: Figure, description: str) -> str:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=160)
-    data = base64.b64encode(buffer.getvalue()).decode("ascii")
-    width = round(figure.get_size_inches()[0] * 130)
-    return f'<img alt="{escape(description)}" width="{width}" src="data:image/png;base64,{data}">'
-
-
-def _paragraphs(sentences: Iterable[str]) -> str:
-    return "".join(f"<p>{escape(s)}</p>" for s in sentences)
-
-
-def _bullets(sentences: Iterable[str]) -> str:
-    return "<ul>" + "".join(f"<li>{escape(s)}</li>" for s in sentences) + "</ul>"
-
-
-def _table(header: Sequence[str], rows: Iterable[tuple[str, Sequence[Any]]]) -> str:
-    """A table; a row is its class and its cells, numbers as text in a one-tuple are set flush right."""
-    lines = ["<tr>" + "".join(f"<th>{escape(h)}</th>" for h in header) + "</tr>"]
-    for kind, cells in rows:
-        shown = [
-            f'<td class="n">{escape(c[0])}</td>' if isinstance(c, tuple) else f"<td>{escape(str(c))}</td>"
-            for c in cells
-        ]
-        lines.append(f'<tr class="{kind}">' + "".join(shown) + "</tr>")
-    return '<div class="wide"><table>' + "\n".join(lines) + "</table></div>"
+    return write_page(path, title, parts)
 
 
 def _gains(result: Any) -> str:
@@ -161,7 +106,7 @@ def _gains(result: Any) -> str:
     )
     if more > 0:
         text += f" {more} more explanations are not rejected."
-    return _table(header, rows) + f'<p class="small">{escape(text)}</p>'
+    return table(header, rows) + f'<p class="small">{escape(text)}</p>'
 
 
 def _causes(result: Any) -> str:
@@ -182,7 +127,7 @@ def _causes(result: Any) -> str:
         ]))  # fmt: skip
     header = ["cause", "acts on", "physics", "baseline; bounds", "best fit", "log-likelihood", "verdict",
               "would have been seen from"]  # fmt: skip
-    return _table(header, rows)
+    return table(header, rows)
 
 
 def _distances(result: Any) -> str:
@@ -194,7 +139,7 @@ def _distances(result: Any) -> str:
         "visible size. 25 and more: told apart nearly always; below 1: twins, no data of this design can decide."
     )
     header = ["true cause", "d2 to the baseline", "nearest rival", "d2 to it"]
-    return _table(header, rows) + f'<p class="small">{escape(text)}</p>'
+    return table(header, rows) + f'<p class="small">{escape(text)}</p>'
 
 
 def _next_tests(tests: Any, units: Mapping[str, str]) -> str:
@@ -205,7 +150,7 @@ def _next_tests(tests: Any, units: Mapping[str, str]) -> str:
     for i, s in zip(tests.indices, tests.specimens, strict=True):
         rows.append(("", [(str(i + 1),), *([_number(s.get(n)) for n in names] if names else [repr(s)])]))
     told = f" Smallest d2 over the pairs {tests.before:.1f} before, {tests.after:.1f} after." if tests.pairs else ""
-    return f"<p>{escape(tests.reason[0].upper() + tests.reason[1:])}.{escape(told)}</p>" + _table(header, rows)
+    return f"<p>{escape(tests.reason[0].upper() + tests.reason[1:])}.{escape(told)}</p>" + table(header, rows)
 
 
 def _specimens(result: Any, units: Mapping[str, str], quantity: str) -> str:
@@ -232,7 +177,7 @@ def _specimens(result: Any, units: Mapping[str, str], quantity: str) -> str:
             left = 100.0 * float(np.expm1(np.log(value / predicted[i])))
             cells += [(f"{predicted[i]:.4g}",), (f"{left:+.1f}",)]
         rows.append(("", cells))
-    return _table(header, rows)
+    return table(header, rows)
 
 
 def _number(value: Any) -> Any:

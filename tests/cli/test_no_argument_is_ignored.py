@@ -91,6 +91,7 @@ BASES = {
     "template": ["template", "new.json"],
     "check": ["check", "wall.json"],
     "compare": ["compare", "wall.json"],
+    "report": ["report", "wall.json"],
     "compare, associative": ["compare", "wall.json", "--methods", "associative"],
     "pushover": ["pushover", "wall.json", "--to", "1mm", "--block", "beam", "--direction", "1", "0", "0"],
     "pushover, packaged": ["pushover", "brick-panels-opening/S1", "--to", "1mm"],
@@ -119,7 +120,7 @@ VALUES = {
     "--checkpoint": ["kept.npz"], "--cracks": ["c.png"], "--zone-size": ["20mm"], "--search": ["quick"],
     "--time-limit": ["0.5"],
 }  # fmt: skip
-OTHER = {("compare", "--markdown"): [], ("compare, associative", "--markdown"): [], ("compare", "--methods"): ["dem"],
+OTHER = {("report", "-o"): ["other.html"], ("compare", "--markdown"): [], ("compare, associative", "--markdown"): [], ("compare", "--methods"): ["dem"],
          ("experiments methods", "--methods"): ["associative"],
          ("compare, associative", "--methods"): ["mechanisms"],
          ("pushover", "--method"): ["limit"], ("pushover, packaged", "--method"): ["limit"],
@@ -220,6 +221,10 @@ def run(canned, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(models, "_draw", lambda *a, **o: note("draw", a[:2], a[3] and a[3].method, a[4:], o))
     drawn = SimpleNamespace(savefig=lambda path, **_: note("draw", path))
     monkeypatch.setattr(lm.figures, "predicted_beside_references", lambda _: drawn)
+    monkeypatch.setattr(
+        lm.figures, "structure_report",
+        lambda model, loads, table, path, **o: note("report", model.n_blocks, loads.name, str(path), o),
+    )  # fmt: skip
     count = iter(range(10_000))
 
     def go(arguments):

@@ -1,0 +1,161 @@
+"""The report of one structure as one HTML page: what it is, what was assumed, and what all theories say of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+
+import numpy as np
+
+from limitmason.constants import VERSION
+from limitmason.figures.contacts import contact_report
+from limitmason.figures.forces import contact_forces
+from limitmason.figures.mechanism import assembly as draw_assembly
+from limitmason.figures.mechanism import mechanism
+from limitmason.figures.page import bullets, image, table, write_page
+from limitmason.figures.studies import side_by_side
+from limitmason.model import Assembly, Joint, Loads
+from limitmason.results import BoundKind, Prediction
+from limitmason.validation import SideBySide
+
+_KINDS = {
+    BoundKind.EXACT: "exact for the law it names",
+    BoundKind.UPPER: "the structure collapses at this multiplier or below it",
+    BoundKind.LOWER: "the structure carries at least this",
+    BoundKind.ESTIMATE: "an estimate: no side is certain",
+    BoundKind.NONE: "no statement",
+}
+
+NOT_COVERED = (
+    "Blocks are rigid in limit analysis and mechanisms: what comes from their deformation or cracking is not in them.",
+    "The multiplier is that of the load pattern above; other directions and points of attack may govern.",
+    "Time does not enter: no dynamics, no creep, no decay of mortar.",
+    "Foundations do not move unless a support was given that does.",
+    "The values of joints and weights are those below; nothing here says that the structure has them.",
+)
+
+
+def structure_report(
+    model: Assembly,
+    loads: Loads,
+    compared: SideBySide,
+    path: str | Path,
+    *,
+    title: str = "",
+    assumed: Sequence[str] = (),
+) -> Path:
+    """Write what was computed of a structure, its input, checks and figures as one HTML file that needs nothing else.
+
+    Parameters
+    ----------
+    model, loads : the problem
+    compared : from ``limitmason.compare(model, loads)``; its first prediction with a mechanism is the one drawn
+    path : file to write
+    title : of the page
+    assumed : sentences on what was assumed, such as of a drawing
+
+    Returns
+    -------
+    Path
+        The file.
+    """
+    name = title or compared.title or "Structure"
+    drawn = next((r.prediction for r in compared.rows if r.prediction is not None and r.prediction.mechanism), None)
+    parts = [
+        f'<p class="title">{escape(name)}</p><h1>{escape(_headline(compared))}</h1>',
+        '<p class="list"><strong>What this is.</strong> Computed by limitmason ' + escape(VERSION) + " for the "
+        "geometry, joints and loads on this page, by theories that do not share their solvers. Whether they are those "
+        "of the structure is an engineer's judgement.</p>",
+        "<h2>All theories side by side</h2>" + _compared(compared),
+    ]
+    if any(r.solved for r in compared.rows):
+        parts.append(image(side_by_side(compared), "multipliers with their ranges"))
+    parts.append(bullets(compared.findings()))
+    if drawn is not None:
+        parts.append(f"<h2>How it fails ({escape(drawn.method)})</h2>" + image(mechanism(model, drawn), "mechanism"))
+        if drawn.resultants is not None:
+            parts.append("<h2>Forces in the joints</h2>" + image(contact_forces(model, drawn), "joint forces"))
+    parts.append("<h2>Geometry and supports</h2>" + image(draw_assembly(model), "assembly") + bullets(_geometry(model)))
+    parts.append("<h2>Loads</h2>" + bullets(_loads(model, loads)))
+    parts.append("<h2>Joints</h2>" + _joints(model))
+    parts.append("<h2>Contacts</h2>" + _contacts(model))
+    parts.append("<h2>Assumed</h2>" + bullets(assumed or ["Nothing beyond the input above."]))
+    parts.append("<h2>Checks of every answer</h2>" + _checks(compared))
+    parts.append("<h2>What this does not cover</h2>" + bullets(NOT_COVERED))
+    return write_page(path, name, parts)
+
+
+def _headline(compared: SideBySide) -> str:
+    solved = [r for r in compared.rows if r.solved]
+    if not solved:
+        return "No theory found a finite collapse multiplier."
+    low, high = min(r.multiplier for r in solved), max(r.multiplier for r in solved)
+    ends = f"{low:.3g}" if f"{low:.3g}" == f"{high:.3g}" else f"{low:.3g} to {high:.3g}"
+    count = f"{len(solved)} theories say" if len(solved) > 1 else f"{solved[0].method} says"
+    return f"Collapse at {ends} times the live load: {count}."
+
+
+def _compared(compared: SideBySide) -> str:
+    rows = []
+    for r in compared.rows:
+        ends = f"{r.low:.4f} to {r.high:.4f}" if r.has_range else ""
+        value = f"{r.multiplier:.4f}" if np.isfinite(r.multiplier) else "-"
+        rows.append(("", [r.method, (value,), (ends,), r.status, f"{_KINDS[r.bound.kind]}. {r.bound}"]))
+    if compared.measured is not None:
+        low, value, high = compared.measured
+        ends = f"{low:.4f} to {high:.4f}" if high > low else ""
+        rows.append(("kept", ["test", (f"{value:.4f}",), (ends,), "measured", ""]))
+    return table(["theory", "multiplier", "range", "status", "what the number is"], rows)
+
+
+def _geometry(model: Assembly) -> list[str]:
+    bounds = np.array([b.bounds for b in model.blocks])
+    size = bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)
+    held = [model.blocks[i].name for i in np.flatnonzero(model.held.any(axis=1))]
+    free = ~model.fixed
+    return [
+        f"{model.n_blocks} blocks, {len(model.interfaces)} joints, {size[0]:.4g} x {size[1]:.4g} x {size[2]:.4g} m "
+        "(x, y, z)",
+        f"weight of the blocks that are not fixed: {model.weights[free].sum() / 1e3:.4g} kN",
+        f"held: {', '.join(held[:12]) or 'none'}{f' and {len(held) - 12} more' if len(held) > 12 else ''}",
+    ]
+
+
+def _loads(model: Assembly, loads: Loads) -> list[str]:
+    free = ~model.held
+    out = [f"load case: {loads.name}"] if loads.name else []
+    for label, wrench in (("dead", loads.dead * free), ("live, times the multiplier", loads.live * free)):
+        x, y, z = wrench[:, :3].sum(axis=0) / 1e3
+        out.append(f"{label}: sum {x:.4g}, {y:.4g}, {z:.4g} kN along x, y, z on the degrees of freedom that move")
+    return out
+
+
+def _joints(model: Assembly) -> str:
+    laws: dict[Joint, list[float]] = {}
+    for i in model.interfaces:
+        laws.setdefault(i.joint, []).append(i.area)
+    rows = [
+        ("", [law.name or "joint", (str(len(areas)),), (f"{sum(areas):.4g}",), repr(law)])
+        for law, areas in laws.items()
+    ]
+    return table(["name", "joints", "area [m2]", "law: angles [deg], strengths [Pa], stiffness [Pa/m]"], rows)
+
+
+def _contacts(model: Assembly) -> str:
+    report = model.contact_report()
+    lines = str(report).splitlines()
+    drawing = image(contact_report(model, report), "contacts") if report.decisions else ""
+    return f"<pre>{escape(chr(10).join(lines[:40]))}</pre>" + drawing
+
+
+def _checks(compared: SideBySide) -> str:
+    out = []
+    for row in compared.rows:
+        found: Prediction | None = row.prediction
+        text = [f"{row.method}: {row.status}, {row.seconds:.1f} s"]
+        if found is not None and found.certificate is not None:
+            text += [f"  {line}" for line in str(found.certificate).splitlines()]
+        text += [f"  warning: {w}" for w in row.warnings]
+        out.append("\n".join(text))
+    return f"<pre>{escape((chr(10) * 2).join(out))}</pre>"
