@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from limitmason.errors import InputError
 from limitmason.model.arrays import AssemblyArrays
 from limitmason.model.joint import Joint, LostBy
+from limitmason.model.material import Material
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -38,6 +39,14 @@ def tension_corner(tensile_strength: Array, cohesion: Array, tan_phi: Array) -> 
     cohesion, tan_phi = np.asarray(cohesion, dtype=float), np.asarray(tan_phi, dtype=float)
     apex = np.divide(cohesion, tan_phi, out=np.full(np.shape(cohesion), np.inf), where=tan_phi > 0.0)
     return np.minimum(tensile_strength, apex)
+
+
+def unit_tension(material: Material) -> float:
+    """Largest tensile stress of a unit's zones, ft or the apex of its Mohr-Coulomb cone [Pa]; infinite if elastic."""
+    if material.cohesion is None:
+        return np.inf
+    strength = np.inf if material.tensile_strength is None else material.tensile_strength
+    return float(tension_corner(np.array(strength), np.array(material.cohesion), np.array(material.tan_phi)))
 
 
 class PointLaw(NamedTuple):

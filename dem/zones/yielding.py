@@ -15,6 +15,7 @@ from dem.kernels.yielding import (
     MAT_STRAIN,
     MAT_YIELDS,
 )
+from limitmason.law import unit_tension
 from limitmason.model import Material
 
 Array = NDArray[np.float64]
@@ -37,6 +38,6 @@ def material_row(material: Material, plane_strain: bool, elastic: Array) -> Arra
         )
         row[MAT_K], row[MAT_KPSI] = (1.0 + sin) / (1.0 - sin), (1.0 + sin_psi) / (1.0 - sin_psi)
         row[MAT_C] = 2.0 * material.cohesion * np.sqrt(row[MAT_K])
-        row[MAT_FT] = material.tension_cut_off
+        row[MAT_FT] = unit_tension(material)
         row[MAT_YIELDS] = 1.0
     return row

@@ -105,10 +105,3 @@ class Material:
         """tan(psi) [-]."""
         return math.tan(math.radians(self.dilatancy_angle_deg))
 
-    @property
-    def tension_cut_off(self) -> float:
-        """Largest tensile stress, the smaller of ft and the apex c / tan(phi) [Pa]; infinite for an elastic unit."""
-        if self.cohesion is None:
-            return math.inf
-        apex = self.cohesion / self.tan_phi if self.tan_phi > 0.0 else math.inf
-        return apex if self.tensile_strength is None else min(self.tensile_strength, apex)

@@ -120,7 +120,8 @@ VALUES = {
     "--checkpoint": ["kept.npz"], "--cracks": ["c.png"], "--zone-size": ["20mm"], "--search": ["quick"],
     "--time-limit": ["0.5"],
 }  # fmt: skip
-OTHER = {("report", "-o"): ["other.html"], ("compare", "--markdown"): [], ("compare, associative", "--markdown"): [], ("compare", "--methods"): ["dem"],
+OTHER = {("report", "-o"): ["other.html"],
+         ("compare", "--markdown"): [], ("compare, associative", "--markdown"): [], ("compare", "--methods"): ["dem"],
          ("experiments methods", "--methods"): ["associative"],
          ("compare, associative", "--methods"): ["mechanisms"],
          ("pushover", "--method"): ["limit"], ("pushover, packaged", "--method"): ["limit"],

@@ -12,6 +12,7 @@ import limitmason as lm
 from limitmason import formats
 from limitmason.build.variants import displaced
 from limitmason.errors import InputError
+from limitmason.law import unit_tension
 
 BRICK = {"young_modulus": 16.7e9, "poisson_ratio": 0.15}
 STONE = {**BRICK, "cohesion": 2e6, "friction_angle_deg": 40.0}
@@ -24,15 +25,15 @@ def test_elastic_constants():
     assert 9.0 * k * g / (3.0 * k + g) == pytest.approx(16.7e9, rel=1e-14)
     assert (3.0 * k - 2.0 * g) / (2.0 * (3.0 * k + g)) == pytest.approx(0.15, rel=1e-13)
     assert not brick.yields
-    assert brick.tension_cut_off == math.inf
+    assert unit_tension(brick) == math.inf
 
 
 def test_tension_ends_at_the_apex_of_the_cone():
     apex = 2e6 / math.tan(math.radians(40.0))
-    assert lm.Material(**STONE).tension_cut_off == pytest.approx(apex)
-    assert lm.Material(**STONE, tensile_strength=1e6).tension_cut_off == 1e6
-    assert lm.Material(**STONE, tensile_strength=9e6).tension_cut_off == pytest.approx(apex)
-    assert lm.Material(**{**STONE, "friction_angle_deg": 0.0}).tension_cut_off == math.inf
+    assert unit_tension(lm.Material(**STONE)) == pytest.approx(apex)
+    assert unit_tension(lm.Material(**STONE, tensile_strength=1e6)) == 1e6
+    assert unit_tension(lm.Material(**STONE, tensile_strength=9e6)) == pytest.approx(apex)
+    assert unit_tension(lm.Material(**{**STONE, "friction_angle_deg": 0.0})) == math.inf
     assert lm.Material(**{**STONE, "friction_angle_deg": 0.0}).yields
 
 
