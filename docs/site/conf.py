@@ -63,3 +63,8 @@ def setup(app):
         lambda app, what, name, obj, options, lines: lines.__setitem__(slice(None), site_sources.readable(lines)),
         priority=100,
     )
+    # fields of a named tuple stand in its signature; what Python says of them says nothing
+    app.connect(
+        "autodoc-skip-member",
+        lambda app, what, name, obj, skip, options: True if type(obj).__name__ == "_tuplegetter" else None,
+    )
