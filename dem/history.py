@@ -97,7 +97,9 @@ class History:
         arrays |= {f"scalar.{k}": v for k, v in self.scalars.items()} | {k: getattr(self, k) for k in _ARRAYS}
         arrays["tie_force"] = self.tie_force
         arrays |= self.position.arrays() if self.position is not None else {}
-        brake = [np.nan] * 3 if damping is None else [damping.local, damping.adaptive, float(damping.kinetic)]
+        brake = [np.nan] * 4
+        if damping is not None:
+            brake = [damping.local, damping.adaptive, float(damping.kinetic), float(damping.combined)]
         write_archive(path, arrays | {
             "status": np.array(self.status), "stages": np.array(self.stages, str),
             "notes": np.array(self.warnings, str),
@@ -131,7 +133,8 @@ class History:
             )
             check_continues(assembly, state, Loads(state.dead, state.live), None)
             brake, every = take("settings.damping").tolist(), int(take("settings.detect_every"))
-            damping = None if np.isnan(brake[0]) else Damping(brake[0], brake[1], bool(brake[2]))
+            # archives written before there was combined damping have three numbers
+            damping = None if np.isnan(brake[0]) else Damping(*brake[:2], *map(bool, brake[2:]))
             return cls(
                 assembly, RunStatus(str(take("status"))), {c: take(f"scalar.{c}") for c in COLUMNS}, state=state,
                 **{k: take(k) for k in _ARRAYS},

@@ -14,6 +14,14 @@ from limitmason.model.stages import Damping
 Array = NDArray[np.float64]
 
 
+CALM = 1e-2
+"""Kinetic over elastic energy up to which motion is steady, and combined damping acts where it is asked for [-].
+
+Local damping drags on blocks that slide or turn on steadily while their joints chatter, and a push then carries too
+much. After a brittle drop it brings the blocks to rest sooner.
+"""
+
+
 @dataclass(frozen=True)
 class Scale:
     """What unbalanced forces and displacements are small against.
@@ -58,17 +66,23 @@ class Scale:
         """The same, but of a block that others press at least 1e-7 of that, below which no balance can be told."""
         if not (self.load < 1e-6 * self.load.max()).any():
             return self
-        m = len(state.points.s)
-        force = np.empty((m, 3))
-        kernels.measure(
-            state.points, state.joints, state.bodies, np.empty((m, 3)), force, np.empty(m), np.empty((m, 2)),
-            state.modes, state.space,
-        )  # fmt: skip
+        _, force = _stored(state)
         owner = np.repeat(np.arange(len(state.joints.block_a)), np.diff(state.joints.start))
         pressed = np.zeros(len(self.load))
         for block in (state.joints.block_a, state.joints.block_b):
             np.add.at(pressed, block[owner], np.linalg.norm(force, axis=1))
         return replace(self, load=np.maximum(self.load, 1e-7 * pressed))
+
+
+def _stored(state: State) -> tuple[float, Array]:
+    """Elastic energy of joints and blocks [J], and force of every contact point on block b [N], shape (m, 3)."""
+    m = len(state.points.s)
+    force = np.empty((m, 3))
+    energy = kernels.measure(
+        state.points, state.joints, state.bodies, np.empty((m, 3)), force, np.empty(m), np.empty((m, 2)), state.modes,
+        state.space,
+    )  # fmt: skip
+    return float(energy), force
 
 
 def _own_load(wrench: Array, moves: NDArray[np.bool_], arm: Array) -> Array:
@@ -115,13 +129,15 @@ def run(
         When a displacement or velocity is no longer finite; the message names the block.
     """
     steps = len(factors)
+    # without combined damping the kernel is compiled without it, to the bits of before
+    drifts = bool(state.total[kernels.E_KINETIC] < CALM * _stored(state)[0]) if damping.combined else None
     if drives is None or speeds is None:
         drives, speeds = np.zeros((0,) + cases.shape[1:]), np.zeros((steps, 0))
     kernels.advance(
         state.points, state.joints, state.bodies, state.total, np.ascontiguousarray(cases, dtype=float),
         np.ascontiguousarray(factors, dtype=float), np.ascontiguousarray(drives, dtype=float),
         np.ascontiguousarray(speeds, dtype=float), state.dt, damping.local, damping.adaptive, damping.kinetic,
-        state.mode == DYNAMIC, state.modes, state.space, True if state.modes is None else None,
+        state.mode == DYNAMIC, drifts, state.modes, state.space, True if state.modes is None else None,
         state.ties if len(state.ties.block_a) else None,
     )  # fmt: skip
     state.time += steps * state.dt
@@ -241,7 +257,7 @@ def hold(
         # checks at unequal intervals cannot fall into step with an oscillation
         steps = check_every + (0, 7, 3, 11)[len(path) % 4]
         if damping.kinetic and used >= stops and not _fades(path):
-            damping = Damping(max(damping.local, 0.6), damping.adaptive)
+            damping = replace(damping, local=max(damping.local, 0.6), kinetic=False)
         run_constant(state, wrench, steps, damping)
         used += steps
         force, moment = unbalance_of_blocks(state, scale.above_rounding(state))

@@ -9,6 +9,7 @@ sides once, and hands back the moments sum (1, p, p^2) f of its forces; what act
 import numpy as np
 
 from dem.kernels.arrays import E_FRACTURE, E_FRICTION, E_VISCOUS, LAW_CROSS, Array, Bodies, Joints, Modes, Points
+from dem.kernels.braking import against_change
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed_plane import _plane_joint, _side, _turn_in_plane, _turned_side
 from dem.kernels.deformed_space import _quadratic, _space_joint, _space_side, _space_turn
@@ -79,7 +80,8 @@ def _modal_forces(
 
 @kernel(forceinline=True)
 def _move_modes(
-    modes: Modes, dt: float, kick: float, local: float, viscosity: float, keep: float, lag: float,
+    modes: Modes, dt: float, kick: float, local: float, drifts: bool | None, viscosity: float, keep: float,
+    lag: float,
 ) -> tuple[float, float]:  # fmt: skip
     """A step of the modal coordinates; returns kinetic energy and what damping took [J]."""
     value, rate, net = modes.value, modes.rate, modes.net
@@ -89,9 +91,12 @@ def _move_modes(
             if modes.inv_mass[i, k] == 0.0:
                 continue
             f = modes.contact[i, k] - modes.stiffness[i, k] * value[i, k]
+            past = net[i, k]
             net[i, k] = f
             v = rate[i, k]
             brake = local * abs(f) * ((v > 0.0) - (v < 0.0))
+            if drifts is not None and drifts:
+                brake = against_change(local, f, f - past, brake)
             new = (v * keep + (f - brake) * modes.inv_mass[i, k] * kick) * lag
             damping += brake * 0.5 * (v + new) * dt
             damping += viscosity * modes.mass[i, k] * (0.5 * (v + new)) ** 2 * dt

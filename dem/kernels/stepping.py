@@ -12,6 +12,7 @@ from dem.kernels.arrays import (
     E_VISCOSITY,
     LAW_CROSS,
 )
+from dem.kernels.braking import against_change
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed import _modal_forces, _move_modes
 from dem.kernels.forces import _crossing_forces, _joint_forces
@@ -65,7 +66,7 @@ def rotation_of(q, out):
 @kernel()
 def advance(
     points, joints, bodies, total, cases, factors, drives, speeds, dt, local, adaptive, kinetic_stop, true_inertia,
-    modes=None, space=None, rigid=True, ties=None,
+    drifts, modes=None, space=None, rigid=True, ties=None,
 ):
     """Advance by ``len(factors)`` steps of central differences.
 
@@ -84,6 +85,8 @@ def advance(
     adaptive : wanted ratio of the power of global damping to the rate of change of kinetic energy, 0 for none
     kinetic_stop : set all free velocities to zero whenever the kinetic energy has passed a peak
     true_inertia : keep the angular momentum exactly in free flight (second-order spin at the half step)
+    drifts : half of the local damping acts against the change of the force, see :func:`against_change`;
+        None where it never does: the compiler then leaves it out
     modes : of blocks that deform, changed in place; None where all are rigid
     space, rigid : None where they deform in a plane, None where they deform at all
     ties : changed in place; None where there are none
@@ -91,6 +94,7 @@ def advance(
     n = bodies.mass.size
     vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
     force, old, half, trot, new = np.empty(6), np.empty(6), np.empty(4), np.empty((3, 3)), np.empty(3)
+    past = np.empty(6)
     crossings = (joints.law[:, LAW_CROSS] != 0.0).any()
     scratch = np.empty((4, 18))
     for step in range(factors.shape[0]):
@@ -122,6 +126,8 @@ def advance(
                     for k in range(6):
                         force[k] += x * cases[c, i, k]
             for k in range(6):
+                if drifts is not None:
+                    past[k] = net[i, k]
                 net[i, k] = force[k] + bodies.contact[i, k]
             moving = not still
             for k in range(3):
@@ -135,6 +141,8 @@ def advance(
                     f = net[i, k]
                     v = vel[i, k]
                     brake = local * abs(f) * ((v > 0.0) - (v < 0.0))
+                    if drifts is not None and drifts:
+                        brake = against_change(local, f, f - past[k], brake)
                     vel[i, k] = (v * keep + (f - brake) * bodies.inv_mass[i] * kick) * lag
                     damping += brake * 0.5 * (v + vel[i, k]) * dt
                     damping += viscosity * bodies.mass[i] * (0.5 * (v + vel[i, k])) ** 2 * dt
@@ -144,6 +152,8 @@ def advance(
                     f = net[i, 3 + k]
                     w = spin[i, k]
                     brake = local * abs(f) * ((w > 0.0) - (w < 0.0))
+                    if drifts is not None and drifts:
+                        brake = against_change(local, f, f - past[3 + k], brake)
                     ang[i, k] = (ang[i, k] * keep + (f - brake) * kick) * lag
                     damping += brake * w * dt
             if still and not moving:
@@ -187,7 +197,7 @@ def advance(
                 _turned(bodies.quat[i], new, dt, bodies.quat[i])
                 rotation_of(bodies.quat[i], bodies.rot[i])
         if modes is not None:
-            moving_modes, braked_modes = _move_modes(modes, dt, kick, local, viscosity, keep, lag)
+            moving_modes, braked_modes = _move_modes(modes, dt, kick, local, drifts, viscosity, keep, lag)
             kinetic += moving_modes
             damping += braked_modes
         if adaptive > 0.0:

@@ -12,6 +12,7 @@ side, slip the travel along it from where it was.
 import numpy as np
 
 from dem.kernels.arrays import Array
+from dem.kernels.braking import against_change
 from dem.kernels.compiled import kernel
 from dem.kernels.law import fall_of, peak_of, return_map
 from dem.kernels.yielding import (
@@ -279,11 +280,8 @@ def _place_rigid(nodes: Nodes, rigid: Rigid) -> None:
 @kernel(forceinline=True)
 def _brake(local: float, drifts: bool, force: float, change: float, speed: float) -> float:
     """Cundall's local damping, or his combined one where motion is steady: against the change of the force too."""
-    size = local * abs(force)
-    against = 1.0 if speed > 0.0 else -1.0 if speed < 0.0 else 0.0
-    if drifts:
-        against = 0.5 * (against - (1.0 if change > 0.0 else -1.0 if change < 0.0 else 0.0))
-    return size * against
+    brake = local * abs(force) * (1.0 if speed > 0.0 else -1.0 if speed < 0.0 else 0.0)
+    return against_change(local, force, change, brake) if drifts else brake
 
 
 @kernel()

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from dem.joints import Grid, JointOptions
 from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_SUPPORT
+from dem.stepping import CALM
 from dem.zones import running
 from dem.zones.marks import joint_marks
 from dem.zones.model import ZonedModel, make_model, set_loads
@@ -33,15 +34,6 @@ LEAST_STEPS = 10_000
 
 GENTLE = 5
 """Samples over which the drive comes up to its speed."""
-
-CALM = 1e-2
-"""Kinetic over elastic energy up to which damping is the combined one, made for steady motion [-].
-
-Local damping drags on blocks that slide or turn on steadily while their joints chatter, and a push then carries too
-much: a plastic wall 5 % more than its limit load in 30 000 steps, where combined damping leaves 0.1 %. After a brittle
-drop local damping brings the blocks to rest sooner.
-"""
-
 
 def push_zoned(
     assembly: Assembly,

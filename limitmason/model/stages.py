@@ -26,11 +26,15 @@ class Damping:
     local : Cundall's local damping, F - local |F| sign(v) per component; takes momentum from free flight
     adaptive : ratio of the power of global viscous damping to the rate of change of kinetic energy; 0 for none
     kinetic : stop all blocks whenever the kinetic energy has passed a peak; settles without overshoot
+    combined : where motion is steady (kinetic energy small beside the elastic), half of the local damping acts against
+        the change of the force instead, -local / 2 |F| (sign(v) - sign(dF/dt)): local damping alone drags on blocks
+        that slide or turn on at one speed while their joints chatter (Cundall's combined damping)
     """
 
     local: float = 0.0
     adaptive: float = 0.0
     kinetic: bool = False
+    combined: bool = False
 
     def __post_init__(self) -> None:
         """Check the range."""
@@ -38,6 +42,8 @@ class Damping:
             raise InputError(
                 f"local damping must lie in 0 .. 0.9 and adaptive be >= 0, got {self.local!r} and {self.adaptive!r}"
             )
+        if self.combined and not self.local > 0.0:
+            raise InputError("combined damping shares out the local one: give local > 0, or leave combined out")
 
 
 @dataclass(frozen=True)

@@ -300,3 +300,40 @@ def test_hopeless_contrasts_of_stiffness_are_refused_with_the_time_they_would_ta
     wall = opened().with_joints({"base": soft})
     with pytest.raises(InputError, match=r"would take about .* h.*'base' and .* softest"):
         dem.push(wall, PLATE, to=1e-4, settle=dem.Settle(tolerance=1e9), longest=5.0)
+
+
+# ---- combined damping
+
+
+def slide(blocks, **options):
+    """A wall whose heavy beam is pushed along it until it slides, and its associative limit load."""
+    law = lm.Joint(25.0, dilatancy_angle_deg=25.0, normal_stiffness=5e10, shear_stiffness=5e10)
+    wall = lm.build.wall(
+        length=1.6, courses=8, unit=(0.4, 0.2, 0.2), joint=law, density=2000.0, top_beam=0.2, beam_density=2e4
+    )
+    stone = lm.Material(young_modulus=2e11, poisson_ratio=0.2, density=2000.0)
+    wall = wall.with_material(stone, blocks=[b.name for b in wall.blocks if b.name != "beam"])
+    loads = lm.Loads.weight(wall).with_point_load(wall, "beam", (1.0, 0, 0), at=tuple(wall.centroids[-1]))
+    exact = lm.limit_analysis(wall, loads, contact_model="grid", grid=(3, 2)).collapse_multiplier
+    east = dem.Drive({"beam": {"x": 1.0}})
+    return dem.push(wall, east, to=5e-3, blocks=blocks, contact_points=(3, 2), samples=200, **options), exact
+
+
+@pytest.mark.parametrize("blocks", ["rigid", "modal"])
+def test_a_plastic_wall_slides_at_its_associative_limit_load_at_any_speed(blocks):
+    curve, exact = slide(blocks)
+    assert curve.residual == pytest.approx(exact, rel=5e-3)
+    assert curve.peak.load == pytest.approx(exact, rel=5e-3)
+    assert curve.rate_error < 0.01
+    assert curve.errors["energy"].max() < 1e-3
+
+
+def test_local_damping_alone_lets_a_wall_overshoot_where_it_begins_to_slide():
+    curve, exact = slide("rigid", damping=dem.Damping(0.5), rate_check=False)
+    assert curve.peak.load > 1.01 * exact
+    assert curve.residual == pytest.approx(exact, rel=5e-3)
+
+
+def test_combined_damping_without_a_local_one_is_refused():
+    with pytest.raises(InputError, match="give local > 0"):
+        dem.Damping(combined=True)
