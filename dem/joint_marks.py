@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.kernels import LAW_C, LAW_FC, LAW_FT, LAW_KN, LAW_KS, LAW_MU, LAW_RATE
+from dem.kernels import LAW_C, LAW_FC, LAW_FT, LAW_KN, LAW_KS, LAW_MU, LAW_RATE, LAW_RATE_SLIP
 from dem.state import Measured, State
 
 Array = NDArray[np.float64]
@@ -42,12 +42,51 @@ def joint_marks(state: State, now: Measured, count: int) -> JointMarks:
     count : number of interfaces of the assembly
     """
     p, law = state.points, state.joints.law[now.owner]
-    kn, ks, mu, c, ft = (law[:, k] for k in (LAW_KN, LAW_KS, LAW_MU, LAW_C, LAW_FT))
+    kn, ft = law[:, LAW_KN], law[:, LAW_FT]
     force = np.linalg.norm(now.force, axis=1) / p.area
     normal = np.maximum(-kn * now.opening, np.where(p.damage > 0.0, 0.0, -ft))
     crushing = np.minimum(normal, kn * law[:, LAW_FC])
     shear = np.sqrt(np.maximum(force**2 - crushing**2, 0.0))
     slip = np.hypot(p.slip_1, p.slip_2)
+    interface = state.interface[now.owner]
+    kept = interface >= 0
+    points = PointMarks(now.opening, slip, normal, shear, p.lift, p.damage, p.area)
+    return marks_of(PointMarks(*(v[kept] for v in points)), law[kept], interface[kept], count)
+
+
+class PointMarks(NamedTuple):
+    """What stands at contact points, shape (m,).
+
+    Parameters
+    ----------
+    opening : less dilation [m]
+    slip : plastic, without sign [m]
+    normal, shear : compression positive, and without sign [Pa]
+    lift : what dilation gave and crushing took [m]
+    damage : part of the strength that is gone [-]
+    area : [m2]
+    """
+
+    opening: Array
+    slip: Array
+    normal: Array
+    shear: Array
+    lift: Array
+    damage: Array
+    area: Array
+
+
+def marks_of(points: PointMarks, law: Array, interface: NDArray[np.intp], count: int) -> JointMarks:
+    """Marks per interface from what stands at the contact points, of rigid, modal and zoned blocks alike.
+
+    Parameters
+    ----------
+    law : of every point's joint, see the ``LAW_`` entries, shape (m, LAW_SIZE)
+    interface : of every point, shape (m,)
+    count : number of interfaces of the assembly
+    """
+    kn, ks, mu, c, ft = (law[:, k] for k in (LAW_KN, LAW_KS, LAW_MU, LAW_C, LAW_FT))
+    opening, slip, normal, shear, lift, damage, weight = points
     size = np.maximum(np.maximum(np.abs(normal), shear), 1e-300)
     with np.errstate(divide="ignore", invalid="ignore"):
         # a joint without strength and without stress uses none of it
@@ -56,21 +95,18 @@ def joint_marks(state: State, now: Measured, count: int) -> JointMarks:
         sheared = np.where(shear > ROUNDING * size, shear / limit, 0.0)
         pressed = np.where(np.isfinite(law[:, LAW_FC]), normal / (kn * law[:, LAW_FC]), 0.0)
     used = np.nan_to_num(np.maximum(np.maximum(pulled, sheared), pressed), posinf=1.0)
-    softens = law[:, LAW_RATE] > 0.0
+    softens = (law[:, LAW_RATE] > 0.0) | (law[:, LAW_RATE_SLIP] > 0.0)
     # only crushing takes more from the lift than dilation gave
-    depth = np.maximum(-p.lift, 0.0)
-    plastic = (now.opening > (1.0 + ROUNDING) * ft / kn) | (slip > ROUNDING * size / ks)
-    failed = np.where(softens, p.damage > 0.0, plastic) | (depth > ROUNDING * size / kn)
-    interface = state.interface[now.owner]
-    kept = interface >= 0
-    rows = interface[kept]
+    depth = np.maximum(-lift, 0.0)
+    plastic = (opening > (1.0 + ROUNDING) * ft / kn) | (slip > ROUNDING * size / ks)
+    failed = np.where(softens, damage > 0.0, plastic) | (depth > ROUNDING * size / kn)
 
     def largest(values: Array) -> Array:
         out = np.full(count, -np.inf)
-        np.maximum.at(out, rows, values[kept])
+        np.maximum.at(out, interface, values)
         return np.where(np.isfinite(out), out, np.nan)
 
-    area = np.bincount(rows, p.area[kept], count)
+    area = np.bincount(interface, weight, count)
     with np.errstate(invalid="ignore"):
-        part = np.bincount(rows, (p.area * failed)[kept], count) / area
-    return JointMarks(largest(now.opening), largest(slip), largest(depth), largest(np.minimum(used, 1.0)), part)
+        part = np.bincount(interface, weight * failed, count) / area
+    return JointMarks(largest(opening), largest(slip), largest(depth), largest(np.minimum(used, 1.0)), part)
