@@ -108,8 +108,8 @@ def page(*, store: str | Path | None = None, progress: Callable[[str], None] | N
         "# Brick panels with an opening: the paper's numbers beside ours", "",
         f"Made by `limitmason experiments paper {NAME}`. DEM, driven spreader, rigid bricks with their compliance "
         "lumped "
-        f"in the joints, contact points up to {first.spacing:.4g} mm apart, {STEPS} steps and three times as "
-        "many: ours is "
+        f"in the joints, combined damping, contact points up to {first.spacing:.4g} mm apart, {STEPS} steps and three "
+        "times as many: ours is "
         "the slower run, *rate* the difference to the faster. Displacements count from the settled panel.", "",
         f"**The outline is inferred, not published**: {BASIS}.", "",
         f"Joint law: {_without_values(first.law)}. The sentence of the paper (opening or slip) and full plasticity "
