@@ -103,9 +103,9 @@ def _compared(compared: SideBySide) -> str:
         value = f"{r.multiplier:.4f}" if np.isfinite(r.multiplier) else "-"
         rows.append(("", [r.method, (value,), (ends,), r.status, f"{_KINDS[r.bound.kind]}. {r.bound}"]))
     if compared.measured is not None:
-        low, value, high = compared.measured
+        low, middle, high = compared.measured
         ends = f"{low:.4f} to {high:.4f}" if high > low else ""
-        rows.append(("kept", ["test", (f"{value:.4f}",), (ends,), "measured", ""]))
+        rows.append(("kept", ["test", (f"{middle:.4f}",), (ends,), "measured", ""]))
     return table(["theory", "multiplier", "range", "status", "what the number is"], rows)
 
 
