@@ -135,7 +135,7 @@ def pushover(
     open_by = None if gaps is None else np.asarray(gaps, dtype=float)
     if open_by is not None and not (open_by.shape == (points.count,) and (open_by >= 0.0).all()):
         raise InputError(f"gaps must be {points.count} lengths [m] that are not negative, one per contact point")
-    first, shapes = first_contacts(assembly, points, interface_law(assembly.arrays), kn, ks, open_by), None
+    first, shapes = first_contacts(points, interface_law(assembly.arrays), kn, ks, open_by), None
     if contacts == ANEW:
         shapes, first = shapes_of(assembly, first, plane, size)
 

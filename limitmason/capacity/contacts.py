@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from limitmason.contact_points import ContactPoints
 from limitmason.law import PointLaw
-from limitmason.model.assembly import Assembly
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -93,9 +92,7 @@ class Contacts:
         return np.lexsort((high, low))
 
 
-def first_contacts(
-    assembly: Assembly, points: ContactPoints, law: PointLaw, kn: Array, ks: Array, gaps: Array | None = None
-) -> Contacts:
+def first_contacts(points: ContactPoints, law: PointLaw, kn: Array, ks: Array, gaps: Array | None = None) -> Contacts:
     """The contact points of the reference pose, the frame carried by the interface's block a.
 
     Parameters

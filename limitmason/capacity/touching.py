@@ -393,7 +393,7 @@ def _made(
         heirs &= same
     model = int(np.where(heirs if heirs.any() else same if same.any() else touching, apart, np.inf).argmin())
     # tangents of the model, turned into the face
-    directions = _frame(c, model, pose, rotation_a, normal, a)
+    directions = _frame(c, model, pose, rotation_a, normal)
     law, interface = c.law.at(np.array([model])), c.interface[[model]]
     if not same[model]:
         zero = np.zeros(1)
@@ -434,7 +434,7 @@ def _directions_now(c: Contacts, row: int, pose: Pose) -> Array:
     return c.directions[row] @ (np.eye(3) + pose.turn[c.block_a[row]]).T
 
 
-def _frame(c: Contacts, row: int, pose: Pose, rotation_a: Array, normal: Array, a: int) -> Array:
+def _frame(c: Contacts, row: int, pose: Pose, rotation_a: Array, normal: Array) -> Array:
     """Normal of a face and tangents, in the reference axes of its block, near those of another point."""
     if c.components == 2:
         # as in the reference pose: the tangent is the normal turned in the plane

@@ -26,7 +26,8 @@ MANY = 400
 @singledispatch
 def plot(shown: Any, **options: Any) -> Figure:
     """Figure of an object of this package."""
-    raise InputError(f"there is no figure of a {type(shown).__name__}")
+    with_them = f" with {', '.join(options)}" if options else ""
+    raise InputError(f"there is no figure of a {type(shown).__name__}{with_them}")
 
 
 @plot.register

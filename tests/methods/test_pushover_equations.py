@@ -25,7 +25,7 @@ from limitmason.plane import find_plane
 def contacts_of(wall, points, over=None):
     """The contacts of a wall's points; ``over`` turns the frames of some of them over to the other block."""
     one = np.ones(len(wall.interfaces))
-    first = first_contacts(wall, points, interface_law(wall.arrays), one, one)
+    first = first_contacts(points, interface_law(wall.arrays), one, one)
     return first if over is None else turned_over(first, over)
 
 

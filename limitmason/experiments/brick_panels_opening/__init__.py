@@ -50,11 +50,12 @@ OPTIONS = {
 }
 
 _ASSUMED = (
-    "Outline, bond and spreader are inferred, not published.",
-    "The spreader is a brick of 225 x 75 mm on the middle of the wall, its joint like the others, free to turn.",
-    "The bottom bricks stand on a held base through joints like the others.",
-    "Young's modulus of the bricks is 16.7 GPa, not the 1670 MPa that Table 4 prints: with that, own weight alone "
-    "would settle more than Table 3 prints at three of its four stiffnesses.",
+    "Outline, bond and spreader are inferred, not published: assumed.",
+    "The spreader is assumed to be a brick of 225 x 75 mm on the middle of the wall, its joint like the others, free "
+    "to turn.",
+    "The bottom bricks are assumed to stand on a held base through joints like the others.",
+    "Young's modulus of the bricks is assumed as 16.7 GPa, not the 1670 MPa that Table 4 prints: with that, own weight "
+    "alone would settle more than Table 3 prints at three of its four stiffnesses.",
 )
 
 
