@@ -87,13 +87,18 @@ def structure_report(
 
 
 def _headline(compared: SideBySide) -> str:
+    """The smallest upper bound, and the smallest answer of all below it; a weak bound far above says nothing."""
     solved = [r for r in compared.rows if r.solved]
     if not solved:
         return "No theory found a finite collapse multiplier."
-    low, high = min(r.multiplier for r in solved), max(r.multiplier for r in solved)
-    ends = f"{low:.3g}" if f"{low:.3g}" == f"{high:.3g}" else f"{low:.3g} to {high:.3g}"
-    count = f"{len(solved)} theories say" if len(solved) > 1 else f"{solved[0].method} says"
-    return f"Collapse at {ends} times the live load: {count}."
+    least = min(solved, key=lambda r: r.multiplier)
+    above = [r for r in solved if r.bound.kind in (BoundKind.EXACT, BoundKind.UPPER)]
+    if not above:
+        return f"Collapse at about {least.multiplier:.3g} times the live load ({least.method})."
+    bound = min(above, key=lambda r: r.multiplier)
+    text = f"Collapse at no more than {bound.multiplier:.3g} times the live load ({bound.method})"
+    lower = least.multiplier < 0.995 * bound.multiplier
+    return text + (f"; {least.method} finds {least.multiplier:.3g}." if lower else ".")
 
 
 def _compared(compared: SideBySide) -> str:
