@@ -13,9 +13,8 @@ from dem.kernels.braking import against_change
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed_plane import _plane_joint, _side, _turn_in_plane, _turned_side
 from dem.kernels.deformed_space import _quadratic, _space_joint, _space_side, _space_turn
+from dem.kernels.forces import Numbers, add_wrench
 from dem.kernels.kinematics import _kinematics
-
-Numbers = tuple[float, ...]
 
 
 @kernel(forceinline=True)
@@ -55,24 +54,7 @@ def _modal_forces(
         friction += out[6]
         viscous += out[7] * dt
         fracture += out[8]
-        f0 = axes[0][0] * out[0] + axes[1][0] * out[1] + axes[2][0] * out[2]
-        f1 = axes[0][1] * out[0] + axes[1][1] * out[1] + axes[2][1] * out[2]
-        f2 = axes[0][2] * out[0] + axes[1][2] * out[1] + axes[2][2] * out[2]
-        m0 = axes[0][0] * out[3] + axes[1][0] * out[4] + axes[2][0] * out[5]
-        m1 = axes[0][1] * out[3] + axes[1][1] * out[4] + axes[2][1] * out[5]
-        m2 = axes[0][2] * out[3] + axes[1][2] * out[4] + axes[2][2] * out[5]
-        contact[a, 0] -= f0
-        contact[a, 1] -= f1
-        contact[a, 2] -= f2
-        contact[a, 3] -= m0 + ra[1] * f2 - ra[2] * f1
-        contact[a, 4] -= m1 + ra[2] * f0 - ra[0] * f2
-        contact[a, 5] -= m2 + ra[0] * f1 - ra[1] * f0
-        contact[b, 0] += f0
-        contact[b, 1] += f1
-        contact[b, 2] += f2
-        contact[b, 3] += m0 + rb[1] * f2 - rb[2] * f1
-        contact[b, 4] += m1 + rb[2] * f0 - rb[0] * f2
-        contact[b, 5] += m2 + rb[0] * f1 - rb[1] * f0
+        add_wrench(contact, a, b, axes, out, ra, rb)
     total[E_FRICTION] += friction
     total[E_VISCOUS] += viscous
     total[E_FRACTURE] += fracture

@@ -17,11 +17,14 @@ from dem.kernels.arrays import (
     LAW_MU,
     LAW_MU_R,
     LAW_RATE,
+    Array,
 )
 from dem.kernels.compiled import kernel
 from dem.kernels.kinematics import _cross, _crossing, _dot, _kinematics
 from dem.kernels.law import return_map
 from dem.kernels.sums import _sum_full, _sum_plain, _sum_softening
+
+Numbers = tuple[float, ...]
 
 
 @kernel(fast=False)
@@ -64,6 +67,31 @@ def _crossing_forces(points, joints, bodies, dt, total):
             contact[b, 3 + i] += mb[i]
         total[E_VISCOUS] += da * braked * dt
         total[E_FRICTION] += da * (rubbed - raised)
+
+
+@kernel(inline="always")
+def add_wrench(
+    contact: Array, a: int, b: int, axes: tuple[Numbers, Numbers, Numbers], out: Numbers, ra: Numbers, rb: Numbers
+) -> None:
+    """Add the force and moment of a joint, ``out`` in its axes, to block b and their opposites to block a."""
+    f0 = axes[0][0] * out[0] + axes[1][0] * out[1] + axes[2][0] * out[2]
+    f1 = axes[0][1] * out[0] + axes[1][1] * out[1] + axes[2][1] * out[2]
+    f2 = axes[0][2] * out[0] + axes[1][2] * out[1] + axes[2][2] * out[2]
+    m0 = axes[0][0] * out[3] + axes[1][0] * out[4] + axes[2][0] * out[5]
+    m1 = axes[0][1] * out[3] + axes[1][1] * out[4] + axes[2][1] * out[5]
+    m2 = axes[0][2] * out[3] + axes[1][2] * out[4] + axes[2][2] * out[5]
+    contact[a, 0] -= f0
+    contact[a, 1] -= f1
+    contact[a, 2] -= f2
+    contact[a, 3] -= m0 + ra[1] * f2 - ra[2] * f1
+    contact[a, 4] -= m1 + ra[2] * f0 - ra[0] * f2
+    contact[a, 5] -= m2 + ra[0] * f1 - ra[1] * f0
+    contact[b, 0] += f0
+    contact[b, 1] += f1
+    contact[b, 2] += f2
+    contact[b, 3] += m0 + rb[1] * f2 - rb[2] * f1
+    contact[b, 4] += m1 + rb[2] * f0 - rb[0] * f2
+    contact[b, 5] += m2 + rb[0] * f1 - rb[1] * f0
 
 
 @kernel(forceinline=True)
@@ -117,24 +145,7 @@ def _joint_forces(points, joints, bodies, dt, total):
         friction += out[6]
         viscous += out[7] * dt
         fracture += out[8]
-        f0 = axes[0][0] * out[0] + axes[1][0] * out[1] + axes[2][0] * out[2]
-        f1 = axes[0][1] * out[0] + axes[1][1] * out[1] + axes[2][1] * out[2]
-        f2 = axes[0][2] * out[0] + axes[1][2] * out[1] + axes[2][2] * out[2]
-        m0 = axes[0][0] * out[3] + axes[1][0] * out[4] + axes[2][0] * out[5]
-        m1 = axes[0][1] * out[3] + axes[1][1] * out[4] + axes[2][1] * out[5]
-        m2 = axes[0][2] * out[3] + axes[1][2] * out[4] + axes[2][2] * out[5]
-        contact[a, 0] -= f0
-        contact[a, 1] -= f1
-        contact[a, 2] -= f2
-        contact[a, 3] -= m0 + ra[1] * f2 - ra[2] * f1
-        contact[a, 4] -= m1 + ra[2] * f0 - ra[0] * f2
-        contact[a, 5] -= m2 + ra[0] * f1 - ra[1] * f0
-        contact[b, 0] += f0
-        contact[b, 1] += f1
-        contact[b, 2] += f2
-        contact[b, 3] += m0 + rb[1] * f2 - rb[2] * f1
-        contact[b, 4] += m1 + rb[2] * f0 - rb[0] * f2
-        contact[b, 5] += m2 + rb[0] * f1 - rb[1] * f0
+        add_wrench(contact, a, b, axes, out, ra, rb)
     total[E_FRICTION] += friction
     total[E_VISCOUS] += viscous
     total[E_FRACTURE] += fracture
