@@ -27,7 +27,7 @@ def test_help_reads_like_a_manual():
 
 def test_version_is_printed():
     out = subprocess.run(
-        [sys.executable, "-m", "limitmason.cli", "--version"], capture_output=True, text=True, check=True
+        [sys.executable, "-m", "limitmason", "--version"], capture_output=True, text=True, check=True
     )
     assert out.stdout.startswith("limitmason 0.")
 
