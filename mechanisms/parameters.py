@@ -229,6 +229,8 @@ def wall_recipe(assembly: Assembly) -> dict[str, Any]:
             f"recipe of kind 'wall' is needed, this assembly has {recipe.get('kind')!r}: build it with "
             "limitmason.build.wall or layout, or give the numbers as mechanisms.Facade"
         )
+    if recipe.get("plan") == "box":
+        raise NotApplicable("a closed plan: its rear wall holds the side walls, which the closed forms leave free")
     return recipe
 
 

@@ -10,13 +10,15 @@
 from limitmason.build.arch import arch, arch_from_curves
 from limitmason.build.column import column
 from limitmason.build.cracks import with_potential_cracks
+from limitmason.build.dome import dome
 from limitmason.build.floor import with_floor
 from limitmason.build.layout import layout
 from limitmason.build.opening import Opening
 from limitmason.build.thinnest_arch import arch_minimum_thickness
+from limitmason.build.vault import vault
 from limitmason.build.wall import wall
 
 __all__ = [
-    "Opening", "arch", "arch_from_curves", "arch_minimum_thickness", "column", "layout", "wall",
-    "with_floor", "with_potential_cracks",
+    "Opening", "arch", "arch_from_curves", "arch_minimum_thickness", "column", "dome", "layout", "vault",
+    "wall", "with_floor", "with_potential_cracks",
 ]  # fmt: skip

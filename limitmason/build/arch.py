@@ -7,8 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from limitmason.build.arguments import choice, count, finite, positive
+from limitmason.build.arguments import choice, count, positive
 from limitmason.build.erect import Site
+from limitmason.build.voussoirs import circle, circular_joints, outlines_between, snapped, springing
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import prism
 from limitmason.model.assembly import Assembly
@@ -82,13 +83,8 @@ def arch(
             raise InputError("a pointed arch is given by span and rise, not by radius")
         inner, outer, facts = _pointed(positive("span", span), positive("rise", rise), depth, number)
     else:
-        r, angle = _circle(radius, angle_deg, span, rise)
-        if depth >= 2.0 * r:
-            raise InputError(f"thickness {depth:g} m leaves no intrados at a centre-line radius of {r:g} m")
-        theta = np.linspace(-angle / 2.0, angle / 2.0, number + 1)
-        direction = np.column_stack([np.sin(theta), np.cos(theta)])
-        drop = np.array([0.0, r * math.cos(angle / 2.0)])
-        inner, outer = (r - depth / 2.0) * direction - drop, (r + depth / 2.0) * direction - drop
+        r, angle = circle(radius, angle_deg, span, rise)
+        inner, outer = circular_joints(r, angle, depth, number)
         facts = {
             "radius": r,
             "angle_deg": math.degrees(angle),
@@ -97,8 +93,8 @@ def arch(
         }
     recipe = {"shape": shape, **facts, "thickness": depth}
     return _erect(
-        _snapped(inner, depth),
-        _snapped(outer, depth),
+        inner,
+        outer,
         width=width,
         joint=joint,
         density=density,
@@ -167,22 +163,6 @@ def arch_from_curves(
     )
 
 
-def _circle(radius: object, angle_deg: object, span: object, rise: object) -> tuple[float, float]:
-    """Radius [m] and angle of embrace [rad] from whichever pair is given."""
-    if (span is None) != (rise is None) or (radius is None) == (span is None):
-        raise InputError("give radius (and angle_deg), or both span and rise")
-    if radius is not None:
-        angle = finite("angle_deg", angle_deg)
-        if not 0.0 < angle < 330.0:
-            raise InputError(f"angle_deg must be above 0 and below 330, got {angle_deg!r}")
-        return positive("radius", radius), math.radians(angle)
-    half, height = positive("span", span) / 2.0, positive("rise", rise)
-    angle = 4.0 * math.atan2(height, half)
-    if angle >= math.radians(330.0):
-        raise InputError(f"rise {height:g} m is too large for a span of {2.0 * half:g} m")
-    return (half**2 + height**2) / (2.0 * height), angle
-
-
 def _pointed(span: float, rise: float, thickness: float, voussoirs: int) -> tuple[np.ndarray, np.ndarray, dict]:
     """Joint ends of two arcs whose centres lie on the springing line; the crown joint is vertical."""
     half = span / 2.0
@@ -205,12 +185,7 @@ def _pointed(span: float, rise: float, thickness: float, voussoirs: int) -> tupl
             )
         curve[-1] = 0.0, math.sqrt(r**2 - centre**2)
         sides.append(np.vstack([curve, curve[-2::-1] * [-1.0, 1.0]]))
-    return sides[0], sides[1], {"radius": radius, "span": span, "rise": rise}
-
-
-def _snapped(curve: np.ndarray, thickness: float) -> np.ndarray:
-    """Remove rounding dust, so that the springings of a semicircle are exactly level."""
-    return np.where(np.abs(curve) < 1e-12 * thickness, 0.0, curve)
+    return snapped(sides[0], thickness), snapped(sides[1], thickness), {"radius": radius, "span": span, "rise": rise}
 
 
 def _erect(
@@ -229,15 +204,14 @@ def _erect(
     wide = positive("width", width)
     positive("density", density)
     number = len(inner) - 1
-    outlines = np.stack([inner[:-1], inner[1:], outer[1:], outer[:-1]], axis=1)
-    _check_convex(outlines)
+    outlines = outlines_between(inner, outer)
     site = Site(density)
     pier_height, pier_width, pier_courses = piers
     if pier_height is None:
         if pier_width is not None:
             raise InputError("pier_width is given but pier_height is not")
         for side, end in (("left", 0), ("right", -1)):
-            outline = _springing(inner[end], outer[end], base_thickness, left=side == "left")
+            outline = springing(inner[end], outer[end], base_thickness, left=side == "left")
             site.add(f"base-{side}", prism(outline, 0.0, wide), fixed=True)
     else:
         tall = positive("pier_height", pier_height)
@@ -257,17 +231,6 @@ def _erect(
         "density": float(density),
     }
     return site.assembly(joint, recipe, joints=joints, tolerance=tolerance)
-
-
-def _springing(inner: np.ndarray, outer: np.ndarray, depth: float, *, left: bool) -> np.ndarray:
-    """Outline of the held block behind a springing joint: it projects a quarter of the joint on both sides."""
-    along = outer - inner
-    size = float(np.linalg.norm(along))
-    along = along / size
-    out = np.array([-along[1], along[0]]) if left else np.array([along[1], -along[0]])
-    near, far = inner - 0.25 * size * along, outer + 0.25 * size * along
-    corners = [near, far, far + depth * out, near + depth * out]
-    return np.array(corners if left else [corners[1], corners[0], corners[3], corners[2]])
 
 
 def _add_piers(
@@ -297,16 +260,3 @@ def _add_piers(
         for k in range(courses):
             low, high = foot + height * k / courses, top if k == courses - 1 else foot + height * (k + 1) / courses
             site.add_box(f"pier-{side}-{k + 1}", ((a, 0.0, low), (b, width, high)), axis=0)
-
-
-def _check_convex(outlines: np.ndarray) -> None:
-    """Every corner of every outline turns left, or the voussoir is named."""
-    for k, outline in enumerate(outlines):
-        side = np.roll(outline, -1, axis=0) - outline
-        after = np.roll(side, -1, axis=0)
-        turn = side[:, 0] * after[:, 1] - side[:, 1] * after[:, 0]
-        if (turn <= 0.0).any():
-            raise InputError(
-                f"voussoir {k + 1} is not convex or has no area: its joints cross, or intrados and extrados are "
-                "swapped or not given from left to right"
-            )

@@ -1,4 +1,4 @@
-"""Wall plans: straight, L, T and U as runs of wall that interlock where they meet, laid course by course into units.
+"""Wall plans: straight, L, T, U and closed, as runs of wall that interlock where they meet, laid course by course.
 
 The facade runs along x with its outer face at y = 0 and its thickness towards +y; returns leave it in the +y direction.
 In one course the facade passes through the corner and the returns stop against it, in the next course the returns pass
@@ -7,7 +7,7 @@ through: no two units overlap and none is missing.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from limitmason.build.arguments import choice, positive
 from limitmason.build.bond import Bond, Ends, Piece, drop_cut_ends, lapping_course, leading_course, smallest_overlap
@@ -16,7 +16,7 @@ from limitmason.errors import InputError
 # lower and upper corner [m]
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 
-PLANS = ("straight", "L", "T", "U")
+PLANS = ("straight", "L", "T", "U", "box")
 
 
 @dataclass(frozen=True)
@@ -78,11 +78,13 @@ def make_runs(
     Parameters
     ----------
     plan
-        "straight", "L" (one return, at the end `corner`), "T" (one return in the field of the facade), "U" (two).
+        "straight", "L" (one return, at the end `corner`), "T" (one return in the field of the facade), "U" (two),
+        "box" (two, closed by a rear wall as thick as the facade).
     length, thickness
         Of the facade, outside to outside [m].
     return_length
-        From the facade's outer face to the return's free end [m]; a pair (left, right) for "U".
+        From the facade's outer face to the return's free end, or to the outer face of the rear wall [m]; a pair
+        (left, right) for "U".
     return_thickness
         [m]; the facade's where omitted.
     return_position
@@ -95,7 +97,7 @@ def make_runs(
     if plan == "straight":
         for name, value in (("return_length", return_length), ("return_thickness", return_thickness)):
             if value is not None:
-                raise InputError(f"{name} is given but plan is 'straight'; choose plan 'L', 'T' or 'U'")
+                raise InputError(f"{name} is given but plan is 'straight'; choose plan 'L', 'T', 'U' or 'box'")
     if plan != "T" and return_position is not None:
         raise InputError(f"return_position is for plan 'T', got plan {plan!r}")
     if plan == "straight":
@@ -112,17 +114,22 @@ def make_runs(
     for value in lengths:
         if value <= thickness:
             raise InputError(f"return_length {value:g} m does not reach beyond the facade ({thickness:g} m thick)")
-    needed = 2.0 * depth if plan == "U" else depth
+        if plan == "box" and value <= 2.0 * thickness:
+            raise InputError(f"return_length {value:g} m leaves no room between facade and rear wall")
+    needed = 2.0 * depth if plan in ("U", "box") else depth
     if length <= needed:
         raise InputError(f"length {length:g} m leaves no facade beside returns {depth:g} m thick")
 
     def make(name: str, x: float, reach: float, outer_first: bool) -> Run:
-        return Run(name, 1, (x, 0.0), reach, depth, Ends(start=thickness), outer_first, leads_even=False)
+        ends = Ends(thickness, thickness) if plan == "box" else Ends(start=thickness)
+        return Run(name, 1, (x, 0.0), reach, depth, ends, outer_first, leads_even=False)
 
     left = make("return-left", 0.0, lengths[0], True)
     right = make("return-right", length - depth, lengths[1], False)
-    if plan == "U":
-        return [Run("facade", 0, (0.0, 0.0), length, thickness, Ends(depth, depth)), left, right]
+    if plan in ("U", "box"):
+        facade = Run("facade", 0, (0.0, 0.0), length, thickness, Ends(depth, depth))
+        rear = replace(facade, name="rear", origin=(0.0, lengths[0] - thickness), outer_first=False)
+        return [facade, left, right] + ([rear] if plan == "box" else [])
     if plan == "L":
         ends, beside = (Ends(start=depth), left) if corner == "left" else (Ends(end=depth), right)
         return [Run("facade", 0, (0.0, 0.0), length, thickness, ends), beside]

@@ -1,4 +1,4 @@
-"""Walls laid in a bond on a straight, L, T or U plan, with openings, lintels, through-stones, ground and beam."""
+"""Walls laid in a bond on a straight, L, T, U or closed plan, with openings, lintels, through-stones and beam."""
 
 from __future__ import annotations
 
@@ -88,9 +88,11 @@ def wall(
     min_piece
         Cut pieces shorter than this [m] join their neighbour; default a quarter of a unit.
     plan
-        "straight", "L", "T" or "U".
+        "straight", "L", "T", "U", or "box": closed by a wall "rear" as thick as the facade, for towers. A "T" is a
+        wall with a buttress.
     return_length
-        From the outer face of the facade to the free end of the return [m]; for "U" also a pair (left, right).
+        From the outer face of the facade to the free end of the return, or to the outer face of the rear wall [m]; for
+        "U" also a pair (left, right).
     return_thickness
         Running bond in one leaf only [m]; default that of the facade.
     return_position
@@ -111,7 +113,7 @@ def wall(
         Height of a loading beam on the top [m]; none where omitted.
     beam_over
         "facade": block "beam" over the whole facade; "returns": blocks "beam-left" and so on over the returns from
-        the inner face of the facade on; "all": both.
+        the inner face of the facade on, to that of the rear wall; "all": these and "beam-rear".
     spreader
         (length, height) of a plate on the top at mid-length of a straight wall, block "spreader" of the density of
         beams [m]; none where omitted.
@@ -163,7 +165,7 @@ def wall(
         corner=corner,
     )
     levels = [size[1] * k for k in range(number + 1)]
-    occupied = [(run.name, run.footprint[0], run.footprint[1]) for run in runs[1:]]
+    occupied = [(run.name, *run.footprint[:2]) for run in runs[1:] if run.name != "rear"]
     placed = place_openings(
         openings, length=total, thickness=laid.thickness, levels=levels, unit=size, occupied=occupied
     )
@@ -216,8 +218,8 @@ def wall(
         "start": start,
         "ends": list(ends) if isinstance(ends, (tuple, list)) else ends,
         "min_piece": laid.min_piece,
-        "returns": [_return_recipe(run) for run in runs[1:]],
-        "side_walls": len(runs) - 1,
+        "returns": [_return_recipe(run) for run in runs[1:] if run.name != "rear"],
+        "side_walls": sum(run.name.startswith("return") for run in runs),
         "side_wall_thickness": runs[1].thickness if len(runs) > 1 else 0.0,
         "openings": [_opening_recipe(opening) for opening in placed],
         "density": float(density),
@@ -271,14 +273,15 @@ def _bounds(runs: Sequence[Run]) -> tuple[float, float, float, float]:
 def _add_beams(site: Site, runs: Sequence[Run], top: float, depth: float, over: str, density: float | None) -> None:
     if over != "facade" and len(runs) == 1:
         raise InputError(f"beam_over {over!r} needs returns, but plan is 'straight'")
+    rear = next((run for run in runs if run.name == "rear"), None)
     for run in runs:
         facade = run.name == "facade"
-        if over != "all" and facade != (over == "facade"):
+        if over != "all" and (facade != (over == "facade") or run is rear):
             continue
         x0, x1, y0, y1 = run.footprint
-        if not facade:
-            y0 = runs[0].thickness
-        name = "beam" if facade else run.name.replace("return", "beam")
+        if run.name.startswith("return"):
+            y0, y1 = runs[0].thickness, y1 if rear is None else rear.footprint[2]
+        name = "beam" if facade else f"beam-{run.name.removeprefix('return-')}"
         site.add_box(name, ((x0, y0, top), (x1, y1, top + depth)), axis=run.axis, density=density)
 
 

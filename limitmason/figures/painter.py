@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from limitmason.errors import InputError
 from limitmason.geometry import Solid
@@ -66,7 +68,8 @@ def back_to_front(solids: Sequence[Solid], faces: Faces, view: Camera) -> list[i
     """Order in which to paint convex pieces.
 
     Pieces in contact may overlap slightly (finite rotations do that): the plane of least overlap then decides. A cycle,
-    in which each piece hides part of the next, has no valid order; the farthest piece is then painted first.
+    in which each piece hides part of the next, has no valid order; of its pieces the one that hides fewest of the
+    others comes first, and nothing outside the cycle is painted out of turn.
     """
     i, j, front, _ = _hiding(solids, faces, view)
     depth = np.array([s.vertices.mean(axis=0) @ view.towards for s in solids])
@@ -137,30 +140,36 @@ def _which_in_front(
 
 
 def _sorted_by_depth(n: int, behind: list[int], before: list[int], depth: Array) -> list[int]:
+    """Every piece after those behind it; the farthest of the pieces that may be next, within a cycle too."""
+    graph = coo_matrix((np.ones(len(behind)), (behind, before)), shape=(n, n))
+    cycle = connected_components(graph, directed=True, connection="strong")[1]
     hides: list[list[int]] = [[] for _ in range(n)]
-    waiting = [0] * n
+    waiting, outside = [0] * n, [0] * int(cycle.max() + 1)
+    members: list[list[int]] = [[] for _ in outside]
+    for k in np.argsort(depth).tolist():
+        members[cycle[k]].append(k)
     for far, near in zip(behind, before, strict=True):
         hides[far].append(near)
-        waiting[near] += 1
-    ready = [(float(depth[k]), k) for k in range(n) if waiting[k] == 0]
-    heapq.heapify(ready)
-    rest = sorted(range(n), key=lambda k: depth[k])
-    done = [False] * n
-    order: list[int] = []
-    position = 0
-    while len(order) < n:
-        if ready:
-            k = heapq.heappop(ready)[1]
+        if cycle[far] == cycle[near]:
+            waiting[near] += 1
         else:
-            while done[rest[position]]:
-                position += 1
-            k = rest[position]
-        if done[k]:
-            continue
-        done[k] = True
-        order.append(k)
-        for near in hides[k]:
-            waiting[near] -= 1
-            if waiting[near] == 0 and not done[near]:
-                heapq.heappush(ready, (float(depth[near]), near))
+            outside[cycle[near]] += 1
+    # a cycle is painted as a whole once all behind it is: breaking it elsewhere would bring forward what it hides
+    ready = [(float(depth[pieces[0]]), c) for c, pieces in enumerate(members) if outside[c] == 0]
+    heapq.heapify(ready)
+    order: list[int] = []
+    while ready:
+        c = heapq.heappop(ready)[1]
+        left = members[c]
+        while left:
+            k = min(left, key=lambda piece: waiting[piece])
+            left.remove(k)
+            order.append(k)
+            for near in hides[k]:
+                if cycle[near] == c:
+                    waiting[near] -= 1
+                    continue
+                outside[cycle[near]] -= 1
+                if outside[cycle[near]] == 0:
+                    heapq.heappush(ready, (float(depth[members[cycle[near]][0]]), int(cycle[near])))
     return order

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import face_planes
+from limitmason.model.backfill import backfill_wrenches
 from limitmason.model.input import read_number, read_vector
 from limitmason.model.patch import patch_wrenches
 from limitmason.model.plausibility import warn_of_point, warn_of_pressure
@@ -264,6 +265,38 @@ class Loads:
         wrench, area = patch_wrenches(assembly, corners, pressure=1.0 if pressure is None else pressure)
         if force is not None:
             wrench = wrench * (read_number("force", force) / area)
+        return self._plus(assembly, wrench, case)
+
+    def with_backfill(
+        self,
+        assembly: "Assembly",
+        level: float,
+        density: float,
+        *,
+        lateral: float = 0.0,
+        blocks: Iterable[int | str] | None = None,
+        case: str = "dead",
+    ) -> "Loads":
+        """These loads and the weight of fill on every bare face that looks up, as over the haunches of a vault.
+
+        Parameters
+        ----------
+        level : of the top of the fill [m]
+        density : of the fill [kg/m3]
+        lateral : horizontal over vertical stress in the fill; 0 for weight alone
+        blocks : that carry the fill, all free ones by default
+        case : "dead" or "live"
+
+        Raises
+        ------
+        InputError
+            When the fill reaches no face.
+
+        Notes
+        -----
+        Weight without strength, see :func:`limitmason.model.backfill.backfill_wrenches`.
+        """
+        wrench = backfill_wrenches(assembly, level, density, lateral=lateral, blocks=blocks)
         return self._plus(assembly, wrench, case)
 
     def with_precompression(self, assembly: "Assembly", force: float, *, block: int | str = "beam") -> "Loads":

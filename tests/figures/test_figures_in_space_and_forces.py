@@ -314,3 +314,10 @@ def test_import_is_light(module, absent):
     code = f"import sys, {module}; print({absent!r} in sys.modules)"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert out.stdout.strip() == "False"
+
+
+def test_a_cycle_brings_nothing_forward_that_it_hides():
+    # 0 is behind 1, 1 behind 2, 2 behind 0; 2 is behind 3 and 3 behind 4, though 4 lies farthest away by its middle
+    order = painter._sorted_by_depth(5, [0, 1, 2, 2, 3], [1, 2, 0, 3, 4], np.array([3.0, 4.0, 5.0, 2.0, 1.0]))
+    assert sorted(order[:3]) == [0, 1, 2]
+    assert order[3:] == [3, 4]

@@ -46,6 +46,12 @@ def corner_walls_out_of_plane(g):
     assert values["L"] < g["limited"]["U"] <= values["U"] + 1e-7
 
 
+def vaults_and_domes(g):
+    assert 0.042 < g["thick"] < 0.044  # Heyman: 4.2 % of the radius; meridians of finitely many voussoirs
+    assert g["multipliers"]["barrel vault, filled"] > g["multipliers"]["barrel vault"] > 0.1
+    assert all(value > 0.1 for value in g["multipliers"].values())
+
+
 def traced_drawing(g):
     assert g["wall"].n_blocks == 28
     assert all(p.status == "solved" for p in g["predictions"].values())
@@ -338,7 +344,7 @@ CHECKS = {
         four_point_bending, minho_pushover, rondelet_contact_points, own_cause, pavia_layouts,
         diagnose_pavia, diagnose_brick_panels, diagnose_ferris_tin_loi, diagnose_minho,
         tilt_test, murano_pushover, capacity_curve, brick_panel, bnw_zoned_walls, u_wall_as_a_solid, tie_rods,
-        calibrate_brick_panels, calibrate_murano_stiffness, stochastic_panels,
+        calibrate_brick_panels, calibrate_murano_stiffness, stochastic_panels, vaults_and_domes,
     )
 }  # fmt: skip
 

@@ -1,0 +1,80 @@
+"""Voussoirs of a circular arch in its plane: joint ends, springings, and whether every one is convex."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from limitmason.build.arguments import finite, positive
+from limitmason.errors import InputError
+
+
+def circle(radius: object, angle_deg: object, span: object, rise: object) -> tuple[float, float]:
+    """Radius [m] and angle of embrace [rad] from whichever pair is given."""
+    if (span is None) != (rise is None) or (radius is None) == (span is None):
+        raise InputError("give radius (and angle_deg), or both span and rise")
+    if radius is not None:
+        angle = finite("angle_deg", angle_deg)
+        if not 0.0 < angle < 330.0:
+            raise InputError(f"angle_deg must be above 0 and below 330, got {angle_deg!r}")
+        return positive("radius", radius), math.radians(angle)
+    half, height = positive("span", span) / 2.0, positive("rise", rise)
+    angle = 4.0 * math.atan2(height, half)
+    if angle >= math.radians(330.0):
+        raise InputError(f"rise {height:g} m is too large for a span of {2.0 * half:g} m")
+    return (half**2 + height**2) / (2.0 * height), angle
+
+
+def circular_joints(radius: float, angle: float, thickness: float, voussoirs: int) -> tuple[np.ndarray, np.ndarray]:
+    """Inner and outer ends of the radial joints in x-z [m], shape (n + 1, 2), left to right, springings at z = 0.
+
+    Parameters
+    ----------
+    radius : of the centre line [m]
+    angle : of embrace [rad]
+    thickness : radial [m]
+    """
+    if thickness >= 2.0 * radius:
+        raise InputError(f"thickness {thickness:g} m leaves no intrados at a centre-line radius of {radius:g} m")
+    theta = np.linspace(-angle / 2.0, angle / 2.0, voussoirs + 1)
+    direction = np.column_stack([np.sin(theta), np.cos(theta)])
+    drop = np.array([0.0, radius * math.cos(angle / 2.0)])
+    inner, outer = ((radius + side * thickness / 2.0) * direction - drop for side in (-1.0, 1.0))
+    return snapped(inner, thickness), snapped(outer, thickness)
+
+
+def outlines_between(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
+    """Outlines of the voussoirs between successive joints [m], shape (n, 4, 2), each convex or named by its number."""
+    outlines = np.stack([inner[:-1], inner[1:], outer[1:], outer[:-1]], axis=1)
+    check_convex(outlines)
+    return outlines
+
+
+def snapped(curve: np.ndarray, thickness: float) -> np.ndarray:
+    """Remove rounding dust, so that the springings of a semicircle are exactly level."""
+    return np.where(np.abs(curve) < 1e-12 * thickness, 0.0, curve)
+
+
+def springing(inner: np.ndarray, outer: np.ndarray, depth: float, *, left: bool) -> np.ndarray:
+    """Outline of the held block behind a springing joint: it projects a quarter of the joint on both sides."""
+    along = outer - inner
+    size = float(np.linalg.norm(along))
+    along = along / size
+    out = np.array([-along[1], along[0]]) if left else np.array([along[1], -along[0]])
+    near, far = inner - 0.25 * size * along, outer + 0.25 * size * along
+    corners = [near, far, far + depth * out, near + depth * out]
+    return np.array(corners if left else [corners[1], corners[0], corners[3], corners[2]])
+
+
+def check_convex(outlines: np.ndarray) -> None:
+    """Every corner of every outline turns left, or the voussoir is named."""
+    for k, outline in enumerate(outlines):
+        side = np.roll(outline, -1, axis=0) - outline
+        after = np.roll(side, -1, axis=0)
+        turn = side[:, 0] * after[:, 1] - side[:, 1] * after[:, 0]
+        if (turn <= 0.0).any():
+            raise InputError(
+                f"voussoir {k + 1} is not convex or has no area: its joints cross, or intrados and extrados are "
+                "swapped or not given from left to right"
+            )

@@ -1,0 +1,100 @@
+"""Fill over vaults and arches as a load: the weight of the column above every face that looks up and is bare."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.constants import GRAVITY
+from limitmason.errors import InputError
+from limitmason.geometry.polyhedron import face_planes
+from limitmason.geometry.splitting import split_polygon
+from limitmason.model.input import read_number
+
+if TYPE_CHECKING:
+    from limitmason.model.assembly import Assembly
+
+Array = NDArray[np.float64]
+
+_UP = 1e-6  # least upward part of the normal of a loaded face
+
+
+def backfill_wrenches(
+    assembly: "Assembly",
+    level: float,
+    density: float,
+    *,
+    lateral: float = 0.0,
+    blocks: Iterable[int | str] | None = None,
+) -> Array:
+    """Wrenches of a fill that reaches up to a level, on the blocks it lies on.
+
+    The traction on a face with outward unit normal n at height z is -rho g (level - z) (K nx, K ny, nz), integrated
+    exactly over the part of the face that lies below the level, less what joints cover.
+
+    Parameters
+    ----------
+    level : of the top of the fill [m]
+    density : of the fill [kg/m3]
+    lateral : K, horizontal over vertical stress in the fill; 0 for weight alone
+    blocks : names or numbers; all free blocks where omitted
+
+    Returns
+    -------
+    Array
+        About the centroids [N, N m], shape (n_blocks, 6).
+
+    Raises
+    ------
+    InputError
+        When the fill reaches no face, or a number is not positive.
+
+    Notes
+    -----
+    Fill has weight here and no strength: it neither spreads a load nor resists a mechanism that lifts it, so that the
+    multiplier is low where real fill is stiff or braces the haunches. Faces below a roof are loaded too: name blocks.
+    """
+    top, rho, k = read_number("level", level), read_number("density", density), read_number("lateral", lateral)
+    if not rho > 0.0:
+        raise InputError(f"density of the fill must be above 0 kg/m3, got {density!r}")
+    if not k >= 0.0:
+        raise InputError(f"lateral must be zero or more, got {lateral!r}")
+    free = [i for i in range(assembly.n_blocks) if not assembly.fixed[i]]
+    rows = free if blocks is None else [assembly.block_index(b) for b in blocks]
+    wrench, loaded = np.zeros((assembly.n_blocks, 6)), False
+    covered: dict[int, list[tuple[Array, Array]]] = {i: [] for i in rows}
+    for joint in assembly.interfaces:
+        for block, sense in ((joint.block_a, 1.0), (joint.block_b, -1.0)):
+            if block in covered:
+                covered[block].append((joint.polygon, sense * joint.normal))
+    for i in rows:
+        bare = [part.vertices[list(f)] for part in assembly.blocks[i].parts for f in part.faces]
+        surfaces = [(1.0, face, face_planes(face[None])[0][0]) for face in bare]
+        surfaces += [(-1.0, polygon, normal) for polygon, normal in covered[i]]
+        for sign, polygon, normal in surfaces:
+            if normal[2] <= _UP:
+                continue
+            below = split_polygon(polygon, np.array([0.0, 0.0, top]), np.array([0.0, 0.0, 1.0]), 0.0)[0]
+            if below is None:
+                continue
+            loaded = True
+            traction = -sign * rho * GRAVITY * np.array([k * normal[0], k * normal[1], normal[2]])
+            depth, moment = _integrals(below, top - below[:, 2], assembly.centroids[i])
+            wrench[i] += np.concatenate([depth * traction, np.cross(moment, traction)])
+    if not loaded:
+        which = "the free blocks" if blocks is None else "these blocks"
+        raise InputError(f"fill up to {top:g} m lies on no face of {which}: its top is below them, or they are covered")
+    return wrench
+
+
+def _integrals(polygon: Array, depth: Array, origin: Array) -> tuple[float, Array]:
+    """Integrals of a linear depth and of (x - origin) times it over a plane polygon [m3, m4]."""
+    total, first = 0.0, np.zeros(3)
+    x = polygon - origin
+    for i in range(1, len(polygon) - 1):
+        corners, d = x[[0, i, i + 1]], depth[[0, i, i + 1]]
+        area = 0.5 * float(np.linalg.norm(np.cross(corners[1] - corners[0], corners[2] - corners[0])))
+        total += area * float(d.mean())
+        first += area / 12.0 * (d @ corners + d.sum() * corners.sum(axis=0))
+    return total, first
