@@ -14,6 +14,7 @@ from limitmason.formats.dxf import Outlines, read_dxf
 from limitmason.formats.native import Model, read_json, write_json
 from limitmason.formats.obj import Solids, read_obj, write_obj
 from limitmason.formats.pvd import write_pvd
+from limitmason.formats.stones import MetStones, Stones, read_stones
 from limitmason.formats.template import write_model_template
 from limitmason.formats.tracing import Cleaned, clean
 from limitmason.formats.vtu import write_solid, write_vtu
@@ -25,9 +26,11 @@ __all__ = [
     "Cleaned",
     "DrawingModel",
     "MeasuredTable",
+    "MetStones",
     "Model",
     "Outlines",
     "Solids",
+    "Stones",
     "clean",
     "model_of_drawing",
     "read",
@@ -37,6 +40,7 @@ __all__ = [
     "read_measured",
     "read_obj",
     "read_prediction",
+    "read_stones",
     "write",
     "write_json",
     "write_measured",

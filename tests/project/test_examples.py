@@ -52,6 +52,13 @@ def vaults_and_domes(g):
     assert all(value > 0.1 for value in g["multipliers"].values())
 
 
+def rubble_leaf(g):
+    assert g["leaf"].n_blocks == 41
+    dry, mortar = g["predictions"]["dry"], g["predictions"]["mortar"]
+    assert dry.status == "cannot stand under dead load"  # a small stone between two large ones is pushed out
+    assert mortar.collapse_multiplier > 0.5 + 0.01  # friction of the beam alone carries 0.5; its bed has cohesion
+
+
 def traced_drawing(g):
     assert g["wall"].n_blocks == 28
     assert all(p.status == "solved" for p in g["predictions"].values())
@@ -344,7 +351,7 @@ CHECKS = {
         four_point_bending, minho_pushover, rondelet_contact_points, own_cause, pavia_layouts,
         diagnose_pavia, diagnose_brick_panels, diagnose_ferris_tin_loi, diagnose_minho,
         tilt_test, murano_pushover, capacity_curve, brick_panel, bnw_zoned_walls, u_wall_as_a_solid, tie_rods,
-        calibrate_brick_panels, calibrate_murano_stiffness, stochastic_panels, vaults_and_domes,
+        calibrate_brick_panels, calibrate_murano_stiffness, stochastic_panels, vaults_and_domes, rubble_leaf,
     )
 }  # fmt: skip
 

@@ -1,0 +1,179 @@
+"""Stones grown to meet: convex solids with gaps between, cut and filled to the planes half-way to their neighbours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+from scipy.spatial import ConvexHull
+
+from limitmason.errors import InputError
+from limitmason.geometry.boxtree import overlapping_pairs
+from limitmason.geometry.polyhedron import Solid, box, face_planes, mass_properties
+from limitmason.geometry.splitting import split_solid
+
+Array = NDArray[np.float64]
+
+_FACING = 0.34  # cosine of 70 degrees: a face is moved where a neighbour lies within this of its normal
+_ALIKE = np.cos(np.deg2rad(10.0))  # facets of a scan whose normals differ by less are one face
+
+
+class Gap(NamedTuple):
+    """Plane between two stones: their numbers, unit normal from i to j, offset n.x [m], gap [m] (overlap below 0)."""
+
+    i: int
+    j: int
+    normal: Array
+    offset: float
+    gap: float
+
+
+class Grown(NamedTuple):
+    """Stones that meet: solids, the planes they meet in, volumes before and after [m3], and the farthest move [m]."""
+
+    solids: list[Solid]
+    gaps: tuple[Gap, ...]
+    before: Array
+    after: Array
+    moved: Array
+
+
+def simplified(vertices: Array) -> Solid:
+    """Convex polyhedron around points whose faces are those of their hull, normals within 10 degrees made one.
+
+    It contains the points: every face lies on the farthest of them along its normal.
+
+    Parameters
+    ----------
+    vertices : [m], shape (n, 3)
+
+    Raises
+    ------
+    InputError
+        For points in one plane, or too few.
+    """
+    return _inside(*_planes(vertices), vertices)
+
+
+def grown(stones: Sequence[Array], reach: float, against: Sequence[Solid] = ()) -> Grown:
+    """Grow convex stones until they meet their neighbours half-way, and cut them where they overlap.
+
+    Each pair nearer than twice the reach is parted by a plane: across the shortest distance between them, in its
+    middle; where they overlap, that of least overlap among their faces. A stone is what lies on its side of all its planes,
+    of its own faces moved out by the reach where they look at a neighbour within the reach (within 70 degrees of the
+    plane's normal), and of its other faces as they are.
+
+    Parameters
+    ----------
+    stones : points of each [m], shape (n, 3); their convex hull is the stone
+    reach : largest gap that is closed [m]
+    against : convex solids that keep their shape, such as the ground: stones grow to the nearest face of theirs; in the
+        gaps they are numbered after the stones
+
+    Returns
+    -------
+    Grown
+        Meeting faces lie in one plane, so that contact detection finds them; ``gaps`` keeps what was between.
+
+    Raises
+    ------
+    InputError
+        A stone without volume, or one that its neighbours leave nothing of, by number.
+    """
+    if not (np.isfinite(reach) and reach > 0.0):
+        raise InputError(f"reach must be a positive length [m], got {reach!r}")
+    own = [_planes(np.asarray(s, dtype=float)) for s in stones]
+    solids = [_inside(n, d, np.asarray(s, dtype=float)) for (n, d), s in zip(own, stones, strict=True)]
+    every = [*solids, *against]
+    low = np.array([s.vertices.min(axis=0) for s in every]) - reach
+    high = np.array([s.vertices.max(axis=0) for s in every]) + reach
+    pairs = zip(*overlapping_pairs(low, high), strict=True)
+    gaps = [_between(int(i), int(j), every, held=j >= len(solids)) for i, j in pairs if min(i, j) < len(solids)]
+    gaps = [g for g in gaps if g.gap <= 2.0 * reach]
+    out, moved = [], np.zeros(len(solids))
+    for k, (normal, offset) in enumerate(own):
+        towards = [(g.normal if g.i == k else -g.normal, g) for g in gaps if k in (g.i, g.j)]
+        facing = np.zeros(len(normal), dtype=bool)
+        for direction, g in towards:
+            facing |= (normal @ direction > _FACING) & (g.gap <= reach)
+        wide = offset + reach * facing
+        cuts = [(direction, g.offset if g.i == k else -g.offset) for direction, g in towards]
+        normals = np.array([*normal, *(c[0] for c in cuts)])
+        offsets = np.array([*wide, *(c[1] for c in cuts)])
+        try:
+            solid = _inside(normals, offsets, solids[k].vertices, margin=2.0 * reach)
+        except InputError:
+            raise InputError(f"stone {k}: its neighbours leave nothing of it; they overlap, or it is doubled") from None
+        out.append(solid)
+        moved[k] = max(0.0, float((solid.vertices @ normal.T - offset).max()))
+    volumes = [mass_properties(s).volume for s in (solids, out)]
+    return Grown(out, tuple(g for g in gaps if g.gap <= reach), volumes[0], volumes[1], moved)
+
+
+def _planes(points: Array) -> tuple[Array, Array]:
+    """Normals and offsets of the faces of a hull, large facets first, normals nearly alike made one."""
+    try:
+        hull = ConvexHull(points)
+    except Exception:  # scipy's own error tells of its options, not of stones
+        raise InputError("a stone has no volume: its points lie in one plane, or are fewer than four") from None
+    corners = points[hull.simplices]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    # facets that triangulate one face count together: the plane of a large flat side leads
+    keys = np.round(hull.equations[:, :3], 6)
+    _, group = np.unique(keys, axis=0, return_inverse=True)
+    total = np.bincount(group.ravel(), weights=area)[group.ravel()]
+    kept: list[Array] = []
+    for k in np.argsort(-total, kind="stable"):
+        n = hull.equations[k, :3]
+        if all(n @ other < _ALIKE for other in kept):
+            kept.append(n)
+    normals = np.array(kept)
+    return normals, (points @ normals.T).max(axis=0)
+
+
+def _inside(normals: Array, offsets: Array, points: Array, margin: float = 0.0) -> Solid:
+    """What lies below all planes: a box around the points cut by one after the other."""
+    size = float(np.ptp(points, axis=0).max())
+    room = margin + size
+    solid: Solid | None = box(points.min(axis=0) - room, points.max(axis=0) + room)
+    for n, d in zip(normals, offsets, strict=True):
+        if solid is None:
+            break
+        solid = split_solid(solid, d * n, n, 1e-9 * size)[0]
+    if solid is None:
+        raise InputError("nothing lies below all planes")
+    return solid
+
+
+def _between(i: int, j: int, solids: Sequence[Solid], *, held: bool) -> Gap:
+    """The plane that parts two convex solids; a face of the second one where that keeps its shape."""
+    a, b = solids[i].vertices, solids[j].vertices
+    if held:
+        faces = -np.array([face_planes(b[list(f)][None])[0][0] for f in solids[j].faces])
+        clear = (b @ faces.T).min(axis=0) - (a @ faces.T).max(axis=0)
+        n = faces[int(clear.argmax())]
+        return Gap(i, j, n, float((b @ n).min()), float(clear.max()))
+    middle, size = a.mean(axis=0), float(np.ptp(np.vstack([a, b]), axis=0).max())
+    p, q = (a - middle) / size, (b - middle) / size
+    # closest points of two hulls: |P s - Q t| smallest, shares s and t above zero and of sum one (weighted rows)
+    heavy = 1e3
+    system = np.zeros((5, len(p) + len(q)))
+    system[:3, : len(p)], system[:3, len(p) :] = p.T, -q.T
+    system[3, : len(p)], system[4, len(p) :] = heavy, heavy
+    shares, distance = nnls(system, np.array([0.0, 0.0, 0.0, heavy, heavy]))
+    candidates = [
+        sign * face_planes(s.vertices[list(f)][None])[0][0]
+        for s, sign in ((solids[i], 1.0), (solids[j], -1.0))
+        for f in s.faces
+    ]
+    if distance > 1e-9:
+        apart = q.T @ shares[len(p) :] - p.T @ shares[: len(p)]
+        candidates.append(apart / np.linalg.norm(apart))
+    normals = np.array(candidates)
+    clear = (b @ normals.T).min(axis=0) - (a @ normals.T).max(axis=0)
+    best = int(clear.argmax())
+    n = normals[best]
+    return Gap(i, j, n, 0.5 * float((b @ n).min() + (a @ n).max()), float(clear[best]))
