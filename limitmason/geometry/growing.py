@@ -62,9 +62,9 @@ def grown(stones: Sequence[Array], reach: float, against: Sequence[Solid] = ()) 
     """Grow convex stones until they meet their neighbours half-way, and cut them where they overlap.
 
     Each pair nearer than twice the reach is parted by a plane: across the shortest distance between them, in its
-    middle; where they overlap, that of least overlap among their faces. A stone is what lies on its side of all its planes,
-    of its own faces moved out by the reach where they look at a neighbour within the reach (within 70 degrees of the
-    plane's normal), and of its other faces as they are.
+    middle; where they overlap, that of least overlap among their faces. A stone is what lies on its side of all its
+    planes, of its own faces moved out by the reach where they look at a neighbour within the reach (within 70 degrees
+    of the plane's normal), and of its other faces as they are.
 
     Parameters
     ----------
