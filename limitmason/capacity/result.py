@@ -100,7 +100,8 @@ class PushoverCurve(Curve):
 
         Parameters
         ----------
-        at : the point in the reference pose [m], shape (3,); it moves with the block
+        at : the point in the reference pose [m], shape (3,); it moves with the block, and with the bending of one that
+            deforms
         """
         assembly = self.structure.assembly
         i = assembly.block_index(block)
@@ -110,7 +111,10 @@ class PushoverCurve(Curve):
         arm = np.asarray(at, dtype=float) - assembly.centroids[i]
         if arm.shape != (3,) or not np.isfinite(arm).all():
             raise InputError(f"at must be a point x, y, z [m], got {at!r}")
-        return shift + np.array([n.pose.turn[i] @ arm for n in self.nodes])
+        bent = np.zeros_like(shift)
+        if (d := self.structure.deformation) is not None:
+            bent = d.displacement(i, assembly.centroids[i] + arm, np.array([n.pose.shapes[i] for n in self.nodes]))
+        return shift + bent + np.array([n.pose.turn[i] @ (arm + u) for n, u in zip(self.nodes, bent, strict=True)])
 
     def vibration(self, *, sample: int = -1, sliding: str = "sticks") -> VibratingSystem:
         """Blocks on the joints that a sample has left closed, for :func:`limitmason.modes`; see there.
@@ -122,6 +126,8 @@ class PushoverCurve(Curve):
         """
         assert self.generations is not None
         s, node = self.structure, self.nodes[self._sample(sample)]
+        if s.deformation is not None:
+            raise NotApplicable("small vibrations of a path's state are those of rigid blocks: these deform")
         if node.generation:
             raise NotApplicable(f"sample {sample}: contacts were found anew on the way: its blocks lie on no joints")
         components, _, _ = self.generations.forces(node)
@@ -146,7 +152,7 @@ class PushoverCurve(Curve):
         first = k if k + 1 < len(self) else k - 1
         if first < 0:
             return None
-        twists = motion_between(self.nodes[first].pose, self.nodes[first + 1].pose)
+        twists = motion_between(self.nodes[first].pose, self.nodes[first + 1].pose)[:, :6]
         s = self.structure
         return scaled_mechanism(s.assembly, s.loads, twists, s.points.place_a, s.points.interface)
 
