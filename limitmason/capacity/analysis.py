@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from limitmason.capacity import path, stepping
 from limitmason.capacity.certificate import Balance, StepCertificate, Structure, certify, equilibrium
 from limitmason.capacity.contacts import first_contacts
-from limitmason.capacity.deformable import ELASTIC, LUMPED, MODAL, RIGID, Deformation, deformation, plane_of
+from limitmason.capacity.deformable import LUMPED, Deformation, deformation, plane_of
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose, make_bodies
 from limitmason.capacity.path import Steps
@@ -25,6 +25,7 @@ from limitmason.contact_points import Grid, contact_points
 from limitmason.curve import Event
 from limitmason.equilibrium import degrees_of_freedom, project
 from limitmason.errors import InputError, NotApplicable
+from limitmason.joint_shapes import ELASTIC, MODAL, RIGID
 from limitmason.law import interface_law
 from limitmason.law_table import refuse_ties
 from limitmason.lumped_units import with_lumped_units

@@ -15,6 +15,7 @@ from limitmason.capacity.stepping import Node
 from limitmason.contact_points import ContactPoints
 from limitmason.curve import Curve, CurvePoint
 from limitmason.errors import InputError, NotApplicable
+from limitmason.joint_shapes import RIGID
 from limitmason.plane import find_plane
 from limitmason.resultants import resultants_from_points, scaled_mechanism
 from limitmason.results import Mechanism, Resultants
@@ -126,8 +127,6 @@ class PushoverCurve(Curve):
         """
         assert self.generations is not None
         s, node = self.structure, self.nodes[self._sample(sample)]
-        if s.deformation is not None:
-            raise NotApplicable("small vibrations of a path's state are those of rigid blocks: these deform")
         if node.generation:
             raise NotApplicable(f"sample {sample}: contacts were found anew on the way: its blocks lie on no joints")
         components, _, _ = self.generations.forces(node)
@@ -138,7 +137,8 @@ class PushoverCurve(Curve):
         plane = None if s.points.components == 3 else find_plane(s.assembly, s.loads)
         label = f"blocks at {self.displacement[sample]:.3g} m of a capacity curve, {found}"
         points = ContactPoints(p.place_a, p.interface, p.area, p.directions, p.block_a, p.block_b)
-        return block_system(s.assembly, points, stiffness[:, : p.components], label, plane=plane)
+        shapes, blocks = (None, RIGID) if s.deformation is None else (s.deformation.shapes, s.deformation.blocks)
+        return block_system(s.assembly, points, stiffness[:, : p.components], label, (), plane, shapes, blocks)
 
     def mechanism(self, step: int) -> Mechanism | None:
         """Motion from a sample to the next, scaled as a collapse mechanism; of the last, the motion that led to it.

@@ -8,10 +8,11 @@ import pytest
 import limitmason as lm
 from limitmason.capacity import Steps
 from limitmason.capacity.certificate import equilibrium
-from limitmason.capacity.deformable import BLOCKS, ELASTIC, LUMPED, MODAL
+from limitmason.capacity.deformable import BLOCKS, LUMPED
 from limitmason.capacity.kinematics import moved
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID
 from limitmason.errors import InputError, NotApplicable
+from limitmason.joint_shapes import ELASTIC, MODAL
 
 E, NU, KN, KS = 16.7e9, 0.2, 82e9, 36e9
 STATES = (PLANE_STRESS, PLANE_STRAIN, SOLID)
