@@ -1,14 +1,18 @@
 """Small vibrations about the state a simulation ended in: the joints that it has left closed."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dem.deformation import MODAL, RIGID
 from dem.kernels import LAW_C, LAW_C_R, LAW_KN, LAW_KS, LAW_MU, LAW_MU_R
 from limitmason.contact_points import ContactPoints
+from limitmason.deformable import modal_blocks
 from limitmason.errors import NotApplicable
-from limitmason.model import Assembly
+from limitmason.model import Assembly, Loads
+from limitmason.plane import find_plane
 from limitmason.vibration.blocks import block_system, state_stiffness
 from limitmason.vibration.system import VibratingSystem
 
@@ -39,6 +43,11 @@ def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSyste
     p = state.points
     place = x.centre[k] + p.s[:, None] * x.tangent_1[k] + p.t[:, None] * x.tangent_2[k]
     directions = np.stack([x.normal[k], x.tangent_1[k], x.tangent_2[k]], axis=1)
+    shapes, plane, kind = None, None, RIGID
+    if state.deformation is not None:
+        kind, normal = MODAL, state.deformation.normal if state.deformation.plane else None
+        shapes = modal_blocks(assembly, state.deformation.state, normal)
+        plane = None if normal is None else find_plane(assembly, Loads.weight(assembly))
     points = ContactPoints(place, k, p.area, directions, x.block_a[k], x.block_b[k])
     law = state.laws[k]
     normal = np.einsum("mi,mi->m", now.force, _turned(state, directions[:, 0], points.block_a))
@@ -48,7 +57,12 @@ def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSyste
     )
     limit = np.maximum(cohesion * p.area + friction * normal, 0.0)
     stiffness, found = state_stiffness(normal, shear, limit, law[:, LAW_KN], law[:, LAW_KS], sliding)
-    return block_system(assembly, points, stiffness, f"blocks at the end of a simulation, {found}")
+    if plane is not None:
+        turned = np.cross(plane.normal, directions[:, 0])
+        points = replace(points, directions=np.stack([directions[:, 0], turned], axis=1))
+        stiffness = stiffness[:, :2]
+    label = f"{'' if kind == RIGID else kind + ' '}blocks at the end of a simulation, {found}"
+    return block_system(assembly, points, stiffness, label, (), plane, shapes, kind)
 
 
 def _turned(state: Any, vectors: Array, block: NDArray[np.intp]) -> Array:

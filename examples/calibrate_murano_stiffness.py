@@ -6,7 +6,6 @@ frequency goes with the root of the stiffness, so that three of them tell one nu
 the fit is the error of this bond. The second stage, c = 1.25 ft from the peak, needs a driven brittle model.
 """
 
-import dem
 import limitmason as lm
 from limitmason.experiments.murano_u_walls import literature
 
@@ -16,9 +15,7 @@ fits = {}
 for name, masonry in (("DS", "dry"), ("REGW", "mortar")):
     wall = lm.experiments.load("murano-u-walls", name)
     known = literature.summary(masonry)["normal stiffness"]
-    model = lm.calibration.JointModel(
-        wall.assembly(), lambda a: {"frequency": dem.natural_frequencies(a, 3).frequency}
-    )
+    model = lm.calibration.JointModel(wall.assembly(), lambda a: {"frequency": lm.modes(a, 3).frequency})
     target = [float(wall.published[f"3DEC frequency {k}"]) for k in (1, 2, 3)]
     fit = lm.calibrate(
         model, {"frequency": lm.Target(target, SCATTER, unit="Hz")},

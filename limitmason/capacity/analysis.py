@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from limitmason.capacity import path, stepping
 from limitmason.capacity.certificate import Balance, StepCertificate, Structure, certify, equilibrium
 from limitmason.capacity.contacts import first_contacts
+from limitmason.capacity.deformable import LUMPED, Deformation, deformation, plane_of
 from limitmason.capacity.generations import Generations
-from limitmason.capacity.kinematics import Pose, at_rest, make_bodies
+from limitmason.capacity.kinematics import Pose, make_bodies
 from limitmason.capacity.path import Steps
 from limitmason.capacity.point_law import Elastic, History, slid_back
 from limitmason.capacity.result import Energy, PushoverCurve
@@ -24,12 +25,13 @@ from limitmason.contact_points import Grid, contact_points
 from limitmason.curve import Event
 from limitmason.equilibrium import degrees_of_freedom, project
 from limitmason.errors import InputError, NotApplicable
+from limitmason.joint_shapes import ELASTIC, MODAL, RIGID
 from limitmason.law import interface_law
 from limitmason.law_table import refuse_ties
+from limitmason.lumped_units import with_lumped_units
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
-from limitmason.plane import find_plane
 from limitmason.stated import tension_cut
 from limitmason.stiffness import SETTLEMENT, default_stiffness
 
@@ -49,16 +51,18 @@ def pushover(
     *,
     control: str | tuple[int | str, str] = "live",
     to: float | None = None,
+    blocks: str = RIGID,
+    stress: str | None = None,
     contact_model: str = "vertices",
     grid: Grid | Mapping[str, Grid] = (5, 5),
-    contacts: str = "anew",
+    contacts: str | None = None,
     gaps: ArrayLike | None = None,
     stiffness: float | tuple[float, float] | None = None,
     steps: Steps | None = None,
     start: PushoverCurve | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> PushoverCurve:
-    """Capacity curve of rigid blocks with elastic, unilateral, frictional joints: load against displacement.
+    """Capacity curve of blocks with elastic, unilateral, frictional joints: load against displacement.
 
     The joint law, the contact points and the stiffness are those of the DEM; rotations are finite. The dead load is
     applied first, to the unstressed structure.
@@ -72,9 +76,17 @@ def pushover(
         the structure [N]
     to : control displacement from the state under dead load [m]; negative for the other sense; None goes on until the
         load has fallen 0.2 % below its first limit point, at most to half a block; a support needs a number
-    contact_model, grid : as in :func:`limitmason.contact_points.contact_points`
-    contacts : "anew" as in the notes; "first" keeps the points of the undeformed joints for ever, with the frame
-        carried by the interface's block a, as :func:`dem.collapse` and programs of contact pairs do
+    blocks : "rigid"; "lumped", rigid with the compliance of the units' material in the joints
+        (:func:`limitmason.lumped_units.with_lumped_units`); "modal", blocks that strain and bend, the shapes of
+        :func:`dem.push`'s; "elastic", elastic bodies condensed to their joint points
+        (:class:`limitmason.deformable.PolynomialBlock`). Blocks without a material, and held ones, stay rigid
+    stress : of modal and elastic blocks: "plane stress" (the default of a plane problem), "plane strain", or "solid",
+        which takes a plane problem in space too
+    contact_model, grid : as in :func:`limitmason.contact_points.contact_points`; two points on a side, the corners,
+        bend three times too stiffly, which matters where blocks deform
+    contacts : "anew" as in the notes, the default for rigid and lumped blocks; "first", that of blocks that deform,
+        keeps the points of the undeformed joints for ever, with the frame carried by the interface's block a, as
+        :func:`dem.collapse` and programs of contact pairs do
     gaps : opening of every contact point in the reference pose [m], 0 or more, in the order of
         :func:`limitmason.contact_points.contact_points` with the same settings; faces that touch by default. See
         :func:`imperfection_ensemble`
@@ -94,7 +106,8 @@ def pushover(
     Raises
     ------
     NotApplicable
-        For crushing and softening joints, and for blocks of which some rotations are held, in space.
+        For crushing and softening joints, for blocks of which some rotations are held, in space, and for contacts
+        found anew between blocks that deform.
     InputError
         For a live load without forces, and for a control, length or stiffness that makes no sense.
 
@@ -104,18 +117,27 @@ def pushover(
     leave a face or come to another are found after each step (an event of the curve). Points that are no corner, as
     inside a grid and where edges cross in space, stay with the blocks of their joint: a warning says from where they
     have slid by more than a tenth of it. Tension that opens a joint leaves no damage:
-    perfect plasticity without crack memory, as in the DEM's perfectly plastic law.
+    perfect plasticity without crack memory, as in the DEM's perfectly plastic law. Blocks deform by small strains, in
+    axes that turn with them; body forces strain no block but through its joints.
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
     _refuse(assembly, loads)
+    deforming = blocks in (MODAL, ELASTIC)
+    contacts = contacts or (FIRST if deforming else ANEW)
     if contacts not in (ANEW, FIRST):
         raise InputError(f"contacts must be {ANEW!r} or {FIRST!r}, got {contacts!r}")
+    if deforming and contacts == ANEW:
+        raise NotApplicable(f"contacts are not found anew between {blocks} blocks: leave contacts out")
+    if blocks == LUMPED:
+        if stiffness is not None:
+            raise InputError("blocks='lumped' puts the units' compliance into the joints, which stiffness= would undo")
+        assembly = with_lumped_units(assembly)
     moving = _moving_support(assembly, control)
     if moving is not None:
         if to is None:
             raise InputError("control is a support that moves: say how far, to=...")
         loads, assembly = _guided(assembly, loads, *moving)
-    plane = find_plane(assembly, loads)
+    plane, stress = plane_of(assembly, loads, blocks, stress)
     points = contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane, elastic=True)
     if not points.count:
         raise InputError("no joint touches a free block: there is nothing that could carry a load")
@@ -142,11 +164,13 @@ def pushover(
     def equations(s: Structure) -> System:
         p = s.points
         return System(
-            make_bodies(assembly, p, plane), Elastic(p.law, p.kn, p.ks), dead, live, row, weight, size, length
-        )
+            make_bodies(assembly, p, plane, bent), Elastic(p.law, p.kn, p.ks), dead, live, row, weight, size, length,
+            np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness,
+        )  # fmt: skip
 
     length = weight / float((first.kn * first.area).mean())
-    structure = Structure(assembly, loads, first, weight, size, length)
+    bent = deformation(assembly, points, blocks, stress, plane, kn, ks) if deforming else None
+    structure = Structure(assembly, loads, first, weight, size, length, bent)
     held = None if moving is None else 0.0
     generations, nodes, origin = _begin(Generations(shapes, equations, [structure]), start, say, held, ratio)
     system = generations.systems[0]
@@ -279,9 +303,9 @@ def _begin(
     if start is None:
         first = stepping.dead_load(new.systems[0], held, ratio)
         if first is None:
-            return new, [], at_rest(now.assembly.n_blocks)
+            return new, [], new.systems[0].at_rest()
         say(f"dead load: {first.programs} programs, {first.iterations} iterations of Newton")
-        return new, [first._replace(looked=at_rest(now.assembly.n_blocks))], first.pose
+        return new, [first._replace(looked=new.systems[0].at_rest())], first.pose
     if start.generations is None or not start.nodes:
         raise InputError("start is a curve without states: there is nothing to go on from")
     before = start.generations.structures[0]
@@ -292,9 +316,10 @@ def _begin(
         and np.allclose(before.points.kn, now.points.kn)
         and np.allclose(before.points.ks, now.points.ks)
         and np.allclose(before.loads.dead, now.loads.dead)
+        and _deform_alike(before.deformation, now.deformation)
     )
     if not same:
-        raise InputError("start is a curve of another model: points, stiffness and dead load must be the same")
+        raise InputError("start is a curve of another model: points, stiffness, blocks and dead load must be the same")
     old, live = before.loads.live, now.loads.live
     factor = float((old * live).sum() / (live * live).sum())
     if not np.allclose(old, factor * live, rtol=0.0, atol=1e-9 * np.abs(old).max()):
@@ -307,6 +332,16 @@ def _begin(
     )  # fmt: skip
     assert start.origin is not None
     return generations, [first], start.origin
+
+
+def _deform_alike(one: Deformation | None, other: Deformation | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return (
+        one.stiffness.shape == other.stiffness.shape
+        and np.allclose(one.stiffness, other.stiffness)
+        and np.allclose(one.shapes_b, other.shapes_b)
+    )
 
 
 def _curve(

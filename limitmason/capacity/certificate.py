@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.capacity.contacts import Contacts
+from limitmason.capacity.deformable import Deformation
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
@@ -17,10 +18,13 @@ Array = NDArray[np.float64]
 
 
 class State(NamedTuple):
-    """A state of the path: shift [m], (n, 3); R - I, (n, 3, 3); slip [m], (m, c - 1); lift [m], (m,); multiplier."""
+    """A state of the path: shift [m], (n, 3); R - I, (n, 3, 3); coordinates of the blocks' shapes [m], (n, k), none of
+    rigid blocks; slip [m], (m, c - 1); lift [m], (m,); multiplier.
+    """
 
     shift: Array
     turn: Array
+    shapes: Array
     slip: Array
     lift: Array
     multiplier: float
@@ -29,7 +33,8 @@ class State(NamedTuple):
 class StepCertificate(NamedTuple):
     """How well one state, reached from the one before, keeps the theory.
 
-    ``equilibrium`` is the largest unbalanced force, or moment over a block's size, in mean block weights; ``excess``
+    ``equilibrium`` is the largest unbalanced force, or moment over a block's size, in mean block weights, forces on the
+    shapes of blocks that deform and their elastic answer included; ``excess``
     the largest excess over the joint law in block weights; ``flow`` the largest departure of the lift from tan(psi)
     times the slip, and ``against`` of the slip from the sense of the shear and of slip below the limit, both over the
     largest slip or elastic displacement; ``dissipation`` the least over the points of the energy that slip loses, over
@@ -68,7 +73,8 @@ class Balance(NamedTuple):
 class Structure(NamedTuple):
     """What the certificate reads: the model and its contact points with their law and stiffness per area.
 
-    ``weight`` [N], ``size`` [m] and ``length`` [m] are the mean block weight, the block size and the elastic length.
+    ``weight`` [N], ``size`` [m] and ``length`` [m] are the mean block weight, the block size and the elastic length;
+    ``deformation`` the shapes of blocks that deform, None where all are rigid.
     """
 
     assembly: Assembly
@@ -77,6 +83,7 @@ class Structure(NamedTuple):
     weight: float
     size: float
     length: float
+    deformation: Deformation | None = None
 
 
 def forces(s: Structure, at: State) -> tuple[Array, Array, Array]:
@@ -86,6 +93,11 @@ def forces(s: Structure, at: State) -> tuple[Array, Array, Array]:
     a, b = p.block_a, p.block_b
     moved_a = at.shift[a] + np.einsum("mij,mj->mi", at.turn[a], p.place_a - x[a])
     moved_b = at.shift[b] + np.einsum("mij,mj->mi", at.turn[b], p.place_b - x[b])
+    if s.deformation is not None:
+        bent_a = np.einsum("mik,mk->mi", s.deformation.shapes_a, at.shapes[a])
+        bent_b = np.einsum("mik,mk->mi", s.deformation.shapes_b, at.shapes[b])
+        moved_a = moved_a + np.einsum("mij,mj->mi", rotation[a], bent_a)
+        moved_b = moved_b + np.einsum("mij,mj->mi", rotation[b], bent_b)
     in_a = np.einsum("mji,mj->mi", rotation[a], p.place_b - p.place_a + moved_b - moved_a)
     apart = np.einsum("mci,mi->mc", p.directions, in_a)
     normal = np.maximum(p.kn * (at.lift - apart[:, 0]), -p.law.tension)
@@ -94,7 +106,7 @@ def forces(s: Structure, at: State) -> tuple[Array, Array, Array]:
 
 
 def equilibrium(s: Structure, at: State) -> float:
-    """Largest unbalanced force, or moment over a block's size, of a free motion, in mean block weights."""
+    """Largest unbalanced force, or moment over a block's size, of a free motion or shape, in mean block weights."""
     p = s.points
     components, _, place = forces(s, at)
     local = np.einsum("mc,mci->mi", components, p.directions)
@@ -105,17 +117,29 @@ def equilibrium(s: Structure, at: State) -> float:
         moment = np.cross(place - centroid[block], force)
         np.add.at(total, block, sign * np.concatenate([force, moment], axis=1))
     total = total / np.array([1.0, 1.0, 1.0, s.size, s.size, s.size]) / s.weight
-    return float(np.abs(np.where(s.assembly.held, 0.0, total)).max(initial=0.0))
+    largest = float(np.abs(np.where(s.assembly.held, 0.0, total)).max(initial=0.0))
+    if s.deformation is None:
+        return largest
+    d = s.deformation
+    on_shapes = -d.stiffness * at.shapes
+    for block, sign, shape in ((p.block_b, 1.0, d.shapes_b), (p.block_a, -1.0, d.shapes_a)):
+        own = np.einsum("mji,mj->mi", at.turn[block] + np.eye(3), force)  # axes of the block
+        np.add.at(on_shapes, block, sign * np.einsum("mi,mik->mk", own, shape))
+    return max(largest, float(np.abs(on_shapes).max(initial=0.0)) / s.weight)
 
 
 def stored(s: Structure, at: State) -> float:
-    """Elastic energy, with what opening against the tensile strength keeps [J]; a closing joint gives it back."""
+    """Elastic energy, with what opening against the tensile strength keeps [J]; a closing joint gives it back.
+
+    That of blocks that deform is in it, q' K q / 2.
+    """
     components, apart, _ = forces(s, at)
     stress = components / s.points.area[:, None]
     p = s.points
     beyond = np.maximum(apart[:, 0] - at.lift - p.law.tension / p.kn, 0.0)
     density = 0.5 * stress[:, 0] ** 2 / p.kn + p.law.tension * beyond + 0.5 * (stress[:, 1:] ** 2).sum(axis=1) / p.ks
-    return float((density * p.area).sum())
+    bent = 0.0 if s.deformation is None else 0.5 * float((s.deformation.stiffness * at.shapes**2).sum())
+    return float((density * p.area).sum()) + bent
 
 
 def certify(s: Structure, before: State, after: State) -> tuple[StepCertificate, Balance]:

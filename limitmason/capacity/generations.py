@@ -36,7 +36,7 @@ class Generations:
 
     def state(self, node: Node) -> State:
         """What a certificate reads of a node."""
-        return State(node.pose.shift, node.pose.turn, node.history.slip, node.history.lift, node.multiplier)
+        return State(*node.pose, node.history.slip, node.history.lift, node.multiplier)
 
     def begun(self, node: Node) -> Node:
         """The node as the next step starts from it: with the contacts that were found anew there."""
@@ -62,7 +62,7 @@ class Generations:
         if shapes is None:
             return node
         motion = motion_between(since.looked or since.pose, node.pose)
-        farthest = np.linalg.norm(motion[:, :3], axis=1) + np.linalg.norm(motion[:, 3:], axis=1) * shapes.spread
+        farthest = np.linalg.norm(motion[:, :3], axis=1) + np.linalg.norm(motion[:, 3:6], axis=1) * shapes.spread
         if farthest.max(initial=0.0) < 0.5 * shapes.step:
             return node._replace(looked=since.looked or since.pose)
         node = node._replace(looked=node.pose)

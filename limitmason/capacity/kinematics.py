@@ -1,9 +1,12 @@
-"""Poses of rigid blocks with finite rotations, displacements at the contact points, and the wrenches of their forces.
+"""Poses of blocks with finite rotations, displacements at the contact points, and the wrenches of their forces.
 
 As in the DEM: a point's frame is carried by block a, forces act at block b's material point, on b and opposite on a.
 With p_a and p_b the present places of the two material points that met, delta = D R_a^T (p_b - p_a) is the relative
 displacement along the reference directions D = (n, t1, t2) or (n, t): exact at any rotation, without drift. The wrench
 matrix of the pose is the exact transpose of its derivative.
+
+Blocks that deform have k shapes beside the rigid motion: p = x + shift + R (arm + sum_j q_j phi_j), phi in the axes of
+the block. The frame turns with the block, not with the bending of its face. With k = 0 all blocks are rigid.
 """
 
 from typing import NamedTuple
@@ -12,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.capacity.contacts import Contacts
+from limitmason.capacity.deformable import Deformation
 from limitmason.equilibrium import degrees_of_freedom
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.model.assembly import Assembly
@@ -22,14 +26,21 @@ Index = NDArray[np.intp]
 
 
 class Pose(NamedTuple):
-    """Where the blocks are: displacement of the centroids [m], (n, 3), and R - I of the rotations, (n, 3, 3)."""
+    """Where the blocks are: displacement of the centroids [m], (n, 3), and R - I of the rotations, (n, 3, 3).
+
+    ``shapes`` holds the coordinates of the shapes of blocks that deform, (n, k).
+    """
 
     shift: Array
     turn: Array
+    shapes: Array
 
 
 class Bodies(NamedTuple):
-    """What the kinematics needs of m contact points with c components between n blocks of d degrees of freedom."""
+    """What the kinematics needs of m contact points with c components between n blocks of d degrees of freedom.
+
+    A block's degrees of freedom are its d - k rigid ones, then the coordinates of its k shapes.
+    """
 
     block_a: Index  # (m,)
     block_b: Index  # (m,)
@@ -38,38 +49,62 @@ class Bodies(NamedTuple):
     offset: Array  # from a's material point to b's in the reference pose [m], (m, 3)
     directions: Array  # reference pose, (m, c, 3)
     area: Array  # [m2], (m,)
-    basis: Array  # (6, d)
+    basis: Array  # (6 + k, d)
     free: NDArray[np.bool_]  # (n, d)
+    shapes_a: Array  # displacement of the material points per unit of a shape, axes of their block, (m, 3, k)
+    shapes_b: Array
+
+    @property
+    def deforming(self) -> int:
+        """Number of shapes of a block, k."""
+        return self.shapes_a.shape[2]
 
 
 class Contact(NamedTuple):
-    """The points in a pose: relative displacement [m], (m, c); directions, (m, c, 3); arms to b's point [m], (m, 3)."""
+    """The points in a pose: relative displacement [m], (m, c); directions, (m, c, 3); arms to b's point [m], (m, 3).
+
+    ``shapes_b`` are those of b turned with it, (m, 3, k).
+    """
 
     displacement: Array
     directions: Array
     arm_a: Array
     arm_b: Array
+    shapes_b: Array
 
 
-def make_bodies(assembly: Assembly, points: Contacts, plane: Plane | None) -> Bodies:
-    """Arrays of the contact points of an assembly in its reference pose."""
+def make_bodies(
+    assembly: Assembly, points: Contacts, plane: Plane | None, deformation: Deformation | None = None
+) -> Bodies:
+    """Arrays of the contact points of an assembly in its reference pose; rigid blocks without a deformation."""
     basis, free = degrees_of_freedom(assembly, plane)
     x = assembly.arrays.centroid
+    shapes_a = shapes_b = np.zeros((points.count, 3, 0))
+    if deformation is not None:
+        k = deformation.count
+        shapes_a, shapes_b = deformation.shapes_a, deformation.shapes_b
+        basis = np.block([[basis, np.zeros((6, k))], [np.zeros((k, basis.shape[1])), np.eye(k)]])
+        free = np.hstack([free, deformation.stiffness > 0.0])
     return Bodies(
         points.block_a, points.block_b, points.place_a - x[points.block_a], points.place_b - x[points.block_b],
-        points.place_b - points.place_a, points.directions, points.area, basis, free,
+        points.place_b - points.place_a, points.directions, points.area, basis, free, shapes_a, shapes_b,
     )  # fmt: skip
 
 
-def at_rest(n: int) -> Pose:
-    """The reference pose of n blocks."""
-    return Pose(np.zeros((n, 3)), np.zeros((n, 3, 3)))
+def at_rest(n: int, shapes: int = 0) -> Pose:
+    """The reference pose of n blocks with so many shapes."""
+    return Pose(np.zeros((n, 3)), np.zeros((n, 3, 3)), np.zeros((n, shapes)))
 
 
 def moved(pose: Pose, motion: Array) -> Pose:
-    """The pose after an increment: shift of the centroids and rotation vector in global axes [m, rad], (n, 6)."""
-    step = rotation_matrices(motion[:, 3:]) - np.eye(3)
-    return Pose(pose.shift + motion[:, :3], pose.turn + step + step @ pose.turn)
+    """The pose after an increment, shape (n, 6 + k).
+
+    Parameters
+    ----------
+    motion : shift of the centroids and rotation vector in global axes [m, rad], and change of the shapes' coordinates
+    """
+    step = rotation_matrices(motion[:, 3:6]) - np.eye(3)
+    return Pose(pose.shift + motion[:, :3], pose.turn + step + step @ pose.turn, pose.shapes + motion[:, 6:])
 
 
 def contact(bodies: Bodies, pose: Pose) -> Contact:
@@ -78,16 +113,26 @@ def contact(bodies: Bodies, pose: Pose) -> Contact:
     turn_a = pose.turn[a]
     swing_a = np.einsum("mij,mj->mi", turn_a, bodies.arm_a)
     swing_b = np.einsum("mij,mj->mi", pose.turn[b], bodies.arm_b)
+    shapes_b = bodies.shapes_b
+    if bodies.deforming:
+        bent_a = np.einsum("mik,mk->mi", bodies.shapes_a, pose.shapes[a])
+        swing_a = swing_a + bent_a + np.einsum("mij,mj->mi", turn_a, bent_a)
+        shapes_b = shapes_b + pose.turn[b] @ shapes_b
+        swing_b = swing_b + np.einsum("mik,mk->mi", shapes_b, pose.shapes[b])
     gap = bodies.offset + pose.shift[b] - pose.shift[a] + swing_b - swing_a
     directions = bodies.directions + np.einsum("mij,mcj->mci", turn_a, bodies.directions)
     displacement = np.einsum("mci,mi->mc", directions, gap)
-    return Contact(displacement, directions, bodies.arm_a + swing_a + gap, bodies.arm_b + swing_b)
+    return Contact(displacement, directions, bodies.arm_a + swing_a + gap, bodies.arm_b + swing_b, shapes_b)
 
 
 def point_wrenches(bodies: Bodies, at: Contact) -> Array:
     """Wrenches of unit forces on blocks a and b, projected on their degrees of freedom, shape (m, c, 2, d)."""
-    on_a = np.concatenate([at.directions, np.cross(at.arm_a[:, None], at.directions)], axis=2)
-    on_b = np.concatenate([at.directions, np.cross(at.arm_b[:, None], at.directions)], axis=2)
+    parts_a = [at.directions, np.cross(at.arm_a[:, None], at.directions)]
+    parts_b = [at.directions, np.cross(at.arm_b[:, None], at.directions)]
+    if bodies.deforming:  # a turns its shapes and its frame together
+        parts_a.append(bodies.directions @ bodies.shapes_a)
+        parts_b.append(at.directions @ at.shapes_b)
+    on_a, on_b = np.concatenate(parts_a, axis=2), np.concatenate(parts_b, axis=2)
     return np.stack([-on_a @ bodies.basis, on_b @ bodies.basis], axis=2)
 
 
@@ -102,11 +147,12 @@ def block_wrenches(bodies: Bodies, wrenches: Array, force: Array) -> Array:
 
 
 def geometric_stiffness(bodies: Bodies, at: Contact, force: Array) -> Array:
-    """Change of the point wrenches with the pose at constant force components, shape (m, 2 d, 2 d).
+    """Change of the point wrenches with the pose at constant force components, rigid motions, shape (m, 2 r, 2 r).
 
-    The force turns with block a; its arm on b turns with b, that on a follows b's point.
+    The force turns with block a; its arm on b turns with b, that on a follows b's point. r are the rigid degrees of
+    freedom of a block; what shapes add is :func:`shape_geometry`.
     """
-    m, d = len(force), bodies.basis.shape[1]
+    m, d = len(force), bodies.basis.shape[1] - bodies.deforming
     f = _cross_matrix(np.einsum("mci,mc->mi", at.directions, force))
     a, b = _cross_matrix(at.arm_a), _cross_matrix(at.arm_b)
     # rows: force and moment on a, then on b; columns: shift and spin of a, then of b. theta x F = -[F] theta
@@ -121,8 +167,19 @@ def geometric_stiffness(bodies: Bodies, at: Contact, force: Array) -> Array:
     full[:, 3:6, 9:12] = -f @ b
     full[:, 9:12, 9:12] = f @ b
     p = np.zeros((12, 2 * d))
-    p[:6, :d], p[6:, d:] = bodies.basis, bodies.basis
+    p[:6, :d] = p[6:, d:] = bodies.basis[:6, :d]
     return p.T @ full @ p
+
+
+def shape_geometry(at: Contact, force: Array) -> tuple[Array, Array]:
+    """Change of the moments on a and on b with the shapes of b at constant force components, shapes (m, 3, k).
+
+    With p_b = ... + phi q the arms of the force change by phi dq: dM_a = F x phi dq, dM_b = -dM_a. Transposed they are
+    the change of the forces on b's shapes with the spins of a and of b.
+    """
+    f = _cross_matrix(np.einsum("mci,mc->mi", at.directions, force))
+    on_a = f @ at.shapes_b
+    return on_a, -on_a
 
 
 def _cross_matrix(v: Array) -> Array:
@@ -132,7 +189,7 @@ def _cross_matrix(v: Array) -> Array:
 
 
 def motion_between(before: Pose, after: Pose) -> Array:
-    """Shift and rotation vector in global axes that take one pose to another, shape (n, 6); below half a turn."""
+    """The motion of :func:`moved` that takes one pose to another, shape (n, 6 + k); below half a turn."""
     step = (after.turn - before.turn) @ np.swapaxes(before.turn + np.eye(3), 1, 2)
     twist = 0.5 * np.stack(
         [step[:, 2, 1] - step[:, 1, 2], step[:, 0, 2] - step[:, 2, 0], step[:, 1, 0] - step[:, 0, 1]], axis=1
@@ -141,4 +198,4 @@ def motion_between(before: Pose, after: Pose) -> Array:
     cosine = 1.0 + 0.5 * np.einsum("nii->n", step)
     angle = np.arctan2(sine, cosine)
     vector = twist * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-300), 1.0)[:, None]
-    return np.concatenate([after.shift - before.shift, vector], axis=1)
+    return np.concatenate([after.shift - before.shift, vector, after.shapes - before.shapes], axis=1)

@@ -38,6 +38,7 @@ def solve_step(
     multiplier: float = 0.0,
     viscosity: float = 0.0,
     done: Array | None = None,
+    sprung: Array | None = None,
 ) -> Stepped | None:
     """Solve the program of a step in a pose; None where the solver finds no answer.
 
@@ -50,6 +51,7 @@ def solve_step(
     multiplier : where ``advance`` is None [-]
     viscosity : eta of a viscous force against the motion, own units; 0 for none
     done : motion since the viscous force was nothing, own units; none by default
+    sprung : forces of the blocks' own deformation in the pose, own units, (order,); none for rigid blocks
     """
     m, c = elastic.shape
     law, area, force = system.law.strength, system.bodies.area, system.weight
@@ -64,6 +66,8 @@ def solve_step(
         dead = dead + multiplier * system.live_own
     if done is not None:
         dead = dead - viscosity * done
+    if sprung is not None:
+        dead = dead + sprung
     columns = [a]
     p = [compliance]
     q = [-compliance * start]
@@ -71,10 +75,13 @@ def solve_step(
         columns.append(sparse.csc_matrix(system.live_own[:, None]))
         p.append(np.zeros(1))
         q.append(np.array([-left / (force * system.length)]))
-    if viscosity > 0.0:  # A f + w = viscosity * motion: one more force y per equation at the cost |y|^2 / (2 viscosity)
-        columns.append(sparse.identity(order, format="csc"))
-        p.append(np.full(order, 1.0 / viscosity))
-        q.append(np.zeros(order))
+    # A f + w = r * motion with r the viscosity and the springs of shapes: one more force y at the cost y^2 / (2 r)
+    resisting = viscosity + system.springs_own
+    held = np.flatnonzero(resisting > 0.0)
+    if len(held):
+        columns.append(sparse.csc_matrix((np.ones(len(held)), (held, np.arange(len(held)))), shape=(order, len(held))))
+        p.append(1.0 / resisting[held])
+        q.append(np.zeros(len(held)))
     equations = sparse.hstack(columns, format="csc")
     unknowns = equations.shape[1]
     rows = np.arange(m)

@@ -15,6 +15,7 @@ from limitmason.capacity.stepping import Node
 from limitmason.contact_points import ContactPoints
 from limitmason.curve import Curve, CurvePoint
 from limitmason.errors import InputError, NotApplicable
+from limitmason.joint_shapes import RIGID
 from limitmason.plane import find_plane
 from limitmason.resultants import resultants_from_points, scaled_mechanism
 from limitmason.results import Mechanism, Resultants
@@ -100,7 +101,8 @@ class PushoverCurve(Curve):
 
         Parameters
         ----------
-        at : the point in the reference pose [m], shape (3,); it moves with the block
+        at : the point in the reference pose [m], shape (3,); it moves with the block, and with the bending of one that
+            deforms
         """
         assembly = self.structure.assembly
         i = assembly.block_index(block)
@@ -110,7 +112,10 @@ class PushoverCurve(Curve):
         arm = np.asarray(at, dtype=float) - assembly.centroids[i]
         if arm.shape != (3,) or not np.isfinite(arm).all():
             raise InputError(f"at must be a point x, y, z [m], got {at!r}")
-        return shift + np.array([n.pose.turn[i] @ arm for n in self.nodes])
+        bent = np.zeros_like(shift)
+        if (d := self.structure.deformation) is not None:
+            bent = d.displacement(i, assembly.centroids[i] + arm, np.array([n.pose.shapes[i] for n in self.nodes]))
+        return shift + bent + np.array([n.pose.turn[i] @ (arm + u) for n, u in zip(self.nodes, bent, strict=True)])
 
     def vibration(self, *, sample: int = -1, sliding: str = "sticks") -> VibratingSystem:
         """Blocks on the joints that a sample has left closed, for :func:`limitmason.modes`; see there.
@@ -132,7 +137,8 @@ class PushoverCurve(Curve):
         plane = None if s.points.components == 3 else find_plane(s.assembly, s.loads)
         label = f"blocks at {self.displacement[sample]:.3g} m of a capacity curve, {found}"
         points = ContactPoints(p.place_a, p.interface, p.area, p.directions, p.block_a, p.block_b)
-        return block_system(s.assembly, points, stiffness[:, : p.components], label, plane=plane)
+        shapes, blocks = (None, RIGID) if s.deformation is None else (s.deformation.shapes, s.deformation.blocks)
+        return block_system(s.assembly, points, stiffness[:, : p.components], label, (), plane, shapes, blocks)
 
     def mechanism(self, step: int) -> Mechanism | None:
         """Motion from a sample to the next, scaled as a collapse mechanism; of the last, the motion that led to it.
@@ -146,7 +152,7 @@ class PushoverCurve(Curve):
         first = k if k + 1 < len(self) else k - 1
         if first < 0:
             return None
-        twists = motion_between(self.nodes[first].pose, self.nodes[first + 1].pose)
+        twists = motion_between(self.nodes[first].pose, self.nodes[first + 1].pose)[:, :6]
         s = self.structure
         return scaled_mechanism(s.assembly, s.loads, twists, s.points.place_a, s.points.interface)
 

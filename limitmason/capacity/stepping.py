@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.capacity import newton
-from limitmason.capacity.kinematics import Pose, at_rest
+from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import History, trial, virgin
 from limitmason.capacity.program import solve_step
 from limitmason.capacity.system import System
@@ -66,9 +66,8 @@ def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -
     target : control displacement that is held, with the multiplier that this takes [m]; None for no live load
     ratio : as in :func:`step`
     """
-    n = len(system.bodies.free)
     m, c = system.bodies.directions.shape[:2]
-    old, pose = virgin(m, c), at_rest(n)
+    old, pose = virgin(m, c), system.at_rest()
     solved = newton.solve(system, pose, 0.0, old, target)
     if solved is not None:
         return node_of(system, solved)
@@ -110,7 +109,8 @@ def _by_programs(
         # without geometric stiffness free motions swing to and fro; a proximal term, gone at the end, damps them
         proximal = viscosity == 0.0 and k > 3
         eta, since = (PROXIMAL, None) if proximal else (viscosity, done if viscosity > 0.0 else None)
-        found = solve_step(system, now.wrenches, elastic, normal, advance, multiplier, eta, since)
+        sprung = system.sprung(now.pose) if system.bodies.deforming else None
+        found = solve_step(system, now.wrenches, elastic, normal, advance, multiplier, eta, since, sprung)
         if found is None:
             return None
         multiplier, normal = found.multiplier, found.force[:, 0]

@@ -1,5 +1,7 @@
 """The structure as equations: residual, bordered tangent and sparse patterns, in units of weight and elastic length.
 
+Shapes of blocks that deform are unknowns like the motions, each held by a spring of its own, K q.
+
 Forces are counted in mean block weights, moments in that times a block's size, motions in the elastic length (the
 mean weight over the mean stiffness of a contact point) and that over the size: in newtons and metres an interior point
 stalls at 1e-5 of a block's weight.
@@ -16,11 +18,13 @@ from limitmason.capacity.kinematics import (
     Bodies,
     Contact,
     Pose,
+    at_rest,
     block_wrenches,
     contact,
     geometric_stiffness,
     moved,
     point_wrenches,
+    shape_geometry,
 )
 from limitmason.capacity.point_law import Elastic, History, Returned, return_map
 
@@ -50,31 +54,38 @@ class System:
     Parameters
     ----------
     bodies, law : contact points and what they carry
-    dead, live : wrenches on the degrees of freedom [N, N m], shape (n, d)
-    control : weights of the degrees of freedom in the control displacement, shape (n, d)
+    dead, live : wrenches on the rigid degrees of freedom [N, N m], shape (n, d - k)
+    control : weights of the rigid degrees of freedom in the control displacement, shape (n, d - k)
     weight, size, length : units of force [N], of arms [m] and of displacement [m], the elastic one
+    springs : stiffness of the shapes' coordinates [N/m], shape (n, k); 0 where a block has none
     """
 
     def __init__(
         self, bodies: Bodies, law: Elastic, dead: Array, live: Array, control: Array, weight: float, size: float,
-        length: float,
+        length: float, springs: Array,
     ) -> None:  # fmt: skip
         """Number the free degrees of freedom and make the pattern of the bordered tangent."""
-        self.bodies, self.law, self.dead, self.live, self.control = bodies, law, dead, live, control
+        none = np.zeros_like(springs)
+        self.dead, self.live, self.control = (np.hstack([x, none]) for x in (dead, live, control))
+        self.bodies, self.law, self.springs = bodies, law, springs
         self.weight, self.size, self.length = weight, size, length
         free = bodies.free
         self.order = int(free.sum())
         number = np.full(free.shape, -1, np.intp)
         number[free] = np.arange(self.order)
-        turns = np.abs(bodies.basis[3:]).max(axis=0) > 0.5
+        turns = np.abs(bodies.basis[3:6]).max(axis=0) > 0.5
         self.row_scale = np.where(turns, 1.0 / (weight * size), 1.0 / weight)
         self.motion_scale = np.where(turns, self.length / size, self.length)
-        self.live_own = (live * self.row_scale)[free]
-        self.control_own = (control * self.motion_scale)[free] / self.length
+        self.live_own = (self.live * self.row_scale)[free]
+        self.control_own = (self.control * self.motion_scale)[free] / self.length
+        self.springs_own = (np.hstack([np.zeros_like(dead), springs]) * self.length / weight)[free]
         self.ends = np.stack([number[bodies.block_a], number[bodies.block_b]], axis=1)  # (m, 2, d)
         # points come joint by joint: one element per run of points between the same two blocks
         pair = bodies.block_a * len(free) + bodies.block_b
         self.starts = np.flatnonzero(np.diff(pair, prepend=-1))
+        run = np.diff(np.append(self.starts, len(pair)))
+        place = np.arange(run.max(initial=0))
+        self._of_run = np.where(place < run[:, None], self.starts[:, None] + place, -1)  # points of a run, -1 for none
         self._tangent_pattern(self.ends[self.starts].reshape(len(self.starts), -1))
 
     def _tangent_pattern(self, dofs: Index) -> None:
@@ -100,7 +111,18 @@ class System:
         returned = return_map(self.law, old, at.displacement)
         force = returned.stress * self.bodies.area[:, None]
         total = block_wrenches(self.bodies, wrenches, force) + self.dead + multiplier * self.live
+        if self.bodies.deforming:
+            total[:, -self.bodies.deforming :] -= self.springs * pose.shapes
         return Evaluated(pose, at, wrenches, returned, force, (total * self.row_scale)[self.bodies.free])
+
+    def at_rest(self) -> Pose:
+        """The unstressed pose."""
+        return at_rest(*self.springs.shape)
+
+    def sprung(self, pose: Pose) -> Array:
+        """Forces of the blocks' own deformation on the free degrees of freedom, own units, shape (order,)."""
+        motion = np.hstack([np.zeros((len(pose.shapes), len(self.row_scale) - pose.shapes.shape[1])), pose.shapes])
+        return np.asarray(-self.springs_own * motion[self.bodies.free] / self.length)
 
     def controlled(self, pose: Pose) -> float:
         """The control displacement of a pose [m]; only shifts count."""
@@ -131,21 +153,48 @@ class System:
 
     def tangent(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> sparse.csc_matrix:
         """The matrix of :meth:`bordered`."""
-        b, d = self.bodies, self.bodies.basis.shape[1]
-        m, c = at.force.shape
-        flat = at.wrenches.transpose(0, 2, 3, 1).reshape(m, 2 * d, c)
-        stiff = (b.area[:, None, None] * at.returned.tangent) @ flat.transpose(0, 2, 1)
-        element = geometric_stiffness(b, at.contact, at.force) - flat @ stiff
-        element = np.add.reduceat(element, self.starts, axis=0)
+        element = self._deforming_elements(at) if self.bodies.deforming else self._elements(at)
         rows = np.concatenate([self.row_scale] * 2)
         columns = np.concatenate([self.motion_scale] * 2)
         element *= rows[:, None] * columns
         border = np.zeros(self.order) if prescribed == "multiplier" else self.control_own
         corner = 1.0 if prescribed == "multiplier" else 0.0
-        viscous = np.broadcast_to(-np.asarray(viscosity, float), (self.order,))
+        viscous = np.broadcast_to(-np.asarray(viscosity, float), (self.order,)) - self.springs_own
         data = np.concatenate([element.ravel()[self._keep], viscous, self.live_own, border, [corner]])
         values = np.bincount(self._slot, data, len(self._indices))
         return sparse.csc_matrix((values, self._indices, self._indptr), shape=(self.order + 1,) * 2)
+
+    def _elements(self, at: Evaluated) -> Array:
+        """Derivative of the wrenches by the motions, per run of points between two rigid blocks, (k, 2 d, 2 d)."""
+        b, d = self.bodies, self.bodies.basis.shape[1]
+        m, c = at.force.shape
+        flat = at.wrenches.transpose(0, 2, 3, 1).reshape(m, 2 * d, c)
+        stiff = (b.area[:, None, None] * at.returned.tangent) @ flat.transpose(0, 2, 1)
+        element = geometric_stiffness(b, at.contact, at.force) - flat @ stiff
+        return np.asarray(np.add.reduceat(element, self.starts, axis=0))
+
+    def _deforming_elements(self, at: Evaluated) -> Array:
+        """The same between blocks that deform: one product per run, not one per point, since elements are wide."""
+        b, d = self.bodies, self.bodies.basis.shape[1]
+        r = d - b.deforming
+        m, c = at.force.shape
+        runs, most = self._of_run.shape
+        flat = at.wrenches.reshape(m, c, 2 * d)
+        stiff = (b.area[:, None, None] * at.returned.tangent) @ flat
+        # the last row, of no point, is nothing
+        left = np.concatenate([flat, np.zeros((1, c, 2 * d))])[self._of_run].reshape(runs, most * c, 2 * d)
+        right = np.concatenate([stiff, np.zeros((1, c, 2 * d))])[self._of_run].reshape(runs, most * c, 2 * d)
+        element = -left.transpose(0, 2, 1) @ right
+        rigid = np.add.reduceat(geometric_stiffness(b, at.contact, at.force), self.starts, axis=0)
+        moments = [np.add.reduceat(x, self.starts, axis=0) for x in shape_geometry(at.contact, at.force)]
+        parts = [np.s_[:r], np.s_[d : d + r]]
+        for i in (0, 1):
+            for j in (0, 1):
+                element[:, parts[i], parts[j]] += rigid[:, i * r : (i + 1) * r, j * r : (j + 1) * r]
+            spin = b.basis[3:6, :r].T @ moments[i]
+            element[:, parts[i], d + r :] += spin
+            element[:, d + r :, parts[i]] += spin.transpose(0, 2, 1)
+        return np.asarray(element)
 
     def equilibrium(self, wrenches: Array) -> sparse.csc_matrix:
         """Wrench matrix of a pose in own units on the free degrees of freedom, shape (order, c m)."""

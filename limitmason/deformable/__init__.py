@@ -2,8 +2,9 @@
 
 from limitmason.deformable.elasticity import PLANE_STRAIN, PLANE_STRESS, SOLID, STATES, Elasticity, plane_normal
 from limitmason.deformable.modes import BENDING, ModalBlock, modal_block, modal_blocks
+from limitmason.deformable.polynomials import PolynomialBlock, polynomial_block, polynomial_blocks
 
 __all__ = [
-    "BENDING", "PLANE_STRAIN", "PLANE_STRESS", "SOLID", "STATES", "Elasticity", "ModalBlock", "modal_block",
-    "modal_blocks", "plane_normal",
+    "BENDING", "PLANE_STRAIN", "PLANE_STRESS", "SOLID", "STATES", "Elasticity", "ModalBlock", "PolynomialBlock",
+    "modal_block", "modal_blocks", "plane_normal", "polynomial_block", "polynomial_blocks",
 ]  # fmt: skip

@@ -170,7 +170,7 @@ def modal_block(block: Block, elasticity: Elasticity, *, family: str = BENDING) 
     solid = block.parts[0]
     normal = elasticity.normal
     if normal is not None:
-        _check_prism(block.name, solid, normal)
+        check_prism(block.name, solid, normal)
     axes = block_axes(solid, normal)
     constant, linear, quadratic, names = _shapes(elasticity, family)
     e = axes.T  # columns: own axes in space
@@ -205,6 +205,12 @@ def modal_blocks(assembly: Assembly, state: str, normal: ArrayLike | None = None
     InputError
         Where no free block has a material, for a normal in space, and what :func:`modal_block` refuses.
     """
+    laws = materials_of(assembly, state, normal)
+    return [None if x is None else modal_block(b, x) for b, x in zip(assembly.blocks, laws, strict=True)]
+
+
+def materials_of(assembly: Assembly, state: str, normal: ArrayLike | None = None) -> list[Elasticity | None]:
+    """Elasticity of every block; None where a block has no material or is wholly held. As in :func:`modal_blocks`."""
     if state == SOLID and normal is not None:
         raise InputError("a normal is for plane stress and plane strain; in space leave it out")
     held = assembly.fixed
@@ -214,7 +220,7 @@ def modal_blocks(assembly: Assembly, state: str, normal: ArrayLike | None = None
             "no free block has a material, so that nothing deforms: give assembly.with_material(Material(...))"
         )
     laws = {id(m): Elasticity.of(m.young_modulus, m.poisson_ratio, state, normal) for m in materials if m is not None}
-    return [None if m is None else modal_block(b, laws[id(m)]) for b, m in zip(assembly.blocks, materials, strict=True)]
+    return [None if m is None else laws[id(m)] for m in materials]
 
 
 def block_axes(solid: Solid, normal: Array | None) -> Array:
@@ -264,7 +270,8 @@ def _largest(values: Array) -> int:
     return int(np.flatnonzero(values >= values.max() * (1.0 - _SQUARE))[0])
 
 
-def _check_prism(name: str, solid: Solid, normal: Array) -> None:
+def check_prism(name: str, solid: Solid, normal: Array) -> None:
+    """Refuse a block whose faces are neither along nor across the normal of the plane."""
     for face in solid.faces:
         n = face_planes(solid.vertices[list(face)][None])[0][0]
         if 1e-6 < abs(n @ normal) < 1.0 - 1e-6:

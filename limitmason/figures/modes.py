@@ -44,7 +44,7 @@ def mode_shape(modes: Modes, number: int, *, reach: float = _REACH, title: str |
     carrier = modes.system.carrier
     if isinstance(carrier, BlockCarrier):
         options = {"crack": np.inf, "legend": False, "view": "3d", **options}
-        moved = shape[:, :3], quaternions(shape[:, 3:])
+        moved = shape[:, :3], quaternions(shape[:, 3:6])
         figure: Figure = deformed(carrier.assembly, moved, title=title, caption=caption, **options)
     else:
         size = np.linalg.norm(shape[carrier.model.mesh.connectivity], axis=2).max(axis=1)  # type: ignore[attr-defined]
@@ -78,7 +78,7 @@ def mode_film(
     carrier = modes.system.carrier
     if isinstance(carrier, BlockCarrier):
         shift = phase[:, None, None] * shape[:, :3]
-        turn = np.array([quaternions(p * shape[:, 3:]) for p in phase])
+        turn = np.array([quaternions(p * shape[:, 3:6]) for p in phase])
         motion = SimpleNamespace(shift=shift, quaternion=turn)
         return animate(carrier.assembly, motion, path, frames=frames, fps=fps, crack=np.inf, title=title, view="3d",
                        azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)  # fmt: skip

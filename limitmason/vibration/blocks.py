@@ -1,6 +1,9 @@
-"""Rigid blocks on elastic joints: K = A k A^T from contact points, all closed or as a state has left them."""
+"""Blocks on elastic joints: K = A k A^T from contact points, all closed or as a state has left them.
 
-from collections.abc import Mapping
+Blocks that deform have shapes beside their motion, with a stiffness and a mass of their own.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,11 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from limitmason.contact_points import ContactPoints, contact_points
+from limitmason.deformable import SOLID, STATES
 from limitmason.equilibrium import degrees_of_freedom, equilibrium_matrix
 from limitmason.errors import InputError
+from limitmason.joint_shapes import ELASTIC, MODAL, RIGID, Shapes, at_joints, shapes_of
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.plane import Plane
+from limitmason.plane import Plane, find_plane
 from limitmason.stiffness import default_stiffness
 from limitmason.vibration.system import VibratingSystem
 
@@ -24,9 +29,10 @@ _SLIDES = 1.0 - 1e-6  # of the shear strength: a point at it slides
 
 @dataclass(frozen=True, eq=False)
 class BlockCarrier:
-    """Shapes of blocks, displacement and rotation about each centroid, shape (n, 6)."""
+    """Shapes of blocks, displacement and rotation about each centroid and coordinates of what deforms, (n, 6 + k)."""
 
     assembly: Assembly
+    shapes: Sequence[Shapes | None] = ()
 
     @property
     def places(self) -> Array:
@@ -57,7 +63,12 @@ class BlockCarrier:
             x = points[int(np.argmax(far))]
             raise InputError(f"point ({x[0]:g}, {x[1]:g}, {x[2]:g}) lies in no block")
         u = shape[owner]
-        return np.asarray(u[:, :3] + np.cross(u[:, 3:], points - self.places[owner]))
+        out = np.asarray(u[:, :3] + np.cross(u[:, 3:6], points - self.places[owner]))
+        for i in np.unique(owner) if self.shapes else ():
+            if (own := self.shapes[i]) is not None:
+                mine = owner == i
+                out[mine] += np.einsum("mki,k->mi", own.displacement(points[mine]), shape[i, 6 : 6 + own.count])
+        return out
 
 
 def joint_stiffness(
@@ -102,6 +113,8 @@ def closed_system(
     contact_points: Grid | Mapping[str, Grid] = (4, 4),
     contact_model: str = "grid",
     stiffness: ArrayLike | tuple[ArrayLike, ArrayLike] | None = None,
+    blocks: str = RIGID,
+    stress: str = SOLID,
 ) -> VibratingSystem:
     """Blocks whose joints are closed over their whole faces and stick.
 
@@ -110,15 +123,37 @@ def closed_system(
     contact_points, contact_model : see :func:`limitmason.contact_points.contact_points`; from three points on a side
         joints bend as their faces do, with two their bending stiffness is three times too large
     stiffness : see :func:`joint_stiffness`
+    blocks : "rigid"; "modal", with the shapes of the DEM's blocks that deform; "elastic", bodies in polynomials, which
+        have modes of their own
+    stress : of blocks that deform: "solid"; "plane stress" or "plane strain", of which only motions in the plane of the
+        problem are found
+
+    Raises
+    ------
+    InputError
+        What :func:`limitmason.joint_shapes.shapes_of` refuses, unknown names, a plane state of rigid blocks or of a
+        problem in no plane.
     """
-    points = _points(assembly, contact_points, contact_model)
-    kn, ks, warnings = joint_stiffness(assembly, Loads.weight(assembly).dead, stiffness)
-    components = np.column_stack([kn, ks, ks])[points.interface]
-    return block_system(assembly, points, components, "blocks on closed joints", warnings)
+    if blocks not in (RIGID, MODAL, ELASTIC):
+        raise InputError(f"blocks must be one of 'rigid', 'modal' and 'elastic', got {blocks!r}")
+    if stress not in STATES:
+        raise InputError(f"stress must be one of {', '.join(map(repr, STATES))}, got {stress!r}")
+    dead, plane = Loads.weight(assembly), None
+    if stress != SOLID:
+        plane = find_plane(assembly, dead)
+        if blocks == RIGID or plane is None:
+            why = "rigid blocks have no stress" if blocks == RIGID else "this problem is in no plane"
+            raise InputError(f"stress={stress!r} is for blocks that deform in a plane: {why}")
+    points = _points(assembly, contact_points, contact_model, plane)
+    kn, ks, warnings = joint_stiffness(assembly, dead.dead, stiffness)
+    components = np.column_stack([kn, *[ks] * (points.components - 1)])[points.interface]
+    label = f"{'' if blocks == RIGID else blocks + ' '}blocks on closed joints"
+    shapes = None if blocks == RIGID else shapes_of(assembly, blocks, stress, None if plane is None else plane.normal)
+    return block_system(assembly, points, components, label, warnings, plane, shapes, blocks)
 
 
-def _points(assembly: Assembly, grid: Grid | Mapping[str, Grid], model: str) -> ContactPoints:
-    return contact_points(assembly, contact_model=model, grid=grid, elastic=True)
+def _points(assembly: Assembly, grid: Grid | Mapping[str, Grid], model: str, plane: Plane | None) -> ContactPoints:
+    return contact_points(assembly, contact_model=model, grid=grid, plane=plane, elastic=True)
 
 
 def state_stiffness(normal: Array, shear: Array, limit: Array, kn: Array, ks: Array, sliding: str) -> tuple[Array, str]:
@@ -152,6 +187,8 @@ def block_system(
     label: str,
     warnings: tuple[str, ...] = (),
     plane: Plane | None = None,
+    shapes: Sequence[Shapes | None] | None = None,
+    blocks: str = RIGID,
 ) -> VibratingSystem:
     """Blocks on springs at contact points.
 
@@ -159,6 +196,7 @@ def block_system(
     ----------
     stiffness : per area, of normal and two tangents [Pa/m], shape (m, 3); of normal and one in plane, (m, 2)
     plane : in which blocks move, where points come with one
+    shapes, blocks : of blocks that deform, and their kind, which says how joint points take them up; none by default
 
     Raises
     ------
@@ -173,23 +211,55 @@ def block_system(
         name = assembly.blocks[int(np.flatnonzero(moving & ~(x.mass > 0.0))[0])].name
         raise InputError(f"block {name!r} has no mass: natural frequencies need a positive density")
     a = equilibrium_matrix(assembly, points, plane=plane)
-    springs = sparse.diags_array((stiffness * points.area[:, None]).ravel())
-    k = sparse.csc_array(a @ springs @ a.T)[free][:, free]
     inertia = np.zeros((assembly.n_blocks, 6, 6))
     inertia[:, :3, :3] = x.mass[:, None, None] * np.eye(3)
     inertia[:, 3:, 3:] = x.inertia
-    diagonal = list(basis.T @ inertia @ basis)
-    mass = sparse.csc_array(sparse.block_diag(diagonal, format="csc"))[free][:, free]
-    unit = np.broadcast_to(basis[:3].T, (assembly.n_blocks, basis.shape[1], 3))
-    excited = mass @ unit.reshape(-1, 3)[free]
+    masses = list(basis.T @ inertia @ basis)
+    springs = sparse.diags_array((stiffness * points.area[:, None]).ravel())
+    counts = np.zeros(assembly.n_blocks, np.intp)
+    if shapes is not None:
+        counts = np.array([0 if s is None else s.count for s in shapes])
+        own = [s for s in shapes if s is not None]
+        a = sparse.vstack([a, _shape_rows(assembly, points, shapes, blocks)])
+        free = np.concatenate([free, np.ones(counts.sum(), bool)])
+        masses += [s.mass for s in own]
+    k = sparse.csc_array(a @ springs @ a.T)
+    if shapes is not None:
+        none = sparse.csc_array((kept.size, kept.size))
+        k = sparse.csc_array(k + sparse.block_diag([none, *[s.stiffness for s in own]], format="csc"))
+    mass = sparse.csc_array(sparse.block_diag(masses, format="csc"))[free][:, free]
+    unit = np.zeros((len(free), 3))
+    unit[: kept.size] = np.tile(basis[:3].T, (assembly.n_blocks, 1))
+    place = np.arange(counts.max(initial=0)) < counts[:, None]
 
     def spread(vector: Array) -> Array:
         out = np.zeros(free.size)
         out[free] = vector
-        return np.asarray(out.reshape(-1, basis.shape[1]) @ basis.T)
+        deformed = np.zeros(place.shape)
+        deformed[place] = out[kept.size :]
+        return np.hstack([out[: kept.size].reshape(-1, basis.shape[1]) @ basis.T, deformed])
 
     total = (x.mass[:, None] * ~assembly.held[:, :3]).sum(axis=0)
     return VibratingSystem(
-        sparse.csc_array(k), sparse.csc_array(mass), np.asarray(excited), spread, BlockCarrier(assembly),
-        np.asarray(total, dtype=np.float64), label, None, warnings,
+        sparse.csc_array(k[free][:, free]), sparse.csc_array(mass), np.asarray(mass @ unit[free]), spread,
+        BlockCarrier(assembly, shapes or ()), np.asarray(total, dtype=np.float64), label, None, warnings,
     )  # fmt: skip
+
+
+def _shape_rows(
+    assembly: Assembly, points: ContactPoints, shapes: Sequence[Shapes | None], blocks: str
+) -> sparse.csr_array:
+    """Forces of the points on every shape, block by block, shape (shapes of all, c m): more rows of A."""
+    c = points.components
+    on = at_joints(assembly, points, shapes, blocks)
+    parts = []
+    for i, shape in enumerate(shapes):
+        if shape is None:
+            continue
+        rows = sparse.lil_array((shape.count, c * points.count))
+        for u, side, sign in zip(on, (points.block_a, points.block_b), (-1.0, 1.0), strict=True):
+            at = np.flatnonzero(side == i)
+            value = sign * (points.directions[at] @ u[at][:, :, : shape.count])  # (p, c, k)
+            rows[:, (c * at[:, None] + np.arange(c)).ravel()] += value.reshape(-1, shape.count).T
+        parts.append(rows.tocsr())
+    return sparse.csr_array(sparse.vstack(parts))

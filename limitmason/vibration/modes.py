@@ -25,7 +25,8 @@ class Modes:
     Parameters
     ----------
     frequency : [Hz], shape (k,); zero where nothing holds the motion
-    shape : displacement (and rotation, for blocks) of every block or node per mode, shape (k, n, 6) or (k, n, 3)
+    shape : displacement (and rotation, for blocks) of every block or node per mode, shape (k, n, 6) or (k, n, 3); of
+        blocks that deform the coordinates of their shapes behind, (k, n, 6 + m)
     participating : mass that a mode moves when the ground shakes along x, y, z [kg], shape (k, 3)
     residual : |K u - w^2 M u| over |K u| per mode [-], shape (k,); over the largest |K u| for modes at rest
     system : what vibrates
@@ -78,13 +79,14 @@ def modes(model: Assembly | Vibrates, count: int = 3, **options: Any) -> Modes:
 
     Parameters
     ----------
-    model : an ``Assembly`` (rigid blocks on elastic joints, all closed), or what has a ``vibration`` method: a
+    model : an ``Assembly`` (blocks on elastic joints, all closed), or what has a ``vibration`` method: a
         ``Continuum`` (elastic) or a curve of one (damaged), a capacity curve of blocks, a ``dem.History`` (the
         tangent at the state it ended in)
     count : how many modes
-    options : of the model. Assembly: ``contact_points``, ``contact_model``, ``stiffness`` (kn or (kn, ks) [Pa/m]);
-        capacity curve: ``sample``, ``sliding``; DEM: ``sliding`` ("sticks" or "drops": points at their strength keep
-        or lose their shear stiffness)
+    options : of the model. Assembly: ``contact_points``, ``contact_model``, ``stiffness`` (kn or (kn, ks) [Pa/m]),
+        ``blocks`` ("rigid", "modal" or "elastic") and ``stress``, see
+        :func:`limitmason.vibration.blocks.closed_system`; capacity curve: ``sample``, ``sliding``; DEM: ``sliding``
+        ("sticks" or "drops": points at their strength keep or lose their shear stiffness)
 
     Returns
     -------

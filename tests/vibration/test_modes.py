@@ -186,10 +186,73 @@ def test_contacts_found_anew_and_what_has_no_modes_are_refused():
         lm.modes(block, grid=(3, 3))
     with pytest.raises(InputError, match="must be positive"):
         lm.modes(block, stiffness=-1.0)
-    # the DEM's own function for its joint options and deformable blocks: the same where both apply
-    assert lm.modes(block, 3).frequency == pytest.approx(dem.natural_frequencies(block, 3).frequency, rel=1e-9)
-    stiffer = dem.natural_frequencies(block, 3, joint_options=dem.JointOptions(stiffness_factor=4.0))
+    with pytest.raises(InputError, match="blocks must be one of"):
+        lm.modes(block, 3, blocks="soft")
+    with pytest.raises(InputError, match="rigid blocks have no stress"):
+        lm.modes(block, 3, stress="plane stress")
+
+
+def test_the_dem_s_old_name_answers_the_same_with_a_warning():
+    block = stack(2).with_material(lm.Material(young_modulus=2e9, poisson_ratio=0.2))
+    with pytest.warns(DeprecationWarning, match=r"now limitmason\.modes"):
+        stiffer = dem.natural_frequencies(block, 3, joint_options=dem.JointOptions(stiffness_factor=4.0))
     assert stiffer.frequency == pytest.approx(2 * lm.modes(block, 3).frequency)
+    with pytest.warns(DeprecationWarning, match="next release"):
+        modal = dem.natural_frequencies(block, 3, blocks="modal")
+    assert modal.strain.shape == (3, block.n_blocks, 15)
+    assert modal.frequency == pytest.approx(lm.modes(block, 3, blocks="modal").frequency)
+
+
+def slender_bar(n, level, stress, joint_factor=1e5):
+    """A bar of n blocks that stands on its foot, bonded stiffly; E 2e9, rho 2000, 1 m tall, 0.1 square."""
+    h, e = 1.0 / n, 2e9
+    joint = lm.Joint(35.0, normal_stiffness=joint_factor * e, shear_stiffness=joint_factor * e)
+    outlines = [[(0, h * k), (0.1, h * k), (0.1, h * (k + 1)), (0, h * (k + 1))] for k in range(-1, n)]
+    wall = lm.Assembly.from_polygons(outlines, thickness=0.1, joint=joint, fixed=[0], density=2000.0)
+    wall = wall.with_material(lm.Material(young_modulus=e, poisson_ratio=0.0))
+    return lm.modes(wall, 6, blocks=level, stress=stress, contact_points=(4, 4))
+
+
+@pytest.mark.parametrize(("n", "level", "within"), [(1, "elastic", 2e-3), (4, "elastic", 2e-3), (4, "modal", 0.02)])
+def test_cantilever_of_deformable_blocks_sways_as_timoshenkos_beam(n, level, within):
+    found = slender_bar(n, level, "plane stress")
+    assert found.frequency[0] == pytest.approx(timoshenko(2e9, 2000.0, 0.1, 1.0), rel=within)
+    # along: c / 4 L
+    along = np.sqrt(2e9 / 2000.0) / 4.0
+    assert np.abs(found.frequency / along - 1.0).min() < 0.01
+
+
+def test_deformable_blocks_have_the_same_modes_however_they_are_turned_and_where_they_are_asked():
+    wall = lm.build.wall(length=0.9, courses=2, unit=(0.3, 0.1, 0.15), joint=JOINT, density=2000.0)
+    wall = wall.with_material(lm.Material(young_modulus=2e9, poisson_ratio=0.2))
+    angle = np.deg2rad(33.0)
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1.0]])
+    copy = wall.transformed(turn, (1.0, -2.0, 0.5)).renumbered(np.random.default_rng(5).permutation(wall.n_blocks))
+    for level in ("modal", "elastic"):
+        one, two = lm.modes(wall, 4, blocks=level), lm.modes(copy, 4, blocks=level)
+        assert two.frequency == pytest.approx(one.frequency, rel=1e-8)
+        top = np.array([[0.05, 0.0, 0.18], [0.6, 0.05, 0.15]]) + wall.blocks[0].centroid * (0, 1, 0)
+        moved = two.at(top @ turn.T + (1.0, -2.0, 0.5))
+        for u, v in zip(one.at(top) @ turn.T, moved, strict=True):
+            assert np.abs(u) == pytest.approx(np.abs(v), abs=1e-6 * np.abs(u).max())
+        # stiffer units come to the rigid ones
+        stiff = lm.modes(wall.with_material(lm.Material(young_modulus=2e14, poisson_ratio=0.2)), 4, blocks=level)
+        assert stiff.frequency == pytest.approx(lm.modes(wall, 4).frequency, rel=1e-3)
+    assert lm.mac(lm.modes(wall, 3, blocks="modal"), lm.modes(wall, 3, blocks="elastic")).values == pytest.approx(
+        np.eye(3), abs=0.02
+    )
+
+
+@pytest.mark.parametrize("stress", ["solid", "plane stress"])
+def test_settled_dem_and_capacity_curve_of_modal_blocks_vibrate_as_the_closed_column(stress):
+    wall = stack(2).with_material(lm.Material(young_modulus=2e9, poisson_ratio=0.2))
+    closed = lm.modes(wall, 3, blocks="modal", stress=stress, contact_points=(3, 3))
+    rest = dem.simulate(wall, dem.Settle(), blocks="modal", stress=stress, contact_points=(3, 3), detect_every=None)
+    curve = lm.pushover(
+        wall, lm.Loads.horizontal(wall), blocks="modal", stress=stress, to=1e-9, contact_model="grid", grid=(3, 3)
+    )
+    for state in (lm.modes(rest, 3), lm.modes(curve, 3, sample=0)):
+        assert state.frequency == pytest.approx(closed.frequency, rel=1e-6)
 
 
 # ---- comparison of shapes -------------------------------------------------------------------------------------------

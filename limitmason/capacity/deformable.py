@@ -1,0 +1,154 @@
+"""Blocks that deform, as the engine of capacity curves takes them: shapes at the joint points and a spring per shape.
+
+A block's elastic energy is q' K q / 2 in the coordinates of its shapes; here they are chosen so that K is diagonal, and
+reduced to what the joint points see: with W the stiffness of the points and L L' = K, the singular values of
+W^(1/2) phi L^-T square to the block's compliance over that of the joints. Shapes that move no joint point carry nothing
+and are left out, without any loss: that is the static condensation of a block to its joints.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+
+from limitmason.contact_points import ContactPoints
+from limitmason.deformable import PLANE_STRESS, SOLID, STATES
+from limitmason.errors import InputError
+from limitmason.joint_shapes import ELASTIC, MODAL, RIGID, Shapes, at_joints, shapes_of
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.plane import Plane, find_plane
+
+Array = NDArray[np.float64]
+
+LUMPED = "lumped"
+BLOCKS = (RIGID, LUMPED, MODAL, ELASTIC)
+"""How the blocks of a path deform."""
+
+_UNSEEN = 1e-9
+"""Singular value over the largest below which a shape moves no joint point."""
+
+
+@dataclass(frozen=True, eq=False)
+class Deformation:
+    """Shapes of n blocks in their coordinates, at m joint points.
+
+    Parameters
+    ----------
+    shapes : of every block; None where it is rigid
+    bases : coordinates of a block's shapes per reduced coordinate, shape (its k, k); None where it is rigid
+    stiffness : of the reduced coordinates, which are root mean square displacements of the block's joint points [N/m],
+        shape (n, k); 0 where a block has fewer
+    shapes_a, shapes_b : displacement of the points of block a and b per unit of a coordinate [-], shape (m, 3, k)
+    blocks : "modal" or "elastic"
+    """
+
+    shapes: tuple[Shapes | None, ...]
+    bases: tuple[Array | None, ...]
+    stiffness: Array
+    shapes_a: Array
+    shapes_b: Array
+    blocks: str
+
+    @property
+    def count(self) -> int:
+        """Reduced coordinates of a block, k."""
+        return self.stiffness.shape[1]
+
+    def coordinates(self, block: int, reduced: Array) -> Array:
+        """Coordinates of a block's own shapes from reduced ones, shapes (..., k) to (..., its k)."""
+        basis = self.bases[block]
+        return np.zeros((*reduced.shape[:-1], 0)) if basis is None else np.asarray(reduced @ basis.T)
+
+    def displacement(self, block: int, point: Array, reduced: Array) -> Array:
+        """Displacement of a point of a block by reduced coordinates (..., k), axes of the block [m], shape (..., 3)."""
+        shape = self.shapes[block]
+        if shape is None:
+            return np.zeros((*reduced.shape[:-1], 3))
+        return np.asarray(self.coordinates(block, reduced) @ shape.displacement(point[None])[0])
+
+
+def plane_of(assembly: Assembly, loads: Loads, blocks: str, stress: str | None) -> tuple[Plane | None, str]:
+    """Plane in which a path is followed, None in space, and the state of stress of its blocks.
+
+    Raises
+    ------
+    InputError
+        For an unknown kind of blocks or state of stress, a state of stress of blocks that have none, and a plane state
+        of a problem in no plane.
+    """
+    if blocks not in BLOCKS:
+        raise InputError(f"blocks must be one of {', '.join(map(repr, BLOCKS))}, got {blocks!r}")
+    plane = find_plane(assembly, loads)
+    if blocks in (RIGID, LUMPED):
+        if stress is not None:
+            raise InputError(f"stress={stress!r} is for modal and elastic blocks; {blocks} ones have no stress")
+        return plane, SOLID
+    if stress is None:
+        return plane, SOLID if plane is None else PLANE_STRESS
+    if stress not in STATES:
+        raise InputError(f"stress must be one of {', '.join(map(repr, STATES))}, got {stress!r}")
+    if stress == SOLID:
+        return None, SOLID
+    if plane is None:
+        raise InputError(
+            f"stress={stress!r} needs blocks, joints, supports and loads that are symmetric about one plane; take this "
+            "problem in space"
+        )
+    return plane, stress
+
+
+def deformation(
+    assembly: Assembly, points: ContactPoints, blocks: str, stress: str, plane: Plane | None, kn: Array, ks: Array
+) -> Deformation:
+    """Shapes of the blocks at the joint points.
+
+    Parameters
+    ----------
+    blocks : "modal" or "elastic"
+    kn, ks : of every interface [Pa/m]
+
+    Raises
+    ------
+    InputError
+        What :func:`limitmason.deformable.modal_blocks` refuses.
+    """
+    normal = None if plane is None else plane.normal
+    shapes = shapes_of(assembly, blocks, stress, normal)
+    at = at_joints(assembly, points, shapes, blocks)
+    springs = np.column_stack([kn, *[ks] * (points.components - 1)])[points.interface] * points.area[:, None]
+    bases: list[Array | None] = []
+    stiffness, values = [], []
+    for i, shape in enumerate(shapes):
+        mine = [np.flatnonzero(b == i) for b in (points.block_a, points.block_b)]
+        rows = np.concatenate(mine)
+        if shape is None or not len(rows):
+            bases.append(None)
+            stiffness.append(np.zeros(0))
+            values.append((mine, [np.zeros((len(r), 3, 0)) for r in mine]))
+            continue
+        phi = np.concatenate([at[side][r][:, :, : shape.count] for side, r in enumerate(mine)])  # (p, 3, k)
+        seen = np.sqrt(springs[rows])[:, :, None] * (points.directions[rows] @ phi)
+        root = np.linalg.cholesky(shape.stiffness)
+        own = solve_triangular(root, seen.reshape(-1, shape.count).T, lower=True).T
+        _, singular, axes = np.linalg.svd(own, full_matrices=False)
+        axes = axes[singular > _UNSEEN * max(float(singular.max(initial=0.0)), 1e-300)]
+        basis = solve_triangular(root.T, axes.T, lower=False)
+        moved = phi @ basis
+        size = np.sqrt((moved**2).sum(axis=1).mean(axis=0))
+        bases.append(basis / size)
+        stiffness.append(1.0 / size**2)
+        moved = moved / size
+        values.append((mine, [moved[: len(mine[0])], moved[len(mine[0]) :]]))
+    count = max((len(s) for s in stiffness), default=0)
+    sides = [np.zeros((points.count, 3, count)) for _ in range(2)]
+    springs = np.zeros((assembly.n_blocks, count))
+    for i, (mine, moved_of) in enumerate(values):
+        springs[i, : len(stiffness[i])] = stiffness[i]
+        basis_of = bases[i]
+        if basis_of is not None:
+            bases[i] = np.pad(basis_of, ((0, 0), (0, count - basis_of.shape[1])))
+        for side, r, u in zip(sides, mine, moved_of, strict=True):
+            side[r, :, : u.shape[2]] = u
+    return Deformation(tuple(shapes), tuple(bases), springs, sides[0], sides[1], blocks)

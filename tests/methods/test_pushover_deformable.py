@@ -1,0 +1,264 @@
+"""Capacity curves of blocks that strain and bend: closed forms, the rigid limit, limit analysis, any axes and order."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from limitmason.capacity import Steps
+from limitmason.capacity.certificate import equilibrium
+from limitmason.capacity.deformable import BLOCKS, LUMPED
+from limitmason.capacity.kinematics import moved
+from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID
+from limitmason.errors import InputError, NotApplicable
+from limitmason.joint_shapes import ELASTIC, MODAL
+
+E, NU, KN, KS = 16.7e9, 0.2, 82e9, 36e9
+STATES = (PLANE_STRESS, PLANE_STRAIN, SOLID)
+LEVELS = (MODAL, ELASTIC)
+SLIDING = lm.Joint(0.0, normal_stiffness=KN, shear_stiffness=KS)
+BONDED = lm.Joint(35.0, cohesion=1e9, tensile_strength=1e9, normal_stiffness=KN, shear_stiffness=KS)
+FEW = Steps(first=1e6, largest=1e6)
+
+
+def brick(nu=NU, modulus=E):
+    return lm.Material(young_modulus=modulus, poisson_ratio=nu)
+
+
+def bar_modulus(state, nu=NU):
+    return E / (1.0 - nu**2) if state == PLANE_STRAIN else E
+
+
+def lines(k):
+    return {"contact_model": "grid", "grid": (k, k)}
+
+
+def at_the(wall, block, force):
+    """A live load on a block alone, without dead load."""
+    live = np.zeros((wall.n_blocks, 6))
+    live[wall.block_index(block), :3] = force
+    return lm.Loads(np.zeros_like(live), live)
+
+
+def stack(count, joint, size=(0.2, 0.1, 0.075)):
+    """Blocks on each other, the first held, a rigid plate on top."""
+    a, b, h = size
+    outlines = [[(0, h * k), (a, h * k), (a, h * (k + 1)), (0, h * (k + 1))] for k in range(count + 2)]
+    wall = lm.Assembly.from_polygons(outlines, thickness=b, joint=joint, fixed=[0])
+    return wall.with_material(brick(), blocks=[f"block-{k}" for k in range(1, count + 1)])
+
+
+def energy_of(curve):
+    assert all(c.accepted for c in curve.certificates)
+    return np.abs(curve.energy.error).max()
+
+
+@pytest.mark.parametrize("blocks", LEVELS)
+@pytest.mark.parametrize("state", STATES)
+@pytest.mark.parametrize("points", [{}, lines(4)], ids=["corners", "grid"])
+def test_column_of_bricks_and_joints_shortens_as_springs_in_series(blocks, state, points):
+    """p (n / kn + n h / E): bricks widen freely on joints without friction."""
+    n, h, p = 3, 0.075, 1e3  # displacements of strained faces are second order: p / E = 6e-8
+    wall = stack(n, SLIDING)
+    series = n * (1.0 / KN + h / bar_modulus(state)) + 1.0 / KN
+    loads = at_the(wall, f"block-{n + 1}", (0.0, 0.0, -p * 0.02))
+    curve = lm.pushover(wall, loads, blocks=blocks, stress=state, to=p * series, steps=FEW, **points)
+    assert curve.status == "reached"
+    assert curve.multiplier[-1] == pytest.approx(1.0, rel=1e-9)
+    assert energy_of(curve) < 1e-9
+
+
+def test_lumped_column_is_the_same_springs():
+    n, h, p = 3, 0.075, 1e3
+    wall = stack(n, SLIDING)
+    series = n * (1.0 / KN + h / E) + 1.0 / KN
+    loads = at_the(wall, f"block-{n + 1}", (0.0, 0.0, -p * 0.02))
+    curve = lm.pushover(wall, loads, blocks=LUMPED, to=p * series, steps=FEW)
+    assert curve.multiplier[-1] == pytest.approx(1.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("blocks", LEVELS)
+@pytest.mark.parametrize("state", STATES)
+def test_patch_test_of_a_running_bond(blocks, state):
+    """Uniform pressure on a bonded wall: the same stress in whole and half bricks, settlements linear in height."""
+    wall = lm.build.wall(length=0.675, courses=3, unit=(0.225, 0.075, 0.1025), joint=BONDED, spreader=(0.675, 0.075))
+    names = [b.name for b in wall.blocks]
+    ends = [(names[i.block_a], names[i.block_b]) for i in wall.interfaces]
+    free = {pair: SLIDING for pair in ends if "spreader" in pair}
+    wall = wall.with_joints(free | {"base": SLIDING}).with_material(brick(), blocks=names[1:-1])
+    p, height = 50.0, 3 * 0.075  # what strains do to the places of forces is of the order of p / E: 3e-9 here
+    loads = at_the(wall, "spreader", (0.0, 0.0, -p * 0.675 * 0.1025))
+    total = p * (4.0 / KN + height / bar_modulus(state))
+    curve = lm.pushover(wall, loads, blocks=blocks, stress=state, to=total, steps=FEW, **lines(3))
+    assert curve.multiplier[-1] == pytest.approx(1.0, rel=2e-9)
+    bricks = [k for k, b in enumerate(wall.blocks) if b.material is not None]
+    z = wall.centroids[bricks, 2]
+    course = np.floor(z / 0.075 + 1e-9)
+    foot = p * ((course + 1.0) / KN + z / bar_modulus(state))
+    shift = curve.nodes[-1].pose.shift[bricks, 2]
+    assert np.abs(shift + foot).max() < 3e-9 * foot.max()
+
+
+@pytest.mark.parametrize("blocks", LEVELS)
+@pytest.mark.parametrize("state", STATES)
+def test_bonded_cantilever_of_four_blocks_is_timoshenkos_beam(blocks, state):
+    """Joints ten times as stiff as the blocks; modal blocks miss 1 / (4 n^2) of the bending and the shape of shear."""
+    length, depth, width, n, force = 0.8, 0.1, 0.1, 4, 1e-3
+    h = length / n
+    outlines = [[(h * k, 0), (h * (k + 1), 0), (h * (k + 1), depth), (h * k, depth)] for k in range(-1, n)]
+    outlines.append([(length, 0), (length + 0.1, 0), (length + 0.1, depth), (length, depth)])
+    kn, ks = 10.0 * E / h, 2.0 * E / h
+    joint = lm.Joint(35.0, cohesion=1e9, tensile_strength=1e9, normal_stiffness=kn, shear_stiffness=ks)
+    beam = lm.Assembly.from_polygons(outlines, thickness=width, joint=joint, fixed=[0])
+    beam = beam.with_material(brick(), blocks=[f"block-{k}" for k in range(1, n + 1)])
+    # the force acts at the middle of the rigid end piece, 0.05 beyond the bricks: a force and a moment on their end
+    arm, inertia, area = 0.05, width * depth**3 / 12.0, width * depth
+    stiff, shear = bar_modulus(state) * inertia, E / 2.0 / (1.0 + NU)
+    at = arm + length
+    deflection = force * (at**3 - arm**3) / 3.0 / stiff + 1.2 * force * length / (shear * area)
+    joints = h * np.arange(n + 1)
+    deflection += (force * (at - joints) ** 2 / (kn * inertia) + force / (ks * area)).sum()
+    loads = at_the(beam, f"block-{n + 1}", (0.0, 0.0, -force))
+    curve = lm.pushover(beam, loads, blocks=blocks, stress=state, to=deflection, steps=FEW, **lines(4))
+    assert curve.multiplier[-1] == pytest.approx(1.0, rel=0.02)
+
+
+@pytest.mark.parametrize("blocks", LEVELS)
+def test_ever_stiffer_bricks_come_to_the_rigid_curve_as_the_inverse_of_the_modulus(blocks):
+    joint = lm.Joint(30.0, normal_stiffness=2e9, shear_stiffness=1e9)
+    wall = lm.build.wall(length=0.45, courses=3, unit=(0.225, 0.075, 0.1025), joint=joint)
+    loads, to = lm.Loads.horizontal(wall), 2e-6
+    steps = Steps(largest=1e-6)
+    rigid = lm.pushover(wall, loads, to=to, contacts="first", steps=steps)
+    far = []
+    for factor in (1e3, 1e5):
+        soft = wall.with_material(brick(modulus=factor * E))
+        curve = lm.pushover(soft, loads, blocks=blocks, to=to, steps=steps)
+        load = np.interp(rigid.displacement, curve.displacement, curve.multiplier)
+        far.append(np.abs(load - rigid.multiplier).max() / rigid.multiplier.max())
+    assert far[1] < 1e-5
+    assert 50.0 < far[0] / far[1] < 200.0
+
+
+@pytest.mark.parametrize(("blocks", "state"), [(MODAL, PLANE_STRESS), (ELASTIC, PLANE_STRAIN), (MODAL, SOLID)])
+def test_stiff_joints_and_psi_equal_to_phi_give_the_associative_multiplier(blocks, state):
+    """Whatever strains before; a limit point comes from below, with geometry as the only difference."""
+    joint = lm.Joint(35.0, dilatancy_angle_deg=35.0, normal_stiffness=2e11, shear_stiffness=1e11)
+    wall = lm.build.wall(length=0.6, courses=4, unit=(0.3, 0.1, 0.15), joint=joint, density=2000.0)
+    loads = lm.Loads.horizontal(wall)
+    exact = lm.limit_analysis(wall, loads, contact_model="vertices").collapse_multiplier
+    soft = wall.with_material(brick(modulus=1e10))
+    curve = lm.pushover(soft, loads, blocks=blocks, stress=state, to=2e-5)
+    assert curve.multiplier.max() == pytest.approx(exact, rel=1e-3)
+    assert curve.multiplier.max() < exact * (1.0 + 1e-4)
+    assert energy_of(curve) < 0.02
+
+
+@pytest.mark.parametrize("blocks", LEVELS)
+@pytest.mark.parametrize("state", [PLANE_STRAIN, SOLID])
+def test_turned_and_renumbered_copy_has_the_same_curve(blocks, state):
+    joint = lm.Joint(30.0, normal_stiffness=2e9, shear_stiffness=1e9)
+    wall = lm.build.wall(length=0.45, courses=3, unit=(0.225, 0.075, 0.1025), joint=joint).with_material(brick())
+    angle = np.deg2rad(33.0)
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1.0]])
+    copy = wall.transformed(turn, (1.0, -2.0, 0.5)).renumbered(np.random.default_rng(5).permutation(wall.n_blocks))
+    to, found = 2e-5, []
+    for w, direction in ((wall, (1, 0, 0)), (copy, turn[:, 0])):
+        found.append(lm.pushover(w, lm.Loads.horizontal(w, direction), blocks=blocks, stress=state, to=to))
+    one, two = found
+    load = np.interp(one.displacement, two.displacement, two.multiplier)
+    assert np.abs(load - one.multiplier).max() < 1e-3 * one.multiplier.max()
+    assert two.multiplier[-1] == pytest.approx(one.multiplier[-1], rel=1e-5)
+
+
+@pytest.mark.filterwarnings("ignore::limitmason.model.plausibility.PlausibilityWarning")
+def test_lengths_times_f_at_the_same_stresses_give_the_same_curve():
+    found = []
+    for f in (1.0, 1e-3, 1e3):
+        joint = lm.Joint(30.0, normal_stiffness=2e9 / f, shear_stiffness=1e9 / f)
+        unit = (0.225 * f, 0.075 * f, 0.1025 * f)
+        wall = lm.build.wall(length=0.45 * f, courses=3, unit=unit, joint=joint, density=2000.0 / f)
+        wall = wall.with_material(brick(modulus=1e9))
+        found.append(lm.pushover(wall, lm.Loads.horizontal(wall), blocks=MODAL, to=1e-5 * f).multiplier[-1])
+    assert found[1:] == pytest.approx([found[0]] * 2, rel=1e-6)
+
+
+def test_energy_and_equilibrium_are_kept_while_blocks_bend_turn_and_slide():
+    """A soft tower rocks to a tenth of its width: finite rotations of strained blocks."""
+    joint = lm.Joint(30.0, normal_stiffness=1e8, shear_stiffness=1e8)
+    wall = lm.build.wall(length=0.4, courses=4, unit=(0.2, 0.2, 0.2), joint=joint, density=2000.0)
+    wall = wall.with_material(brick(modulus=5e6))
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall), blocks=MODAL, to=0.04, **lines(3))
+    assert curve.status == "reached"
+    assert energy_of(curve) < 0.02
+    assert np.abs(curve.nodes[-1].pose.turn).max() > 0.01
+
+
+def test_a_certificate_that_leaves_out_the_blocks_forces_is_refused():
+    """The elastic forces of the blocks count: without them no state is in equilibrium."""
+    joint = lm.Joint(30.0, normal_stiffness=2e9, shear_stiffness=1e9)
+    wall = lm.build.wall(length=0.45, courses=3, unit=(0.225, 0.075, 0.1025), joint=joint).with_material(brick())
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall), blocks=MODAL, to=2e-5)
+    s, state = curve.structure, curve.states[-1]
+    assert equilibrium(s, state) < 1e-6
+    softer = replace(s.deformation, stiffness=0.99 * s.deformation.stiffness)
+    assert equilibrium(s._replace(deformation=softer), state) > 1e-3
+
+
+def test_points_of_blocks_that_deform_move_with_them():
+    """Top corners of a compressed brick come down by the shortening of half the brick more than its centroid."""
+    p = 1e5
+    wall = stack(1, SLIDING)
+    series = 2.0 / KN + 0.075 / E
+    loads = at_the(wall, "block-2", (0.0, 0.0, -p * 0.02))
+    curve = lm.pushover(wall, loads, blocks=ELASTIC, to=p * series, steps=FEW)
+    top = wall.centroids[1] + (0.1, 0.0, 0.0375)
+    down = curve.displacement_of("block-1", top)[-1] - curve.displacement_of("block-1")[-1]
+    assert down == pytest.approx([NU * p / E * 0.1, 0.0, -0.0375 * p / E], rel=1e-4, abs=1e-12)
+
+
+def test_what_cannot_be_is_refused():
+    wall = lm.build.wall(length=0.45, courses=2, unit=(0.225, 0.075, 0.1025), joint=BONDED)
+    loads = lm.Loads.horizontal(wall)
+    solid = wall.with_material(brick())
+    with pytest.raises(InputError, match="blocks must be one of"):
+        lm.pushover(wall, loads, blocks="soft")
+    with pytest.raises(InputError, match="stress='plane stress' is for modal and elastic"):
+        lm.pushover(wall, loads, stress=PLANE_STRESS)
+    with pytest.raises(InputError, match="no free block has a material"):
+        lm.pushover(wall, loads, blocks=ELASTIC)
+    with pytest.raises(InputError, match="stiffness= would undo"):
+        lm.pushover(solid, loads, blocks=LUMPED, stiffness=1e9)
+    with pytest.raises(NotApplicable, match="not found anew"):
+        lm.pushover(solid, loads, blocks=MODAL, contacts="anew")
+    with pytest.raises(InputError, match="stress must be one of"):
+        lm.pushover(solid, loads, blocks=MODAL, stress="plane")
+    curve = lm.pushover(solid, loads, blocks=MODAL, to=1e-6)
+    with pytest.raises(InputError, match="another model"):
+        lm.pushover(solid, loads, to=1e-6, start=curve, contacts="first")
+    assert set(LEVELS) < set(BLOCKS)
+
+
+@pytest.mark.parametrize("state", [PLANE_STRESS, SOLID])
+def test_the_tangent_is_the_derivative_of_the_unbalance_where_blocks_are_strained_and_turned(state):
+    """Bonded joints: no kinks. Rotations of a fifth, strains of a hundredth, forces of every size."""
+    wall = lm.build.wall(length=0.45, courses=2, unit=(0.225, 0.075, 0.1025), joint=BONDED).with_material(brick())
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall), blocks=ELASTIC, stress=state, to=1e-9, steps=FEW)
+    system, node = curve.generations.systems[0], curve.nodes[-1]
+    rng = np.random.default_rng(3)
+    free = system.bodies.free
+    rigid = free.shape[1] - system.springs.shape[1]
+    start = np.where(free, rng.normal(size=free.shape), 0.0)
+    start[:, :rigid] *= np.where(system.motion_scale[:rigid] == system.length, 1e-4, 0.2)
+    start[:, rigid:] *= 1e-3
+    motion = start @ system.bodies.basis.T
+    pose = system.at_rest()._replace(shapes=motion[:, 6:])
+    pose = moved(pose, np.hstack([motion[:, :6], 0.0 * motion[:, 6:]]))
+    at = system.evaluate(pose, node.history, 0.3)
+    tangent = system.tangent(at, "multiplier").toarray()[:-1, :-1]
+    step = rng.normal(size=system.order)
+    h = 1e-4
+    change = [system.evaluate(system.advanced(pose, s * h * step), node.history, 0.3).residual for s in (1.0, -1.0)]
+    expected = (change[0] - change[1]) / (2.0 * h)
+    assert np.abs(tangent @ step - expected).max() < 1e-6 * np.abs(expected).max()
