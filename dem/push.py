@@ -14,6 +14,7 @@ from dem.history import History
 from dem.joints import Grid, JointOptions, per_interface
 from dem.pace import default_steps, slowest_period, softest_note
 from dem.push_curve import PushCurve, make_curve
+from dem.resuming import part_file
 from dem.simulate import Progress, resume, simulate
 from dem.state import State, UnstableError, make_state
 from dem.zones.push import push_zoned
@@ -104,7 +105,7 @@ def push(
     progress : called with the last sample as a mapping, with "run", "part" of all steps done and "time left" [s] added;
         return True to stop ("interrupted")
     checkpoint : file beside which the runs are kept as they go; a push of the same model with the same file goes on
-        where it was cut off, to the same bits, or returns at once what was finished; not with zoned blocks
+        where it was cut off, to the same bits, or returns at once what was finished
     zone_size : largest edge of a zone [m]; of zoned blocks, where it must be given
 
     Returns
@@ -131,16 +132,14 @@ def push(
     if blocks == ZONED:
         if zone_size is None:
             raise InputError("zoned blocks need zone_size=, the largest edge of a zone [m]")
-        for name, value, usual in (
-            ("damping", damping, None), ("settle", settle, None), ("detect_every", detect_every, 50),
-            ("checkpoint", checkpoint, None),
-        ):  # fmt: skip
-            if value != usual:
+        usual = (("damping", damping, None), ("settle", settle, None), ("detect_every", detect_every, 50))
+        for name, value, default in usual:
+            if value != default:
                 raise InputError(f"zoned blocks take no {name}: leave it out")
         return push_zoned(
             assembly, drive, to=to, zone_size=zone_size, loads=loads, plane=stress or PLANE_STRESS,
             contact_points=contact_points, joint_options=joint_options, steps=steps, rate_check=rate_check,
-            samples=samples, longest=longest, progress=progress, label=label,
+            samples=samples, longest=longest, progress=progress, checkpoint=checkpoint, label=label,
         )  # fmt: skip
     if zone_size is not None:
         raise InputError(f"zone_size is of zoned blocks: give blocks={ZONED!r}, or leave it out")
@@ -245,7 +244,7 @@ def _plane(assembly: Assembly, loads: Loads, unit: Array) -> Any:
 def _settled(
     assembly: Assembly, state: State, stage: Settle, drive: Drive, loads: Loads, checkpoint: str | Path | None
 ) -> History:
-    file = _file(checkpoint, "settled")
+    file = part_file(checkpoint, "settled")
     if file is not None and file.exists():
         return History.load(file, assembly)
     if drive.servo:
@@ -282,7 +281,7 @@ def _run(
     assembly: Assembly, settled: History, stages: Sequence[Stage], sample: int, damping: Damping | None,
     detect_every: int | None, progress: Progress | None, checkpoint: str | Path | None, number: int,
 ) -> History:  # fmt: skip
-    file = _file(checkpoint, "v" if number == 0 else f"v{SLOWER}")
+    file = part_file(checkpoint, "v" if number == 0 else f"v{SLOWER}")
     try:
         if file is not None and file.exists():
             before = History.load(file, assembly)
@@ -302,14 +301,6 @@ def _run(
     if file is not None:
         history.save(file)
     return history
-
-
-def _file(checkpoint: str | Path | None, name: str) -> Path | None:
-    """File of one part of a push, beside the one the user named."""
-    if checkpoint is None:
-        return None
-    path = Path(checkpoint)
-    return path.with_name(f"{path.stem}-{name}.npz")
 
 
 def _spacing(state: State) -> float:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass
 from enum import StrEnum
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -76,6 +77,14 @@ class Position:
             "outcome": lambda x: RunStatus(str(x)),
         }  # fmt: skip
         return cls(**{name: numbers[name](x) if name in numbers else x for name, x in raw.items()})
+
+
+def part_file(checkpoint: str | Path | None, name: str) -> Path | None:
+    """File of one part of a run, beside the one the user named; None where none was."""
+    if checkpoint is None:
+        return None
+    path = Path(checkpoint)
+    return path.with_name(f"{path.stem}-{name}.npz")
 
 
 def spelled(value: Any) -> str:

@@ -3,18 +3,21 @@
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dem.joints import Grid, JointOptions
-from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_SUPPORT
+from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_STEPS, Z_SUPPORT
+from dem.resuming import RunStatus, interrupts_wait, part_file
 from dem.stepping import CALM
 from dem.zones import running
 from dem.zones.marks import joint_marks
 from dem.zones.model import ZonedModel, make_model, set_loads
 from dem.zones.push_curve import ZonedCurve, rigid_motion, zone_state, zoned_curve
+from dem.zones.recording import EVERY, Record, load, save, signature
 from limitmason.deformable import PLANE_STRESS
 from limitmason.errors import InputError, NotConverged
 from limitmason.model import Assembly, Loads
@@ -35,6 +38,7 @@ LEAST_STEPS = 10_000
 GENTLE = 5
 """Samples over which the drive comes up to its speed."""
 
+
 def push_zoned(
     assembly: Assembly,
     drive: Drive,
@@ -51,6 +55,7 @@ def push_zoned(
     tolerance: float = running.SETTLED,
     longest: float = 3600.0,
     progress: Progress | None = None,
+    checkpoint: str | Path | None = None,
     label: str = "",
 ) -> ZonedCurve:
     """Load-displacement curve of a wall of zoned blocks, own weight settled first.
@@ -76,11 +81,14 @@ def push_zoned(
     longest : predicted run time above which a push whose ``steps`` nobody chose is refused [s]
     progress : called with a mapping of "run", "part" of all steps done, "time left" [s], "displacement", "load"; return
         True to stop ("interrupted")
+    checkpoint : file beside which the settled model and the runs are kept as they go; the same push with the same file
+        goes on where it was cut off, to the same bits, or returns at once what was finished
 
     Raises
     ------
     InputError
-        For a drive out of the plane or without direction, and as :func:`dem.zones.model.make_model`.
+        For a drive out of the plane or without direction, a checkpoint of another push, and as
+        :func:`dem.zones.model.make_model`.
     NotConverged
         Where the structure does not settle under its dead loads.
     """
@@ -111,15 +119,24 @@ def push_zoned(
     first = hold.copy()
     first[rows] &= unit[stiff][:, [0, 2, 4]] == 0.0
     running.drive(settled, np.zeros(hold.shape), first)
-    clock = time.perf_counter()
-    if not running.settle(settled, tolerance):
-        raise NotConverged(
-            f"the structure does not settle under its dead loads (unbalanced force {running.unbalance(settled):.2g} of "
-            "the mean applied force per node): it falls before it is driven"
-        )
-    per_step = (time.perf_counter() - clock) / settled.total[7]
+    file = part_file(checkpoint, "settled")
+    same = signature(settled, plane=plane, drive=first.tolist(), tolerance=tolerance)
+    if file is not None and file.exists():
+        kept = load(file, settled, same)[1]
+    else:
+        clock = time.perf_counter()
+        if not running.settle(settled, tolerance):
+            raise NotConverged(
+                f"the structure does not settle under its dead loads (unbalanced force {running.unbalance(settled):.2g}"
+                " of the mean applied force per node): it falls before it is driven"
+            )
+        kept = {"per_step": (time.perf_counter() - clock) / float(settled.total[Z_STEPS])}
+        kept["period"] = running.slowest_period(settled)
+        if file is not None:
+            save(file, settled, same, None, **kept)
+    per_step = kept["per_step"]
     if steps is None:
-        steps = max(int(SWINGS * running.slowest_period(settled)), LEAST_STEPS)
+        steps = max(int(SWINGS * kept["period"]), LEAST_STEPS)
         predicted = per_step * steps * (1 + SLOWER * rate_check)
         if predicted > longest:
             raise InputError(
@@ -130,7 +147,8 @@ def push_zoned(
     curves = []
     for number, count in enumerate(counts):
         follow = _Follower(progress, number, sum(counts[:number]), sum(counts), per_step)
-        curve = _run(_twin(settled), unit[stiff], rows, hold, path, count, samples, follow)
+        name = "v" if number == 0 else f"v{SLOWER}"
+        curve = _run(_twin(settled), unit[stiff], rows, hold, path, count, samples, follow, part_file(checkpoint, name))
         curves.append(replace(curve, label=label or ", ".join(str(b) for b in drive.displacement)))
         if curve.status == "interrupted":
             break
@@ -174,45 +192,60 @@ def _twin(model: ZonedModel) -> ZonedModel:
 
 def _run(
     model: ZonedModel, unit: Array, rows: list[int], hold: NDArray[np.bool_], path: list[float], steps: int,
-    samples: int, follow: "_Follower",
+    samples: int, follow: "_Follower", file: Path | None,
 ) -> ZonedCurve:  # fmt: skip
-    """One drive along the path."""
+    """One drive along the path, from its beginning or from where a file says it stood."""
     twist = np.zeros(hold.shape)
     # a turn from x to z is one about -y
     twist[rows] = unit[:, [0, 2, 4]] * (1.0, 1.0, -1.0)
-    clock = time.perf_counter()
     before = np.where(twist != 0.0, model.rigid.net, 0.0)
-    work_before = model.total[Z_APPLIED] + model.total[Z_SUPPORT]
-    first = running.read(model)
-    marks, energy = [joint_marks(model, first)], [0.0]
-    places, zones = [rigid_motion(model)], [zone_state(model)]
-    moved, load, kinetic = [0.0], [0.0], [0.0]
+    work_before = float(model.total[Z_APPLIED] + model.total[Z_SUPPORT])
+    same = signature(
+        model, plane=model.plane, drive=(twist.tolist(), hold.tolist()), to=path, steps=steps, samples=samples
+    )
+    record = load(file, model, same)[0] if file is not None and file.exists() else None
+    if record is None:
+        record = Record()
+        _sample(model, record, 0.0, 0.0, 0.0, 0.0)
     rates = _rates(path, steps, samples)
-    chunk, at, restless, status = steps // samples, 0.0, 0.0, "finished"
+    chunk, clock, taken = steps // samples, time.perf_counter(), record.seconds
     tail = min(chunk, max(chunk // 4, 20))
-    for number, rate in enumerate(rates):
-        running.drive(model, twist * rate, hold)
-        calm = restless < CALM
-        running.advance(model, chunk - tail, drifts=calm)
-        running.advance(model, tail, drifts=calm)
-        at += rate * chunk
-        now = running.read(model)
-        moved.append(at)
-        load.append(float(-((model.rigid.total / tail - before) * twist).sum()))
-        work = abs(model.total[Z_APPLIED] + model.total[Z_SUPPORT])
-        done = max(abs(work - work_before), 1e-300)
-        restless = float(model.total[Z_KINETIC]) / max(now.energy, 1e-300)
-        kinetic.append(float(model.total[Z_KINETIC]) / done if number >= GENTLE else 0.0)
-        rest = model.total[2:6].sum() + model.total[Z_KINETIC] + now.energy
-        energy.append(float(abs(work - rest) / max(work, 1e-300)))
-        marks.append(joint_marks(model, now))
-        places.append(rigid_motion(model))
-        zones.append(zone_state(model))
-        if follow(chunk * (number + 1), at, load[-1]):
-            status = "interrupted"
-            break
-    seconds = time.perf_counter() - clock
-    return zoned_curve(model, moved, load, kinetic, energy, marks, places, zones, status, steps, twist, seconds)
+    follow.goes_on(chunk * (len(record.moved) - 1))
+    record.status = RunStatus.FINISHED
+    with interrupts_wait() as interrupt:
+        for number in range(len(record.moved) - 1, len(rates)):
+            running.drive(model, twist * rates[number], hold)
+            calm = record.restless < CALM
+            running.advance(model, chunk - tail, drifts=calm)
+            running.advance(model, tail, drifts=calm)
+            load_now = float(-((model.rigid.total / tail - before) * twist).sum())
+            work = abs(float(model.total[Z_APPLIED] + model.total[Z_SUPPORT]))
+            done = max(abs(work - work_before), 1e-300)
+            at = record.moved[-1] + float(rates[number]) * chunk
+            moving = float(model.total[Z_KINETIC]) / done if number >= GENTLE else 0.0
+            _sample(model, record, at, load_now, moving, work)
+            record.seconds = taken + time.perf_counter() - clock
+            stop = follow(chunk * (number + 1), at, load_now) or interrupt.asked
+            if file is not None and (stop or number + 1 == len(rates) or (number + 1) % EVERY == 0):
+                save(file, model, same, record)
+            if stop:
+                record.status = RunStatus.INTERRUPTED
+                break
+    return zoned_curve(model, record, steps, twist)
+
+
+def _sample(model: ZonedModel, record: Record, at: float, load_now: float, kinetic: float, work: float) -> None:
+    """Write down where the model stands; ``work`` is that of loads and supports so far, 0 before the drive."""
+    now = running.read(model)
+    rest = float(model.total[2:6].sum() + model.total[Z_KINETIC]) + now.energy
+    record.moved.append(at)
+    record.load.append(load_now)
+    record.kinetic.append(kinetic)
+    record.energy.append(abs(work - rest) / max(work, 1e-300) if work else 0.0)
+    record.restless = float(model.total[Z_KINETIC]) / max(now.energy, 1e-300) if work else 0.0
+    record.marks.append(joint_marks(model, now))
+    record.places.append(rigid_motion(model))
+    record.zones.append(zone_state(model))
 
 
 def _rates(path: list[float], steps: int, samples: int) -> Array:
@@ -235,13 +268,18 @@ class _Follower:
 
     def __init__(self, progress: Progress | None, run: int, before: int, total: int, per_step: float) -> None:
         self.progress, self.run, self.before, self.total, self.pace = progress, run, before, total, per_step
-        self.clock = time.perf_counter()
+        self.clock, self.begun = time.perf_counter(), 0
+
+    def goes_on(self, steps: int) -> None:
+        """The run begins, or is taken up, after so many steps."""
+        self.clock, self.begun = time.perf_counter(), steps
 
     def __call__(self, steps: int, displacement: float, load: float) -> bool:
         """Hand the sample on; whether to stop."""
         if self.progress is None:
             return False
-        pace = (time.perf_counter() - self.clock) / steps if steps else self.pace
+        own = steps - self.begun
+        pace = (time.perf_counter() - self.clock) / own if own else self.pace
         done = self.before + steps
         return bool(self.progress({
             "run": self.run, "part": done / self.total, "time left": pace * (self.total - done),

@@ -2,36 +2,22 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dem.joint_marks import JointMarks
 from dem.push_curve import BY_WEIGHT, RESTLESS, PushCurve
-from dem.zones.marks import AT_YIELD, ELASTIC, TENSION, YIELDED, zone_marks
+from dem.zones.marks import AT_YIELD, ELASTIC, TENSION, YIELDED
 from dem.zones.mesh import ZoneMesh
 from dem.zones.model import ZonedModel
+from dem.zones.recording import Record, ZoneState
 from limitmason.curve import Event
 
 Array = NDArray[np.float64]
 
 ZONED = "zoned"
-
-
-class ZoneState(NamedTuple):
-    """Zones at a sample: displacements of all nodes [m], shape (n, 2); flags of the stress points, shape (e, 4);
-    accumulated length of the plastic strain, largest of each zone's points [-], shape (e,).
-    """
-
-    shift: Array
-    flags: NDArray[np.int64]
-    plastic: Array
-
-    @property
-    def marks(self) -> NDArray[np.int64]:
-        """Mark of every zone, see :func:`dem.zones.marks.zone_marks`."""
-        return zone_marks(self.flags)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,14 +53,11 @@ class ZonedCurve(PushCurve):
     __repr__ = __str__
 
 
-def zoned_curve(
-    model: ZonedModel, moved: list[float], load: list[float], kinetic: list[float], energy: list[float],
-    marks: list[JointMarks], places: list[tuple[Array, Array]], zones: list[ZoneState], status: str, steps: int,
-    twist: Array, seconds: float,
-) -> ZonedCurve:  # fmt: skip
+def zoned_curve(model: ZonedModel, record: Record, steps: int, twist: Array) -> ZonedCurve:
     """Curve of a run from what was kept at its samples; ``twist`` of rigid blocks per displacement of 1 m."""
+    moved, marks, zones = record.moved, record.marks, record.zones
     notes = list(model.warnings)
-    restless = np.array(kinetic)
+    restless = np.array(record.kinetic)
     if (restless > RESTLESS).any():
         where = moved[int(np.argmax(restless > RESTLESS))]
         notes.append(
@@ -95,11 +78,11 @@ def zoned_curve(
     columns: dict[str, Any] = {name: np.array([getattr(m, name) for m in marks]) for name in JointMarks._fields}
     driven = int(np.argmax(np.abs(twist).max(axis=1)))
     curve = ZonedCurve(
-        np.array(moved), np.array(load), errors={"energy": np.array(energy), "kinetic": restless}, states=places,
-        status=status, warnings=tuple(notes), source="dem.push", assembly=model.assembly,
+        np.array(moved), np.array(record.load), errors={"energy": np.array(record.energy), "kinetic": restless},
+        states=record.places, status=record.status, warnings=tuple(notes), source="dem.push", assembly=model.assembly,
         settlement=float(-zones[0].shift[model.nodes.body == driven].mean(axis=0) @ -twist[driven, :2]),
         blocks=ZONED, spacing=spacing, law="; ".join(model.lost), steps=steps, mesh=model.mesh, zones=zones,
-        plane=model.plane, seconds=seconds, **columns,
+        plane=model.plane, seconds=record.seconds, **columns,
     )  # fmt: skip
     events = []
     first = curve.first_failure

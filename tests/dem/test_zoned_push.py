@@ -77,8 +77,6 @@ def test_what_a_zoned_push_cannot_do_is_refused():
         zoned(model, EAST, to=0.0, zone_size=0.1)
     with pytest.raises(InputError, match="need zone_size"):
         zoned(model, EAST, to=1e-4)
-    with pytest.raises(InputError, match="take no checkpoint"):
-        zoned(model, EAST, to=1e-4, zone_size=0.1, checkpoint="here.npz")
     with pytest.raises(InputError, match="for modal and zoned blocks"):
         dem.push(model, EAST, to=1e-4, stress="plane strain")
     with pytest.raises(InputError, match="no zones"):
