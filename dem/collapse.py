@@ -10,6 +10,7 @@ import numpy as np
 
 from dem.deformation import RIGID
 from dem.joints import JointOptions, losses
+from dem.papers import COLLAPSE
 from dem.search import Controls, Search, increments, ramps
 from dem.settings import DemSettings, Grid, Loading
 from dem.state import QUASI_STATIC, State, make_state
@@ -37,7 +38,7 @@ LOADING = Damping(local=0.4, kinetic=True)
 RAMPING = Damping(local=0.5)
 
 
-@states("dem")
+@states("dem", cites=lambda _: COLLAPSE)
 def collapse(
     assembly: Assembly, loads: Loads, settings: DemSettings | None = None, **options: Any
 ) -> Prediction:

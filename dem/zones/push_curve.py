@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.joint_marks import JointMarks
+from dem.papers import PAPERS
 from dem.push_curve import BY_WEIGHT, RESTLESS, PushCurve
 from dem.zones.marks import AT_YIELD, ELASTIC, TENSION, YIELDED, zone_marks
 from dem.zones.mesh import ZoneMesh
 from dem.zones.model import ZonedModel
 from limitmason.curve import Event
+from limitmason.references import data_behind
 
 Array = NDArray[np.float64]
 
@@ -99,7 +101,7 @@ def zoned_curve(
         status=status, warnings=tuple(notes), source="dem.push", assembly=model.assembly,
         settlement=float(-zones[0].shift[model.nodes.body == driven].mean(axis=0) @ -twist[driven, :2]),
         blocks=ZONED, spacing=spacing, law="; ".join(model.lost), steps=steps, mesh=model.mesh, zones=zones,
-        plane=model.plane, seconds=seconds, **columns,
+        plane=model.plane, seconds=seconds, references=(*PAPERS, *data_behind(model.assembly.recipe)), **columns,
     )  # fmt: skip
     events = []
     first = curve.first_failure

@@ -292,6 +292,7 @@ class Study:
             groups=self.groups,
             table_errors={c.name: self.table(c).error for c in causes},
             study=self,
+            references=self.about.references,
         )
         return checked_by_group(answer)
 

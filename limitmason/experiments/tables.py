@@ -11,6 +11,7 @@ from importlib.resources.abc import Traversable
 
 from limitmason.errors import InputError
 from limitmason.experiments.record import Quantity, Source
+from limitmason.references import DATA, Cited, Reference
 
 
 @dataclass(frozen=True)
@@ -97,8 +98,13 @@ def read_source(source: str) -> Source:
     d = read_description(source)
     return Source(
         d["name"], d["title"], d["kind"], d["citation"], d["doi"], d["url"], d["licence"], d["references"],
-        tuple(d["caveats"]),
+        tuple(d["caveats"]), tuple(Reference(**paper) for paper in d.get("papers", ())),
     )  # fmt: skip
+
+
+def papers_of(source: str) -> tuple[Cited, ...]:
+    """What to cite for the data of a source."""
+    return tuple(Cited(DATA, paper) for paper in read_source(source).papers)
 
 
 @cache

@@ -16,6 +16,7 @@ from limitmason.methods import NON_ASSOCIATIVE, THEORIES, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.notebook import Shown
+from limitmason.references import LIMITMASON, Citation
 from limitmason.results import Bound
 from limitmason.study.store import DocumentStore
 from limitmason.text_table import aligned, markdown
@@ -77,6 +78,13 @@ class SideBySide(Shown):
         return self.table()
 
     __repr__ = __str__
+
+    def cite(self) -> Citation:
+        """The papers behind all its answers, as text and as BibTeX (``cite().bibtex``).
+
+        An answer from a store names the papers of its method; solvers and data are known to a fresh one only.
+        """
+        return Citation((*(c for row in self.rows for c in row.references), LIMITMASON))
 
     def as_markdown(self) -> str:
         """All answers as a Markdown table."""
