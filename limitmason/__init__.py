@@ -23,6 +23,7 @@ from limitmason.model import (
     Tie,
     ring_beam,
 )
+from limitmason.progress import show_progress
 from limitmason.results import Certificate, Mechanism, Prediction, Resultants
 
 if TYPE_CHECKING:
@@ -114,6 +115,7 @@ __all__ = [
     "Support",
     "Tie",
     "ring_beam",
+    "show_progress",
     *_MODULES,
     *_NAMES,
     *_BESIDE,

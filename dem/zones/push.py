@@ -19,6 +19,7 @@ from limitmason.deformable import PLANE_STRESS
 from limitmason.errors import InputError, NotConverged
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Drive
+from limitmason.progress import reached, watched
 
 Array = NDArray[np.float64]
 Progress = Callable[[Mapping[str, Any]], object]
@@ -35,6 +36,7 @@ LEAST_STEPS = 10_000
 GENTLE = 5
 """Samples over which the drive comes up to its speed."""
 
+@watched("push of zones")
 def push_zoned(
     assembly: Assembly,
     drive: Drive,
@@ -239,10 +241,11 @@ class _Follower:
 
     def __call__(self, steps: int, displacement: float, load: float) -> bool:
         """Hand the sample on; whether to stop."""
+        done = self.before + steps
+        reached(done / self.total, f"{1e3 * displacement:.3g} mm")
         if self.progress is None:
             return False
         pace = (time.perf_counter() - self.clock) / steps if steps else self.pace
-        done = self.before + steps
         return bool(self.progress({
             "run": self.run, "part": done / self.total, "time left": pace * (self.total - done),
             "displacement": displacement, "load": load,

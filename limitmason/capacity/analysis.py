@@ -31,6 +31,7 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
 from limitmason.plane import find_plane
+from limitmason.progress import watched
 from limitmason.references import data_behind
 from limitmason.stated import tension_cut
 from limitmason.stiffness import SETTLEMENT, default_stiffness
@@ -45,6 +46,7 @@ WANDERED = 0.1
 _AXES = {"x": 0, "y": 1, "z": 2}
 
 
+@watched("pushover")
 def pushover(
     assembly: Assembly,
     loads: Loads,

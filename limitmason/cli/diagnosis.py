@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import argparse
 import sys
-import time
 import traceback
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from limitmason.cli.console import ANALYSIS, analysis_options, method_of, refuse, say, settings_of, show_text
+from limitmason.cli.console import ANALYSIS, analysis_options, lines, method_of, refuse, say, settings_of, show_text
 from limitmason.errors import InputError
 from limitmason.experiments.series import cases_of, series_of, write_template
 
@@ -116,12 +115,12 @@ def _run(options: argparse.Namespace) -> int:
     if options.fresh:
         store.unlink(missing_ok=True)
     study = diagnosis.Study.from_table(options.data, cache=store, n_jobs=options.jobs, **_stated(options))
-    study.simulator.progress = _Progress(study.n, len(study.causes))
     say(f"{study.about.title}: {study.n} values, noise {study.noise}, {len(study.causes)} causes: "
         f"{', '.join(c.name for c in study.causes)}")  # fmt: skip
     found = diagnosis.investigate(
-        study, seed=options.seed, next_tests=options.next, pool=options.pool, rehearse=options.rehearse, progress=say
-    )
+        study, seed=options.seed, next_tests=options.next, pool=options.pool, rehearse=options.rehearse,
+        progress=lines(),
+    )  # fmt: skip
     if not options.no_checks:
         say("judging again under other statements of the noise and without each specimen")
     files = figures.diagnosis_folder(found, options.out, checks=not options.no_checks)
@@ -259,16 +258,3 @@ def _input(text: str) -> tuple[str, Any]:
     except ValueError:
         raise InputError(f"--input must read NAME=VALUE,SD such as friction=0.65,0.03, got {text!r}") from None
     return name.strip(), Measured(value, sd)
-
-
-class _Progress:
-    """Says now and then how many simulations are done."""
-
-    def __init__(self, specimens: int, causes: int, every: float = 10.0) -> None:
-        self.every, self.last = every, time.monotonic()
-        self.about = f"{specimens} specimens x {causes} causes x a few sizes"
-
-    def __call__(self, calls: int) -> None:
-        if time.monotonic() - self.last >= self.every:
-            self.last = time.monotonic()
-            say(f"{calls} simulations done ({self.about})")

@@ -27,6 +27,7 @@ from limitmason.diagnosis.tables import ASSUMED_NOISE, PoolGrids, Tables, placin
 from limitmason.diagnosis.tabulate import Tabulator
 from limitmason.errors import InputError
 from limitmason.experiments.measured_table import MeasuredTable
+from limitmason.progress import reached, watched
 
 FEWEST = 4  # specimens
 ROUNDS = 6
@@ -238,6 +239,7 @@ class Study:
         """Table of one cause; made on the first call."""
         return self.tables.single(cause)
 
+    @watched("diagnosis")
     def diagnose(
         self,
         causes: Iterable[Cause] | None = None,
@@ -266,7 +268,9 @@ class Study:
         if self.measured is None:
             raise InputError("the study has no measured values: it can plan (confusable, rehearse), not diagnose")
         causes = self._listed(causes)
+        reached(None, "tables")
         design = self.design(causes)
+        reached(None, "verdict")
         chances = Draws.make([seed, self.n], self.n, design.inputs, self.noise, draws)
         y = design.whiten(self.measured)
         verdict = decide(design, y, chances, rule, pairs)

@@ -16,12 +16,14 @@ from limitmason.limit.parts import governed, independent_parts
 from limitmason.limit.program.problem import Problem, chosen_grid, make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.progress import watched
 from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction
 from limitmason.stated import states
 
 FLOW_RULES = ("associative", "non-associative")
 
 
+@watched("limit analysis")
 @states(cites=papers_behind)
 @with_contact_warnings
 def limit_analysis(

@@ -16,6 +16,7 @@ from limitmason.methods import NON_ASSOCIATIVE, THEORIES, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.notebook import Shown
+from limitmason.progress import reached, watched
 from limitmason.references import LIMITMASON, Citation
 from limitmason.results import Bound
 from limitmason.study.store import DocumentStore
@@ -136,6 +137,7 @@ def _pair(a: Row, b: Row) -> str:
     return f"{a.multiplier:.5f}, {b.multiplier:.5f}"
 
 
+@watched("compare")
 def compare(
     assembly: Assembly,
     loads: Loads,
@@ -200,6 +202,7 @@ def compare(
             path = kept.path(method, assembly, loads, method, settings[method], limit)
         row = None if kept is None else kept.read(path, Row.restored)
         where = f"[{k}/{len(methods)}] {method}"
+        reached((k - 1) / len(methods), method, share=1.0 / len(methods))
         if row is None:
             say(f"{where} ...")
             row = _solve(assembly, loads, method, settings[method], proven)

@@ -12,6 +12,7 @@ from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments.record import KINDS, Experiment, Target
 from limitmason.experiments.registry import all_cases, sources
 from limitmason.methods import LIMIT, get_method, predict
+from limitmason.progress import reached, watched
 from limitmason.results import Prediction
 from limitmason.text_table import aligned
 from limitmason.validation.rows import NAN, Row
@@ -129,6 +130,7 @@ def _solve(
     return prediction, prediction.status, time.perf_counter() - start
 
 
+@watched("experiments")
 def table(
     cases: Iterable[Experiment] | None = None,
     *,
@@ -156,6 +158,7 @@ def table(
     cases = list(cases)
     rows: list[Row] = []
     for k, case in enumerate(cases, 1):
+        reached((k - 1) / len(cases), case.specimen, share=1.0 / len(cases))
         if progress is not None:
             progress(f"[{k}/{len(cases)}] {case.source.name}/{case.specimen}")
         rows += run(case, method, **arguments)

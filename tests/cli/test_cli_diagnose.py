@@ -89,6 +89,7 @@ def test_a_model_and_causes_of_the_user_and_noise_from_replicates(tmp_path, caps
     write_measured("walls.csv", {"measured": "-", "group": "-", "height": "m", "width": "m"}, rows)
     arguments = ("walls.csv", "--model", "own_walls.py:simulate", "--causes", "own_walls:CAUSES", "--noise",
                  "replicates", "--input", "friction=0.7,0.03", "--out", "out", "--no-checks")  # fmt: skip
+    monkeypatch.setenv("LIMITMASON_PROGRESS", "always")
     status, text, err = run(*arguments, capsys=capsys)
     assert status == 0
     assert "Cause: edge rounding" in text
