@@ -12,11 +12,11 @@ from limitmason.cli.console import (
     figure_file,
     load_target,
     method_of,
-    told,
     refuse,
     report,
     say,
     settings_of,
+    told,
     writable,
 )
 from limitmason.errors import InputError
