@@ -18,7 +18,7 @@ ABOUT = """\
 Hold a simulation against measured values and say which listed cause explains the difference, or that none does, or that
 the data cannot tell.
 
-The data: a CSV file with a row of column names, a row of units ('-' for pure numbers and words) and one row per
+The data: a CSV file with a row of column names, a line of units (# units: -,m; '-' for words) and one row per
 measured value. Column 'measured' holds the value; 'specimen' a name, 'group' the configuration (repeats share one),
 'noise' the relative error of each value; all others are covariates. `limitmason diagnose --template data.csv` writes
 such a file.
@@ -102,7 +102,7 @@ def _run(options: argparse.Namespace) -> int:
         if options.model and ":" in options.model:
             raise InputError(f"--template with --model needs a packaged series, got {options.model!r}")
         write_template(options.template, options.model)
-        say(f"wrote {options.template}: replace its rows, keep the row of units, then `limitmason diagnose`")
+        say(f"wrote {options.template}: replace its rows, keep the line of units, then `limitmason diagnose`")
         return 0
     if options.next == 0:
         refuse(options, ("pool",), "with --next 0")

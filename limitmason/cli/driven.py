@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import re
 from pathlib import Path
 from typing import Any
 
 from limitmason.cli.console import figure_file, load_target, say, show_text, writable
+from limitmason.csv_table import write_table
 from limitmason.curve import Curve
 from limitmason.errors import InputError
 from limitmason.experiments.record import Experiment
@@ -125,12 +125,9 @@ def _length(text: str) -> float:
 
 
 def _write(path: Path, curve: Curve) -> None:
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["displacement", "load", *curve.errors])
-        writer.writerow([curve.displacement_unit, curve.load_unit, *("-" for _ in curve.errors)])
-        for row in zip(curve.displacement, curve.load, *curve.errors.values(), strict=True):
-            writer.writerow([f"{v:.9g}" for v in row])
+    units = {"displacement": curve.displacement_unit, "load": curve.load_unit, **dict.fromkeys(curve.errors, "-")}
+    columns = zip(curve.displacement, curve.load, *curve.errors.values(), strict=True)
+    write_table(path, units, ([f"{v:.9g}" for v in row] for row in columns))
 
 
 def _draw(options: argparse.Namespace, curve: Any, test: Experiment | None, title: str) -> None:

@@ -150,7 +150,7 @@ class Study:
 
         Parameters
         ----------
-        table : CSV file with a row of names, a row of units and one row per measured value; None is the packaged series
+        table : CSV file with names, a line of units and one row per measured value; None is the packaged series
             that ``model`` names
         cache, n_jobs : as for the study
         stated : ``model``, a packaged series or ``simulate(specimen, **parameters)``; without one the predictions stand
