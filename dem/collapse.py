@@ -10,6 +10,7 @@ import numpy as np
 
 from dem.deformation import RIGID
 from dem.joints import JointOptions, losses
+from dem.papers import COLLAPSE
 from dem.search import Controls, Search, increments, ramps
 from dem.settings import DemSettings, Grid, Loading
 from dem.state import QUASI_STATIC, State, make_state
@@ -18,6 +19,7 @@ from limitmason.certificate import certify
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
+from limitmason.progress import reached, task
 from limitmason.results import (
     ALMOST_SOLVED,
     NOT_CONVERGED,
@@ -37,7 +39,7 @@ LOADING = Damping(local=0.4, kinetic=True)
 RAMPING = Damping(local=0.5)
 
 
-@states("dem")
+@states("dem", cites=lambda _: COLLAPSE)
 def collapse(
     assembly: Assembly, loads: Loads, settings: DemSettings | None = None, **options: Any
 ) -> Prediction:
@@ -76,6 +78,12 @@ def collapse(
     is an estimate, not a bound. Source of the procedure: Godio, Stefanou, Sab 2017, eq. 5.
     """
     chosen = (settings or DemSettings()).with_options(options, stacklevel=3)
+    with task("DEM, collapse", shown=chosen.progress is None):
+        return _collapse(assembly, loads, chosen)
+
+
+def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Prediction:
+    """The search, and its repeats for the error budget."""
     held = chosen.loading is Loading.INCREMENTS
     contact_points, contact_model, max_steps = chosen.contact_points, chosen.contact_model, chosen.max_steps
     tolerance = 5e-3 if chosen.tolerance is None else chosen.tolerance
@@ -96,6 +104,8 @@ def collapse(
         )  # fmt: skip
 
     search = increments if held else ramps
+    share = 1.0 / (1 + len(chosen.error_budget))
+    reached(0.0, "search", share=share)
     found = search(assembly, loads, start(), controls)
     if held and chosen.moved_limit is None and _swayed(assembly, found, moved_limit) > 0.5:
         moved_limit = WIDEST
@@ -104,7 +114,8 @@ def collapse(
     budget: dict[str, dict[str, Any]] = {}
     warnings = [*found.state.warnings, *assembly.contact_warnings]
     if found.status in (SOLVED, ALMOST_SOLVED):
-        for check in chosen.error_budget:
+        for number, check in enumerate(chosen.error_budget, 1):
+            reached(number * share, f"error budget: {check}", share=share)
             changed = start()
             # ten times as stiff, a joint gives a tenth as much before it moves on
             near = replace(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.joints import losses
+from dem.papers import PAPERS
 from dem.resuming import Position, RunStatus, check_continues
 from dem.state import State, write_archive
 from dem.vibration import state_system
@@ -16,6 +17,7 @@ from limitmason.curve import Curve
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
+from limitmason.references import data_behind
 from limitmason.vibration.system import VibratingSystem
 
 Array = NDArray[np.float64]
@@ -186,6 +188,7 @@ class History:
             self.displacement_of(i) @ d, self.reaction_of(i)[:, :3] @ d, label=self.assembly.blocks[i].name,
             errors={"energy": self.energy_error / self._work, "kinetic": self.kinetic_ratio},
             status=self.status, warnings=self.warnings, source="dem",
+            references=(*PAPERS, *data_behind(self.assembly.recipe)),
         )  # fmt: skip
 
     def corners(self, sample: int = -1) -> list[Array]:

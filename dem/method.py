@@ -3,6 +3,7 @@
 import math
 
 from dem.collapse import collapse
+from dem.papers import COLLAPSE
 from dem.push import push
 from dem.settings import CHECKS, RENAMED, DemSettings
 from limitmason.method import Look, Method
@@ -32,4 +33,5 @@ DEM = Method(
     kept=("error budget",),
     theorem="simulation",
     drive=push,
+    references=COLLAPSE,
 )

@@ -24,6 +24,7 @@ from limitmason.lumped_units import with_lumped_units
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Drive, Hold, Settle, Stage
 from limitmason.plane import find_plane
+from limitmason.progress import reached, watched
 
 Array = NDArray[np.float64]
 
@@ -51,6 +52,7 @@ SAMPLES = 400
 """Samples per run, where none are asked for."""
 
 
+@watched("push")
 def push(
     assembly: Assembly,
     drive: Drive,
@@ -159,6 +161,7 @@ def push(
         model, loads, contact_points=grid, joint_options=joint_options, blocks=MODAL if blocks == MODAL else RIGID,
         plane=None if blocks == MODAL and stress == SOLID else plane, stress=stress,
     )  # fmt: skip
+    reached(None, "settling")
     settled = _settled(model, state, settle or Settle(tolerance=1e-5), drive, loads, checkpoint)
     travel = float(np.abs(np.diff([0.0, *path])).sum())
     if steps is None:
@@ -178,6 +181,7 @@ def push(
     runs, done, total = [], 0, steps * (1 + SLOWER * rate_check)
     for number, count in enumerate((steps, SLOWER * steps) if rate_check else (steps,)):
         follow = _Follower(progress, number, done, count, total)
+        reached(done / total, f"run {number + 1} of {1 + rate_check}", share=count / total)
         history = _run(model, settled, _stages(drive, path, travel, count), max(count // samples, 1), damping,
                        detect_every, follow if progress is not None else None, checkpoint, number)  # fmt: skip
         runs.append(history)

@@ -8,9 +8,11 @@ from numpy.typing import NDArray
 
 from dem.failure_mode import Mode, failure_mode
 from dem.history import History
+from dem.papers import PAPERS
 from limitmason.curve import Curve, Event
 from limitmason.errors import InputError
 from limitmason.model import Assembly
+from limitmason.references import data_behind
 
 Array = NDArray[np.float64]
 
@@ -237,7 +239,7 @@ def make_curve(
         states=states, status=history.status, warnings=tuple(notes), source="dem.push", assembly=assembly,
         history=history, opening=marks("opening"), slip=marks("slip"), crushed=marks("crushed"), used=marks("used"),
         failed=marks("failed"), settlement=float(before @ direction), law="; ".join(history.lost_in_failure),
-        steps=steps, **words,
+        steps=steps, references=(*PAPERS, *data_behind(assembly.recipe)), **words,
     )  # fmt: skip
     first = curve.first_failure
     if first is None:

@@ -21,6 +21,7 @@ from dem.stepping import (
 from limitmason.errors import NotApplicable
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
+from limitmason.progress import reached, watched
 from limitmason.resultants import scaled_mechanism
 from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Mechanism, Status
 
@@ -73,6 +74,7 @@ def settle(loads: Loads, state: State, scale: Scale, c: Controls) -> Verdict:
     )  # fmt: skip
 
 
+@watched("search")
 def increments(
     assembly: Assembly,
     loads: Loads,
@@ -131,6 +133,7 @@ def increments(
                 return Search(stable, np.inf, UNBOUNDED, state, None, record, used)
         keep = state.copy()
         gap = new - stable
+        reached(_part(len(record), refused - stable, width), _bracket(new, stable, refused))
         try:
             # stiff joints settle within microns: no need to wait for a collapse to be seen by eye
             verdict = hold(
@@ -174,6 +177,16 @@ def increments(
     return Search(float(stable), float(moving), status, state, mechanism, record, used, near=kept[0])
 
 
+def _part(tried: int, gap: float, width: float) -> float | None:
+    """Loads tried over those and the halvings of a bracket that are left [-]; None while nothing was refused."""
+    return tried / (tried + np.log2(max(gap / width, 1.0)) + 1.0) if np.isfinite(gap) else None
+
+
+def _bracket(now: float, stable: float, refused: float) -> str:
+    """Which load is being held, and between which."""
+    return f"holding {now:.4g}, {stable:.4g} held" + (f", {refused:.4g} not" if np.isfinite(refused) else "")
+
+
 def _mechanism(assembly: Assembly, loads: Loads, state: State) -> Mechanism | None:
     """Velocities of the moving state as a mechanism; None when it does not move along the live load."""
     now = state.resultants(assembly)
@@ -183,6 +196,7 @@ def _mechanism(assembly: Assembly, loads: Loads, state: State) -> Mechanism | No
     return scaled_mechanism(assembly, loads, twists, now.point_position, now.point_interface)
 
 
+@watched("search")
 def ramps(assembly: Assembly, loads: Loads, start: State, c: Controls, rate: float | None = None) -> Search:
     """Ramps at falling speed; the multiplier at no speed, when another half of the speed changes it by less than 1 %.
 
@@ -210,6 +224,7 @@ def ramps(assembly: Assembly, loads: Loads, start: State, c: Controls, rate: flo
         used += taken
         values.append((rate, peak))
         record.append((peak, Verdict(MOVING if moved else UNDECIDED, taken, (np.nan, np.nan), c.moved_limit)))
+        reached(None, f"ramp {len(values)}: {peak:.5g}")
         if c.progress is not None:
             c.progress(*record[-1])
         if not moved:

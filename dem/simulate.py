@@ -28,6 +28,7 @@ from limitmason.deformable import SOLID
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import COAST, BaseMotion, Damping, Drive, Servo, Settle, Stage
+from limitmason.progress import reached, task
 
 Array = NDArray[np.float64]
 Progress = Callable[[Mapping[str, Any]], object]
@@ -184,6 +185,18 @@ def _follow(
     checkpoint_every: int,
 ) -> History:
     """Run the stages from a position, or from the first."""
+    with task("time stepping", shown=progress is None):
+        return _follow_stages(rec, at, progress, checkpoint, checkpoint_every)
+
+
+def _follow_stages(
+    rec: Recorder,
+    at: Position | None,
+    progress: Progress | None,
+    checkpoint: str | Path | None,
+    checkpoint_every: int,
+) -> History:
+    """The same, inside the task that shows how far it is."""
     status = RunStatus.FINISHED if at is None else rec.status
 
     def write() -> None:
@@ -197,7 +210,9 @@ def _follow(
                 rec.start_looking()
             for number in range(0 if at is None else at.stage, len(rec.stages)):
                 rec.status = status
-                outcome = _run_stage(rec, number, at, progress, write, interrupt)
+                reached(number / len(rec.stages), _stage_name(rec, number), share=1.0 / len(rec.stages))
+                with task("stage"):
+                    outcome = _run_stage(rec, number, at, progress, write, interrupt)
                 at = None
                 if outcome == RunStatus.INTERRUPTED:
                     return rec.history(outcome)
@@ -211,6 +226,10 @@ def _follow(
         raise
     rec.position = None
     return rec.history(status)
+
+
+def _stage_name(rec: Recorder, number: int) -> str:
+    return f"{type(rec.stages[number]).__name__.lower()}, stage {number + 1} of {len(rec.stages)}"
 
 
 def _run_stage(
@@ -312,6 +331,7 @@ def _run_stage(
                 return RunStatus.INTERRUPTED
             continue
         sampled = rec.add(state, number)
+        reached(None if settle else at.done / (at.done + max(remaining(), 0)))
         over = False
         if settle:
             off = max((abs(servo.lacking(state)) for servo in servos), default=0.0)

@@ -18,6 +18,7 @@ from dem.stepping import UNDECIDED, Scale
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Settle, Tilt
+from limitmason.progress import reached, watched
 from limitmason.results import UNBOUNDED, Prediction
 
 Array = NDArray[np.float64]
@@ -134,6 +135,7 @@ class TiltTest:
         return "\n".join(lines + [f"  {w}" for w in self.warnings])
 
 
+@watched("tilting test")
 def tilt_test(
     assembly: Assembly,
     direction: ArrayLike = (1.0, 0.0, 0.0),
@@ -217,6 +219,7 @@ def tilt_test(
     stood: list[bool] = []
     notes, rate = list(settled.warnings), to_deg / steps
     for k in range(halvings + 1):
+        reached(None, f"turn {k + 1}, {1000.0 * rate:.3g} deg per 1000 steps")
         stage = Tilt(
             to_deg=to_deg, steps=int(to_deg / rate), axis=axis, damping=damping,
             stop_when_moved=moved_limit * scale.smallest,

@@ -6,7 +6,7 @@ Units are SI, axes right-handed with z up, compression positive; angles are radi
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from limitmason import notebook
+from limitmason import notebook, references
 from limitmason.constants import VERSION
 from limitmason.curve import Curve
 from limitmason.model import (
@@ -23,6 +23,7 @@ from limitmason.model import (
     Tie,
     ring_beam,
 )
+from limitmason.progress import show_progress
 from limitmason.results import Certificate, Mechanism, Prediction, Resultants
 
 if TYPE_CHECKING:
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
 
 __version__ = VERSION
 notebook.draws(lambda: import_module("limitmason.figures.notebook"))
+references.data_by(lambda source: import_module("limitmason.experiments.registry").papers_of(source))
 
 # loaded on first use: a script that only builds an assembly waits for neither solver nor matplotlib
 _MODULES = (
@@ -113,6 +115,7 @@ __all__ = [
     "Support",
     "Tie",
     "ring_beam",
+    "show_progress",
     *_MODULES,
     *_NAMES,
     *_BESIDE,

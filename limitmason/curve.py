@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from limitmason.errors import InputError
 from limitmason.notebook import Shown
+from limitmason.references import Citable, Cited
 
 Array = NDArray[np.float64]
 
@@ -43,7 +44,7 @@ class CurvePoint(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Curve(Shown):
+class Curve(Shown, Citable):
     """Load against displacement, with what happened on the way and how well each point is known.
 
     Parameters
@@ -58,6 +59,7 @@ class Curve(Shown):
     status : how the run ended; empty for a measured curve
     warnings : what a user should know before trusting the curve
     source : who measured or computed it
+    references : papers behind it, for ``cite()``
 
     Raises
     ------
@@ -76,6 +78,7 @@ class Curve(Shown):
     status: str = ""
     warnings: tuple[str, ...] = ()
     source: str = ""
+    references: tuple[Cited, ...] = ()
 
     def __post_init__(self) -> None:
         """Check that the columns fit each other, and freeze them."""

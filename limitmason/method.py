@@ -14,6 +14,7 @@ from typing import Any
 from limitmason.curve import Curve
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.references import LIMITMASON, Citation, Cited
 from limitmason.results import Prediction, Range
 
 ASSOCIATIVE, NON_ASSOCIATIVE, DEM, MECHANISMS = THEORIES = ("associative", "non-associative", "dem", "mechanisms")
@@ -76,6 +77,7 @@ class Method:
         that law admits, "mechanism" where it bounds the associative value from above, "simulation" for others
     drive : follows a structure that is driven to a displacement: called with assembly, ``Drive`` and ``to=`` [m]; None
         where the method has no such thing
+    references : papers behind it, for ``cite()`` of answers that do not name their own
     """
 
     name: str
@@ -90,6 +92,7 @@ class Method:
     renamed: Mapping[str, str] = field(default_factory=lambda: _NOTHING)
     theorem: str = "simulation"
     drive: Callable[..., Curve] | None = None
+    references: tuple[Cited, ...] = ()
 
     @property
     def heading(self) -> str:
@@ -139,4 +142,11 @@ class Method:
         """
         self.check_options(options)
         found = self.solve(assembly, loads, **options)
-        return found if found.range.known else replace(found, range=self.range_of(found))
+        return replace(
+            found, range=found.range if found.range.known else self.range_of(found),
+            references=found.references or self.references,
+        )  # fmt: skip
+
+    def cite(self) -> Citation:
+        """The papers behind the method, as text and as BibTeX (``cite().bibtex``)."""
+        return Citation((*self.references, LIMITMASON))

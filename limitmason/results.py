@@ -24,6 +24,7 @@ from limitmason.answer_words import (
 )
 from limitmason.errors import NotApplicable
 from limitmason.notebook import Shown
+from limitmason.references import Citable, Cited
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -226,7 +227,7 @@ class Certificate:
 
 
 @dataclass(frozen=True, eq=False)
-class Prediction(Shown):
+class Prediction(Shown, Citable):
     """A method's answer.
 
     Parameters
@@ -250,6 +251,7 @@ class Prediction(Shown):
     structure : the assembly that was solved, for ``plot()``; not kept by files, nor by copies to other processes
     lost_in_failure : what the joints lose where they fail, by what and over which energy, one sentence per joint law;
         empty where they have nothing to lose
+    references : papers of the theory, the method, the solvers and the packaged data, for ``cite()``
     """
 
     method: str
@@ -270,6 +272,7 @@ class Prediction(Shown):
     error_budget: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     range: Range = field(default_factory=Range)
     lost_in_failure: tuple[str, ...] = ()
+    references: tuple[Cited, ...] = ()
     structure: Any = field(default=None, repr=False)
 
     def __post_init__(self) -> None:

@@ -13,6 +13,7 @@ from limitmason.law_table import ABOVE_APEX, TAKES, Taken
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint, LostBy, Unloading
 from limitmason.model.load import Loads
+from limitmason.references import Cited, data_behind
 from limitmason.results import NO_TILT, Prediction
 
 Array = NDArray[np.float64]
@@ -78,18 +79,22 @@ def tension_cut(assembly: Assembly) -> str:
     )
 
 
-def states(theory: str = "") -> Callable[[Callable[..., Prediction]], Callable[..., Prediction]]:
+def states(
+    theory: str = "", cites: Callable[[Prediction], tuple[Cited, ...]] = lambda found: found.references
+) -> Callable[[Callable[..., Prediction]], Callable[..., Prediction]]:
     """Let a method ``(assembly, loads, ...)`` say with its prediction what holds for every method.
 
     Parameters
     ----------
     theory : as in :func:`with_statements`
+    cites : the papers behind a prediction of this method
     """
 
     def stating(method: Callable[..., Prediction]) -> Callable[..., Prediction]:
         @wraps(method)
         def stated(assembly: Assembly, loads: Loads, *arguments: Any, **options: Any) -> Prediction:
-            return with_statements(method(assembly, loads, *arguments, **options), assembly, loads, theory)
+            found = method(assembly, loads, *arguments, **options)
+            return with_statements(replace(found, references=cites(found)), assembly, loads, theory)
 
         return stated
 
@@ -99,7 +104,7 @@ def states(theory: str = "") -> Callable[[Callable[..., Prediction]], Callable[.
 def with_statements(prediction: Prediction, assembly: Assembly, loads: Loads, theory: str = "") -> Prediction:
     """The prediction with why it has no tilt angle, empty where it has one, and with a warning of tension that is cut.
 
-    Nothing is added that it says already.
+    The papers of packaged data that the assembly was built from join its own. Nothing is added that it says already.
 
     Parameters
     ----------
@@ -112,7 +117,10 @@ def with_statements(prediction: Prediction, assembly: Assembly, loads: Loads, th
     if NO_TILT not in details:
         details = {**details, NO_TILT: why_no_tilt_angle(assembly, loads)}
     lost = prediction.lost_in_failure or lost_in_failure(assembly)
-    return replace(prediction, details=details, warnings=warnings, lost_in_failure=lost, structure=assembly)
+    references = tuple(dict.fromkeys((*prediction.references, *data_behind(assembly.recipe))))
+    return replace(
+        prediction, details=details, warnings=warnings, lost_in_failure=lost, references=references, structure=assembly
+    )
 
 
 def lost_in_failure(assembly: Assembly, lengths: Array | None = None) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ from typing import Any
 from limitmason.method import Look, Method, settings_of
 from limitmason.results import Prediction, Range
 from mechanisms.catalogue import smallest
+from mechanisms.papers import PAPERS
 
 
 def _friction_factor(found: Prediction) -> Range:
@@ -39,4 +40,5 @@ MECHANISMS = Method(
         "smallest_estimate_of",
     ),
     theorem="mechanism",
+    references=PAPERS,
 )  # fmt: skip

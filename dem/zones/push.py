@@ -22,6 +22,7 @@ from limitmason.deformable import PLANE_STRESS
 from limitmason.errors import InputError, NotConverged
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Drive
+from limitmason.progress import reached, watched
 
 Array = NDArray[np.float64]
 Progress = Callable[[Mapping[str, Any]], object]
@@ -38,7 +39,7 @@ LEAST_STEPS = 10_000
 GENTLE = 5
 """Samples over which the drive comes up to its speed."""
 
-
+@watched("push of zones")
 def push_zoned(
     assembly: Assembly,
     drive: Drive,
@@ -276,11 +277,12 @@ class _Follower:
 
     def __call__(self, steps: int, displacement: float, load: float) -> bool:
         """Hand the sample on; whether to stop."""
+        done = self.before + steps
+        reached(done / self.total, f"{1e3 * displacement:.3g} mm")
         if self.progress is None:
             return False
         own = steps - self.begun
         pace = (time.perf_counter() - self.clock) / own if own else self.pace
-        done = self.before + steps
         return bool(self.progress({
             "run": self.run, "part": done / self.total, "time left": pace * (self.total - done),
             "displacement": displacement, "load": load,

@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.joint_marks import JointMarks
+from dem.papers import PAPERS
 from dem.push_curve import BY_WEIGHT, RESTLESS, PushCurve
 from dem.zones.marks import AT_YIELD, ELASTIC, TENSION, YIELDED
 from dem.zones.mesh import ZoneMesh
 from dem.zones.model import ZonedModel
 from dem.zones.recording import Record, ZoneState
 from limitmason.curve import Event
+from limitmason.references import data_behind
 
 Array = NDArray[np.float64]
 
@@ -82,7 +84,8 @@ def zoned_curve(model: ZonedModel, record: Record, steps: int, twist: Array) -> 
         states=record.places, status=record.status, warnings=tuple(notes), source="dem.push", assembly=model.assembly,
         settlement=float(-zones[0].shift[model.nodes.body == driven].mean(axis=0) @ -twist[driven, :2]),
         blocks=ZONED, spacing=spacing, law="; ".join(model.lost), steps=steps, mesh=model.mesh, zones=zones,
-        plane=model.plane, seconds=record.seconds, **columns,
+        plane=model.plane, seconds=record.seconds, references=(*PAPERS, *data_behind(model.assembly.recipe)),
+        **columns,
     )  # fmt: skip
     events = []
     first = curve.first_failure

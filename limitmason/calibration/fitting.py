@@ -18,6 +18,7 @@ from limitmason.calibration.runs import Model, Runs
 from limitmason.calibration.targets import CurveTarget, Entry, Reading, entries_of
 from limitmason.curve import Curve
 from limitmason.errors import InputError
+from limitmason.progress import watched
 from limitmason.study.store import fingerprint
 from limitmason.study.sweep import Progress
 from limitmason.study.ties import Ties
@@ -28,6 +29,7 @@ AGAIN = 3
 """Times that the intervals begin anew because they met a better minimum."""
 
 
+@watched("calibration")
 def calibrate(
     model: Model | Mapping[str, Model],
     targets: Mapping[str, Any],

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from limitmason.calibration.targets import Reading, check_units, outputs_of
 from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.progress import reached
 from limitmason.study.store import RowStore
 from limitmason.study.sweep import Progress, run_points
 from limitmason.study.ties import Ties
@@ -101,10 +102,13 @@ class Runs:
                  "parameters": missing[(m, p)]["parameters"]})
             for k, (m, p) in enumerate(keys)
         ]  # fmt: skip
+        before = self.calls
         for k, row in run_points(_one, jobs, self.executor, self.workers):
             m, p = keys[k]
             self._known[keys[k]] = (np.array(row["values"], dtype=float), row["note"])
             self.calls += 1
+            ahead = max(self.left, len(keys) - (self.calls - before))
+            reached(self.calls / (self.calls + ahead), f"{self.stage}: {self.calls} runs")
             if self._store is not None:
                 number = len(self._store.rows)
                 self._store.add(number, {"model": m, "parameters": list(p), **row})

@@ -15,6 +15,7 @@ from limitmason.capacity.contacts import first_contacts
 from limitmason.capacity.deformable import LUMPED, Deformation, deformation, plane_of
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose, make_bodies
+from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.path import Steps
 from limitmason.capacity.point_law import Elastic, History, slid_back
 from limitmason.capacity.result import Energy, PushoverCurve
@@ -32,6 +33,8 @@ from limitmason.lumped_units import with_lumped_units
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
+from limitmason.progress import watched
+from limitmason.references import data_behind
 from limitmason.stated import tension_cut
 from limitmason.stiffness import SETTLEMENT, default_stiffness
 
@@ -45,6 +48,7 @@ WANDERED = 0.1
 _AXES = {"x": 0, "y": 1, "z": 2}
 
 
+@watched("pushover")
 def pushover(
     assembly: Assembly,
     loads: Loads,
@@ -179,6 +183,7 @@ def pushover(
         return PushoverCurve(
             np.zeros(1), np.zeros(1), load_unit="-", label="pushover", status=path.CANNOT_STAND,
             warnings=tuple(warnings), source="limitmason", generations=generations,
+            references=(*PAPERS, *data_behind(assembly.recipe)),
         )  # fmt: skip
     if to is not None and not (np.isfinite(to) and to != 0.0):
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
@@ -384,6 +389,7 @@ def _curve(
         errors={"energy": np.array([c.energy for c in certificates])}, states=tuple(state(n) for n in nodes),
         status=status, warnings=tuple(warnings), source="limitmason", generations=generations, nodes=tuple(nodes),
         certificates=tuple(certificates), energy=energy, jumps=jumps, origin=origin,
+        references=(*PAPERS, *data_behind(structures[0].assembly.recipe)),
     )  # fmt: skip
 
 

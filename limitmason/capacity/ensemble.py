@@ -18,6 +18,7 @@ from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.plane import find_plane
+from limitmason.progress import reached, watched
 
 Array = NDArray[np.float64]
 
@@ -53,6 +54,7 @@ class Ensemble:
         return _spread(self.sustained)
 
 
+@watched("random gaps")
 def imperfection_ensemble(
     assembly: Assembly,
     loads: Loads,
@@ -93,6 +95,7 @@ def imperfection_ensemble(
     points = contact_points(assembly, plane=find_plane(assembly, loads), elastic=True, **placed)
     first, sustained, status = [], [], []
     for k in range(samples):
+        reached(k / samples, f"path {k + 1} of {samples}", share=1.0 / samples)
         gaps = gap * size * _planes(assembly, points, np.random.default_rng([seed, k]))
         curve = pushover(assembly, loads, gaps=gaps, to=GOES_ON * least, **settings)
         point = curve.first_limit_point

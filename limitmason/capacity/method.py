@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 from limitmason.capacity.analysis import pushover
+from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.path import Steps
 from limitmason.errors import NotApplicable
 from limitmason.method import Look, Method, settings_of
@@ -60,4 +61,5 @@ PUSHOVER = Method(
     range_of=_sampled,
     look=Look("capacity curve", "GREEN", "D"),
     theorem="simulation",
+    references=PAPERS,
 )

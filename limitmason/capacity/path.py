@@ -13,6 +13,7 @@ from limitmason.capacity.kinematics import Pose, motion_between, moved
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.system import System
 from limitmason.errors import InputError
+from limitmason.progress import reached
 
 
 class PathEnd(StrEnum):
@@ -163,7 +164,10 @@ def follow(
         nodes.append(new)
         if new.onward is not None:
             say(f"contacts found anew at {new.control:.4g} m")
-        say(f"u {new.control:.4g} m, lambda {new.multiplier:.5f}")
+        line = f"u {new.control:.4g} m, lambda {new.multiplier:.5f}"
+        say(line)
+        began = nodes[begin].control
+        reached(None if to is None else (new.control - began) / (to - began), line)
         largest = max(abs(n.multiplier) for n in nodes[begin:])
         if to is None and passed and sense * new.multiplier < (1.0 - _DROP) * largest:
             return PASSED, warnings

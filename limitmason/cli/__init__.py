@@ -11,6 +11,7 @@ from limitmason import __version__
 from limitmason.cli import check, diagnosis, driven, models, packaged, theories
 from limitmason.cli.console import say
 from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.progress import MODES, reached, show_progress, task
 
 _DESCRIPTION = """\
 Collapse multiplier of rigid-block masonry: at what load a block structure collapses, how, and how far to trust it.
@@ -53,8 +54,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not hasattr(options, "run"):
         _parser().print_help()
         return 0
+    if options.progress is not None:
+        with show_progress(options.progress):
+            return _run(options)
+    return _run(options)
+
+
+def _run(options: argparse.Namespace) -> int:
     try:
-        return options.run(options)
+        with task("limitmason"):
+            reached(0.0, share=1.0)
+            return options.run(options)
     except KeyboardInterrupt:
         say("interrupted")
         return 130
@@ -74,6 +84,8 @@ def _parser() -> argparse.ArgumentParser:
     style = argparse.RawDescriptionHelpFormatter
     top = argparse.ArgumentParser("limitmason", description=_DESCRIPTION, epilog=_EPILOG, formatter_class=style)
     top.add_argument("--version", action="version", version=f"limitmason {__version__}")
+    top.add_argument("--progress", choices=MODES, metavar="WHEN",
+                     help="how far a long run is: always, never, or auto, on a terminal")  # fmt: skip
     top.add_argument("--debug", action="store_true", help="show the whole traceback of an error")
     commands = top.add_subparsers(title="commands", metavar="COMMAND")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,6 +13,7 @@ from limitmason.methods import ASSOCIATIVE, LIMIT, NON_ASSOCIATIVE, available_me
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
+from limitmason.progress import wanted, write
 from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED, Prediction
 
 _NAMED = 20
@@ -22,15 +23,18 @@ LIMIT_ANALYSIS = (ASSOCIATIVE, NON_ASSOCIATIVE)
 
 
 def say(text: str) -> None:
-    """Write a message to standard error."""
-    sys.stderr.write(text + "\n")
-    sys.stderr.flush()
+    """Write a message to standard error, above the bar of a run that goes on."""
+    write(text)
+
+
+def lines() -> Callable[[str], None] | None:
+    """What is told of a long run besides its bar: lines where somebody looks or asked for them, else nothing."""
+    return say if wanted() else None
 
 
 def show_text(text: str) -> None:
     """Write an answer to standard output."""
-    sys.stdout.write(text + "\n")
-    sys.stdout.flush()
+    write(text, sys.stdout)
 
 
 def figure_file(text: str) -> Path:
@@ -220,9 +224,9 @@ def search_of(options: argparse.Namespace) -> dict:
 
 
 def told(settings: dict, method: str) -> dict:
-    """Settings of one analysis with a line to standard error after every stage of a search."""
+    """Settings of one analysis with a line to standard error after every stage of a search, where somebody looks."""
     searching = NON_ASSOCIATIVE in (method, settings.get("flow_rule"))
     for name in ("search", "time_limit"):
         if name in settings and not searching:
             raise InputError(f"--{name.replace('_', '-')} goes with --flow-rule non-associative, which searches")
-    return settings | ({"progress": lambda trial: say(f"  {trial}")} if searching else {})
+    return settings | ({"progress": lambda trial: say(f"  {trial}")} if searching and lines() else {})

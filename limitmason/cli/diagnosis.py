@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import argparse
 import sys
-import time
 import traceback
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from limitmason.cli.console import ANALYSIS, analysis_options, method_of, refuse, say, settings_of, show_text
+from limitmason.cli.console import ANALYSIS, analysis_options, lines, method_of, refuse, say, settings_of, show_text
 from limitmason.errors import InputError
 from limitmason.experiments.series import cases_of, series_of, write_template
 
@@ -19,7 +18,7 @@ ABOUT = """\
 Hold a simulation against measured values and say which listed cause explains the difference, or that none does, or that
 the data cannot tell.
 
-The data: a CSV file with a row of column names, a row of units ('-' for pure numbers and words) and one row per
+The data: a CSV file with a row of column names, a line of units (# units: -,m; '-' for words) and one row per
 measured value. Column 'measured' holds the value; 'specimen' a name, 'group' the configuration (repeats share one),
 'noise' the relative error of each value; all others are covariates. `limitmason diagnose --template data.csv` writes
 such a file.
@@ -103,7 +102,7 @@ def _run(options: argparse.Namespace) -> int:
         if options.model and ":" in options.model:
             raise InputError(f"--template with --model needs a packaged series, got {options.model!r}")
         write_template(options.template, options.model)
-        say(f"wrote {options.template}: replace its rows, keep the row of units, then `limitmason diagnose`")
+        say(f"wrote {options.template}: replace its rows, keep the line of units, then `limitmason diagnose`")
         return 0
     if options.next == 0:
         refuse(options, ("pool",), "with --next 0")
@@ -116,12 +115,12 @@ def _run(options: argparse.Namespace) -> int:
     if options.fresh:
         store.unlink(missing_ok=True)
     study = diagnosis.Study.from_table(options.data, cache=store, n_jobs=options.jobs, **_stated(options))
-    study.simulator.progress = _Progress(study.n, len(study.causes))
     say(f"{study.about.title}: {study.n} values, noise {study.noise}, {len(study.causes)} causes: "
         f"{', '.join(c.name for c in study.causes)}")  # fmt: skip
     found = diagnosis.investigate(
-        study, seed=options.seed, next_tests=options.next, pool=options.pool, rehearse=options.rehearse, progress=say
-    )
+        study, seed=options.seed, next_tests=options.next, pool=options.pool, rehearse=options.rehearse,
+        progress=lines(),
+    )  # fmt: skip
     if not options.no_checks:
         say("judging again under other statements of the noise and without each specimen")
     files = figures.diagnosis_folder(found, options.out, checks=not options.no_checks)
@@ -259,16 +258,3 @@ def _input(text: str) -> tuple[str, Any]:
     except ValueError:
         raise InputError(f"--input must read NAME=VALUE,SD such as friction=0.65,0.03, got {text!r}") from None
     return name.strip(), Measured(value, sd)
-
-
-class _Progress:
-    """Says now and then how many simulations are done."""
-
-    def __init__(self, specimens: int, causes: int, every: float = 10.0) -> None:
-        self.every, self.last = every, time.monotonic()
-        self.about = f"{specimens} specimens x {causes} causes x a few sizes"
-
-    def __call__(self, calls: int) -> None:
-        if time.monotonic() - self.last >= self.every:
-            self.last = time.monotonic()
-            say(f"{calls} simulations done ({self.about})")

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import re
-from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from limitmason.cli.console import figure_file, load_target, say, show_text, writable
+from limitmason.csv_table import write_table
 from limitmason.curve import Curve
 from limitmason.errors import InputError
 from limitmason.experiments.record import Experiment
@@ -19,7 +18,6 @@ from limitmason.model.load import Loads
 from limitmason.model.stages import Drive
 
 _LENGTHS = {"": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
-_EVERY = 10
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
@@ -64,7 +62,7 @@ def _push(options: argparse.Namespace) -> int:
     if test is not None and test.inferred:
         say("the outline is inferred, not published")
     curve = follow(
-        assembly, drive, to=options.to if len(options.to) > 1 else options.to[0], loads=loads, progress=_progress(),
+        assembly, drive, to=options.to if len(options.to) > 1 else options.to[0], loads=loads,
         label=f"{options.method}, {title}", **{k: v for k, v in settings.items() if v is not None},
     )  # fmt: skip
     show_text(str(curve))
@@ -126,25 +124,10 @@ def _length(text: str) -> float:
     return float(found[1]) * _LENGTHS[found[2]]
 
 
-def _progress() -> Callable[[Mapping[str, Any]], None]:
-    said = [0]
-
-    def show(now: Mapping[str, Any]) -> None:
-        tenth = int(_EVERY * now["part"])
-        if tenth > said[0]:
-            said[0] = tenth
-            say(f"  {now['part']:.0%}, about {now['time left']:.0f} s left")
-
-    return show
-
-
 def _write(path: Path, curve: Curve) -> None:
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["displacement", "load", *curve.errors])
-        writer.writerow([curve.displacement_unit, curve.load_unit, *("-" for _ in curve.errors)])
-        for row in zip(curve.displacement, curve.load, *curve.errors.values(), strict=True):
-            writer.writerow([f"{v:.9g}" for v in row])
+    units = {"displacement": curve.displacement_unit, "load": curve.load_unit, **dict.fromkeys(curve.errors, "-")}
+    columns = zip(curve.displacement, curve.load, *curve.errors.values(), strict=True)
+    write_table(path, units, ([f"{v:.9g}" for v in row] for row in columns))
 
 
 def _draw(options: argparse.Namespace, curve: Any, test: Experiment | None, title: str) -> None:

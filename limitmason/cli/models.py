@@ -54,7 +54,8 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 def _solve(options: argparse.Namespace) -> int:
     assembly, loads, title = load_target(options.target, options)
     say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces, {loads.name}")
-    prediction = predict(assembly, loads, method_of(options), **told(settings_of(options), method_of(options)))
+    method = method_of(options)
+    prediction = predict(assembly, loads, method, **told(settings_of(options), method))
     status = report(prediction, assembly)
     from limitmason import formats
 
@@ -76,7 +77,8 @@ def _figure(options: argparse.Namespace) -> int:
         refuse(options, ("method", *ANALYSIS), "by `figure assembly`, which analyses nothing")
         _draw(output, "assembly", assembly, None, title, view=options.view, dpi=options.dpi)
         return 0
-    prediction = predict(assembly, loads, method_of(options), **told(settings_of(options), method_of(options)))
+    method = method_of(options)
+    prediction = predict(assembly, loads, method, **told(settings_of(options), method))
     status = report(prediction, assembly)
     if status == 0 or (options.kind == "mechanism" and prediction.mechanism is not None):
         _draw(output, options.kind, assembly, prediction, title, view=options.view, dpi=options.dpi)

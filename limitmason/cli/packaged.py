@@ -7,7 +7,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from limitmason.cli.console import analysis_options, figure_file, method_of, say, settings_of, show_text, writable
+from limitmason.cli.console import (
+    analysis_options,
+    figure_file,
+    lines,
+    method_of,
+    say,
+    settings_of,
+    show_text,
+    writable,
+)
 from limitmason.errors import InputError
 
 if TYPE_CHECKING:
@@ -93,7 +102,7 @@ def _run(options: argparse.Namespace) -> int:
     settings = settings_of(options)
     flow_rule = settings.pop("flow_rule", None)
     rows = validation.table(
-        _cases(options), method=method_of(options), flow_rule=flow_rule, progress=say, **settings
+        _cases(options), method=method_of(options), flow_rule=flow_rule, progress=lines(), **settings
     )
     show_text(validation.as_text(rows))
     if options.csv:
@@ -121,7 +130,7 @@ def _summary(options: argparse.Namespace) -> int:
     del options
     from limitmason import validation
 
-    show_text(validation.summary_table(progress=say))
+    show_text(validation.summary_table(progress=lines()))
     return 0
 
 
@@ -137,7 +146,7 @@ def _methods(options: argparse.Namespace) -> int:
         raise InputError("--thorough is not used by associative limit analysis and mechanisms: leave it out")
     found = validation.solve_cases(
         wanted, options.methods, thorough=options.thorough,
-        store=options.store, workers=options.workers, progress=say,
+        store=options.store, workers=options.workers, progress=lines(),
     )  # fmt: skip
     missing = () if options.source or options.specimen else validation.not_covered()
     page = validation.as_markdown(found, missing, version=limitmason.__version__, thorough=options.thorough)
@@ -159,7 +168,7 @@ def _paper(options: argparse.Namespace) -> int:
     write = experiments.recipe_of(options.source).paper
     if write is None:
         raise InputError(f"{options.source} has no page of its paper; there are those of {', '.join(made)}")
-    page = write(store=options.store, progress=say)
+    page = write(store=options.store, progress=lines())
     if options.markdown:
         options.markdown.write_text(page, encoding="utf-8")
         say(f"wrote {options.markdown}")

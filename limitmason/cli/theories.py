@@ -9,6 +9,7 @@ from typing import Any
 from limitmason.cli.console import (
     drawing_options,
     figure_file,
+    lines,
     load_target,
     page_file,
     read_target,
@@ -56,7 +57,7 @@ def _report(options: argparse.Namespace) -> int:
     target = read_target(options.target, options)
     title = options.title or target.title
     settings: dict[str, Any] = {"dem": {"error_budget": ()}} if "dem" in options.methods else {}
-    result = compare(target.assembly, target.loads, options.methods, progress=say, title=title, **settings)
+    result = compare(target.assembly, target.loads, options.methods, progress=lines(), title=title, **settings)
     figures.structure_report(
         target.assembly, target.loads, result, options.output, title=title, assumed=target.assumed
     )
@@ -76,8 +77,8 @@ def _compare(options: argparse.Namespace) -> int:
     elif options.points or options.no_budget:
         raise InputError("--points and --no-budget are for the dem, which is not among --methods")
     result = compare(
-        assembly, loads, options.methods, options.measured, store=options.store, progress=say, proven=options.proven,
-        title=title, **settings,
+        assembly, loads, options.methods, options.measured, store=options.store, progress=lines(),
+        proven=options.proven, title=title, **settings,
     )  # fmt: skip
     show_text(result.as_markdown() if options.markdown else result.table())
     solved = any(row.solved for row in result.rows)

@@ -12,6 +12,7 @@ from limitmason.continuum.result import SolidCurve, curve_of
 from limitmason.continuum.solid import Continuum
 from limitmason.errors import InputError, NotConverged
 from limitmason.model.input import read_vector
+from limitmason.progress import reached, watched
 
 Array = NDArray[np.float64]
 
@@ -22,6 +23,7 @@ _FLAT = 1.8  # longest over shortest edge of a brick from which a warning names 
 _BREAK = 400  # secant iterations of a jump
 
 
+@watched("push of a solid")
 def push(
     model: Continuum,
     *,
@@ -93,6 +95,7 @@ def push(
             step = min(1.5 * step, longest)
         else:
             step *= 0.7
+        reached((new.control - origin) / to, f"{1e3 * (new.control - origin):.3g} mm")
         load = new.multiplier * float(np.linalg.norm(model.live.sum(axis=0)))
         say(
             f"{1e3 * (new.control - origin):.4g} mm, {load / 1e3:.4g} kN, {new.iterations} iterations, unbalanced "

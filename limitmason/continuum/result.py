@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from limitmason.continuum.equilibrium import Node, Solver
+from limitmason.continuum.papers import PAPERS
 from limitmason.continuum.rotating_crack import Memory
 from limitmason.continuum.solid import Continuum, vibrating
 from limitmason.curve import Curve, Event
@@ -205,6 +206,6 @@ def curve_of(
     return SolidCurve(
         np.array([n.control - nodes[0].control for n in nodes]), factor * (size or 1.0), "m", "N" if size else "-",
         "continuum", tuple(events), {"energy": error, "residual": np.array([n.residual for n in nodes])}, (), status,
-        warnings, "limitmason", tuple(nodes), model,
+        warnings, "limitmason", PAPERS, tuple(nodes), model,
         (np.asarray(control[0], dtype=float), np.asarray(control[1], dtype=float)), tolerance, band, energy,
     )  # fmt: skip

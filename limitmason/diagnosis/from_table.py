@@ -28,6 +28,7 @@ from limitmason.experiments.series import (
     tilted,
 )
 from limitmason.methods import get_method
+from limitmason.references import Cited, data_behind
 
 ROLES = ("specimen", "direction", "group", "noise", "predicted")
 BATCHES = ("batch", "sensor", "operator", "laboratory")
@@ -61,12 +62,14 @@ class About:
     units : unit of every column
     quantity : what was measured, with its unit
     notes : what is assumed of the data and the simulator
+    references : papers of packaged data and of the method that predicts, for ``cite()``
     """
 
     title: str = ""
     units: Mapping[str, str] = field(default_factory=dict)
     quantity: str = ""
     notes: tuple[str, ...] = ()
+    references: tuple[Cited, ...] = ()
 
 
 def study_arguments(
@@ -127,6 +130,7 @@ def study_arguments(
     if towards and not tabulated:
         raise InputError("towards goes with predicted: it leads from one column of predictions to another")
     values = [factor * v for v in data.positive(measured, "the measured values")]
+    papers = () if inside is None or tabulated else get_method(method, (settings or {}).get("flow_rule")).references
     used = {measured, group, column if tabulated else None, *towards, *(r for r in ROLES if r != "direction")}
     for name in covariates or ():
         data.column(name, "the covariates")
@@ -159,6 +163,7 @@ def study_arguments(
             data.units,
             f"{'value' if measured == 'measured' else measured} [{unit}]",
             tuple(notes),
+            (*data_behind({"source": series}), *papers),
         ),
     }
 

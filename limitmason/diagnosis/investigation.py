@@ -10,6 +10,7 @@ from limitmason.diagnosis.inference.plan import NextTests
 from limitmason.diagnosis.rehearse import Rehearsal
 from limitmason.diagnosis.study import Answer, Study
 from limitmason.experiments.measured_table import MeasuredTable
+from limitmason.progress import watched
 
 Pool = str | Path | MeasuredTable | Sequence[Any]
 
@@ -49,6 +50,7 @@ class Investigation:
         return text + "".join(f"\n{note}" for note in ["", *about.notes])
 
 
+@watched("diagnosis")
 def investigate(
     study: Study,
     *,

@@ -12,6 +12,7 @@ from limitmason.diagnosis.inference.decide import Rule, Verdict, decide
 from limitmason.diagnosis.inference.design import Design, Listed
 from limitmason.diagnosis.inference.grid import at_measured
 from limitmason.diagnosis.inference.plan import NINE_IN_TEN, distances
+from limitmason.progress import reached, watched
 
 OUTCOMES = ("none", "named", "set with it", "wrong name", "set without it", "two", "unexplained", "scatter")
 NULL = "(none)"
@@ -82,6 +83,7 @@ def outcome(verdict: Verdict, hidden: str | None) -> str:
     return "set with it" if hidden in verdict.causes else "set without it"
 
 
+@watched("rehearsal")
 def rehearse(
     design: Design,
     known: Design,
@@ -127,6 +129,7 @@ def rehearse(
         counts[row][outcome(verdict, hidden.name if hidden else None)] += 1
         if verdict.kind == "cause":
             answers[row][verdict.causes[0]] += 1
+        reached((trial + 1) / n, f"trial {trial + 1} of {n}")
         if progress is not None:
             said = " or ".join(verdict.causes) if verdict.causes else verdict.kind
             progress(f"trial {trial + 1} of {n}: hidden {row}, found {said}")

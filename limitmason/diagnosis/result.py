@@ -17,12 +17,13 @@ from limitmason.diagnosis.inference.gain import Gain, measure_gain
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, confusable, detectable
 from limitmason.notebook import Shown
+from limitmason.references import Citable, Cited
 
 GAINS = 8  # most kept explanations whose gain is measured
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Diagnosis(Shown):
+class Diagnosis(Shown, Citable):
     """Verdict of a study, conditional on its list of causes: data and tables, no simulator.
 
     Parameters
@@ -57,6 +58,7 @@ class Diagnosis(Shown):
     covariates: Mapping[str, Sequence[Any]]
     groups: Sequence[Any] | None
     table_errors: Mapping[str, float]
+    references: tuple[Cited, ...] = field(default=(), kw_only=True)
     _judged: list[Checks] = field(default_factory=list, init=False)
 
     @property

@@ -14,6 +14,7 @@ from joblib import Parallel, delayed
 
 from limitmason.causes.cause import Cause, Extension
 from limitmason.errors import InputError
+from limitmason.progress import reached, task
 from limitmason.study.store import fingerprint
 
 OWN = "in code given to the study: "  # begins the note on an error that code of the user raised
@@ -129,6 +130,11 @@ class Simulator:
         return np.array([self._known[key] for key in keys])
 
     def _run(self, missing: dict[tuple, Job]) -> None:
+        with task("simulations", shown=self.progress is None):
+            self._run_all(missing)
+
+    def _run_all(self, missing: dict[tuple, Job]) -> None:
+        before = self.calls
         keys, jobs = list(missing), list(missing.values())
         if self.n_jobs == 1:
             values = (_call(k, self.simulate, self.specimens[j.specimen], j) for k, j in enumerate(jobs))
@@ -139,6 +145,7 @@ class Simulator:
         if self.cache is None:
             for k, value in values:
                 self._known[keys[k]] = self._checked(jobs[k], value)
+                reached((self.calls - before) / len(jobs), f"{self.calls - before} of {len(jobs)}")
             return
         self.cache.parent.mkdir(parents=True, exist_ok=True)
         torn = self.cache.exists() and not self.cache.read_bytes().endswith(b"\n")
@@ -148,6 +155,7 @@ class Simulator:
                 self._known[keys[k]] = self._checked(jobs[k], value)
                 out.write(json.dumps([self._text(jobs[k]), self._known[keys[k]]]) + "\n")
                 out.flush()
+                reached((self.calls - before) / len(jobs), f"{self.calls - before} of {len(jobs)}")
 
     def _checked(self, job: Job, value) -> float:
         self.calls += 1

@@ -27,6 +27,7 @@ from limitmason.diagnosis.tables import ASSUMED_NOISE, PoolGrids, Tables, placin
 from limitmason.diagnosis.tabulate import Tabulator
 from limitmason.errors import InputError
 from limitmason.experiments.measured_table import MeasuredTable
+from limitmason.progress import reached, watched
 
 FEWEST = 4  # specimens
 ROUNDS = 6
@@ -149,7 +150,7 @@ class Study:
 
         Parameters
         ----------
-        table : CSV file with a row of names, a row of units and one row per measured value; None is the packaged series
+        table : CSV file with names, a line of units and one row per measured value; None is the packaged series
             that ``model`` names
         cache, n_jobs : as for the study
         stated : ``model``, a packaged series or ``simulate(specimen, **parameters)``; without one the predictions stand
@@ -238,6 +239,7 @@ class Study:
         """Table of one cause; made on the first call."""
         return self.tables.single(cause)
 
+    @watched("diagnosis")
     def diagnose(
         self,
         causes: Iterable[Cause] | None = None,
@@ -266,7 +268,9 @@ class Study:
         if self.measured is None:
             raise InputError("the study has no measured values: it can plan (confusable, rehearse), not diagnose")
         causes = self._listed(causes)
+        reached(None, "tables")
         design = self.design(causes)
+        reached(None, "verdict")
         chances = Draws.make([seed, self.n], self.n, design.inputs, self.noise, draws)
         y = design.whiten(self.measured)
         verdict = decide(design, y, chances, rule, pairs)
@@ -292,6 +296,7 @@ class Study:
             groups=self.groups,
             table_errors={c.name: self.table(c).error for c in causes},
             study=self,
+            references=self.about.references,
         )
         return checked_by_group(answer)
 

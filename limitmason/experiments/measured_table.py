@@ -1,15 +1,14 @@
-"""Tables of measured specimens: CSV with a header row and a units row, read with errors that name the cell."""
+"""Tables of measured specimens: CSV with names and units of its columns, read with errors that name the cell."""
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from limitmason.csv_table import UNITS, parsed, write_table
 from limitmason.errors import InputError
 
 FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6}
@@ -72,9 +71,10 @@ class MeasuredTable:
 
 
 def read_measured(path: str | Path) -> MeasuredTable:
-    """Read a CSV file of specimens: names of the columns, their units, then one row per measured value.
+    """Read a CSV file of specimens: names of the columns, a line of units, then one row per measured value.
 
-    Lines that begin with # are comments. A column holds numbers, or words where its unit is "-"; no cell may be blank.
+    The units stand in the comment line "# units: ..." or, as version 0.1 wrote them, in a row below the names. Other
+    lines that begin with # are comments. A column holds numbers, or words where its unit is "-"; no cell may be blank.
 
     Raises
     ------
@@ -86,29 +86,31 @@ def read_measured(path: str | Path) -> MeasuredTable:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: the file is not UTF-8 text ({error.reason} at byte {error.start})") from None
-    kept = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
-    numbers = [n for n, _ in kept]
-    rows = [[cell.strip() for cell in row] for row in csv.reader([line for _, line in kept])]
-    if len(rows) < 3:
-        raise InputError(f"{path}: a row of column names, a row of units and rows of values are needed; `limitmason "
-                         "diagnose --template FILE` writes a file to start from")  # fmt: skip
-    header, units = rows[0], rows[1]
+    wanted = (f"{path}: a row of column names, a line of units ({UNITS}m,kN,-) and rows of values are needed; "
+              "`limitmason diagnose --template FILE` writes a file to start from")  # fmt: skip
+    try:
+        found = parsed(text, str(path))
+    except InputError:
+        raise InputError(wanted) from None
+    if not found.rows:
+        raise InputError(wanted)
+    header, units = found.header, found.units
     twice = next((h for i, h in enumerate(header) if h in header[:i]), None)
     if twice is not None or "" in header:
-        raise InputError(f"{path}: row {numbers[0]}: " + (f"the column {twice!r} is there twice" if twice else
+        raise InputError(f"{path}: row {found.header_line}: " + (f"the column {twice!r} is there twice" if twice else
                          f"column {header.index('') + 1} has no name"))  # fmt: skip
-    for number, row in zip(numbers, rows, strict=True):
+    for number, row in zip([found.units_line, *found.lines], [units, *found.rows], strict=True):
         if len(row) != len(header):
             raise InputError(f"{path}: row {number} has {len(row)} cells, the header has {len(header)}")
     for name, unit in zip(header, units, strict=True):
         if not unit or _number(unit) is not None:
             raise InputError(
-                f"{path}: row {numbers[1]} must give the unit of every column; {name!r} has {unit!r} ('-' for pure "
-                "numbers and words)"
+                f"{path}: row {found.units_line} must give the unit of every column; {name!r} has {unit!r} ('-' for "
+                "pure numbers and words)"
             )
-    lines = numbers[2:]
+    lines = found.lines
     columns = {
-        name: _column(str(path), name, units[k], lines, [row[k] for row in rows[2:]]) for k, name in enumerate(header)
+        name: _column(str(path), name, units[k], lines, [row[k] for row in found.rows]) for k, name in enumerate(header)
     }
     return MeasuredTable(str(path), dict(zip(header, units, strict=True)), columns, tuple(lines))
 
@@ -122,7 +124,7 @@ def write_measured(
     ----------
     units : columns in order with their units
     rows : one mapping per row
-    note : comment lines above the table
+    note : comment lines below the units
 
     Raises
     ------
@@ -132,14 +134,8 @@ def write_measured(
     path = Path(path)
     if path.exists():
         raise InputError(f"{path} exists already; choose another name")
-    out = io.StringIO()
-    out.writelines(f"# {line}\n" for line in note.splitlines())
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(units)
-    writer.writerow(units.values())
-    for row in rows:
-        writer.writerow([f"{v:.10g}" if isinstance(v, float) else v for v in (row[name] for name in units)])
-    path.write_text(out.getvalue(), encoding="utf-8")
+    cells = ([f"{v:.10g}" if isinstance(v, float) else v for v in (row[name] for name in units)] for row in rows)
+    write_table(path, units, cells, note)
 
 
 def force_factor(given: str, wanted: str, where: str) -> float:

@@ -12,6 +12,7 @@ from limitmason.experiments.recipe import Recipe
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.stages import Drive
+from limitmason.references import DATA, LIMITMASON, Citation, Cited, Reference
 
 _EMPTY: Mapping[str, Any] = MappingProxyType({})
 KINDS = ("measured", "published", "recomputed")
@@ -66,6 +67,7 @@ class Source:
     citation, doi, url, licence : doi and url are empty where the sources at hand do not give them
     references : what the keys in the ``source`` column of the CSV files stand for
     caveats : to be read before using the numbers
+    papers : what to cite for its numbers; what the sources at hand do not give is left out
     """
 
     name: str
@@ -77,6 +79,7 @@ class Source:
     licence: str
     references: Mapping[str, str] = field(default_factory=dict)
     caveats: tuple[str, ...] = ()
+    papers: tuple[Reference, ...] = ()
 
     def __str__(self) -> str:
         doi = f", doi {self.doi}" if self.doi else ""
@@ -232,6 +235,10 @@ class Experiment:
         if self.recipe.drive is None:
             raise InputError(f"{self.name} has no drive: {self.source.name} was loaded by forces, or does not say how")
         return self.recipe.drive(self)
+
+    def cite(self) -> Citation:
+        """The papers behind its numbers, as text and as BibTeX (``cite().bibtex``)."""
+        return Citation((*(Cited(DATA, paper) for paper in self.source.papers), LIMITMASON))
 
     def with_options(self, **options: Any) -> "Experiment":
         """The same experiment built with other options; see ``option_table``."""

@@ -6,8 +6,10 @@ from functools import cache
 from importlib import import_module
 
 from limitmason.errors import InputError
+from limitmason.experiments import tables
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment
+from limitmason.references import Cited
 
 
 @cache
@@ -89,3 +91,8 @@ def recipe_of(source: str) -> Recipe:
         hint = f"; near it: {', '.join(near)}" if near else ""
         raise InputError(f"unknown experiment source {source!r}{hint}; known: {', '.join(sources())}")
     return import_module(f"{__package__}.{source.replace('-', '_')}").RECIPE
+
+
+def papers_of(source: str) -> tuple[Cited, ...]:
+    """What to cite for the data of a packaged source; nothing for a name that is none."""
+    return tables.papers_of(source) if source in sources() else ()

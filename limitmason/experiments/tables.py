@@ -1,6 +1,5 @@
-"""Reading the packaged tables: CSV files with a header row, a units row and a source in every row."""
+"""Reading the packaged tables: CSV files with names, a line of units and a source in every row."""
 
-import csv
 import hashlib
 import json
 from collections.abc import Mapping
@@ -9,8 +8,10 @@ from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 
+from limitmason.csv_table import parsed
 from limitmason.errors import InputError
 from limitmason.experiments.record import Quantity, Source
+from limitmason.references import DATA, Cited, Reference
 
 
 @dataclass(frozen=True)
@@ -64,24 +65,21 @@ def read_table(source: str, name: str) -> Table:
     Raises
     ------
     InputError
-        When the file has no header and units rows, or a row of another length.
+        When the file has no names or no units, or a row of another length.
     """
     text = (folder(source) / name).read_text(encoding="utf-8")
     return parse_table(text, f"{source}/{name}")
 
 
 def parse_table(text: str, name: str) -> Table:
-    """Table from the text of a CSV file; the first row names the columns, the second gives their units."""
-    rows = list(csv.reader(text.splitlines()))
-    if len(rows) < 2:
-        raise InputError(f"{name}: expected a header row and a units row")
-    header, units = rows[0], rows[1]
+    """Table from the text of a CSV file; see :mod:`limitmason.csv_table`."""
+    header, units, rows, lines, units_line, _ = parsed(text, name)
     if len(set(header)) < len(header):
         raise InputError(f"{name}: a column name is used twice")
-    for number, row in enumerate(rows[1:], start=2):
+    for number, row in zip([units_line, *lines], [units, *rows], strict=True):
         if len(row) != len(header):
             raise InputError(f"{name}: row {number} has {len(row)} cells, the header has {len(header)}")
-    found = tuple(dict(zip(header, row, strict=True)) for row in rows[2:])
+    found = tuple(dict(zip(header, row, strict=True)) for row in rows)
     return Table(name, dict(zip(header, units, strict=True)), found)
 
 
@@ -97,8 +95,13 @@ def read_source(source: str) -> Source:
     d = read_description(source)
     return Source(
         d["name"], d["title"], d["kind"], d["citation"], d["doi"], d["url"], d["licence"], d["references"],
-        tuple(d["caveats"]),
+        tuple(d["caveats"]), tuple(Reference(**paper) for paper in d.get("papers", ())),
     )  # fmt: skip
+
+
+def papers_of(source: str) -> tuple[Cited, ...]:
+    """What to cite for the data of a source."""
+    return tuple(Cited(DATA, paper) for paper in read_source(source).papers)
 
 
 @cache

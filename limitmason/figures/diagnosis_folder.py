@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import Any
 
+from limitmason.csv_table import write_table
 from limitmason.errors import InputError
 from limitmason.figures.confusion import confusable, rehearsal
 from limitmason.figures.diagnosis import diagnosis
@@ -54,18 +54,19 @@ def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> 
 
 def write_causes(path: str | Path, answer: Any) -> None:
     """Write the causes of a diagnosis as a CSV table, one row per cause and per kept pair."""
-    with Path(path).open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["cause", "acts on", "unit of size", "kept", "size", "low", "high", "log-likelihood gain",
-                         "p deficit", "p trend", "p scatter"])  # fmt: skip
-        writer.writerow(["-", "-", "-", "-", "unit", "unit", "unit", "-", "-", "-", "-"])
-        for row in answer.table():
-            ends = row["interval"] or [("", "")] * len(row["size"])
-            sizes, low, high = (
-                " + ".join(f"{v:.6g}" if v != "" else "" for v in part).strip(" +")
-                for part in (row["size"], [e[0] for e in ends], [e[1] for e in ends])
-            )
-            chances = ["" if row[f"p_{k}"] is None else f"{row[f'p_{k}']:.4f}" for k in ("deficit", "shape", "scatter")]
-            kept = "yes" if row["kept"] else "no"
-            writer.writerow([row["cause"], row["acts_on"], row["unit"], kept, sizes, low, high, f"{row['gain']:.4f}",
-                             *chances])  # fmt: skip
+    units = {
+        "cause": "-", "acts on": "-", "unit of size": "-", "kept": "-", "size": "unit", "low": "unit", "high": "unit",
+        "log-likelihood gain": "-", "p deficit": "-", "p trend": "-", "p scatter": "-",
+    }  # fmt: skip
+    lines = []
+    for row in answer.table():
+        ends = row["interval"] or [("", "")] * len(row["size"])
+        sizes, low, high = (
+            " + ".join(f"{v:.6g}" if v != "" else "" for v in part).strip(" +")
+            for part in (row["size"], [e[0] for e in ends], [e[1] for e in ends])
+        )
+        chances = ["" if row[f"p_{k}"] is None else f"{row[f'p_{k}']:.4f}" for k in ("deficit", "shape", "scatter")]
+        kept = "yes" if row["kept"] else "no"
+        gain = f"{row['gain']:.4f}"
+        lines.append([row["cause"], row["acts_on"], row["unit"], kept, sizes, low, high, gain, *chances])
+    write_table(path, units, lines)

@@ -14,8 +14,10 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.errors import InputError
 from limitmason.formats.document import Node, plain, read_document, restored, write_document
 from limitmason.model import Assembly
+from limitmason.references import Citation, Cited, Reference, given_fields
 from limitmason.results import (
     Bound,
     BoundKind,
@@ -37,7 +39,7 @@ UNITS = {
 _KEYS = (
     "schema", "version", "units", "method", "collapse_multiplier", "bound", "bound_kind", "status", "warnings",
     "certificate", "blocks", "mechanism", "resultants", "provenance", "details", "flow_rule", "contact_model", "plane",
-    "stress_block", "governing", "error_budget", "range", "lost_in_failure",
+    "stress_block", "governing", "error_budget", "range", "lost_in_failure", "references",
 )  # fmt: skip
 
 
@@ -76,6 +78,7 @@ def write_prediction(path: str | Path, prediction: Prediction, *, assembly: Asse
         "error_budget": plain(prediction.error_budget, "error_budget", strict=False),
         "range": plain(prediction.range._asdict(), "range"),
         "lost_in_failure": list(prediction.lost_in_failure),
+        "references": [{"role": c.role, **given_fields(c.reference)} for c in prediction.references],
     }  # fmt: skip
     document["provenance"] = plain(prediction.provenance, "provenance", strict=False)
     document["details"] = plain(prediction.details, "details", strict=False)
@@ -156,12 +159,27 @@ def _typed(node: Node) -> dict[str, Any]:
         out["error_budget"] = restored(node["error_budget"].mapping())
     if "lost_in_failure" in node:
         out["lost_in_failure"] = tuple(w.text() for w in node["lost_in_failure"])
+    if "references" in node:
+        out["references"] = tuple(_cited(entry) for entry in node["references"])
     if "range" in node:
         part = node["range"]
         part.mapping(Range._fields)
         meaning = part["meaning"]
         out["range"] = Range(part["low"].number(), part["high"].number(), meaning.text() if meaning.value else "")
     return out
+
+
+def _cited(node: Node) -> Cited:
+    """A paper and what it is cited for."""
+    names = [f.name for f in fields(Reference)]
+    node.mapping(["role", *names])
+    given: dict[str, Any] = {k: v.text() for k, v in node.items() if k in names and k not in ("authors", "year")}
+    authors = tuple(a.text() for a in node.get("authors") or ())
+    year = int(node["year"].number()) if "year" in node else None
+    try:
+        return Citation([Cited(node["role"].text(), Reference(**given, authors=authors, year=year))])[0]
+    except (InputError, TypeError) as wrong:
+        raise node.error(str(wrong)) from None
 
 
 def _typed_of_0_1(provenance: Mapping[str, Any], details: Mapping[str, Any]) -> dict[str, Any]:

@@ -11,17 +11,20 @@ from limitmason.contact_points import Grid
 from limitmason.errors import InputError
 from limitmason.limit.associative import analyse
 from limitmason.limit.contact_notes import with_contact_warnings
+from limitmason.limit.papers import papers_behind
 from limitmason.limit.parts import governed, independent_parts
 from limitmason.limit.program.problem import Problem, chosen_grid, make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.progress import watched
 from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction
 from limitmason.stated import states
 
 FLOW_RULES = ("associative", "non-associative")
 
 
-@states()
+@watched("limit analysis")
+@states(cites=papers_behind)
 @with_contact_warnings
 def limit_analysis(
     assembly: Assembly,

@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+from limitmason.limit import papers
 from limitmason.limit.analysis import limit_analysis
 from limitmason.limit.nonassociative.analysis import solve_nonassociative
 from limitmason.method import Look, Method, settings_of
@@ -34,6 +35,7 @@ ASSOCIATIVE = Method(
     settings_of("AssociativeSettings", limit_analysis),
     look=Look("limit analysis,\nassociative", "BLUE", "v"),
     theorem="upper",
+    references=papers.ASSOCIATIVE,
 )
 
 NON_ASSOCIATIVE = Method(
@@ -45,4 +47,5 @@ NON_ASSOCIATIVE = Method(
     kept=("radenkovic",),
     renamed={"budget": "time_limit"},
     theorem="admissible",
+    references=papers.NON_ASSOCIATIVE,
 )

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from limitmason.errors import InputError
+from limitmason.progress import reached, watched
 from limitmason.results import Prediction
 from limitmason.study.store import RowStore, fingerprint, plain
 from limitmason.study.table import Table
@@ -21,6 +22,7 @@ class Unfinished(Exception):
     """Raised by a function that stops before its answer, out of time: the run is left out and done the next time."""
 
 
+@watched("study")
 def sweep(
     function: Callable[..., Any],
     parameters: Mapping[str, Iterable[Any]] | Iterable[Mapping[str, Any]],
@@ -78,6 +80,8 @@ def sweep(
     while end < len(points):
         end = min(end + size, len(points))
         missing = [(k, points[k]) for k in range(end) if k not in rows]
+        alone = 1.0 / len(points) if executor is None and workers == 1 else 0.0
+        reached(len(rows) / len(points), share=alone)
         for number, result in run_points(function, missing, executor, workers):
             if isinstance(result, Unfinished):
                 continue
@@ -86,6 +90,7 @@ def sweep(
             done += 1
             if kept is not None:
                 kept.add(number, rows[number])
+            reached(len(rows) / len(points), f"{len(rows)} of {len(points)} runs", share=alone)
             if progress is not None:
                 left = (time.perf_counter() - clock) / done * (len(points) - len(rows))
                 shown = ", ".join(f"{k} = {v}" for k, v in _shown(points[number]).items())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.csv_table import write_table
 from limitmason.notebook import html_table
 from limitmason.study.store import same
 from limitmason.text_table import aligned
@@ -69,19 +69,14 @@ class Table:
         return Table(kept, self.units, self.notes)
 
     def write_csv(self, path: str | Path) -> None:
-        """Write columns, a row of units, and the rows."""
-        with Path(path).open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(self.columns)
-            writer.writerow([self.units.get(c, "-") for c in self.columns])
-            for row in self.rows:
-                writer.writerow([repr(v) if isinstance(v, float) else v for v in (row.get(c) for c in self.columns)])
+        """Write names, a comment line of units, and the rows: ``pandas.read_csv(path, comment="#")`` reads it."""
+        rows = ([repr(v) if isinstance(v, float) else v for v in map(row.get, self.columns)] for row in self.rows)
+        write_table(path, {c: self.units.get(c, "-") for c in self.columns}, rows)
 
     def __str__(self) -> str:
         """The table in plain text, units in the header."""
         head, rows = self._cells()
         return "\n".join([aligned([head, *rows]), *self.notes])
-
 
     __repr__ = __str__
 

@@ -16,6 +16,8 @@ from limitmason.methods import NON_ASSOCIATIVE, THEORIES, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.notebook import Shown
+from limitmason.progress import reached, watched
+from limitmason.references import LIMITMASON, Citation
 from limitmason.results import Bound
 from limitmason.study.store import DocumentStore
 from limitmason.text_table import aligned, markdown
@@ -78,6 +80,13 @@ class SideBySide(Shown):
 
     __repr__ = __str__
 
+    def cite(self) -> Citation:
+        """The papers behind all its answers, as text and as BibTeX (``cite().bibtex``).
+
+        An answer from a store names the papers of its method; solvers and data are known to a fresh one only.
+        """
+        return Citation((*(c for row in self.rows for c in row.references), LIMITMASON))
+
     def as_markdown(self) -> str:
         """All answers as a Markdown table."""
         return "\n".join(markdown(self._lines()))
@@ -128,6 +137,7 @@ def _pair(a: Row, b: Row) -> str:
     return f"{a.multiplier:.5f}, {b.multiplier:.5f}"
 
 
+@watched("compare")
 def compare(
     assembly: Assembly,
     loads: Loads,
@@ -192,6 +202,7 @@ def compare(
             path = kept.path(method, assembly, loads, method, settings[method], limit)
         row = None if kept is None else kept.read(path, Row.restored)
         where = f"[{k}/{len(methods)}] {method}"
+        reached((k - 1) / len(methods), method, share=1.0 / len(methods))
         if row is None:
             say(f"{where} ...")
             row = _solve(assembly, loads, method, settings[method], proven)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 
+from limitmason.csv_table import write_table
 from limitmason.methods import ASSOCIATIVE, DEM, MECHANISMS, THEORIES, get_method
 from limitmason.text_table import markdown, names_of, span
 from limitmason.validation.cases import Case, Reference, settings_of
@@ -181,28 +181,26 @@ _COLUMNS = (
 
 
 def write_csv(found: Found, path: str | Path) -> None:
-    """Write one line per case and method, with a line of units below the names."""
-    with Path(path).open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(_COLUMNS)
-        own_unit = {"value", "low", "high", "estimate", "reference low", "reference high"}
-        writer.writerow(["column unit" if c in own_unit else "-" for c in _COLUMNS])
-        for case, result in found.items():
-            factor = float(case.test.multiplier_to_measured)
-            for row in (r.in_unit(factor) for r in result.rows):
-                references = references_for(case, row.method)
-                values = [r.value for r in references]
-                ends = (min(values), max(values)) if values else (math.nan, math.nan)
-                writer.writerow([
-                    case.source, " ".join(case.specimens), case.variant, case.direction, row.method, case.unit,
-                    *map(_number, (row.predicted, row.low, row.high)), row.range_is, row.bound,
-                    row.status, row.details.get("governing", ""),
-                    _number(factor * float(row.details.get("smallest_estimate", math.nan))),
-                    row.details.get("smallest_estimate_of") or "",
-                    "; ".join(dict.fromkeys(r.label for r in references)),
-                    *map(_number, ends), *map(_number, ratio_span(case, row)),
-                    dem_verdict(result) if row.method == DEM else "",
-                ])  # fmt: skip
+    """Write one line per case and method, with a comment line of units below the names."""
+    own_unit = {"value", "low", "high", "estimate", "reference low", "reference high"}
+    lines = []
+    for case, result in found.items():
+        factor = float(case.test.multiplier_to_measured)
+        for row in (r.in_unit(factor) for r in result.rows):
+            references = references_for(case, row.method)
+            values = [r.value for r in references]
+            ends = (min(values), max(values)) if values else (math.nan, math.nan)
+            lines.append([
+                case.source, " ".join(case.specimens), case.variant, case.direction, row.method, case.unit,
+                *map(_number, (row.predicted, row.low, row.high)), row.range_is, row.bound,
+                row.status, row.details.get("governing", ""),
+                _number(factor * float(row.details.get("smallest_estimate", math.nan))),
+                row.details.get("smallest_estimate_of") or "",
+                "; ".join(dict.fromkeys(r.label for r in references)),
+                *map(_number, ends), *map(_number, ratio_span(case, row)),
+                dem_verdict(result) if row.method == DEM else "",
+            ])  # fmt: skip
+    write_table(path, {c: "column unit" if c in own_unit else "-" for c in _COLUMNS}, lines)
 
 
 def _number(value: float) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 
 from limitmason.experiments.record import Quantity
 from limitmason.methods import get_method
+from limitmason.references import Cited
 from limitmason.results import ALMOST_SOLVED, SOLVED, Bound, BoundKind, Prediction
 
 NAN = float("nan")
@@ -101,6 +102,13 @@ class Row:
     def beside(self) -> str:
         """What stands beside the multiplier and must not be taken for it: the smallest estimate below a bound."""
         return get_method(self.method).beside(self.details)
+
+    @property
+    def references(self) -> tuple[Cited, ...]:
+        """Papers behind the answer; those of its method where it was taken from a store; none where it has none."""
+        if self.prediction is not None:
+            return self.prediction.references
+        return () if math.isnan(self.multiplier) else get_method(self.method).references
 
     @property
     def solved(self) -> bool:

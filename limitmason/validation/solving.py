@@ -11,6 +11,7 @@ from typing import Any
 from limitmason.errors import InputError
 from limitmason.experiments.shown import Settings
 from limitmason.methods import ASSOCIATIVE, DEM, MECHANISMS, NON_ASSOCIATIVE, THEORIES, get_method
+from limitmason.progress import reached, task
 from limitmason.validation.cases import Case, settings_of
 from limitmason.validation.comparing import SideBySide, compare
 from limitmason.validation.rows import Row
@@ -67,22 +68,33 @@ def solve_cases(
     new folder after an update.
     """
     wanted = list(wanted)
-    say = progress or (lambda _: None)
+    with task("cases", shown=progress is None):
+        return _solve_all(wanted, methods, thorough, store, workers, progress or (lambda _: None))
+
+
+def _solve_all(
+    wanted: Sequence[Case], methods: Sequence[str], thorough: bool, store: str | Path | None, workers: int,
+    say: Progress,
+) -> dict[Case, SideBySide]:  # fmt: skip
     if workers != 1:
         if store is None:
             raise InputError("several workers hand their answers over in a store: give a folder")
         from joblib import Parallel, delayed, parallel_config
 
+        done = 0
         with parallel_config(backend="loky", n_jobs=workers, inner_max_num_threads=1):
             for name in Parallel(return_as="generator_unordered")(
                 delayed(_solve_alone)(c, methods, thorough, store) for c in wanted
             ):
                 say(f"done: {name}")
+                done += 1
+                reached(done / len(wanted), f"{done} of {len(wanted)} cases")
         say("all answers are in the store")
-    return {
-        c: _solve(c, methods, thorough, store, lambda line, k=k: say(f"[{k}/{len(wanted)}] {line}"))
-        for k, c in enumerate(wanted, 1)
-    }
+    answers: dict[Case, SideBySide] = {}
+    for k, c in enumerate(wanted, 1):
+        reached((k - 1) / len(wanted), str(c.name), share=1.0 / len(wanted))
+        answers[c] = _solve(c, methods, thorough, store, lambda line, k=k: say(f"[{k}/{len(wanted)}] {line}"))
+    return answers
 
 
 def _solve_alone(case: Case, methods: Sequence[str], thorough: bool, store: str | Path) -> str:

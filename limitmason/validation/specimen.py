@@ -1,6 +1,5 @@
 """Predictions held against the measured and published values of the packaged experiments."""
 
-import csv
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import product
@@ -8,10 +7,12 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from limitmason.csv_table import write_table
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments.record import KINDS, Experiment, Target
 from limitmason.experiments.registry import all_cases, sources
 from limitmason.methods import LIMIT, get_method, predict
+from limitmason.progress import reached, watched
 from limitmason.results import Prediction
 from limitmason.text_table import aligned
 from limitmason.validation.rows import NAN, Row
@@ -129,6 +130,7 @@ def _solve(
     return prediction, prediction.status, time.perf_counter() - start
 
 
+@watched("experiments")
 def table(
     cases: Iterable[Experiment] | None = None,
     *,
@@ -156,6 +158,7 @@ def table(
     cases = list(cases)
     rows: list[Row] = []
     for k, case in enumerate(cases, 1):
+        reached((k - 1) / len(cases), case.specimen, share=1.0 / len(cases))
         if progress is not None:
             progress(f"[{k}/{len(cases)}] {case.source.name}/{case.specimen}")
         rows += run(case, method, **arguments)
@@ -163,16 +166,18 @@ def table(
 
 
 def write_rows(rows: Iterable[Row], path: str | Path) -> None:
-    """Write rows of :func:`table` to a CSV file, one line each, with a line of units below the names."""
-    with Path(path).open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        names = ("source", "specimen", "quantity", "kind", "unit", "reference", "predicted", "ratio", "method")
-        writer.writerow([*names, "flow_rule", "status", "seconds"])
-        writer.writerow(["-"] * 4 + ["unit of reference and predicted", "unit", "unit", "-", "-", "-", "-", "s"])
-        for r in rows:
-            reference = NAN if r.reference is None else float(r.reference)
-            values = [r.source, r.specimen, r.quantity, r.kind, r.unit, reference, r.predicted, r.ratio]
-            writer.writerow([*values, r.method, r.flow_rule, r.status, f"{r.seconds:.3f}"])
+    """Write rows of :func:`table` to a CSV file, one line each, with a comment line of units below the names."""
+    units = {
+        "source": "-", "specimen": "-", "quantity": "-", "kind": "-", "unit": "unit of reference and predicted",
+        "reference": "unit", "predicted": "unit", "ratio": "-", "method": "-", "flow_rule": "-", "status": "-",
+        "seconds": "s",
+    }  # fmt: skip
+    lines = []
+    for r in rows:
+        reference = NAN if r.reference is None else float(r.reference)
+        values = [r.source, r.specimen, r.quantity, r.kind, r.unit, reference, r.predicted, r.ratio]
+        lines.append([*values, r.method, r.flow_rule, r.status, f"{r.seconds:.3f}"])
+    write_table(path, units, lines)
 
 
 def as_text(rows: Iterable[Row]) -> str:

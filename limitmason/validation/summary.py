@@ -6,6 +6,7 @@ from math import isfinite
 
 from limitmason.experiments.record import Experiment
 from limitmason.experiments.registry import all_cases
+from limitmason.progress import reached, watched
 from limitmason.text_table import markdown, markdown_line, names_of, span
 from limitmason.validation.rows import Row
 from limitmason.validation.specimen import run
@@ -26,6 +27,7 @@ def summary_table(progress: Callable[[str], None] | None = None) -> str:
     return "\n".join([*markdown([_HEADER]), *table_rows(cases, progress=progress)])
 
 
+@watched("experiments")
 def table_rows(
     cases: Iterable[Experiment],
     *,
@@ -41,7 +43,9 @@ def table_rows(
     progress : called with the name of each case before it is solved
     """
     rows: list[Row] = []
-    for case in cases:
+    cases = tuple(cases)
+    for number, case in enumerate(cases):
+        reached(number / len(cases), case.name, share=1.0 / len(cases))
         if progress is not None:
             progress(f"{case.source.name}/{case.specimen}")
         # not those of another program's copy of the same model, nor of another model than the case's own

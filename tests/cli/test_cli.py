@@ -49,12 +49,14 @@ def test_experiments_list_and_show(capsys):
 def test_experiments_run_writes_table_and_figure(tmp_path, capsys):
     table, figure = tmp_path / "t.csv", tmp_path / "t.png"
     status, out, err = run(
-        "experiments", "run", "ferris-tin-loi-2001", "wall-1", "wall-2", "--flow-rule", "associative",
-        "--csv", table, "--figure", figure, capsys=capsys,
+        "--progress", "always", "experiments", "run", "ferris-tin-loi-2001", "wall-1", "wall-2", "--flow-rule",
+        "associative", "--csv", table, "--figure", figure, capsys=capsys,
     )  # fmt: skip
     assert status == 0
     assert "0.64286" in out
     assert "[2/2]" in err
+    _, _, err = run("experiments", "run", "ferris-tin-loi-2001", "wall-1", "--flow-rule", "associative", capsys=capsys)
+    assert err == "", "a file is not told how far a run is unless it is asked for"
     rows = list(csv.reader(table.open()))
     assert rows[1][-1] == "s"
     assert {r[1] for r in rows[2:]} == {"wall-1", "wall-2"}

@@ -43,8 +43,9 @@ def template(folder, capsys, *more):
 
 
 def rewritten(path, change):
-    """The file with its rows changed, by line number."""
-    lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
+    """The file with its rows changed, by line number; in the form of version 0.1, whose second row gives the units."""
+    lines = [line.removeprefix("# units: ") for line in path.read_text().splitlines()]
+    lines = [line for line in lines if not line.startswith("#")]
     rows = list(csv.reader(lines))
     change(rows)
     path.write_text("\n".join(",".join(row) for row in rows) + "\n")
@@ -89,6 +90,7 @@ def test_a_model_and_causes_of_the_user_and_noise_from_replicates(tmp_path, caps
     write_measured("walls.csv", {"measured": "-", "group": "-", "height": "m", "width": "m"}, rows)
     arguments = ("walls.csv", "--model", "own_walls.py:simulate", "--causes", "own_walls:CAUSES", "--noise",
                  "replicates", "--input", "friction=0.7,0.03", "--out", "out", "--no-checks")  # fmt: skip
+    monkeypatch.setenv("LIMITMASON_PROGRESS", "always")
     status, text, err = run(*arguments, capsys=capsys)
     assert status == 0
     assert "Cause: edge rounding" in text
@@ -193,7 +195,7 @@ def cell(row, column, value):
     (cell(1, "measured", "kN"), (), "'predicted' is in '-', 'measured' in 'kN'"),
     (lambda rows: rows[3].append("1"), (), "row 4 has 8 cells, the header has 7"),
     (lambda rows: rows[0].__setitem__(5, "height"), (), "the column 'height' is there twice"),
-    (lambda rows: rows.__delitem__(slice(2, None)), (), "a row of units and rows of values are needed"),
+    (lambda rows: rows.__delitem__(slice(2, None)), (), "rows of values are needed"),
     (None, ("--measured", "force"), "there is no column 'force'"),
     (None, ("--covariates", "age"), "there is no column 'age' for the covariates"),
     (None, ("--noise", "small"), "--noise must be a number"),

@@ -103,7 +103,7 @@ def test_the_command_line_tells_stages_and_takes_search_and_time_limit(tmp_path,
     file = tmp_path / "corner.json"
     lm.formats.write_json(file, wall, lm.Loads.horizontal(wall, (0, -1, 0)))
     solve = ["solve", str(file), "--flow-rule", "non-associative"]
-    assert main([*solve, "--search", "thorough", "--time-limit", "1"]) == 0
+    assert main(["--progress", "always", *solve, "--search", "thorough", "--time-limit", "1"]) == 0
     out, err = capsys.readouterr()
     assert "the time limit ended the search" in out
     assert err.count("lowest so far") > 1

@@ -158,7 +158,7 @@ def test_command_prints_the_table_keeps_answers_and_draws(tmp_path, capsys):
     arguments = ["compare", "ferris-tin-loi-2001/wall-1", "--methods", "associative", "mechanisms", "--measured", "0.6",
                  "--store", str(tmp_path / "answers"), "--figure", str(tmp_path / "f.png")]  # fmt: skip
     for word in ("...", "from the store"):
-        assert cli.main(arguments) == 0
+        assert cli.main(["--progress", "always", *arguments]) == 0
         captured = capsys.readouterr()
         assert "0.64286" in captured.out
         assert "1.071" in captured.out

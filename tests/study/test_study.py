@@ -55,7 +55,7 @@ def test_sweep_runs_every_combination_in_order(tmp_path):
     assert found["third"] == pytest.approx([1 / 3, 1 / 3, 2 / 3, 2 / 3])
     found.write_csv(tmp_path / "t.csv")
     rows = list(csv.reader((tmp_path / "t.csv").open()))
-    assert rows[:2] == [["x", "y", "square", "third"], ["-", "-", "m2", "-"]]
+    assert rows[:2] == [["x", "y", "square", "third"], ["# units: -", "-", "m2", "-"]]
     assert float(rows[2][3]) == 1 / 3
     assert len(found.where(x=2)) == 2
 

@@ -9,6 +9,7 @@ from limitmason.diagnosis.inference.bootstrap import Draws
 from limitmason.diagnosis.inference.decide import Rule, Verdict, decide
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.noise import Noise
+from limitmason.progress import reached, watched
 
 TAILS = 4.0  # degrees of freedom of the Student errors tried as a check
 NEAR = 25.0  # as ``Rule.far`` in these: a rival beyond it wins fewer than one draw in a thousand
@@ -33,6 +34,7 @@ class Checks:
     hangs_on: tuple[int, ...]
 
 
+@watched("judging again")
 def judge_again(
     design: Design,
     y: np.ndarray,
@@ -74,6 +76,7 @@ def judge_again(
     dropped = []
     for i in range(n):
         say(f"the verdict without specimen {i + 1} of {n}")
+        reached(i / n, f"without specimen {i + 1} of {n}")
         kept = np.arange(n) != i
         part = design.without(kept, covariates)
         verdict = decide(part, y[kept], chances.columns(kept), rule, pairs=False)

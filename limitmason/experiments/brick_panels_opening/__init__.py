@@ -13,7 +13,7 @@ from limitmason.errors import InputError
 from limitmason.experiments.brick_panels_opening.layout import BASIS, OUTLINES, panel, read_outline
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
-from limitmason.experiments.tables import read_parameters, read_source, read_table
+from limitmason.experiments.tables import papers_of, read_parameters, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint, LostBy
 from limitmason.model.load import Loads
@@ -196,8 +196,9 @@ def curve(test: Experiment) -> Curve:
     ]
     u, f = np.array([(0.0, 0.0), *points]).T
     return Curve(
-        u, f, displacement_unit="mm", load_unit="kN", label=f"{test.specimen}, published", source=str(test.source)
-    )
+        u, f, displacement_unit="mm", load_unit="kN", label=f"{test.specimen}, published", source=str(test.source),
+        references=papers_of(NAME),
+    )  # fmt: skip
 
 
 def paper_page(**options: Any) -> str:

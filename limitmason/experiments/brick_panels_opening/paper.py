@@ -16,6 +16,7 @@ from limitmason.experiments import registry
 from limitmason.experiments.brick_panels_opening.layout import BASIS, OUTLINES
 from limitmason.experiments.tables import read_table
 from limitmason.methods import DEM, get_method
+from limitmason.progress import watched
 from limitmason.text_table import markdown
 
 Array = NDArray[np.float64]
@@ -94,6 +95,7 @@ def _pushed(specimen: str, once: bool, to: float, options: Mapping[str, Any]) ->
     )  # fmt: skip
 
 
+@watched("page")
 def page(*, store: str | Path | None = None, progress: Callable[[str], None] | None = None) -> str:
     """The whole page as Markdown.
 

@@ -13,7 +13,7 @@ from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
 from limitmason.experiments.shown import Settings, Shown
-from limitmason.experiments.tables import read_source, read_table
+from limitmason.experiments.tables import papers_of, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -71,7 +71,7 @@ def measured_curve(specimen: str) -> Curve:
     return Curve(
         [float(r["displacement"]) for r in own], [float(r["force"]) for r in own],
         displacement_unit=units["displacement"], load_unit=units["force"], label=specimen,
-        source=str(read_source(NAME)),
+        source=str(read_source(NAME)), references=papers_of(NAME),
     )  # fmt: skip
 
 

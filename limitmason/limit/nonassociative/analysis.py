@@ -26,6 +26,7 @@ from limitmason.limit.nonassociative.search import EFFORTS, Effort, Polisher, Se
 from limitmason.limit.nonassociative.sequential import FrozenCones
 from limitmason.limit.nonassociative.smallest import Smallest, prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
+from limitmason.progress import noted
 from limitmason.resultants import resultants_from_points, scaled_mechanism
 from limitmason.results import (
     ALMOST_SOLVED,
@@ -168,7 +169,7 @@ def solve_nonassociative(
     order, ordered, found, proof = search_and_prove(
         problem, law, effort, proof_seconds if proving else 0.0, deadline, verbose,
         (low, _scaled_upper(problem, upper)), seed=seed, accuracy=accuracy,
-        progress=None if progress is None else _told(progress, problem.live_scale),
+        progress=_told(progress, problem.live_scale),
     )  # fmt: skip
     details = _details(problem, found, low, upper.collapse_multiplier, proof)
     state, status = found.best, SOLVED
@@ -208,15 +209,17 @@ def solve_nonassociative(
     return replace(prediction, warnings=tuple(_warnings(problem, prediction, certificate)))
 
 
-def _told(progress: Callable[[Trial], None], scale: float) -> Callable[[Trial], None]:
-    """``progress`` with multipliers of the live load, the lowest over both orders of the search."""
+def _told(progress: Callable[[Trial], None] | None, scale: float) -> Callable[[Trial], None]:
+    """The bar and ``progress``, with multipliers of the live load, the lowest over both orders of the search."""
     lowest = float("nan")
 
     def tell(trial: Trial) -> None:
         nonlocal lowest
         trial = trial.times(scale)
         lowest = float(np.fmin(lowest, trial.best))
-        progress(trial._replace(best=lowest))
+        noted(f"lowest so far {lowest:.5g}")
+        if progress is not None:
+            progress(trial._replace(best=lowest))
 
     return tell
 

@@ -24,6 +24,7 @@ from limitmason.limit.nonassociative.search import (
 from limitmason.limit.nonassociative.sequential import FrozenCones
 from limitmason.limit.nonassociative.smallest import Smallest, prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
+from limitmason.progress import reached, task
 
 Array = NDArray[np.float64]
 
@@ -85,6 +86,7 @@ def search_and_prove(
     order, ordered, found = _in_order_of_geometry(problem, law, first, **options)
     # relative to the multiplier: a live load that is small beside the dead one has a small scaled multiplier
     size = 1.0 if found.best is None else float(np.clip(found.best.multiplier, SMALLEST_SCALE, 1.0))
+    reached(None, f"proof, at most {seconds:g} s")
     proof = prove_smallest(
         PlanePrograms(ordered), found.best, velocity_limits(problem)[order.row], low=bracket[0], top=bracket[1],
         force_bound=FORCE_BOUND, time_limit=max(min(seconds, deadline - time.perf_counter()), 0.0),
@@ -138,7 +140,10 @@ def _in_order_of_geometry(
         # of two orders the first has half of the time
         now = time.perf_counter()
         until = deadline if mirrored or not effort.mirrored else now + 0.5 * max(deadline - now, 0.0)
-        found = search_smallest(ordered, start, effort=effort, deadline=until, known=known, **options)
+        share = 0.5 if effort.mirrored else 1.0
+        reached(share * mirrored, "mirrored" if mirrored else "", share=share)
+        with task("search"):
+            found = search_smallest(ordered, start, effort=effort, deadline=until, known=known, **options)
         if at_rest:
             found = found._replace(trials=(trial, *found.trials), at_rest=True)
         tried.append((order, ordered, found))

@@ -15,6 +15,7 @@ from limitmason.limit.nonassociative.alternating import ConePrograms, alternate,
 from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact, split, violation
 from limitmason.limit.nonassociative.polish import PlanePrograms, alternate_plane, descend, interval, polish
 from limitmason.limit.nonassociative.sequential import Run, Variant, run_sequence
+from limitmason.progress import reached
 
 Array = NDArray[np.float64]
 
@@ -168,6 +169,7 @@ def search_smallest(
     known : exact state to begin with
     progress : called with every trial
     """
+    planned = len(effort.slopes) * len(effort.mixings) + effort.random_starts + len(effort.pushes)
     random = np.random.default_rng(seed)
     polisher = Polisher(law, accuracy, descents=effort.descents, random=random)
     trials: list[Trial] = []
@@ -189,6 +191,7 @@ def search_smallest(
             time.perf_counter() - since, np.nan if best is None else best.multiplier,
         )  # fmt: skip
         trials.append(trial)
+        reached(min(len(trials) / planned, 1.0))
         if progress is not None:
             progress(trial)
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from limitmason.law import peak_law
 from limitmason.limit.associative import solve_associative
+from limitmason.limit.papers import papers_behind
 from limitmason.limit.program.problem import make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -59,6 +60,7 @@ def limit_bracket(assembly: Assembly, loads: Loads, **options: Any) -> Bracket:
     reduced = assembly.with_interfaces(replace(i, joint=_inside(i.joint)) for i in assembly.interfaces)
     lower = solve_associative(make_problem(reduced, loads, **options))
     of_all = "bound for every flow rule between psi and phi (Radenkovic)"
+    upper, lower = (replace(p, references=papers_behind(p)) for p in (upper, lower))
     return Bracket(
         replace(lower, bound=Bound(BoundKind.LOWER, f"lower {of_all}")),
         replace(upper, bound=Bound(BoundKind.UPPER, f"upper {of_all}")),

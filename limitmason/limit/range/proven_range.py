@@ -27,6 +27,7 @@ from limitmason.limit.nonassociative.smallest import (
 from limitmason.limit.program.problem import chosen_grid, make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.progress import reached, watched
 from limitmason.results import ALMOST_SOLVED, SOLVED
 
 Array = NDArray[np.float64]
@@ -114,6 +115,7 @@ class ProvenRange:
         return "\n".join(lines)
 
 
+@watched("proven range")
 def proven_range(
     assembly: Assembly,
     loads: Loads,
@@ -206,6 +208,7 @@ def proven_range(
     lowest: Smallest | None = None
     if found is None or "smallest" in which:
         # where the search finds no state, the program for the smallest looks for the first one
+        reached(0.0, f"the smallest multiplier, at most {time_limit:g} s")
         lowest = prove_smallest(
             programs, found, velocity_limits(problem), low=radenkovic_lower(law), top=top,
             velocity_bound=velocity_bound, force_bound=force_bound, time_limit=time_limit, tolerance=tolerance,
@@ -217,8 +220,9 @@ def proven_range(
             if lowest is not None and lowest.none
             else "no admissible state was found to begin with; try search='thorough' or a longer time_limit"
         )
-    for name in which:
+    for number, name in enumerate(which):
         since = time.perf_counter()
+        reached(number / len(which), f"the {name} multiplier, at most {time_limit:g} s")
         if lowest is not None and name == "smallest":
             end = RangeEnd(
                 found.multiplier, lowest.bound, lowest.proven, lowest.method, lowest.velocity_bounded,

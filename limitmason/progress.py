@@ -1,0 +1,257 @@
+"""How far a long run is: one bar for the outermost task, with the time left, in a terminal and in a notebook.
+
+A run that may be long is a :func:`task` and says now and then how far it is (:func:`reached`). What runs inside fills
+its share of the same bar. Nothing is drawn in the first two seconds, in worker processes and threads, or where nobody
+looks: neither a terminal nor a notebook. ``lm.show_progress`` decides otherwise, for good or for a ``with`` block.
+"""
+
+import os
+import sys
+import threading
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import wraps
+from typing import Any, ParamSpec, TextIO, TypeVar
+
+from limitmason.errors import InputError
+
+AFTER = 2.0
+"""Seconds before a bar appears."""
+
+ALWAYS, NEVER, AUTO = MODES = ("always", "never", "auto")
+VARIABLE = "LIMITMASON_PROGRESS"
+"""Of the environment: one of ``MODES``, where :func:`show_progress` was not called."""
+
+_TERMINAL, _LOG = 0.1, 10.0  # seconds between two drawings: what moves, and what ends in a file
+_CLOCK = 0.5  # seconds after which the clock moves on though nothing was reached
+
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+
+
+class _Task:
+    """One level: how far it is, None where it cannot tell, and which share of it the level inside fills."""
+
+    def __init__(self, title: str) -> None:
+        self.title, self.text = title, ""
+        self.part: float | None = 0.0
+        self.share = 0.0
+
+
+class _Bar:
+    """The bar of the outermost task."""
+
+    def __init__(self, title: str) -> None:
+        self.tasks = [_Task(title)]
+        self.begun = time.monotonic()
+        self.drawn = 0.0
+        self.tqdm: Any = None
+        self.lock = threading.RLock()
+        self.over = threading.Event()
+        self.moves = _looked_at()
+        threading.Thread(target=self._keep_time, daemon=True).start()
+
+    @property
+    def part(self) -> tuple[float | None, bool]:
+        """Part that is done of everything [-], None where the outermost task cannot tell; whether all levels can."""
+        done, width = 0.0, 1.0
+        for level, task in enumerate(self.tasks):
+            if task.part is None:
+                return (None if level == 0 else done), width == 0.0
+            done, width = done + width * task.part, width * task.share
+        return min(done, 1.0), True
+
+    def draw(self, now: float) -> None:
+        """Draw, where it is time to."""
+        if now - self.begun < AFTER or now - self.drawn < (_TERMINAL if self.moves else _LOG):
+            return
+        with self.lock:
+            if self.over.is_set():
+                return
+            self.drawn = now
+            (part, known), spent = self.part, now - self.begun
+            left = spent * (1.0 - part) / part if part and known else float("nan")
+            text = "; ".join(t.text for t in self.tasks if t.text)
+            line = clock(spent) + (f", about {clock(left)} left" if left == left else "")
+            line += f"; {text}" if text else ""
+            shape = "{desc}: {percentage:3.0f}%|{bar:20}| " if part else "{desc}: "
+            shape += line.replace("{", "{{").replace("}", "}}")
+            if self.tqdm is None:
+                self.tqdm = _tqdm(self.tasks[0].title, part or 0.0, shape)
+                return
+            self.tqdm.bar_format, self.tqdm.n = shape, part or 0.0
+            self.tqdm.refresh()
+
+    def close(self) -> None:
+        """Take it away."""
+        with self.lock:
+            self.over.set()
+            if self.tqdm is not None:
+                self.tqdm.close()
+
+    def _keep_time(self) -> None:
+        while not self.over.wait(_CLOCK):
+            now = time.monotonic()
+            if now - self.drawn >= _CLOCK:
+                self.draw(now)
+
+
+def _tqdm(title: str, part: float, shape: str) -> Any:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # tqdm says where a notebook has no widgets; it then draws in text
+        from tqdm.auto import tqdm
+
+        return tqdm(
+            total=1.0, initial=part, desc=title, bar_format=shape, leave=False, dynamic_ncols=True, file=_stream()
+        )
+
+
+def clock(seconds: float) -> str:
+    """Seconds as "7 s", "3:05" or "2:03:05"; empty for what is no time."""
+    if not seconds < 1e9:
+        return ""
+    s = round(seconds)
+    if s < 60:
+        return f"{s} s"
+    return f"{s // 60}:{s % 60:02d}" if s < 3600 else f"{s // 3600}:{s // 60 % 60:02d}:{s % 60:02d}"
+
+
+_bar: list[_Bar] = []  # at most one
+_mode: list[str] = []  # as said by show_progress; empty where nothing was said
+
+
+def _stream() -> TextIO:
+    return sys.stderr
+
+
+def _looked_at() -> bool:
+    """Whether somebody sees standard error move: a terminal, or a notebook."""
+    return "ipykernel" in sys.modules or bool(getattr(_stream(), "isatty", lambda: False)())
+
+
+def wanted() -> bool:
+    """Whether bars are drawn here and now."""
+    from multiprocessing.process import current_process
+
+    if threading.current_thread() is not threading.main_thread() or current_process().name != "MainProcess":
+        return False
+    mode = _mode[0] if _mode else os.environ.get(VARIABLE, AUTO)
+    return mode == ALWAYS or (mode != NEVER and _looked_at())
+
+
+class _Shown:
+    """What ``show_progress`` returns: as a context it puts back what was said before."""
+
+    def __init__(self, before: list[str]) -> None:
+        self.before = before
+
+    def __enter__(self) -> None:
+        """Nothing to do: it was said already."""
+
+    def __exit__(self, *_: object) -> None:
+        _mode[:] = self.before
+
+
+def show_progress(mode: bool | str = AUTO) -> _Shown:
+    """Whether long runs show how far they are, with the time left.
+
+    Parameters
+    ----------
+    mode : True or "always", False or "never", or "auto": in terminals and notebooks, after two seconds. The environment
+        variable LIMITMASON_PROGRESS says the same where this function was not called
+
+    Returns
+    -------
+    A context, for ``with lm.show_progress(False): ...``; without ``with`` it holds from now on.
+
+    Raises
+    ------
+    InputError
+        For another word.
+    """
+    said = {True: ALWAYS, False: NEVER}.get(mode, mode) if isinstance(mode, bool) else mode
+    if said not in MODES:
+        raise InputError(f"show_progress takes True, False or one of {', '.join(MODES)}, got {mode!r}")
+    before = list(_mode)
+    _mode[:] = [said]
+    return _Shown(before)
+
+
+@contextmanager
+def task(title: str, shown: bool = True) -> Iterator[None]:
+    """A run that may be long; inside another one it fills the share of the bar that was reached there.
+
+    Parameters
+    ----------
+    title : before the bar, where this is the outermost task
+    shown : False where the caller has a progress function of its own
+    """
+    if threading.current_thread() is not threading.main_thread() or not (_bar or (shown and wanted())):
+        yield
+    elif _bar:
+        tasks = _bar[0].tasks
+        tasks.append(_Task(title))
+        try:
+            yield
+        finally:
+            tasks.pop()
+    else:
+        bar = _Bar(title)
+        _bar.append(bar)
+        try:
+            yield
+        finally:
+            _bar.clear()
+            bar.close()
+
+
+def watched(title: str) -> Callable[[Callable[_P, _R]], Callable[_P, _R]]:
+    """Make a function a :func:`task`; a ``progress`` function that it is given is followed instead of a bar."""
+
+    def wrap(function: Callable[_P, _R]) -> Callable[_P, _R]:
+        @wraps(function)
+        def run(*arguments: _P.args, **options: _P.kwargs) -> _R:
+            with task(title, shown=options.get("progress") is None):
+                return function(*arguments, **options)
+
+        return run
+
+    return wrap
+
+
+def reached(part: float | None, text: str | None = None, *, share: float = 0.0) -> None:
+    """Say how far the innermost task is.
+
+    Parameters
+    ----------
+    part : done of it [-], 0 to 1; None where it cannot be told
+    text : what a reader may want to know, in a few words; None leaves what stands there
+    share : part of it that what comes next will fill, if that is a task itself [-]
+    """
+    if _bar and threading.current_thread() is threading.main_thread():
+        now = _bar[0].tasks[-1]
+        now.part, now.share = part, share
+        now.text = now.text if text is None else text
+        _bar[0].draw(time.monotonic())
+
+
+def noted(text: str) -> None:
+    """Change the words of the innermost task alone."""
+    if _bar and threading.current_thread() is threading.main_thread():
+        reached(_bar[0].tasks[-1].part, text, share=_bar[0].tasks[-1].share)
+
+
+def write(text: str, file: TextIO | None = None) -> None:
+    """Write a line to standard error, or to another stream, above the bar where there is one."""
+    out = _stream() if file is None else file
+    if _bar and _bar[0].tqdm is not None:
+        with _bar[0].lock:
+            _bar[0].tqdm.clear()
+            out.write(text + "\n")
+            out.flush()
+            _bar[0].tqdm.refresh()
+    else:
+        out.write(text + "\n")
+        out.flush()

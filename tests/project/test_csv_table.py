@@ -1,0 +1,107 @@
+"""CSV files with units that every reader takes: names, a comment line of units, rows of numbers that stay numbers."""
+
+import csv
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from limitmason import csv_table, experiments, study
+from limitmason.cli.driven import _write
+from limitmason.csv_table import parsed, table_text, write_table
+from limitmason.errors import InputError
+from limitmason.experiments.measured_table import read_measured, write_measured
+from limitmason.experiments.tables import folder, parse_table, read_description, read_table
+
+OLD = "stone,height,peak\n-,m,kN\ngranite,1.2,41.5\nsandstone,1.0,22.9\n"
+NEW = "stone,height,peak\n# units: -,m,kN\n# a note\ngranite,1.2,41.5\nsandstone,1.0,22.9\n"
+
+
+def read_by_numpy(path):
+    """As a user without this package reads it."""
+    return np.genfromtxt(path, delimiter=",", names=True, dtype=None, encoding="utf-8", comments="#")
+
+
+def test_numbers_are_numbers_to_a_reader_that_knows_no_units(tmp_path):
+    (tmp_path / "new.csv").write_text(NEW)
+    (tmp_path / "old.csv").write_text(OLD)
+    assert read_by_numpy(tmp_path / "new.csv")["peak"].tolist() == [41.5, 22.9]
+    assert read_by_numpy(tmp_path / "old.csv")["peak"].dtype.kind == "U"  # the reason for this form
+
+
+def test_pandas_reads_numbers(tmp_path):
+    pandas = pytest.importorskip("pandas")
+    (tmp_path / "new.csv").write_text(NEW)
+    frame = pandas.read_csv(tmp_path / "new.csv", comment="#")
+    assert frame["peak"].dtype.kind == "f"
+    assert len(frame) == 2
+
+
+def test_both_forms_say_the_same():
+    old, new = (parse_table(text, "t") for text in (OLD, NEW))
+    assert old == new
+    assert new.units == {"stone": "-", "height": "m", "peak": "kN"}
+    assert parsed(NEW, "t").lines == [4, 5]
+    assert parsed(OLD, "t").lines == [3, 4]
+
+
+def test_both_forms_are_measured_values(tmp_path):
+    for name, text in (("old", OLD), ("new", NEW)):
+        (tmp_path / f"{name}.csv").write_text(text)
+        found = read_measured(tmp_path / f"{name}.csv")
+        assert found.units["peak"] == "kN"
+        assert found.column("peak") == (41.5, 22.9)
+    (tmp_path / "bad.csv").write_text(NEW.replace("22.9", "tall"))
+    with pytest.raises(InputError, match="row 5, column 'peak'"):
+        read_measured(tmp_path / "bad.csv")
+    (tmp_path / "bad.csv").write_text(NEW.replace("-,m,kN", "-,m"))
+    with pytest.raises(InputError, match="row 2 has 2 cells"):
+        read_measured(tmp_path / "bad.csv")
+
+
+def test_what_is_written_is_read_again_whatever_the_words(tmp_path):
+    rows = [["a, b", 1.5, 'say "so"'], ["no. #1", 2.5, "# none"], ["", 3.5, "line"]]
+    units = {"word": "-", "x": "kN/m, mean", "note #": "-"}
+    text = table_text(units, rows, note="two\nlines")
+    back = list(csv.reader(io.StringIO(text)))
+    assert [r for r in back if not r[0].startswith("# ")][1:] == [[str(c) for c in r] for r in rows]
+    assert parsed(text, "t").units == list(units.values())
+    # a reader that drops everything behind an unquoted sign loses nothing
+    assert all('"' in line for line in text.splitlines()[4:] if "#" in line)
+    with pytest.raises(InputError, match="2 cells"):
+        write_table(tmp_path / "t.csv", units, [[1, 2]])
+    with pytest.raises(InputError, match="take the names for a comment"):
+        table_text({"# x": "m"}, [])
+    with pytest.raises(InputError, match="units row"):
+        parsed("x\n", "t")
+
+
+def test_every_writer_of_the_package_is_read_by_numpy(tmp_path):
+    study.Table(({"x": 1.5, "n": 2}, {"x": 2.5, "n": 3}), {"x": "m"}).write_csv(tmp_path / "study.csv")
+    write_measured(tmp_path / "measured.csv", {"peak": "kN"}, [{"peak": 41.5}, {"peak": 22.9}], note="made up")
+    _write(tmp_path / "curve.csv", lm.Curve([0.0, 1e-3], [0.0, 2e3]))
+    wall = experiments.load("ferris-tin-loi-2001", "wall-1")
+    rows = lm.validation.run(wall, "associative", quantities=["associative", "non-associative"])
+    lm.validation.write_rows([r for r in rows for _ in range(2)], tmp_path / "rows.csv")
+    for name, column in (("study", "x"), ("measured", "peak"), ("curve", "load"), ("rows", "predicted")):
+        path = tmp_path / f"{name}.csv"
+        assert read_by_numpy(path)[column].dtype.kind in "fi", name
+        assert path.read_text().splitlines()[1].startswith(csv_table.UNITS)
+        assert len(parsed(path.read_text(), name).rows) >= 2
+
+
+def test_no_other_module_writes_csv():
+    package = Path(lm.__file__).parent
+    writers = [p.name for p in package.rglob("*.py") if "csv.writer" in p.read_text(encoding="utf-8")]
+    assert writers == []
+
+
+@pytest.mark.parametrize("source", experiments.sources())
+def test_packaged_tables_have_their_units_in_a_comment(source):
+    for name in read_description(source)["files"]:
+        text = (folder(source) / name).read_text(encoding="utf-8")
+        assert text.splitlines()[1].startswith(csv_table.UNITS)
+        table = read_table(source, name)
+        assert set(table.units) == set(text.splitlines()[0].split(","))
