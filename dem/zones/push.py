@@ -39,6 +39,7 @@ LEAST_STEPS = 10_000
 GENTLE = 5
 """Samples over which the drive comes up to its speed."""
 
+
 @watched("push of zones")
 def push_zoned(
     assembly: Assembly,
