@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from dem import kernels
 from dem.state import DYNAMIC, State, UnstableError
+from limitmason.constants import GRAVITY
 from limitmason.model import Assembly
 from limitmason.model.stages import Damping
 
@@ -20,6 +21,10 @@ CALM = 1e-2
 Local damping drags on blocks that slide or turn on steadily while their joints chatter, and a push then carries too
 much. After a brittle drop it brings the blocks to rest sooner.
 """
+
+
+NO_WEIGHT = 1.0
+"""Own load of a block per volume, as a density [kg/m3], up to which it counts as none."""
 
 
 @dataclass(frozen=True)
@@ -48,8 +53,11 @@ class Scale:
         load, free = _own_load(wrench, moves, arm), moves.any(axis=1)
         if not load.any():
             load = np.where(free, assembly.weights, 0.0)
-        # a block without load of its own is judged as the lightest that has one
-        load = np.where(load > 0.0, load, load[load > 0.0].min(initial=np.inf))
+        # a block without load of its own, or with less than air would weigh (a model "without weight" has densities of
+        # 1e-6), is judged as the lightest that has one: else a loose block that nothing presses keeps a load undecided
+        bears = load > NO_WEIGHT * GRAVITY * assembly.arrays.volume
+        least = load[bears].min() if bears.any() else load[load > 0.0].min(initial=np.inf)
+        load = np.where(bears, load, np.maximum(load, least))
         load = np.where(np.isfinite(load), load, 1e-300)
         return cls(load, arm, np.cbrt(assembly.arrays.volume), moves, smallest_edge(assembly))
 

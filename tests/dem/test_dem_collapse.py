@@ -354,3 +354,15 @@ def test_joints_so_soft_that_the_wall_sways_by_what_counts_as_collapse_are_point
     assert any("raise moved_limit" in w for w in p.warnings)
     stiff = collapse(column, lm.Loads.horizontal(column), contact_points=(4, 2))
     assert not any("raise moved_limit" in w for w in stiff.warnings)
+
+
+def test_a_wall_whose_weight_is_neglected_is_decided_though_its_loose_blocks_weigh_next_to_nothing():
+    # sheared wall without weight, turning about its toe: H h = N L / 2
+    joint = lm.Joint.from_friction_coefficient(0.6)
+    light = {"density": 1e-6, "beam_density": 1e-6, "top_beam": 0.05}
+    wall = lm.build.wall(length=1.2, courses=6, unit=(0.4, 0.2, 0.2), joint=joint, **light)
+    loads = lm.Loads.weight(wall).with_precompression(wall, 1e5).with_point_load(wall, "beam", (1e3, 0.0, 0.0))
+    found = collapse(wall, loads)
+    assert found.status == "solved"
+    assert found.details["undecided"] == []
+    assert found.collapse_multiplier == pytest.approx(1e5 * 0.6 / (6 * 0.2 + 0.025) / 1e3, rel=2e-3)
