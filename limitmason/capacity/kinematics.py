@@ -146,29 +146,41 @@ def block_wrenches(bodies: Bodies, wrenches: Array, force: Array) -> Array:
     return out
 
 
-def geometric_stiffness(bodies: Bodies, at: Contact, force: Array) -> Array:
-    """Change of the point wrenches with the pose at constant force components, rigid motions, shape (m, 2 r, 2 r).
+def geometric_stiffness(bodies: Bodies, at: Contact, force: Array, starts: Index) -> Array:
+    """Change of the wrenches with the pose at constant force components, rigid motions, shape (k, 2 r, 2 r).
 
-    The force turns with block a; its arm on b turns with b, that on a follows b's point. r are the rigid degrees of
-    freedom of a block; what shapes add is :func:`shape_geometry`.
+    Summed over runs of points. The force turns with block a; its arm on b turns with b, that on a follows b's point.
+    r are the rigid degrees of freedom of a block; what shapes add is :func:`shape_geometry`.
+
+    Parameters
+    ----------
+    starts : first point of every run of points between the same two blocks, shape (k,)
     """
-    m, d = len(force), bodies.basis.shape[1] - bodies.deforming
-    f = _cross_matrix(np.einsum("mci,mc->mi", at.directions, force))
-    a, b = _cross_matrix(at.arm_a), _cross_matrix(at.arm_b)
+    k, d = len(starts), bodies.basis.shape[1] - bodies.deforming
+    f = np.einsum("mci,mc->mi", at.directions, force)
+
+    def crossed(arm: Array) -> Array:
+        """[arm] [F] = F arm' - (arm . F) 1, summed."""
+        product = f[:, :, None] * arm[:, None, :]
+        product[:, [0, 1, 2], [0, 1, 2]] -= (arm * f).sum(axis=1)[:, None]
+        return np.asarray(np.add.reduceat(product, starts, axis=0))
+
+    turned, a, b = _cross_matrix(np.add.reduceat(f, starts, axis=0)), crossed(at.arm_a), crossed(at.arm_b)
     # rows: force and moment on a, then on b; columns: shift and spin of a, then of b. theta x F = -[F] theta
-    full = np.zeros((m, 12, 12))
-    full[:, 0:3, 3:6] = f
-    full[:, 6:9, 3:6] = -f
-    full[:, 3:6, 3:6] = a @ f
-    full[:, 9:12, 3:6] = -b @ f
+    full = np.zeros((k, 12, 12))
+    full[:, 0:3, 3:6] = turned
+    full[:, 6:9, 3:6] = -turned
+    full[:, 3:6, 3:6] = a
+    full[:, 9:12, 3:6] = -b
     # d(arm) x F = -[F] d(arm); d(arm_a) = du_b - du_a - [arm_b] theta_b, d(arm_b) = -[arm_b] theta_b
-    full[:, 3:6, 0:3] = -f
-    full[:, 3:6, 6:9] = f
-    full[:, 3:6, 9:12] = -f @ b
-    full[:, 9:12, 9:12] = f @ b
+    swapped = np.swapaxes(b, 1, 2)  # [F] [arm]
+    full[:, 3:6, 0:3] = -turned
+    full[:, 3:6, 6:9] = turned
+    full[:, 3:6, 9:12] = -swapped
+    full[:, 9:12, 9:12] = swapped
     p = np.zeros((12, 2 * d))
     p[:6, :d] = p[6:, d:] = bodies.basis[:6, :d]
-    return p.T @ full @ p
+    return np.asarray(p.T @ full @ p)
 
 
 def shape_geometry(at: Contact, force: Array) -> tuple[Array, Array]:

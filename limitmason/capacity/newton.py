@@ -19,6 +19,10 @@ ITERATIONS = 12
 SHARES = (1.0, 0.5, 0.25, 0.1, 0.03)
 """Shares of a step that are tried until the unbalance falls."""
 
+FULL = (1.0,)
+"""Full steps, whatever becomes of the unbalance: for the last steps to a state that is near."""
+
+_GROWN = 3.0  # unbalance over the least so far at which full steps lead nowhere
 _ENOUGH = 1e-7  # accepted where rounding lets Newton go no further
 
 
@@ -40,6 +44,7 @@ def solve(
     viscosity: float = 0.0,
     origin: Array | None = None,
     iterations: int = ITERATIONS,
+    shares: tuple[float, ...] = SHARES,
 ) -> Solved | None:
     """Newton's method from a guess; None where it does not converge.
 
@@ -50,6 +55,7 @@ def solve(
     target : control displacement to reach [m]; None keeps the multiplier
     viscosity, origin : eta of a viscous force against the motion, own units, and the motion made since the start of the
         step when Newton begins; none by default
+    shares : of a step that are tried until the unbalance falls; ``FULL`` takes steps as they come
     """
     prescribed = "multiplier" if target is None else "control"
     done = np.zeros(system.order) if origin is None else origin.copy()
@@ -67,9 +73,9 @@ def solve(
             return None
         if size < TOLERANCE or (size < _ENOUGH and size > 0.5 * best):
             return Solved(now, multiplier, k)
-        best = min(best, size)
-        if k == iterations:
+        if k == iterations or (shares == FULL and size > _GROWN * best):
             return None
+        best = min(best, size)
         try:
             factors = system.bordered(now, prescribed, viscosity)
         except RuntimeError:  # exactly singular
@@ -78,11 +84,11 @@ def solve(
         if not np.isfinite(step).all():
             return None
         merit = float(np.linalg.norm(off))
-        for share in SHARES:
+        for share in shares:
             load = multiplier + share * float(step[-1])
             tried = system.evaluate(system.advanced(now.pose, share * step[:-1]), old, load)
             new = unbalance(tried, done + share * step[:-1])
-            if float(np.linalg.norm(new)) < (1.0 - 0.1 * share) * merit:
+            if shares == FULL or float(np.linalg.norm(new)) < (1.0 - 0.1 * share) * merit:
                 break
         else:
             return None

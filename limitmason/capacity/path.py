@@ -36,6 +36,8 @@ FARTHEST = 0.5
 _SHORTEST = 1e-4  # elastic lengths
 _TRIES = 12  # short steps towards a limit point that then does not come
 _COSTLY = 5  # programs of a step after which the next is shorter
+_MANY = 22  # iterations of a step after which the next is shorter
+_PATIENT = 3  # failures of a step after which cone programs are solved for it
 _HALVINGS = 6  # of a step that loses or makes energy
 _OVER = 0.01  # least displacement of what overturns, of the median block size
 _DROP = 0.002  # fall below a limit point after which it is passed, of its load
@@ -116,8 +118,11 @@ def follow(
         advance = min(advance, longest)
         move = left if left < 1.2 * advance else advance
         guess = _extrapolated(system, nodes, begin, sense * move)
-        new = stepping.step(system, last, last.control + sense * move, guess, ratio)
-        if new is None and failures >= 2:
+        patience = _PATIENT if stepping.is_large(system) else 2
+        new = stepping.step(
+            system, last, last.control + sense * move, guess, ratio, patient=failures >= patience
+        )  # fmt: skip
+        if new is None and failures >= patience:
             new = stepping.jump(system, last, last.control + sense * move, ratio)
             if new is not None:
                 say(f"jump at {new.control:.4g} m: lambda {last.multiplier:.5f} to {new.multiplier:.5f}")
@@ -181,7 +186,7 @@ def follow(
         if closing and tries < _TRIES:
             tries += 1
             advance = move
-        elif new.programs >= _COSTLY:
+        elif new.programs >= _COSTLY or new.iterations > _MANY:
             advance = 0.6 * move
         elif off < 0.25 * steps.smooth:
             advance = (6.0 if off < 0.01 * steps.smooth else 2.5) * move

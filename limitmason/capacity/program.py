@@ -61,9 +61,7 @@ def solve_step(
     order, free = system.order, advance is not None
     left = 0.0 if advance is None else advance
     a = system.equilibrium(wrenches)
-    dead = (system.dead * system.row_scale)[system.bodies.free]
-    if not free:
-        dead = dead + multiplier * system.live_own
+    dead = system.applied(0.0 if free else multiplier)
     if done is not None:
         dead = dead - viscosity * done
     if sprung is not None:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.capacity import newton
+from limitmason.capacity import descent, newton
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import History, trial, virgin
 from limitmason.capacity.program import solve_step
@@ -14,6 +14,10 @@ from limitmason.capacity.system import System
 Array = NDArray[np.float64]
 
 PROGRAMS = 7
+
+MANY = 500
+"""Contact points from which descent costs less than programs: below, what a numpy call costs outweighs the work."""
+
 PROXIMAL = 1e-4  # block weights per elastic length, of the program against the motion it makes
 _NEAR = 0.3  # block weights: unbalance from which Newton takes over
 _FALLS = 0.5  # of a block: motion through viscous sub-steps after which there is no state near
@@ -79,20 +83,38 @@ def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -
     return _quieted(system, pose, old, target, 0.0, None, ratio, 1e-2)
 
 
-def step(system: System, node: Node, target: float, guess: tuple[Pose, float] | None, ratio: float) -> Node | None:
-    """The state at the control displacement ``target`` [m]; None where neither Newton nor programs find it.
+def step(
+    system: System, node: Node, target: float, guess: tuple[Pose, float] | None, ratio: float, *, patient: bool = True
+) -> Node | None:
+    """The state at the control displacement ``target`` [m]; None where it is not found.
+
+    Newton's method has the first word. What it leaves is solved by programs, and by descent where they find nothing;
+    from ``MANY`` points on by descent, and by programs only if ``patient``: a program costs more than descent there.
 
     Parameters
     ----------
     guess : extrapolated pose and multiplier
     ratio : work-conjugate displacement of the live loads per control displacement [N], for the program
     """
-    if guess is not None:
-        solved = newton.solve(system, guess[0], guess[1], node.history, target)
-        if solved is not None:
-            return node_of(system, solved)
+    start, load = guess if guess is not None else (node.pose, node.multiplier)
+    solved = None if guess is None else newton.solve(system, start, load, node.history, target)
+    if solved is not None:
+        return node_of(system, solved)
+    large = is_large(system)
+    if large:
+        solved = descent.solve(system, start, load, node.history, target)
+        if solved is not None or not patient:
+            return None if solved is None else node_of(system, solved)
     found = _by_programs(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio)
-    return None if found is None else node_of(system, found[0], programs=found[1])
+    if found is not None:
+        return node_of(system, found[0], programs=found[1])
+    solved = None if large else descent.solve(system, start, load, node.history, target)
+    return None if solved is None else node_of(system, solved)
+
+
+def is_large(system: System) -> bool:
+    """Whether a step is left to descent before any program is solved for it."""
+    return len(system.bodies.area) >= MANY
 
 
 def _by_programs(
@@ -146,7 +168,12 @@ def _quieted(
     """
     total, begin = 0, pose.shift
     for _ in range(60):
-        found = _by_programs(system, pose, history, target, multiplier, normal, ratio, eta)
+        found = None
+        if is_large(system):
+            solved = descent.solve(system, pose, multiplier, history, target, viscosity=eta)
+            found = None if solved is None else (solved, 0)
+        if found is None:
+            found = _by_programs(system, pose, history, target, multiplier, normal, ratio, eta)
         total += PROGRAMS if found is None else found[1]
         if found is None:
             eta *= 10.0

@@ -77,6 +77,7 @@ class System:
         self.row_scale = np.where(turns, 1.0 / (weight * size), 1.0 / weight)
         self.motion_scale = np.where(turns, self.length / size, self.length)
         self.live_own = (self.live * self.row_scale)[free]
+        self.dead_own = (self.dead * self.row_scale)[free]
         self.control_own = (self.control * self.motion_scale)[free] / self.length
         self.springs_own = (np.hstack([np.zeros_like(dead), springs]) * self.length / weight)[free]
         self.ends = np.stack([number[bodies.block_a], number[bodies.block_b]], axis=1)  # (m, 2, d)
@@ -110,10 +111,26 @@ class System:
         wrenches = point_wrenches(self.bodies, at)
         returned = return_map(self.law, old, at.displacement)
         force = returned.stress * self.bodies.area[:, None]
+        return Evaluated(pose, at, wrenches, returned, force, self.unbalanced(pose, wrenches, force, multiplier))
+
+    def unbalanced(self, pose: Pose, wrenches: Array, force: Array, multiplier: float) -> Array:
+        """What loads, point forces [N], (m, c), and springs leave over on the free degrees of freedom, own units."""
         total = block_wrenches(self.bodies, wrenches, force) + self.dead + multiplier * self.live
         if self.bodies.deforming:
             total[:, -self.bodies.deforming :] -= self.springs * pose.shapes
-        return Evaluated(pose, at, wrenches, returned, force, (total * self.row_scale)[self.bodies.free])
+        return np.asarray((total * self.row_scale)[self.bodies.free])
+
+    def applied(self, multiplier: float) -> Array:
+        """Loads on the free degrees of freedom, own units."""
+        return self.dead_own + multiplier * self.live_own
+
+    def stretched(self, wrenches: Array, own: Array) -> Array:
+        """Relative displacement [m], (m, c), of the points by a small motion in own units."""
+        motion = np.zeros(self.bodies.free.shape)
+        motion[self.bodies.free] = own
+        motion *= self.motion_scale
+        ends = np.stack([motion[self.bodies.block_a], motion[self.bodies.block_b]], axis=1)
+        return np.einsum("mcsd,msd->mc", wrenches, ends)
 
     def at_rest(self) -> Pose:
         """The unstressed pose."""
@@ -140,12 +157,12 @@ class System:
 
         Unknowns: motion and multiplier in own units; equations: equilibrium, and what is prescribed.
         """
-        return splu(self.tangent(at, prescribed, viscosity))
+        return splu(self.tangent(at, prescribed, viscosity), permc_spec="MMD_AT_PLUS_A")
 
     def sense(self, at: Evaluated, prescribed: str) -> int:
         """Sign of the determinant of the bordered tangent; 0 where it is singular."""
         try:
-            factors = splu(self.tangent(at, prescribed))
+            factors = splu(self.tangent(at, prescribed), permc_spec="MMD_AT_PLUS_A")
         except RuntimeError:
             return 0
         signs = np.sign(factors.U.diagonal()).prod() * _parity(factors.perm_r) * _parity(factors.perm_c)
@@ -170,8 +187,8 @@ class System:
         m, c = at.force.shape
         flat = at.wrenches.transpose(0, 2, 3, 1).reshape(m, 2 * d, c)
         stiff = (b.area[:, None, None] * at.returned.tangent) @ flat.transpose(0, 2, 1)
-        element = geometric_stiffness(b, at.contact, at.force) - flat @ stiff
-        return np.asarray(np.add.reduceat(element, self.starts, axis=0))
+        element = geometric_stiffness(b, at.contact, at.force, self.starts)
+        return np.asarray(element - np.add.reduceat(flat @ stiff, self.starts, axis=0))
 
     def _deforming_elements(self, at: Evaluated) -> Array:
         """The same between blocks that deform: one product per run, not one per point, since elements are wide."""
@@ -185,7 +202,7 @@ class System:
         left = np.concatenate([flat, np.zeros((1, c, 2 * d))])[self._of_run].reshape(runs, most * c, 2 * d)
         right = np.concatenate([stiff, np.zeros((1, c, 2 * d))])[self._of_run].reshape(runs, most * c, 2 * d)
         element = -left.transpose(0, 2, 1) @ right
-        rigid = np.add.reduceat(geometric_stiffness(b, at.contact, at.force), self.starts, axis=0)
+        rigid = geometric_stiffness(b, at.contact, at.force, self.starts)
         moments = [np.add.reduceat(x, self.starts, axis=0) for x in shape_geometry(at.contact, at.force)]
         parts = [np.s_[:r], np.s_[d : d + r]]
         for i in (0, 1):

@@ -303,9 +303,9 @@ def test_a_path_that_drops_the_lift_of_open_points_is_refused(monkeypatch):
 def test_a_block_that_lifts_itself_is_refused(monkeypatch):
     real = path.stepping.step
 
-    def lifted(system, node, *arguments):
+    def lifted(system, node, *arguments, **options):
         raised = node._replace(history=node.history._replace(lift=node.history.lift + 1e-6))
-        return real(system, raised, *arguments)
+        return real(system, raised, *arguments, **options)
 
     monkeypatch.setattr(path.stepping, "step", lifted)
     w = lm.build.column(width=0.4, depth=0.4, height=0.2, courses=1, joint=lm.Joint(25.0))

@@ -84,7 +84,7 @@ def test_the_geometric_stiffness_is_the_derivative_of_the_wrenches(turned):
         np.einsum("mcsd,mc->msd", point_wrenches(bodies, contact(bodies, moved(pose, s * h * motion))), force)
         for s in (1.0, -1.0)
     ]
-    stiffness = geometric_stiffness(bodies, contact(bodies, pose), force)
+    stiffness = geometric_stiffness(bodies, contact(bodies, pose), force, np.arange(points.count))
     ends = np.concatenate([motion[bodies.block_a], motion[bodies.block_b]], axis=1)
     expected = np.einsum("mij,mj->mi", stiffness, ends)
     assert ((change[0] - change[1]) / (2 * h)).reshape(expected.shape) == pytest.approx(expected, abs=1e-7)

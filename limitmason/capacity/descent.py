@@ -1,0 +1,135 @@
+"""A step by descent: friction frozen at the present normal forces makes it convex, one Newton pass for every freeze.
+
+With the limit of shear c + (tan(phi) - tan(psi)) N_bar + tan(psi) N, N_bar the normal force of the pose, the law is
+associative and its stresses are minus the gradient of a convex potential: an iteration of Newton's method on it,
+damped where equilibrium is far, goes down along its direction to the lowest potential, whatever points stick, slide or
+open on the way. In the new pose N_bar is frozen again. Where Newton's method on the true law stops at a kink this goes
+on, at the price of a factorisation per iteration; a cone program takes 14 to 24 for one freeze of the fixed point of
+Haslinger, and three to seven freezes a step.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.capacity import newton
+from limitmason.capacity.kinematics import Pose
+from limitmason.capacity.point_law import Elastic, History, Returned, return_map
+from limitmason.capacity.system import Evaluated, System
+
+Array = NDArray[np.float64]
+
+ITERATIONS = 60
+
+DAMPING = 3e-3
+"""Of a motion, in block weights per elastic length, for an unbalance of one block weight [-]."""
+
+_MOST = 0.1  # damping, however large the unbalance is
+_NEAR = 0.3  # block weights: unbalance from which Newton on the true law is tried
+_NEARER = 0.3  # of the unbalance of the last try: from which it is tried again
+_AGAIN = 6  # iterations after which it is tried again all the same
+_FINISH = 5  # full steps of such a try
+_SLOPE = 0.2  # of the slope at the start of a line search: small enough
+_TRIES = 8  # of a line search
+_INNER = 0.05  # least part of the bracket that a line search leaves on either side
+
+
+def solve(
+    system: System,
+    pose: Pose,
+    multiplier: float,
+    old: History,
+    target: float | None,
+    *,
+    viscosity: float = 0.0,
+    origin: Array | None = None,
+) -> newton.Solved | None:
+    """The state at a control displacement from a guess; None where it is not found.
+
+    Parameters
+    ----------
+    pose, multiplier, old, target, viscosity, origin : as in :func:`limitmason.capacity.newton.solve`
+
+    Notes
+    -----
+    What is found is in equilibrium by the true law, or is not returned: Newton's method on it has the last word.
+    """
+    prescribed = "multiplier" if target is None else "control"
+    done = np.zeros(system.order) if origin is None else origin.copy()
+    now = system.evaluate(pose, old, multiplier)
+    tried_at, tried = np.inf, -_AGAIN
+    for k in range(ITERATIONS):
+        unbalance = float(np.abs(now.residual - viscosity * done).max(initial=0.0))
+        if not np.isfinite(unbalance):
+            return None
+        if unbalance < _NEAR and (unbalance < _NEARER * tried_at or k - tried >= _AGAIN):
+            tried_at, tried = unbalance, k
+            found = newton.solve(
+                system, now.pose, multiplier, old, target, viscosity=viscosity, origin=done, iterations=_FINISH,
+                shares=newton.FULL,
+            )  # fmt: skip
+            if found is not None:
+                return found._replace(iterations=found.iterations + k)
+        law = frozen(system.law, now.returned.stress[:, 0])
+        returned = return_map(law, old, now.contact.displacement)
+        damping = viscosity + min(DAMPING * unbalance, _MOST)
+        missing = 0.0 if target is None else (target - system.controlled(now.pose)) / system.length
+        rest = system.unbalanced(now.pose, now.wrenches, _force(system, returned), multiplier) - viscosity * done
+        try:
+            factors = system.bordered(now._replace(returned=returned), prescribed, damping)
+        except RuntimeError:  # exactly singular
+            return None
+        step = factors.solve(np.append(-rest, missing))
+        if not np.isfinite(step).all():
+            return None
+        multiplier += float(step[-1])
+        share = 1.0
+        if abs(missing) < 1e-6 * max(1.0, float(np.abs(step[:-1]).max(initial=0.0))):
+            share = _lowest(system, law, old, now, step[:-1], multiplier, viscosity, done)
+        done += share * step[:-1]
+        now = system.evaluate(system.advanced(now.pose, share * step[:-1]), old, multiplier)
+    return None
+
+
+def frozen(law: Elastic, normal: Array) -> Elastic:
+    """The associative law of friction at frozen normal stresses [Pa], shape (m,), with dilation as it is."""
+    s = law.strength
+    fixed = np.maximum(s.cohesion + (s.tan_phi - s.tan_psi) * normal, 0.0)
+    return law._replace(strength=s._replace(tan_phi=s.tan_psi, cohesion=fixed))
+
+
+def _force(system: System, returned: Returned) -> Array:
+    return returned.stress * system.bodies.area[:, None]
+
+
+def _lowest(
+    system: System, law: Elastic, old: History, now: Evaluated, motion: Array, multiplier: float, viscosity: float,
+    done: Array,
+) -> float:  # fmt: skip
+    """Share of a motion at which the potential of the frozen law is lowest, by its slope."""
+    apart, work = now.contact.displacement, system.stretched(now.wrenches, motion)
+    load = system.applied(multiplier) - viscosity * done
+    if system.bodies.deforming:
+        load = load + system.sprung(now.pose)
+    against = float(motion @ ((viscosity + system.springs_own) * motion))
+
+    def slope(share: float) -> float:
+        force = _force(system, return_map(law, old, apart + share * work))
+        own = -float((force * work).sum()) / (system.weight * system.length)
+        return own - float(motion @ load) + share * against
+
+    low, high, at_low, at_high = 0.0, 1.0, slope(0.0), slope(1.0)
+    if at_low >= 0.0:  # geometry may point it uphill
+        return 1.0
+    enough, share, at = _SLOPE * abs(at_low), 1.0, at_high
+    for _ in range(_TRIES):
+        if abs(at) <= enough or (share == 1.0 and at <= 0.0):
+            break
+        if at > 0.0:
+            high, at_high = share, at
+        else:
+            low, at_low = share, at
+        width = high - low
+        share = low - width * at_low / (at_high - at_low)
+        share = min(max(share, low + _INNER * width), high - _INNER * width)
+        at = slope(share)
+    return share

@@ -1,0 +1,118 @@
+"""Descent, the way of large models: the potential that it goes down, and the states it finds beside cone programs."""
+
+import math
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from limitmason import experiments
+from limitmason.capacity import descent, stepping
+from limitmason.capacity.contacts import first_contacts
+from limitmason.capacity.kinematics import at_rest, contact, geometric_stiffness, make_bodies, moved
+from limitmason.capacity.point_law import Elastic, History, return_map, trial
+from limitmason.contact_points import contact_points
+from limitmason.law import PointLaw, interface_law
+
+
+def potential(law, old, displacement):
+    """Of an associative step: sup over the admissible stresses of s . C . trial - s . C . s / 2."""
+    stress, tried = return_map(law, old, displacement).stress, trial(law, old, displacement)
+    compliance = 1.0 / np.column_stack([law.kn, *[law.ks] * (stress.shape[1] - 1)])
+    return ((tried - 0.5 * stress) * compliance * stress).sum(axis=1)
+
+
+@pytest.mark.parametrize("components", [2, 3])
+def test_stresses_at_frozen_friction_are_the_gradient_of_a_convex_potential(components):
+    rng = np.random.default_rng(1)
+    m = 3000
+    one = np.ones(m)
+    cohesion = rng.choice([0.0, 0.3], m)
+    tension = np.minimum(rng.choice([0.0, 0.2], m), cohesion / 0.6)
+    strength = PointLaw(0.6 * one, rng.uniform(0.0, 0.6, m), cohesion, tension, np.full(m, np.inf))
+    old = History(0.2 * rng.normal(size=(m, components - 1)), 0.1 * np.abs(rng.normal(size=m)))
+    law = descent.frozen(Elastic(strength, 2.0 * one, 3.0 * one), np.abs(rng.normal(size=m)))
+    at, other = 0.4 * rng.normal(size=(2, m, components))
+    stress, h = return_map(law, old, at).stress, 1e-6
+    for k in range(components):
+        step = np.zeros(components)
+        step[k] = h
+        slope = (potential(law, old, at + step) - potential(law, old, at - step)) / (2 * h)
+        assert -slope == pytest.approx(stress[:, k], abs=1e-5)
+    middle = potential(law, old, 0.5 * (at + other))
+    assert (middle <= 0.5 * (potential(law, old, at) + potential(law, old, other)) + 1e-12).all()
+
+
+def test_friction_frozen_at_the_normal_stress_of_a_pose_gives_the_stress_of_the_true_law_there():
+    rng = np.random.default_rng(2)
+    m = 2000
+    one = np.ones(m)
+    law = Elastic(PointLaw(0.6 * one, 0.0 * one, 0.1 * one, 0.0 * one, np.full(m, np.inf)), 2.0 * one, 3.0 * one)
+    old = History(0.2 * rng.normal(size=(m, 2)), np.zeros(m))
+    at = 0.4 * rng.normal(size=(m, 3))
+    true = return_map(law, old, at)
+    frozen = return_map(descent.frozen(law, true.stress[:, 0]), old, at)
+    assert frozen.stress == pytest.approx(true.stress, abs=1e-12)
+
+
+def test_the_geometric_stiffness_of_a_run_of_points_is_the_sum_of_theirs():
+    wall = lm.build.wall(length=0.8, courses=2, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0))
+    points = contact_points(wall)
+    one = np.ones(len(wall.interfaces))
+    bodies = make_bodies(wall, first_contacts(points, interface_law(wall.arrays), one, one), None)
+    rng = np.random.default_rng(3)
+    at = contact(bodies, moved(at_rest(wall.n_blocks), 0.2 * rng.normal(size=(wall.n_blocks, 6))))
+    force = rng.normal(size=(points.count, 3))
+    starts = np.flatnonzero(np.diff(points.interface, prepend=-1))
+    single = geometric_stiffness(bodies, at, force, np.arange(points.count))
+    summed = np.add.reduceat(single, starts, axis=0)
+    assert geometric_stiffness(bodies, at, force, starts) == pytest.approx(summed, abs=1e-12)
+
+
+@pytest.mark.parametrize("psi, way, modulus", [
+    (0.0, (1.0, 0.0, 0.0), None), (20.0, (1.0, 0.0, 0.0), None), (0.0, (0.6, 0.8, 0.0), None),
+    (0.0, (1.0, 0.0, 0.0), 1e9),
+])  # fmt: skip
+def test_descent_and_programs_find_the_same_states(psi, way, modulus):
+    """Steps five times as long as those of the path; rigid blocks in plane and in space, and blocks that deform."""
+    wall = lm.build.wall(length=0.8, courses=4, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0, psi))
+    options = {}
+    if modulus is not None:
+        wall = wall.with_material(lm.Material(young_modulus=modulus, poisson_ratio=0.2))
+        options = {"blocks": "modal"}
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall, way), stiffness=1e10, contacts="first", **options)
+    for k in range(1, curve.first_limit_point.index - 5):
+        node, target = curve.nodes[k], curve.nodes[k + 5].control
+        system = curve.generations.systems[0]
+        ratio = float(np.abs(system.live).sum())
+        start = node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio
+        programs = stepping._by_programs(system, *start)[0]
+        found = descent.solve(system, node.pose, node.multiplier, node.history, target)
+        assert found.multiplier == pytest.approx(programs.multiplier, abs=1e-8)
+        assert found.state.force == pytest.approx(programs.state.force, abs=1e-5 * system.weight)
+
+
+@pytest.mark.parametrize("name, minimum", [("wall-2", 0.563), ("wall-4", 0.264)])
+def test_a_path_by_descent_alone_ends_at_the_published_minimum(name, minimum, monkeypatch):
+    """As from 500 points on; the certificate of every step is as strict."""
+    monkeypatch.setattr(stepping, "MANY", 0)
+    test = experiments.load("ferris-tin-loi-2001", name, dilatancy_deg=0.0)
+    curve = lm.pushover(test.assembly(), test.loads(), stiffness=1e10)
+    assert curve.cost.programs <= 1  # the dead load
+    assert all(c.accepted for c in curve.certificates)
+    assert max(abs(c.energy) for c in curve.certificates) < 0.01
+    assert curve.first_limit_point.load == pytest.approx(minimum, rel=3e-3)
+
+
+def test_a_wall_of_two_hundred_blocks_is_followed_without_a_jump():
+    """Plane running bond, psi = 0: programs jump at 1.8 mm. Below the associative 0.4655 by limit analysis."""
+    wall = lm.build.wall(length=4.0, courses=20, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.02, 0.0))
+    loads = lm.Loads.horizontal(wall)
+    curve = lm.pushover(wall, loads, stiffness=1e10, to=1.9e-3)
+    assert curve.status == "reached"
+    assert not curve.jumps
+    assert all(c.accepted for c in curve.certificates)
+    assert max(abs(c.energy) for c in curve.certificates) < 0.01
+    associative = lm.limit_analysis(wall, loads).collapse_multiplier
+    assert 0.9 * associative < curve.load[-1] < associative
+    assert math.isclose(associative, 0.4655, rel_tol=1e-3)
