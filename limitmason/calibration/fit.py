@@ -19,7 +19,7 @@ from limitmason.calibration.targets import outputs_of
 from limitmason.curve import Curve
 from limitmason.diagnosis import Cause, Diagnosis, Measured, Noise, Study
 from limitmason.errors import InputError
-from limitmason.study.sweep import run_points
+from limitmason.study.workers import run_points
 from limitmason.text_table import aligned
 
 Array = NDArray[np.float64]

@@ -15,8 +15,9 @@ from limitmason.calibration.targets import Reading, check_units, outputs_of
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.progress import reached
 from limitmason.study.store import RowStore
-from limitmason.study.sweep import Progress, run_points
+from limitmason.study.sweep import Progress
 from limitmason.study.ties import Ties
+from limitmason.study.workers import run_points
 
 Array = NDArray[np.float64]
 Model = Callable[..., Any]

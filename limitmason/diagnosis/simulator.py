@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from joblib import Parallel, delayed
 
 from limitmason.causes.cause import Cause, Extension
 from limitmason.errors import InputError
 from limitmason.progress import reached, task
 from limitmason.study.store import fingerprint
+from limitmason.study.workers import run_points
 
 OWN = "in code given to the study: "  # begins the note on an error that code of the user raised
 
@@ -136,12 +136,11 @@ class Simulator:
     def _run_all(self, missing: dict[tuple, Job]) -> None:
         before = self.calls
         keys, jobs = list(missing), list(missing.values())
-        if self.n_jobs == 1:
-            values = (_call(k, self.simulate, self.specimens[j.specimen], j) for k, j in enumerate(jobs))
-        else:
-            values = Parallel(n_jobs=self.n_jobs, return_as="generator_unordered")(
-                delayed(_call)(k, self.simulate, self.specimens[j.specimen], j) for k, j in enumerate(jobs)
-            )
+        calls = [
+            (k, {"simulate": self.simulate, "specimen": self.specimens[j.specimen], "job": j})
+            for k, j in enumerate(jobs)
+        ]
+        values = run_points(_call, calls, None, self.n_jobs)
         if self.cache is None:
             for k, value in values:
                 self._known[keys[k]] = self._checked(jobs[k], value)
@@ -238,12 +237,12 @@ def positive(value: Any, what: Callable[[], str]) -> float:
     return number
 
 
-def _call(number: int, simulate, specimen, job: Job):
+def _call(simulate, specimen, job: Job):
     parameters = dict(job.parameters)
     if job.steps:
         parameters["extend"] = Extension(job.steps, specimen)
     try:
-        return number, simulate(specimen, **parameters)
+        return simulate(specimen, **parameters)
     except Exception as error:  # whatever the user's function may raise
         note_own(error, f"simulate failed for {_called(specimen, job)}")
         raise

@@ -14,8 +14,9 @@ from limitmason.study.montecarlo import SobolIndices, curves_of, monte_carlo, so
 from limitmason.study.search_report import layout_report
 from limitmason.study.spread import Running, Sensitivity, Share, Stop, running, sensitivity, shares
 from limitmason.study.store import RowStore, fingerprint
-from limitmason.study.sweep import Unfinished, sweep
+from limitmason.study.sweep import sweep
 from limitmason.study.table import Table
+from limitmason.study.workers import Unfinished
 
 __all__ = [
     "CATALOGUE_COLUMNS",

@@ -16,8 +16,9 @@ from limitmason.methods import ASSOCIATIVE, DEM, predict
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.study.store import fingerprint
-from limitmason.study.sweep import Progress, Unfinished, sweep
+from limitmason.study.sweep import Progress, sweep
 from limitmason.study.table import Table
+from limitmason.study.workers import Unfinished
 
 Build = Callable[..., tuple[Assembly, Loads]]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -11,15 +11,11 @@ from typing import Any
 
 from limitmason.errors import InputError
 from limitmason.progress import reached, watched
-from limitmason.results import Prediction
 from limitmason.study.store import RowStore, fingerprint, plain
 from limitmason.study.table import Table
+from limitmason.study.workers import Unfinished, as_row, run_points
 
 Progress = Callable[[str], object]
-
-
-class Unfinished(Exception):
-    """Raised by a function that stops before its answer, out of time: the run is left out and done the next time."""
 
 
 @watched("study")
@@ -44,7 +40,8 @@ def sweep(
         multiplier, status and method become columns)
     parameters : values by name, all combinations of which are run (the last name fastest); or the points themselves
     executor : anything with ``submit`` (concurrent.futures, ``dask.distributed.Client``); joblib's processes by default
-    workers : of joblib; 1 runs in this process. Each has one thread for its linear algebra
+    workers : most processes, used where they save more time than starting them takes, in chunks where runs are short;
+        1 runs in this process. Each has one thread for its linear algebra
     store : file that keeps finished rows; the same call with it does only what is missing, also after a kill
     key : identifies the study in the store; by default the fingerprint of function and points. Give one where the
         function closes over a model
@@ -86,7 +83,7 @@ def sweep(
             if isinstance(result, Unfinished):
                 continue
             # through the same form as the store's, so that a resumed table equals an uninterrupted one
-            rows[number] = plain({**_shown(points[number]), **_as_row(result)})
+            rows[number] = plain({**_shown(points[number]), **as_row(result)})
             done += 1
             if kept is not None:
                 kept.add(number, rows[number])
@@ -130,56 +127,3 @@ def _shown(point: Mapping[str, Any]) -> dict[str, Any]:
         if isinstance(value, (bool, int, float, str)) or value is None:
             out[name] = value
     return out
-
-
-def _as_row(result: Any) -> Mapping[str, Any]:
-    if isinstance(result, Prediction):
-        return {"multiplier": result.collapse_multiplier, "status": result.status, "method": result.method}
-    if isinstance(result, Mapping):
-        return result
-    return {"value": result}
-
-
-def _call(function: Callable[..., Any], number: int, point: Mapping[str, Any]) -> tuple[int, Any]:
-    try:
-        result = function(**point)
-    except Unfinished as stopped:
-        return number, stopped
-    # a whole prediction is heavy to send between processes
-    return number, _as_row(result) if isinstance(result, Prediction) else result
-
-
-def run_points(
-    function: Callable[..., Any], jobs: Sequence[tuple[int, Mapping[str, Any]]], executor: Any, workers: int
-) -> Iterator[tuple[int, Any]]:
-    """Numbered results as they come, one point of keywords each; an :class:`Unfinished` is handed on as a result."""
-    if executor is not None:
-        yield from _submit(function, jobs, executor)
-    elif workers == 1 or len(jobs) < 2:
-        for number, point in jobs:
-            yield _call(function, number, point)
-    else:
-        from joblib import Parallel, delayed, parallel_config
-
-        with parallel_config(backend="loky", n_jobs=workers, inner_max_num_threads=1):
-            yield from Parallel(return_as="generator_unordered")(
-                delayed(_call)(function, number, point) for number, point in jobs
-            )
-
-
-def _submit(
-    function: Callable[..., Any], jobs: Sequence[tuple[int, Mapping[str, Any]]], executor: Any
-) -> Iterator[tuple[int, Any]]:
-    from concurrent.futures import as_completed
-
-    if hasattr(executor, "get_executor"):
-        executor = executor.get_executor()  # a dask client in the form of the standard library
-    if not hasattr(executor, "submit"):
-        raise InputError("executor must have a submit method, as those of concurrent.futures, or be a dask client")
-    futures = [executor.submit(_call, function, number, point) for number, point in jobs]
-    try:
-        for future in as_completed(futures):
-            yield future.result()
-    finally:
-        for future in futures:
-            future.cancel()

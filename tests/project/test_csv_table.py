@@ -31,14 +31,6 @@ def test_numbers_are_numbers_to_a_reader_that_knows_no_units(tmp_path):
     assert read_by_numpy(tmp_path / "old.csv")["peak"].dtype.kind == "U"  # the reason for this form
 
 
-def test_pandas_reads_numbers(tmp_path):
-    pandas = pytest.importorskip("pandas")
-    (tmp_path / "new.csv").write_text(NEW)
-    frame = pandas.read_csv(tmp_path / "new.csv", comment="#")
-    assert frame["peak"].dtype.kind == "f"
-    assert len(frame) == 2
-
-
 def test_both_forms_say_the_same():
     old, new = (parse_table(text, "t") for text in (OLD, NEW))
     assert old == new
