@@ -5,6 +5,7 @@
 Drawn(mean=30.0, unit='deg', variation=0.058)
 """
 
+from decimal import Decimal
 from typing import Any, NamedTuple
 
 from limitmason.errors import InputError
@@ -40,7 +41,8 @@ class Drawn(NamedTuple):
 def properties() -> dict[str, Drawn]:
     """All of Table 2, density included, which does not vary."""
     rows = read_table(NAME, "properties.csv").rows
-    return {r["property"]: Drawn(float(r["mean"]), r["unit"], float(r["cov"]) / 100.0) for r in rows}
+    # decimal: 5.8 / 100 in binary is not the double 0.058, and one bit of a draw is a run of its own
+    return {r["property"]: Drawn(float(r["mean"]), r["unit"], float(Decimal(r["cov"]) / 100)) for r in rows}
 
 
 def drawn(number: int) -> dict[str, Drawn]:

@@ -1,0 +1,1 @@
+"""Random brick panels beside the paper: ``python -m validation.stochastic``."""
