@@ -67,12 +67,14 @@ def catalogue(
     candidates["overturning"] = lambda: overturning(assembly, loads=loads)
     candidates["sliding"] = lambda: sliding(assembly, loads=loads)
     found: dict[str, Prediction] = {}
+    reasons: dict[str, list[str]] = {}
     for name in NAMES:
         if name in wanted and name in candidates:
             try:
                 found[name] = candidates[name]()
             except NotApplicable as error:
-                skipped.append(f"{name} left out: {error}")
+                reasons.setdefault(str(error), []).append(name)
+    skipped += [f"{', '.join(names)} left out: {reason}" for reason, names in reasons.items()]
     if not found:
         raise NotApplicable("no mechanism of the catalogue fits: " + "; ".join(skipped))
     return found, tuple(skipped)

@@ -159,6 +159,8 @@ class Facade:
             top course, and live loads that are not the weights turned horizontally.
         """
         recipe = wall_recipe(assembly)
+        if recipe.get("plan") == "box":
+            raise NotApplicable("a closed plan: its rear wall holds the side walls, which the closed forms leave free")
         staggering = recipe.get("staggering")
         if not staggering:
             raise NotApplicable("recipe['staggering'] is missing: the bond has no overlap from which cracks could step")
@@ -229,8 +231,6 @@ def wall_recipe(assembly: Assembly) -> dict[str, Any]:
             f"recipe of kind 'wall' is needed, this assembly has {recipe.get('kind')!r}: build it with "
             "limitmason.build.wall or layout, or give the numbers as mechanisms.Facade"
         )
-    if recipe.get("plan") == "box":
-        raise NotApplicable("a closed plan: its rear wall holds the side walls, which the closed forms leave free")
     return recipe
 
 

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 from limitmason.errors import InputError, NotApplicable, NotConverged
@@ -24,6 +25,8 @@ from limitmason.text_table import aligned, markdown
 from limitmason.validation.rows import NAN, Row
 
 SCHEMA = "limitmason-answer"
+
+_WIDE = 100  # characters of a line below the table
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,10 +72,21 @@ class SideBySide(Shown):
         return lines
 
     def table(self) -> str:
-        """All answers as a table in plain text, and below it what agrees and what does not."""
+        """All answers as a table in plain text that fits a terminal.
+
+        Below it what each answer is, why a theory gave none, and what agrees and what does not.
+        """
         lines = self._lines()
-        align = "<>" + "<" + (">" if self.measured is not None else "") + "<><"
-        return "\n".join([aligned(lines, align), "", *self.findings()])
+        notes = []
+        for line in lines[1:]:
+            short, _, reason = line[-3].partition(": ")
+            line[-3] = short
+            text = "; ".join(t for t in (reason, line[-1]) if t)
+            if text:
+                notes += wrap(f"{line[0]}: {text}", _WIDE, subsequent_indent="  ", break_long_words=False)
+        align = "<>" + "<" + (">" if self.measured is not None else "") + "<>"
+        below = [f for f in (notes, list(self.findings())) if f]
+        return "\n".join([aligned([line[:-1] for line in lines], align), *(t for part in below for t in ("", *part))])
 
     def __str__(self) -> str:
         """The table."""
