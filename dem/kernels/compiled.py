@@ -49,7 +49,6 @@ def kernel(*, fast: bool = True, counted: bool = False, **options: Any) -> Calla
     numba has no public way to say what a stamp depends on. Where its cache is built otherwise than here assumed,
     nothing is kept on disk: every process then compiles for itself, which is slow and right.
     """
-
     if COUNTS:
         options["_nrt"] = counted
 
