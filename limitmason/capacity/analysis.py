@@ -21,6 +21,7 @@ from limitmason.capacity.point_law import Elastic, History, slid_back
 from limitmason.capacity.result import Energy, PushoverCurve
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.system import System
+from limitmason.capacity.ties import make_ties
 from limitmason.capacity.touching import outside, shapes_of
 from limitmason.contact_points import Grid, contact_points
 from limitmason.curve import Event
@@ -110,8 +111,8 @@ def pushover(
     Raises
     ------
     NotApplicable
-        For crushing and softening joints, for blocks of which some rotations are held, in space, and for contacts
-        found anew between blocks that deform.
+        For crushing and softening joints, for blocks of which some rotations are held, in space, for contacts found
+        anew between blocks that deform, and for ties of such blocks.
     InputError
         For a live load without forces, and for a control, length or stiffness that makes no sense.
 
@@ -122,7 +123,8 @@ def pushover(
     inside a grid and where edges cross in space, stay with the blocks of their joint: a warning says from where they
     have slid by more than a tenth of it. Tension that opens a joint leaves no damage:
     perfect plasticity without crack memory, as in the DEM's perfectly plastic law. Blocks deform by small strains, in
-    axes that turn with them; body forces strain no block but through its joints.
+    axes that turn with them; body forces strain no block but through its joints. Ties are unstressed in the reference
+    pose; they follow their ends at any rotation, yield at their strength and hang loose when they shorten.
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
     _refuse(assembly, loads)
@@ -130,6 +132,8 @@ def pushover(
     contacts = contacts or (FIRST if deforming else ANEW)
     if contacts not in (ANEW, FIRST):
         raise InputError(f"contacts must be {ANEW!r} or {FIRST!r}, got {contacts!r}")
+    if deforming:
+        refuse_ties(assembly, f"a capacity curve of {blocks} blocks", "use blocks='rigid', or assembly.with_ties(())")
     if deforming and contacts == ANEW:
         raise NotApplicable(f"contacts are not found anew between {blocks} blocks: leave contacts out")
     if blocks == LUMPED:
@@ -148,6 +152,8 @@ def pushover(
     if plane is None:
         _refuse_partial_rotations(assembly)
     kn, ks, warnings = _stiffnesses(assembly, loads, stiffness)
+    ties, of_ties = make_ties(assembly)
+    warnings += of_ties
     basis, free = degrees_of_freedom(assembly, plane)
     dead, live = project(loads.dead, basis) * free, project(loads.live, basis) * free
     mine: NDArray[np.bool_] = np.asarray(free.any(axis=1))
@@ -169,12 +175,12 @@ def pushover(
         p = s.points
         return System(
             make_bodies(assembly, p, plane, bent), Elastic(p.law, p.kn, p.ks), dead, live, row, weight, size, length,
-            np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness,
+            np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness, ties,
         )  # fmt: skip
 
     length = weight / float((first.kn * first.area).mean())
     bent = deformation(assembly, points, blocks, stress, plane, kn, ks) if deforming else None
-    structure = Structure(assembly, loads, first, weight, size, length, bent)
+    structure = Structure(assembly, loads, first, weight, size, length, bent, ties.stiffness)
     held = None if moving is None else 0.0
     generations, nodes, origin = _begin(Generations(shapes, equations, [structure]), start, say, held, ratio)
     system = generations.systems[0]
@@ -200,7 +206,6 @@ def pushover(
 def _refuse(assembly: Assembly, loads: Loads) -> None:
     if len(loads.dead) != assembly.n_blocks:
         raise InputError(f"loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
-    refuse_ties(assembly, "the capacity curve", "use limit analysis or the DEM, or assembly.with_ties(())")
     for i in assembly.interfaces:
         j, names = i.joint, tuple(assembly.blocks[b].name for b in (i.block_a, i.block_b))
         if np.isfinite(j.compressive_strength):
@@ -322,6 +327,7 @@ def _begin(
         and np.allclose(before.points.ks, now.points.ks)
         and np.allclose(before.loads.dead, now.loads.dead)
         and _deform_alike(before.deformation, now.deformation)
+        and np.array_equal(before.tie_stiffness, now.tie_stiffness)
     )
     if not same:
         raise InputError("start is a curve of another model: points, stiffness, blocks and dead load must be the same")
