@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.capacity.certificate import State, Structure, certify, forces, stored
+from limitmason.capacity.faces import Shapes
 from limitmason.capacity.kinematics import motion_between
 from limitmason.capacity.stepping import Node, Onward
 from limitmason.capacity.system import System
-from limitmason.capacity.touching import Shapes, found_anew
+from limitmason.capacity.touching import found_anew
 
 Array = NDArray[np.float64]
 

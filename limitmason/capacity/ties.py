@@ -119,9 +119,7 @@ def stiffness(at: Pulled, basis: Array) -> Array:
     flat = at.wrenches.reshape(len(at.tension), 2 * d)
     e = at.direction
     # the direction turns with the ends: T de = T / L (1 - e e') (v_b - v_a)
-    across = (at.tension / np.maximum(at.length, 1e-300))[:, None, None] * (
-        np.eye(3) - e[:, :, None] * e[:, None, :]
-    )
+    across = (at.tension / np.maximum(at.length, 1e-300))[:, None, None] * (np.eye(3) - e[:, :, None] * e[:, None, :])
     a, b, f = cross_matrix(at.arm_a), cross_matrix(at.arm_b), cross_matrix(at.tension[:, None] * e)
     one = np.broadcast_to(np.eye(3), a.shape)
     turned = across @ np.concatenate([-one, a, one, -b], axis=2)  # (t, 3, 12): theta x arm = -[arm] theta
@@ -132,4 +130,3 @@ def stiffness(at: Pulled, basis: Array) -> Array:
     p[:6, :d], p[6:, d:] = basis, basis
     # a tie gets longer by minus the power of its unit wrenches
     return np.asarray(p.T @ full @ p - at.tangent[:, None, None] * flat[:, :, None] * flat[:, None, :])
-
