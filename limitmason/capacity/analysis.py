@@ -3,27 +3,27 @@
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from limitmason.capacity import path, stepping
-from limitmason.capacity.certificate import Balance, StepCertificate, Structure, certify, equilibrium
+from limitmason.capacity.certificate import Structure
+from limitmason.capacity.certified import certified_curve
 from limitmason.capacity.contacts import first_contacts
 from limitmason.capacity.deformable import LUMPED, Deformation, deformation, plane_of
+from limitmason.capacity.faces import shapes_of
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose, make_bodies
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.path import Steps
-from limitmason.capacity.point_law import Elastic, History, slid_back
-from limitmason.capacity.result import Energy, PushoverCurve
+from limitmason.capacity.point_law import Elastic
+from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.system import System
-from limitmason.capacity.touching import outside, shapes_of
+from limitmason.capacity.ties import make_ties
 from limitmason.contact_points import Grid, contact_points
-from limitmason.curve import Event
 from limitmason.equilibrium import degrees_of_freedom, project
 from limitmason.errors import InputError, NotApplicable
 from limitmason.joint_shapes import ELASTIC, MODAL, RIGID
@@ -41,9 +41,6 @@ from limitmason.stiffness import SETTLEMENT, default_stiffness
 Array = NDArray[np.float64]
 
 ANEW, FIRST = "anew", "first"
-
-WANDERED = 0.1
-"""Slip over the size of a joint from which a point that is not found anew is no longer where it was [-]."""
 
 _AXES = {"x": 0, "y": 1, "z": 2}
 
@@ -110,8 +107,8 @@ def pushover(
     Raises
     ------
     NotApplicable
-        For crushing and softening joints, for blocks of which some rotations are held, in space, and for contacts
-        found anew between blocks that deform.
+        For crushing and softening joints, for blocks of which some rotations are held, in space, for contacts found
+        anew between blocks that deform, and for ties of such blocks.
     InputError
         For a live load without forces, and for a control, length or stiffness that makes no sense.
 
@@ -122,7 +119,8 @@ def pushover(
     inside a grid and where edges cross in space, stay with the blocks of their joint: a warning says from where they
     have slid by more than a tenth of it. Tension that opens a joint leaves no damage:
     perfect plasticity without crack memory, as in the DEM's perfectly plastic law. Blocks deform by small strains, in
-    axes that turn with them; body forces strain no block but through its joints.
+    axes that turn with them; body forces strain no block but through its joints. Ties are unstressed in the reference
+    pose; they follow their ends at any rotation, yield at their strength and hang loose when they shorten.
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
     _refuse(assembly, loads)
@@ -130,6 +128,8 @@ def pushover(
     contacts = contacts or (FIRST if deforming else ANEW)
     if contacts not in (ANEW, FIRST):
         raise InputError(f"contacts must be {ANEW!r} or {FIRST!r}, got {contacts!r}")
+    if deforming:
+        refuse_ties(assembly, f"a capacity curve of {blocks} blocks", "use blocks='rigid', or assembly.with_ties(())")
     if deforming and contacts == ANEW:
         raise NotApplicable(f"contacts are not found anew between {blocks} blocks: leave contacts out")
     if blocks == LUMPED:
@@ -148,6 +148,8 @@ def pushover(
     if plane is None:
         _refuse_partial_rotations(assembly)
     kn, ks, warnings = _stiffnesses(assembly, loads, stiffness)
+    ties, of_ties = make_ties(assembly)
+    warnings += of_ties
     basis, free = degrees_of_freedom(assembly, plane)
     dead, live = project(loads.dead, basis) * free, project(loads.live, basis) * free
     mine: NDArray[np.bool_] = np.asarray(free.any(axis=1))
@@ -169,12 +171,12 @@ def pushover(
         p = s.points
         return System(
             make_bodies(assembly, p, plane, bent), Elastic(p.law, p.kn, p.ks), dead, live, row, weight, size, length,
-            np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness,
+            np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness, ties,
         )  # fmt: skip
 
     length = weight / float((first.kn * first.area).mean())
     bent = deformation(assembly, points, blocks, stress, plane, kn, ks) if deforming else None
-    structure = Structure(assembly, loads, first, weight, size, length, bent)
+    structure = Structure(assembly, loads, first, weight, size, length, bent, ties.stiffness)
     held = None if moving is None else 0.0
     generations, nodes, origin = _begin(Generations(shapes, equations, [structure]), start, say, held, ratio)
     system = generations.systems[0]
@@ -194,13 +196,12 @@ def pushover(
     )  # fmt: skip
     warnings += said
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
-    return _curve(generations, nodes, origin, status, warnings, 1.0 if moving is None else ratio)
+    return certified_curve(generations, nodes, origin, status, warnings, 1.0 if moving is None else ratio)
 
 
 def _refuse(assembly: Assembly, loads: Loads) -> None:
     if len(loads.dead) != assembly.n_blocks:
         raise InputError(f"loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
-    refuse_ties(assembly, "the capacity curve", "use limit analysis or the DEM, or assembly.with_ties(())")
     for i in assembly.interfaces:
         j, names = i.joint, tuple(assembly.blocks[b].name for b in (i.block_a, i.block_b))
         if np.isfinite(j.compressive_strength):
@@ -322,6 +323,7 @@ def _begin(
         and np.allclose(before.points.ks, now.points.ks)
         and np.allclose(before.loads.dead, now.loads.dead)
         and _deform_alike(before.deformation, now.deformation)
+        and np.array_equal(before.tie_stiffness, now.tie_stiffness)
     )
     if not same:
         raise InputError("start is a curve of another model: points, stiffness, blocks and dead load must be the same")
@@ -347,87 +349,3 @@ def _deform_alike(one: Deformation | None, other: Deformation | None) -> bool:
         and np.allclose(one.stiffness, other.stiffness)
         and np.allclose(one.shapes_b, other.shapes_b)
     )
-
-
-def _curve(
-    generations: Generations,
-    nodes: list[Node],
-    origin: Pose,
-    status: path.PathEnd,
-    warnings: list[str],
-    unit: float,
-) -> PushoverCurve:
-    first = nodes[0]
-    structures, state = generations.structures, generations.state
-    zero = StepCertificate(equilibrium(structures[first.generation], state(first)), 0.0, 0.0, 0.0, 0.0, 0.0)
-    certificates, balances = [zero], [Balance(0.0, 0.0, 0.0, 0.0)]
-    for node, after in pairwise(nodes):
-        before = generations.begun(node)
-        certificate, balance = certify(structures[after.generation], state(before), state(after))
-        certificates.append(certificate._replace(jump=after.jump))
-        balances.append(balance._replace(stored=balance.stored + generations.changed(node)))
-    table = np.array(balances)
-    gross = np.cumsum(np.abs(table[:, 0]) + np.abs(table[:, 1]))
-    live, dead, stored, lost = np.cumsum(table, axis=0).T
-    energy = Energy(live, dead, stored, lost, (live + dead - stored - lost) / np.maximum(gross, 1e-300))
-    bad = [k for k, c in enumerate(certificates) if not c.accepted]
-    if bad:
-        warnings.append(f"the certificate refuses {len(bad)} of {len(nodes)} samples, the first is {bad[0]}")
-    jumps = path.jumps(nodes)
-    if jumps:
-        warnings.append(f"{len(jumps)} of {len(nodes) - 1} steps are jumps, made through viscous sub-steps")
-    if said := _stayed(generations, nodes):
-        warnings.append(said)
-    if said := _returned(generations, nodes):
-        warnings.append(said)
-    renewed = [k for k, n in enumerate(nodes) if n.onward is not None]
-    events = [Event("jump", k) for k in jumps] + [Event("contacts found anew", k) for k in renewed]
-    return PushoverCurve(
-        np.array([n.control for n in nodes]) - generations.systems[0].controlled(origin),
-        unit * np.array([n.multiplier for n in nodes]), load_unit="-" if unit == 1.0 else "N", unit=unit,
-        label="pushover", events=tuple(events),
-        errors={"energy": np.array([c.energy for c in certificates])}, states=tuple(state(n) for n in nodes),
-        status=status, warnings=tuple(warnings), source="limitmason", generations=generations, nodes=tuple(nodes),
-        certificates=tuple(certificates), energy=energy, jumps=jumps, origin=origin,
-        references=(*PAPERS, *data_behind(structures[0].assembly.recipe)),
-    )  # fmt: skip
-
-
-def _returned(generations: Generations, nodes: list[Node]) -> str:
-    """What to say of points that slide back or round a bend after they have dilated."""
-    for k, node in enumerate(nodes):
-        s = generations.structures[node.generation]
-        p = s.points
-        # points found anew have a lift from elsewhere
-        aside = np.einsum("mci,mi->mc", p.directions[:, 1:], p.place_b - p.place_a)
-        own = np.abs(aside).max(axis=1) < 1e-9 * s.size
-        back = np.flatnonzero(own & slid_back(p.law.tan_psi, History(node.history.slip, node.history.lift)))
-        if len(back):
-            a, b = (s.assembly.blocks[i].name for i in (p.block_a[back[0]], p.block_b[back[0]]))
-            return (
-                f"from sample {k} on {a!r} and {b!r} slide back, or round a bend: the curve keeps the lift of "
-                "dilation, which the DEM gives back; quote it up to there, or set dilatancy_angle_deg to 0"
-            )
-    return ""
-
-
-def _stayed(generations: Generations, nodes: list[Node]) -> str:
-    """What to say of points that have slid far and are not found anew: blocks no longer meet there."""
-    for k, node in enumerate(nodes):
-        s = generations.structures[node.generation]
-        p = s.points
-        joined = p.interface >= 0
-        size = np.full(p.count, s.size)
-        size[joined] = np.sqrt(s.assembly.arrays.area[p.interface[joined]])
-        far = np.where(p.corner < 0, np.linalg.norm(node.history.slip, axis=1), 0.0)
-        if generations.shapes is not None:
-            far = np.maximum(far, outside(generations.shapes, s.assembly, p, node.pose))
-        worst = int((far / size).argmax())
-        if far[worst] > WANDERED * size[worst]:
-            a, b = (s.assembly.blocks[i].name for i in (p.block_a[worst], p.block_b[worst]))
-            return (
-                f"from sample {k} on {a!r} and {b!r} have slid by more than {WANDERED:g} of their joint at a point "
-                "that is not found anew (edges that cross, points inside a face): the curve beyond is that of the "
-                "first points"
-            )
-    return ""

@@ -29,10 +29,14 @@ class Elastic(NamedTuple):
 
 
 class History(NamedTuple):
-    """Plastic state of the points: slip along the tangents [m], (m, c - 1), and lift by dilation [m], (m,)."""
+    """Plastic state of the points: slip along the tangents [m], (m, c - 1), and lift by dilation [m], (m,).
+
+    ``stretched`` is the plastic elongation of the ties [m], (t,).
+    """
 
     slip: Array
     lift: Array
+    stretched: Array = np.zeros(0)
 
 
 class Returned(NamedTuple):

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from limitmason.capacity import descent, newton
 from limitmason.capacity.kinematics import Pose
-from limitmason.capacity.point_law import History, trial, virgin
+from limitmason.capacity.point_law import History, trial
 from limitmason.capacity.program import solve_step
 from limitmason.capacity.system import System
 
@@ -70,8 +70,7 @@ def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -
     target : control displacement that is held, with the multiplier that this takes [m]; None for no live load
     ratio : as in :func:`step`
     """
-    m, c = system.bodies.directions.shape[:2]
-    old, pose = virgin(m, c), system.at_rest()
+    old, pose = system.virgin(), system.at_rest()
     solved = newton.solve(system, pose, 0.0, old, target)
     if solved is not None:
         return node_of(system, solved)
@@ -132,7 +131,7 @@ def _by_programs(
         proximal = viscosity == 0.0 and k > 3
         eta, since = (PROXIMAL, None) if proximal else (viscosity, done if viscosity > 0.0 else None)
         sprung = system.sprung(now.pose) if system.bodies.deforming else None
-        found = solve_step(system, now.wrenches, elastic, normal, advance, multiplier, eta, since, sprung)
+        found = solve_step(system, now, old, elastic, normal, advance, multiplier, eta, since, sprung)
         if found is None:
             return None
         multiplier, normal = found.multiplier, found.force[:, 0]
