@@ -1,5 +1,7 @@
 """The call: from a model and its loads to a capacity curve."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace

@@ -1,5 +1,7 @@
 """A capacity curve: load multiplier against control displacement, with states, certificates and energy per step."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
