@@ -51,7 +51,8 @@ def _frame(ax: Axes, title: str | None, caption: str = "") -> None:
     ax.tick_params(labelsize=style._SMALL, width=0.5, length=2.5, colors=style.FAINT)
     for spine in ax.spines.values():
         spine.set_linewidth(0.5)
-    wide = float(getattr(ax.figure, "figure", ax.figure).get_size_inches()[0])
+    page: Any = ax.figure
+    wide = float(getattr(page, "figure", page).get_size_inches()[0])
     caption = "\n".join(style.wrapped(line, wide - 0.9) for line in caption.split("\n"))
     if caption:
         ax.annotate(
