@@ -63,6 +63,7 @@ COPIED = {
     "panels.md": "docs/papers/panels.md",
     "u_walls.md": "docs/papers/u-walls.md",
     "stochastic.md": "docs/papers/stochastic.md",
+    "calibration.md": "docs/papers/calibration.md",
     "pavia.md": "docs/pavia.md",
     "blind_trials.md": "validation/blind/report.md",
     "two_codes.md": "validation/blind/two_codes.md",

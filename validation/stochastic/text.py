@@ -128,6 +128,6 @@ that was killed by SIGKILL after three went on with its file, left the three lin
 two workers."""
 
 REPEATED = """\
-Equal input gives equal runs: 85 of the lines that were kept before were made again, and agree to the last bit.
+Equal input gives equal runs: 117 of the lines that were kept before were made again, and agree to the last bit.
 Before, the CoV of the friction angle came out as 5.8 / 100 in binary, which is not the double 0.058 the runs were made
 with: one bit of a draw is a run of its own, and six spatial runs made both ways differed by 0 to 17 % of the peak."""
