@@ -55,7 +55,7 @@ def sampled(curve, every):
             lambda s=system, a=at, e=elastic, n=last, d=advance: solve_step(s, a, n.history, e, n.force[:, 0], d)
         )
         whole, found = seconds(
-            lambda s=system, n=last, t=target, r=ratio: stepping._by_programs(
+            lambda s=system, n=last, t=target, r=ratio: stepping.by_programs(
                 s, n.pose, n.history, t, n.multiplier, n.force[:, 0], r
             )
         )

@@ -75,7 +75,7 @@ def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -
     if solved is not None:
         return node_of(system, solved)
     # the associative program first: a limit frozen at no normal force would carry nothing
-    found = _by_programs(system, pose, old, target, 0.0, None, ratio)
+    found = by_programs(system, pose, old, target, 0.0, None, ratio)
     if found is not None:
         return node_of(system, found[0], programs=found[1])
     # blocks that first have to come down on each other, through gaps
@@ -104,7 +104,7 @@ def step(
         solved = descent.solve(system, start, load, node.history, target)
         if solved is not None or not patient:
             return None if solved is None else node_of(system, solved)
-    found = _by_programs(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio)
+    found = by_programs(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio)
     if found is not None:
         return node_of(system, found[0], programs=found[1])
     solved = None if large else descent.solve(system, start, load, node.history, target)
@@ -116,7 +116,7 @@ def is_large(system: System) -> bool:
     return len(system.bodies.area) >= MANY
 
 
-def _by_programs(
+def by_programs(
     system: System, pose: Pose, old: History, target: float | None, multiplier: float, normal: Array | None,
     ratio: float, viscosity: float = 0.0,
 ) -> tuple[newton.Solved, int] | None:  # fmt: skip
@@ -172,7 +172,7 @@ def _quieted(
             solved = descent.solve(system, pose, multiplier, history, target, viscosity=eta)
             found = None if solved is None else (solved, 0)
         if found is None:
-            found = _by_programs(system, pose, history, target, multiplier, normal, ratio, eta)
+            found = by_programs(system, pose, history, target, multiplier, normal, ratio, eta)
         total += PROGRAMS if found is None else found[1]
         if found is None:
             eta *= 10.0

@@ -86,7 +86,7 @@ def test_descent_and_programs_find_the_same_states(psi, way, modulus):
         system = curve.generations.systems[0]
         ratio = float(np.abs(system.live).sum())
         start = node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio
-        programs = stepping._by_programs(system, *start)[0]
+        programs = stepping.by_programs(system, *start)[0]
         found = descent.solve(system, node.pose, node.multiplier, node.history, target)
         assert found.multiplier == pytest.approx(programs.multiplier, abs=1e-8)
         assert found.state.force == pytest.approx(programs.state.force, abs=1e-5 * system.weight)

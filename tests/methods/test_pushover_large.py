@@ -55,7 +55,7 @@ def test_edges_that_come_to_cross_are_said_not_to_be_found():
 
 @pytest.mark.parametrize("stiffness", [1e7, 2.5e7])
 def test_corners_that_take_over_carry_what_was_carried_however_deep_soft_joints_are_pressed(stiffness):
-    """Edges at the toe are 8 to 11 mm deep in each other: with no successor the load fell by a sixth at 20 to 34 mm."""
+    """Edges of the toe are 8 to 11 mm deep in each other: without a successor the load fell by a sixth."""
     wall = lm.build.wall(length=2.0, courses=10, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.02))
     curve = lm.pushover(wall, lm.Loads.horizontal(wall), stiffness=stiffness, to=0.035)
     assert not curve.jumps

@@ -165,7 +165,7 @@ def test_newton_descent_and_programs_find_the_same_tensions():
     for k in range(2, curve.first_limit_point.index - 3, 3):
         node, target = curve.nodes[k], curve.nodes[k + 3].control
         start = node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio
-        programs = stepping._by_programs(made, *start)[0]
+        programs = stepping.by_programs(made, *start)[0]
         found = descent.solve(made, node.pose, node.multiplier, node.history, target)
         assert found.multiplier == pytest.approx(programs.multiplier, abs=1e-8)
         assert found.state.pulled.tension == pytest.approx(programs.state.pulled.tension, abs=1e-4)
