@@ -9,16 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from limitmason.capacity import path, stepping
+from limitmason.capacity import breaking, path, stepping
 from limitmason.capacity.certificate import Balance, StepCertificate, Structure, certify, equilibrium
 from limitmason.capacity.contacts import first_contacts
 from limitmason.capacity.deformable import LUMPED, Deformation, deformation, plane_of
 from limitmason.capacity.generations import Generations
+from limitmason.capacity.joint_laws import fall, refuse, refuse_partial_rotations, stiffnesses
 from limitmason.capacity.kinematics import Pose, make_bodies
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.path import Steps
-from limitmason.capacity.point_law import Elastic, History, slid_back
-from limitmason.capacity.result import Energy, PushoverCurve
+from limitmason.capacity.point_law import Elastic, History, slid_back, virgin
+from limitmason.capacity.result import Break, Energy, PushoverCurve
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.system import System
 from limitmason.capacity.touching import outside, shapes_of
@@ -28,15 +29,12 @@ from limitmason.equilibrium import degrees_of_freedom, project
 from limitmason.errors import InputError, NotApplicable
 from limitmason.joint_shapes import ELASTIC, MODAL, RIGID
 from limitmason.law import interface_law
-from limitmason.law_table import refuse_ties
 from limitmason.lumped_units import with_lumped_units
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
 from limitmason.progress import watched
 from limitmason.references import data_behind
-from limitmason.stated import tension_cut
-from limitmason.stiffness import SETTLEMENT, default_stiffness
 
 Array = NDArray[np.float64]
 
@@ -110,8 +108,8 @@ def pushover(
     Raises
     ------
     NotApplicable
-        For crushing and softening joints, for blocks of which some rotations are held, in space, and for contacts
-        found anew between blocks that deform.
+        For ties, for joints whose tension unloads to the origin, for blocks of which some rotations are held, in space,
+        and for contacts found anew between blocks that deform.
     InputError
         For a live load without forces, and for a control, length or stiffness that makes no sense.
 
@@ -120,12 +118,17 @@ def pushover(
     A contact point stays under the corner of the block that makes it, its normal on the face of the other; corners that
     leave a face or come to another are found after each step (an event of the curve). Points that are no corner, as
     inside a grid and where edges cross in space, stay with the blocks of their joint: a warning says from where they
-    have slid by more than a tenth of it. Tension that opens a joint leaves no damage:
-    perfect plasticity without crack memory, as in the DEM's perfectly plastic law. Blocks deform by small strains, in
-    axes that turn with them; body forces strain no block but through its joints.
+    have slid by more than a tenth of it. Blocks deform by small strains, in axes that turn with them; body forces
+    strain no block but through its joints.
+
+    Joints without residual values and fracture energies are perfectly plastic, and tension that opens one leaves no
+    damage. Over fracture energies strength is lost along the step, which ends on the falling law. Where it is lost at
+    once the step ends at the first point that reaches its strength; that point and those it overloads break at the same
+    displacement: two samples, the second a jump with its energy in ``curve.breaks``. The load then often recovers:
+    with such joints ``to=None`` goes on until a fifth of the largest load is lost.
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
-    _refuse(assembly, loads)
+    refuse(assembly, loads)
     deforming = blocks in (MODAL, ELASTIC)
     contacts = contacts or (FIRST if deforming else ANEW)
     if contacts not in (ANEW, FIRST):
@@ -146,8 +149,8 @@ def pushover(
     if not points.count:
         raise InputError("no joint touches a free block: there is nothing that could carry a load")
     if plane is None:
-        _refuse_partial_rotations(assembly)
-    kn, ks, warnings = _stiffnesses(assembly, loads, stiffness)
+        refuse_partial_rotations(assembly)
+    kn, ks, warnings = stiffnesses(assembly, loads, stiffness)
     basis, free = degrees_of_freedom(assembly, plane)
     dead, live = project(loads.dead, basis) * free, project(loads.live, basis) * free
     mine: NDArray[np.bool_] = np.asarray(free.any(axis=1))
@@ -161,15 +164,16 @@ def pushover(
     open_by = None if gaps is None else np.asarray(gaps, dtype=float)
     if open_by is not None and not (open_by.shape == (points.count,) and (open_by >= 0.0).all()):
         raise InputError(f"gaps must be {points.count} lengths [m] that are not negative, one per contact point")
-    first, shapes = first_contacts(points, interface_law(assembly.arrays), kn, ks, open_by), None
+    law, falls = interface_law(assembly.arrays, convex=False), fall(assembly, kn, ks)
+    first, shapes = first_contacts(points, law, kn, ks, open_by, falls), None
     if contacts == ANEW:
         shapes, first = shapes_of(assembly, first, plane, size)
 
     def equations(s: Structure) -> System:
         p = s.points
         return System(
-            make_bodies(assembly, p, plane, bent), Elastic(p.law, p.kn, p.ks), dead, live, row, weight, size, length,
-            np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness,
+            make_bodies(assembly, p, plane, bent), Elastic(p.law, p.kn, p.ks, p.fall), dead, live, row, weight, size,
+            length, np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness,
         )  # fmt: skip
 
     length = weight / float((first.kn * first.area).mean())
@@ -197,26 +201,6 @@ def pushover(
     return _curve(generations, nodes, origin, status, warnings, 1.0 if moving is None else ratio)
 
 
-def _refuse(assembly: Assembly, loads: Loads) -> None:
-    if len(loads.dead) != assembly.n_blocks:
-        raise InputError(f"loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
-    refuse_ties(assembly, "the capacity curve", "use limit analysis or the DEM, or assembly.with_ties(())")
-    for i in assembly.interfaces:
-        j, names = i.joint, tuple(assembly.blocks[b].name for b in (i.block_a, i.block_b))
-        if np.isfinite(j.compressive_strength):
-            raise NotApplicable(
-                f"the joint between {names[0]!r} and {names[1]!r} crushes (compressive_strength): pushover does not "
-                "follow crushing; leave it out or use method 'dem'"
-            )
-        if j.softens:
-            raise NotApplicable(
-                f"the joint between {names[0]!r} and {names[1]!r} softens (residual values or fracture energies): "
-                "pushover follows perfectly plastic joints only; leave them out or use method 'dem'"
-            )
-    if assembly.fixed.all():
-        raise InputError("every block is held: there is nothing to push")
-
-
 def _moving_support(assembly: Assembly, control: Any) -> tuple[int, int] | None:
     """Block and axis of a support that is to be moved; None where the control is no support."""
     if isinstance(control, str) or len(control) != 2 or control[1] not in _AXES:
@@ -241,47 +225,11 @@ def _guided(assembly: Assembly, loads: Loads, block: int, axis: int) -> tuple[Lo
     return Loads(dead, live, f"{name} moves"), guided
 
 
-def _refuse_partial_rotations(assembly: Assembly) -> None:
-    turning = assembly.held[:, 3:]
-    some = np.flatnonzero(turning.any(axis=1) & ~turning.all(axis=1))
-    if len(some):
-        raise NotApplicable(
-            f"block {assembly.blocks[some[0]].name!r} has some of its rotations held: with finite rotations in space "
-            "pushover takes all or none"
-        )
-
-
-def _stiffnesses(
-    assembly: Assembly, loads: Loads, stiffness: float | tuple[float, float] | None
-) -> tuple[Array, Array, list[str]]:
-    """Kn and ks per interface [Pa/m], and what a user should know about them."""
-    x, warnings = assembly.arrays, []
-    if cut := tension_cut(assembly):
-        warnings.append(cut)
-    if stiffness is not None:
-        pair = np.atleast_1d(np.asarray(stiffness, dtype=float))
-        if pair.shape not in ((1,), (2,)) or not (np.isfinite(pair).all() and (pair > 0).all()):
-            raise InputError(f"stiffness must be kn or (kn, ks), positive numbers [Pa/m], got {stiffness!r}")
-        return np.full(len(x.area), pair[0]), np.full(len(x.area), pair[-1]), warnings
-    missing = ~(x.normal_stiffness > 0.0)
-    standard = default_stiffness(assembly, loads.dead)
-    if missing.any():
-        warnings.append(
-            f"{int(missing.sum())} of {len(missing)} joints name no stiffness: kn = ks = {standard:.3g} Pa/m is used, "
-            f"chosen so that the foot shortens by {SETTLEMENT:g} of a block under the dead load; it is not a material "
-            "property"
-        )
-    kn = np.where(missing, standard, x.normal_stiffness)
-    ks = np.where(np.isnan(x.shear_stiffness), kn, x.shear_stiffness)
-    if not (ks > 0.0).all():
-        raise NotApplicable(
-            f"joint of interface {int(np.argmin(ks > 0))} has shear_stiffness 0: it must be positive here"
-        )
-    return kn, ks, warnings
-
-
 def _control(assembly: Assembly, control: Any, basis: Array, free: NDArray, live: Array) -> tuple[Array, float]:
-    """Row of the control displacement, (n, d), and the live loads' work per control displacement at first [N]."""
+    """Row of the control displacement, (n, d), and the live loads' work per control displacement at first [N].
+
+    The work is negative where they push against the axis.
+    """
     forces = np.where(np.abs(basis[:3]).max(axis=0) > 0.5, live, 0.0)
     total = float(np.linalg.norm(forces, axis=1).sum())
     if not total > 0.0:
@@ -297,7 +245,8 @@ def _control(assembly: Assembly, control: Any, basis: Array, free: NDArray, live
     row[i] = basis[_AXES[control[1]]] * free[i]
     if not row.any():
         raise InputError(f"control: block {control[0]!r} does not move along {control[1]!r}")
-    return row, total
+    # the load that pushes a block down grows while its z falls
+    return row, -total if float((row * live).sum()) < 0.0 else total
 
 
 def _begin(
@@ -310,7 +259,16 @@ def _begin(
         if first is None:
             return new, [], new.systems[0].at_rest()
         say(f"dead load: {first.programs} programs, {first.iterations} iterations of Newton")
-        return new, [first._replace(looked=new.systems[0].at_rest())], first.pose
+        system = new.systems[0]
+        if breaking.brittle(system):
+            over = breaking.overload_of(system, virgin(*first.force.shape), first)
+            if len(rows := breaking.due(over)):
+                say(f"joints break under the dead load, {len(rows)} points first")
+                broken = breaking.released(system, first._replace(due=rows), ratio, held)
+                if broken is None:
+                    return new, [], system.at_rest()
+                first = broken._replace(jump=False)
+        return new, [first._replace(looked=system.at_rest())], first.pose
     if start.generations is None or not start.nodes:
         raise InputError("start is a curve without states: there is nothing to go on from")
     before = start.generations.structures[0]
@@ -363,34 +321,55 @@ def _curve(
     certificates, balances = [zero], [Balance(0.0, 0.0, 0.0, 0.0)]
     for node, after in pairwise(nodes):
         before = generations.begun(node)
-        certificate, balance = certify(structures[after.generation], state(before), state(after))
-        certificates.append(certificate._replace(jump=after.jump))
+        certificate, balance = certify(structures[after.generation], state(before), state(after), after.jump)
+        certificates.append(certificate)
         balances.append(balance._replace(stored=balance.stored + generations.changed(node)))
     table = np.array(balances)
     gross = np.cumsum(np.abs(table[:, 0]) + np.abs(table[:, 1]))
-    live, dead, stored, lost = np.cumsum(table, axis=0).T
-    energy = Energy(live, dead, stored, lost, (live + dead - stored - lost) / np.maximum(gross, 1e-300))
+    live, dead, stored, lost, broken, jumped = np.cumsum(table, axis=0).T
+    left = live + dead - stored - lost - broken - jumped
+    energy = Energy(live, dead, stored, lost, left / np.maximum(gross, 1e-300), broken, jumped)
+    breaks = _breaks(generations, nodes, balances)
     bad = [k for k, c in enumerate(certificates) if not c.accepted]
     if bad:
         warnings.append(f"the certificate refuses {len(bad)} of {len(nodes)} samples, the first is {bad[0]}")
     jumps = path.jumps(nodes)
     if jumps:
-        warnings.append(f"{len(jumps)} of {len(nodes) - 1} steps are jumps, made through viscous sub-steps")
+        through = len(jumps) - len(breaks)
+        parts = [f"{len(breaks)} where joints break at once"] * bool(breaks)
+        parts += [f"{through} made through viscous sub-steps"] * bool(through)
+        warnings.append(f"{len(jumps)} of {len(nodes) - 1} steps are jumps, {' and '.join(parts)}")
     if said := _stayed(generations, nodes):
         warnings.append(said)
     if said := _returned(generations, nodes):
         warnings.append(said)
     renewed = [k for k, n in enumerate(nodes) if n.onward is not None]
-    events = [Event("jump", k) for k in jumps] + [Event("contacts found anew", k) for k in renewed]
+    events = [Event("jump", k) for k in jumps]
+    events += [Event("joint breaks", b.sample, b.joints[0], b.energy) for b in breaks]
+    events += [Event("contacts found anew", k) for k in renewed]
     return PushoverCurve(
         np.array([n.control for n in nodes]) - generations.systems[0].controlled(origin),
         unit * np.array([n.multiplier for n in nodes]), load_unit="-" if unit == 1.0 else "N", unit=unit,
         label="pushover", events=tuple(events),
         errors={"energy": np.array([c.energy for c in certificates])}, states=tuple(state(n) for n in nodes),
         status=status, warnings=tuple(warnings), source="limitmason", generations=generations, nodes=tuple(nodes),
-        certificates=tuple(certificates), energy=energy, jumps=jumps, origin=origin,
+        certificates=tuple(certificates), energy=energy, jumps=jumps, origin=origin, breaks=breaks,
         references=(*PAPERS, *data_behind(structures[0].assembly.recipe)),
     )  # fmt: skip
+
+
+def _breaks(generations: Generations, nodes: list[Node], balances: list[Balance]) -> tuple[Break, ...]:
+    """What broke at once, and where."""
+    found = []
+    for k, node in enumerate(nodes):
+        if node.broken is None or k == 0:
+            continue
+        p = generations.structures[node.generation].points
+        rows, blocks = node.broken, generations.structures[0].assembly.blocks
+        pairs = zip(p.block_a[rows].tolist(), p.block_b[rows].tolist(), strict=True)
+        joints = dict.fromkeys(f"{blocks[min(a, b)].name} - {blocks[max(a, b)].name}" for a, b in pairs)
+        found.append(Break(k, tuple(joints), len(rows), balances[k].jumped))
+    return tuple(found)
 
 
 def _returned(generations: Generations, nodes: list[Node]) -> str:

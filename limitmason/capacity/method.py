@@ -3,6 +3,8 @@
 import math
 from typing import Any
 
+import numpy as np
+
 from limitmason.capacity.analysis import pushover
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.path import Steps
@@ -11,13 +13,20 @@ from limitmason.method import Look, Method, settings_of
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import CANNOT_STAND, NOT_CONVERGED, SOLVED, Bound, BoundKind, Prediction, Range
+from limitmason.stated import lost_in_failure
 
 MEANING = "estimate: first limit point of the path from the unstressed wall"
+MEANING_SOFTENING = "estimate: largest load of the path from the unstressed wall, whose joints lose strength on the way"
 
 
 def _first_limit_point(assembly: Assembly, loads: Loads, **settings: Any) -> Prediction:
     curve = pushover(assembly, loads, **settings)
+    softens = any(i.joint.softens for i in assembly.interfaces)
     point, warnings, status = curve.first_limit_point, curve.warnings, SOLVED
+    if softens and point is not None:
+        # where joints break the load falls again and again, and recovers
+        point = curve.peak if curve.peak.index + 1 < len(curve) else None
+    meaning = MEANING_SOFTENING if softens else MEANING
     value, mechanism, resultants = math.nan, None, None
     if curve.status == CANNOT_STAND:
         status = CANNOT_STAND
@@ -37,12 +46,13 @@ def _first_limit_point(assembly: Assembly, loads: Loads, **settings: Any) -> Pre
             warnings = (*warnings, str(reason))
     steps = settings.get("steps") or Steps()
     return Prediction(
-        "pushover", value, Bound(BoundKind.ESTIMATE, MEANING), status, mechanism, resultants, None, warnings,
+        "pushover", value, Bound(BoundKind.ESTIMATE, meaning), status, mechanism, resultants, None, warnings,
         {"steps": curve.cost.steps, "programs": curve.cost.programs, "Newton iterations": curve.cost.iterations},
         {
             "curve": curve, "limit point displacement": math.nan if point is None else point.displacement,
             "resolution": steps.peak * abs(value),
         },
+        lost_in_failure=lost_in_failure(assembly, np.zeros(len(assembly.interfaces))),
     )  # fmt: skip
 
 

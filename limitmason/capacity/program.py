@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from limitmason.capacity.system import System
+from limitmason.law import PointLaw
 
 Array = NDArray[np.float64]
 
@@ -39,6 +40,7 @@ def solve_step(
     viscosity: float = 0.0,
     done: Array | None = None,
     sprung: Array | None = None,
+    strength: PointLaw | None = None,
 ) -> Stepped | None:
     """Solve the program of a step in a pose; None where the solver finds no answer.
 
@@ -52,9 +54,11 @@ def solve_step(
     viscosity : eta of a viscous force against the motion, own units; 0 for none
     done : motion since the viscous force was nothing, own units; none by default
     sprung : forces of the blocks' own deformation in the pose, own units, (order,); none for rigid blocks
+    strength : of the points [Pa], at the damage of the pose; that of the peak by default
     """
     m, c = elastic.shape
-    law, area, force = system.law.strength, system.bodies.area, system.weight
+    law = system.law.strength if strength is None else strength
+    area, force = system.bodies.area, system.weight
     stiffness = np.column_stack([system.law.kn, *[system.law.ks] * (c - 1)]) * area[:, None] * system.length / force
     compliance = (1.0 / stiffness).ravel()
     start = (elastic / force).ravel()
@@ -91,7 +95,12 @@ def solve_step(
     one = np.ones(m)
     place = [sparse.csc_matrix((-one, (rows, c * rows)), shape=(m, unknowns))]
     limit = [tension]
-    cones = [clarabel.ZeroConeT(order), clarabel.NonnegativeConeT(m if c == 3 else 3 * m)]
+    crushes = np.flatnonzero(law.crushes)
+    if len(crushes):
+        at = np.arange(len(crushes)), c * crushes
+        place.append(sparse.csc_matrix((np.ones(len(crushes)), at), shape=(len(crushes), unknowns)))
+        limit.append(law.crushing[crushes] * area[crushes] / force)
+    cones = [clarabel.ZeroConeT(order), clarabel.NonnegativeConeT(len(crushes) + (m if c == 3 else 3 * m))]
     if c == 2:
         for sign in (1.0, -1.0):
             entry = np.concatenate([sign * one, -tan])

@@ -1,5 +1,6 @@
 """From state to state: Newton from the extrapolated increment, programs where it sticks, halving, viscous jumps."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ from limitmason.capacity import descent, newton
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import History, trial, virgin
 from limitmason.capacity.program import solve_step
-from limitmason.capacity.system import System
+from limitmason.capacity.system import Evaluated, System
 
 Array = NDArray[np.float64]
 
@@ -36,7 +37,8 @@ class Node(NamedTuple):
     """A converged state of the path: pose, history, multiplier, control displacement [m], forces [N].
 
     ``generation`` is that of its contacts; ``onward`` those with which the path goes on, where they were found anew;
-    ``looked`` the pose in which they were last looked for.
+    ``looked`` the pose in which they were last looked for. ``due`` are the points that break from this state, and
+    ``broken`` those that broke on the way to it.
     """
 
     pose: Pose
@@ -51,6 +53,8 @@ class Node(NamedTuple):
     generation: int = 0
     onward: Onward | None = None
     looked: Pose | None = None
+    due: NDArray[np.intp] | None = None
+    broken: NDArray[np.intp] | None = None
 
 
 def node_of(system: System, solved: newton.Solved, jump: bool = False, programs: int = 0) -> Node:
@@ -76,11 +80,11 @@ def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -
     if solved is not None:
         return node_of(system, solved)
     # the associative program first: a limit frozen at no normal force would carry nothing
-    found = _by_programs(system, pose, old, target, 0.0, None, ratio)
+    found = by_programs(system, pose, old, target, 0.0, None, ratio)
     if found is not None:
         return node_of(system, found[0], programs=found[1])
     # blocks that first have to come down on each other, through gaps
-    return _quieted(system, pose, old, target, 0.0, None, ratio, 1e-2)
+    return quieted(system, pose, old, target, 0.0, None, ratio, 1e-2)
 
 
 def step(
@@ -105,7 +109,7 @@ def step(
         solved = descent.solve(system, start, load, node.history, target)
         if solved is not None or not patient:
             return None if solved is None else node_of(system, solved)
-    found = _by_programs(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio)
+    found = by_programs(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio)
     if found is not None:
         return node_of(system, found[0], programs=found[1])
     solved = None if large else descent.solve(system, start, load, node.history, target)
@@ -117,7 +121,7 @@ def is_large(system: System) -> bool:
     return len(system.bodies.area) >= MANY
 
 
-def _by_programs(
+def by_programs(
     system: System, pose: Pose, old: History, target: float | None, multiplier: float, normal: Array | None,
     ratio: float, viscosity: float = 0.0,
 ) -> tuple[newton.Solved, int] | None:  # fmt: skip
@@ -132,7 +136,8 @@ def _by_programs(
         proximal = viscosity == 0.0 and k > 3
         eta, since = (PROXIMAL, None) if proximal else (viscosity, done if viscosity > 0.0 else None)
         sprung = system.sprung(now.pose) if system.bodies.deforming else None
-        found = solve_step(system, now.wrenches, elastic, normal, advance, multiplier, eta, since, sprung)
+        strength = system.law.strength_at(now.returned.history.damage)
+        found = solve_step(system, now.wrenches, elastic, normal, advance, multiplier, eta, since, sprung, strength)
         if found is None:
             return None
         multiplier, normal = found.multiplier, found.force[:, 0]
@@ -155,16 +160,20 @@ def jump(system: System, node: Node, target: float, ratio: float) -> Node | None
     weight, then Newton finishes without it.
     """
     eta = 0.02 / max(abs(target - node.control) / system.length, 1.0)
-    return _quieted(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio, eta)
+    return quieted(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio, eta)
 
 
-def _quieted(
+def quieted(
     system: System, pose: Pose, history: History, target: float | None, multiplier: float, normal: Array | None,
-    ratio: float, eta: float,
+    ratio: float, eta: float, commit: Callable[[History, Evaluated], History] | None = None,
 ) -> Node | None:  # fmt: skip
     """The state that viscous sub-steps come to, eta lowered from its first value until there is no force left in it.
 
     None where blocks are still on their way after half a block: they fall.
+
+    Parameters
+    ----------
+    commit : the history that is kept of a sub-step, from the one before and its state; as it came by default
     """
     total, begin = 0, pose.shift
     for _ in range(60):
@@ -173,7 +182,7 @@ def _quieted(
             solved = descent.solve(system, pose, multiplier, history, target, viscosity=eta)
             found = None if solved is None else (solved, 0)
         if found is None:
-            found = _by_programs(system, pose, history, target, multiplier, normal, ratio, eta)
+            found = by_programs(system, pose, history, target, multiplier, normal, ratio, eta)
         total += PROGRAMS if found is None else found[1]
         if found is None:
             eta *= 10.0
@@ -181,7 +190,8 @@ def _quieted(
                 return None
             continue
         state = found[0].state
-        pose, history, multiplier, normal = state.pose, state.returned.history, found[0].multiplier, state.force[:, 0]
+        kept = state.returned.history if commit is None else commit(history, state)
+        pose, history, multiplier, normal = state.pose, kept, found[0].multiplier, state.force[:, 0]
         if float(np.abs(pose.shift - begin).max()) > _FALLS * system.size:
             return None
         if state.unbalance < _QUIET:
