@@ -15,7 +15,8 @@ from limitmason.capacity.contacts import first_contacts
 from limitmason.capacity.deformable import LUMPED, Deformation, deformation, plane_of
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.joint_laws import fall, refuse, refuse_partial_rotations, stiffnesses
-from limitmason.capacity.kinematics import Pose, make_bodies
+from limitmason.capacity.kinematics import Pose, at_rest, make_bodies
+from limitmason.capacity.misfit import begun_with, of_forces, of_gaps
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.path import Steps
 from limitmason.capacity.point_law import Elastic, History, slid_back, virgin
@@ -35,6 +36,7 @@ from limitmason.model.load import Loads
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
 from limitmason.progress import watched
 from limitmason.references import data_behind
+from limitmason.results import Prediction
 
 Array = NDArray[np.float64]
 
@@ -62,6 +64,7 @@ def pushover(
     stiffness: float | tuple[float, float] | None = None,
     steps: Steps | None = None,
     start: PushoverCurve | None = None,
+    initial: Prediction | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> PushoverCurve:
     """Capacity curve of blocks with elastic, unilateral, frictional joints: load against displacement.
@@ -96,6 +99,9 @@ def pushover(
     steps : see :class:`Steps`
     start : curve whose last state is gone on from, for the same model, contact points and dead load; its live load must
         be the same up to a factor, which may be negative
+    initial : prediction of limit analysis on the same points, with whose joint forces the path begins, at its
+        multiplier in the reference pose and along its mechanism: joints misfit by what their springs need for these
+        forces. The way to states that no path from the unstressed structure reaches; see :mod:`.misfit`
     progress : called with a line per step
 
     Returns
@@ -161,11 +167,11 @@ def pushover(
     )
     size = float(np.median(np.cbrt(assembly.arrays.volume[mine])))
     row, ratio = _control(assembly, control, basis, free, live)
-    open_by = None if gaps is None else np.asarray(gaps, dtype=float)
-    if open_by is not None and not (open_by.shape == (points.count,) and (open_by >= 0.0).all()):
-        raise InputError(f"gaps must be {points.count} lengths [m] that are not negative, one per contact point")
+    if initial is not None and not (gaps is None and start is None and moving is None):
+        raise InputError("initial forces go with the structure as built: without gaps, start and a support that moves")
+    misfit = of_gaps(points, gaps) if initial is None else of_forces(points, initial, kn, ks)
     law, falls = interface_law(assembly.arrays, convex=False), fall(assembly, kn, ks)
-    first, shapes = first_contacts(points, law, kn, ks, open_by, falls), None
+    first, shapes = first_contacts(points, law, kn, ks, misfit, falls), None
     if contacts == ANEW:
         shapes, first = shapes_of(assembly, first, plane, size)
 
@@ -180,7 +186,13 @@ def pushover(
     bent = deformation(assembly, points, blocks, stress, plane, kn, ks) if deforming else None
     structure = Structure(assembly, loads, first, weight, size, length, bent)
     held = None if moving is None else 0.0
-    generations, nodes, origin = _begin(Generations(shapes, equations, [structure]), start, say, held, ratio)
+    if initial is None:
+        generations, nodes, origin = _begin(Generations(shapes, equations, [structure]), start, say, held, ratio)
+    else:
+        if deforming:
+            raise NotApplicable("initial forces go with rigid blocks: limit analysis knows no strains")
+        generations, origin = Generations(shapes, equations, [structure]), at_rest(assembly.n_blocks)
+        nodes = begun_with(generations.systems[0], initial, to, ratio, steps or Steps())
     system = generations.systems[0]
     if not nodes:
         warnings.append("no equilibrium under the dead load was found: is it carried, and is every block held?")

@@ -107,21 +107,22 @@ class Contacts:
 
 
 def first_contacts(
-    points: ContactPoints, law: PointLaw, kn: Array, ks: Array, gaps: Array | None = None, fall: Fall | None = None
+    points: ContactPoints, law: PointLaw, kn: Array, ks: Array, misfit: Array | None = None, fall: Fall | None = None
 ) -> Contacts:
     """The contact points of the reference pose, the frame carried by the interface's block a.
 
     Parameters
     ----------
     law, kn, ks : of every interface, shape (k,)
-    gaps : opening of the points in the reference pose [m], shape (m,); none by default
+    misfit : displacement of b against a in the reference pose, opening and along the tangents [m], shape (m, c); none
+        by default
     fall : how every interface softens; None where none does
     """
     if fall is None:
         fall = Fall(law, np.zeros(len(kn)), np.zeros(len(kn)))
     place_a = points.position
-    if gaps is not None:
-        place_a = place_a - gaps[:, None] * points.directions[:, 0]
+    if misfit is not None:
+        place_a = place_a - np.einsum("mc,mci->mi", misfit, points.directions)
     rows = points.interface
     none = np.full(points.count, NO_CORNER, np.intp)
     return Contacts(
