@@ -239,7 +239,7 @@ def compare(
     test = measured_range(measured)
     kept = None if store is None else DocumentStore(store, SCHEMA)
     say = progress or (lambda _: None)
-    rows = []
+    rows: list[Row] = []
     for k, method in enumerate(methods, 1):
         # without a store there is nothing to identify, and options may be any objects
         path = None

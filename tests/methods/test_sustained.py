@@ -50,7 +50,8 @@ def compared():
 
 def test_a_path_begins_in_the_smallest_state_and_forgets_its_self_stress(compared):
     """It starts with the joint forces of the state in the reference pose; a tenth of the thickness on, no path has any
-    memory of it: that from the unstressed wall and that on softer joints carry the same.
+    memory of it: those from the unstressed wall, on softer joints or on other points, carry the same. (On stiff joints
+    with points at the corners one from the unstressed wall jumps to a branch 2 % above it.)
     """
     wall, loads, both = compared
     smallest, found = both["non-associative"].prediction, both["sustained"].prediction
@@ -61,8 +62,9 @@ def test_a_path_begins_in_the_smallest_state_and_forgets_its_self_stress(compare
     assert force == pytest.approx(smallest.resultants.point_force, abs=1e-6 * np.abs(force).max())
     assert all(c.accepted for c in curve.certificates)
     assert smallest.collapse_multiplier < 0.9 * both["associative"].multiplier
-    unstressed = lm.pushover(wall, loads, to=0.004, stiffness=6e10, contacts="first")
-    assert unstressed.multiplier[-1] == pytest.approx(found.collapse_multiplier, rel=0.005)
+    for stiffness, points in ((6e9, {}), (6e10, {"contact_model": "grid", "grid": (2, 4)})):
+        unstressed = lm.pushover(wall, loads, to=0.004, stiffness=stiffness, contacts="first", **points)
+        assert unstressed.multiplier[-1] == pytest.approx(found.collapse_multiplier, rel=0.002)
     soft = lm.predict(wall, loads, "sustained", smallest=smallest, stiffness=6e9)
     assert soft.collapse_multiplier == pytest.approx(found.collapse_multiplier, rel=0.01)
 
@@ -130,12 +132,12 @@ def test_what_is_carried_again_soon_is_no_loss():
 def test_gaps_spread_the_first_loss_of_a_wall_in_space_more_than_what_it_sustains():
     wall, loads = l_wall()
     found = imperfection_ensemble(
-        wall, loads, gap=1e-4, samples=6, seed=1, stiffness=6e9, contacts="first", contact_model="grid", grid=(2, 4)
+        wall, loads, gap=1e-4, samples=4, seed=1, stiffness=6e9, contacts="first", contact_model="grid", grid=(2, 4)
     )
     lost, kept = found.spread_of_first_loss, found.spread_of_sustained
     assert min(lost.paths, kept.paths) >= 4
     assert (kept.high - kept.low) / kept.median < 0.01
     assert (lost.high - lost.low) / lost.median > 0.03
     assert lost.low <= lost.median <= lost.high < 0.44126 * 1.01
-    assert len(found.curves) == 6
+    assert len(found.curves) == 4
     assert "sustained" in str(found)
