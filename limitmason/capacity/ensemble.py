@@ -71,7 +71,7 @@ class Ensemble:
 
     @property
     def spread_of_first_loss(self) -> Spread:
-        """Of the multiplier at the first limit point [-]."""
+        """Of the multiplier at which equilibrium is first lost [-]."""
         return _spread(self.first_loss)
 
     @property

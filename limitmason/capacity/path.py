@@ -184,7 +184,7 @@ def follow(
             if broken is None:
                 warnings.append(
                     f"the path stops at {weak.control:.4g} m, lambda {weak.multiplier:.5g}: joints break and no "
-                    "equilibrium is found after it"
+                    "equilibrium is found after it: a block that they held falls, or the state lies too far"
                 )
                 return STOPPED, warnings
             new = generations.looked_at(broken._replace(generation=weak.generation, looked=last.looked), weak)

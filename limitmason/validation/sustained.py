@@ -19,9 +19,11 @@ from limitmason.method import Look, Method, settings_of
 from limitmason.methods import NON_ASSOCIATIVE, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.progress import watched
 from limitmason.results import NOT_CONVERGED, SOLVED, Bound, BoundKind, Prediction
 
 
+@watched("sustained load")
 def sustained(
     assembly: Assembly,
     loads: Loads,
