@@ -52,7 +52,7 @@ def sampled(curve, every):
         elastic = trial(system.law, last.history, at.contact.displacement) * system.bodies.area[:, None]
         advance = (target - last.control) * ratio
         bare, _ = seconds(
-            lambda s=system, a=at, e=elastic, n=last, d=advance: solve_step(s, a.wrenches, e, n.force[:, 0], d)
+            lambda s=system, a=at, e=elastic, n=last, d=advance: solve_step(s, a, n.history, e, n.force[:, 0], d)
         )
         whole, found = seconds(
             lambda s=system, n=last, t=target, r=ratio: stepping._by_programs(

@@ -1,6 +1,7 @@
 """Contacts in large displacement: outworn joints are cut anew, new pairs join, old slip and dilation are inherited."""
 
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +56,9 @@ class Pieces(NamedTuple):
 
     @classmethod
     def of(cls, assembly: Assembly) -> "Pieces":
-        """Pieces of an assembly."""
+        """Pieces of an assembly, found once: a push runs the same one at two speeds."""
+        if assembly in _KNOWN:
+            return _KNOWN[assembly]
         parts = [(i, part) for i, block in enumerate(assembly.blocks) for part in block.parts]
         edge_rows = [_edges_of(part) for _, part in parts]
         v = max(len(p.vertices) for _, p in parts)
@@ -72,10 +75,14 @@ class Pieces(NamedTuple):
             for j, face in enumerate(p.faces):
                 faces[row, j, : len(face)] = face
                 size[row, j] = len(face)
-        return cls(
+        _KNOWN[assembly] = cls(
             np.array([i for i, _ in parts]), local, np.array([len(p.vertices) for _, p in parts]), faces, size,
             np.array([len(p.faces) for _, p in parts]), edges, np.array([len(e) for e in edge_rows]),
         )  # fmt: skip
+        return _KNOWN[assembly]
+
+
+_KNOWN: WeakKeyDictionary[Assembly, Pieces] = WeakKeyDictionary()
 
 
 def _edges_of(part: Solid) -> list[tuple[int, int, int, int]]:
@@ -84,7 +91,8 @@ def _edges_of(part: Solid) -> list[tuple[int, int, int, int]]:
     normal = []
     for f, face in enumerate(part.faces):
         x = part.vertices[list(face)]
-        n = np.cross(x, np.roll(x, -1, axis=0)).sum(axis=0)
+        (a, b, c), (u, v, w) = x.T, np.roll(x, -1, axis=0).T  # np.cross takes most of its time to move axes
+        n = np.array([b @ w - c @ v, c @ u - a @ w, a @ v - b @ u])
         normal.append(n / np.linalg.norm(n))
         for i, j in zip(face, (*face[1:], face[0]), strict=True):
             beside.setdefault((min(i, j), max(i, j)), []).append(f)

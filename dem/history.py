@@ -1,5 +1,7 @@
 """What a simulation recorded: displacements, reactions, energies, crack openings and the state it ended in."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -111,7 +113,7 @@ class History:
         })  # fmt: skip
 
     @classmethod
-    def load(cls, path: str | Path, assembly: Assembly) -> "History":
+    def load(cls, path: str | Path, assembly: Assembly) -> History:
         """Read a history written by :meth:`save`, or the checkpoint of a run.
 
         Parameters
@@ -231,7 +233,7 @@ class History:
         work = np.abs(self.scalars["applied"]) + np.abs(self.scalars["support"])
         return self.scalars["kinetic"] / np.maximum(work, 1e-300)
 
-    def kinetic_ratio_since(self, before: "History") -> Array:
+    def kinetic_ratio_since(self, before: History) -> Array:
         """Kinetic energy over the work of the loads and drives since the end of an earlier history [-]."""
         work = np.abs(self.scalars["applied"] - before.scalars["applied"][-1])
         work += np.abs(self.scalars["support"] - before.scalars["support"][-1])

@@ -1,5 +1,7 @@
 """From the joint laws of an assembly to the arrays of the kernel: stiffness defaults, softening, contact points."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

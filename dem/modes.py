@@ -1,5 +1,7 @@
 """The DEM's old names for small vibrations, whose home is :func:`limitmason.modes`."""
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Mapping
 from typing import NamedTuple

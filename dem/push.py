@@ -1,5 +1,7 @@
 """Driven structures: a plate pushed to a displacement, at a speed and a third of it, as one load-displacement curve."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace

@@ -1,5 +1,7 @@
 """The load-displacement curve of a push, with what its joints did: first failure, cracks, peak, residual, mode."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -66,7 +68,7 @@ class PushCurve(Curve):
     spacing: float = 0.0
     law: str = ""
     steps: int = 0
-    faster: "PushCurve | None" = None
+    faster: PushCurve | None = None
 
     @property
     def rate_error(self) -> float:
@@ -163,7 +165,7 @@ class PushCurve(Curve):
             return self.states[0]
         return self.history.shift[i - 1], self.history.quaternion[i - 1]
 
-    def beside(self, faster: "PushCurve") -> "PushCurve":
+    def beside(self, faster: PushCurve) -> PushCurve:
         """This curve with the same run at a higher speed as its rate error."""
         peak = max(abs(self.peak.load), 1e-300)
         # both run the same path: where it is done to the same part

@@ -1,5 +1,7 @@
 """Settings of a search for the collapse multiplier by the DEM."""
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -104,7 +106,7 @@ class DemSettings:
             if check not in CHECKS:
                 raise InputError(f"unknown check {check!r} in error_budget; known: {', '.join(CHECKS)}")
 
-    def with_options(self, options: Mapping[str, Any], *, stacklevel: int = 2) -> "DemSettings":
+    def with_options(self, options: Mapping[str, Any], *, stacklevel: int = 2) -> DemSettings:
         """These settings with some replaced by name, also by the names of 0.1.
 
         Raises

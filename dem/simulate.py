@@ -1,5 +1,7 @@
 """The public entry to time stepping: stages one after the other, a history, checkpoints that continue exactly."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any

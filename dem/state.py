@@ -1,5 +1,7 @@
 """The state of a simulation: contact points, joints and bodies; copied for save and restore, written for resume."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
@@ -145,7 +147,7 @@ class State:
         """None where modal blocks deform in a plane, which the kernel must know before it is compiled."""
         return None if self.deformation is None or self.deformation.plane else True
 
-    def copy(self) -> "State":
+    def copy(self) -> State:
         """A state that shares nothing with this one."""
 
         def twin(x: Any) -> Any:
@@ -169,7 +171,7 @@ class State:
         }  # fmt: skip
 
     @classmethod
-    def from_arrays(cls, file: Mapping[str, Any], path: object) -> "State":
+    def from_arrays(cls, file: Mapping[str, Any], path: object) -> State:
         """Inverse of :meth:`arrays`; ``path`` is named in errors.
 
         Raises
@@ -211,7 +213,7 @@ class State:
         write_archive(path, self.arrays())
 
     @classmethod
-    def load(cls, path: str | Path) -> "State":
+    def load(cls, path: str | Path) -> State:
         """Read a state written by :meth:`save`."""
         with np.load(path, allow_pickle=False) as file:
             return cls.from_arrays(file, path)
@@ -235,7 +237,7 @@ class State:
             self.modes.rate[:] = 0.0
         self.total[kernels.E_KINETIC] = 0.0
 
-    def measured(self, assembly: Assembly) -> "Measured":
+    def measured(self, assembly: Assembly) -> Measured:
         """Contact forces in the present position; changes nothing."""
         m = len(self.points.s)
         position, force = np.empty((m, 3)), np.empty((m, 3))

@@ -1,5 +1,7 @@
 """Tilting tests: turn the weight slowly until the wall falls, and stop the table where it may still stand."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from enum import StrEnum
 

@@ -5,6 +5,8 @@ solver that made them is used, nor the equilibrium matrix: forces are summed blo
 rigid velocities at the contact points.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple

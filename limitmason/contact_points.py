@@ -1,5 +1,7 @@
 """Contact points of interfaces: where forces pass, their tributary areas and directions."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -4,6 +4,8 @@ Displacement is the abscissa, in the order in which it was passed (cycles turn b
 where the work is asked for. Both are in the units that the curve names.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -186,7 +188,7 @@ class Curve(Shown, Citable):
         """The point of the first event of a name; None where it did not happen."""
         return next((self.point(e.index) for e in self.events if e.name == name), None)
 
-    def in_units(self, displacement_unit: str, displacement: float, load_unit: str, load: float) -> "Curve":
+    def in_units(self, displacement_unit: str, displacement: float, load_unit: str, load: float) -> Curve:
         """The same curve in other units, values multiplied by the factors given [new unit / old unit]."""
         return replace(
             self, displacement=self.displacement * displacement, load=self.load * load,

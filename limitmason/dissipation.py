@@ -1,5 +1,7 @@
 """Power that the joints of a mechanism dissipate under the associative law, point by point and over whole faces."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import NDArray
 

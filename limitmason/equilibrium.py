@@ -5,6 +5,8 @@ N n + T1 t1 + T2 t2 at the point, the force on block a its opposite; moments are
 The transpose gives the rates conjugate to f: A^T v = (opening, sliding of b relative to a).
 """
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse

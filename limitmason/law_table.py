@@ -199,8 +199,8 @@ TAKES: Mapping[str, Mapping[Term, Cell]] = {
                        "energies, or at once by a jump at the displacement where the first point breaks; a joint whose "
                        "tension unloads to the origin is refused"),
         SMOOTH: _TAKEN,
-        TIES: Cell(Taken.REFUSED, "the capacity curve does not follow",
-                   "use limit analysis or the DEM, or assembly.with_ties(())"),
+        TIES: Cell(Taken.PLASTIC, "elastic up to their strength, at any rotation, loose when they shorten; not with "
+                   "blocks that deform"),
     },
     MECHANISMS: {
         DILATANCY: Cell(Taken.LEFT_OUT, "what is admissible bounds the associative value, and the bound says so"),

@@ -1,5 +1,7 @@
 """Reduction to the plane: whether a whole problem takes place in one plane, and which."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np

@@ -4,6 +4,8 @@ A residual over the total load hides a small block beside a large one: a twenty-
 quarter of the weight of a brick. So every block is measured by its own load and size, every joint by its own force.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np

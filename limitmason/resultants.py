@@ -1,5 +1,7 @@
 """What a theory finds at contact points as results: resultants of the interfaces, mechanism to a common scale."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import NDArray
 

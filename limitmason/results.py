@@ -1,5 +1,7 @@
 """What a method returns: prediction, mechanism, resultants and certificate; all frozen, none knows a solver."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,5 +1,7 @@
 """The load at which a curve has lost 2 % of its stiffness: the light-damage limit state of Murano et al."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np

@@ -12,9 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from numba import njit
+from numba.core.cpu import CPUTargetOptions
 
 FASTMATH = {"reassoc", "contract", "arcp", "nsz"}
 """Sums may be reordered and multiply-adds fused; NaN and infinity keep their meaning."""
+
+
+COUNTS = hasattr(CPUTargetOptions, "_nrt")
+"""Whether numba lets a function that makes no arrays leave out counting who holds those it is given."""
 
 
 def content(folder: Path) -> str:
@@ -28,12 +33,14 @@ def content(folder: Path) -> str:
 SOURCES = content(Path(__file__).parent)
 
 
-def kernel(*, fast: bool = True, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+def kernel(*, fast: bool = True, counted: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Compile a function of this package on its first call, and keep it on disk until any file of the package changes.
 
     Parameters
     ----------
     fast : let sums be reordered; not where a sign decides which way a search goes
+    counted : count references to arrays: needed where one is made, or handed back. Every count is an atomic addition,
+        and where one function hands a dozen arrays to the next, per joint, they took two thirds of a modal step
     options : of ``numba.njit``: ``forceinline`` for what must be part of its caller, so that the same bits come out of
         a process that compiles and of one that loads; ``inline="always"`` for what returns many numbers in registers
 
@@ -42,6 +49,8 @@ def kernel(*, fast: bool = True, **options: Any) -> Callable[[Callable[..., Any]
     numba has no public way to say what a stamp depends on. Where its cache is built otherwise than here assumed,
     nothing is kept on disk: every process then compiles for itself, which is slow and right.
     """
+    if COUNTS:
+        options["_nrt"] = counted
 
     def compiled(function: Callable[..., Any]) -> Any:
         dispatcher = njit(cache=True, error_model="numpy", nogil=True, fastmath=FASTMATH if fast else False, **options)(

@@ -151,7 +151,7 @@ def _joint_forces(points, joints, bodies, dt, total):
     total[E_FRACTURE] += fracture
 
 
-@kernel()
+@kernel(counted=True)
 def contact_wrenches(points, joints, bodies):
     """Wrench of the joints on every block in the present position, shape (n, 6), written to ``bodies.contact``."""
     _joint_forces(points, joints, bodies, 0.0, np.zeros(E_SIZE))

@@ -9,7 +9,7 @@ from dem.kernels.kinematics import _crossing, _kinematics
 from dem.kernels.law import fall_of, peak_of, stress
 
 
-@kernel(fast=False)
+@kernel(fast=False, counted=True)
 def measure(points, joints, bodies, position, force, opening, slip, modes=None, space=None):
     """Contact-point places, forces, openings and slips in the present position; changes no state.
 

@@ -6,7 +6,7 @@ from dem.kernels.compiled import kernel
 from dem.kernels.kinematics import _cross, _dot
 
 
-@kernel(fast=False)
+@kernel(fast=False, counted=True)
 def _plane_of(corners, faces, size, p, f, out):
     """Outward normal and offset of face f of convex piece p (Newell), written to ``out`` (4)."""
     n0 = n1 = n2 = c0 = c1 = c2 = 0.0
@@ -26,7 +26,7 @@ def _plane_of(corners, faces, size, p, f, out):
     out[3] = (out[0] * c0 + out[1] * c1 + out[2] * c2) / m
 
 
-@kernel(fast=False)
+@kernel(fast=False, counted=True)
 def _widest_gap(corners, n_corners, planes, n_faces, p, q, best):
     """Face of p that separates q the most, and q's corner nearest to it; plane and gap written to ``best`` (5)."""
     found, nearest = -1, 0
@@ -44,7 +44,7 @@ def _widest_gap(corners, n_corners, planes, n_faces, p, q, best):
     return found, nearest
 
 
-@kernel(fast=False)
+@kernel(fast=False, counted=True)
 def _widest_crossing(corners, edges, n_edges, planes, p, q, out):
     """Gap along the cross product of edges of p and q that separates them most, -1e300 without any; cosine to a face.
 
@@ -91,7 +91,7 @@ def _widest_crossing(corners, edges, n_edges, planes, p, q, out):
     return widest, steepest
 
 
-@kernel(fast=False)
+@kernel(fast=False, counted=True)
 def contact_shapes(
     corners, n_corners, faces, size, n_faces, edges, n_edges, pairs, margin, flat,
     kind, gap, polygon, count, plane_out, crossing, first_is_base,

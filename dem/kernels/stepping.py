@@ -63,7 +63,7 @@ def rotation_of(q, out):
     out[2, 1] = 2.0 * (y * z + s * x)
 
 
-@kernel()
+@kernel(counted=True)
 def advance(
     points, joints, bodies, total, cases, factors, drives, speeds, dt, local, adaptive, kinetic_stop, true_inertia,
     drifts, modes=None, space=None, rigid=True, ties=None,

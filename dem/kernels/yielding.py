@@ -106,7 +106,7 @@ def _met(
     return True
 
 
-@kernel(fast=False)
+@kernel(fast=False, counted=True)
 def principal_return(mat: Array, m: int, s: Array, plastic: Array) -> int:
     """Return sorted principal stresses to the surface; plastic strains and flags.
 
@@ -199,7 +199,7 @@ def exceeds(mat: Array, m: int, xx: float, zz: float, xz: float, yy: float) -> b
     return mat[m, MAT_K] * high - low > mat[m, MAT_C] or high > mat[m, MAT_FT]
 
 
-@kernel(fast=False)
+@kernel(fast=False, counted=True)
 def stress_return(mat: Array, m: int, stress: Array, plastic: Array) -> int:
     """Return a stress to the surface.
 

@@ -10,7 +10,7 @@ from dem.kernels.zone_arrays import Contacts, Nodes, Sides, Tables, Zones
 from dem.kernels.zones import met, stress_at, turned
 
 
-@kernel()
+@kernel(counted=True)
 def measure_zones(
     nodes: Nodes, zones: Zones, tables: Tables, sides: Sides, contacts: Contacts, law: Array, stresses: Array,
     joint: Array,

@@ -148,7 +148,7 @@ def _yield(z: int, zones: Zones, tables: Tables, u: Array, trial: Array, plastic
     return lost, missed
 
 
-@kernel()
+@kernel(counted=True)
 def zone_forces(nodes: Nodes, zones: Zones, tables: Tables, total: Array) -> None:
     """Add the forces of all zones to ``nodes.force`` and let their stress points yield."""
     u, trial, plastic = np.empty(8), np.empty(4), np.empty(4)
@@ -284,7 +284,7 @@ def _brake(local: float, drifts: bool, force: float, change: float, speed: float
     return against_change(local, force, change, brake) if drifts else brake
 
 
-@kernel()
+@kernel(counted=True)
 def advance_zones(
     nodes: Nodes, zones: Zones, tables: Tables, sides: Sides, contacts: Contacts, law: Array, soft: bool, rigid: Rigid,
     total: Array, steps: int, dt: float, local: float, drifts: bool,

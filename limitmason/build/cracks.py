@@ -1,5 +1,7 @@
 """Potential cracks in units: planes through blocks that become joints between their two parts."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 

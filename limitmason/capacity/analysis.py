@@ -1,36 +1,38 @@
 """The call: from a model and its loads to a capacity curve."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from limitmason.capacity import breaking, path, stepping
-from limitmason.capacity.certificate import Balance, StepCertificate, Structure, certify, equilibrium
+from limitmason.capacity.certificate import Structure
+from limitmason.capacity.certified import certified_curve
 from limitmason.capacity.contacts import first_contacts
 from limitmason.capacity.deformable import LUMPED, Deformation, deformation, plane_of
+from limitmason.capacity.faces import shapes_of
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.joint_laws import fall, refuse, refuse_partial_rotations, stiffnesses
 from limitmason.capacity.kinematics import Pose, at_rest, make_bodies
 from limitmason.capacity.misfit import begun_with, of_forces, of_gaps
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.path import Steps
-from limitmason.capacity.point_law import Elastic, virgin
-from limitmason.capacity.remarks import breaks_of, returned, stayed
-from limitmason.capacity.result import Energy, PushoverCurve
+from limitmason.capacity.point_law import Elastic
+from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.system import System
-from limitmason.capacity.touching import shapes_of
+from limitmason.capacity.ties import make_ties
 from limitmason.contact_points import Grid, contact_points
-from limitmason.curve import Event
 from limitmason.equilibrium import degrees_of_freedom, project
 from limitmason.errors import InputError, NotApplicable
 from limitmason.joint_shapes import ELASTIC, MODAL, RIGID
 from limitmason.law import interface_law
+from limitmason.law_table import refuse_ties
 from limitmason.lumped_units import with_lumped_units
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -112,8 +114,8 @@ def pushover(
     Raises
     ------
     NotApplicable
-        For ties, for joints whose tension unloads to the origin, for blocks of which some rotations are held, in space,
-        and for contacts found anew between blocks that deform.
+        For joints whose tension unloads to the origin, for blocks of which some rotations are held, in space, for
+        contacts found anew between blocks that deform, and for ties of such blocks.
     InputError
         For a live load without forces, and for a control, length or stiffness that makes no sense.
 
@@ -123,7 +125,8 @@ def pushover(
     leave a face or come to another are found after each step (an event of the curve). Points that are no corner, as
     inside a grid and where edges cross in space, stay with the blocks of their joint: a warning says from where they
     have slid by more than a tenth of it. Blocks deform by small strains, in axes that turn with them; body forces
-    strain no block but through its joints.
+    strain no block but through its joints. Ties are unstressed in the reference pose; they follow their ends at any
+    rotation, yield at their strength and hang loose when they shorten.
 
     Joints without residual values and fracture energies are perfectly plastic, and tension that opens one leaves no
     damage. Over fracture energies strength is lost along the step, which ends on the falling law. Where it is lost at
@@ -137,6 +140,8 @@ def pushover(
     contacts = contacts or (FIRST if deforming else ANEW)
     if contacts not in (ANEW, FIRST):
         raise InputError(f"contacts must be {ANEW!r} or {FIRST!r}, got {contacts!r}")
+    if deforming:
+        refuse_ties(assembly, f"a capacity curve of {blocks} blocks", "use blocks='rigid', or assembly.with_ties(())")
     if deforming and contacts == ANEW:
         raise NotApplicable(f"contacts are not found anew between {blocks} blocks: leave contacts out")
     if blocks == LUMPED:
@@ -155,6 +160,8 @@ def pushover(
     if plane is None:
         refuse_partial_rotations(assembly)
     kn, ks, warnings = stiffnesses(assembly, loads, stiffness)
+    ties, of_ties = make_ties(assembly)
+    warnings += of_ties
     basis, free = degrees_of_freedom(assembly, plane)
     dead, live = project(loads.dead, basis) * free, project(loads.live, basis) * free
     mine: NDArray[np.bool_] = np.asarray(free.any(axis=1))
@@ -177,12 +184,12 @@ def pushover(
         p = s.points
         return System(
             make_bodies(assembly, p, plane, bent), Elastic(p.law, p.kn, p.ks, p.fall), dead, live, row, weight, size,
-            length, np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness,
+            length, np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness, ties,
         )  # fmt: skip
 
     length = weight / float((first.kn * first.area).mean())
     bent = deformation(assembly, points, blocks, stress, plane, kn, ks) if deforming else None
-    structure = Structure(assembly, loads, first, weight, size, length, bent)
+    structure = Structure(assembly, loads, first, weight, size, length, bent, ties.stiffness)
     held = None if moving is None else 0.0
     if initial is None:
         generations, nodes, origin = _begin(Generations(shapes, equations, [structure]), start, say, held, ratio)
@@ -208,7 +215,7 @@ def pushover(
     )  # fmt: skip
     warnings += said
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
-    return _curve(generations, nodes, origin, status, warnings, 1.0 if moving is None else ratio)
+    return certified_curve(generations, nodes, origin, status, warnings, 1.0 if moving is None else ratio)
 
 
 def _moving_support(assembly: Assembly, control: Any) -> tuple[int, int] | None:
@@ -271,7 +278,7 @@ def _begin(
         say(f"dead load: {first.programs} programs, {first.iterations} iterations of Newton")
         system = new.systems[0]
         if breaking.brittle(system):
-            over = breaking.overload_of(system, virgin(*first.force.shape), first)
+            over = breaking.overload_of(system, system.virgin(), first)
             if len(rows := breaking.due(over)):
                 say(f"joints break under the dead load, {len(rows)} points first")
                 broken = breaking.released(system, first._replace(due=rows), ratio, held)
@@ -290,6 +297,7 @@ def _begin(
         and np.allclose(before.points.ks, now.points.ks)
         and np.allclose(before.loads.dead, now.loads.dead)
         and _deform_alike(before.deformation, now.deformation)
+        and np.array_equal(before.tie_stiffness, now.tie_stiffness)
     )
     if not same:
         raise InputError("start is a curve of another model: points, stiffness, blocks and dead load must be the same")
@@ -315,54 +323,3 @@ def _deform_alike(one: Deformation | None, other: Deformation | None) -> bool:
         and np.allclose(one.stiffness, other.stiffness)
         and np.allclose(one.shapes_b, other.shapes_b)
     )
-
-
-def _curve(
-    generations: Generations,
-    nodes: list[Node],
-    origin: Pose,
-    status: path.PathEnd,
-    warnings: list[str],
-    unit: float,
-) -> PushoverCurve:
-    first = nodes[0]
-    structures, state = generations.structures, generations.state
-    zero = StepCertificate(equilibrium(structures[first.generation], state(first)), 0.0, 0.0, 0.0, 0.0, 0.0)
-    certificates, balances = [zero], [Balance(0.0, 0.0, 0.0, 0.0)]
-    for node, after in pairwise(nodes):
-        before = generations.begun(node)
-        certificate, balance = certify(structures[after.generation], state(before), state(after), after.jump)
-        certificates.append(certificate)
-        balances.append(balance._replace(stored=balance.stored + generations.changed(node)))
-    table = np.array(balances)
-    gross = np.cumsum(np.abs(table[:, 0]) + np.abs(table[:, 1]))
-    live, dead, stored, lost, broken, jumped = np.cumsum(table, axis=0).T
-    left = live + dead - stored - lost - broken - jumped
-    energy = Energy(live, dead, stored, lost, left / np.maximum(gross, 1e-300), broken, jumped)
-    breaks = breaks_of(generations, nodes, balances)
-    bad = [k for k, c in enumerate(certificates) if not c.accepted]
-    if bad:
-        warnings.append(f"the certificate refuses {len(bad)} of {len(nodes)} samples, the first is {bad[0]}")
-    jumps = path.jumps(nodes)
-    if jumps:
-        through = len(jumps) - len(breaks)
-        parts = [f"{len(breaks)} where joints break at once"] * bool(breaks)
-        parts += [f"{through} made through viscous sub-steps"] * bool(through)
-        warnings.append(f"{len(jumps)} of {len(nodes) - 1} steps are jumps, {' and '.join(parts)}")
-    if said := stayed(generations, nodes):
-        warnings.append(said)
-    if said := returned(generations, nodes):
-        warnings.append(said)
-    renewed = [k for k, n in enumerate(nodes) if n.onward is not None]
-    events = [Event("jump", k) for k in jumps]
-    events += [Event("joint breaks", b.sample, b.joints[0], b.energy) for b in breaks]
-    events += [Event("contacts found anew", k) for k in renewed]
-    return PushoverCurve(
-        np.array([n.control for n in nodes]) - generations.systems[0].controlled(origin),
-        unit * np.array([n.multiplier for n in nodes]), load_unit="-" if unit == 1.0 else "N", unit=unit,
-        label="pushover", events=tuple(events),
-        errors={"energy": np.array([c.energy for c in certificates])}, states=tuple(state(n) for n in nodes),
-        status=status, warnings=tuple(warnings), source="limitmason", generations=generations, nodes=tuple(nodes),
-        certificates=tuple(certificates), energy=energy, jumps=jumps, origin=origin, breaks=breaks,
-        references=(*PAPERS, *data_behind(structures[0].assembly.recipe)),
-    )  # fmt: skip

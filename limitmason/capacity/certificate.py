@@ -28,7 +28,7 @@ _CREATED = 1e-2  # energy that a jump may seem to make, of its gross work: its p
 
 class State(NamedTuple):
     """A state of the path: shift [m], (n, 3); R - I, (n, 3, 3); coordinates of the blocks' shapes [m], (n, k), none of
-    rigid blocks; slip [m], (m, c - 1); lift [m], (m,); multiplier.
+    rigid blocks; slip [m], (m, c - 1); lift [m], (m,); multiplier; plastic elongation of the ties [m], (t,).
 
     ``damage`` [-], (m,); one 0 for joints that never soften.
     """
@@ -40,19 +40,20 @@ class State(NamedTuple):
     lift: Array
     multiplier: float
     damage: Array | float = 0.0
+    stretched: Array = np.zeros(0)
 
 
 class StepCertificate(NamedTuple):
     """How well one state, reached from the one before, keeps the theory.
 
     ``equilibrium`` is the largest unbalanced force, or moment over a block's size, in mean block weights, forces on the
-    shapes of blocks that deform and their elastic answer included; ``excess``
-    the largest excess over the joint law in block weights; ``flow`` the largest departure of the lift from tan(psi)
-    times the slip, and ``against`` of the slip from the sense of the shear and of slip below the limit, both over the
-    largest slip or elastic displacement; ``dissipation`` the least over the points of the energy that slip loses, over
-    the gross work; ``energy`` what work by trapezoids, change of stored energy and loss leave over, over the gross
-    work |dW_live| + |dW_dead| of the step. A ``jump`` passes through states that are not kept, so that its slip and
-    lift are sums that the flow rule does not bind together.
+    shapes of blocks that deform and their elastic answer included; ``excess`` the largest excess over the joint law, or
+    the strength of a tie, in block weights; ``flow`` the largest departure of the lift from tan(psi) times the slip,
+    and ``against`` of the slip from the sense of the shear and of slip, or a tie's plastic elongation, below the limit,
+    both over the largest slip or elastic displacement; ``dissipation`` the least over points and ties of the energy
+    that slip and plastic elongation lose, over the gross work; ``energy`` what work by trapezoids, change of stored
+    energy and loss leave over, over the gross work |dW_live| + |dW_dead| of the step. A ``jump`` passes through states
+    that are not kept, so that its slip and lift are sums that the flow rule does not bind together.
 
     ``damage`` is the largest departure of the damage from what opening and slip ask for, and how far brittle points
     that have not broken lie beyond their strength by more than ``WITHIN``; below a jump damage may only have grown.
@@ -100,7 +101,8 @@ class Structure(NamedTuple):
     """What the certificate reads: the model and its contact points with their law and stiffness per area.
 
     ``weight`` [N], ``size`` [m] and ``length`` [m] are the mean block weight, the block size and the elastic length;
-    ``deformation`` the shapes of blocks that deform, None where all are rigid.
+    ``deformation`` the shapes of blocks that deform, None where all are rigid; ``tie_stiffness`` of the assembly's ties
+    [N/m], (t,).
     """
 
     assembly: Assembly
@@ -110,6 +112,7 @@ class Structure(NamedTuple):
     size: float
     length: float
     deformation: Deformation | None = None
+    tie_stiffness: Array = np.zeros(0)
 
 
 def strength(s: Structure, at: State) -> PointLaw:
@@ -136,6 +139,25 @@ def forces(s: Structure, at: State) -> tuple[Array, Array, Array]:
     return np.column_stack([normal, shear]) * p.area[:, None], apart, p.place_b + moved_b
 
 
+def tensions(s: Structure, at: State) -> tuple[Array, Array, Array, Array]:
+    """Tension of the ties [N], (t,), without a bound above; ends on a and b [m], unit vectors from a to b, (t, 3)."""
+    x, ties = s.assembly.links, s.assembly.ties
+    rows = slice(len(s.assembly.interfaces), None)
+    ends = np.array([t.ends for t in ties]).reshape(-1, 2, 3)
+    moved = [
+        at.shift[block] + np.einsum("tij,tj->ti", at.turn[block], end - s.assembly.centroids[block])
+        for block, end in ((x.block_a[rows], ends[:, 0]), (x.block_b[rows], ends[:, 1]))
+    ]
+    first, change = ends[:, 1] - ends[:, 0], moved[1] - moved[0]
+    span = first + change
+    length = np.linalg.norm(span, axis=1)
+    # a difference of squares: that of two lengths would lose the digits that a stiff rod needs
+    longer = (change * (first + span)).sum(axis=1) / (length + np.linalg.norm(first, axis=1))
+    pulls = np.maximum(s.tie_stiffness * (longer - at.stretched), 0.0)
+    along = span / np.maximum(length, 1e-300)[:, None]
+    return pulls, ends[:, 0] + moved[0], ends[:, 1] + moved[1], along
+
+
 def equilibrium(s: Structure, at: State) -> float:
     """Largest unbalanced force, or moment over a block's size, of a free motion or shape, in mean block weights."""
     p = s.points
@@ -147,6 +169,12 @@ def equilibrium(s: Structure, at: State) -> float:
     for block, sign in ((p.block_b, 1.0), (p.block_a, -1.0)):
         moment = np.cross(place - centroid[block], force)
         np.add.at(total, block, sign * np.concatenate([force, moment], axis=1))
+    if s.assembly.ties:
+        x, rows = s.assembly.links, slice(len(s.assembly.interfaces), None)
+        pulls, end_a, end_b, along = tensions(s, at)
+        for block, sign, end in ((x.block_a[rows], 1.0, end_a), (x.block_b[rows], -1.0, end_b)):
+            force = sign * pulls[:, None] * along
+            np.add.at(total, block, np.concatenate([force, np.cross(end - centroid[block], force)], axis=1))
     total = total / np.array([1.0, 1.0, 1.0, s.size, s.size, s.size]) / s.weight
     largest = float(np.abs(np.where(s.assembly.held, 0.0, total)).max(initial=0.0))
     if s.deformation is None:
@@ -162,7 +190,7 @@ def equilibrium(s: Structure, at: State) -> float:
 def stored(s: Structure, at: State) -> float:
     """Elastic energy, with what opening against the tensile strength keeps [J]; a closing joint gives it back.
 
-    That of blocks that deform is in it, q' K q / 2.
+    That of blocks that deform is in it, q' K q / 2, and that of ties, T^2 / (2 k).
     """
     components, apart, _ = forces(s, at)
     stress = components / s.points.area[:, None]
@@ -171,7 +199,8 @@ def stored(s: Structure, at: State) -> float:
     beyond = np.maximum(apart[:, 0] - at.lift - tension / p.kn, 0.0)
     density = 0.5 * stress[:, 0] ** 2 / p.kn + tension * beyond + 0.5 * (stress[:, 1:] ** 2).sum(axis=1) / p.ks
     bent = 0.0 if s.deformation is None else 0.5 * float((s.deformation.stiffness * at.shapes**2).sum())
-    return float((density * p.area).sum()) + bent
+    pulled = 0.5 * float((tensions(s, at)[0] ** 2 / s.tie_stiffness).sum()) if s.assembly.ties else 0.0
+    return float((density * p.area).sum()) + bent + pulled
 
 
 def damage_error(s: Structure, before: State, after: State) -> float:
@@ -228,6 +257,14 @@ def certify(s: Structure, before: State, after: State, jump: bool = False) -> tu
     mean = 0.5 * (old + new)
     lost = float(-(mean[:, 1:] * slip).sum() - (mean[:, 0] * lift).sum())
     broken = _released(s, before, after)
+    if s.assembly.ties:
+        first, pulls = tensions(s, before)[0], tensions(s, after)[0]
+        most = np.array([t.strength for t in s.assembly.ties])
+        more = after.stretched - before.stretched
+        excess = max(excess, float((pulls - most).max()) / s.weight)
+        against = max(against, float((np.abs(more) * np.abs(most - pulls)).max()) / (s.weight * length))
+        loss = np.append(loss, pulls * more)
+        lost += float((0.5 * (first + pulls) * more).sum())
     motion = np.concatenate([after.shift - before.shift, _spins(before.turn, after.turn)], axis=1)
     motion = np.where(s.assembly.held, 0.0, motion)
     live = 0.5 * (before.multiplier + after.multiplier) * float((s.loads.live * motion).sum())

@@ -39,7 +39,7 @@ class Contacts:
     sense : 1.0 where b is the interface's block b too, -1.0 where it is its a, shape (m,)
     law, rest : strengths at peak and residual [Pa]
     kn, ks : [Pa/m], shape (m,)
-    corner, face : numbers of what meets, see :mod:`limitmason.capacity.touching`; ``NO_CORNER`` for points that are
+    corner, face : numbers of what meets, see :mod:`limitmason.capacity.faces`; ``NO_CORNER`` for points that are
         neither, shape (m,)
     by_opening, by_slip : damage per opening beyond the strength and per slip, see :class:`Fall` [1/m], shape (m,)
     """

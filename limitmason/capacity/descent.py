@@ -15,6 +15,7 @@ from limitmason.capacity import newton
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import Elastic, History, Returned, return_map
 from limitmason.capacity.system import Evaluated, System
+from limitmason.capacity.ties import tension
 
 Array = NDArray[np.float64]
 
@@ -73,7 +74,8 @@ def solve(
         returned = return_map(law, old, now.contact.displacement)
         damping = viscosity + min(DAMPING * unbalance, _MOST)
         missing = 0.0 if target is None else (target - system.controlled(now.pose)) / system.length
-        rest = system.unbalanced(now.pose, now.wrenches, _force(system, returned), multiplier) - viscosity * done
+        force = _force(system, returned)
+        rest = system.unbalanced(now.pose, now.wrenches, force, now.pulled, multiplier) - viscosity * done
         try:
             factors = system.bordered(now._replace(returned=returned), prescribed, damping)
         except RuntimeError:  # exactly singular
@@ -106,7 +108,7 @@ def _lowest(
     done: Array,
 ) -> float:  # fmt: skip
     """Share of a motion at which the potential of the frozen law is lowest, by its slope."""
-    apart, work = now.contact.displacement, system.stretched(now.wrenches, motion)
+    apart, (work, longer) = now.contact.displacement, system.relative(now, motion)
     load = system.applied(multiplier) - viscosity * done
     if system.bodies.deforming:
         load = load + system.sprung(now.pose)
@@ -114,7 +116,8 @@ def _lowest(
 
     def slope(share: float) -> float:
         force = _force(system, return_map(law, old, apart + share * work))
-        own = -float((force * work).sum()) / (system.weight * system.length)
+        pulls, _, _ = tension(system.ties, now.pulled.elongation + share * longer, old.stretched)
+        own = (float(pulls @ longer) - float((force * work).sum())) / (system.weight * system.length)
         return own - float(motion @ load) + share * against
 
     low, high, at_low, at_high = 0.0, 1.0, slope(0.0), slope(1.0)

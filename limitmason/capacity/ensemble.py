@@ -5,6 +5,8 @@ gaps of a ten-thousandth of a block reach any. The load that its mechanism still
 of the thickness depends on them far less.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple

@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.capacity.certificate import State, Structure, certify, forces, stored
+from limitmason.capacity.faces import Shapes
 from limitmason.capacity.kinematics import motion_between
 from limitmason.capacity.stepping import Node, Onward
 from limitmason.capacity.system import System
-from limitmason.capacity.touching import Shapes, found_anew
+from limitmason.capacity.touching import found_anew
 
 Array = NDArray[np.float64]
 
@@ -37,7 +38,7 @@ class Generations:
     def state(self, node: Node) -> State:
         """What a certificate reads of a node."""
         h = node.history
-        return State(*node.pose, h.slip, h.lift, node.multiplier, h.damage)
+        return State(*node.pose, h.slip, h.lift, node.multiplier, h.damage, h.stretched)
 
     def begun(self, node: Node) -> Node:
         """The node as the next step starts from it: with the contacts that were found anew there."""
@@ -72,7 +73,8 @@ class Generations:
             return node
         self.structures.append(s._replace(points=found.contacts))
         self.systems.append(self.make(self.structures[-1]))
-        return node._replace(onward=Onward(len(self.structures) - 1, found.history, found.force))
+        history = found.history._replace(stretched=node.history.stretched)
+        return node._replace(onward=Onward(len(self.structures) - 1, history, found.force))
 
     def changed(self, node: Node) -> float:
         """Elastic energy that a node has more, after its contacts were found anew [J]; 0 where they were not."""

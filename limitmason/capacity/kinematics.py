@@ -165,7 +165,7 @@ def geometric_stiffness(bodies: Bodies, at: Contact, force: Array, starts: Index
         product[:, [0, 1, 2], [0, 1, 2]] -= (arm * f).sum(axis=1)[:, None]
         return np.asarray(np.add.reduceat(product, starts, axis=0))
 
-    turned, a, b = _cross_matrix(np.add.reduceat(f, starts, axis=0)), crossed(at.arm_a), crossed(at.arm_b)
+    turned, a, b = cross_matrix(np.add.reduceat(f, starts, axis=0)), crossed(at.arm_a), crossed(at.arm_b)
     # rows: force and moment on a, then on b; columns: shift and spin of a, then of b. theta x F = -[F] theta
     full = np.zeros((k, 12, 12))
     full[:, 0:3, 3:6] = turned
@@ -189,12 +189,13 @@ def shape_geometry(at: Contact, force: Array) -> tuple[Array, Array]:
     With p_b = ... + phi q the arms of the force change by phi dq: dM_a = F x phi dq, dM_b = -dM_a. Transposed they are
     the change of the forces on b's shapes with the spins of a and of b.
     """
-    f = _cross_matrix(np.einsum("mci,mc->mi", at.directions, force))
+    f = cross_matrix(np.einsum("mci,mc->mi", at.directions, force))
     on_a = f @ at.shapes_b
     return on_a, -on_a
 
 
-def _cross_matrix(v: Array) -> Array:
+def cross_matrix(v: Array) -> Array:
+    """[v], with [v] w = v x w, shape (m, 3, 3)."""
     k = np.zeros((len(v), 3, 3))
     k[:, 0, 1], k[:, 0, 2], k[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
     return k - np.swapaxes(k, 1, 2)

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from limitmason.capacity import newton, stepping
 from limitmason.capacity.kinematics import moved
 from limitmason.capacity.path import Steps
-from limitmason.capacity.point_law import virgin
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.system import System
 from limitmason.contact_points import ContactPoints
@@ -70,7 +69,7 @@ def of_forces(points: ContactPoints, state: Prediction, kn: Array, ks: Array) ->
 def begun_with(system: System, state: Prediction, to: float | None, ratio: float, steps: Steps) -> list[Node]:
     """The node in the reference pose at the state's multiplier, and one along its mechanism where it is found."""
     rest = system.at_rest()
-    old = virgin(len(system.law.kn), system.bodies.directions.shape[1])
+    old = system.virgin()
     solved = newton.solve(system, rest, state.collapse_multiplier, old, 0.0)
     programs = 0
     if solved is None:

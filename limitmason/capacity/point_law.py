@@ -56,11 +56,13 @@ class History(NamedTuple):
     """Plastic state of the points: slip along the tangents [m], (m, c - 1), and lift by dilation [m], (m,).
 
     ``damage`` [-], (m,), is 0 at peak and 1 at residual strength; one 0 for points that never soften.
+    ``stretched`` is the plastic elongation of the ties [m], (t,).
     """
 
     slip: Array
     lift: Array
     damage: Array | float = 0.0
+    stretched: Array = np.zeros(0)
 
     def at(self, rows: Index) -> "History":
         """Of some of the points."""

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.capacity.system import System
+from limitmason.capacity.point_law import History
+from limitmason.capacity.system import Evaluated, System
 from limitmason.law import PointLaw
 
 Array = NDArray[np.float64]
@@ -32,7 +33,8 @@ class Stepped(NamedTuple):
 
 def solve_step(
     system: System,
-    wrenches: Array,
+    at: Evaluated,
+    old: History,
     elastic: Array,
     normal: Array | None,
     advance: float | None,
@@ -46,7 +48,8 @@ def solve_step(
 
     Parameters
     ----------
-    wrenches : of unit forces in the pose, (m, c, 2, d)
+    at : the pose
+    old : history at the start of the step
     elastic : f0, the forces without limits in that pose [N], (m, c)
     normal : N_bar [N], (m,); None for the associative program, which needs none
     advance : what is left of the live-conjugate displacement, live . motion [N m]; None at a given multiplier
@@ -64,7 +67,7 @@ def solve_step(
     start = (elastic / force).ravel()
     order, free = system.order, advance is not None
     left = 0.0 if advance is None else advance
-    a = system.equilibrium(wrenches)
+    a = system.equilibrium(at.wrenches)
     dead = system.applied(0.0 if free else multiplier)
     if done is not None:
         dead = dead - viscosity * done
@@ -84,6 +87,13 @@ def solve_step(
         columns.append(sparse.csc_matrix((np.ones(len(held)), (held, np.arange(len(held)))), shape=(order, len(held))))
         p.append(1.0 / resisting[held])
         q.append(np.zeros(len(held)))
+    ties = system.ties
+    t = len(ties.length)
+    if t:  # 0 <= T <= strength, at the same cost as a point's force
+        soft = force / (ties.stiffness * system.length)
+        columns.append(system.tie_columns(at.pulled))
+        p.append(soft)
+        q.append(-soft * ties.stiffness * (at.pulled.elongation - old.stretched) / force)
     equations = sparse.hstack(columns, format="csc")
     unknowns = equations.shape[1]
     rows = np.arange(m)
@@ -97,10 +107,15 @@ def solve_step(
     limit = [tension]
     crushes = np.flatnonzero(law.crushes)
     if len(crushes):
-        at = np.arange(len(crushes)), c * crushes
-        place.append(sparse.csc_matrix((np.ones(len(crushes)), at), shape=(len(crushes), unknowns)))
+        pressed = np.arange(len(crushes)), c * crushes
+        place.append(sparse.csc_matrix((np.ones(len(crushes)), pressed), shape=(len(crushes), unknowns)))
         limit.append(law.crushing[crushes] * area[crushes] / force)
-    cones = [clarabel.ZeroConeT(order), clarabel.NonnegativeConeT(len(crushes) + (m if c == 3 else 3 * m))]
+    cones = [clarabel.ZeroConeT(order), clarabel.NonnegativeConeT(len(crushes) + (m if c == 3 else 3 * m) + 2 * t)]
+    if t:
+        bounded = np.arange(unknowns - t, unknowns)
+        for sign, bound in ((-1.0, np.zeros(t)), (1.0, ties.strength / force)):
+            place.append(sparse.csc_matrix((np.full(t, sign), (np.arange(t), bounded)), shape=(t, unknowns)))
+            limit.append(bound)
     if c == 2:
         for sign in (1.0, -1.0):
             entry = np.concatenate([sign * one, -tan])

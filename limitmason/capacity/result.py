@@ -1,5 +1,7 @@
 """A capacity curve: load multiplier against control displacement, with states, certificates and energy per step."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
@@ -7,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from limitmason.capacity.certificate import StepCertificate, Structure, strength
+from limitmason.capacity.certificate import StepCertificate, Structure, strength, tensions
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose, motion_between
 from limitmason.capacity.path import LASTING, LEVEL
@@ -16,6 +18,7 @@ from limitmason.contact_points import ContactPoints
 from limitmason.curve import Curve, CurvePoint
 from limitmason.errors import InputError, NotApplicable
 from limitmason.joint_shapes import RIGID
+from limitmason.law_table import refuse_ties
 from limitmason.plane import find_plane
 from limitmason.resultants import resultants_from_points, scaled_mechanism
 from limitmason.results import Mechanism, Resultants
@@ -134,6 +137,19 @@ class PushoverCurve(Curve):
             bent = d.displacement(i, assembly.centroids[i] + arm, np.array([n.pose.shapes[i] for n in self.nodes]))
         return shift + bent + np.array([n.pose.turn[i] @ (arm + u) for n, u in zip(self.nodes, bent, strict=True)])
 
+    @property
+    def tie_force(self) -> Array:
+        """Tension in every tie of the assembly [N], shape (n, t), as :attr:`dem.History.tie_force`."""
+        assert self.generations is not None
+        made = self.generations
+        rows = [tensions(made.structures[n.generation], made.state(n))[0] for n in self.nodes]
+        return np.array(rows).reshape(len(self.nodes), -1)
+
+    @property
+    def _rows_of_ties(self) -> NDArray[np.intp]:
+        a = self.structure.assembly
+        return len(a.interfaces) + np.arange(len(a.ties))
+
     def vibration(self, *, sample: int = -1, sliding: str = "sticks") -> VibratingSystem:
         """Blocks on the joints that a sample has left closed, for :func:`limitmason.modes`; see there.
 
@@ -144,6 +160,7 @@ class PushoverCurve(Curve):
         """
         assert self.generations is not None
         s, node = self.structure, self.nodes[self._sample(sample)]
+        refuse_ties(s.assembly, "a vibration about a curve's sample", "leave the ties out: assembly.with_ties(())")
         if node.generation:
             raise NotApplicable(f"sample {sample}: contacts were found anew on the way: its blocks lie on no joints")
         components, _, _ = self.generations.forces(node)
@@ -171,10 +188,12 @@ class PushoverCurve(Curve):
             return None
         twists = motion_between(self.nodes[first].pose, self.nodes[first + 1].pose)[:, :6]
         s = self.structure
-        return scaled_mechanism(s.assembly, s.loads, twists, s.points.place_a, s.points.interface)
+        x, ties = s.assembly.links, self._rows_of_ties
+        place, interface = np.concatenate([s.points.place_a, x.centre[ties]]), np.append(s.points.interface, ties)
+        return scaled_mechanism(s.assembly, s.loads, twists, place, interface)
 
     def resultants(self, step: int) -> Resultants:
-        """Joint forces of a sample, in the joints' frames: those of the reference pose.
+        """Joint forces of a sample, in the joints' frames: those of the reference pose; ties follow the joints.
 
         Every force is turned back with the block that carries its frame; moments are about the undeformed joint's
         centroid, with the displacement of the points in it.
@@ -198,7 +217,12 @@ class PushoverCurve(Curve):
             raise NotApplicable(f"sample {step}: {a!r} and {b!r} press on each other, which had no joint")
         force = p.sense[:, None] * np.einsum("mc,mci->mi", components, p.directions)
         place = p.place_a + np.einsum("mc,mci->mi", apart, p.directions)
-        return resultants_from_points(s.assembly, place[mine], p.interface[mine], p.area[mine], force[mine])
+        x, ties = s.assembly.links, self._rows_of_ties
+        return resultants_from_points(
+            s.assembly, np.concatenate([place[mine], x.centre[ties]]), np.append(p.interface[mine], ties),
+            np.append(p.area[mine], x.area[ties]),
+            np.concatenate([force[mine], self.tie_force[self._sample(step)][:, None] * x.normal[ties]]),
+        )  # fmt: skip
 
     def stability(self, step: int) -> Stability:
         """Whether a sample would stand under its load alone, or is held by the control.

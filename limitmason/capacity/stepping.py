@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from limitmason.capacity import descent, newton
 from limitmason.capacity.kinematics import Pose
-from limitmason.capacity.point_law import History, trial, virgin
+from limitmason.capacity.point_law import History, trial
 from limitmason.capacity.program import solve_step
 from limitmason.capacity.system import Evaluated, System
 
@@ -74,8 +74,7 @@ def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -
     target : control displacement that is held, with the multiplier that this takes [m]; None for no live load
     ratio : as in :func:`step`
     """
-    m, c = system.bodies.directions.shape[:2]
-    old, pose = virgin(m, c), system.at_rest()
+    old, pose = system.virgin(), system.at_rest()
     solved = newton.solve(system, pose, 0.0, old, target)
     if solved is not None:
         return node_of(system, solved)
@@ -137,7 +136,7 @@ def by_programs(
         eta, since = (PROXIMAL, None) if proximal else (viscosity, done if viscosity > 0.0 else None)
         sprung = system.sprung(now.pose) if system.bodies.deforming else None
         strength = system.law.strength_at(now.returned.history.damage)
-        found = solve_step(system, now.wrenches, elastic, normal, advance, multiplier, eta, since, sprung, strength)
+        found = solve_step(system, now, old, elastic, normal, advance, multiplier, eta, since, sprung, strength)
         if found is None:
             return None
         multiplier, normal = found.multiplier, found.force[:, 0]

@@ -26,7 +26,8 @@ from limitmason.capacity.kinematics import (
     point_wrenches,
     shape_geometry,
 )
-from limitmason.capacity.point_law import Elastic, History, Returned, return_map
+from limitmason.capacity.point_law import Elastic, History, Returned, return_map, virgin
+from limitmason.capacity.ties import NO_TIES, Pulled, Ties, pull, stiffness
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -40,6 +41,7 @@ class Evaluated(NamedTuple):
     wrenches: Array  # (m, c, 2, d)
     returned: Returned
     force: Array  # [N], (m, c)
+    pulled: Pulled
     residual: Array  # own units, free degrees of freedom
 
     @property
@@ -58,16 +60,17 @@ class System:
     control : weights of the rigid degrees of freedom in the control displacement, shape (n, d - k)
     weight, size, length : units of force [N], of arms [m] and of displacement [m], the elastic one
     springs : stiffness of the shapes' coordinates [N/m], shape (n, k); 0 where a block has none
+    ties : rods between blocks that are rigid
     """
 
     def __init__(
         self, bodies: Bodies, law: Elastic, dead: Array, live: Array, control: Array, weight: float, size: float,
-        length: float, springs: Array,
+        length: float, springs: Array, ties: Ties = NO_TIES,
     ) -> None:  # fmt: skip
         """Number the free degrees of freedom and make the pattern of the bordered tangent."""
         none = np.zeros_like(springs)
         self.dead, self.live, self.control = (np.hstack([x, none]) for x in (dead, live, control))
-        self.bodies, self.law, self.springs = bodies, law, springs
+        self.bodies, self.law, self.springs, self.ties = bodies, law, springs, ties
         self.weight, self.size, self.length = weight, size, length
         free = bodies.free
         self.order = int(free.sum())
@@ -87,7 +90,9 @@ class System:
         run = np.diff(np.append(self.starts, len(pair)))
         place = np.arange(run.max(initial=0))
         self._of_run = np.where(place < run[:, None], self.starts[:, None] + place, -1)  # points of a run, -1 for none
-        self._tangent_pattern(self.ends[self.starts].reshape(len(self.starts), -1))
+        self.tie_ends = np.stack([number[ties.block_a], number[ties.block_b]], axis=1)  # (t, 2, d)
+        ends = np.concatenate([self.ends[self.starts], self.tie_ends])
+        self._tangent_pattern(ends.reshape(len(ends), -1))
 
     def _tangent_pattern(self, dofs: Index) -> None:
         """Where every entry of the elements, the border and nothing else goes in the bordered matrix."""
@@ -111,11 +116,16 @@ class System:
         wrenches = point_wrenches(self.bodies, at)
         returned = return_map(self.law, old, at.displacement)
         force = returned.stress * self.bodies.area[:, None]
-        return Evaluated(pose, at, wrenches, returned, force, self.unbalanced(pose, wrenches, force, multiplier))
+        pulled = pull(self.ties, self.bodies.basis[:6], pose, old.stretched)
+        returned = returned._replace(history=returned.history._replace(stretched=pulled.plastic))
+        rest = self.unbalanced(pose, wrenches, force, pulled, multiplier)
+        return Evaluated(pose, at, wrenches, returned, force, pulled, rest)
 
-    def unbalanced(self, pose: Pose, wrenches: Array, force: Array, multiplier: float) -> Array:
-        """What loads, point forces [N], (m, c), and springs leave over on the free degrees of freedom, own units."""
+    def unbalanced(self, pose: Pose, wrenches: Array, force: Array, pulled: Pulled, multiplier: float) -> Array:
+        """What loads, point forces [N], (m, c), ties and springs leave over on the free motions, own units."""
         total = block_wrenches(self.bodies, wrenches, force) + self.dead + multiplier * self.live
+        for side, block in enumerate((self.ties.block_a, self.ties.block_b)):
+            np.add.at(total, block, pulled.tension[:, None] * pulled.wrenches[:, side])
         if self.bodies.deforming:
             total[:, -self.bodies.deforming :] -= self.springs * pose.shapes
         return np.asarray((total * self.row_scale)[self.bodies.free])
@@ -124,13 +134,19 @@ class System:
         """Loads on the free degrees of freedom, own units."""
         return self.dead_own + multiplier * self.live_own
 
-    def stretched(self, wrenches: Array, own: Array) -> Array:
-        """Relative displacement [m], (m, c), of the points by a small motion in own units."""
+    def relative(self, at: Evaluated, own: Array) -> tuple[Array, Array]:
+        """Displacement of the points, (m, c), and elongation of the ties, (t,), by a small motion in own units [m]."""
         motion = np.zeros(self.bodies.free.shape)
         motion[self.bodies.free] = own
         motion *= self.motion_scale
         ends = np.stack([motion[self.bodies.block_a], motion[self.bodies.block_b]], axis=1)
-        return np.einsum("mcsd,msd->mc", wrenches, ends)
+        ends_of_ties = np.stack([motion[self.ties.block_a], motion[self.ties.block_b]], axis=1)
+        longer = -np.einsum("tsd,tsd->t", at.pulled.wrenches, ends_of_ties)
+        return np.einsum("mcsd,msd->mc", at.wrenches, ends), longer
+
+    def virgin(self) -> History:
+        """The history of joints and ties that nothing has happened to."""
+        return virgin(*self.bodies.directions.shape[:2])._replace(stretched=np.zeros(len(self.ties.length)))
 
     def at_rest(self) -> Pose:
         """The unstressed pose."""
@@ -171,6 +187,8 @@ class System:
     def tangent(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> sparse.csc_matrix:
         """The matrix of :meth:`bordered`."""
         element = self._deforming_elements(at) if self.bodies.deforming else self._elements(at)
+        if len(self.ties.length):
+            element = np.concatenate([element, stiffness(at.pulled, self.bodies.basis[:6])])
         rows = np.concatenate([self.row_scale] * 2)
         columns = np.concatenate([self.motion_scale] * 2)
         element *= rows[:, None] * columns
@@ -221,6 +239,14 @@ class System:
         columns = np.broadcast_to(np.arange(m * c).reshape(m, c)[:, :, None, None], values.shape)
         keep = rows >= 0
         return sparse.csc_matrix((values[keep], (rows[keep], columns[keep])), shape=(self.order, m * c))
+
+    def tie_columns(self, pulled: Pulled) -> sparse.csc_matrix:
+        """Wrenches of a mean block weight in every tie, own units, shape (order, t)."""
+        values = pulled.wrenches * self.row_scale * self.weight
+        columns = np.broadcast_to(np.arange(len(values))[:, None, None], values.shape)
+        keep = self.tie_ends >= 0
+        place = self.tie_ends[keep], columns[keep]
+        return sparse.csc_matrix((values[keep], place), shape=(self.order, len(values)))
 
 
 def _parity(permutation: Index) -> int:

@@ -1,5 +1,7 @@
 """A cause: a physical extension of the model, nested in the baseline, and how it acts on a prediction."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from math import isfinite

@@ -9,6 +9,8 @@ makes ``cohesion(bounds, kinds=...)`` return a :class:`~limitmason.causes.Cause`
 other than the baseline only, and returns the changed (assembly, loads), or the reading for a cause in the measurement.
 """
 
+from __future__ import annotations
+
 import inspect
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -56,7 +58,7 @@ class Edit:
     options : of its function
     """
 
-    declared: "Declared"
+    declared: Declared
     options: tuple[tuple[str, Any], ...] = ()
 
     def __call__(self, size: float, *model: Any, **specimen: Any) -> Any:

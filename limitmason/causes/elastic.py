@@ -1,5 +1,7 @@
 """Rigid blocks on linear elastic joints: small displacements and joint stresses before collapse."""
 
+from __future__ import annotations
+
 from dataclasses import replace
 
 import numpy as np

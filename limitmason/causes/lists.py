@@ -1,5 +1,7 @@
 """All causes: by name, as a list for a study, and as a table; made from their declarations."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Any

@@ -1,5 +1,7 @@
 """Linear answers: displacements and stresses under dead and live loads, without cracks."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 

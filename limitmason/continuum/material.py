@@ -1,5 +1,7 @@
 """What masonry is taken to be as a continuum: elasticity, strengths and fracture energies."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
@@ -72,7 +74,7 @@ class Material:
         ductility: float = 1.6e-3,
         tensile_energy: float = 12.0,
         name: str = "masonry",
-    ) -> "Material":
+    ) -> Material:
         """Strengths and energies from Young's modulus alone: fc = E / alpha, ft = fc / 10, Gfc = d fc, Gf = 12 N/m.
 
         Parameters

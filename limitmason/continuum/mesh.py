@@ -1,5 +1,7 @@
 """Meshes of 20-node bricks: solids cut along the planes of their outline, whatever the units inside."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from functools import cached_property
 from itertools import pairwise

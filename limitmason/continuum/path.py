@@ -1,5 +1,7 @@
 """The push-over of a solid: steps of the control displacement that grow, shrink, and break on where a crack runs."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable
 from pathlib import Path

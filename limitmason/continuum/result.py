@@ -1,5 +1,7 @@
 """A push-over of a solid: load against control displacement, with stresses, cracks, residuals and energy."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

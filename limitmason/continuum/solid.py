@@ -1,5 +1,7 @@
 """The continuum model: a meshed solid, its materials, supports and loads, from the outline of a block model."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -64,7 +66,7 @@ class Continuum:
         foot: float | None = None,
         planes: Sequence[tuple[int, float]] = (),
         points: int = 3,
-    ) -> "Continuum":
+    ) -> Continuum:
         """A solid of boxes along the axes, held on a level.
 
         Parameters
@@ -92,7 +94,7 @@ class Continuum:
         slab: Material | None = None,
         planes: Sequence[tuple[int, float]] = (),
         points: int = 3,
-    ) -> "Continuum":
+    ) -> Continuum:
         """The solid that the free blocks fill, held where it stands on wholly held blocks; joints leave no trace.
 
         Parameters
@@ -137,7 +139,7 @@ class Continuum:
         return cls._bare(mesh, materials, np.repeat(held[:, None], 3, axis=1), points)
 
     @classmethod
-    def _bare(cls, mesh: Mesh, materials: tuple[Material, ...], held: NDArray[np.bool_], points: int) -> "Continuum":
+    def _bare(cls, mesh: Mesh, materials: tuple[Material, ...], held: NDArray[np.bool_], points: int) -> Continuum:
         n = len(mesh.nodes)
         if int(mesh.material.max()) >= len(materials):
             raise InputError(f"boxes name material {int(mesh.material.max())}, {len(materials)} are given")
@@ -177,7 +179,7 @@ class Continuum:
 
     def with_patch_pressure(
         self, corners: ArrayLike, *, pressure: float | None = None, force: float | None = None, case: str = "live"
-    ) -> "Continuum":
+    ) -> Continuum:
         """This model and a pressure on a flat convex patch of its free faces, like ``Loads.with_patch_pressure``.
 
         Parameters
@@ -193,32 +195,32 @@ class Continuum:
         size = read_number("pressure", pressure) if force is None else read_number("force", force) / area
         return self._plus(-size * nodal[:, None] * normal, case)
 
-    def with_patch_mass(self, corners: ArrayLike, mass: float) -> "Continuum":
+    def with_patch_mass(self, corners: ArrayLike, mass: float) -> Continuum:
         """This model and a mass [kg] spread over a patch of its free faces: it weighs and vibrates with them."""
         if not read_number("mass", mass) >= 0.0:
             raise InputError(f"mass on a patch must not be negative, got {mass!r}")
         nodal, area, _ = patch_forces(self.mesh, corners)
         return self._like(lumped=self.lumped + nodal * (mass / area))
 
-    def with_body_force(self, direction: ArrayLike, *, case: str = "live") -> "Continuum":
+    def with_body_force(self, direction: ArrayLike, *, case: str = "live") -> Continuum:
         """This model and its own weight (with lumped masses) turned to a direction, whose length is a factor."""
         d = read_vector("direction", direction)
         solid = self.discretisation.body_force(GRAVITY * self.densities[self.mesh.material][:, None] * d)
         return self._plus(solid.reshape(-1, 3) + GRAVITY * self.lumped[:, None] * d, case)
 
-    def with_forces(self, forces: ArrayLike, *, case: str = "live") -> "Continuum":
+    def with_forces(self, forces: ArrayLike, *, case: str = "live") -> Continuum:
         """This model and forces on its nodes [N], shape (n_nodes, 3)."""
         f = np.asarray(forces, dtype=float)
         if f.shape != self.dead.shape or not np.isfinite(f).all():
             raise InputError(f"forces must be finite and of shape {self.dead.shape}, got shape {f.shape}")
         return self._plus(f, case)
 
-    def _plus(self, forces: Array, case: str) -> "Continuum":
+    def _plus(self, forces: Array, case: str) -> Continuum:
         if case not in ("dead", "live"):
             raise InputError(f"case must be 'dead' or 'live', got {case!r}")
         return self._like(**{case: getattr(self, case) + forces})
 
-    def _like(self, **changed: Array) -> "Continuum":
+    def _like(self, **changed: Array) -> Continuum:
         other = replace(self, **changed)  # type: ignore[arg-type]
         for kept in ("discretisation", "elastic"):  # neither depends on loads
             if kept in self.__dict__:

@@ -1,5 +1,7 @@
 """Isotropic elasticity in space, in plane stress and in plane strain, in any axes."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,7 +39,7 @@ class Elasticity:
     state: str
 
     @classmethod
-    def of(cls, young_modulus: float, poisson_ratio: float, state: str, normal: ArrayLike | None) -> "Elasticity":
+    def of(cls, young_modulus: float, poisson_ratio: float, state: str, normal: ArrayLike | None) -> Elasticity:
         """Elasticity of a material with E [Pa] and nu [-].
 
         Parameters

@@ -1,5 +1,7 @@
 """Modal shapes of a convex block: constant strains, pure bending and twist, with exact stiffness and mass matrices."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations
@@ -122,7 +124,7 @@ class ModalBlock:
             ], axis=1,
         )  # fmt: skip
 
-    def in_coordinates(self, basis: Array) -> "ModalBlock":
+    def in_coordinates(self, basis: Array) -> ModalBlock:
         """The same shapes in other coordinates, new mode = sum_k basis[k, new] phi_k, basis of shape (k, new)."""
         t = np.asarray(basis, dtype=float)
 

@@ -1,5 +1,7 @@
 """Free vibrations of a convex block in complete polynomials: an elastic body to any accuracy, without a mesh."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 
 import numpy as np

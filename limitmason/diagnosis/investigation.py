@@ -1,5 +1,7 @@
 """A whole investigation: verdict, next tests and blind trials of one study, as a command or a script asks for them."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,5 +1,7 @@
 """The answer of a study as numbers: what kind it is, which causes, how large, and what they gain."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property

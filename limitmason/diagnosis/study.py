@@ -1,5 +1,7 @@
 """A study: specimens, what was measured on them, what is known of the errors, and the simulator to be questioned."""
 
+from __future__ import annotations
+
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import KW_ONLY, InitVar, dataclass, field
@@ -145,7 +147,7 @@ class Study:
         cache: str | Path | None = None,
         n_jobs: int = 1,
         **stated: Any,
-    ) -> "Study":
+    ) -> Study:
         """A study of measured values in a table, with its causes, noise and units.
 
         Parameters
@@ -169,7 +171,7 @@ class Study:
         return cls(cache=cache, n_jobs=n_jobs, **study_arguments(table, **stated))
 
     @classmethod
-    def from_experiments(cls, series: str, **stated: Any) -> "Study":
+    def from_experiments(cls, series: str, **stated: Any) -> Study:
         """A study of a packaged series by its own models or published predictions; see :meth:`from_table`."""
         return cls.from_table(None, model=series, **stated)
 
@@ -188,7 +190,7 @@ class Study:
         """What makes the tables."""
         return self.tables.tabulator
 
-    def replace(self, **changes: Any) -> "Study":
+    def replace(self, **changes: Any) -> Study:
         """The same study with other arguments.
 
         Tables are kept where only what was measured is stated otherwise: measured values, noise, groups, covariates.
@@ -202,11 +204,11 @@ class Study:
         same = not set(changes) & {"noise", "covariates"}
         return dataclasses.replace(self, **changes, made=Made(self.tables, self._designs if same else {}))
 
-    def with_measured(self, measured: Sequence[float]) -> "Study":
+    def with_measured(self, measured: Sequence[float]) -> Study:
         """The same study, tables included, with other measured values."""
         return self.replace(measured=measured)
 
-    def with_noise(self, noise: Noise) -> "Study":
+    def with_noise(self, noise: Noise) -> Study:
         """The same study, tables included, with another statement of the noise."""
         return self.replace(noise=noise)
 
@@ -248,7 +250,7 @@ class Study:
         draws: int = DRAWS,
         pairs: bool = True,
         rule: Rule | None = None,
-    ) -> "Answer":
+    ) -> Answer:
         """Say what the simulation gets wrong, or that the data cannot tell.
 
         Parameters

@@ -1,5 +1,7 @@
 """What the folder of a source offers: its specimens, how one is loaded, built and driven, and how it is shown."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,5 +1,7 @@
 """The nouns of packaged data: a quantity with its unit, a source, a target to compare with, and an experiment."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -32,7 +34,7 @@ class Quantity(float):
     unit: str
     note: str
 
-    def __new__(cls, value: float, unit: str = "-", note: str = "") -> "Quantity":
+    def __new__(cls, value: float, unit: str = "-", note: str = "") -> Quantity:
         """Make the number and hang its unit on it."""
         self = super().__new__(cls, value)
         object.__setattr__(self, "unit", unit)
@@ -240,7 +242,7 @@ class Experiment:
         """The papers behind its numbers, as text and as BibTeX (``cite().bibtex``)."""
         return Citation((*(Cited(DATA, paper) for paper in self.source.papers), LIMITMASON))
 
-    def with_options(self, **options: Any) -> "Experiment":
+    def with_options(self, **options: Any) -> Experiment:
         """The same experiment built with other options; see ``option_table``."""
         return self.recipe.load(self.specimen, **{**self.options, **options})
 

@@ -1,5 +1,7 @@
 """How a source is shown beside the theories: variants, settings, what is left out, and what is known of departures."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType

@@ -20,6 +20,7 @@ from limitmason.figures import style
 Array = NDArray[np.float64]
 
 _WIDTH, _HEIGHT = 4.6, 3.0
+_LEVELS = ((0, (5, 2)), (0, (1.2, 1.6)), (0, (8, 2, 1.2, 2)), (0, (3, 1.2, 1.2, 1.2, 1.2, 1.2)))
 _LINES = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
 
 
@@ -78,8 +79,8 @@ def load_displacement(
         marker = "o" if len(u) < 12 else None
         ax.plot(1e3 * u, 1e-3 * f, color=style.BLACK, linewidth=0.8, marker=marker, markersize=3.5, label=label,
                 markerfacecolor="white", gid="measured", zorder=2.5)  # fmt: skip
-    for label, force in _measured_levels(measured):
-        ax.axhline(force, color=style.BLACK, linewidth=0.8, linestyle=(0, (5, 2)), label=label, gid=f"measured {label}")
+    for (label, force), dashes in zip(_measured_levels(measured), cycle(_LEVELS), strict=False):
+        ax.axhline(force, color=style.BLACK, linewidth=0.8, linestyle=dashes, label=label, gid=f"measured {label}")
     for (label, force), colour in zip((levels or {}).items(), cycle(reversed(style.SERIES)), strict=False):
         ax.axhline(1e-3 * force, color=colour, linewidth=0.8, linestyle=(0, (2, 2)), label=label, gid=f"level {label}")
     groups: dict[str, list[tuple[float, float]]] = {}

@@ -9,6 +9,7 @@ from typing import Any
 from limitmason.errors import InputError
 from limitmason.experiments.measured_table import MeasuredTable, read_measured, write_measured
 from limitmason.formats.answers import read_prediction, write_prediction
+from limitmason.formats.block_model import from_block_model, solve_problem, to_block_model
 from limitmason.formats.drawing import DRAWINGS, DrawingModel, model_of_drawing, read_drawing
 from limitmason.formats.dxf import Outlines, read_dxf
 from limitmason.formats.native import Model, read_json, write_json
@@ -32,6 +33,7 @@ __all__ = [
     "Solids",
     "Stones",
     "clean",
+    "from_block_model",
     "model_of_drawing",
     "read",
     "read_drawing",
@@ -41,6 +43,8 @@ __all__ = [
     "read_obj",
     "read_prediction",
     "read_stones",
+    "solve_problem",
+    "to_block_model",
     "write",
     "write_json",
     "write_measured",

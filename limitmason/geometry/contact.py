@@ -1,5 +1,7 @@
 """Contacts between polyhedra: plane patches where two faces of different blocks meet, and blocks that overlap."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple

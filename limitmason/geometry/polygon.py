@@ -1,5 +1,7 @@
 """Plane polygons: area, centroid, simplicity, convex decomposition, reflection overlap and polar mean radius."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Closed polyhedra in batches of equal topology: mass properties, and checks that name what is wrong."""
 
+from __future__ import annotations
+
 from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple

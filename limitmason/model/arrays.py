@@ -1,5 +1,7 @@
 """The assembly as contiguous arrays, made once: what programs and compiled kernels see."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np

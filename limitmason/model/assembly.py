@@ -1,5 +1,7 @@
 """The assembly: blocks, the interfaces found between them, supports and the recipe it was built from."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -42,7 +44,7 @@ from limitmason.notebook import Shown
 class ContactError(InputError):
     """Blocks that overlap or float; ``assembly`` holds them as far as they go, for ``assembly.contact_report()``."""
 
-    def __init__(self, text: str, assembly: "Assembly") -> None:
+    def __init__(self, text: str, assembly: Assembly) -> None:
         super().__init__(text)
         self.assembly = assembly
 
@@ -81,7 +83,7 @@ class Assembly(Blockwork, Shown):
         wedge_tolerance_deg: float = ContactRules.wedge_deg,
         smallest_contact: float | None = None,
         axes: Sequence[ArrayLike | None] | None = None,
-    ) -> "Assembly":
+    ) -> Assembly:
         """Assembly of closed solids; contacts are found where plane faces of two blocks meet.
 
         Parameters
@@ -162,7 +164,7 @@ class Assembly(Blockwork, Shown):
         angle_tolerance_deg: float = ContactRules.angle_deg,
         wedge_tolerance_deg: float = ContactRules.wedge_deg,
         smallest_contact: float | None = None,
-    ) -> "Assembly":
+    ) -> Assembly:
         """Assembly of prisms over outlines in the x-z plane, between y = 0 and y = thickness.
 
         Parameters
@@ -200,7 +202,7 @@ class Assembly(Blockwork, Shown):
             smallest_contact=smallest_contact,
         )  # fmt: skip
 
-    def _with_contacts(self, pieces: Pieces, joint: Joint, table: JointTable) -> "Assembly":
+    def _with_contacts(self, pieces: Pieces, joint: Joint, table: JointTable) -> Assembly:
         rules = self.contact_rules
         # before the errors below: a wrong unit may be their cause
         warn_of_blocks(self.blocks, longest_sides(pieces.solids))
@@ -226,7 +228,7 @@ class Assembly(Blockwork, Shown):
 
     # ---- variants -----------------------------------------------------------------------------------------------
 
-    def with_supports(self, supports: Iterable[Support]) -> "Assembly":
+    def with_supports(self, supports: Iterable[Support]) -> Assembly:
         """This assembly with further supports; a new one for a block replaces the block's old one."""
         new = tuple(supports)
         replaced = {self.block_index(s.block) for s in new}
@@ -237,7 +239,7 @@ class Assembly(Blockwork, Shown):
 
     def with_joints(
         self, joints: Joint | JointTable | Callable[[Joint], Joint], kinds: Iterable[str] | None = None
-    ) -> "Assembly":
+    ) -> Assembly:
         """This assembly with other joint laws.
 
         Parameters
@@ -275,7 +277,7 @@ class Assembly(Blockwork, Shown):
 
     def with_material(
         self, material: Material | Mapping[int | str, Material], *, blocks: Iterable[int | str] | None = None
-    ) -> "Assembly":
+    ) -> Assembly:
         """This assembly of blocks made of a material; a material with a density gives the block that density.
 
         Parameters
@@ -307,11 +309,11 @@ class Assembly(Blockwork, Shown):
             laid[k] = replace(laid[k], material=made_of, density=density)
         return replace(self, blocks=tuple(laid))
 
-    def with_interfaces(self, interfaces: Iterable[Interface]) -> "Assembly":
+    def with_interfaces(self, interfaces: Iterable[Interface]) -> Assembly:
         """This assembly with other interfaces, for example without some joints or with changed polygons."""
         return replace(self, interfaces=tuple(interfaces))
 
-    def with_ties(self, ties: Iterable[Tie]) -> "Assembly":
+    def with_ties(self, ties: Iterable[Tie]) -> Assembly:
         """This assembly with these ties in place of those it had; none for the assembly without.
 
         Raises
@@ -322,7 +324,7 @@ class Assembly(Blockwork, Shown):
         """
         return replace(self, ties=fitted(self, tuple(ties)))
 
-    def with_contact_ends_pulled_in(self, inset: float, *, direction: ArrayLike | None = None) -> "Assembly":
+    def with_contact_ends_pulled_in(self, inset: float, *, direction: ArrayLike | None = None) -> Assembly:
         """This assembly with every interface shortened at its ends, as by rounded block edges.
 
         Parameters
@@ -339,7 +341,7 @@ class Assembly(Blockwork, Shown):
         """
         return replace(self, interfaces=shortened(self.interfaces, [b.name for b in self.blocks], inset, direction))
 
-    def transformed(self, matrix: ArrayLike, translation: ArrayLike = (0.0, 0.0, 0.0)) -> "Assembly":
+    def transformed(self, matrix: ArrayLike, translation: ArrayLike = (0.0, 0.0, 0.0)) -> Assembly:
         """This assembly rotated, mirrored or scaled by a matrix and moved; x -> M x + t, gravity stays along -z.
 
         Parameters
@@ -353,7 +355,7 @@ class Assembly(Blockwork, Shown):
         """
         return transformed(self, matrix, translation)
 
-    def renumbered(self, order: Sequence[int]) -> "Assembly":
+    def renumbered(self, order: Sequence[int]) -> Assembly:
         """This assembly with its blocks in another order: new block k is old block ``order[k]``."""
         return renumbered(self, order)
 

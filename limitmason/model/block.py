@@ -1,5 +1,7 @@
 """A block: one or more convex polyhedra that move together, rigid unless a material says how they deform."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -1,5 +1,7 @@
 """A contact interface: the plane polygon over which two blocks touch, with its joint law."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

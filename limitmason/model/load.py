@@ -1,5 +1,7 @@
 """Loads: a dead wrench per block, and a live one that the multiplier scales."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -69,14 +71,14 @@ class Loads:
             raise InputError(f"dead loads are given for {len(self.dead)} blocks, live loads for {len(self.live)}")
 
     @classmethod
-    def weight(cls, assembly: "Assembly") -> "Loads":
+    def weight(cls, assembly: Assembly) -> Loads:
         """Self weight as dead load, nothing live yet: add live loads with the ``with_`` methods."""
         dead = np.zeros((assembly.n_blocks, 6))
         dead[:, 2] = -assembly.weights
         return cls(dead, np.zeros_like(dead), "self weight")
 
     @classmethod
-    def body_force(cls, assembly: "Assembly", direction: ArrayLike) -> "Loads":
+    def body_force(cls, assembly: Assembly, direction: ArrayLike) -> Loads:
         """Self weight dead, and the weight of every block turned to a direction as live load.
 
         Parameters
@@ -93,7 +95,7 @@ class Loads:
         return cls(base.dead, live, f"body force along ({d[0]:.4g}, {d[1]:.4g}, {d[2]:.4g})")
 
     @classmethod
-    def horizontal(cls, assembly: "Assembly", direction: ArrayLike = (1.0, 0.0, 0.0)) -> "Loads":
+    def horizontal(cls, assembly: Assembly, direction: ArrayLike = (1.0, 0.0, 0.0)) -> Loads:
         """Self weight dead, the same weight sideways live: lambda = a_h / g.
 
         For cohesionless joints without crushing the collapse multiplier equals tan(tilt angle) exactly.
@@ -115,7 +117,7 @@ class Loads:
         return replace(cls.body_force(assembly, d), name=f"horizontal ({d[0]:.4g}, {d[1]:.4g}, 0)")
 
     @classmethod
-    def tilting(cls, assembly: "Assembly", axis: ArrayLike = (0.0, 1.0, 0.0)) -> "Loads":
+    def tilting(cls, assembly: Assembly, axis: ArrayLike = (0.0, 1.0, 0.0)) -> Loads:
         """Loads of a tilting table: lambda = tan(tilt angle) for joints without cohesion, tension and crushing.
 
         The table turns by alpha about a horizontal axis (right-hand rule). Seen from the table the weight W turns the
@@ -148,13 +150,13 @@ class Loads:
 
     def with_point_load(
         self,
-        assembly: "Assembly",
+        assembly: Assembly,
         block: int | str,
         force: ArrayLike,
         *,
         at: ArrayLike | None = None,
         case: str = "live",
-    ) -> "Loads":
+    ) -> Loads:
         """These loads and a point load on one block.
 
         Parameters
@@ -177,14 +179,14 @@ class Loads:
 
     def with_pressure(
         self,
-        assembly: "Assembly",
+        assembly: Assembly,
         block: int | str,
         *,
         pressure: float | None = None,
         traction: ArrayLike | None = None,
         face: str | tuple[float, float, float] = "top",
         case: str = "dead",
-    ) -> "Loads":
+    ) -> Loads:
         """These loads and a load spread over one side of a block.
 
         Parameters
@@ -233,13 +235,13 @@ class Loads:
 
     def with_patch_pressure(
         self,
-        assembly: "Assembly",
+        assembly: Assembly,
         corners: ArrayLike,
         *,
         pressure: float | None = None,
         force: float | None = None,
         case: str = "live",
-    ) -> "Loads":
+    ) -> Loads:
         """These loads and an even pressure on a flat patch across several blocks, such as an airbag.
 
         Faces in the plane of the patch are loaded wherever they lie within it, those that another block covers too:
@@ -269,14 +271,14 @@ class Loads:
 
     def with_backfill(
         self,
-        assembly: "Assembly",
+        assembly: Assembly,
         level: float,
         density: float,
         *,
         lateral: float = 0.0,
         blocks: Iterable[int | str] | None = None,
         case: str = "dead",
-    ) -> "Loads":
+    ) -> Loads:
         """These loads and the weight of fill on every bare face that looks up, as over the haunches of a vault.
 
         Parameters
@@ -299,7 +301,7 @@ class Loads:
         wrench = backfill_wrenches(assembly, level, density, lateral=lateral, blocks=blocks)
         return self._plus(assembly, wrench, case)
 
-    def with_precompression(self, assembly: "Assembly", force: float, *, block: int | str = "beam") -> "Loads":
+    def with_precompression(self, assembly: Assembly, force: float, *, block: int | str = "beam") -> Loads:
         """These loads and a vertical dead force at the centroid of the loading beam.
 
         Parameters
@@ -313,12 +315,12 @@ class Loads:
 
     def with_body_force(
         self,
-        assembly: "Assembly",
+        assembly: Assembly,
         direction: ArrayLike,
         *,
         blocks: Iterable[int | str] | None = None,
         case: str = "live",
-    ) -> "Loads":
+    ) -> Loads:
         """These loads and the weight of the named blocks (all by default) turned to a direction.
 
         Parameters
@@ -332,20 +334,20 @@ class Loads:
             wrench[i, :3] = assembly.weights[i] * read_vector("direction", direction)
         return self._plus(assembly, wrench, case)
 
-    def _plus(self, assembly: "Assembly", wrench: Array, case: str) -> "Loads":
+    def _plus(self, assembly: Assembly, wrench: Array, case: str) -> Loads:
         if case not in ("dead", "live"):
             raise InputError(f"case must be 'dead' or 'live', got {case!r}")
         if len(self.dead) != assembly.n_blocks:
             raise InputError(f"these loads are for {len(self.dead)} blocks, the assembly has {assembly.n_blocks}")
         return replace(self, **{case: getattr(self, case) + wrench})
 
-    def __add__(self, other: "Loads") -> "Loads":
+    def __add__(self, other: Loads) -> Loads:
         """Superpose dead with dead and live with live."""
         if not isinstance(other, Loads):
             return NotImplemented
         name = " + ".join(n for n in (self.name, other.name) if n)
         return Loads(self.dead + other.dead, self.live + other.live, name)
 
-    def scaled(self, *, dead: float = 1.0, live: float = 1.0) -> "Loads":
+    def scaled(self, *, dead: float = 1.0, live: float = 1.0) -> Loads:
         """Dead and live loads times a factor each."""
         return replace(self, dead=dead * self.dead, live=live * self.live)

@@ -4,6 +4,8 @@ Loads and their factors are kept from stage to stage: a stage changes only what 
 a method that steps through time follows them.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 

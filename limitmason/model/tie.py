@@ -1,5 +1,7 @@
 """A tie: a straight element between two points that pulls and never pushes, up to its strength."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

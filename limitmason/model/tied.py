@@ -1,5 +1,7 @@
 """Ties on an assembly: whether they fit it, and ring beams as chains of ties along a line of points."""
 
+from __future__ import annotations
+
 import itertools
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,5 +1,7 @@
 """Modal assurance criterion: how alike the mode shapes of two models, or of a model and a test, are."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Natural modes of any model: frequencies, shapes at blocks, nodes or chosen points, and the mass that takes part."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,5 +1,7 @@
 """What a model gives to be vibrated: stiffness, mass, and how its unknowns move points in space."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol

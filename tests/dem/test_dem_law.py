@@ -357,3 +357,37 @@ def test_a_dilating_joint_takes_energy_in_every_loop_of_slip(psi):
             work = np.trapezoid(-path.normal[loop], opening[loop]) + np.trapezoid(-path.shear[loop], slip[loop])
             assert work > 0.0
         assert np.diff(path.rubbed).min() > -1e-6
+
+
+@pytest.mark.parametrize("softens", [False, True])
+@pytest.mark.parametrize("lifts", [False, True])
+def test_the_short_way_of_points_within_their_strength_is_the_law_itself(softens, lifts):
+    # with a dashpot of zero the law goes its whole way at every point; the short way is taken where there is none
+    from dem.kernels.law import return_map
+
+    rng = np.random.default_rng(5)
+    within = beyond = 0
+    for _ in range(3000):
+        kn, ks = 10.0 ** rng.uniform(8, 11, 2)
+        c, ft = 10.0 ** rng.uniform(3, 6, 2) * (rng.random(2) < 0.8)
+        mu, dil = rng.uniform(0.3, 1.0), rng.uniform(0.0, 0.3) * lifts
+        fc = (10.0 ** rng.uniform(6, 7) / kn) if lifts and rng.random() < 0.5 else np.inf
+        peak = kn, ks, mu, dil, c, ft, fc, 1e-3 * dil
+        fall = (-0.3 * mu, -dil * rng.random(), -c, -ft, 10.0 ** rng.uniform(2, 12), rng.choice([0.0, 1e6]),
+                rng.choice([0.0, 1.0]) * kn / 1e6) if softens else None  # fmt: skip
+        damage = rng.choice([0.0, rng.random(), 1.0]) if softens else 0.0
+        # from pulled apart to pressed well, and from at rest to past the strength
+        n = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(2, 7)
+        shear = (c + mu * abs(n)) * rng.choice([rng.random(), 1.0 - 1e-7, 1.0 + 1e-7, 1.5])
+        way = rng.uniform(0.0, 2.0 * np.pi)
+        s1, s2 = 1e-5 * rng.standard_normal(2) * (rng.random() < 0.7)
+        lift = dil * np.hypot(s1, s2) if lifts else 0.0
+        e1, e2 = s1 - shear / ks * np.cos(way), s2 - shear / ks * np.sin(way)
+        points = lift - n / kn, e1, e2, s1, s2, lift, damage, peak, fall
+        short, whole = return_map(*points, None, lifts), return_map(*points, (0.0,) * 5, lifts)
+        stress = abs(n) + shear + c + ft
+        scale = np.array([stress] * 3 + [abs(s1) + abs(s2) + stress / min(kn, ks)] * 3 + [1.0] + [stress**2 / ks] * 4)
+        np.testing.assert_allclose(np.array(short) / scale, np.array(whole) / scale, rtol=0.0, atol=1e-9)
+        still = short[3:7] == (s1, s2, lift, damage)
+        within, beyond = within + still, beyond + (not still)
+    assert min(within, beyond) > 300

@@ -72,6 +72,14 @@ def test_load_displacement_curve_of_a_sliding_block_ends_at_its_friction(pushed)
     assert y[-1] == pytest.approx(1e-3 * JOINT.tan_phi * COLUMN.weights[TOP], rel=1e-3)
 
 
+def test_every_measured_level_has_a_line_of_its_own():
+    panel = lm.experiments.load("brick-panels-opening", "S1")
+    figure = figures.load_displacement({"a": ([0.0, 1e-3], [0.0, 4e3])}, measured=panel)
+    lines = [line for line in figure.axes[0].lines if str(line.get_gid()).startswith("measured")]
+    assert len(lines) == len(panel.measured) == 2
+    assert len({str(line._unscaled_dash_pattern) for line in lines}) == len(lines)
+
+
 def test_load_displacement_takes_arrays_points_and_levels(pushed):
     named = {"dem": pushed, "test": ([0.0, 1e-3], [0.0, 2e3])}
     figure = figures.load_displacement(named, points=[("peak", 5e-3, 1500.0)], levels={"limit analysis": 1200.0})

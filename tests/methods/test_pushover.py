@@ -64,12 +64,32 @@ def test_a_rocking_block_follows_its_closed_form_to_overturning(psi):
     assert stiff == pytest.approx(0.1 * soft, rel=0.05)  # the error is that of the stiffness
 
 
-def test_a_stack_rocks_as_one_block_and_its_error_falls_with_the_stiffness():
-    assert rocking(1e8, courses=6)[1].cost.steps <= 30
-    soft, _ = rocking(1e9, courses=6)
-    stiff, _ = rocking(1e11, courses=6)
-    assert soft < 5e-5
-    assert stiff == pytest.approx(0.01 * soft, rel=0.05)
+def above_the_rigid_stack(courses, stiffness):
+    """By how much a stack on elastic joints carries more than a rigid one at its limit point, first order in 1/kn.
+
+    lambda = (x + s) / z with x = b/2 less the displacement of the centroid: the toe slips by s, which lengthens the arm
+    of the weight, and the centroid lies lower than that of a rigid stack with the same displacement: joints above the
+    toe shorten, and slip and lean without the rise that goes with turning about the toe. A corner of a joint has
+    k = kn A / 2; joint j carries W (n - j) / n at (n - j) / n of its half width.
+    """
+    width, height, weight, area = 0.2, 1.0, 2000.0 * 9.81 * 0.04, 0.04
+    k, slope, n = 0.5 * stiffness * area, width / height, courses
+    above = np.arange(1, n)
+    toe = slope * weight / k
+    sinks = weight / (2.0 * k * n**2) * float((above**2).sum())
+    slips = slope * sinks
+    leans = weight * (height / n) / (2.0 * k * width * n**3) * float((above**4).sum())
+    return (toe + slope * (sinks + slope * (toe + slips + leans))) / (0.5 * height)
+
+
+@pytest.mark.parametrize("courses", [1, 3, 6])
+def test_a_stack_rocks_as_one_block_and_its_error_is_that_of_its_elastic_joints(courses):
+    """Of six blocks at 1e8 Pa/m it is 3.4e-4: no solution of this model comes nearer to the rigid stack."""
+    soft, curve = rocking(1e8, courses)
+    assert curve.cost.steps <= 30
+    assert soft == pytest.approx(above_the_rigid_stack(courses, 1e8), rel=0.02)
+    stiff, _ = rocking(1e9, courses)
+    assert stiff == pytest.approx(above_the_rigid_stack(courses, 1e9), rel=0.002)
 
 
 @pytest.mark.parametrize("dilatancy", [0.0, 0.2, math.tan(math.radians(25.0))])

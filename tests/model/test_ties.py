@@ -164,5 +164,12 @@ def test_before_and_after_stand_in_one_figure():
     texts = [t.get_text() for t in figure.texts]
     assert any(f"× {after.collapse_multiplier / before.collapse_multiplier:.3g}" in t for t in texts)
     assert len(drawn(figure, "yielding ties")) == 1
+    curves = [lm.pushover(wall, loads, stiffness=1e9, to=0.02) for wall in (bare, tied)]
+    both = figures.before_and_after((bare, before), (tied, after), curves=curves)
+    lines = [line for ax in both.axes for line in ax.get_lines() if line.get_gid() == "capacity curve"]
+    assert [line.get_label() for line in lines] == ["before", "after"]
+    assert lines[1].get_ydata() == pytest.approx(curves[1].multiplier)
+    with pytest.raises(ValueError, match="multipliers over metres, got 'N'"):
+        figures.before_and_after((bare, before), (tied, after), curves=[lm.Curve([0.0, 1.0], [0.0, 1.0])] * 2)
     with pytest.raises(ValueError, match="ax is not an option"):
         figures.before_and_after((bare, before), (tied, after), ax=figure.axes[0])

@@ -1,6 +1,8 @@
 """Public names: what the README names is there without an import of its own, and no module offers its own imports."""
 
 import ast
+import importlib
+import inspect
 import subprocess
 import sys
 from pathlib import Path
@@ -28,3 +30,26 @@ def test_public_modules_list_their_own_names_and_not_what_they_import(name):
     module = getattr(lm, name)
     assert not {"np", "NDArray", "Array", "Index", "Any", "Mapping"} & set(module.__all__)
     assert all(hasattr(module, n) for n in module.__all__)
+
+
+def signatures(module):
+    """Signatures of the public functions and classes of a module, and of their public methods, by name."""
+    for name in module.__all__:
+        thing = getattr(module, name)
+        if inspect.isfunction(thing):
+            yield name, inspect.signature(thing)
+        if inspect.isclass(thing):
+            for key, value in vars(thing).items():
+                plain = value.__func__ if isinstance(value, (classmethod, staticmethod)) else value
+                if inspect.isfunction(plain) and (key == "__init__" or not key.startswith("_")):
+                    yield f"{name}.{key}", inspect.signature(plain)
+
+
+ROOMS = ("model", "build", "results", "vibration", "continuum", "study", "formats", "figures")
+
+
+@pytest.mark.parametrize("name", ["limitmason", *(f"limitmason.{room}" for room in ROOMS), "dem", "mechanisms"])
+def test_help_prints_short_names_of_arrays(name):
+    module = importlib.import_module(name)
+    expanded = [where for where, signature in signatures(module) if "numpy" in str(signature)]
+    assert not expanded, "from __future__ import annotations keeps ArrayLike and Array as they are written"

@@ -1,5 +1,7 @@
 """What is known about errors: of the measured values (noise) and of the inputs (a measured nuisance)."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, isfinite
@@ -86,12 +88,12 @@ class Noise:
             raise InputError("Student errors need a known standard deviation and more than 2 degrees of freedom")
 
     @classmethod
-    def unknown(cls) -> "Noise":
+    def unknown(cls) -> Noise:
         """Nothing is known: the scatter about the fit is the only measure of noise."""
         return cls()
 
     @classmethod
-    def from_replicates(cls, values: Sequence[float], configurations: Sequence) -> "Noise":
+    def from_replicates(cls, values: Sequence[float], configurations: Sequence) -> Noise:
         """Noise from repeated tests of one configuration: sd^2 = sum over repeats of (log v - mean)^2 / dof.
 
         Parameters
@@ -144,13 +146,13 @@ class Noise:
             raise InputError(f"noise is given for {len(sd)} specimens, but there are {n}")
         return np.broadcast_to(sd, (n,)).copy()
 
-    def for_others(self) -> "Noise":
+    def for_others(self) -> Noise:
         """The same statement for other specimens: its mean where it differs from one to the other."""
         if not isinstance(self.sd, tuple):
             return self
         return Noise(float(np.mean(self.sd)), self.dof, self.tails)
 
-    def of_some(self, chosen: Sequence[bool] | np.ndarray) -> "Noise":
+    def of_some(self, chosen: Sequence[bool] | np.ndarray) -> Noise:
         """The statement for some of the specimens, boolean, shape (n,)."""
         if not isinstance(self.sd, tuple):
             return self

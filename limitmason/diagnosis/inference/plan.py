@@ -1,5 +1,7 @@
 """Before and between tests: which causes this design tells apart, how small an effect it sees, what to test next."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -84,8 +84,10 @@ def _pushed(specimen: str, once: bool, to: float, options: Mapping[str, Any]) ->
         test.assembly(), test.drive(), to=to, blocks="lumped", steps=STEPS, rate_check=not once
     )  # fmt: skip
     first, crack = curve.first_failure, curve.first_crack(CRACK)
-    early = (curve.load < 0.9 * first.load) & (curve.displacement > 0.2 * first.displacement) if first.index else None
-    if early is None or not early.any():
+    # on the way up only: a panel that has failed may carry less than its first failure
+    u = curve.displacement
+    early = (curve.load < 0.9 * first.load) & (u > 0.2 * first.displacement) & (u < first.displacement)
+    if not early.any():
         early = np.arange(len(curve)) == 1
     u, f = curve.displacement[early], curve.load[early]
     return Answer(

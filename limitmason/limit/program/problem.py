@@ -1,5 +1,7 @@
 """The static theorem as scaled sparse arrays: what every limit-analysis program of this package starts from."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from typing import NamedTuple
 

@@ -1,0 +1,134 @@
+"""From the nodes of a path to a curve: certificates and energy of its steps, events, and what a reader must be told."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from limitmason.capacity import path
+from limitmason.capacity.certificate import Balance, StepCertificate, certify, equilibrium
+from limitmason.capacity.generations import Generations
+from limitmason.capacity.kinematics import Pose
+from limitmason.capacity.papers import PAPERS
+from limitmason.capacity.point_law import History, slid_back
+from limitmason.capacity.result import Break, Energy, PushoverCurve
+from limitmason.capacity.stepping import Node
+from limitmason.capacity.touching import outside
+from limitmason.curve import Event
+from limitmason.references import data_behind
+
+WANDERED = 0.1
+"""Slip over the size of a joint from which a point that is not found anew is no longer where it was [-]."""
+
+
+def certified_curve(
+    generations: Generations,
+    nodes: list[Node],
+    origin: Pose,
+    status: path.PathEnd,
+    warnings: list[str],
+    unit: float,
+) -> PushoverCurve:
+    """The curve of a path with a certificate per step.
+
+    Parameters
+    ----------
+    origin : pose under dead load, from which displacements count
+    status : how the path ended
+    warnings : what is known so far; more is added
+    unit : load of multiplier 1, 1.0 where the curve is in multipliers, else [N]
+    """
+    first = nodes[0]
+    structures, state = generations.structures, generations.state
+    zero = StepCertificate(equilibrium(structures[first.generation], state(first)), 0.0, 0.0, 0.0, 0.0, 0.0)
+    certificates, balances = [zero], [Balance(0.0, 0.0, 0.0, 0.0)]
+    for node, after in pairwise(nodes):
+        before = generations.begun(node)
+        certificate, balance = certify(structures[after.generation], state(before), state(after), after.jump)
+        certificates.append(certificate)
+        balances.append(balance._replace(stored=balance.stored + generations.changed(node)))
+    table = np.array(balances)
+    gross = np.cumsum(np.abs(table[:, 0]) + np.abs(table[:, 1]))
+    live, dead, stored, lost, broken, jumped = np.cumsum(table, axis=0).T
+    left = live + dead - stored - lost - broken - jumped
+    energy = Energy(live, dead, stored, lost, left / np.maximum(gross, 1e-300), broken, jumped)
+    breaks = _breaks(generations, nodes, balances)
+    bad = [k for k, c in enumerate(certificates) if not c.accepted]
+    if bad:
+        warnings.append(f"the certificate refuses {len(bad)} of {len(nodes)} samples, the first is {bad[0]}")
+    jumps = path.jumps(nodes)
+    if jumps:
+        through = len(jumps) - len(breaks)
+        parts = [f"{len(breaks)} where joints break at once"] * bool(breaks)
+        parts += [f"{through} made through viscous sub-steps"] * bool(through)
+        warnings.append(f"{len(jumps)} of {len(nodes) - 1} steps are jumps, {' and '.join(parts)}")
+    if said := _stayed(generations, nodes):
+        warnings.append(said)
+    if said := _returned(generations, nodes):
+        warnings.append(said)
+    renewed = [k for k, n in enumerate(nodes) if n.onward is not None]
+    events = [Event("jump", k) for k in jumps]
+    events += [Event("joint breaks", b.sample, b.joints[0], b.energy) for b in breaks]
+    events += [Event("contacts found anew", k) for k in renewed]
+    return PushoverCurve(
+        np.array([n.control for n in nodes]) - generations.systems[0].controlled(origin),
+        unit * np.array([n.multiplier for n in nodes]), load_unit="-" if unit == 1.0 else "N", unit=unit,
+        label="pushover", events=tuple(events),
+        errors={"energy": np.array([c.energy for c in certificates])}, states=tuple(state(n) for n in nodes),
+        status=status, warnings=tuple(warnings), source="limitmason", generations=generations, nodes=tuple(nodes),
+        certificates=tuple(certificates), energy=energy, jumps=jumps, origin=origin, breaks=breaks,
+        references=(*PAPERS, *data_behind(structures[0].assembly.recipe)),
+    )  # fmt: skip
+
+
+def _breaks(generations: Generations, nodes: list[Node], balances: list[Balance]) -> tuple[Break, ...]:
+    """What broke at once, and where."""
+    found = []
+    for k, node in enumerate(nodes):
+        if node.broken is None or k == 0:
+            continue
+        p = generations.structures[node.generation].points
+        rows, blocks = node.broken, generations.structures[0].assembly.blocks
+        pairs = zip(p.block_a[rows].tolist(), p.block_b[rows].tolist(), strict=True)
+        joints = dict.fromkeys(f"{blocks[min(a, b)].name} - {blocks[max(a, b)].name}" for a, b in pairs)
+        found.append(Break(k, tuple(joints), len(rows), balances[k].jumped))
+    return tuple(found)
+
+
+def _returned(generations: Generations, nodes: list[Node]) -> str:
+    """What to say of points that slide back or round a bend after they have dilated."""
+    for k, node in enumerate(nodes):
+        s = generations.structures[node.generation]
+        p = s.points
+        # points found anew have a lift from elsewhere
+        aside = np.einsum("mci,mi->mc", p.directions[:, 1:], p.place_b - p.place_a)
+        own = np.abs(aside).max(axis=1) < 1e-9 * s.size
+        back = np.flatnonzero(own & slid_back(p.law.tan_psi, History(node.history.slip, node.history.lift)))
+        if len(back):
+            a, b = (s.assembly.blocks[i].name for i in (p.block_a[back[0]], p.block_b[back[0]]))
+            return (
+                f"from sample {k} on {a!r} and {b!r} slide back, or round a bend: the curve keeps the lift of "
+                "dilation, which the DEM gives back; quote it up to there, or set dilatancy_angle_deg to 0"
+            )
+    return ""
+
+
+def _stayed(generations: Generations, nodes: list[Node]) -> str:
+    """What to say of points that have slid far and are not found anew: blocks no longer meet there."""
+    for k, node in enumerate(nodes):
+        s = generations.structures[node.generation]
+        p = s.points
+        joined = p.interface >= 0
+        size = np.full(p.count, s.size)
+        size[joined] = np.sqrt(s.assembly.arrays.area[p.interface[joined]])
+        far = np.where(p.corner < 0, np.linalg.norm(node.history.slip, axis=1), 0.0)
+        if generations.shapes is not None:
+            far = np.maximum(far, outside(generations.shapes, s.assembly, p, node.pose))
+        worst = int((far / size).argmax())
+        if far[worst] > WANDERED * size[worst]:
+            a, b = (s.assembly.blocks[i].name for i in (p.block_a[worst], p.block_b[worst]))
+            return (
+                f"from sample {k} on {a!r} and {b!r} have slid by more than {WANDERED:g} of their joint at a point "
+                "that is not found anew (edges that cross, points inside a face): the curve beyond is that of the "
+                "first points"
+            )
+    return ""

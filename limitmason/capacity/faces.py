@@ -1,0 +1,285 @@
+"""Faces and corners of the blocks, which contact points are made of, and which corners lie at which faces in a pose.
+
+Every face of every block has corners (in plane: its two ends) and sides. A contact point is a corner of one block on a
+face of another; corners that contacts of the model are pulled in from stay pulled in.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.capacity.contacts import Contacts, turned_over
+from limitmason.capacity.kinematics import Pose, at_rest
+from limitmason.geometry.boxtree import overlapping_pairs
+from limitmason.model.assembly import Assembly
+from limitmason.plane import Plane
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+OVERSHOOT = 1e-3
+"""How far beyond a side a corner goes before it has left a face, or come to it, over the median block size [-]."""
+
+NEAR = 0.01
+"""Gap within which a corner is made a contact point, over the median block size [-]."""
+
+FACING = -0.5
+"""Cosine between the outward normals up to which the face of a corner looks at another face."""
+
+
+class Shapes(NamedTuple):
+    """Faces of all blocks and their corners in the reference pose; a face has k sides, padded by repetition.
+
+    Parameters
+    ----------
+    face_block, face_place, normal : block, a point [m] and the outward normal of every face
+    side, reach : inward unit normals of the sides, (f, k, 3), and side . x on them in the reference pose [m], (f, k)
+    corner_face, corner_place : face that a corner belongs to, and where it is [m], shape (q,) and (q, 3)
+    faces_of, corners_of : numbers of the faces and the corners of every block, in order of blocks; start per block
+    inset : distance by which contacts are pulled in from the ends of faces [m]
+    step : how far beyond a side counts [m]
+    near : gap within which a corner becomes a point [m]
+    spread : largest distance of a corner from its block's centroid [m], shape (n,)
+    strangers : codes corner * f + face of what lies together in the reference pose without a joint
+    """
+
+    face_block: Index
+    face_place: Array
+    normal: Array
+    side: Array
+    reach: Array
+    corner_face: Index
+    corner_place: Array
+    face_start: Index
+    corner_start: Index
+    inset: float
+    step: float
+    near: float
+    spread: Array
+    strangers: NDArray[np.int64]
+
+
+def shapes_of(assembly: Assembly, contacts: Contacts, plane: Plane | None, size: float) -> tuple[Shapes, Contacts]:
+    """Faces and corners of an assembly, and the contacts with their corners named and the frame carried by the face.
+
+    Parameters
+    ----------
+    contacts : of the reference pose
+    plane : of a problem in plane, whose faces are then lines; None in space
+    size : median block size [m]
+    """
+    outlines = _outlines(assembly, contacts, plane)
+    inset = _inset(assembly, contacts, outlines, plane)
+    block: list[int] = []
+    place, normal, side, reach, owner, corner = ([] for _ in range(6))
+    width = max((len(p) for _, p, _ in outlines), default=2)
+    for b, points, n in outlines:
+        if plane is not None:
+            along = points[1] - points[0]
+            length = float(np.linalg.norm(along))
+            if length <= 2.0 * inset:
+                continue
+            along = along / length
+            ends = np.array([points[0] + inset * along, points[1] - inset * along])
+            inward = np.array([along, -along])
+        else:
+            ends = points
+            edge = np.roll(points, -1, axis=0) - points
+            inward = np.cross(n, edge)
+            inward = inward / np.linalg.norm(inward, axis=1)[:, None]
+        pad = np.minimum(np.arange(width), len(ends) - 1)
+        block.append(b)
+        place.append(ends.mean(axis=0))
+        normal.append(n)
+        side.append(inward[pad])
+        reach.append((inward * ends).sum(axis=1)[pad])
+        owner.append(np.full(len(ends), len(block) - 1))
+        corner.append(ends)
+    face_block = np.array(block, np.intp)
+    corner_face = np.concatenate(owner).astype(np.intp)
+    corner_place = np.concatenate(corner)
+    blocks = np.arange(assembly.n_blocks + 1)
+    away = np.linalg.norm(corner_place - assembly.centroids[face_block[corner_face]], axis=1)
+    spread = np.zeros(assembly.n_blocks)
+    np.maximum.at(spread, face_block[corner_face], away)
+    shapes = Shapes(
+        face_block, np.array(place), np.array(normal), np.array(side), np.array(reach), corner_face, corner_place,
+        np.searchsorted(face_block, blocks), np.searchsorted(face_block[corner_face], blocks),
+        inset, OVERSHOOT * size, NEAR * size, spread, np.empty(0, np.int64),
+    )  # fmt: skip
+    rest = at_rest(assembly.n_blocks)
+    named = _named(shapes, contacts, assembly)
+    near = together(shapes, assembly, rest, -shapes.near)
+    known = named.corner.astype(np.int64) * len(face_block) + named.face
+    code = near.corner.astype(np.int64) * len(face_block) + near.face
+    # what lies together without being a point belongs to a joint of the model, or to none by its user's will
+    return shapes._replace(strangers=_strangers(shapes, named, near, np.setdiff1d(code, known))), named
+
+
+class Near(NamedTuple):
+    """Corners at faces: numbers of both, gap [m], and the least distance inside a side [m]."""
+
+    corner: Index
+    face: Index
+    gap: Array
+    inside: Array
+
+
+def _outlines(assembly: Assembly, contacts: Contacts, plane: Plane | None) -> list[tuple[int, Array, Array]]:
+    """Block, corners and outward normal of every face, blocks in order; in plane the two ends of a line."""
+    out = []
+    level = 0.0 if plane is None else float(np.median(contacts.place_b @ plane.normal))
+    for b, body in enumerate(assembly.blocks):
+        for part in body.parts:
+            for face in part.faces:
+                x = part.vertices[list(face)]
+                n = _area_vector(x)
+                n = n / np.linalg.norm(n)
+                if plane is None:
+                    out.append((b, x, n))
+                    continue
+                if abs(n @ plane.normal) > 1e-6:
+                    continue
+                along = np.cross(plane.normal, n)
+                s = x @ along
+                flat = x[[int(s.argmin()), int(s.argmax())]]
+                out.append((b, flat + (level - flat @ plane.normal)[:, None] * plane.normal, n))
+    return out
+
+
+def _area_vector(x: Array) -> Array:
+    """Twice the area of a polygon along its normal [m2], written out: np.cross of few vertices is mostly overhead."""
+    y = x[[*range(1, len(x)), 0]]
+    products = x.T @ y
+    return np.array([products[1, 2] - products[2, 1], products[2, 0] - products[0, 2], products[0, 1] - products[1, 0]])
+
+
+def _inset(
+    assembly: Assembly, contacts: Contacts, outlines: list[tuple[int, Array, Array]], plane: Plane | None
+) -> float:
+    """How far the contacts of the model are pulled in from the ends of the faces [m]: the median over its joints."""
+    if plane is None:
+        return 0.0
+    found = []
+    faces: dict[int, list[tuple[Array, Array]]] = {}
+    for b, points, n in outlines:
+        faces.setdefault(b, []).append((points, n))
+    first = np.flatnonzero(np.diff(contacts.interface, prepend=-2))
+    last = np.append(first[1:], contacts.count) - 1
+    for i in np.concatenate([first, last]):
+        nearest = []
+        for block, sign in ((contacts.block_a[i], 1.0), (contacts.block_b[i], -1.0)):
+            n = sign * contacts.directions[i, 0]
+            for points, normal in faces.get(int(block), []):
+                off = abs((contacts.place_b[i] - points[0]) @ normal)
+                if normal @ n > 1.0 - 1e-6 and off < 1e-3 * np.linalg.norm(points[1] - points[0]):
+                    nearest.append(float(np.linalg.norm(points - contacts.place_b[i], axis=1).min()))
+        if nearest:
+            found.append(min(nearest))
+    inset = float(np.median(found)) if found else 0.0
+    return inset if inset > 10.0 * assembly.tolerance else 0.0
+
+
+def _named(shapes: Shapes, c: Contacts, assembly: Assembly) -> Contacts:
+    """The contacts with their corners and faces, the frame carried by the face.
+
+    Where two corners meet the frame stays with a support, then with the heavier block, then as it is.
+    """
+    near = together(shapes, assembly, at_rest(assembly.n_blocks), -shapes.near)
+    owner = shapes.face_block[shapes.corner_face]
+    by_pair: dict[tuple[int, int], list[int]] = {}
+    for row in range(len(near.corner)):
+        key = int(shapes.face_block[near.face[row]]), int(owner[near.corner[row]])
+        by_pair.setdefault(key, []).append(row)
+    corner, face, over = c.corner.copy(), c.face.copy(), np.zeros(c.count, bool)
+    mass = assembly.weights
+    reachable = 1e-2 * shapes.near + 1e-9
+    for i in range(c.count):
+        a, b = int(c.block_a[i]), int(c.block_b[i])
+        best: dict[bool, int] = {}
+        for flipped, key in ((False, (a, b)), (True, (b, a))):
+            for row in by_pair.get(key, []):
+                off = shapes.corner_place[near.corner[row]] - c.place_b[i]
+                if np.abs(off).max() < reachable:
+                    best[flipped] = row
+        if not best:
+            continue
+        flipped = next(iter(best))
+        if len(best) == 2:
+            if assembly.fixed[a] != assembly.fixed[b]:
+                flipped = bool(assembly.fixed[b])
+            else:
+                flipped = bool(mass[b] > (1.0 + 1e-9) * mass[a])
+        over[i] = flipped
+        corner[i], face[i] = near.corner[best[flipped]], near.face[best[flipped]]
+    return replace(turned_over(c, over), corner=corner, face=face)
+
+
+def _strangers(shapes: Shapes, c: Contacts, near: Near, codes: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Of what lies together in the reference pose without being a point, what shall not become one.
+
+    That is all but the second of two corners that meet, which takes over once they slide.
+    """
+    f = len(shapes.face_block)
+    owner = shapes.face_block[shapes.corner_face]
+    pairs = {(min(a, b), max(a, b)) for a, b in zip(c.block_a.tolist(), c.block_b.tolist(), strict=True)}
+    deep = set((near.corner.astype(np.int64) * f + near.face)[near.inside > shapes.step].tolist())
+    out = []
+    for code in codes.tolist():
+        a, b = int(shapes.face_block[code % f]), int(owner[code // f])
+        if code in deep or (min(a, b), max(a, b)) not in pairs:
+            out.append(code)
+    return np.array(out, np.int64)
+
+
+def together(shapes: Shapes, assembly: Assembly, pose: Pose, inside: float) -> Near:
+    """Corners within the near gap of faces of other blocks in a pose and at least so far inside their sides [m]."""
+    x = assembly.centroids + pose.shift
+    reach = shapes.spread + shapes.near
+    one, two = overlapping_pairs(x - reach[:, None], x + reach[:, None])
+    apart = ~(assembly.fixed[one] & assembly.fixed[two])
+    one, two = one[apart], two[apart]
+    near = np.linalg.norm(x[one] - x[two], axis=1) < shapes.spread[one] + shapes.spread[two] + shapes.near
+    of, on = np.concatenate([one[near], two[near]]), np.concatenate([two[near], one[near]])
+    corner, face = _products(shapes.corner_start, of, shapes.face_start, on)
+    gap, sides = _distances(shapes, assembly, pose, corner, face)
+    own = shapes.corner_face[corner]
+    looks = np.einsum("ij,ij->i", turned(pose, shapes.face_block[own], shapes.normal[own]),
+                      turned(pose, shapes.face_block[face], shapes.normal[face]))  # fmt: skip
+    use = (np.abs(gap) < shapes.near) & (sides > inside) & (looks < FACING)
+    return Near(corner[use], face[use], gap[use], sides[use])
+
+
+def _products(corner_start: Index, of: Index, face_start: Index, on: Index) -> tuple[Index, Index]:
+    """Every corner of the blocks ``of`` with every face of the blocks ``on``, pair by pair."""
+    nc, nf = np.diff(corner_start)[of], np.diff(face_start)[on]
+    total = nc * nf
+    pair = np.repeat(np.arange(len(of)), total)
+    k = np.arange(total.sum()) - np.repeat(np.cumsum(total) - total, total)
+    return corner_start[of][pair] + k // np.maximum(nf[pair], 1), face_start[on][pair] + k % np.maximum(nf[pair], 1)
+
+
+def turned(pose: Pose, block: Index, vector: Array) -> Array:
+    """Vectors of blocks, turned with them, shape (m, 3)."""
+    return vector + np.einsum("mij,mj->mi", pose.turn[block], vector)
+
+
+def _distances(shapes: Shapes, assembly: Assembly, pose: Pose, corner: Index, face: Index) -> tuple[Array, Array]:
+    """Gap of corners above faces and the least distance inside their sides in a pose [m]."""
+    owner, base = shapes.face_block[shapes.corner_face[corner]], shapes.face_block[face]
+    return beside(shapes, assembly, pose, shapes.corner_place[corner], owner, face, base)
+
+
+def beside(
+    shapes: Shapes, assembly: Assembly, pose: Pose, place: Array, owner: Index, face: Index, base: Index
+) -> tuple[Array, Array]:
+    """The same for any material points of blocks ``owner``, by their reference places."""
+    x = assembly.centroids
+    now = x[owner] + pose.shift[owner] + turned(pose, owner, place - x[owner])
+    local = now - x[base] - pose.shift[base]
+    local = x[base] + local + np.einsum("mji,mj->mi", pose.turn[base], local)
+    gap = ((local - shapes.face_place[face]) * shapes.normal[face]).sum(axis=1)
+    sides = np.einsum("mki,mi->mk", shapes.side[face], local) - shapes.reach[face]
+    return gap, sides.min(axis=1)
