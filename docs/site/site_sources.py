@@ -52,6 +52,10 @@ FORMER = {
 """Names of one release ago that lead to others, and where."""
 
 COPIED = {
+    "theories.md": "docs/theories.md",
+    "predicted.md": "docs/predicted.md",
+    "findings.md": "docs/findings.md",
+    "limits.md": "docs/limits.md",
     "laws.md": "docs/laws.md",
     "mechanisms.md": "docs/mechanisms.md",
     "methods.md": "docs/methods.md",
@@ -147,11 +151,6 @@ def linked(text: str, origin: Path) -> str:
     return re.sub(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)", turned, text)
 
 
-def section(text: str, title: str) -> str:
-    """The section of a Markdown document under a heading of the second level."""
-    return re.search(rf"^## {re.escape(title)}\n(.*?)(?=^## |\Z)", text, flags=re.DOTALL | re.MULTILINE)[1]
-
-
 def citation() -> str:
     """How to cite, out of CITATION.cff."""
     said = dict(re.findall(r"^(\w[\w-]*): (.+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE))
@@ -166,15 +165,12 @@ def citation() -> str:
 
 
 def write_pages(folder: Path) -> None:
-    """Write the pages that are documents of the repository, the limits of the README, and the citation."""
+    """Write the pages that are documents of the repository, and the citation."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     for name, path in COPIED.items():
         origin = ROOT / path
         (folder / name).write_text(linked(origin.read_text(encoding="utf-8"), origin), encoding="utf-8")
-    readme = ROOT / "README.md"
-    limits = linked(section(readme.read_text(encoding="utf-8"), "Limits"), readme)
-    (folder / "limits.md").write_text(f"# Limits of the methods\n{limits}", encoding="utf-8")
     (folder / "cite.md").write_text(citation(), encoding="utf-8")
 
 

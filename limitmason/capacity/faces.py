@@ -234,21 +234,26 @@ def _strangers(shapes: Shapes, c: Contacts, near: Near, codes: NDArray[np.int64]
     return np.array(out, np.int64)
 
 
-def together(shapes: Shapes, assembly: Assembly, pose: Pose, inside: float) -> Near:
-    """Corners within the near gap of faces of other blocks in a pose and at least so far inside their sides [m]."""
+def together(shapes: Shapes, assembly: Assembly, pose: Pose, inside: float, depth: float = 0.0) -> Near:
+    """Corners within the near gap of faces of other blocks in a pose and at least so far inside their sides [m].
+
+    Parameters
+    ----------
+    depth : by which corners may lie behind a face beyond the near gap, as the springs of soft joints let them [m]
+    """
     x = assembly.centroids + pose.shift
-    reach = shapes.spread + shapes.near
+    reach = shapes.spread + shapes.near + depth
     one, two = overlapping_pairs(x - reach[:, None], x + reach[:, None])
     apart = ~(assembly.fixed[one] & assembly.fixed[two])
     one, two = one[apart], two[apart]
-    near = np.linalg.norm(x[one] - x[two], axis=1) < shapes.spread[one] + shapes.spread[two] + shapes.near
+    near = np.linalg.norm(x[one] - x[two], axis=1) < shapes.spread[one] + shapes.spread[two] + shapes.near + depth
     of, on = np.concatenate([one[near], two[near]]), np.concatenate([two[near], one[near]])
     corner, face = _products(shapes.corner_start, of, shapes.face_start, on)
     gap, sides = _distances(shapes, assembly, pose, corner, face)
     own = shapes.corner_face[corner]
     looks = np.einsum("ij,ij->i", turned(pose, shapes.face_block[own], shapes.normal[own]),
                       turned(pose, shapes.face_block[face], shapes.normal[face]))  # fmt: skip
-    use = (np.abs(gap) < shapes.near) & (sides > inside) & (looks < FACING)
+    use = (gap < shapes.near) & (gap > -shapes.near - depth) & (sides > inside) & (looks < FACING)
     return Near(corner[use], face[use], gap[use], sides[use])
 
 

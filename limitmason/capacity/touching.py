@@ -22,6 +22,10 @@ from limitmason.law import PointLaw
 from limitmason.model.assembly import Assembly
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+_HEIR = 6.0  # overshoots: distance, beyond the gap, within which a new point inherits from one that has left its face
+_WAITS = 4.0  # overshoots beyond a side after which a loaded point without a successor is dropped all the same
 
 
 class Renewed(NamedTuple):
@@ -50,18 +54,25 @@ def found_anew(
         shapes, assembly, pose, c.place_b[keyed], c.block_b[keyed], c.face[keyed], c.block_a[keyed]
     )
     gone = (inside < -shapes.step) | ((c.interface == NEW) & (gap > 2.0 * shapes.near))
-    near = together(shapes, assembly, pose, shapes.step)
+    # corners that take over carry on where springs are pressed, however deep
+    pressed = float((force[:, 0] / (c.kn * c.area)).max(initial=0.0))
+    near = together(shapes, assembly, pose, 0.5 * shapes.step, pressed)
     f = len(shapes.face_block)
     code = near.corner.astype(np.int64) * f + near.face
     present = c.corner.astype(np.int64) * f + c.face
-    fresh = ~np.isin(code, present[keyed]) & ~np.isin(code, shapes.strangers)
+    # the successor of a point that has left is as far inside but for the turn of the blocks over a deep gap
+    succeeds = np.isin(_pairs(shapes, near), _pairs_of_points(shapes, c)[gone])
+    fresh = ~np.isin(code, present[keyed]) & ~np.isin(code, shapes.strangers) & (succeeds | (near.inside > shapes.step))
     near = Near(near.corner[fresh], near.face[fresh], near.gap[fresh], near.inside[fresh])
     if not (gone.any() or len(near.corner)):
         return None
-    if c.components == 3:
-        gone &= _replaced(shapes, c, near)
     x = assembly.centroids
     now_b = x[c.block_b] + pose.shift[c.block_b] + turned(pose, c.block_b, c.place_b - x[c.block_b])
+    if c.components == 3:
+        gone &= np.isin(_pairs_of_points(shapes, c), _pairs(shapes, near)) | (c.interface == NEW)
+    else:
+        loaded = (force[:, 0] > 0.0) & (inside > -_WAITS * shapes.step)
+        gone &= ~loaded | _succeeded(shapes, assembly, c, pose, near, now_b)
     rows: list[Contacts] = []
     forces: list[Array] = []
     slips: list[Array] = []
@@ -91,14 +102,28 @@ def found_anew(
     )  # fmt: skip
 
 
-def _replaced(shapes: Shapes, c: Contacts, near: Near) -> NDArray[np.bool_]:
-    """Points of pairs of blocks for which another corner has come, or that had no joint to begin with."""
+def _pairs(shapes: Shapes, near: Near) -> Index:
+    """Number of the pair of blocks of every corner at a face."""
     a, b = shapes.face_block[near.face], shapes.face_block[shapes.corner_face[near.corner]]
+    return np.asarray(np.minimum(a, b) * (int(shapes.face_block.max()) + 1) + np.maximum(a, b))
+
+
+def _pairs_of_points(shapes: Shapes, c: Contacts) -> Index:
+    """The same of every point."""
     n = int(shapes.face_block.max()) + 1
-    coming = np.minimum(a, b) * n + np.maximum(a, b)
-    return np.isin(np.minimum(c.block_a, c.block_b) * n + np.maximum(c.block_a, c.block_b), coming) | (
-        c.interface == NEW
-    )
+    return np.asarray(np.minimum(c.block_a, c.block_b) * n + np.maximum(c.block_a, c.block_b))
+
+
+def _succeeded(
+    shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose, near: Near, now_b: Array
+) -> NDArray[np.bool_]:
+    """Points for which another corner of the same two blocks has come close by."""
+    x = assembly.centroids
+    owner = shapes.face_block[shapes.corner_face[near.corner]]
+    now = x[owner] + pose.shift[owner] + turned(pose, owner, shapes.corner_place[near.corner] - x[owner])
+    close = np.linalg.norm(now_b[:, None] - now, axis=2) < _HEIR * shapes.step + np.abs(near.gap)
+    same = _pairs_of_points(shapes, c)[:, None] == _pairs(shapes, near)
+    return np.asarray((close & same).any(axis=1))
 
 
 def outside(shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose) -> Array:
@@ -130,7 +155,7 @@ def _made(
     rotation_a = np.eye(3) + pose.turn[a]
     normal = shapes.normal[face]
     touching = (c.block_a == a) | (c.block_b == a) | (c.block_a == b) | (c.block_b == b)
-    heirs = gone & touching & (apart < 6.0 * shapes.step)
+    heirs = gone & touching & (apart < _HEIR * shapes.step + abs(float(near.gap[row])))
     if (heirs & same).any():
         heirs &= same
     model = int(np.where(heirs if heirs.any() else same if same.any() else touching, apart, np.inf).argmin())

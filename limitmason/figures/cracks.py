@@ -23,7 +23,7 @@ from limitmason.geometry.rotation import rotation_vectors
 Array = NDArray[np.float64]
 
 MOMENTS = ("first crack", "peak", "end")
-_PAGE, _LEFT, _RIGHT = 6.3, 0.55, 0.12
+_LEFT, _RIGHT = 0.55, 0.12
 _WIDEST = 3.0
 _DRAWN = 0.05
 
@@ -152,22 +152,23 @@ def _heading(curve: Any, index: int, moment: str | int) -> str:
 
 def _page(frame: elevation.Frame, count: int, title: str | None, text: str) -> tuple[Figure, list[Axes], float]:
     """A figure with elevations one below the other, and inches per metre."""
-    lines = textwrap.wrap(text, int((_PAGE - 0.24) / 0.0555))
-    inch = min((_PAGE - _LEFT - _RIGHT) / frame.span[0], 3.2 / frame.span[1])
+    page = style.page_width()
+    lines = textwrap.wrap(text, int((page - 0.24) / 0.0555))
+    inch = min((page - _LEFT - _RIGHT) / frame.span[0], 3.2 / frame.span[1])
     wide, high = frame.span * inch
     head, foot, gap = 0.12 + (0.21 if title else 0.0) + 0.145 * len(lines) + 0.24, 0.62, 0.3
     total = head + count * high + (count - 1) * gap + foot
-    figure = Figure(figsize=(_PAGE, total), dpi=200)
+    figure = Figure(figsize=(page, total), dpi=200)
     FigureCanvasAgg(figure)
-    left = _LEFT + 0.5 * (_PAGE - _LEFT - _RIGHT - wide)
+    left = _LEFT + 0.5 * (page - _LEFT - _RIGHT - wide)
     axes = [
-        figure.add_axes((left / _PAGE, (foot + (count - 1 - k) * (high + gap)) / total, wide / _PAGE, high / total))
+        figure.add_axes((left / page, (foot + (count - 1 - k) * (high + gap)) / total, wide / page, high / total))
         for k in range(count)
     ]
     top = 1.0 - 0.09 / total
     if title:
-        figure.text(0.12 / _PAGE, top, title, fontsize=9.5, fontweight="bold", va="top", gid="title")
+        figure.text(0.12 / page, top, title, fontsize=9.5, fontweight="bold", va="top", gid="title")
         top -= 0.21 / total
-    figure.text(0.12 / _PAGE, top, "\n".join(lines), fontsize=7.5, color=style.FAINT, va="top", linespacing=1.3,
+    figure.text(0.12 / page, top, "\n".join(lines), fontsize=7.5, color=style.FAINT, va="top", linespacing=1.3,
                 gid="caption")  # fmt: skip
     return figure, axes, float(inch)

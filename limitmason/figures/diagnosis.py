@@ -34,6 +34,7 @@ class _Sheet:
     """A page that grows downwards: blocks ask for a height [in], axes are placed once the whole height is known."""
 
     def __init__(self) -> None:
+        style.needs_a_page("diagnosis")
         self.figure = Figure(figsize=(_PAGE, 1.0), dpi=200)
         FigureCanvasAgg(self.figure)
         self.depth = 0.08

@@ -224,7 +224,7 @@ def _driven(history: Any) -> int:
 def _axes(ax: Axes | None) -> Axes:
     if ax is not None:
         return ax
-    figure = Figure(figsize=(_WIDTH, _HEIGHT), dpi=200)
+    figure = Figure(figsize=(style.page_width(_WIDTH), _HEIGHT), dpi=200)
     FigureCanvasAgg(figure)
     return figure.add_axes((0.0, 0.0, 1.0, 1.0), label="own")
 
@@ -241,19 +241,20 @@ def _finish(ax: Axes, xlabel: str, ylabel: str, title: str | None, caption: str 
         if handles:
             ax.legend(handles, labels)
         return figure
-    columns, rows = style._legend_shape(handles, _WIDTH)
-    lines = textwrap.wrap(caption, int((_WIDTH - 0.24) / 0.0555)) if caption else []
+    width = style.page_width(_WIDTH)
+    columns, rows = style._legend_shape(handles, width)
+    lines = textwrap.wrap(caption, int((width - 0.24) / 0.0555)) if caption else []
     head = 0.1 + (0.21 if title else 0.0) + 0.145 * len(lines) + 0.06
     foot = 0.42 + (0.19 * rows + 0.06 if rows else 0.0)
     total = head + _HEIGHT - 0.5 + foot
-    figure.set_size_inches(_WIDTH, total)
-    ax.set_position((0.58 / _WIDTH, foot / total, 1.0 - 0.74 / _WIDTH, (_HEIGHT - 0.5) / total))
+    figure.set_size_inches(width, total)
+    ax.set_position((0.58 / width, foot / total, 1.0 - 0.74 / width, (_HEIGHT - 0.5) / total))
     top = 1.0 - 0.09 / total
     if title:
-        figure.text(0.12 / _WIDTH, top, title, fontsize=9.5, fontweight="bold", va="top", gid="title")
+        figure.text(0.12 / width, top, title, fontsize=9.5, fontweight="bold", va="top", gid="title")
         top -= 0.21 / total
     if lines:
-        figure.text(0.12 / _WIDTH, top, "\n".join(lines), fontsize=7.5, color=style.FAINT, va="top", linespacing=1.3,
+        figure.text(0.12 / width, top, "\n".join(lines), fontsize=7.5, color=style.FAINT, va="top", linespacing=1.3,
                     gid="caption")  # fmt: skip
     if handles:
         figure.legend(handles, labels, loc="lower center", bbox_to_anchor=(0.5, 0.03 / total), ncols=columns,

@@ -30,7 +30,7 @@ def layout_search(search: LayoutSearch, *, title: str | None = None, ax: Axes | 
         First value along, second up; crosses are published pairs with a box of the tolerance about each. The verdict
         of the permuted control stands under the title.
     """
-    figure, ax = _paper(style.FULL_WIDTH, 5.0, ax)
+    figure, ax = _paper(style.page_width(), 5.0, ax)
     first, second = (search.catalogue[c].astype(float) for c in search.columns)
     published = np.array(list(search.pairs.values()), dtype=float)
     ax.plot(first, second, "o", color="#b9b9b9", markersize=2.6, markeredgewidth=0, zorder=1, gid="catalogue",

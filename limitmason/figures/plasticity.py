@@ -17,7 +17,6 @@ from limitmason.figures import style
 
 Array = NDArray[np.float64]
 
-_PAGE = 6.3
 _DRAWN = 0.04
 """Largest displacement in the drawing over the size of the structure [-]."""
 
@@ -56,20 +55,21 @@ def plasticity(
     low = np.min([(mesh.place + scale * u).min(axis=0) for u in shifts], axis=0)
     high = np.max([(mesh.place + scale * u).max(axis=0) for u in shifts], axis=0)
     span = high - low
-    wide = _PAGE - 0.7
+    page = style.page_width()
+    wide = page - 0.7
     inch = min(wide / span[0], 3.4 / span[1])
     tall = span[1] * inch
     head, foot, gap = (0.45 if title else 0.25), 0.75, 0.45
     total = head + foot + len(at) * tall + (len(at) - 1) * gap
-    figure = Figure(figsize=(_PAGE, total), dpi=200)
+    figure = Figure(figsize=(page, total), dpi=200)
     FigureCanvasAgg(figure)
     if title:
         figure.text(0.02, 1.0 - 0.08 / total, title, fontsize=9.5, fontweight="bold", va="top", gid="title")
     colours: tuple[Any, ...] = ("white", style.VERMILION, style.pale(style.VERMILION, 0.45), style.BLUE)
     for k, (i, moment, u) in enumerate(zip(indices, at, shifts, strict=True)):
         bottom = foot + (len(at) - 1 - k) * (tall + gap)
-        left = 0.5 * (_PAGE - span[0] * inch)
-        ax = figure.add_axes((left / _PAGE, bottom / total, span[0] * inch / _PAGE, tall / total))
+        left = 0.5 * (page - span[0] * inch)
+        ax = figure.add_axes((left / page, bottom / total, span[0] * inch / page, tall / total))
         place = mesh.place + scale * u
         marks = curve.zones[i].marks
         ax.add_collection(PolyCollection(

@@ -233,7 +233,7 @@ class Layout:
     def __init__(self, scene: Scene, bounds: Array) -> None:
         self.view = scene.view
         span = np.ptp(bounds, axis=0)
-        inch = min((style.FULL_WIDTH - 0.24) / span[0], style.HEIGHT / span[1])
+        inch = min((style.page_width() - 0.24) / span[0], style.HEIGHT / span[1])
         self.length = style.round_length(0.16 * float(span.max()))
         ends = 1.25 * self.length * scene.view.project(np.eye(3))
         low, high = np.minimum(ends.min(axis=0), 0.0), np.maximum(ends.max(axis=0), 0.0)

@@ -49,7 +49,7 @@ def histogram(
         numbers = table[column].astype(float)
         values[name] = numbers[np.isfinite(numbers)]
     edges = np.histogram_bin_edges(np.concatenate(list(values.values())), bins=bins if bins is not None else "fd")
-    figure, ax = _paper(style.FULL_WIDTH, 3.2, ax)
+    figure, ax = _paper(style.page_width(), 3.2, ax)
     for number, (name, own) in enumerate(values.items()):
         colour = style.SERIES[number % len(style.SERIES)]
         last = found[name]
@@ -88,7 +88,7 @@ def running_spread(
         With fewer than two finite values.
     """
     found = running(table, column)
-    figure, ax = _paper(style.FULL_WIDTH, 3.0, ax)
+    figure, ax = _paper(style.page_width(), 3.0, ax)
     kept = slice(min(5, len(found.n) - 1), None)
     lines = (
         ("mean", found.mean, found.mean_error, style.BLUE),
@@ -106,7 +106,9 @@ def running_spread(
     ax.set_xlabel("runs [-]")
     ax.set_ylabel("value over its last [-]")
     ax.legend(fontsize=style._SMALL, frameon=False)
-    _frame(ax, title, f"{label or column} · bands: one standard error of so many runs")
+    said = style.enlarged(*ax.get_ylim())
+    words = (label or column, "bands: one standard error of so many runs", said)
+    _frame(ax, title, " · ".join(w for w in words if w))
     return figure
 
 
@@ -129,7 +131,7 @@ def curve_fan(
         Where the column holds no curves.
     """
     curves = curves_of(table, column)
-    figure, ax = _paper(style.FULL_WIDTH, 3.6, ax)
+    figure, ax = _paper(style.page_width(), 3.6, ax)
     for c in curves:
         ax.plot(c.displacement, c.load, color="#bbbbbb", linewidth=0.3, zorder=1, gid="run")
     if all((np.diff(c.displacement) >= 0.0).all() for c in curves):
@@ -167,7 +169,7 @@ def word_shares(
     groups = dict(tables) if isinstance(tables, Mapping) else {"": tables}
     found = {name: {s.name: s for s in shares(t, column)} for name, t in groups.items()}
     words = list(dict.fromkeys(w for own in found.values() for w in own))
-    figure, ax = _paper(style.FULL_WIDTH, 0.9 + 0.32 * len(words) * len(groups), ax)
+    figure, ax = _paper(style.page_width(), 0.9 + 0.32 * len(words) * len(groups), ax)
     height = 0.8 / len(groups)
     for number, (name, own) in enumerate(found.items()):
         colour = style.SERIES[number % len(style.SERIES)]
@@ -214,7 +216,7 @@ def sensitivity_bars(
     found = sensitivity(table, column, inputs)
     if not found:
         raise InputError("there is nothing to draw")
-    figure, ax = _paper(style.FULL_WIDTH, 0.9 + 0.32 * len(found), ax)
+    figure, ax = _paper(style.page_width(), 0.9 + 0.32 * len(found), ax)
     chance = 1.96 * found[0].rank_error
     ax.axvspan(-chance, chance, color="#e4e4e4", linewidth=0, zorder=0.5, gid="chance")
     for place, s in enumerate(found):

@@ -51,6 +51,9 @@ def _frame(ax: Axes, title: str | None, caption: str = "") -> None:
     ax.tick_params(labelsize=style._SMALL, width=0.5, length=2.5, colors=style.FAINT)
     for spine in ax.spines.values():
         spine.set_linewidth(0.5)
+    page: Any = ax.figure
+    wide = float(getattr(page, "figure", page).get_size_inches()[0])
+    caption = "\n".join(style.wrapped(line, wide - 0.9) for line in caption.split("\n"))
     if caption:
         ax.annotate(
             caption, (0.0, 1.0), (0.0, 5.0), xycoords="axes fraction", textcoords="offset points", gid="caption",
@@ -87,7 +90,7 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
     left_out = [r for r in result.rows if not math.isfinite(r.multiplier)]
     if not rows:
         raise InputError("no method has a finite multiplier: there is nothing to draw")
-    figure, ax = _paper(style.FULL_WIDTH, 1.1 + 0.55 * len(rows), ax)
+    figure, ax = _paper(style.page_width(), 1.1 + 0.55 * len(rows), ax)
     ends = [v for r in rows for v in (r.multiplier, r.low, r.high) if math.isfinite(v)]
     if result.measured is not None:
         low, value, high = result.measured
@@ -110,6 +113,7 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
                     bbox={"boxstyle": "square,pad=.1", "facecolor": "white", "linewidth": 0, "alpha": .75})  # fmt: skip
     span = max(max(ends) - min(ends), 0.05 * max(ends))
     ax.set_xlim(min(ends) - 0.22 * span, max(ends) + 0.22 * span)
+    said = style.enlarged(*ax.get_xlim())
     ax.set_ylim(-0.6, len(rows) - 0.35)
     ax.set_yticks(range(len(rows)), [_row_name(r) for r in reversed(rows)])
     ax.set_xlabel("collapse multiplier λ [-]")
@@ -120,6 +124,7 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
     caption += [f"{r.method}: {r.beside}, no bound" for r in rows if r.beside]
     if any(math.isfinite(r.low) for r in rows):
         caption.insert(0, "bars: range of each theory")
+    caption += [said] if said else []
     _frame(ax, title or result.title or None, " · ".join(caption))
     ax.tick_params(axis="y", length=0, colors=style.BLACK)
     return figure
@@ -140,7 +145,7 @@ def study_lines(
     x: str,
     *,
     y: str = "multiplier",
-    by: Sequence[str] = ("method",),
+    by: Sequence[str] | None = None,
     x_label: str | None = None,
     y_label: str | None = None,
     published: Mapping[str, Sequence[tuple[float, float]]] | None = None,
@@ -155,7 +160,9 @@ def study_lines(
     ----------
     table : rows of a study
     x, y : columns to draw; ranges come from columns "low" and "high" when y is the multiplier
-    by : columns that tell the lines apart; rows of status "extrapolated" are hollow and joined by a dotted line
+    by : columns that tell the lines apart; by default the method, where the rows have one, and every further column
+        without which a line would have several values at one x. Where none helps, values stand as points without a
+        line. Rows of status "extrapolated" are hollow and joined by a dotted line
     x_label, y_label : with units
     published : points of a source, by its name
     log : logarithmic x with the values as ticks; a row at x = 0 then stands at the left edge
@@ -170,7 +177,11 @@ def study_lines(
     rows = [r for r in table if r.get(x) is not None and r.get(y) is not None and math.isfinite(r[y])]
     if not rows:
         raise InputError(f"no row has finite values of {x!r} and {y!r}: there is nothing to draw")
-    figure, ax = _paper(style.FULL_WIDTH, 3.4, ax)
+    by = _lines_by(rows, x, y) if by is None else tuple(by)
+    for name in by:
+        if not any(name in r for r in rows):
+            raise InputError(f"by names the column {name!r}, which no row has")
+    figure, ax = _paper(style.page_width(), 3.4, ax)
     positive = sorted({float(r[x]) for r in rows if r[x] > 0})
     edge = 0.5 * positive[0] if positive else 1.0
 
@@ -185,15 +196,18 @@ def study_lines(
         solid = [r for r in own if r.get("status") != "extrapolated"]
         method = own[0].get("method")
         # groups of one method are told apart by fill and line, methods by colour and marker
-        second = [g for g in groups if g[:1] == group[:1]].index(group) if by[0] == "method" else 0
+        by_method = bool(by) and by[0] == "method"
+        second = [g for g in groups if g[:1] == group[:1]].index(group) if by_method else 0
         colour = (
             _colour(method) if _known(method) else style.SERIES[(methods.index(method) + 3) % 7]
-            if by[0] == "method"
+            if by_method
             else (style.SERIES[number % 7])
         )
-        named = by[0] == "method" and _known(method)
+        named = by_method and _known(method)
         marker = _look(method).marker if named else style.MARKERS[number % 7]
         line = ("-", "--", ":", "-.")[second % 4]
+        if len({r[x] for r in solid}) < len(solid):
+            line = ""  # several values at one x: joined they would zigzag
         face = "white" if second else colour
         if y == "multiplier":
             bars = [r for r in solid if math.isfinite(r.get("low", math.nan)) and r["high"] > r["low"]]
@@ -202,7 +216,8 @@ def study_lines(
         look: dict[str, Any] = {
             "color": colour, "marker": marker, "markersize": 4.5, "linewidth": 1.1, "markerfacecolor": face,
         }  # fmt: skip
-        ax.plot([place(r[x]) for r in solid], [r[y] for r in solid], line, **look, zorder=3, gid="line")
+        at, values = [place(r[x]) for r in solid], [r[y] for r in solid]
+        ax.plot(at, values, linestyle=line or "none", **look, zorder=3, gid="line")
         guess = [r for r in own if r.get("status") == "extrapolated"]
         if guess and solid:
             ax.plot(
@@ -210,7 +225,8 @@ def study_lines(
             )
             ax.plot([place(guess[0][x])], [guess[0][y]], marker, markerfacecolor="white", color=colour, markersize=4.5,
                     gid="extrapolated")  # fmt: skip
-        handles.append(Line2D([], [], linestyle=line, label=_group_name(by, group), **look))
+        if by:
+            handles.append(Line2D([], [], linestyle=line or "none", label=_group_name(by, group), **look))
     for number, (name, points) in enumerate((published or {}).items()):
         u, v = np.array(points, dtype=float).T
         ax.plot(u, v, ("x", "+", "*")[number % 3], color=style.BLACK, markersize=6, zorder=4, gid="published")
@@ -228,9 +244,33 @@ def study_lines(
     ax.set_xlabel(x_label or x)
     ax.set_ylabel(y_label or ("collapse multiplier λ [-]" if y == "multiplier" else y))
     ax.grid(linewidth=0.3, color="#dddddd")
-    _frame(ax, title, caption)
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 3), fontsize=style._SMALL)
+    _frame(ax, title, "\n".join(t for t in (caption, style.enlarged(*ax.get_ylim())) if t))
+    if handles:
+        columns = min(style._legend_shape(handles, figure.get_size_inches()[0])[0], 3)
+        figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=style._SMALL)
     return figure
+
+
+_NO_PARAMETER = frozenset(("low", "high", "status", "seconds"))
+
+
+def _lines_by(rows: Sequence[Mapping[str, Any]], x: str, y: str) -> tuple[str, ...]:
+    """Columns that leave one value at every x of a line: the method, then those of few values that help most."""
+    by = ["method"] if any(r.get("method") is not None for r in rows) else []
+    others = [c for c in dict.fromkeys(k for r in rows for k in r) if c not in {x, y, *by, *_NO_PARAMETER}]
+
+    def places(columns: Sequence[str]) -> int:
+        return len({(r[x], *(r.get(c) for c in columns)) for r in rows})
+
+    while places(by) < len(rows) and others:
+        # a column whose values hardly repeat is a result, not what the rows were made by
+        best = max(others, key=lambda c: (places([*by, c]), -len({r.get(c) for r in rows})))
+        if places([*by, best]) == places(by) or len({r.get(best) for r in rows}) > max(len(rows) // 2, 1):
+            others.remove(best)
+            continue
+        by.append(best)
+        others.remove(best)
+    return tuple(by)
 
 
 def _group_name(by: Sequence[str], group: Sequence[Any]) -> str:
@@ -261,7 +301,7 @@ def gap(result: Any, *, title: str | None = None, ax: Axes | None = None) -> Fig
         Bars hang from step to step by the mean share; marks show the shares in the two orders where they differ. The
         last bar but one is what remains unexplained. Grey numbers are below what the searches resolve.
     """
-    figure, ax = _paper(style.FULL_WIDTH, 3.5, ax)
+    figure, ax = _paper(style.page_width(), 3.5, ax)
     names = ["limit analysis,\nassociative"]
     level, k = result.associative, 1
     colours = {"flow rule": style.BLUE, "pressure in the faces": style.GREEN, "geometry change": style.ORANGE,

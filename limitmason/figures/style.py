@@ -7,6 +7,7 @@ import math
 import textwrap
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any
 
 import matplotlib as mpl
@@ -14,6 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+
+from limitmason.errors import InputError, NotApplicable
 
 # Okabe and Ito (2008): told apart with every common colour vision, and in grey by their different lightness
 BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
@@ -57,15 +60,66 @@ _RC: dict[str, Any] = {
 }
 
 
+SINGLE_COLUMN = 89.0
+"""Width of one column of a journal page [mm]."""
+
+NARROWEST, WIDEST = 60.0, 183.0
+
+_width: ContextVar[float | None] = ContextVar("width", default=None)
+
+
 @contextmanager
-def print_style() -> Iterator[None]:
+def print_style(width: float | None = None) -> Iterator[None]:
     """Matplotlib settings of all figures of this package, for the time of a with-block.
 
     Figures made here carry their sizes with them. Put ``savefig`` inside the block too when a PDF or SVG must keep its
     text as text (``pdf.fonttype`` is read while saving).
+
+    Parameters
+    ----------
+    width : of the figures made in the block [mm]: 89 for one column of a journal, 160 (the text of an A4 page) by
+        default. Letters keep their size
+
+    Raises
+    ------
+    InputError
+        For widths outside 60 to 183 mm. In the block, figures of several panels that need a whole page raise
+        ``NotApplicable``.
     """
-    with mpl.rc_context(_RC):
-        yield
+    if width is not None and not NARROWEST <= width <= WIDEST:
+        raise InputError(f"a figure is {NARROWEST:g} to {WIDEST:g} mm wide, got {width!r}")
+    before = _width.set(_width.get() if width is None else float(width))
+    try:
+        with mpl.rc_context(_RC):
+            yield
+    finally:
+        _width.reset(before)
+
+
+def page_width(usual: float = FULL_WIDTH) -> float:
+    """Width of the figure that is made [in]: that of :func:`print_style`, else the usual one."""
+    width = _width.get()
+    return usual if width is None else width / 25.4
+
+
+def needs_a_page(name: str) -> None:
+    """Refuse a width in which the panels of a figure do not fit.
+
+    Raises
+    ------
+    NotApplicable
+        Where :func:`print_style` asks for less than the text width of an A4 page.
+    """
+    if page_width() < FULL_WIDTH:
+        raise NotApplicable(f"{name} has several panels and needs {25.4 * FULL_WIDTH:.0f} mm: leave out the width")
+
+
+def enlarged(low: float, high: float) -> str:
+    """What to say of an axis that shows less than a tenth of its values; empty where it shows more, or zero."""
+    top = max(abs(low), abs(high))
+    if not top > 0.0 or low * high <= 0.0 or abs(high - low) >= 0.1 * top:
+        return ""
+    return f"axis enlarged: it spans {100.0 * abs(high - low) / top:.2g} % of the value"
 
 
 def in_print_style(function: Callable[..., Figure]) -> Callable[..., Figure]:
@@ -96,8 +150,8 @@ class Page:
         self.width, self.height = max(width, 1e-12), max(height, 1e-12)
         if ax is None:
             side = (_LEFT if framed else _BARE) + (_RIGHT if framed else _BARE)
-            self.inch = min((FULL_WIDTH - side) / self.width, HEIGHT / self.height)
-            figure = Figure(figsize=(FULL_WIDTH, HEIGHT), dpi=200)
+            self.inch = min((page_width() - side) / self.width, HEIGHT / self.height)
+            figure = Figure(figsize=(page_width(), HEIGHT), dpi=200)
             FigureCanvasAgg(figure)
             self.ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         else:
@@ -129,7 +183,7 @@ class Page:
             return self.figure
         left, right, bottom = (_LEFT, _RIGHT, _BOTTOM) if self.framed else (_BARE, _BARE, _BARE)
         wide, high = self.width * self.inch, (self.height + extent) * self.inch
-        page = max(wide + left + right, 3.3)
+        page = max(wide + left + right, min(3.3, page_width()))
         left += 0.5 * (page - wide - left - right)
         lines = textwrap.wrap(text, int((page - 0.24) / 0.0555)) if text else []
         columns, rows = _legend_shape(handles, page)
@@ -227,3 +281,8 @@ def prediction_text(prediction: Any) -> str:
 def _mentions(text: str, rule: str) -> bool:
     words = text.lower().replace("_", "-").replace(",", " ").split()
     return rule.lower() in words
+
+
+def wrapped(text: str, width: float) -> str:
+    """Small text broken into lines that fit a width [in]."""
+    return textwrap.fill(text, max(int(width / 0.0555), 20)) if text else text

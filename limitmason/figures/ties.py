@@ -58,6 +58,7 @@ def before_and_after(
             )
     below = 2.2 if curves is not None else 0.0  # inches
     height = 3.6 + below
+    style.needs_a_page("before_and_after")
     figure = Figure(figsize=(style.FULL_WIDTH, height), dpi=200)
 
     def up(share: float) -> float:

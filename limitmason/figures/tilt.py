@@ -61,6 +61,7 @@ def tilt_test(
         raise InputError("no tilting test to draw")
     for label, test in named.items():
         _check(label, test)
+    style.needs_a_page("tilt_test")
     figure = Figure(figsize=(_WIDTH, _PANEL + 1.0), dpi=200)
     FigureCanvasAgg(figure)
     left, right = figure.add_axes((0.1, 0.2, 0.35, 0.7)), figure.add_axes((0.6, 0.2, 0.35, 0.7))

@@ -1,4 +1,4 @@
-"""The table of the README: every packaged case with a model, predicted beside published or measured."""
+"""The table of docs/predicted.md: every packaged case with a model, predicted beside published or measured."""
 
 from collections.abc import Callable, Iterable
 from itertools import groupby

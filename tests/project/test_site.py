@@ -18,7 +18,7 @@ SITE = ROOT / "docs" / "site"
 PAGES = sorted(p for p in SITE.rglob("*.md") if p.relative_to(SITE).parts[0] not in ("made", "gallery", "reference"))
 WITH_CODE = [p for p in PAGES if page_blocks.blocks(p.read_text(encoding="utf-8"))]
 TUTORIALS = sorted((SITE / "tutorials").glob("[0-9]*.md"))
-MADE = {f"made/{name}" for name in (*site_sources.COPIED, "limits.md", "cite.md")}
+MADE = {f"made/{name}" for name in (*site_sources.COPIED, "cite.md")}
 
 
 def test_there_are_five_tutorials_with_topics_time_and_files_on_top():

@@ -26,15 +26,15 @@ def associative(wall: Assembly, loads: Loads) -> dict[str, Any]:
 
 
 def non_associative(wall: Assembly, loads: Loads) -> dict[str, Any]:
-    """Smallest limit load found [kN] at psi = 0."""
-    found = lm.predict(wall, loads, "non-associative", prove=False, measure_jump=False)
+    """Smallest limit load [kN] at psi = 0 that a quick search finds: a smaller one may exist."""
+    found = lm.predict(wall, loads, "non-associative", search="quick", prove=False, measure_jump=False)
     return {"load": float(found.collapse_multiplier), "status": found.status}
 
 
 RUNS: Mapping[str, tuple[Callable[[Assembly, Loads], dict[str, Any]], float]] = {
-    "associative": (associative, 1.0), "non-associative": (non_associative, 0.1),
+    "associative": (associative, 1.0), "non-associative": (non_associative, 0.5),
 }  # fmt: skip
-"""Flow rule, and the part of the draws that it is worked out for: the search at psi = 0 takes minutes."""
+"""Flow rule, and the part of the draws that it is worked out for: the search at psi = 0 takes seconds a draw."""
 
 
 def compute(

@@ -198,7 +198,7 @@ LAWS = (
     ("DEM, opening takes cohesion and tension", "set4-{}", "ultimate", 1e-3),
     ("DEM, opening takes tension, cohesion stays, to 1.5 mm", "set4-{}-kept", "ultimate", 1e-3),
     ("DEM, nothing is lost, to 1.5 mm", "set4-{}-nothing", "ultimate", 1e-3),
-    ("limit analysis, psi = 0", "plastic-{}-non-associative", "load", 1.0),
+    ("limit analysis, psi = 0, smallest load that a quick search finds", "plastic-{}-non-associative", "load", 1.0),
     ("limit analysis, psi = phi", "plastic-{}-associative", "load", 1.0),
 )
 """Law of set 4's joints, its study, column and unit over kN; the same draws in all."""

@@ -1,0 +1,70 @@
+"""The U walls stone by stone: elastic stones and the joints of the DEM, followed by the engine of capacity curves.
+
+The source's finite element micro-model has elastic stones and interfaces too; neither its stones' modulus nor its bond
+is in the text. Here the bond is that of the blocks (assumed), the joints those that the source calibrated in 3DEC.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.capacity import PushoverCurve, Steps, pushover
+from limitmason.capacity.deformable import LUMPED
+from limitmason.experiments.murano_u_walls import control_block
+from limitmason.experiments.record import Experiment
+from limitmason.joint_shapes import MODAL, RIGID
+from limitmason.model.assembly import Assembly
+from limitmason.model.material import Material
+
+Array = NDArray[np.float64]
+
+STONE = Material(young_modulus=20e9, poisson_ratio=0.2, name="granite")
+"""Of the stones: a granite, assumed. From 10 to 50 GPa REGW's stiffness moves from 45.6 to 49.0 kN/mm."""
+
+POINTS = (3, 3)
+"""Contact points of a joint, along the stone and across it: the fewest that bend as the face does."""
+
+ASSUMPTIONS = (
+    f"The modulus of the stones is assumed, {STONE.young_modulus / 1e9:g} GPa with nu = {STONE.poisson_ratio:g}, a "
+    "granite: it is not in the source's text.",
+    f"Stones strain and bend in the shapes of the DEM's modal blocks; {POINTS[0]} x {POINTS[1]} points a joint.",
+)
+
+
+def micro_model(test: Experiment, stone: Material = STONE) -> Assembly:
+    """The blocks of "DS" or "REGW" with elastic stones."""
+    return test.assembly().with_material(stone)
+
+
+def push_micro(
+    test: Experiment,
+    to: float,
+    *,
+    blocks: str = MODAL,
+    stone: Material = STONE,
+    steps: Steps | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> PushoverCurve:
+    """Capacity curve of a wall under its airbag; the multiplier is the airbag's force [kN].
+
+    Parameters
+    ----------
+    test : "DS" or "REGW"; its ``residual`` says what a joint that fails loses
+    to : mean displacement of the facade along the airbag's pressure [m]
+    blocks : how stones deform, see :func:`limitmason.pushover`
+    stone : what they are made of, not of rigid ones
+    steps, progress : as for :func:`limitmason.pushover`
+    """
+    wall = test.assembly() if blocks == RIGID else micro_model(test, stone)
+    contacts = "first" if blocks in (RIGID, LUMPED) else None
+    return pushover(
+        wall, test.loads(), to=to, blocks=blocks, contact_model="grid", grid=POINTS, contacts=contacts, steps=steps,
+        progress=progress,
+    )  # fmt: skip
+
+
+def at_the_top(curve: PushoverCurve, test: Experiment) -> Array:
+    """Displacement of the facade's top at mid-span from the state under dead load, outwards [m], shape (n,)."""
+    moved = curve.displacement_of(control_block(test))[:, 1]
+    return np.asarray(moved[0] - moved)

@@ -1,0 +1,97 @@
+"""One column of a journal is an option of every figure, enlarged axes say so, and lines of a study are lines."""
+
+import numpy as np
+import pytest
+from walls import running_bond
+
+import limitmason as lm
+from limitmason import figures, study
+from limitmason.errors import InputError, NotApplicable
+from limitmason.figures import style
+
+WALL = running_bond(3, 4)
+LOADS = lm.Loads.horizontal(WALL)
+
+
+def texts(figure):
+    """All words of a figure with their boxes in pixels."""
+    figure.canvas.draw()
+    renderer = figure.canvas.get_renderer()
+    return [(t.get_text(), t.get_window_extent(renderer)) for t in figure.findobj(lambda a: hasattr(a, "get_text"))
+            if t.get_visible() and t.get_text().strip()]  # fmt: skip
+
+
+def drawn():
+    answer = lm.limit_analysis(WALL, LOADS)
+    runs = study.Table(tuple({"peak": float(p)} for p in np.random.default_rng(1).normal(5.0, 0.4, 60)))
+    curve = lm.Curve(np.linspace(0.0, 0.01, 30), 1e3 * np.sin(np.linspace(0.0, 2.0, 30)))
+    rows = [{"phi": a, "psi": b, "multiplier": 0.3 + 0.01 * a} for a in (20, 25, 30) for b in (0, 10)]
+    yield "mechanism", lambda: figures.mechanism(WALL, answer, title="Mechanism of a wall of three units")
+    yield "assembly", lambda: figures.assembly(WALL, title="Wall")
+    yield "side by side", lambda: figures.side_by_side(lm.compare(WALL, LOADS, ("associative", "mechanisms")))
+    yield "study", lambda: figures.study_lines(rows, "phi", caption="a caption that is longer than one narrow column")
+    yield "histogram", lambda: figures.histogram(runs, "peak", label="peak [kN]")
+    yield "running", lambda: figures.running_spread(runs, "peak")
+    yield "curve", lambda: curve.plot()
+
+
+@pytest.mark.parametrize("name, draw", drawn(), ids=lambda v: v if isinstance(v, str) else "")
+def test_a_figure_is_as_wide_as_asked_for_and_keeps_its_words_inside(name, draw):
+    usual = draw().get_size_inches()[0]
+    with figures.print_style(width=style.SINGLE_COLUMN):
+        narrow = draw()
+    width = narrow.get_size_inches()[0]
+    assert width <= 89.0 / 25.4 + 1e-9
+    assert width == pytest.approx(89.0 / 25.4) or usual < 89.0 / 25.4 or name in ("mechanism", "assembly")
+    page = width * narrow.dpi
+    words = [(t, box) for t, box in texts(narrow) if any(c.isalpha() for c in t)]  # ticks beyond an axis are not drawn
+    outside = [t for t, box in words if box.x0 < -2.0 or box.x1 > page + 2.0]
+    assert not outside
+    assert draw().get_size_inches()[0] == usual, "the width holds in the block alone"
+
+
+def test_widths_of_no_page_and_figures_of_several_panels_are_refused():
+    for wrong in (20.0, 400.0):
+        with pytest.raises(InputError, match="60 to 183 mm"), figures.print_style(width=wrong):
+            pass
+    with figures.print_style(width=89.0), pytest.raises(NotApplicable, match="several panels"):
+        style.needs_a_page("diagnosis")
+    style.needs_a_page("diagnosis")
+
+
+def test_an_axis_that_enlarges_a_small_spread_says_so():
+    close = [{"points": n, "multiplier": 0.5 * (1.0 + 0.01 * k / 3)} for k, n in enumerate((2, 4, 8, 16))]
+    said = [t for t, _ in texts(figures.study_lines(close, "points")) if "enlarged" in t]
+    assert len(said) == 1
+    share = float(said[0].split("spans ")[1].split(" %")[0])
+    assert 1.0 <= share <= 1.2  # 1 % of spread and matplotlib's margins of 5 % on each side
+    wide = [{"points": n, "multiplier": 0.1 * n} for n in (2, 4, 8)]
+    assert not [t for t, _ in texts(figures.study_lines(wide, "points")) if "enlarged" in t]
+
+
+@pytest.mark.parametrize("ends, words", [((0.0, 1.0), ""), ((-0.01, 0.01), ""), ((0.5, 1.0), ""), ((0.0, 0.0), "")])
+def test_an_axis_that_shows_zero_or_much_of_its_values_says_nothing(ends, words):
+    assert style.enlarged(*ends) == words
+
+
+def test_a_study_without_methods_has_no_line_called_none():
+    one = figures.study_lines([{"a": 1.0, "multiplier": 0.5}, {"a": 2.0, "multiplier": 0.9}], "a")
+    assert not one.legends
+    assert "None" not in " ".join(t for t, _ in texts(one))
+
+
+def test_rows_of_two_parameters_are_a_line_for_each_value_and_never_a_zigzag():
+    rows = [{"phi": a, "psi": b, "seconds": 0.1 * a + b, "multiplier": 0.01 * a + 0.02 * b}
+            for a in (20, 25, 30, 35) for b in (0, 5, 10)]  # fmt: skip
+    figure = figures.study_lines(rows, "phi")
+    lines = [x for x in figure.axes[0].lines if x.get_gid() == "line"]
+    assert len(lines) == 3
+    for line in lines:
+        assert (np.diff(line.get_xdata()) > 0.0).all()
+    assert [t.get_text() for t in figure.legends[0].get_texts()] == ["psi 0", "psi 5", "psi 10"]
+    # where no column tells repeated values apart they are points
+    repeated = [{"phi": a, "multiplier": 0.01 * a + e} for a in (20, 30) for e in (0.0, 0.013, 0.031)]
+    (points,) = [x for x in figures.study_lines(repeated, "phi").axes[0].lines if x.get_gid() == "line"]
+    assert points.get_linestyle() == "None"
+    with pytest.raises(InputError, match="'age'"):
+        figures.study_lines(rows, "phi", by=("age",))
