@@ -4,7 +4,7 @@ An L wall of 22 blocks without dilation. A path at large displacement from an ad
 carried after a tenth of the thickness. Random gaps of 1e-4 of a block then open every joint of the wall: the load at
 which it first loses equilibrium depends on them, what it sustains hardly does.
 
-The 16 paths are read from a file, for one takes several seconds; ``--paths 16`` makes them again.
+The 10 paths are read from a file, for one takes several seconds; ``--paths 10`` makes them again.
 """
 
 import csv
@@ -68,4 +68,4 @@ drawn = {c.label if k == 0 else f"_{c.label}": (c.displacement, weight * c.load)
          for k, c in enumerate(c for c in found.curves if len(c) > 1)}  # fmt: skip
 levels = {"associative": weight * associative, "sustained, from a state": weight * late.collapse_multiplier}
 figure = figures.load_displacement(drawn, levels=levels, title="L wall of 22 blocks, gaps of 1e-4 of a block")
-figure.savefig(OUT / "gaps_in_a_corner_wall.png")
+figure.savefig(OUT / "gaps_in_a_corner_wall.png", bbox_inches="tight")

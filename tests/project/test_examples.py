@@ -71,7 +71,7 @@ def capacity_curve(g):
 
 def gaps_in_a_corner_wall(g):
     first, kept = g["found"].spread_of_first_loss, g["found"].spread_of_sustained
-    assert min(first.paths, kept.paths) >= 14
+    assert min(first.paths, kept.paths) >= 9
     # the load of the displaced wall depends on gaps far less, and not on where the path began
     assert (kept.high - kept.low) / kept.median < 0.5 * (first.high - first.low) / first.median
     assert g["late"].collapse_multiplier == pytest.approx(kept.median, rel=5e-3)
