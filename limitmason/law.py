@@ -107,6 +107,11 @@ class PointLaw(NamedTuple):
         """The law at some points, in the order asked for."""
         return PointLaw(*(column[rows] for column in self))
 
+    def towards(self, rest: "PointLaw", damage: Array) -> "PointLaw":
+        """The law of points on their way to residual values: peak values at damage 0, those of ``rest`` at 1."""
+        mu, psi, c, t = (a + damage * (b - a) for a, b in zip(self[:4], rest[:4], strict=True))
+        return PointLaw(mu, psi, c, t, self.crushing)
+
     def without_crushing(self, rows: NDArray | None = None) -> "PointLaw":
         """The law with infinite compressive strength at some points, at all where none are named."""
         crushing = np.array(self.crushing)
@@ -299,6 +304,32 @@ class Softening(NamedTuple):
 
 SUDDEN = 1e30
 """Damage per opening or slip [1/m] of a joint that loses its strength at once."""
+
+
+class Fall(NamedTuple):
+    """How points lose strength: residual values, and damage per opening beyond the strength and per slip [1/m], (m,).
+
+    A rate of ``SUDDEN`` loses it at once, 0 never.
+    """
+
+    rest: PointLaw
+    by_opening: Array
+    by_slip: Array
+
+    @property
+    def sudden(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Points that lose their strength at once, by opening and by slip."""
+        return self.by_opening >= SUDDEN, self.by_slip >= SUDDEN
+
+    @property
+    def gradual(self) -> tuple[Array, Array]:
+        """The rates of what is lost over a length, 0 for the others [1/m]."""
+        opening, slip = self.sudden
+        return np.where(opening, 0.0, self.by_opening), np.where(slip, 0.0, self.by_slip)
+
+    def at(self, rows: Index | NDArray[np.bool_]) -> "Fall":
+        """Of some of the points."""
+        return Fall(self.rest.at(rows), self.by_opening[rows], self.by_slip[rows])
 
 
 def softening(joints: Sequence[Joint], kn: Array, ks: Array, slip: Array | float = 0.0) -> Softening:

@@ -82,6 +82,7 @@ TIES = Term(
 TERMS = (DILATANCY, COHESION, TENSION, ABOVE_APEX, CRUSHING, STRESS_BLOCK, CORNER_CRUSHING, RESIDUAL, SMOOTH, TIES)
 
 ASSOCIATIVE, NON_ASSOCIATIVE, DEM, MECHANISMS = "associative", "non-associative", "dem", "mechanisms"
+PUSHOVER = "pushover"
 PROVEN_SMALLEST, PROVEN_RANGE = "prove=True", "proven range"
 INTERIOR_POINT = "interior-point"
 THEORIES: Mapping[str, str] = {
@@ -91,6 +92,7 @@ THEORIES: Mapping[str, str] = {
     PROVEN_RANGE: "proven_range",
     INTERIOR_POINT: "solver='interior-point'",
     DEM: "distinct elements",
+    PUSHOVER: "capacity curve",
     MECHANISMS: "analytical mechanisms",
 }
 """Theories and solvers by name, as a reader knows them."""
@@ -133,6 +135,7 @@ _NO_TIES = Cell(
     "use lm.limit_analysis(..., flow_rule='non-associative') without prove=True",
 )  # fmt: skip
 _BY_POINTS = Cell(Taken.TAKEN, "at its contact points, like all others")
+_BEYOND_APEX = Cell(Taken.TAKEN, "a point beyond the apex carries tension up to ft and no shear")
 _CLOSED_FORM = Cell(
     Taken.LEFT_OUT, "by closed forms; a motion that is admissible on the blocks is charged with their power",
     says="cohesion, tension and crushing of the joints are left out by this closed form",
@@ -181,11 +184,23 @@ TAKES: Mapping[str, Mapping[Term, Cell]] = {
         DILATANCY: Cell(Taken.TAKEN, "up to JointOptions.dilatant_slip, and given back where a joint slides back"),
         COHESION: _TAKEN,
         TENSION: Cell(Taken.TAKEN, "with residual values it is lost, without them it is perfectly plastic"),
-        ABOVE_APEX: Cell(Taken.TAKEN, "a point beyond the apex carries tension up to ft and no shear"),
+        ABOVE_APEX: _BEYOND_APEX,
         CRUSHING: _TAKEN, STRESS_BLOCK: _BY_POINTS, CORNER_CRUSHING: _BY_POINTS,
         RESIDUAL: Cell(Taken.TAKEN, "by opening, by opening or slip, or not at all (Joint.lost_by); at once, over "
                        "fracture energies or JointOptions.softening_slip; every result says which"), SMOOTH: _TAKEN,
         TIES: Cell(Taken.PLASTIC, "elastic up to their strength, with the elongation that is left; tension only"),
+    },
+    PUSHOVER: {
+        DILATANCY: Cell(Taken.TAKEN, "whichever way the slip leads: where it turns back the curve warns"),
+        COHESION: _TAKEN,
+        TENSION: Cell(Taken.TAKEN, "with residual values it is lost, without them it is perfectly plastic"),
+        ABOVE_APEX: _BEYOND_APEX, CRUSHING: _TAKEN, STRESS_BLOCK: _BY_POINTS, CORNER_CRUSHING: _BY_POINTS,
+        RESIDUAL: Cell(Taken.TAKEN, "by opening, by opening or slip, or not at all (Joint.lost_by); over fracture "
+                       "energies, or at once by a jump at the displacement where the first point breaks; a joint whose "
+                       "tension unloads to the origin is refused"),
+        SMOOTH: _TAKEN,
+        TIES: Cell(Taken.PLASTIC, "elastic up to their strength, at any rotation, loose when they shorten; not with "
+                   "blocks that deform"),
     },
     MECHANISMS: {
         DILATANCY: Cell(Taken.LEFT_OUT, "what is admissible bounds the associative value, and the bound says so"),

@@ -74,10 +74,12 @@ class Method:
     kept : keys of a prediction's details that a comparison keeps
     renamed : old names of settings that ``solve`` still takes for one release, and what they are called now
     theorem : "upper" where its answer bounds the structure's own law from above, "admissible" where it is a multiplier
-        that law admits, "mechanism" where it bounds the associative value from above, "simulation" for others
+        that law admits, "mechanism" where it bounds the associative value from above, "displaced" where it is that of
+        the displaced structure, "simulation" for others
     drive : follows a structure that is driven to a displacement: called with assembly, ``Drive`` and ``to=`` [m]; None
         where the method has no such thing
     references : papers behind it, for ``cite()`` of answers that do not name their own
+    takes_over : settings that are the prediction of another method, by its name: a comparison that has it hands it over
     """
 
     name: str
@@ -93,6 +95,7 @@ class Method:
     theorem: str = "simulation"
     drive: Callable[..., Curve] | None = None
     references: tuple[Cited, ...] = ()
+    takes_over: Mapping[str, str] = field(default_factory=lambda: _NOTHING)
 
     @property
     def heading(self) -> str:

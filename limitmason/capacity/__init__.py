@@ -4,9 +4,10 @@ from limitmason.capacity.analysis import pushover
 from limitmason.capacity.certificate import StepCertificate
 from limitmason.capacity.ensemble import Ensemble, imperfection_ensemble
 from limitmason.capacity.path import Steps
-from limitmason.capacity.result import Energy, PushoverCurve, Stability
+from limitmason.capacity.result import Break, Energy, PushoverCurve, Stability
 
 __all__ = [
+    "Break",
     "Energy",
     "Ensemble",
     "PushoverCurve",

@@ -10,14 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from limitmason.capacity import path, stepping
+from limitmason.capacity import breaking, path, stepping
 from limitmason.capacity.certificate import Structure
 from limitmason.capacity.certified import certified_curve
 from limitmason.capacity.contacts import first_contacts
 from limitmason.capacity.deformable import LUMPED, Deformation, deformation, plane_of
 from limitmason.capacity.faces import shapes_of
 from limitmason.capacity.generations import Generations
-from limitmason.capacity.kinematics import Pose, make_bodies
+from limitmason.capacity.joint_laws import fall, refuse, refuse_partial_rotations, stiffnesses
+from limitmason.capacity.kinematics import Pose, at_rest, make_bodies
+from limitmason.capacity.misfit import begun_with, of_forces, of_gaps
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.path import Steps
 from limitmason.capacity.point_law import Elastic
@@ -37,8 +39,7 @@ from limitmason.model.load import Loads
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
 from limitmason.progress import watched
 from limitmason.references import data_behind
-from limitmason.stated import tension_cut
-from limitmason.stiffness import SETTLEMENT, default_stiffness
+from limitmason.results import Prediction
 
 Array = NDArray[np.float64]
 
@@ -63,6 +64,7 @@ def pushover(
     stiffness: float | tuple[float, float] | None = None,
     steps: Steps | None = None,
     start: PushoverCurve | None = None,
+    initial: Prediction | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> PushoverCurve:
     """Capacity curve of blocks with elastic, unilateral, frictional joints: load against displacement.
@@ -97,6 +99,9 @@ def pushover(
     steps : see :class:`Steps`
     start : curve whose last state is gone on from, for the same model, contact points and dead load; its live load must
         be the same up to a factor, which may be negative
+    initial : prediction of limit analysis on the same points, with whose joint forces the path begins, at its
+        multiplier in the reference pose and along its mechanism: joints misfit by what their springs need for these
+        forces. The way to states that no path from the unstressed structure reaches; see :mod:`.misfit`
     progress : called with a line per step
 
     Returns
@@ -109,8 +114,8 @@ def pushover(
     Raises
     ------
     NotApplicable
-        For crushing and softening joints, for blocks of which some rotations are held, in space, for contacts found
-        anew between blocks that deform, and for ties of such blocks.
+        For joints whose tension unloads to the origin, for blocks of which some rotations are held, in space, for
+        contacts found anew between blocks that deform, and for ties of such blocks.
     InputError
         For a live load without forces, and for a control, length or stiffness that makes no sense.
 
@@ -119,13 +124,18 @@ def pushover(
     A contact point stays under the corner of the block that makes it, its normal on the face of the other; corners that
     leave a face or come to another are found after each step (an event of the curve). Points that are no corner, as
     inside a grid and where edges cross in space, stay with the blocks of their joint: a warning says from where they
-    have slid by more than a tenth of it. Tension that opens a joint leaves no damage:
-    perfect plasticity without crack memory, as in the DEM's perfectly plastic law. Blocks deform by small strains, in
-    axes that turn with them; body forces strain no block but through its joints. Ties are unstressed in the reference
-    pose; they follow their ends at any rotation, yield at their strength and hang loose when they shorten.
+    have slid by more than a tenth of it. Blocks deform by small strains, in axes that turn with them; body forces
+    strain no block but through its joints. Ties are unstressed in the reference pose; they follow their ends at any
+    rotation, yield at their strength and hang loose when they shorten.
+
+    Joints without residual values and fracture energies are perfectly plastic, and tension that opens one leaves no
+    damage. Over fracture energies strength is lost along the step, which ends on the falling law. Where it is lost at
+    once the step ends at the first point that reaches its strength; that point and those it overloads break at the same
+    displacement: two samples, the second a jump with its energy in ``curve.breaks``. The load then often recovers:
+    with such joints ``to=None`` goes on until a fifth of the largest load is lost.
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
-    _refuse(assembly, loads)
+    refuse(assembly, loads)
     deforming = blocks in (MODAL, ELASTIC)
     contacts = contacts or (FIRST if deforming else ANEW)
     if contacts not in (ANEW, FIRST):
@@ -148,8 +158,8 @@ def pushover(
     if not points.count:
         raise InputError("no joint touches a free block: there is nothing that could carry a load")
     if plane is None:
-        _refuse_partial_rotations(assembly)
-    kn, ks, warnings = _stiffnesses(assembly, loads, stiffness)
+        refuse_partial_rotations(assembly)
+    kn, ks, warnings = stiffnesses(assembly, loads, stiffness)
     ties, of_ties = make_ties(assembly)
     warnings += of_ties
     basis, free = degrees_of_freedom(assembly, plane)
@@ -162,25 +172,32 @@ def pushover(
     )
     size = float(np.median(np.cbrt(assembly.arrays.volume[mine])))
     row, ratio = _control(assembly, control, basis, free, live)
-    open_by = None if gaps is None else np.asarray(gaps, dtype=float)
-    if open_by is not None and not (open_by.shape == (points.count,) and (open_by >= 0.0).all()):
-        raise InputError(f"gaps must be {points.count} lengths [m] that are not negative, one per contact point")
-    first, shapes = first_contacts(points, interface_law(assembly.arrays), kn, ks, open_by), None
+    if initial is not None and not (gaps is None and start is None and moving is None):
+        raise InputError("initial forces go with the structure as built: without gaps, start and a support that moves")
+    misfit = of_gaps(points, gaps) if initial is None else of_forces(points, initial, kn, ks)
+    law, falls = interface_law(assembly.arrays, convex=False), fall(assembly, kn, ks)
+    first, shapes = first_contacts(points, law, kn, ks, misfit, falls), None
     if contacts == ANEW:
         shapes, first = shapes_of(assembly, first, plane, size)
 
     def equations(s: Structure) -> System:
         p = s.points
         return System(
-            make_bodies(assembly, p, plane, bent), Elastic(p.law, p.kn, p.ks), dead, live, row, weight, size, length,
-            np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness, ties,
+            make_bodies(assembly, p, plane, bent), Elastic(p.law, p.kn, p.ks, p.fall), dead, live, row, weight, size,
+            length, np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness, ties,
         )  # fmt: skip
 
     length = weight / float((first.kn * first.area).mean())
     bent = deformation(assembly, points, blocks, stress, plane, kn, ks) if deforming else None
     structure = Structure(assembly, loads, first, weight, size, length, bent, ties.stiffness)
     held = None if moving is None else 0.0
-    generations, nodes, origin = _begin(Generations(shapes, equations, [structure]), start, say, held, ratio)
+    if initial is None:
+        generations, nodes, origin = _begin(Generations(shapes, equations, [structure]), start, say, held, ratio)
+    else:
+        if deforming:
+            raise NotApplicable("initial forces go with rigid blocks: limit analysis knows no strains")
+        generations, origin = Generations(shapes, equations, [structure]), at_rest(assembly.n_blocks)
+        nodes = begun_with(generations.systems[0], initial, to, ratio, steps or Steps())
     system = generations.systems[0]
     if not nodes:
         warnings.append("no equilibrium under the dead load was found: is it carried, and is every block held?")
@@ -199,25 +216,6 @@ def pushover(
     warnings += said
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
     return certified_curve(generations, nodes, origin, status, warnings, 1.0 if moving is None else ratio)
-
-
-def _refuse(assembly: Assembly, loads: Loads) -> None:
-    if len(loads.dead) != assembly.n_blocks:
-        raise InputError(f"loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
-    for i in assembly.interfaces:
-        j, names = i.joint, tuple(assembly.blocks[b].name for b in (i.block_a, i.block_b))
-        if np.isfinite(j.compressive_strength):
-            raise NotApplicable(
-                f"the joint between {names[0]!r} and {names[1]!r} crushes (compressive_strength): pushover does not "
-                "follow crushing; leave it out or use method 'dem'"
-            )
-        if j.softens:
-            raise NotApplicable(
-                f"the joint between {names[0]!r} and {names[1]!r} softens (residual values or fracture energies): "
-                "pushover follows perfectly plastic joints only; leave them out or use method 'dem'"
-            )
-    if assembly.fixed.all():
-        raise InputError("every block is held: there is nothing to push")
 
 
 def _moving_support(assembly: Assembly, control: Any) -> tuple[int, int] | None:
@@ -244,47 +242,11 @@ def _guided(assembly: Assembly, loads: Loads, block: int, axis: int) -> tuple[Lo
     return Loads(dead, live, f"{name} moves"), guided
 
 
-def _refuse_partial_rotations(assembly: Assembly) -> None:
-    turning = assembly.held[:, 3:]
-    some = np.flatnonzero(turning.any(axis=1) & ~turning.all(axis=1))
-    if len(some):
-        raise NotApplicable(
-            f"block {assembly.blocks[some[0]].name!r} has some of its rotations held: with finite rotations in space "
-            "pushover takes all or none"
-        )
-
-
-def _stiffnesses(
-    assembly: Assembly, loads: Loads, stiffness: float | tuple[float, float] | None
-) -> tuple[Array, Array, list[str]]:
-    """Kn and ks per interface [Pa/m], and what a user should know about them."""
-    x, warnings = assembly.arrays, []
-    if cut := tension_cut(assembly):
-        warnings.append(cut)
-    if stiffness is not None:
-        pair = np.atleast_1d(np.asarray(stiffness, dtype=float))
-        if pair.shape not in ((1,), (2,)) or not (np.isfinite(pair).all() and (pair > 0).all()):
-            raise InputError(f"stiffness must be kn or (kn, ks), positive numbers [Pa/m], got {stiffness!r}")
-        return np.full(len(x.area), pair[0]), np.full(len(x.area), pair[-1]), warnings
-    missing = ~(x.normal_stiffness > 0.0)
-    standard = default_stiffness(assembly, loads.dead)
-    if missing.any():
-        warnings.append(
-            f"{int(missing.sum())} of {len(missing)} joints name no stiffness: kn = ks = {standard:.3g} Pa/m is used, "
-            f"chosen so that the foot shortens by {SETTLEMENT:g} of a block under the dead load; it is not a material "
-            "property"
-        )
-    kn = np.where(missing, standard, x.normal_stiffness)
-    ks = np.where(np.isnan(x.shear_stiffness), kn, x.shear_stiffness)
-    if not (ks > 0.0).all():
-        raise NotApplicable(
-            f"joint of interface {int(np.argmin(ks > 0))} has shear_stiffness 0: it must be positive here"
-        )
-    return kn, ks, warnings
-
-
 def _control(assembly: Assembly, control: Any, basis: Array, free: NDArray, live: Array) -> tuple[Array, float]:
-    """Row of the control displacement, (n, d), and the live loads' work per control displacement at first [N]."""
+    """Row of the control displacement, (n, d), and the live loads' work per control displacement at first [N].
+
+    The work is negative where they push against the axis.
+    """
     forces = np.where(np.abs(basis[:3]).max(axis=0) > 0.5, live, 0.0)
     total = float(np.linalg.norm(forces, axis=1).sum())
     if not total > 0.0:
@@ -300,7 +262,8 @@ def _control(assembly: Assembly, control: Any, basis: Array, free: NDArray, live
     row[i] = basis[_AXES[control[1]]] * free[i]
     if not row.any():
         raise InputError(f"control: block {control[0]!r} does not move along {control[1]!r}")
-    return row, total
+    # the load that pushes a block down grows while its z falls
+    return row, -total if float((row * live).sum()) < 0.0 else total
 
 
 def _begin(
@@ -313,7 +276,16 @@ def _begin(
         if first is None:
             return new, [], new.systems[0].at_rest()
         say(f"dead load: {first.programs} programs, {first.iterations} iterations of Newton")
-        return new, [first._replace(looked=new.systems[0].at_rest())], first.pose
+        system = new.systems[0]
+        if breaking.brittle(system):
+            over = breaking.overload_of(system, system.virgin(), first)
+            if len(rows := breaking.due(over)):
+                say(f"joints break under the dead load, {len(rows)} points first")
+                broken = breaking.released(system, first._replace(due=rows), ratio, held)
+                if broken is None:
+                    return new, [], system.at_rest()
+                first = broken._replace(jump=False)
+        return new, [first._replace(looked=system.at_rest())], first.pose
     if start.generations is None or not start.nodes:
         raise InputError("start is a curve without states: there is nothing to go on from")
     before = start.generations.structures[0]

@@ -11,15 +11,26 @@ from numpy.typing import NDArray
 
 from limitmason.capacity.contacts import Contacts
 from limitmason.capacity.deformable import Deformation
+from limitmason.law import SUDDEN, PointLaw
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
 Array = NDArray[np.float64]
 
+WITHIN = 1e-3
+"""Opening or slip beyond the strength at which a brittle point must break, over the elastic one at the strength [-]."""
+
+SHORTEST = 0.1
+"""Least elastic opening or slip that this is taken of, over the elastic length of the structure [-]."""
+
+_CREATED = 1e-2  # energy that a jump may seem to make, of its gross work: its path, and so its work, is not known
+
 
 class State(NamedTuple):
     """A state of the path: shift [m], (n, 3); R - I, (n, 3, 3); coordinates of the blocks' shapes [m], (n, k), none of
     rigid blocks; slip [m], (m, c - 1); lift [m], (m,); multiplier; plastic elongation of the ties [m], (t,).
+
+    ``damage`` [-], (m,); one 0 for joints that never soften.
     """
 
     shift: Array
@@ -28,6 +39,7 @@ class State(NamedTuple):
     slip: Array
     lift: Array
     multiplier: float
+    damage: Array | float = 0.0
     stretched: Array = np.zeros(0)
 
 
@@ -42,6 +54,9 @@ class StepCertificate(NamedTuple):
     that slip and plastic elongation lose, over the gross work; ``energy`` what work by trapezoids, change of stored
     energy and loss leave over, over the gross work |dW_live| + |dW_dead| of the step. A ``jump`` passes through states
     that are not kept, so that its slip and lift are sums that the flow rule does not bind together.
+
+    ``damage`` is the largest departure of the damage from what opening and slip ask for, and how far brittle points
+    that have not broken lie beyond their strength by more than ``WITHIN``; below a jump damage may only have grown.
     """
 
     equilibrium: float
@@ -51,24 +66,35 @@ class StepCertificate(NamedTuple):
     dissipation: float
     energy: float
     jump: bool = False
+    damage: float = 0.0
 
     @property
     def accepted(self) -> bool:
-        """Equilibrium to 1e-6 of a block weight, law and flow rule to rounding, no energy made by slip."""
+        """Equilibrium to 1e-6 of a block weight, law and flow rule to rounding, no energy made by slip or by jumps."""
         return (
             self.equilibrium < 1e-6
             and self.excess < 1e-6
-            and (self.jump or (self.flow < 1e-6 and self.against < 1e-6 and self.dissipation > -1e-9))
+            and self.damage < 1e-6
+            and (
+                self.energy > -_CREATED
+                if self.jump
+                else self.flow < 1e-6 and self.against < 1e-6 and self.dissipation > -1e-9
+            )
         )
 
 
 class Balance(NamedTuple):
-    """Energy of a step [J]: work of live and dead load, change of stored energy, loss."""
+    """Energy of a step [J]: work of live and dead load, change of stored energy, loss by slip and crushing, by damage.
+
+    What a jump takes, to motion and to the joints that break, is ``jumped``; it then has no other loss.
+    """
 
     live: float
     dead: float
     stored: float
     lost: float
+    broken: float = 0.0
+    jumped: float = 0.0
 
 
 class Structure(NamedTuple):
@@ -89,6 +115,11 @@ class Structure(NamedTuple):
     tie_stiffness: Array = np.zeros(0)
 
 
+def strength(s: Structure, at: State) -> PointLaw:
+    """Strengths of the points [Pa] at the damage of a state."""
+    return s.points.law.towards(s.points.rest, np.asarray(at.damage))
+
+
 def forces(s: Structure, at: State) -> tuple[Array, Array, Array]:
     """Force components on block b [N], (m, c); displacement [m], (m, c); present places of b's points [m], (m, 3)."""
     p, x = s.points, s.assembly.centroids
@@ -103,7 +134,7 @@ def forces(s: Structure, at: State) -> tuple[Array, Array, Array]:
         moved_b = moved_b + np.einsum("mij,mj->mi", rotation[b], bent_b)
     in_a = np.einsum("mji,mj->mi", rotation[a], p.place_b - p.place_a + moved_b - moved_a)
     apart = np.einsum("mci,mi->mc", p.directions, in_a)
-    normal = np.maximum(p.kn * (at.lift - apart[:, 0]), -p.law.tension)
+    normal = np.maximum(p.kn * (at.lift - apart[:, 0]), -strength(s, at).tension)
     shear = p.ks[:, None] * (at.slip - apart[:, 1:])
     return np.column_stack([normal, shear]) * p.area[:, None], apart, p.place_b + moved_b
 
@@ -164,26 +195,60 @@ def stored(s: Structure, at: State) -> float:
     components, apart, _ = forces(s, at)
     stress = components / s.points.area[:, None]
     p = s.points
-    beyond = np.maximum(apart[:, 0] - at.lift - p.law.tension / p.kn, 0.0)
-    density = 0.5 * stress[:, 0] ** 2 / p.kn + p.law.tension * beyond + 0.5 * (stress[:, 1:] ** 2).sum(axis=1) / p.ks
+    tension = strength(s, at).tension
+    beyond = np.maximum(apart[:, 0] - at.lift - tension / p.kn, 0.0)
+    density = 0.5 * stress[:, 0] ** 2 / p.kn + tension * beyond + 0.5 * (stress[:, 1:] ** 2).sum(axis=1) / p.ks
     bent = 0.0 if s.deformation is None else 0.5 * float((s.deformation.stiffness * at.shapes**2).sum())
     pulled = 0.5 * float((tensions(s, at)[0] ** 2 / s.tie_stiffness).sum()) if s.assembly.ties else 0.0
     return float((density * p.area).sum()) + bent + pulled
 
 
-def certify(s: Structure, before: State, after: State) -> tuple[StepCertificate, Balance]:
-    """Certificate and energy of the step from one state to the next."""
+def damage_error(s: Structure, before: State, after: State) -> float:
+    """Departure of the damage after a step from what the law asks for [-], see :class:`StepCertificate`."""
+    p = s.points
+    if not p.softens:
+        return 0.0
+    components, apart, _ = forces(s, after)
+    grown = np.asarray(after.damage) - before.damage
+    now = strength(s, after)
+    beyond = np.maximum(apart[:, 0] - after.lift - now.tension / p.kn, 0.0)
+    # beyond the tip of the cone there is no shear strength that slip could break
+    bears = now.shear_strength(components[:, 0] / p.area) >= -1e-12 * now.cohesion
+    slid = np.where(bears, np.linalg.norm(after.slip - before.slip, axis=1), 0.0)
+    at_once = p.by_opening >= SUDDEN, p.by_slip >= SUDDEN
+    opening, slip = (np.where(a, 0.0, r) for a, r in zip(at_once, (p.by_opening, p.by_slip), strict=True))
+    asked = np.minimum(np.maximum(before.damage, opening * beyond) + slip * slid, 1.0)
+    off = np.abs(asked - after.damage)
+    reach, give = strength_lengths(s)
+    whole = np.asarray(after.damage) < 1.0
+    over = np.maximum(np.where(at_once[0] & whole, beyond / reach, 0.0), np.where(at_once[1] & whole, slid / give, 0.0))
+    error = np.maximum(off, np.maximum(over - WITHIN, 0.0))
+    return float(np.maximum(error, -grown).max(initial=0.0))
+
+
+def strength_lengths(s: Structure) -> tuple[Array, Array]:
+    """Elastic opening and slip of the points at their peak strength [m], not less than ``SHORTEST``, shape (m,)."""
+    p = s.points
+    least = SHORTEST * s.length
+    return np.maximum(p.law.tension / p.kn, least), np.maximum(p.law.cohesion / p.ks, least)
+
+
+def certify(s: Structure, before: State, after: State, jump: bool = False) -> tuple[StepCertificate, Balance]:
+    """Certificate and energy of the step from one state to the next; of a ``jump`` not everything is asked."""
     old, new = forces(s, before)[0], forces(s, after)[0]
     area = s.points.area
     shear = np.linalg.norm(new[:, 1:], axis=1)
-    law = s.points.law.over(area)
+    law = strength(s, after).over(area)
     excess = float(law.excess(new[:, 0], shear).max(initial=0.0)) / s.weight
     slip = after.slip - before.slip
     size = np.linalg.norm(slip, axis=1)
     lift = after.lift - before.lift
     elastic = s.length
     length = max(float(size.max(initial=0.0)), elastic)
-    flow = float(np.abs(lift - law.tan_psi * size).max(initial=0.0)) / length
+    short = lift - law.tan_psi * size
+    # a point at its compressive strength is crushed: its lift may fall short of the slip
+    crushed = new[:, 0] >= law.crushing * (1.0 - 1e-9)
+    flow = float(np.where(crushed, np.maximum(short, 0.0), np.abs(short)).max(initial=0.0)) / length
     # slip runs against the shear on b and only where the law is exhausted: its power is - T . slip = limit |slip|
     limit = np.maximum(law.shear_strength(new[:, 0]), 0.0)
     power = limit * size + (new[:, 1:] * slip).sum(axis=1)
@@ -191,12 +256,13 @@ def certify(s: Structure, before: State, after: State) -> tuple[StepCertificate,
     loss = -(new[:, 1:] * slip).sum(axis=1) - new[:, 0] * lift
     mean = 0.5 * (old + new)
     lost = float(-(mean[:, 1:] * slip).sum() - (mean[:, 0] * lift).sum())
+    broken = _released(s, before, after)
     if s.assembly.ties:
         first, pulls = tensions(s, before)[0], tensions(s, after)[0]
-        strength = np.array([t.strength for t in s.assembly.ties])
+        most = np.array([t.strength for t in s.assembly.ties])
         more = after.stretched - before.stretched
-        excess = max(excess, float((pulls - strength).max()) / s.weight)
-        against = max(against, float((np.abs(more) * np.abs(strength - pulls)).max()) / (s.weight * length))
+        excess = max(excess, float((pulls - most).max()) / s.weight)
+        against = max(against, float((np.abs(more) * np.abs(most - pulls)).max()) / (s.weight * length))
         loss = np.append(loss, pulls * more)
         lost += float((0.5 * (first + pulls) * more).sum())
     motion = np.concatenate([after.shift - before.shift, _spins(before.turn, after.turn)], axis=1)
@@ -206,11 +272,40 @@ def certify(s: Structure, before: State, after: State) -> tuple[StepCertificate,
     change = stored(s, after) - stored(s, before)
     # a step that does no work to speak of (sliding without friction) is measured by the elastic work of a block
     gross = max(abs(live) + abs(dead), 1e-6 * s.weight * elastic)
-    error = (live + dead - change - lost) / gross
+    off, least = equilibrium(s, after), float(loss.min(initial=0.0)) / gross
+    if jump:
+        taken = live + dead - change
+        gross = max(gross, abs(change))
+        fell = float(np.max(np.asarray(before.damage) - after.damage, initial=0.0))
+        return (
+            StepCertificate(off, excess, flow, against, least, taken / gross, True, fell),
+            Balance(live, dead, change, 0.0, 0.0, taken),
+        )
+    error = (live + dead - change - lost - broken) / gross
     return (
-        StepCertificate(equilibrium(s, after), excess, flow, against, float(loss.min(initial=0.0)) / gross, error),
-        Balance(live, dead, change, lost),
+        StepCertificate(off, excess, flow, against, least, error, False, damage_error(s, before, after)),
+        Balance(live, dead, change, lost, broken),
     )
+
+
+def _released(s: Structure, before: State, after: State) -> float:
+    """Stored energy that damage takes in a step [J]: the opening beyond the strength times what the tension falls by.
+
+    Damage by opening goes with it, x = h / rate, so that the mean of x over the fall is exact; damage by slip meets
+    the mean of the step.
+    """
+    p = s.points
+    grown = np.asarray(after.damage) - before.damage
+    if not p.softens or not np.any(grown):
+        return 0.0
+    fall = strength(s, before).tension - strength(s, after).tension
+    last, first = (
+        np.maximum(forces(s, at)[1][:, 0] - at.lift - strength(s, at).tension / p.kn, 0.0) for at in (after, before)
+    )
+    gradual = np.where((p.by_opening > 0.0) & (p.by_opening < SUDDEN), p.by_opening, np.inf)
+    last = np.where(np.isinf(gradual), last, np.minimum(last, after.damage / gradual))
+    begun = np.where(np.isinf(gradual), first, np.minimum(np.maximum(first, before.damage / gradual), last))
+    return float((0.5 * (begun + last) * fall * p.area).sum())
 
 
 def _spins(before: Array, after: Array) -> Array:

@@ -10,7 +10,7 @@ from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.point_law import History, slid_back
-from limitmason.capacity.result import Energy, PushoverCurve
+from limitmason.capacity.result import Break, Energy, PushoverCurve
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.touching import outside
 from limitmason.curve import Event
@@ -43,34 +43,55 @@ def certified_curve(
     certificates, balances = [zero], [Balance(0.0, 0.0, 0.0, 0.0)]
     for node, after in pairwise(nodes):
         before = generations.begun(node)
-        certificate, balance = certify(structures[after.generation], state(before), state(after))
-        certificates.append(certificate._replace(jump=after.jump))
+        certificate, balance = certify(structures[after.generation], state(before), state(after), after.jump)
+        certificates.append(certificate)
         balances.append(balance._replace(stored=balance.stored + generations.changed(node)))
     table = np.array(balances)
     gross = np.cumsum(np.abs(table[:, 0]) + np.abs(table[:, 1]))
-    live, dead, stored, lost = np.cumsum(table, axis=0).T
-    energy = Energy(live, dead, stored, lost, (live + dead - stored - lost) / np.maximum(gross, 1e-300))
+    live, dead, stored, lost, broken, jumped = np.cumsum(table, axis=0).T
+    left = live + dead - stored - lost - broken - jumped
+    energy = Energy(live, dead, stored, lost, left / np.maximum(gross, 1e-300), broken, jumped)
+    breaks = _breaks(generations, nodes, balances)
     bad = [k for k, c in enumerate(certificates) if not c.accepted]
     if bad:
         warnings.append(f"the certificate refuses {len(bad)} of {len(nodes)} samples, the first is {bad[0]}")
     jumps = path.jumps(nodes)
     if jumps:
-        warnings.append(f"{len(jumps)} of {len(nodes) - 1} steps are jumps, made through viscous sub-steps")
+        through = len(jumps) - len(breaks)
+        parts = [f"{len(breaks)} where joints break at once"] * bool(breaks)
+        parts += [f"{through} made through viscous sub-steps"] * bool(through)
+        warnings.append(f"{len(jumps)} of {len(nodes) - 1} steps are jumps, {' and '.join(parts)}")
     if said := _stayed(generations, nodes):
         warnings.append(said)
     if said := _returned(generations, nodes):
         warnings.append(said)
     renewed = [k for k, n in enumerate(nodes) if n.onward is not None]
-    events = [Event("jump", k) for k in jumps] + [Event("contacts found anew", k) for k in renewed]
+    events = [Event("jump", k) for k in jumps]
+    events += [Event("joint breaks", b.sample, b.joints[0], b.energy) for b in breaks]
+    events += [Event("contacts found anew", k) for k in renewed]
     return PushoverCurve(
         np.array([n.control for n in nodes]) - generations.systems[0].controlled(origin),
         unit * np.array([n.multiplier for n in nodes]), load_unit="-" if unit == 1.0 else "N", unit=unit,
         label="pushover", events=tuple(events),
         errors={"energy": np.array([c.energy for c in certificates])}, states=tuple(state(n) for n in nodes),
         status=status, warnings=tuple(warnings), source="limitmason", generations=generations, nodes=tuple(nodes),
-        certificates=tuple(certificates), energy=energy, jumps=jumps, origin=origin,
+        certificates=tuple(certificates), energy=energy, jumps=jumps, origin=origin, breaks=breaks,
         references=(*PAPERS, *data_behind(structures[0].assembly.recipe)),
     )  # fmt: skip
+
+
+def _breaks(generations: Generations, nodes: list[Node], balances: list[Balance]) -> tuple[Break, ...]:
+    """What broke at once, and where."""
+    found = []
+    for k, node in enumerate(nodes):
+        if node.broken is None or k == 0:
+            continue
+        p = generations.structures[node.generation].points
+        rows, blocks = node.broken, generations.structures[0].assembly.blocks
+        pairs = zip(p.block_a[rows].tolist(), p.block_b[rows].tolist(), strict=True)
+        joints = dict.fromkeys(f"{blocks[min(a, b)].name} - {blocks[max(a, b)].name}" for a, b in pairs)
+        found.append(Break(k, tuple(joints), len(rows), balances[k].jumped))
+    return tuple(found)
 
 
 def _returned(generations: Generations, nodes: list[Node]) -> str:

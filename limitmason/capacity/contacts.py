@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.contact_points import ContactPoints
-from limitmason.law import PointLaw
+from limitmason.law import Fall, PointLaw
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -37,10 +37,11 @@ class Contacts:
     area : tributary area [m2], shape (m,)
     interface : number of the interface, or ``NEW``, shape (m,)
     sense : 1.0 where b is the interface's block b too, -1.0 where it is its a, shape (m,)
-    law : strengths [Pa]
+    law, rest : strengths at peak and residual [Pa]
     kn, ks : [Pa/m], shape (m,)
     corner, face : numbers of what meets, see :mod:`limitmason.capacity.faces`; ``NO_CORNER`` for points that are
         neither, shape (m,)
+    by_opening, by_slip : damage per opening beyond the strength and per slip, see :class:`Fall` [1/m], shape (m,)
     """
 
     block_a: Index
@@ -56,6 +57,9 @@ class Contacts:
     ks: Array
     corner: Index
     face: Index
+    rest: PointLaw
+    by_opening: Array
+    by_slip: Array
 
     @property
     def count(self) -> int:
@@ -66,6 +70,16 @@ class Contacts:
     def components(self) -> int:
         """Force components of a point, 2 or 3."""
         return self.directions.shape[1]
+
+    @property
+    def softens(self) -> bool:
+        """Whether any point can lose strength."""
+        return bool(self.by_opening.any() or self.by_slip.any())
+
+    @property
+    def fall(self) -> Fall | None:
+        """How the points soften; None where none does."""
+        return Fall(self.rest, self.by_opening, self.by_slip) if self.softens else None
 
     def at(self, rows: Index | NDArray[np.bool_]) -> "Contacts":
         """Some of the points."""
@@ -92,22 +106,28 @@ class Contacts:
         return np.lexsort((high, low))
 
 
-def first_contacts(points: ContactPoints, law: PointLaw, kn: Array, ks: Array, gaps: Array | None = None) -> Contacts:
+def first_contacts(
+    points: ContactPoints, law: PointLaw, kn: Array, ks: Array, misfit: Array | None = None, fall: Fall | None = None
+) -> Contacts:
     """The contact points of the reference pose, the frame carried by the interface's block a.
 
     Parameters
     ----------
     law, kn, ks : of every interface, shape (k,)
-    gaps : opening of the points in the reference pose [m], shape (m,); none by default
+    misfit : displacement of b against a in the reference pose, opening and along the tangents [m], shape (m, c); none
+        by default
+    fall : how every interface softens; None where none does
     """
+    if fall is None:
+        fall = Fall(law, np.zeros(len(kn)), np.zeros(len(kn)))
     place_a = points.position
-    if gaps is not None:
-        place_a = place_a - gaps[:, None] * points.directions[:, 0]
+    if misfit is not None:
+        place_a = place_a - np.einsum("mc,mci->mi", misfit, points.directions)
     rows = points.interface
     none = np.full(points.count, NO_CORNER, np.intp)
     return Contacts(
         points.block_a, points.block_b, place_a, points.position.copy(), points.directions, points.area, rows,
-        np.ones(points.count), law.at(rows), kn[rows], ks[rows], none, none.copy(),
+        np.ones(points.count), law.at(rows), kn[rows], ks[rows], none, none.copy(), *fall.at(rows),
     )  # fmt: skip
 
 

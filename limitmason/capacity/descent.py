@@ -70,7 +70,7 @@ def solve(
             )  # fmt: skip
             if found is not None:
                 return found._replace(iterations=found.iterations + k)
-        law = frozen(system.law, now.returned.stress[:, 0])
+        law = frozen(system.law, now.returned.stress[:, 0], now.returned.history.damage)
         returned = return_map(law, old, now.contact.displacement)
         damping = viscosity + min(DAMPING * unbalance, _MOST)
         missing = 0.0 if target is None else (target - system.controlled(now.pose)) / system.length
@@ -92,11 +92,11 @@ def solve(
     return None
 
 
-def frozen(law: Elastic, normal: Array) -> Elastic:
-    """The associative law of friction at frozen normal stresses [Pa], shape (m,), with dilation as it is."""
-    s = law.strength
+def frozen(law: Elastic, normal: Array, damage: Array | float = 0.0) -> Elastic:
+    """The associative law of friction at frozen normal stresses [Pa] and damage, shape (m,), with dilation as it is."""
+    s = law.strength_at(damage)
     fixed = np.maximum(s.cohesion + (s.tan_phi - s.tan_psi) * normal, 0.0)
-    return law._replace(strength=s._replace(tan_phi=s.tan_psi, cohesion=fixed))
+    return law._replace(strength=s._replace(tan_phi=s.tan_psi, cohesion=fixed), fall=None)
 
 
 def _force(system: System, returned: Returned) -> Array:

@@ -37,7 +37,8 @@ class Generations:
 
     def state(self, node: Node) -> State:
         """What a certificate reads of a node."""
-        return State(*node.pose, node.history.slip, node.history.lift, node.multiplier, node.history.stretched)
+        h = node.history
+        return State(*node.pose, h.slip, h.lift, node.multiplier, h.damage, h.stretched)
 
     def begun(self, node: Node) -> Node:
         """The node as the next step starts from it: with the contacts that were found anew there."""

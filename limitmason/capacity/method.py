@@ -1,23 +1,42 @@
 """The capacity curve as a method: its first limit point, for ``limitmason.predict(..., "pushover")``."""
 
 import math
+from collections.abc import Mapping
 from typing import Any
+
+import numpy as np
 
 from limitmason.capacity.analysis import pushover
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.path import Steps
+from limitmason.capacity.spread import spread as variants
 from limitmason.errors import NotApplicable
 from limitmason.method import Look, Method, settings_of
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.results import CANNOT_STAND, NOT_CONVERGED, SOLVED, Bound, BoundKind, Prediction, Range
+from limitmason.stated import lost_in_failure
 
 MEANING = "estimate: first limit point of the path from the unstressed wall"
+MEANING_SOFTENING = "estimate: largest load of the path from the unstressed wall, whose joints lose strength on the way"
 
 
-def _first_limit_point(assembly: Assembly, loads: Loads, **settings: Any) -> Prediction:
+def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ...] = (), **settings: Any) -> Prediction:
+    """The first limit point of the path from the unstressed structure, or its largest load where joints soften.
+
+    Parameters
+    ----------
+    spread : what it is tried for, out of "ks/kn" (0.4 and 2.5 times ks), "grid" (2 x 4, 2 x 8 and 4 x 8 points) and
+        "preload" (half as far the other way first); the range is then that of all of them
+    settings : of :func:`pushover`, without ``start`` and ``to``
+    """
     curve = pushover(assembly, loads, **settings)
+    softens = any(i.joint.softens for i in assembly.interfaces)
     point, warnings, status = curve.first_limit_point, curve.warnings, SOLVED
+    if softens and point is not None:
+        # where joints break the load falls again and again, and recovers
+        point = curve.peak if curve.peak.index + 1 < len(curve) else None
+    meaning = MEANING_SOFTENING if softens else MEANING
     value, mechanism, resultants = math.nan, None, None
     if curve.status == CANNOT_STAND:
         status = CANNOT_STAND
@@ -36,28 +55,50 @@ def _first_limit_point(assembly: Assembly, loads: Loads, **settings: Any) -> Pre
         except NotApplicable as reason:
             warnings = (*warnings, str(reason))
     steps = settings.get("steps") or Steps()
+    tried: Mapping[str, Mapping[str, float]] = {}
+    if spread and point is not None and math.isfinite(value):
+        tried = variants(assembly, loads, tuple(spread), point.displacement, **settings)
+    budget = {
+        name: {"change": _largest([v / value - 1.0 for v in found.values()]), "resolution": steps.peak, **found}
+        for name, found in tried.items()
+    }
     return Prediction(
-        "pushover", value, Bound(BoundKind.ESTIMATE, MEANING), status, mechanism, resultants, None, warnings,
+        "pushover", value, Bound(BoundKind.ESTIMATE, meaning), status, mechanism, resultants, None, warnings,
         {"steps": curve.cost.steps, "programs": curve.cost.programs, "Newton iterations": curve.cost.iterations},
         {
             "curve": curve, "limit point displacement": math.nan if point is None else point.displacement,
             "resolution": steps.peak * abs(value),
+            **({"interval": _ends(value, tried)} if tried else {}),
         },
+        error_budget=budget,
+        lost_in_failure=lost_in_failure(assembly, np.zeros(len(assembly.interfaces))),
     )  # fmt: skip
 
 
+def _largest(changes: list[float]) -> float:
+    """The largest change by size; NaN where a variant has no limit point."""
+    return math.nan if any(map(math.isnan, changes)) else max(changes, key=abs)
+
+
+def _ends(value: float, tried: Mapping[str, Mapping[str, float]]) -> tuple[float, float]:
+    known = [v for found in tried.values() for v in found.values() if math.isfinite(v)]
+    return min(value, *known), max(value, *known)
+
+
 def _sampled(found: Prediction) -> Range:
-    """The sampled limit point and what its sampling may hide above it."""
+    """The spread that was asked for; else the sampled limit point and what its sampling may hide above it."""
     value = found.collapse_multiplier
     if not math.isfinite(value):
         return Range()
+    if found.interval is not None:
+        return Range(*found.interval, f"spread over {', '.join(found.error_budget)}")
     return Range(value, value + found.details["resolution"], "sampling of the limit point")
 
 
 PUSHOVER = Method(
     "pushover",
-    _first_limit_point,
-    settings_of("PushoverSettings", pushover, without=("start", "to")),
+    first_limit_point,
+    settings_of("PushoverSettings", first_limit_point, pushover, without=("start", "to", "initial")),
     range_of=_sampled,
     look=Look("capacity curve", "GREEN", "D"),
     theorem="simulation",

@@ -6,8 +6,9 @@ from enum import StrEnum
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
-from limitmason.capacity import stepping
+from limitmason.capacity import breaking, stepping
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose, motion_between, moved
 from limitmason.capacity.stepping import Node
@@ -41,6 +42,7 @@ _PATIENT = 3  # failures of a step after which cone programs are solved for it
 _HALVINGS = 6  # of a step that loses or makes energy
 _OVER = 0.01  # least displacement of what overturns, of the median block size
 _DROP = 0.002  # fall below a limit point after which it is passed, of its load
+_DROP_OF_SOFTENING = 0.2  # the same where joints lose strength and others may take over
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,8 @@ def follow(
 
     Parameters
     ----------
-    ratio : work-conjugate displacement of the live loads per control displacement, at first [N]
+    ratio : work-conjugate displacement of the live loads per control displacement, at first [N]; negative where they
+        push against it
     loading : whether loads are pushed up: limit points are then closed in on, and the path ends where the load is back
         at nothing; False where a support moves and the multiplier is its reaction
 
@@ -102,7 +105,10 @@ def follow(
     system = generations.systems[0]
     begin = len(nodes) - 1
     sense = 1.0 if to is None or to >= nodes[-1].control else -1.0
-    end = nodes[begin].control + FARTHEST * system.size if to is None else to
+    if to is None and ratio < 0.0:
+        sense = -1.0
+    toward = sense * np.sign(ratio)  # in which the multiplier grows
+    end = nodes[begin].control + sense * FARTHEST * system.size if to is None else to
     longest = steps.largest * system.size
     advance = steps.first * system.length
     closing = failures = rough = tries = 0
@@ -126,6 +132,9 @@ def follow(
             new = stepping.jump(system, last, last.control + sense * move, ratio)
             if new is not None:
                 say(f"jump at {new.control:.4g} m: lambda {last.multiplier:.5f} to {new.multiplier:.5f}")
+        fragile = breaking.brittle(system)
+        if new is not None and fragile:
+            new = breaking.cut(system, last, new, ratio)
         if new is None:
             failures += 1
             advance = 0.5 * move
@@ -153,8 +162,8 @@ def follow(
             say(f"jump at {new.control:.4g} m: {over:.1%} of the step's work is lost")
         rough = 0
         # a limit point is closed in on from the node before the highest, with shorter steps
-        falls = sense * (last.multiplier - new.multiplier) > LEVEL * max(abs(n.multiplier) for n in nodes[begin:])
-        if loading and not passed and len(nodes) - begin >= 2 and not new.jump and falls:
+        falls = toward * (last.multiplier - new.multiplier) > LEVEL * max(abs(n.multiplier) for n in nodes[begin:])
+        if loading and not passed and len(nodes) - begin >= 2 and not new.jump and last.broken is None and falls:
             before = nodes[-2]
             width = max(abs(last.multiplier - before.multiplier), abs(last.multiplier - new.multiplier))
             if width > steps.peak * abs(last.multiplier) and closing < 8:
@@ -165,8 +174,24 @@ def follow(
                 continue
             passed, closing = True, 0
             move = 0.5 * max(coarse, move)
-        new = generations.looked_at(new, last)
-        nodes.append(new)
+        if new.due is None:
+            new = generations.looked_at(new, last)
+            nodes.append(new)
+        else:
+            weak = new._replace(looked=last.looked)
+            broken = breaking.released(system, weak, ratio, weak.control)
+            nodes.append(weak)
+            if broken is None:
+                warnings.append(
+                    f"the path stops at {weak.control:.4g} m, lambda {weak.multiplier:.5g}: joints break and no "
+                    "equilibrium is found after it: a block that they held falls, or the state lies too far"
+                )
+                return STOPPED, warnings
+            new = generations.looked_at(broken._replace(generation=weak.generation, looked=last.looked), weak)
+            nodes.append(new)
+            closing = 0
+            count = _counted(new.broken)
+            say(f"u {new.control:.4g} m, {count} break: lambda {weak.multiplier:.5f} to {new.multiplier:.5f}")
         if new.onward is not None:
             say(f"contacts found anew at {new.control:.4g} m")
         line = f"u {new.control:.4g} m, lambda {new.multiplier:.5f}"
@@ -174,13 +199,16 @@ def follow(
         began = nodes[begin].control
         reached(None if to is None else (new.control - began) / (to - began), line)
         largest = max(abs(n.multiplier) for n in nodes[begin:])
-        if to is None and passed and sense * new.multiplier < (1.0 - _DROP) * largest:
+        drop = _DROP_OF_SOFTENING if system.law.fall is not None else _DROP
+        fell = passed or system.law.fall is not None
+        if to is None and fell and toward * new.multiplier < (1.0 - drop) * largest:
             return PASSED, warnings
         level = [n.multiplier for n in nodes[begin:]][-LASTING:]
         if to is None and len(level) == LASTING and max(level) - min(level) <= LEVEL * largest and not passed:
             return PLATEAU, warnings
         # blocks that come down on each other through gaps may ask for a push the other way before they carry
-        if passed and sense * new.multiplier <= 0.0 and abs(new.control - nodes[begin].control) > _OVER * system.size:
+        far = abs(new.control - nodes[begin].control) > _OVER * system.size
+        if loading and fell and toward * new.multiplier <= 0.0 and far:
             return OVERTURNED, warnings
         off = np.inf if guess is None else abs(new.multiplier - guess[1]) / max(largest, 1e-300)
         if closing and tries < _TRIES:
@@ -199,7 +227,7 @@ def follow(
 def _extrapolated(system: System, nodes: list[Node], begin: int, move: float) -> tuple[Pose, float] | None:
     """Pose and multiplier by the last increment, or by the elastic tangent at the start."""
     last = nodes[-1]
-    if len(nodes) - begin >= 2:
+    if len(nodes) - begin >= 2 and last.broken is None:
         before = nodes[-2]
         share = move / (last.control - before.control)
         pose = moved(last.pose, share * motion_between(before.pose, last.pose))
@@ -212,6 +240,11 @@ def _extrapolated(system: System, nodes: list[Node], begin: int, move: float) ->
     if not np.isfinite(step).all():
         return None
     return system.advanced(last.pose, step[:-1]), last.multiplier + float(step[-1])
+
+
+def _counted(points: NDArray[np.intp] | None) -> str:
+    n = 0 if points is None else len(points)
+    return "1 point" if n == 1 else f"{n} points"
 
 
 def jumps(nodes: list[Node]) -> tuple[int, ...]:

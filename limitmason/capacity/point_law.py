@@ -1,10 +1,18 @@
 """Return map of the joint law at contact points, with its consistent tangent: that of the DEM, for finite steps.
 
-N = kn (lift - w), T = ks (slip - e), N >= -t, |T| <= c + tan(phi) N; slip by p lifts by tan(psi) p. Stresses [Pa],
-compression positive. A finite step returns to the cone wherever kn (lift + flow over - w) > -t and to its apex
-otherwise, which for small steps is the DEM's rule; the lift follows the slip at the apex too. Slip lifts whichever way
-it leads: where a joint slides back the DEM gives the lift back, and the curve warns (:func:`slid_back`). Perfectly
-plastic; tension beyond t opens the joint and leaves no plastic opening.
+N = kn (lift - w), T = ks (slip - e), -t <= N <= fc, |T| <= c + tan(phi) N; slip by p lifts by tan(psi) p. Stresses
+[Pa], compression positive. A finite step returns to the cone wherever kn (lift + flow over - w) > -t and to its apex
+otherwise, which for small steps is the DEM's rule; the lift follows the slip at the apex too. Where t lies beyond the
+tip c / tan(phi) of the cone a point there carries tension and no shear. Slip lifts whichever way
+it leads: where a joint slides back the DEM gives the lift back, and the curve warns (:func:`slid_back`). What exceeds
+fc is crushed: the lift falls by it for good. Tension beyond t opens the joint and leaves no plastic opening.
+
+Strengths go from peak to residual values as the damage h of a point goes from 0 to 1. Over a fracture energy
+
+    h = max(h_n, rate_opening x) + rate_slip p,  x = w - lift - t(h) / kn
+
+for the strengths at the end of the step, so that the energy spent does not depend on its length. What is lost at once
+is not lost here: within a step such points keep their strength, see :mod:`limitmason.capacity.breaking`.
 """
 
 from typing import NamedTuple
@@ -12,31 +20,53 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.law import PointLaw
+from limitmason.law import Fall, PointLaw
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 _OPEN_TANGENT = 1e-9
 """Share of the elastic stiffness left in the tangent, never in the forces: keeps the factorisation of free blocks."""
 
+_PROBE = 1e-6
+"""Step of the difference quotients of softening points, over their softening length [-]."""
+
+_NOUGHT = 1e-12  # of the cohesion: rounding of the shear strength at the tip of the cone
+
 
 class Elastic(NamedTuple):
-    """Law of m contact points: strengths [Pa] and stiffnesses [Pa/m]."""
+    """Law of m contact points: peak strengths [Pa], stiffnesses [Pa/m], and how they soften; None where none does."""
 
     strength: PointLaw
     kn: Array  # (m,)
     ks: Array  # (m,)
+    fall: Fall | None = None
+
+    def strength_at(self, damage: Array | float) -> PointLaw:
+        """Strengths at a damage [Pa]."""
+        return self.strength if self.fall is None else self.strength.towards(self.fall.rest, np.asarray(damage))
+
+    def at(self, rows: Index) -> "Elastic":
+        """Of some of the points."""
+        fall = None if self.fall is None else self.fall.at(rows)
+        return Elastic(self.strength.at(rows), self.kn[rows], self.ks[rows], fall)
 
 
 class History(NamedTuple):
     """Plastic state of the points: slip along the tangents [m], (m, c - 1), and lift by dilation [m], (m,).
 
+    ``damage`` [-], (m,), is 0 at peak and 1 at residual strength; one 0 for points that never soften.
     ``stretched`` is the plastic elongation of the ties [m], (t,).
     """
 
     slip: Array
     lift: Array
+    damage: Array | float = 0.0
     stretched: Array = np.zeros(0)
+
+    def at(self, rows: Index) -> "History":
+        """Of some of the points."""
+        return History(self.slip[rows], self.lift[rows], np.broadcast_to(self.damage, self.lift.shape)[rows])
 
 
 class Returned(NamedTuple):
@@ -49,7 +79,7 @@ class Returned(NamedTuple):
 
 def virgin(m: int, components: int) -> History:
     """The history of points that have not slid."""
-    return History(np.zeros((m, components - 1)), np.zeros(m))
+    return History(np.zeros((m, components - 1)), np.zeros(m), np.zeros(m))
 
 
 def trial(law: Elastic, old: History, displacement: Array) -> Array:
@@ -60,38 +90,138 @@ def trial(law: Elastic, old: History, displacement: Array) -> Array:
 
 def return_map(law: Elastic, old: History, displacement: Array) -> Returned:
     """Stress and history after a step from ``old`` to a relative displacement (w, e...) [m], shape (m, c)."""
-    s, kn, ks = law.strength, law.kn, law.ks
+    tried = _tried(law, old, displacement)
+    if law.fall is None:
+        return _plastic(law, law.strength, old, tried)
+    before = np.array(np.broadcast_to(old.damage, law.kn.shape))
+    found = _plastic(law, law.strength_at(before), old._replace(damage=before), tried)
+    rows = np.flatnonzero(_demanded(law, before, old.lift, tried, before) > before)
+    if not len(rows):
+        return found
+    part, was, at = law.at(rows), old.at(rows), displacement[rows]
+    assert part.fall is not None
+    new, damage = _softened(part, was, at)
+    before[rows] = damage
+    stress, slip, lift, tangent = found.stress, found.history.slip, found.history.lift, found.tangent
+    stress[rows] = new.stress
+    slip[rows], lift[rows] = was.slip - new.slip[:, None] * new.along, new.lift
+    rates = np.maximum(*part.fall.gradual)
+    for k in range(displacement.shape[1]):
+        probe = np.zeros_like(at)
+        probe[:, k] = _PROBE / rates
+        ahead, behind = (_softened(part, was, at + sign * probe)[0].stress for sign in (1.0, -1.0))
+        tangent[rows, :, k] = -0.5 * (ahead - behind) / probe[:, None, k]
+        tangent[rows, k, k] += _OPEN_TANGENT * np.minimum(part.kn, part.ks)
+    return Returned(stress, History(slip, lift, before), tangent)
+
+
+class _Tried(NamedTuple):
+    """Stress without limits: normal and size of the shear [Pa], its sense, (m, c - 1), and the opening [m], (m,)."""
+
+    normal: Array
+    size: Array
+    along: Array
+    opening: Array
+
+
+class _Slid(NamedTuple):
+    """Where limits bring a point: size of the slip and lift [m], normal and size of the shear [Pa], and how."""
+
+    slip: Array
+    lift: Array
+    normal: Array
+    held: Array
+    along: Array
+    cone: NDArray[np.bool_]
+    tip: NDArray[np.bool_]
+    apex: NDArray[np.bool_]
+    crushed: NDArray[np.bool_]
+    hardness: Array
+
+    @property
+    def stress(self) -> Array:
+        """(N, T...) [Pa], (m, c)."""
+        return np.column_stack([self.normal, self.held[:, None] * self.along])
+
+
+def _tried(law: Elastic, old: History, displacement: Array) -> _Tried:
     tried = trial(law, old, displacement)
-    n0, shear = tried[:, 0], tried[:, 1:]
-    size = np.linalg.norm(shear, axis=1)
-    along = shear / np.maximum(size, 1e-300)[:, None]
+    size = np.sqrt(np.einsum("mc,mc->m", tried[:, 1:], tried[:, 1:]))
+    return _Tried(tried[:, 0], size, tried[:, 1:] / np.maximum(size, 1e-300)[:, None], displacement[:, 0])
+
+
+def _softened(law: Elastic, old: History, displacement: Array) -> tuple[_Slid, Array]:
+    """The return at the least damage that asks for no more damage, and that damage, (m,)."""
+    before, tried = np.asarray(old.damage), _tried(law, old, displacement)
+    damage = before
+    for _ in range(40):
+        asked = _demanded(law, before, old.lift, tried, damage)
+        if (np.abs(asked - damage) < 1e-13).all():
+            break
+        probed = np.minimum(damage + 1e-7, 1.0)
+        rise = _demanded(law, before, old.lift, tried, probed) - asked
+        slope = rise / np.maximum(probed - damage, 1e-300)
+        # a point whose strength falls faster than its spring unloads goes all the way
+        onward = np.where(slope < 1.0, (asked - damage) / np.where(slope < 1.0, 1.0 - slope, 1.0), 1.0 - damage)
+        damage = np.clip(damage + onward, before, 1.0)
+    return _slid(law, law.strength_at(damage), old.lift, tried), damage
+
+
+def _demanded(law: Elastic, before: Array, lift: Array, tried: _Tried, damage: Array) -> Array:
+    """Damage after a step with the strengths of ``damage``, (m,)."""
+    assert law.fall is not None
+    by_opening, by_slip = law.fall.gradual
+    s = law.strength_at(damage)
+    found = _slid(law, s, lift, tried)
+    beyond = np.maximum(tried.opening - found.lift - s.tension / law.kn, 0.0)
+    # beyond the tip of the cone there is no shear strength that slip could break
+    bears = s.shear_strength(found.normal) >= -_NOUGHT * s.cohesion
+    return np.minimum(np.maximum(before, by_opening * beyond) + by_slip * np.where(bears, found.slip, 0.0), 1.0)
+
+
+def _slid(law: Elastic, s: PointLaw, lift: Array, tried: _Tried) -> _Slid:
+    """Slip, lift and stress with strengths that stay."""
+    kn, ks, n0, size = law.kn, law.ks, tried.normal, tried.size
     hardness = ks + kn * s.tan_phi * s.tan_psi
-    over = np.maximum(size - s.shear_strength(n0), 0.0)
-    apex = n0 + kn * s.tan_psi * over / hardness <= -s.tension
-    cone = ~apex & (over > 0.0)
-    edge = s.corner_cohesion
-    slides_open = apex & (size > edge)
-    slip = np.where(cone, over / hardness, np.where(slides_open, (size - edge) / ks, 0.0))
+    slip = np.maximum(size - s.shear_strength(n0), 0.0) / hardness
+    # tension between the tip of the cone and a strength beyond it: all of the shear slips
+    tip = (slip > 0.0) & (s.shear_strength(n0 + kn * s.tan_psi * slip) < 0.0)
+    slip = np.where(tip, size / ks, slip)
+    apex = n0 + kn * s.tan_psi * slip <= -s.tension
+    tip &= ~apex
+    slip = np.where(apex, np.maximum(size - s.corner_cohesion, 0.0) / ks, slip)
     normal = np.where(apex, -s.tension, n0 + kn * s.tan_psi * slip)
-    held = size - ks * slip
-    history = History(old.slip - slip[:, None] * along, old.lift + s.tan_psi * slip)
-    # consistent tangent, -d(N, T)/d(w, e)
-    share = np.where(cone | slides_open, held / np.maximum(size, 1e-300), 1.0)
-    c = displacement.shape[1]
-    tangent = np.zeros((len(size), c, c))
+    lift = lift + s.tan_psi * slip
+    crushed = normal > s.crushing
+    if crushed.any():
+        normal = np.minimum(normal, s.crushing)
+        slip = np.where(crushed, np.maximum(size - s.shear_strength(normal), 0.0) / ks, slip)
+        lift = np.where(crushed, tried.opening + normal / kn, lift)
+    cone = ~apex & ~tip & (slip > 0.0)
+    return _Slid(slip, lift, normal, size - ks * slip, tried.along, cone, tip, apex, crushed, hardness)
+
+
+def _plastic(law: Elastic, s: PointLaw, old: History, tried: _Tried) -> Returned:
+    """The return with strengths that stay, and its consistent tangent -d(N, T)/d(w, e)."""
+    found, kn, ks = _slid(law, s, old.lift, tried), law.kn, law.ks
+    along, cone, tip = found.along, found.cone, found.tip
+    history = History(old.slip - found.slip[:, None] * along, found.lift, old.damage)
+    sliding = found.slip > 0.0
+    share = np.where(sliding, found.held / np.maximum(tried.size, 1e-300), 1.0)
+    m, c = len(kn), along.shape[1] + 1
+    tangent = np.zeros((m, c, c))
     outer = along[:, :, None] * along[:, None, :]
-    sliding = (cone | slides_open).astype(float)
     tangent[:, 1:, 1:] = (ks * share)[:, None, None] * (np.eye(c - 1) - sliding[:, None, None] * outer)
-    # on the cone d(slip) = (-ks s.de + mu kn dw) / hardness with s the sense of the shear
-    mu, flow = s.tan_phi * cone, kn * s.tan_psi / hardness * cone
-    tangent[:, 0, 0] = np.where(apex, 0.0, kn * (1.0 - flow * mu))
+    # on the cone d(slip) = (-ks s.de + mu kn dw) / hardness with s the sense of the shear; crushed, N stays
+    mu, flow = s.tan_phi * cone, kn * s.tan_psi * np.where(tip, 1.0 / ks, (cone & ~found.crushed) / found.hardness)
+    tangent[:, 0, 0] = np.where(found.apex | found.crushed, 0.0, kn * (1.0 - flow * mu))
     tangent[:, 0, 1:] = (flow * ks)[:, None] * along
     tangent[:, 1:, 0] = (mu * tangent[:, 0, 0])[:, None] * along
     tangent[:, 1:, 1:] += mu[:, None, None] * along[:, :, None] * tangent[:, 0, None, 1:]
     floor = _OPEN_TANGENT * np.minimum(kn, ks)
     for k in range(c):
         tangent[:, k, k] += floor
-    return Returned(np.column_stack([normal, held[:, None] * along]), history, tangent)
+    return Returned(found.stress, history, tangent)
 
 
 def slid_back(tan_psi: Array, history: History) -> NDArray[np.bool_]:

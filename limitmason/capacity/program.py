@@ -15,6 +15,7 @@ from scipy import sparse
 
 from limitmason.capacity.point_law import History
 from limitmason.capacity.system import Evaluated, System
+from limitmason.law import PointLaw
 
 Array = NDArray[np.float64]
 
@@ -41,6 +42,7 @@ def solve_step(
     viscosity: float = 0.0,
     done: Array | None = None,
     sprung: Array | None = None,
+    strength: PointLaw | None = None,
 ) -> Stepped | None:
     """Solve the program of a step in a pose; None where the solver finds no answer.
 
@@ -55,9 +57,11 @@ def solve_step(
     viscosity : eta of a viscous force against the motion, own units; 0 for none
     done : motion since the viscous force was nothing, own units; none by default
     sprung : forces of the blocks' own deformation in the pose, own units, (order,); none for rigid blocks
+    strength : of the points [Pa], at the damage of the pose; that of the peak by default
     """
     m, c = elastic.shape
-    law, area, force = system.law.strength, system.bodies.area, system.weight
+    law = system.law.strength if strength is None else strength
+    area, force = system.bodies.area, system.weight
     stiffness = np.column_stack([system.law.kn, *[system.law.ks] * (c - 1)]) * area[:, None] * system.length / force
     compliance = (1.0 / stiffness).ravel()
     start = (elastic / force).ravel()
@@ -101,7 +105,12 @@ def solve_step(
     one = np.ones(m)
     place = [sparse.csc_matrix((-one, (rows, c * rows)), shape=(m, unknowns))]
     limit = [tension]
-    cones = [clarabel.ZeroConeT(order), clarabel.NonnegativeConeT((m if c == 3 else 3 * m) + 2 * t)]
+    crushes = np.flatnonzero(law.crushes)
+    if len(crushes):
+        pressed = np.arange(len(crushes)), c * crushes
+        place.append(sparse.csc_matrix((np.ones(len(crushes)), pressed), shape=(len(crushes), unknowns)))
+        limit.append(law.crushing[crushes] * area[crushes] / force)
+    cones = [clarabel.ZeroConeT(order), clarabel.NonnegativeConeT(len(crushes) + (m if c == 3 else 3 * m) + 2 * t)]
     if t:
         bounded = np.arange(unknowns - t, unknowns)
         for sign, bound in ((-1.0, np.zeros(t)), (1.0, ties.strength / force)):

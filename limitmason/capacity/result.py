@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from limitmason.capacity.certificate import StepCertificate, Structure, tensions
+from limitmason.capacity.certificate import StepCertificate, Structure, strength, tensions
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose, motion_between
 from limitmason.capacity.path import LASTING, LEVEL
@@ -31,7 +31,9 @@ Array = NDArray[np.float64]
 class Energy(NamedTuple):
     """Energy up to every sample [J], shape (n,): work of live and dead loads, stored, lost; and what is left over.
 
-    ``error`` is live + dead - stored - lost over the gross work |dW_live| + |dW_dead| so far, by second-order work.
+    ``lost`` is that of slip and crushing, ``broken`` that of joints which lose strength over an opening, and ``jumped``
+    what jumps took, to motion and to joints that break at once. ``error`` is live + dead - stored - lost - broken -
+    jumped over the gross work |dW_live| + |dW_dead| so far, by second-order work.
     """
 
     live: Array
@@ -39,6 +41,20 @@ class Energy(NamedTuple):
     stored: Array
     lost: Array
     error: Array
+    broken: Array
+    jumped: Array
+
+
+class Break(NamedTuple):
+    """Joints that lose their strength at once: the sample after it, which joints by their blocks, points, energy [J].
+
+    The energy is what the structure gives off at the same displacement: to the joints and to motion.
+    """
+
+    sample: int
+    joints: tuple[str, ...]
+    points: int
+    energy: float
 
 
 class Cost(NamedTuple):
@@ -70,6 +86,7 @@ class PushoverCurve(Curve):
     certificates: tuple[StepCertificate, ...] = ()
     energy: Energy | None = None
     jumps: tuple[int, ...] = ()
+    breaks: tuple[Break, ...] = ()
     origin: Pose | None = None
     unit: float = 1.0
 
@@ -149,7 +166,7 @@ class PushoverCurve(Curve):
         components, _, _ = self.generations.forces(node)
         p = s.points
         shear = np.linalg.norm(components[:, 1:], axis=1)
-        limit = p.law.over(p.area).shear_strength(components[:, 0])
+        limit = strength(s, self.generations.state(node)).over(p.area).shear_strength(components[:, 0])
         stiffness, found = state_stiffness(components[:, 0], shear, limit, p.kn, p.ks, sliding)
         plane = None if s.points.components == 3 else find_plane(s.assembly, s.loads)
         label = f"blocks at {self.displacement[sample]:.3g} m of a capacity curve, {found}"

@@ -1,5 +1,6 @@
 """From state to state: Newton from the extrapolated increment, programs where it sticks, halving, viscous jumps."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ from limitmason.capacity import descent, newton
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import History, trial
 from limitmason.capacity.program import solve_step
-from limitmason.capacity.system import System
+from limitmason.capacity.system import Evaluated, System
 
 Array = NDArray[np.float64]
 
@@ -36,7 +37,8 @@ class Node(NamedTuple):
     """A converged state of the path: pose, history, multiplier, control displacement [m], forces [N].
 
     ``generation`` is that of its contacts; ``onward`` those with which the path goes on, where they were found anew;
-    ``looked`` the pose in which they were last looked for.
+    ``looked`` the pose in which they were last looked for. ``due`` are the points that break from this state, and
+    ``broken`` those that broke on the way to it.
     """
 
     pose: Pose
@@ -51,6 +53,8 @@ class Node(NamedTuple):
     generation: int = 0
     onward: Onward | None = None
     looked: Pose | None = None
+    due: NDArray[np.intp] | None = None
+    broken: NDArray[np.intp] | None = None
 
 
 def node_of(system: System, solved: newton.Solved, jump: bool = False, programs: int = 0) -> Node:
@@ -79,7 +83,7 @@ def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -
     if found is not None:
         return node_of(system, found[0], programs=found[1])
     # blocks that first have to come down on each other, through gaps
-    return _quieted(system, pose, old, target, 0.0, None, ratio, 1e-2)
+    return quieted(system, pose, old, target, 0.0, None, ratio, 1e-2)
 
 
 def step(
@@ -131,7 +135,8 @@ def by_programs(
         proximal = viscosity == 0.0 and k > 3
         eta, since = (PROXIMAL, None) if proximal else (viscosity, done if viscosity > 0.0 else None)
         sprung = system.sprung(now.pose) if system.bodies.deforming else None
-        found = solve_step(system, now, old, elastic, normal, advance, multiplier, eta, since, sprung)
+        strength = system.law.strength_at(now.returned.history.damage)
+        found = solve_step(system, now, old, elastic, normal, advance, multiplier, eta, since, sprung, strength)
         if found is None:
             return None
         multiplier, normal = found.multiplier, found.force[:, 0]
@@ -154,16 +159,20 @@ def jump(system: System, node: Node, target: float, ratio: float) -> Node | None
     weight, then Newton finishes without it.
     """
     eta = 0.02 / max(abs(target - node.control) / system.length, 1.0)
-    return _quieted(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio, eta)
+    return quieted(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio, eta)
 
 
-def _quieted(
+def quieted(
     system: System, pose: Pose, history: History, target: float | None, multiplier: float, normal: Array | None,
-    ratio: float, eta: float,
+    ratio: float, eta: float, commit: Callable[[History, Evaluated], History] | None = None,
 ) -> Node | None:  # fmt: skip
     """The state that viscous sub-steps come to, eta lowered from its first value until there is no force left in it.
 
     None where blocks are still on their way after half a block: they fall.
+
+    Parameters
+    ----------
+    commit : the history that is kept of a sub-step, from the one before and its state; as it came by default
     """
     total, begin = 0, pose.shift
     for _ in range(60):
@@ -180,7 +189,8 @@ def _quieted(
                 return None
             continue
         state = found[0].state
-        pose, history, multiplier, normal = state.pose, state.returned.history, found[0].multiplier, state.force[:, 0]
+        kept = state.returned.history if commit is None else commit(history, state)
+        pose, history, multiplier, normal = state.pose, kept, found[0].multiplier, state.force[:, 0]
         if float(np.abs(pose.shift - begin).max()) > _FALLS * system.size:
             return None
         if state.unbalance < _QUIET:

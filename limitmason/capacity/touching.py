@@ -77,6 +77,7 @@ def found_anew(
     forces: list[Array] = []
     slips: list[Array] = []
     lifts: list[float] = []
+    hurt: list[float] = []
     for row in np.lexsort((near.gap, near.face)):
         made = _made(shapes, assembly, c, pose, history, force, gone, now_b, near, int(row), rows)
         if made is None:
@@ -85,6 +86,7 @@ def found_anew(
         forces.append(made[1])
         slips.append(made[2])
         lifts.append(made[3])
+        hurt.append(made[4])
     if not (gone.any() or rows):
         return None
     kept = c.at(~gone)
@@ -94,8 +96,9 @@ def found_anew(
         all_force = np.vstack([all_force, forces[k]])
         slip, lift = np.vstack([slip, slips[k]]), np.append(lift, lifts[k])
     order = kept.ordered()
+    damage = np.concatenate([np.broadcast_to(history.damage, history.lift.shape)[~gone], hurt])
     return Renewed(
-        kept.at(order), History(slip[order], lift[order]), all_force[order], int(gone.sum()), len(rows)
+        kept.at(order), History(slip[order], lift[order], damage[order]), all_force[order], int(gone.sum()), len(rows)
     )  # fmt: skip
 
 
@@ -135,8 +138,8 @@ def outside(shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose) -> Arra
 def _made(
     shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose, history: History, force: Array,
     gone: NDArray[np.bool_], now_b: Array, near: Near, row: int, rows: list[Contacts],
-) -> tuple[Contacts, Array, Array, float] | None:  # fmt: skip
-    """A new point with its force, slip and lift; None where a point of the same two blocks is there already."""
+) -> tuple[Contacts, Array, Array, float, float] | None:  # fmt: skip
+    """A new point with its force, slip, lift and damage; None where a point of the same two blocks is there already."""
     corner, face = int(near.corner[row]), int(near.face[row])
     a, b = int(shapes.face_block[face]), int(shapes.face_block[shapes.corner_face[corner]])
     x = assembly.centroids
@@ -158,10 +161,13 @@ def _made(
     model = int(np.where(heirs if heirs.any() else same if same.any() else touching, apart, np.inf).argmin())
     # tangents of the model, turned into the face
     directions = _frame(c, model, pose, rotation_a, normal)
-    law, interface = c.law.at(np.array([model])), c.interface[[model]]
+    law, rest, interface = c.law.at(np.array([model])), c.rest.at(np.array([model])), c.interface[[model]]
+    damage = float(np.broadcast_to(history.damage, c.area.shape)[model])
     if not same[model]:
+        # blocks that had no joint are not bonded, and nothing of their friction is lost
         zero = np.zeros(1)
         law, interface = PointLaw(law.tan_phi, law.tan_psi, zero, zero.copy(), law.crushing), np.array([NEW])
+        rest, damage = law, 0.0
     kn, ks, area = float(c.kn[model]), float(c.ks[model]), float(c.area[model])
     opening, slip, lift, components = float(near.gap[row]), np.zeros(c.components - 1), 0.0, np.zeros(c.components)
     if heirs.any():
@@ -172,7 +178,8 @@ def _made(
             components = (directions @ rotation_a.T) @ onto
             components[0] = force[model, 0]
             size = float(np.linalg.norm(components[1:]))
-            most = float(law.shear_strength(np.array([components[0] / area]))[0]) * area
+            held = law.towards(rest, np.array([damage]))
+            most = float(held.shear_strength(np.array([components[0] / area]))[0]) * area
             components[1:] *= min(1.0, max(most, 0.0) / max(size, 1e-300))
             opening = lift - components[0] / (kn * area)
             slip = components[1:] / (ks * area)
@@ -188,9 +195,10 @@ def _made(
         Contacts(
             np.array([a]), np.array([b]), (x[a] + local)[None], place[None].copy(), directions[None],
             np.array([area]), interface, np.array([sense]), law, np.array([kn]), np.array([ks]), np.array([corner]),
-            np.array([face]),
+            np.array([face]), rest, c.by_opening[[model]] * same[model],
+            c.by_slip[[model]] * same[model],
         ),
-        components, slip, lift,
+        components, slip, lift, damage,
     )  # fmt: skip
 
 

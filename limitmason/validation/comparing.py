@@ -19,7 +19,7 @@ from limitmason.model.load import Loads
 from limitmason.notebook import Shown
 from limitmason.progress import reached, watched
 from limitmason.references import LIMITMASON, Citation
-from limitmason.results import Bound
+from limitmason.results import Bound, Prediction
 from limitmason.study.store import DocumentStore
 from limitmason.text_table import aligned, markdown
 from limitmason.validation.rows import NAN, Row
@@ -85,7 +85,7 @@ class SideBySide(Shown):
             if text:
                 notes += wrap(f"{line[0]}: {text}", _WIDE, subsequent_indent="  ", break_long_words=False)
         align = "<>" + "<" + (">" if self.measured is not None else "") + "<>"
-        below = [f for f in (notes, list(self.findings())) if f]
+        below = [f for f in (notes, list(self.findings()), self._told()) if f]
         return "\n".join([aligned([line[:-1] for line in lines], align), *(t for part in below for t in ("", *part))])
 
     def __str__(self) -> str:
@@ -132,6 +132,38 @@ class SideBySide(Shown):
                     f"{'holds' if good else 'BROKEN'}: associative <= admissible mechanism "
                     f"({upper.multiplier:.5f}, {name} {bound:.5f})"
                 )
+        return tuple(out)
+
+    def _told(self) -> list[str]:
+        """What the loads mean, as lines of a terminal."""
+        return [
+            row for text in self.loads_of_self_stress()
+            for row in wrap(text, _WIDE, subsequent_indent="  ", break_long_words=False)
+        ]  # fmt: skip
+
+    def loads_of_self_stress(self) -> tuple[str, ...]:
+        """What the smallest admissible, the sustained and the associative load mean beside each other, a line for each.
+
+        Empty without a sustained load; the first limit point of a capacity curve stands with them where there is one.
+        """
+        if "sustained" not in self or not self["sustained"].solved:
+            return ()
+        row = self["sustained"]
+        least, most = row.details["first loss"], row.details["largest on the way"]
+        out = [
+            f"first loss of equilibrium: {least:.5f}, for the worst self-stress of the joints that was found; gaps of "
+            "1e-4 of a block reach it",
+            f"sustained: {row.multiplier:.5f}, what that mechanism still carries "
+            f"{1e3 * row.details['displacement']:.3g} mm on (at most {most:.5f} on the way); far less dependent on the "
+            "self-stress",
+        ]
+        if "pushover" in self and self["pushover"].solved:
+            out.append(
+                f"first limit point: {self['pushover'].multiplier:.5f}, of the path from the unstressed structure; an "
+                "estimate, no bound"
+            )
+        if "associative" in self and self["associative"].solved:
+            out.append(f"associative: {self['associative'].multiplier:.5f}, which no admissible state exceeds")
         return tuple(out)
 
     @staticmethod
@@ -207,7 +239,7 @@ def compare(
     test = measured_range(measured)
     kept = None if store is None else DocumentStore(store, SCHEMA)
     say = progress or (lambda _: None)
-    rows = []
+    rows: list[Row] = []
     for k, method in enumerate(methods, 1):
         # without a store there is nothing to identify, and options may be any objects
         path = None
@@ -219,7 +251,8 @@ def compare(
         reached((k - 1) / len(methods), method, share=1.0 / len(methods))
         if row is None:
             say(f"{where} ...")
-            row = _solve(assembly, loads, method, settings[method], proven)
+            given = {**settings[method], **_taken_over(method, settings, rows)}
+            row = _solve(assembly, loads, method, given, proven)
             if kept is not None:
                 kept.write(path, row.stored())
             say(f"{where}: {row.multiplier:.5g} ({row.status}; {row.seconds:.1f} s)")
@@ -227,6 +260,17 @@ def compare(
             say(f"{where}: {row.multiplier:.5g} (from the store)")
         rows.append(replace(row, reference=Quantity(test[1]), kind="measured") if test else row)
     return SideBySide(tuple(rows), test, title)
+
+
+def _taken_over(method: str, settings: Mapping[str, Mapping[str, Any]], rows: Sequence[Row]) -> dict[str, Prediction]:
+    """Predictions of methods before that one goes on from, where both have the same contact points."""
+    out = {}
+    for name, other in get_method(method).takes_over.items():
+        same = all(settings[method].get(k) == settings.get(other, {}).get(k) for k in ("contact_model", "grid"))
+        for row in rows:
+            if row.method == other and row.prediction is not None and same and name not in settings[method]:
+                out[name] = row.prediction
+    return out
 
 
 def _settings(methods: Sequence[str], options: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:

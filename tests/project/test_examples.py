@@ -69,6 +69,15 @@ def capacity_curve(g):
     assert g["worst"] < 1e-6
 
 
+def gaps_in_a_corner_wall(g):
+    first, kept = g["found"].spread_of_first_loss, g["found"].spread_of_sustained
+    assert min(first.paths, kept.paths) >= 9
+    # the load of the displaced wall depends on gaps far less, and not on where the path began
+    assert (kept.high - kept.low) / kept.median < 0.5 * (first.high - first.low) / first.median
+    assert g["late"].collapse_multiplier == pytest.approx(kept.median, rel=5e-3)
+    assert first.high < g["associative"] == pytest.approx(0.36197, abs=1e-4)
+
+
 def ferris_tin_loi_walls(g):
     associative = {"wall-1": 0.64286, "wall-2": 0.58000, "wall-3": 0.40369, "wall-4": 0.33195, "wall-5": 0.23964,
                    "wall-6": 0.34782}  # fmt: skip

@@ -1,0 +1,174 @@
+"""Joints that lose their strength at once: the step is cut where the first point reaches it, and what breaks is let go.
+
+Within a step such points keep their strength, so that the step stays a cone program with a Newton finish. A step that
+takes one of them beyond it ends where the first is at its strength; from there it breaks, at the same control
+displacement, and the points that the others then leave overloaded break with it, those with at least half of the
+largest overload at a time. The fall of the load is a jump: its energy is that of the break.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.capacity import descent, newton
+from limitmason.capacity.certificate import SHORTEST, WITHIN
+from limitmason.capacity.kinematics import Pose, motion_between, moved
+from limitmason.capacity.point_law import History
+from limitmason.capacity.stepping import Node, by_programs, is_large, node_of, quieted, step
+from limitmason.capacity.system import Evaluated, System
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+_CUTS = 25  # tries to end a step where the first point breaks
+_ROUNDS = 400  # of points that break one after the other at one displacement
+_TOGETHER = 0.5  # of the largest overload: what breaks in one round
+
+
+def brittle(system: System) -> bool:
+    """Whether any point loses its strength at once."""
+    fall = system.law.fall
+    return fall is not None and bool(np.logical_or(*fall.sudden).any())
+
+
+def overload(system: System, old: History, at: Evaluated) -> Array:
+    """Opening or slip beyond the strength of points that would break, over the elastic one at the strength, (m,).
+
+    Negative below the strength; minus infinity where nothing can break.
+    """
+    law, fall = system.law, system.law.fall
+    assert fall is not None
+    damage = np.broadcast_to(np.asarray(old.damage), law.kn.shape)
+    s = law.strength_at(damage)
+    stress, new = at.returned.stress, at.returned.history
+    least = SHORTEST * system.length
+    opening = at.contact.displacement[:, 0] - new.lift - s.tension / law.kn
+    slid = np.linalg.norm(new.slip - old.slip, axis=1)
+    spare = np.linalg.norm(stress[:, 1:], axis=1) - np.maximum(s.shear_strength(stress[:, 0]), 0.0)
+    # an open point has no shear strength that slip could break, nor one beyond the tip of the cone
+    bears = s.shear_strength(stress[:, 0]) >= -1e-12 * s.cohesion
+    short = np.where(stress[:, 0] > -s.tension, np.minimum(spare / law.ks, 0.0), -np.inf)
+    sliding = np.where(bears, np.where(slid > 0.0, slid, short), -np.inf)
+    by_opening, by_slip = fall.sudden
+    over = np.where(by_opening, opening / np.maximum(law.strength.tension / law.kn, least), -np.inf)
+    other = np.where(by_slip, sliding / np.maximum(law.strength.cohesion / law.ks, least), -np.inf)
+    return np.where(damage < 1.0, np.maximum(over, other), -np.inf)
+
+
+def weakened(history: History, rows: Index) -> History:
+    """The history with some points broken."""
+    damage = np.array(np.broadcast_to(np.asarray(history.damage), history.lift.shape))
+    damage[rows] = 1.0
+    return history._replace(damage=damage)
+
+
+def due(over: Array) -> Index:
+    """Points that break: the most overloaded one and those that are as near to their strength."""
+    worst = float(over.max(initial=-np.inf))
+    return np.flatnonzero(over >= worst - WITHIN) if worst > 0.0 else np.empty(0, np.intp)
+
+
+def overload_of(system: System, old: History, node: Node) -> Array:
+    """The same of a node that was reached from a history."""
+    return overload(system, old, system.evaluate(node.pose, old, node.multiplier))
+
+
+def cut(system: System, last: Node, new: Node, ratio: float) -> Node | None:
+    """The step from ``last`` to ``new``, ended where the first point breaks; its ``due`` are the points that do.
+
+    None where a shorter step is not found.
+    """
+    over = overload_of(system, last.history, new)
+    high, above = new, float(over.max(initial=-np.inf))
+    if above <= 0.0:
+        return new
+    if new.jump:
+        return new._replace(due=due(over))
+    low, below = last, float(overload_of(system, last.history, last).max(initial=-np.inf))
+    below = min(below, -WITHIN)
+    for k in range(_CUTS):
+        if above <= WITHIN:
+            return high._replace(due=due(over))
+        share = (0.5 * WITHIN - below) / (above - below) if k % 4 < 3 else 0.5
+        target = low.control + float(np.clip(share, 0.02, 0.98)) * (high.control - low.control)
+        tried = step(system, last, target, _between(last, high, target), ratio)
+        if tried is None:
+            return None
+        found = overload_of(system, last.history, tried)
+        worst = float(found.max(initial=-np.inf))
+        if worst > 0.0:
+            high, above, over = tried, worst, found
+        else:
+            low, below = tried, min(worst, -0.01 * WITHIN)
+    # where the state leaps there is none just at the strength: the leap is part of the jump
+    return high._replace(jump=True, due=due(over))
+
+
+def _between(last: Node, far: Node, target: float) -> tuple[Pose, float]:
+    share = (target - last.control) / (far.control - last.control)
+    pose = moved(last.pose, share * motion_between(last.pose, far.pose))
+    return pose, last.multiplier + share * (far.multiplier - last.multiplier)
+
+
+def released(system: System, node: Node, ratio: float, target: float | None) -> Node | None:
+    """The state after the points that are due have broken, and those that their load then breaks.
+
+    Parameters
+    ----------
+    target : control displacement that is held [m]; None for the multiplier
+
+    Returns
+    -------
+    the node, a jump whose ``broken`` are the points; None where no equilibrium is found
+    """
+    assert node.due is not None
+    history, broken = weakened(node.history, node.due), [node.due]
+    pose, multiplier, programs = node.pose, node.multiplier, 0
+    for _ in range(_ROUNDS):
+        solved = newton.solve(system, pose, multiplier, history, target)
+        if solved is None:
+            found = _solved(system, node, history, pose, multiplier, target, ratio)
+            if found is None:
+                return _fallen(system, node, history, broken, ratio, target, programs)
+            solved, programs = found[0], programs + found[1]
+        over = overload(system, history, solved.state)
+        worst = float(over.max(initial=-np.inf))
+        if worst <= WITHIN:
+            return node_of(system, solved, True, programs)._replace(broken=np.unique(np.concatenate(broken)))
+        more = np.flatnonzero(over >= _TOGETHER * worst)
+        broken.append(more)
+        history = weakened(history, more)
+        pose, multiplier = solved.state.pose, solved.multiplier
+    return None
+
+
+def _solved(
+    system: System, node: Node, history: History, pose: Pose, multiplier: float, target: float | None, ratio: float
+) -> tuple[newton.Solved, int] | None:
+    """What Newton's method leaves: by descent and by programs, in the order of :func:`stepping.step`."""
+    for by_descent in (True, False) if is_large(system) else (False, True):
+        if by_descent:
+            solved = descent.solve(system, pose, multiplier, history, target)
+            found = None if solved is None else (solved, 0)
+        else:
+            found = by_programs(system, node.pose, history, target, node.multiplier, node.force[:, 0], ratio)
+        if found is not None:
+            return found
+    return None
+
+
+def _fallen(
+    system: System, node: Node, history: History, broken: list[Index], ratio: float, target: float | None, programs: int
+) -> Node | None:
+    """The state that viscous sub-steps come to; whatever they overload breaks at the end of each."""
+
+    def breaks(old: History, at: Evaluated) -> History:
+        rows = due(overload(system, old, at))
+        if not len(rows):
+            return at.returned.history
+        broken.append(rows)
+        return weakened(at.returned.history, rows)
+
+    found = quieted(system, node.pose, history, target, node.multiplier, node.force[:, 0], ratio, 1e-2, breaks)
+    if found is None:
+        return None
+    return found._replace(broken=np.unique(np.concatenate(broken)), programs=found.programs + programs)

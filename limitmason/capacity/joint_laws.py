@@ -1,0 +1,88 @@
+"""What a path makes of the joints of an assembly: which it refuses, their stiffness, and how they lose strength."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.errors import InputError, NotApplicable
+from limitmason.law import SUDDEN, Fall, interface_law, residual_law, softening
+from limitmason.law_table import PUSHOVER, TERMS
+from limitmason.law_table import refuse as refuse_term
+from limitmason.model.assembly import Assembly
+from limitmason.model.joint import Unloading
+from limitmason.model.load import Loads
+from limitmason.stiffness import SETTLEMENT, default_stiffness
+
+Array = NDArray[np.float64]
+
+
+def refuse(assembly: Assembly, loads: Loads) -> None:
+    """Refuse joints that a path does not follow, and models that nothing can push."""
+    if len(loads.dead) != assembly.n_blocks:
+        raise InputError(f"loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
+    for term in TERMS:
+        refuse_term(PUSHOVER, term, assembly)
+    for i in assembly.interfaces:
+        if i.joint.softens and i.joint.unloading is Unloading.SECANT:
+            names = tuple(assembly.blocks[b].name for b in (i.block_a, i.block_b))
+            raise NotApplicable(
+                f"the joint between {names[0]!r} and {names[1]!r} unloads to the origin (unloading='secant'), which "
+                "the capacity curve does not follow; take 'elastic' or method 'dem'"
+            )
+    if assembly.fixed.all():
+        raise InputError("every block is held: there is nothing to push")
+
+
+def refuse_partial_rotations(assembly: Assembly) -> None:
+    """Refuse blocks in space of which some rotations are held."""
+    turning = assembly.held[:, 3:]
+    some = np.flatnonzero(turning.any(axis=1) & ~turning.all(axis=1))
+    if len(some):
+        raise NotApplicable(
+            f"block {assembly.blocks[some[0]].name!r} has some of its rotations held: with finite rotations in space "
+            "pushover takes all or none"
+        )
+
+
+def fall(assembly: Assembly, kn: Array, ks: Array) -> Fall | None:
+    """How every interface softens; None where none does.
+
+    A joint that has lost all of its opening's or its slip's energy is at damage 1. The slip is the plastic one:
+    1 / rate_slip = 2 GfII / (c - c_r).
+    """
+    joints = [i.joint for i in assembly.interfaces]
+    if not any(j.softens for j in joints):
+        return None
+    peak, rest = interface_law(assembly.arrays, convex=False), residual_law(joints, convex=False)
+    opening, slip = softening(joints, kn, ks)
+    lost = peak.cohesion - rest.cohesion
+    gradual = (slip > 0.0) & (slip < SUDDEN)
+    slip = np.where(gradual, 1.0 / (1.0 / np.where(gradual, slip, 1.0) + lost / ks), slip)
+    return Fall(rest, opening, slip)
+
+
+def stiffnesses(
+    assembly: Assembly, loads: Loads, stiffness: float | tuple[float, float] | None
+) -> tuple[Array, Array, list[str]]:
+    """Kn and ks per interface [Pa/m], and what a user should know about them."""
+    x = assembly.arrays
+    warnings: list[str] = []
+    if stiffness is not None:
+        pair = np.atleast_1d(np.asarray(stiffness, dtype=float))
+        if pair.shape not in ((1,), (2,)) or not (np.isfinite(pair).all() and (pair > 0).all()):
+            raise InputError(f"stiffness must be kn or (kn, ks), positive numbers [Pa/m], got {stiffness!r}")
+        return np.full(len(x.area), pair[0]), np.full(len(x.area), pair[-1]), warnings
+    missing = ~(x.normal_stiffness > 0.0)
+    standard = default_stiffness(assembly, loads.dead)
+    if missing.any():
+        warnings.append(
+            f"{int(missing.sum())} of {len(missing)} joints name no stiffness: kn = ks = {standard:.3g} Pa/m is used, "
+            f"chosen so that the foot shortens by {SETTLEMENT:g} of a block under the dead load; it is not a material "
+            "property"
+        )
+    kn = np.where(missing, standard, x.normal_stiffness)
+    ks = np.where(np.isnan(x.shear_stiffness), kn, x.shear_stiffness)
+    if not (ks > 0.0).all():
+        raise NotApplicable(
+            f"joint of interface {int(np.argmin(ks > 0))} has shear_stiffness 0: it must be positive here"
+        )
+    return kn, ks, warnings

@@ -1,0 +1,89 @@
+"""Joints that do not quite fit: gaps, and the misfit with which given joint forces stand in the reference pose.
+
+Below psi = phi the load at which a structure first loses equilibrium depends on the self-stress that its joints have
+from the start. A spring holds a force F at the misfit -F / k: with those of an admissible state of limit analysis the
+structure is in that state before anything has moved, and a path goes on from there.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from limitmason.capacity import newton, stepping
+from limitmason.capacity.kinematics import moved
+from limitmason.capacity.path import Steps
+from limitmason.capacity.stepping import Node
+from limitmason.capacity.system import System
+from limitmason.contact_points import ContactPoints
+from limitmason.errors import InputError
+from limitmason.results import Prediction
+
+Array = NDArray[np.float64]
+
+
+def of_gaps(points: ContactPoints, gaps: ArrayLike | None) -> Array | None:
+    """Misfit of points that are open in the reference pose [m], shape (m, c); None where none is.
+
+    Raises
+    ------
+    InputError
+        For gaps that are negative, or not one per point.
+    """
+    if gaps is None:
+        return None
+    opening = np.asarray(gaps, dtype=float)
+    if not (opening.shape == (points.count,) and (opening >= 0.0).all()):
+        raise InputError(f"gaps must be {points.count} lengths [m] that are not negative, one per contact point")
+    out = np.zeros((points.count, points.components))
+    out[:, 0] = opening
+    return out
+
+
+def of_forces(points: ContactPoints, state: Prediction, kn: Array, ks: Array) -> Array:
+    """Misfit with which the points carry the joint forces of a prediction in the reference pose [m], shape (m, c).
+
+    Parameters
+    ----------
+    kn, ks : of every interface [Pa/m], shape (k,)
+
+    Raises
+    ------
+    InputError
+        For a prediction without joint forces or a mechanism, or with other contact points.
+    """
+    r = state.resultants
+    if r is None or state.mechanism is None or not np.isfinite(state.collapse_multiplier):
+        raise InputError("initial must be a prediction with joint forces and a mechanism, from lm.limit_analysis")
+    apart = np.inf
+    if len(r.point_area) == points.count and np.array_equal(r.point_interface, points.interface):
+        apart = float(np.abs(r.point_position - points.position).max(initial=0.0))
+    if apart > 1e-6 * float(np.ptp(points.position, axis=0).max(initial=0.0)):
+        raise InputError(
+            f"initial has {len(r.point_area)} contact points, the path {points.count}, or they lie elsewhere: give "
+            "both the same contact_model and grid"
+        )
+    force = np.einsum("mci,mi->mc", points.directions, r.point_force)
+    stiffness = np.column_stack([kn[points.interface], *[ks[points.interface]] * (points.components - 1)])
+    return -force / (stiffness * points.area[:, None])
+
+
+def begun_with(system: System, state: Prediction, to: float | None, ratio: float, steps: Steps) -> list[Node]:
+    """The node in the reference pose at the state's multiplier, and one along its mechanism where it is found."""
+    rest = system.at_rest()
+    old = system.virgin()
+    solved = newton.solve(system, rest, state.collapse_multiplier, old, 0.0)
+    programs = 0
+    if solved is None:
+        found = stepping.by_programs(system, rest, old, 0.0, state.collapse_multiplier, None, ratio)
+        if found is None:
+            return []
+        solved, programs = found
+    first = stepping.node_of(system, solved, programs=programs)._replace(looked=rest)
+    assert state.mechanism is not None
+    twists = np.array(state.mechanism.twists)
+    along = float((system.control * (twists[:, :3] @ system.bodies.basis[:3])).sum())
+    move = np.copysign(steps.first * system.length, ratio if to is None else to)
+    if not abs(along) > 1e-9 * float(np.abs(twists).max(initial=0.0)):
+        return [first]
+    guess = moved(solved.state.pose, move / along * twists), solved.multiplier
+    second = stepping.step(system, first, first.control + float(move), guess, ratio)
+    return [first] if second is None else [first, second._replace(looked=rest)]

@@ -1,0 +1,123 @@
+"""The sustained load: what the mechanism of the smallest admissible state still carries once it has moved.
+
+Below psi = phi a structure first loses equilibrium at a load that depends on the self-stress of its joints: gaps of
+1e-4 of a block reach the smallest admissible multiplier. In most walls that motion arrests itself: forces that gathered
+in a corner spread as blocks move. A path at large displacement from the smallest state on says what is left after a
+tenth of the thickness, which depends on the gaps far less.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from limitmason.capacity import Steps, pushover
+from limitmason.capacity.ensemble import GOES_ON, thickness
+from limitmason.capacity.path import OVERTURNED, REACHED
+from limitmason.contact_points import Grid
+from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.method import Look, Method, settings_of
+from limitmason.methods import NON_ASSOCIATIVE, get_method
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.progress import watched
+from limitmason.results import NOT_CONVERGED, SOLVED, Bound, BoundKind, Prediction
+
+
+@watched("sustained load")
+def sustained(
+    assembly: Assembly,
+    loads: Loads,
+    *,
+    smallest: Prediction | None = None,
+    goes_on: float = GOES_ON,
+    search: str = "standard",
+    time_limit: float | None = None,
+    contact_model: str = "vertices",
+    grid: Grid | Mapping[str, Grid] = (5, 5),
+    contacts: str = "first",
+    stiffness: float | tuple[float, float] | None = None,
+    steps: Steps | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Prediction:
+    """Load after a displacement of a tenth of the thickness, on the path from the smallest admissible state.
+
+    Parameters
+    ----------
+    smallest : that state, a non-associative prediction on the same contact points; searched for where omitted
+    goes_on : displacement along the live forces over the thickness, the smallest dimension of a block [-]
+    search, time_limit : of the search, see :func:`limitmason.limit_analysis`
+    contact_model, grid, stiffness, steps, progress : of the path, see :func:`limitmason.pushover`
+    contacts : of the path; "first" by default: in space "anew" drops corners that leave a face and does not find the
+        edges that come to cross instead, and loses support with them
+
+    Returns
+    -------
+    Prediction
+        An estimate: of the displaced structure, by one path, from the smallest state that was found. ``details`` hold
+        the multiplier at its beginning, "first loss", the "largest on the way", and the "curve".
+
+    Raises
+    ------
+    InputError
+        For a length that is not positive, and a state on other contact points.
+    NotConverged
+        Where there is no smallest state to begin with.
+    """
+    if not (math.isfinite(goes_on) and goes_on > 0.0):
+        raise InputError(f"goes_on must be a positive part of the thickness, got {goes_on!r}")
+    if smallest is None:
+        options = {} if contact_model == "vertices" else {"grid": grid}
+        smallest = get_method(NON_ASSOCIATIVE).predict(
+            assembly, loads, contact_model=contact_model, search=search, time_limit=time_limit, **options
+        )
+    if smallest.status != SOLVED or smallest.mechanism is None:
+        raise NotConverged(f"there is no smallest state to begin with: {smallest.status}")
+    to = goes_on * thickness(assembly)
+    curve = pushover(
+        assembly, loads, initial=smallest, to=to, contact_model=contact_model, grid=grid, contacts=contacts,
+        stiffness=stiffness, steps=steps, progress=progress,
+    )  # fmt: skip
+    value, status, warnings = math.nan, NOT_CONVERGED, curve.warnings
+    if curve.status == REACHED:
+        value, status = float(curve.load[-1]), SOLVED
+    elif curve.status == OVERTURNED:
+        value, status = 0.0, SOLVED
+    else:
+        warnings = (*warnings, f"the path ends at {curve.displacement[-1]:.3g} m of {to:.3g} m: {curve.status}")
+    if not all(c.accepted for c in curve.certificates):
+        status = NOT_CONVERGED
+    resultants = None
+    try:
+        resultants = curve.resultants(-1)
+    except NotApplicable as reason:
+        warnings = (*warnings, str(reason))
+    meaning = (
+        f"estimate: load still carried {1e3 * to:.3g} mm after the smallest state found lost equilibrium, "
+        f"{goes_on:g} of the thickness"
+    )
+    return Prediction(
+        "sustained", value, Bound(BoundKind.ESTIMATE, meaning), status, curve.mechanism(-1), resultants, None, warnings,
+        {"steps": curve.cost.steps, "programs": curve.cost.programs, "Newton iterations": curve.cost.iterations},
+        {
+            "curve": curve, "first loss": float(smallest.collapse_multiplier),
+            "largest on the way": float(curve.load.max()), "displacement": to,
+        },
+    )  # fmt: skip
+
+
+def _beside(details: Mapping[str, Any]) -> str:
+    if "first loss" not in details:
+        return ""
+    return f"from {details['first loss']:.5f} on, at most {details['largest on the way']:.5f} on the way"
+
+
+SUSTAINED = Method(
+    "sustained",
+    sustained,
+    settings_of("SustainedSettings", sustained),
+    look=Look("sustained", "YELLOW", "X"),
+    beside=_beside,
+    kept=("first loss", "largest on the way", "displacement"),
+    theorem="displaced",
+    takes_over={"smallest": NON_ASSOCIATIVE},
+)

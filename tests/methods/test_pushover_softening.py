@@ -1,0 +1,327 @@
+"""Capacity curves of joints that lose strength or crush: closed forms, the DEM's law and its pushes, and mutants."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import dem
+import limitmason as lm
+from dem import kernels
+from dem.kernels.sums import _sum_softening
+from limitmason.capacity import Steps, path, stepping
+from limitmason.capacity.certificate import certify
+from limitmason.capacity.point_law import Elastic, History, return_map, virgin
+from limitmason.law import SUDDEN, Fall, PointLaw
+from limitmason.model.stages import Drive
+
+STIFF = {"normal_stiffness": 1e10, "shear_stiffness": 1e10}
+AREA = 0.04
+
+
+def certified(curve):
+    """Every step is proven, no energy is made or lost away from jumps, and jumps only take energy."""
+    assert [k for k, c in enumerate(curve.certificates) if not c.accepted] == []
+    assert max(abs(c.energy) for c in curve.certificates if not c.jump) < 0.01
+    assert abs(curve.energy.error[-1]) < 0.01
+    assert curve.energy.jumped[-1] >= 0.0
+    return True
+
+
+def pulled(**joint):
+    """A cube pulled up from its base; the load is in newtons, less its weight that of the joint."""
+    wall = lm.build.column(width=0.2, depth=0.2, height=0.2, courses=1, joint=lm.Joint(35.0, **STIFF, **joint))
+    return wall, lm.Loads.weight(wall).with_point_load(wall, "column-1", (0.0, 0.0, 1.0)), float(wall.weights.min())
+
+
+@pytest.mark.parametrize(("energy", "first"), [(20.0, 0.25), (20.0, 4.0), (2.0, 0.25)])
+def test_the_area_under_a_joint_in_tension_is_its_fracture_energy(energy, first):
+    """It falls linearly from ft at ft / kn to nothing at 2 Gf / ft, whatever the steps are."""
+    wall, loads, weight = pulled(cohesion=1e6, tensile_strength=1e5, fracture_energy_tension=energy)
+    curve = lm.pushover(wall, loads, to=2.4 * energy / 1e5, steps=Steps(first=first))
+    assert certified(curve)
+    stress = (curve.multiplier - weight) / AREA
+    opening = curve.displacement - weight / AREA / 1e10
+    expected = np.minimum(1e10 * opening, 1e5 * (1.0 - (opening - 1e-5) / (2.0 * energy / 1e5 - 1e-5)))
+    assert stress == pytest.approx(np.where(opening > 2.0 * energy / 1e5, 0.0, expected), abs=1.0)
+    assert stress.max() == pytest.approx(1e5, rel=1e-3)
+    # less what little pressure the weight had stored, all that was lost is the fracture energy
+    assert curve.energy.broken[-1] / AREA == pytest.approx(energy, rel=1e-9)
+    assert curve.energy.live[-1] + curve.energy.dead[-1] == pytest.approx(AREA * energy, rel=5e-3)
+    assert lm.predict(wall, loads, "pushover").collapse_multiplier == pytest.approx(weight + 1e5 * AREA, rel=1e-3)
+
+
+def test_a_joint_that_breaks_in_tension_at_once_gives_off_its_elastic_energy():
+    wall, loads, weight = pulled(cohesion=1e6, tensile_strength=1e5, residual_tensile_strength=0.0)
+    curve = lm.pushover(wall, loads, to=5e-5)
+    assert certified(curve)
+    assert [b.points for b in curve.breaks] == [curve.structure.points.count]
+    broken = curve.breaks[0].sample
+    assert curve.displacement[broken] == curve.displacement[broken - 1]
+    assert curve.multiplier[broken - 1] == pytest.approx(weight + 1e5 * AREA, rel=1e-3)
+    assert curve.multiplier[broken] == pytest.approx(weight, rel=1e-9)
+    assert curve.breaks[0].energy == pytest.approx(AREA * 1e5**2 / (2.0 * 1e10), rel=3e-3)
+    assert curve.energy.jumped[-1] == curve.breaks[0].energy
+    assert [e.where for e in curve.events if e.name == "joint breaks"] == ["base - column-1"]
+
+
+@pytest.mark.parametrize("psi", [0.0, 10.0])
+def test_shear_falls_from_cohesion_to_its_residual_over_its_energy(psi):
+    joint = lm.Joint(
+        35.0, psi, cohesion=1e5, tensile_strength=1e5, fracture_energy_shear=100.0, residual_cohesion=2e4,
+        residual_tensile_strength=2e4, **STIFF,
+    )  # fmt: skip
+    wall = lm.build.column(width=0.2, depth=0.2, height=0.01, courses=1, joint=joint)
+    loads, weight = lm.Loads.horizontal(wall), float(wall.weights.min())
+    curve = lm.pushover(wall, loads, to=3e-3, steps=Steps(largest=0.003))
+    assert certified(curve)
+    shear = curve.multiplier * weight / AREA
+    slip = np.linalg.norm([n.history.slip for n in curve.nodes], axis=2).mean(axis=1)
+    damage = np.clip(slip / (2.0 * 100.0 / 8e4), 0.0, 1.0)
+    friction = math.tan(math.radians(35.0)) * weight / AREA
+    past = slip > 2e-6  # by then both lines of points slip
+    assert past.sum() > 10
+    assert shear[past] == pytest.approx((1e5 - 8e4 * damage + friction)[past], rel=2e-4)
+    assert curve.energy.lost[-1] / AREA == pytest.approx(
+        100.0 + 2e4 * slip[-1] + friction * slip[-1] - weight / AREA * math.tan(math.radians(psi)) * slip[-1], rel=5e-3
+    )
+
+
+@pytest.mark.parametrize("lost_by", ["opening or slip", "opening", "nothing"])
+def test_a_sheared_joint_loses_its_cohesion_by_slip_where_its_law_says_so(lost_by):
+    """A force in the joint's plane: c A + W tan(phi), then friction alone, with the elastic energy given off."""
+    joint = lm.Joint(
+        35.0, cohesion=1e5, tensile_strength=1e5, residual_cohesion=0.0, residual_tensile_strength=0.0,
+        lost_by=lost_by, **STIFF,
+    )  # fmt: skip
+    wall = lm.build.column(width=0.2, depth=0.2, height=0.1, courses=1, joint=joint)
+    foot = wall.interfaces[0].polygon.mean(axis=0)
+    loads = lm.Loads.weight(wall).with_point_load(wall, "column-1", (1.0, 0.0, 0.0), at=foot)
+    friction = math.tan(math.radians(35.0)) * float(wall.weights.min())
+    curve = lm.pushover(wall, loads, to=1e-4)
+    assert certified(curve)
+    assert curve.multiplier.max() == pytest.approx(friction + 1e5 * AREA, rel=1e-3)
+    rest = friction + (0.0 if lost_by == "opening or slip" else 1e5 * AREA)
+    assert curve.multiplier[-1] == pytest.approx(rest, rel=1e-3)
+    assert len(curve.breaks) == (lost_by == "opening or slip")
+    if curve.breaks:
+        before, after = (curve.multiplier[curve.breaks[0].sample - k] for k in (1, 0))
+        assert after == pytest.approx(friction, rel=1e-3)
+        assert curve.breaks[0].energy == pytest.approx((before**2 - after**2) / (2.0 * 1e10 * AREA), rel=0.01)
+
+
+@pytest.mark.parametrize("points", [2, 5, 9])
+def test_a_cantilever_cracks_and_then_rocks(points):
+    """The first point breaks at ft + W / A = M x / I; cracked through it rocks at tan(alpha - theta)."""
+    joint = lm.Joint(
+        60.0, cohesion=1e6, tensile_strength=1e5, residual_cohesion=0.0, residual_tensile_strength=0.0,
+        lost_by="opening", **STIFF,
+    )  # fmt: skip
+    wall = lm.build.column(width=0.2, depth=0.2, height=1.0, courses=1, joint=joint)
+    curve = lm.pushover(
+        wall, lm.Loads.horizontal(wall), to=0.03, contact_model="grid", grid=(points, 2), stiffness=1e10
+    )
+    assert certified(curve)
+    weight, p = float(wall.weights.min()), curve.structure.points
+    inertia = float((p.area * (p.place_b[:, 0] - 0.1) ** 2).sum())
+    first = (1e5 + weight / AREA) * inertia / 0.1 / (0.5 * weight)
+    assert curve.multiplier[curve.breaks[0].sample - 1] == pytest.approx(first, rel=1e-3)
+    # with whole sections: ft b h^2 / 6 and the third moment of area, from three points on
+    if points > 2:
+        assert inertia == pytest.approx(0.2 * 0.2**3 / 12.0, rel=1e-9)
+    assert sum(b.points for b in curve.breaks) == points - 1
+    turn = curve.nodes[-1].pose.turn[1]
+    theta = math.atan2(turn[0, 2], 1.0 + turn[0, 0])
+    assert curve.multiplier[-1] == pytest.approx(math.tan(math.atan(0.2) - theta), abs=1e-6)
+
+
+def test_a_cracked_cantilever_over_an_energy_tends_to_the_brittle_one_and_to_the_plastic_one():
+    """Peak between ft first reached and ft everywhere, growing with the energy."""
+    peaks = []
+    for energy in (1.0, 5.0, 5e3):
+        joint = lm.Joint(60.0, cohesion=1e6, tensile_strength=1e5, fracture_energy_tension=energy, lost_by="opening")
+        wall = lm.build.column(width=0.2, depth=0.2, height=1.0, courses=1, joint=joint)
+        loads = lm.Loads.horizontal(wall)
+        curve = lm.pushover(wall, loads, to=1e-3, contact_model="grid", grid=(9, 2), stiffness=1e10)
+        assert certified(curve)
+        peaks.append(curve.peak.load)
+    plain = wall.with_joints(lambda j: replace(j, fracture_energy_tension=None))
+    plastic = lm.pushover(plain, loads, to=1e-3, contact_model="grid", grid=(9, 2), stiffness=1e10).peak.load
+    assert (np.diff(peaks) > 0.0).all()
+    assert peaks[-1] == pytest.approx(plastic, rel=0.02)
+    assert peaks[0] > 0.4064  # ft b h^2 / 6 at the edge and the weight
+
+
+def test_a_toe_that_crushes_lets_a_block_rock_about_what_it_can_bear():
+    """Two lines of points: the toe bears fc A / 2, the heel the rest of the weight, M = (fc A - W) b / 2."""
+    weight = 2000.0 * 9.81 * AREA
+    strength = 1.2 * weight / AREA
+    joint = lm.Joint(60.0, compressive_strength=strength)
+    wall = lm.build.column(width=0.2, depth=0.2, height=1.0, courses=1, joint=joint)
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall), to=2e-3, stiffness=1e11)
+    assert certified(curve)
+    assert curve.peak.load == pytest.approx((strength * AREA - weight) * 0.1 / (0.5 * weight), rel=2e-3)
+    lift = curve.nodes[-1].history.lift
+    assert lift.min() < -1e-5  # crushed for good
+    pressed = curve.energy.lost[-1]
+    assert pressed == pytest.approx(-0.5 * strength * AREA * lift.min(), rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("law", "to", "within"),
+    [
+        ({"lost_by": "nothing"}, 1e-4, 0.003),
+        ({"lost_by": "opening"}, 2e-5, 0.005),
+        ({"lost_by": "opening or slip"}, 2e-5, 0.005),
+        ({"lost_by": "opening", "fracture_energy_tension": 10.0}, 1e-4, 0.003),
+    ],
+)
+def test_a_wall_that_cracks_follows_the_driven_distinct_elements_to_their_peak(law, to, within):
+    """The same law, points and stiffness, moved at the top without a rate: stiffness and peak."""
+    joint = lm.Joint(
+        35.0, cohesion=1e5, tensile_strength=8e4, residual_cohesion=0.0, residual_tensile_strength=0.0,
+        normal_stiffness=5e10, shear_stiffness=3e10, **law,
+    )  # fmt: skip
+    wall = lm.build.wall(length=0.8, courses=5, unit=(0.2, 0.08, 0.1), joint=joint)
+    top = wall.blocks[-1].name
+    loads = lm.Loads.weight(wall).with_point_load(wall, top, (1.0, 0.0, 0.0))
+    curve = lm.pushover(wall, loads, control=(top, "x"), to=to, contact_model="grid", grid=0.05)
+    assert certified(curve)
+    driven = dem.push(
+        wall, Drive({top: {"x": 1.0}}), to=to, loads=lm.Loads.weight(wall), contact_points=0.05, steps=6000,
+        samples=1500, rate_check=False,
+    )  # fmt: skip
+    assert curve.peak.load == pytest.approx(driven.peak.load, rel=within)
+    early = 2e-6
+    ours, theirs = (np.interp(early, c.displacement, c.load) for c in (curve, driven))
+    assert ours == pytest.approx(theirs, rel=0.01)
+
+
+# ---- the law itself
+
+
+def law_of(m, tan_psi, by_opening, by_slip, rest=(0.4, 0.02, 0.03), tension=0.2, crushing=np.inf):
+    one = np.ones(m)
+    peak = PointLaw(0.6 * one, tan_psi * one, 0.3 * one, tension * one, crushing * one)
+    fall = Fall(PointLaw(rest[0] * one, tan_psi * one, rest[1] * one, rest[2] * one, peak.crushing),
+                by_opening * one, by_slip * one)  # fmt: skip
+    return Elastic(peak, 2.0 * one, 3.0 * one, fall)
+
+
+@pytest.mark.parametrize(
+    ("by_opening", "by_slip", "tension", "opens", "off"),
+    [
+        (1.5, 0.0, 0.2, 0.7, 6e-3),
+        (1.5, 0.0, 0.8, 0.95, 0.04),
+        (0.0, 1.2, 0.2, 0.25, 6e-3),
+        (1.5, 1.2, 0.2, 0.7, 0.025),
+    ],
+)
+def test_small_steps_come_to_the_same_as_the_softening_kernel(by_opening, by_slip, tension, opens, off):
+    """The kernel counts damage by slip on the displacement beyond the strength: the same while the point is pressed.
+
+    Where it is open the kernel's count leaves out that the tension, and with it the shear strength, falls too: up to
+    two hundredths of damage. Beyond the tip of the cone both differ by the step.
+    """
+    rest = (0.6, 0.02, 0.03)
+    law = law_of(1, 0.0, by_opening, by_slip, rest, tension)
+    beyond = 0.0 if by_slip == 0.0 else 1.0 / (1.0 / by_slip - (0.3 - rest[1]) / 3.0)
+    row = np.zeros((1, 16))
+    for column, value in (
+        (kernels.LAW_KN, 2.0), (kernels.LAW_KS, 3.0), (kernels.LAW_MU, 0.6), (kernels.LAW_C, 0.3),
+        (kernels.LAW_FT, tension), (kernels.LAW_FC, np.inf), (kernels.LAW_MU_R, rest[0]), (kernels.LAW_C_R, rest[1]),
+        (kernels.LAW_FT_R, rest[2]), (kernels.LAW_RATE, by_opening), (kernels.LAW_RATE_SLIP, beyond),
+    ):  # fmt: skip
+        row[0, column] = value
+    points = [np.zeros(1), np.zeros(1), np.ones(1), *(np.zeros(1) for _ in range(5))]
+    old, stress, damage = virgin(1, 3), [], []
+    s = np.linspace(0.0, 1.0, 401)
+    # pressed, slid, pulled open while sliding, closed, slid on
+    for e1, e2, w in np.column_stack([0.9 * s, 0.4 * s, -0.3 + opens * np.sin(4.0 * s)]):
+        found = return_map(law, old, np.array([[w, e1, e2]]))
+        old = found.history
+        dem = _sum_softening(*points, 0, 1, (e1, e2, w), (0.0,) * 6, 0, row, False)
+        stress.append(np.abs(found.stress[0] - [dem[2], dem[0], dem[1]]).max())
+        damage.append(abs(float(old.damage[0]) - float(points[7][0])))
+    assert float(old.damage[0]) > 0.5
+    assert max(damage) < off
+    assert max(stress) < 0.5 * off + 5e-3
+
+
+@pytest.mark.parametrize("tension", [0.2, 0.8])
+@pytest.mark.parametrize("components", [2, 3])
+def test_the_tangent_of_a_softening_and_crushing_point_is_the_derivative_of_its_stress(tension, components):
+    rng = np.random.default_rng(5)
+    m = 400
+    law = law_of(m, 0.3, 0.9, 0.7, tension=tension, crushing=0.5)
+    old = History(0.1 * rng.normal(size=(m, components - 1)), 0.05 * np.abs(rng.normal(size=m)), rng.uniform(0, 0.9, m))
+    at = 0.4 * rng.normal(size=(m, components))
+    found = return_map(law, old, at)
+    assert (found.history.damage > old.damage).mean() > 0.3
+    assert (found.stress[:, 0] >= 0.5 - 1e-12).mean() > 0.05
+    numeric = np.zeros((m, components, components))
+    for k in range(components):
+        step = np.zeros(components)
+        step[k] = 1e-7
+        ends = [return_map(law, old, at + sign * step).stress for sign in (1.0, -1.0)]
+        numeric[:, :, k] = -(ends[0] - ends[1]) / 2e-7
+    close = np.abs(numeric - found.tangent).max(axis=(1, 2)) < 1e-4
+    assert close.mean() > 0.99  # but for points within the step of a kink
+
+
+def test_one_step_and_many_spend_the_same_on_a_straight_opening():
+    """The law of the end of a step: how far it goes does not change what it costs."""
+    law = law_of(1, 0.0, 1.5, 0.0)
+    one = return_map(law, virgin(1, 2), np.array([[0.4, 0.0]]))
+    old = virgin(1, 2)
+    for w in np.linspace(0.0, 0.4, 50):
+        many = return_map(law, old, np.array([[w, 0.0]]))
+        old = many.history
+    assert one.stress[0] == pytest.approx(many.stress[0], abs=1e-12)
+    assert one.history.damage[0] == pytest.approx(old.damage[0], abs=1e-12)
+    closed = (1.5 * (0.4 - 0.1)) / (1.0 - 1.5 * 0.17 / 2.0)
+    assert one.history.damage[0] == pytest.approx(closed, abs=1e-12)
+
+
+# ---- mutants
+
+
+def test_a_path_that_forgets_its_damage_is_refused(monkeypatch):
+    real = stepping.node_of
+
+    def healed(system, solved, *arguments, **options):
+        node = real(system, solved, *arguments, **options)
+        return node._replace(history=node.history._replace(damage=np.zeros_like(node.history.lift)))
+
+    monkeypatch.setattr(stepping, "node_of", healed)
+    wall, loads, _ = pulled(cohesion=1e6, tensile_strength=1e5, fracture_energy_tension=20.0)
+    curve = lm.pushover(wall, loads, to=3e-4, steps=Steps(most=60))
+    assert not all(c.accepted for c in curve.certificates)
+    assert max(c.damage for c in curve.certificates) > 1e-3
+
+
+def test_a_path_that_does_not_break_what_is_overloaded_is_refused(monkeypatch):
+    monkeypatch.setattr(path.breaking, "brittle", lambda system: False)
+    wall, loads, _ = pulled(cohesion=1e6, tensile_strength=1e5, residual_tensile_strength=0.0)
+    curve = lm.pushover(wall, loads, to=5e-5)
+    assert not all(c.accepted for c in curve.certificates)
+
+
+def test_damage_of_sound_joints_is_refused():
+    wall, loads, _ = pulled(cohesion=1e6, tensile_strength=1e5, fracture_energy_tension=20.0)
+    sound = lm.pushover(wall, loads, to=5e-6)
+    before, after = (sound.generations.state(n) for n in sound.nodes[-2:])
+    damaged = after._replace(damage=np.array([1.0, 0.0]))
+    assert certify(sound.structure, before, damaged)[0].damage > 0.9
+
+
+def test_a_joint_that_loses_nothing_follows_the_plastic_path():
+    """SUDDEN rates towards the same strengths change nothing but that the points break."""
+    assert SUDDEN > 1e20
+    wall, loads, _ = pulled(cohesion=1e6, tensile_strength=1e5, residual_tensile_strength=1e5)
+    plain, _, _ = pulled(cohesion=1e6, tensile_strength=1e5)
+    soft = lm.pushover(wall, loads, to=5e-5)
+    hard = lm.pushover(plain, loads, to=5e-5)
+    assert certified(soft)
+    assert soft.multiplier[-1] == pytest.approx(hard.multiplier[-1], rel=1e-9)

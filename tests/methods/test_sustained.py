@@ -1,0 +1,143 @@
+"""What a wall still carries after it has lost equilibrium: the sustained load, random gaps, and spreads beside it."""
+
+import math
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from limitmason.capacity import imperfection_ensemble
+from limitmason.capacity.ensemble import first_loss
+from limitmason.errors import InputError, NotConverged
+
+
+def column(psi=0.0):
+    wall = lm.build.column(width=0.2, depth=0.2, height=1.0, courses=1, joint=lm.Joint(60.0, psi))
+    return wall, lm.Loads.horizontal(wall)
+
+
+def test_a_rocking_block_sustains_what_it_carries_turned():
+    """Lambda = tan(alpha - theta), with the centroid moved by a tenth of the width."""
+    wall, loads = column()
+    found = lm.predict(wall, loads, "sustained", stiffness=1e10)
+    alpha, arm = math.atan(0.2), math.hypot(0.1, 0.5)
+    theta = alpha - math.asin(math.sin(alpha) - 0.02 / arm)
+    assert found.status == "solved"
+    assert found.details["first loss"] == pytest.approx(0.2, rel=1e-9)
+    assert found.collapse_multiplier == pytest.approx(math.tan(alpha - theta), abs=2e-5)
+    assert found.details["largest on the way"] == pytest.approx(0.2, abs=1e-4)
+    assert found.bound.kind == "estimate"
+    further = lm.predict(wall, loads, "sustained", stiffness=1e10, goes_on=0.2)
+    theta = alpha - math.asin(math.sin(alpha) - 0.04 / arm)
+    assert further.collapse_multiplier == pytest.approx(math.tan(alpha - theta), abs=2e-5)
+
+
+def l_wall():
+    wall = lm.build.wall(
+        unit=(0.08, 0.04, 0.04), joint=lm.Joint(33.82), plan="L", length=0.16, return_length=0.12, courses=4
+    )
+    return wall, lm.Loads.horizontal(wall, (0, -1, 0))
+
+
+@pytest.fixture(scope="module")
+def compared():
+    wall, loads = l_wall()
+    return wall, loads, lm.compare(
+        wall, loads, ("associative", "non-associative", "sustained", "pushover"),
+        non_associative={"search": "quick"}, sustained={"stiffness": 6e10}, pushover={"stiffness": 6e10},
+    )  # fmt: skip
+
+
+def test_a_path_begins_in_the_smallest_state_and_forgets_its_self_stress(compared):
+    """It starts with the joint forces of the state in the reference pose; a tenth of the thickness on, no path has any
+    memory of it: those from the unstressed wall, on softer joints or on other points, carry the same. (On stiff joints
+    with points at the corners one from the unstressed wall jumps to a branch 2 % above it.)
+    """
+    wall, loads, both = compared
+    smallest, found = both["non-associative"].prediction, both["sustained"].prediction
+    curve = found.details["curve"]
+    assert curve.multiplier[0] == pytest.approx(smallest.collapse_multiplier, abs=1e-9)
+    assert np.abs(curve.nodes[0].pose.shift).max() < 1e-9
+    force = curve.resultants(0).point_force
+    assert force == pytest.approx(smallest.resultants.point_force, abs=1e-6 * np.abs(force).max())
+    assert all(c.accepted for c in curve.certificates)
+    assert smallest.collapse_multiplier < 0.9 * both["associative"].multiplier
+    for stiffness, points in ((6e9, {}), (6e10, {"contact_model": "grid", "grid": (2, 4)})):
+        unstressed = lm.pushover(wall, loads, to=0.004, stiffness=stiffness, contacts="first", **points)
+        assert unstressed.multiplier[-1] == pytest.approx(found.collapse_multiplier, rel=0.002)
+    soft = lm.predict(wall, loads, "sustained", smallest=smallest, stiffness=6e9)
+    assert soft.collapse_multiplier == pytest.approx(found.collapse_multiplier, rel=0.01)
+
+
+def test_a_comparison_says_what_its_three_loads_are(compared):
+    wall, loads, both = compared
+    row = both["sustained"]
+    assert row.details["first loss"] == both["non-associative"].multiplier  # no second search
+    assert "4 mm" in str(row.bound)
+    text = both.table()
+    for words in (
+        "first loss of equilibrium: 0.38462",
+        "sustained: 0.35",
+        "first limit point: ",
+        "associative: 0.44126",
+    ):
+        assert words in text
+    assert "on the way" in both.as_markdown()
+    assert lm.compare(wall, loads, ("associative",)).loads_of_self_stress() == ()
+
+
+def test_what_cannot_begin_is_refused():
+    wall, loads = l_wall()
+    other = lm.limit_analysis(wall, loads, contact_model="grid", grid=(3, 3))
+    with pytest.raises(InputError, match="same contact_model and grid"):
+        lm.pushover(wall, loads, initial=other, to=1e-3)
+    with pytest.raises(InputError, match="without gaps, start"):
+        lm.pushover(wall, loads, initial=lm.limit_analysis(wall, loads), gaps=np.zeros(136), to=1e-3)
+    with pytest.raises(InputError, match="goes_on"):
+        lm.predict(wall, loads, "sustained", goes_on=0.0)
+    joint = lm.Joint(10.0)
+    weak = lm.build.column(width=0.4, depth=0.4, height=0.4, courses=2, joint=joint)
+    pushed = lm.Loads.horizontal(weak).with_body_force(weak, (0.5, 0.0, 0.0), case="dead")
+    with pytest.raises(NotConverged, match="no smallest state"):
+        lm.predict(weak, pushed, "sustained")
+
+
+def test_the_first_limit_point_has_the_spread_that_is_asked_for():
+    """A block on its toe: ks changes nothing, nor does a push the other way; corners are points of every grid."""
+    wall, loads = column()
+    plain = lm.predict(wall, loads, "pushover", stiffness=1e10)
+    found = lm.predict(wall, loads, "pushover", stiffness=1e10, spread=("ks/kn", "preload", "grid"))
+    assert found.collapse_multiplier == plain.collapse_multiplier
+    assert set(found.error_budget) == {"ks/kn", "preload", "grid"}
+    assert abs(found.error_budget["ks/kn"]["change"]) < 1e-3
+    assert abs(found.error_budget["preload"]["change"]) < 1e-3
+    assert set(found.error_budget["grid"]) == {"change", "resolution", "2 x 4", "2 x 8", "4 x 8"}
+    assert found.range.low <= plain.collapse_multiplier <= found.range.high
+    assert found.range.high - found.range.low < 2e-3
+    assert "spread over ks/kn, preload, grid" in found.range.meaning
+    with pytest.raises(InputError, match="spread must be out of"):
+        lm.predict(wall, loads, "pushover", stiffness=1e10, spread=("weather",))
+
+
+def test_what_is_carried_again_soon_is_no_loss():
+    u = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 20.0, 21.0])
+    rattles = np.array([0.0, 0.1, 0.05, 0.12, 0.3, 0.2, 0.1])
+    assert first_loss(u, rattles, 10.0) == 0.3
+    assert first_loss(u, rattles, 1.5) == 0.1
+    arrested = np.array([0.0, 0.1, 0.25, 0.24, 0.24, 0.26, 0.1])
+    assert first_loss(u, arrested, 10.0) == 0.25
+    assert math.isnan(first_loss(u, np.sort(arrested), 10.0))
+
+
+def test_gaps_spread_the_first_loss_of_a_wall_in_space_more_than_what_it_sustains():
+    wall, loads = l_wall()
+    found = imperfection_ensemble(
+        wall, loads, gap=1e-4, samples=4, seed=1, stiffness=6e9, contacts="first", contact_model="grid", grid=(2, 4)
+    )
+    lost, kept = found.spread_of_first_loss, found.spread_of_sustained
+    assert min(lost.paths, kept.paths) >= 4
+    assert (kept.high - kept.low) / kept.median < 0.01
+    assert (lost.high - lost.low) / lost.median > 0.03
+    assert lost.low <= lost.median <= lost.high < 0.44126 * 1.01
+    assert len(found.curves) == 4
+    assert "sustained" in str(found)
