@@ -1,4 +1,4 @@
-"""The U walls stone by stone beside the micro-model of the source: modes, stiffness, and what that of DS is."""
+"""The U walls stone by stone beside the source's micro-model: modes, stiffness, and what that of DS is."""
 
 import numpy as np
 import pytest

@@ -220,6 +220,20 @@ def test_points_of_blocks_that_deform_move_with_them():
     assert down == pytest.approx([NU * p / E * 0.1, 0.0, -0.0375 * p / E], rel=1e-4, abs=1e-12)
 
 
+@pytest.mark.parametrize("blocks", LEVELS)
+def test_a_path_that_is_gone_on_with_and_turned_comes_to_the_same_states(blocks):
+    joint = lm.Joint(30.0, normal_stiffness=2e9, shear_stiffness=1e9)
+    wall = lm.build.wall(length=0.45, courses=3, unit=(0.225, 0.075, 0.1025), joint=joint).with_material(brick())
+    loads = lm.Loads.horizontal(wall)
+    whole = lm.pushover(wall, loads, blocks=blocks, to=2e-5)
+    half = lm.pushover(wall, loads, blocks=blocks, to=1e-5)
+    rest = lm.pushover(wall, loads, blocks=blocks, to=1e-5, start=half)
+    assert rest.multiplier[-1] == pytest.approx(whole.multiplier[-1], rel=1e-5)
+    back = lm.pushover(wall, loads, blocks=blocks, to=-1e-5, start=half)
+    assert back.displacement[-1] == pytest.approx(-1e-5)
+    assert all(c.accepted for curve in (rest, back) for c in curve.certificates)
+
+
 def test_what_cannot_be_is_refused():
     wall = lm.build.wall(length=0.45, courses=2, unit=(0.225, 0.075, 0.1025), joint=BONDED)
     loads = lm.Loads.horizontal(wall)
