@@ -112,9 +112,9 @@ def push(
     checkpoint : file beside which the runs are kept as they go; a push of the same model with the same file goes on
         where it was cut off, to the same bits, or returns at once what was finished
     zone_size : largest edge of a zone [m]; of zoned blocks, where it must be given
-    calm : stand still while the kinetic energy is above this part of the elastic one [-], as ``Drive(calm=...)``: 3e-4
-        takes much of the scatter from peaks of brittle structures, for up to twice the steps. None drives on whatever
-        happens; not with zoned blocks
+    calm : stand still while the kinetic energy is above this part of the elastic one [-], as ``Drive(calm=...)``: what
+        a brittle drop sets moving rests before more is asked of the structure, at 3e-4 for up to twice the steps. None
+        drives on whatever happens; not with zoned blocks
 
     Returns
     -------
