@@ -46,6 +46,7 @@ class Position:
     servo : vertical give [m/N] and summed lack [N] of every servo, shape (s, 2)
     watch : steps and travel since contacts were looked for, steps until they must be, whether they are, shape (4,)
     energy : sums of energy that the run began with, for the guard against explosions, shape (8,)
+    waited : steps in a row, about, for which a drive has stood still for calm
     """
 
     stage: int
@@ -61,6 +62,7 @@ class Position:
     servo: Array
     watch: Array
     energy: Array
+    waited: int = 0
 
     def arrays(self) -> dict[str, Array]:
         """All of it as arrays by name."""
@@ -71,9 +73,10 @@ class Position:
         """Inverse of :meth:`arrays`; None where the run was over."""
         if "position.stage" not in file:
             return None
-        raw = {f.name: file[f"position.{f.name}"] for f in fields(cls)}
+        # a version before did not wait
+        raw = {f.name: file[f"position.{f.name}"] for f in fields(cls) if f"position.{f.name}" in file}
         numbers: dict[str, Callable[[Any], Any]] = {
-            "stage": int, "done": int, "quiet": int, "begun": float, "dt": float,
+            "stage": int, "done": int, "quiet": int, "waited": int, "begun": float, "dt": float,
             "outcome": lambda x: RunStatus(str(x)),
         }  # fmt: skip
         return cls(**{name: numbers[name](x) if name in numbers else x for name, x in raw.items()})
@@ -90,7 +93,9 @@ def part_file(checkpoint: str | Path | None, name: str) -> Path | None:
 def spelled(value: Any) -> str:
     """A stage, or a part of one, in full: two are equal where this is."""
     if is_dataclass(value) and not isinstance(value, type):
-        parts = ", ".join(f"{f.name}={spelled(getattr(value, f.name))}" for f in fields(value))
+        # a file of a version that knew no calm goes on
+        shown = [f.name for f in fields(value) if f.name != "calm" or getattr(value, f.name) is not None]
+        parts = ", ".join(f"{name}={spelled(getattr(value, name))}" for name in shown)
         return f"{type(value).__name__}({parts})"
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{k!r}: {spelled(v)}" for k, v in value.items()) + "}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from dem.resuming import (
 )
 from dem.stability import block_stiffness
 from dem.state import DYNAMIC, QUASI_STATIC, State, UnstableError, make_state
-from dem.stepping import displacement_since, run
+from dem.stepping import displacement_since, restless, run
 from limitmason.deformable import SOLID
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
@@ -39,6 +40,12 @@ _SETTLING = Damping(local=0.8)
 _LOADING = Damping(local=0.5)
 _FREE = Damping()
 
+
+CALM_EVERY = 25
+"""Steps after which a drive that waits for calm looks whether there is."""
+
+PATIENCE = 3000
+"""Steps in a row for which it stands still at most: what falls for good is never at rest."""
 
 POINTS = (4, 8)
 """Contact points along and across a joint, where none are given."""
@@ -294,6 +301,9 @@ def _run_stage(
             row[servo.block, 2] = -1.0
         drives = np.concatenate([drives, jacks])
     target = rec.target(stage)
+    calm = stage.calm if isinstance(stage, Drive) else None
+    if calm is not None and (dynamic or steps is None):
+        raise InputError("a Drive that waits for calm is for quasi-static runs, its length in steps")
 
     def keep() -> None:
         # where the run stands, for a checkpoint and for who takes up the history of an interrupted one
@@ -308,6 +318,10 @@ def _run_stage(
         count = min(sample - at.done % sample, left, rec.steps_to_look())
         if servos:
             count = min(count, SERVO_EVERY)
+        waits = False
+        if calm is not None:
+            count = min(count, CALM_EVERY)
+            waits = at.waited < PATIENCE and restless(state, calm)
         ahead = np.arange(1, count + 1)
         elapsed = state.time - at.begun
         part = (
@@ -319,12 +333,22 @@ def _run_stage(
             speeds[:, own] = stage.velocity(elapsed + (ahead - 0.5) * state.dt)
         elif isinstance(stage, Drive) and steps is not None:
             # new contacts may have shortened the step since the stage began
-            speeds[:, own] = at.dt / state.dt
+            speeds[:, own] = 0.0 if waits else at.dt / state.dt
         if servos:
             descent = np.array([servo.velocity(state, count) for servo in servos])
             speeds = np.concatenate([speeds, np.tile(descent, (count, 1))], axis=1)
-        run(state, rec.cases, table, brake, drives, speeds)
+        # what waits for rest has no steady motion to be let through
+        run(state, rec.cases, table, replace(brake, combined=False) if waits else brake, drives, speeds)
         state.factors = table[-1].copy()
+        if waits:
+            at.waited += count
+            rec.look(count)
+            keep()
+            if interrupt.asked:
+                return RunStatus.INTERRUPTED
+            continue
+        # who has run out of patience moves every other time
+        at.waited = at.waited - count if at.waited >= PATIENCE else 0
         at.done += count
         rec.look(count)
         keep()

@@ -27,6 +27,11 @@ NO_WEIGHT = 1.0
 """Own load of a block per volume, as a density [kg/m3], up to which it counts as none."""
 
 
+def restless(state: State, calm: float) -> bool:
+    """Whether the kinetic energy is above a part of the elastic one."""
+    return bool(state.total[kernels.E_KINETIC] > calm * _stored(state)[0])
+
+
 @dataclass(frozen=True)
 class Scale:
     """What unbalanced forces and displacements are small against.

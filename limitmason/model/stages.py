@@ -164,12 +164,20 @@ class Drive(Stage):
     displacement : by block name or number: {"x": 0.01, ...} [m] or [rad], travelled linearly in the stage; the degrees
         of freedom named are held in this stage and released after it unless ``keep``
     keep : hold these degrees of freedom after the stage too
+    calm : stand still while the kinetic energy is above this part of the elastic one [-], quasi-static runs only; the
+        steps in which it waits come on top of ``steps``. None goes on whatever happens
     """
 
     displacement: Mapping[int | str, Mapping[str, float]] = field(default_factory=dict)
     steps: int | None = None
     duration: float | None = None
     keep: bool = False
+    calm: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check what can be checked without a model."""
+        if self.calm is not None and not (self.calm > 0.0 and self.duration is None):
+            raise InputError(f"Drive: calm must be positive, and the length be given in steps, got {self.calm!r}")
 
     def twists(self, assembly: Assembly) -> tuple[Array, NDArray[np.bool_]]:
         """Travel per block, shape (n, 6), and the degrees of freedom it holds."""

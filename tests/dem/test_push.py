@@ -135,6 +135,37 @@ def test_crushing_is_counted_as_it_closes():
     assert curve.first_failure.load == pytest.approx(2e6 * 0.02, rel=0.01)
 
 
+def hung(**law):
+    """A block on the ground by its narrow foot, and one on it by its whole width, pulled up."""
+    joint = lm.Joint(30.0, normal_stiffness=KN, shear_stiffness=KS, cohesion=5e5, tensile_strength=1e5,
+                     residual_cohesion=0.0, residual_tensile_strength=0.0)  # fmt: skip
+    outlines = [
+        [[-1.0, -0.1], [1.0, -0.1], [1.0, 0.0], [-1.0, 0.0]], [[0.05, 0.0], [0.15, 0.0], [0.2, 0.1], [0.0, 0.1]],
+        [[0.0, 0.1], [0.2, 0.1], [0.2, 0.2], [0.0, 0.2]],
+    ]  # fmt: skip
+    wall = lm.Assembly.from_polygons(outlines, thickness=0.1, joint=joint, fixed=[0], names=["ground", "b", "top"])
+    return wall.with_material(BRICK)
+
+
+def test_a_drive_that_waits_for_calm_meets_the_statics_right_after_a_brittle_drop():
+    # the foot breaks at ft A above the weights; then both blocks hang on the drive, and the lower one swings
+    wall, pull = hung(), dem.Drive({"top": {"z": 1.0, "ry": 0.0, "x": 0.0}})
+    weight = float(wall.weights[~wall.fixed].sum())
+    off, taken = [], []
+    for calm in (None, 1e-4):
+        curve = dem.push(wall, pull, to=4e-6, steps=4000, rate_check=False, calm=calm)
+        assert curve.peak.load == pytest.approx(1e5 * 0.01 + weight, rel=0.02)
+        assert curve.displacement[-1] == pytest.approx(4e-6, rel=1e-9)
+        first = curve.peak.index + 1 + int(np.argmax(curve.load[curve.peak.index + 1 :] < 0.5 * curve.peak.load))
+        # from the sample after the one in which it broke
+        off.append(abs(curve.load[first + 1 : first + 5] - weight).max() / curve.peak.load)
+        taken.append(curve.history["step"][-1] - curve.history["step"][0])
+    # a swing with a part c of the weights' elastic energy moves the load by about sqrt(c) of them
+    assert off[1] < 3.0 * math.sqrt(1e-4) * weight / (1e5 * 0.01 + weight)
+    assert off[0] > 10.0 * off[1]
+    assert taken[1] > taken[0]
+
+
 # ---- invariance ----
 
 WALL = {"length": 0.675, "courses": 3, "unit": (0.225, 0.075, 0.1)}
@@ -251,6 +282,22 @@ def test_a_push_that_was_cut_off_goes_on_to_the_same_bits(tmp_path, plain):
     assert np.array_equal(again.load, plain.load)
 
 
+def test_a_push_that_was_cut_off_while_it_waits_goes_on_to_the_same_bits(tmp_path):
+    brittle = lm.Joint(30.0, cohesion=5e4, tensile_strength=3e4, normal_stiffness=KN, shear_stiffness=KS,
+                       residual_cohesion=0.0, residual_tensile_strength=0.0)  # fmt: skip
+    kept, seen = {"to": 2e-4, "steps": 1000, "rate_check": False, "calm": 1e-5, "samples": 50}, []
+    whole = dem.push(opened(brittle), PLATE, **kept)
+    assert whole.history["step"][-1] - whole.history["step"][0] > 2000.0  # it waits more than it goes
+
+    def stop(now):
+        seen.append(now)
+        return len(seen) == 40
+
+    file = tmp_path / "push.npz"
+    assert dem.push(opened(brittle), PLATE, **kept, checkpoint=file, progress=stop).status == "interrupted"
+    assert np.array_equal(dem.push(opened(brittle), PLATE, **kept, checkpoint=file).load, whole.load)
+
+
 def test_a_checkpoint_of_another_model_is_refused(tmp_path):
     file = tmp_path / "push.npz"
     dem.push(opened(), PLATE, to=2e-5, steps=400, rate_check=False, checkpoint=file)
@@ -276,6 +323,8 @@ def test_a_checkpoint_of_another_model_is_refused(tmp_path):
         ({"spreader": {"z": -1.0}}, {"blocks": "lumped"}, "no unit has a material"),
         ({"spreader": {"z": -1.0}}, {"steps": 10}, "steps at least 100"),
         ({"spreader": {"z": -1.0}}, {"contact_points": -0.1}, "spacing"),
+        ({"spreader": {"z": -1.0}}, {"calm": 0.0}, "calm must be positive"),
+        ({"spreader": {"z": -1.0}}, {"calm": 1e-4, "blocks": "zoned", "zone_size": 0.1}, "zoned blocks take no calm"),
     ],
 )
 def test_wrong_input_is_refused_by_name(drive, options, message):

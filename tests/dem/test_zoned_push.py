@@ -64,6 +64,11 @@ def test_weak_stone_cracks_is_marked_and_lowers_the_load():
         figures.plasticity(cracked, at=("middle",))
 
 
+def test_a_push_whose_steps_nobody_chose_is_slow_enough_for_brittle_joints():
+    curve = zoned(wall(35.0, 0.0, STIFF), EAST, to=1e-5, zone_size=0.2, samples=50, rate_check=False)
+    assert curve.steps >= 40_000
+
+
 def test_what_a_zoned_push_cannot_do_is_refused():
     model = wall(35.0, 0.0, STIFF)
     options = dict(to=1e-4, zone_size=0.1)
