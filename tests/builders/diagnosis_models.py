@@ -57,7 +57,7 @@ def kinds():
     wet = {"height": HEIGHTS, "humidity": wet_and_dry()}
     return {
         "none": study(data(seed=1)),
-        "cause": study(data(ROUNDING, 0.012)),
+        "cause": study(data(ROUNDING, 0.018)),
         "either": study(data(ROUNDING, 0.012), Noise.unknown(), groups=list("aabbccddeeff")),
         "two": study(two, Noise(0.02)),
         "unexplained": study(data(seed=5) * np.exp(0.2 * wet["humidity"]), covariates=wet),

@@ -126,6 +126,7 @@ def _resolved(where, values, truth, extra, seed):
         where.study.noise,
         surrogate.NUISANCE,
         surrogate.COVARIATES,
+        shared=(),
         levels=17,
         nuisance_levels=5,
     )

@@ -82,7 +82,8 @@ def study(simulator):
 
     Its tables are made for the noise of the trials: change the noise by ``with_noise``, or other sizes are asked for.
     """
-    return Study(SPECIMENS, simulator, None, Noise(NOISE), small_walls.NUISANCE, small_walls.COVARIATES, **SLOW)
+    known = {"shared": (), **SLOW}
+    return Study(SPECIMENS, simulator, None, Noise(NOISE), small_walls.NUISANCE, small_walls.COVARIATES, **known)
 
 
 def planted_sizes(simulator):

@@ -55,8 +55,8 @@ class Rule:
     screen: bool = False
     draws: int = DRAWS
     earn: bool = True
-    margin: float = 6.0
-    missing: float = 0.06
+    margin: float = 10.0
+    missing: float = 0.05
     each: float = 0.01
     usual: float = 0.02
     structure: float = 0.02
