@@ -34,7 +34,7 @@ class Rule:
     screen : whether single causes that are hopeless are rejected without bootstrap as well
     draws : most draws
     earn : whether a name must be earned; without, whatever is the only one left is named
-    margin : least log-likelihood by which a name must beat every smooth nameless bias
+    margin : least log-likelihood by which a name must beat every smooth nameless bias; 10 was set on pilot trials
     missing, each : largest share of data sets, with a cause that was taken off the list, in which any name, or one and
         the same name, is given; the margin is raised until it holds
     usual : a name that beats the nameless biases by less than this share of data drawn from it do, is not earned

@@ -39,7 +39,9 @@ class Nameless:
     -----
     Squared-exponential and linear kernels: C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine
     Learning (2006), eq. 2.16, 4.9 and 5.8. Measured inputs act to first order. Wrong for a bias that jumps within a
-    covariate, such as a change of mechanism, which this takes for noise. Errors with Student tails are taken as
+    covariate, such as a change of mechanism, which this takes for noise. The price grows with the logarithm of the
+    amplitude: an effect many times the noise that has the very shape of a listed one wins its name (a cap on the price
+    kept fewer true names at equal wrong ones). Errors with Student tails are taken as
     Gaussian ones once their residuals are drawn in.
     """
 
