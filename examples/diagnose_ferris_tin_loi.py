@@ -130,8 +130,9 @@ def theirs():
     values = np.array([float(tests[s["name"]].published[f"rounded {s['code']}"]) for s in published])
     apart = np.diff(np.log(values).reshape(-1, 2), axis=1).ravel()  # the programs against each other, wall by wall
     noise = Noise(float(np.sqrt((apart**2).mean() / 2)), len(apart))
+    # no single cause is left here: pairs are put together from single effects, not simulated one by one
     study = Study(published, simulate, values, noise, covariates=["slenderness", "blocks", "code"],
-                  groups=[s["name"] for s in published], levels=5)  # fmt: skip
+                  groups=[s["name"] for s in published], levels=5, pair_tables="additive")  # fmt: skip
     causes = [
         catalogue.edge_rounding((0.0, 50.0), plane_normal=IN_PLANE), *PHYSICAL[1:], *MEASURED,
         catalogue.batch_shift(covariate="code", label="UDEC"),

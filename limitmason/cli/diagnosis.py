@@ -28,7 +28,7 @@ The simulation: --model with a packaged series (minho, ...; the file names its s
 with its predictions (--predicted); then only causes that act on the predicted value can be tried.
 """
 
-_DEFAULTS = {"out": Path("diagnosis"), "seed": 0, "jobs": 1, "next": 4, "rehearse": 0}
+_DEFAULTS = {"out": Path("diagnosis"), "seed": 0, "jobs": 1, "next": 4, "rehearse": 0, "missing": 0}
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
@@ -50,6 +50,9 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     table.add_argument("--covariates", nargs="+", metavar="COLUMN", help="default: all columns left")
     table.add_argument("--batches", nargs="+", metavar="COLUMN", help="columns of words whose labels may be read by "
                        "another gain; default: batch, sensor, operator, laboratory")  # fmt: skip
+    table.add_argument("--shared", nargs="+", metavar="COLUMN", help="columns of words within whose labels tests may "
+                       "share a part of their noise; its share is estimated; default: batch, day, operator, sensor, "
+                       "laboratory, setup where they are recorded and no cause is about them")  # fmt: skip
     known = command.add_argument_group("what is known, and what may be wrong")
     known.add_argument("--noise", metavar="SD", help="relative error of the measured values (0.04 is 4 %%), "
                        "'unknown', or 'replicates' (repeats in a group); default: column 'noise', "
@@ -75,6 +78,8 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
                      "repeats of those in the file")  # fmt: skip
     run.add_argument("--next", type=int, metavar="K", help="number of next tests; default: 4")
     run.add_argument("--rehearse", type=int, metavar="N", help="blind trials on this design")
+    run.add_argument("--missing", type=int, metavar="N", help="blind trials with each cause taken off the list in "
+                     "turn: how often a name is given to something else")  # fmt: skip
     run.add_argument("--no-checks", action="store_true", help="skip judging the data again without each specimen")
     analysis_options(command)
     command.set_defaults(run=_diagnose)
@@ -119,7 +124,7 @@ def _run(options: argparse.Namespace) -> int:
         f"{', '.join(c.name for c in study.causes)}")  # fmt: skip
     found = diagnosis.investigate(
         study, seed=options.seed, next_tests=options.next, pool=options.pool, rehearse=options.rehearse,
-        progress=lines(),
+        missing=options.missing, progress=lines(),
     )  # fmt: skip
     if not options.no_checks:
         say("judging again under other statements of the noise and without each specimen")
@@ -151,6 +156,7 @@ def _stated(options: argparse.Namespace) -> dict[str, Any]:
         "group": options.group,
         "covariates": options.covariates,
         "batches": options.batches,
+        "shared": options.shared,
         "noise": _noise(options.noise),
         "dof": options.dof,
         "tails": options.tails,

@@ -93,6 +93,7 @@ def study_arguments(
     spatial: bool = False,
     title: str | None = None,
     levels: int | None = None,
+    shared: Sequence[str] | None = None,
 ) -> dict[str, Any]:
     """Arguments of ``Study``; see :meth:`limitmason.diagnosis.Study.from_table`."""
     series = None
@@ -155,6 +156,7 @@ def study_arguments(
         "nuisance": inputs,
         "covariates": kept,
         "groups": groups,
+        "shared": shared,
         "levels": levels or LEVELS[tabulated],
         "version": _version(simulate),
         "causes": (*_chosen(causes, known, tabulated), *(_towards(c) for c in towards)),

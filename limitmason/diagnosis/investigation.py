@@ -27,12 +27,14 @@ class Investigation:
     next_tests : suggested specimens, None where none were asked for
     from_pool : whether they come from a pool of their own, or are repeats of the tested ones
     rehearsal : blind trials on the design, None where none were asked for
+    missing : blind trials with each cause of the list taken off in turn, None where none were asked for
     """
 
     answer: Answer
     next_tests: NextTests | None
     from_pool: bool
     rehearsal: Rehearsal | None
+    missing: Rehearsal | None = None
 
     def report(self, *, checks: bool = True) -> str:
         """Title, verdict, next tests and what is assumed, as text.
@@ -60,6 +62,7 @@ def investigate(
     next_tests: int = 4,
     pool: Pool | None = None,
     rehearse: int = 0,
+    missing: int = 0,
     progress: Callable[[str], None] | None = None,
 ) -> Investigation:
     """Diagnose a study with its own list of causes, and say what to test next.
@@ -70,6 +73,7 @@ def investigate(
     next_tests : most specimens to suggest; 0 for none
     pool : specimens that could be tested, or a table of them; None is repeats of the tested ones
     rehearse : blind trials on the design
+    missing : blind trials with the true cause missing from the list; their rate then stands in the verdict
     progress : told in a line what is done
     """
     say = progress or (lambda line: None)
@@ -78,6 +82,10 @@ def investigate(
         rows = pool_rows(pool, study.covariates, study.simulate)
     elif pool is not None:
         rows = [dict(s) if isinstance(s, Mapping) else s for s in pool]
+    left_out = None
+    if missing > 0:
+        say(f"{missing} blind trials with the true cause missing from the list")
+        left_out = study.rehearse(n=missing, hide="each", seed=seed)
     answer = study.diagnose(seed=seed)
     say(f"{study.simulator.calls} simulations")
     tests = answer.next_tests(rows, k=min(next_tests, len(rows))) if next_tests > 0 else None
@@ -85,4 +93,4 @@ def investigate(
     if rehearse > 0:
         say(f"{rehearse} blind trials")
         rehearsal = study.rehearse(n=rehearse, seed=seed)
-    return Investigation(answer, tests, pool is not None, rehearsal)
+    return Investigation(answer, tests, pool is not None, rehearsal, left_out)

@@ -1,20 +1,22 @@
 """Blind trials on the user's own design: how often the rule would name, confuse or miss each cause."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.special import betaincinv
 
 from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws
-from limitmason.diagnosis.inference.decide import Rule, Verdict, decide
 from limitmason.diagnosis.inference.design import Design, Listed
-from limitmason.diagnosis.inference.grid import at_measured
-from limitmason.diagnosis.inference.plan import NINE_IN_TEN, distances
+from limitmason.diagnosis.inference.grid import Grid
+from limitmason.diagnosis.inference.judge import Judge
+from limitmason.diagnosis.inference.missing import position_of, visible
+from limitmason.diagnosis.inference.verdict import Verdict, VerdictKind
 from limitmason.progress import reached, watched
 
-OUTCOMES = ("none", "named", "set with it", "wrong name", "set without it", "two", "unexplained", "scatter")
+OUTCOMES = ("none", "named", "behaves like it", "set with it", "wrong name", "behaves like another", "set without it",
+            "two", "unexplained", "scatter")  # fmt: skip
 NULL = "(none)"
 
 
@@ -37,11 +39,13 @@ class Rehearsal:
     counts : per hidden cause ("(none)" for nulls) how often each outcome occurred
     n : trials
     answers : per hidden cause how often each cause was named alone: the confusion matrix
+    missing : whether each hidden cause was taken off the list
     """
 
     counts: Mapping[str, Mapping[str, int]]
     n: int
     answers: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
+    missing: bool = False
 
     def __str__(self) -> str:
         return self.report()
@@ -62,33 +66,77 @@ class Rehearsal:
     def report(self) -> str:
         """The table as text."""
         width = max(map(len, self.counts))
+        shown = [o for o in OUTCOMES if any(row.get(o) for row in self.counts.values())]
+        off = ", each hidden cause taken off the list" if self.missing else ""
         lines = [
-            f"{self.n} blind trials on this design; sizes between just visible and the bound",
-            f"{'hidden':<{width}}  trials  " + "  ".join(OUTCOMES),
+            f"{self.n} blind trials on this design{off}; sizes between just visible and the bound",
+            f"{'hidden':<{width}}  trials  " + "  ".join(shown),
         ]
         for row in self.table():
-            cells = "  ".join(f"{row[o] or '.':>{len(o)}}" for o in OUTCOMES)
+            cells = "  ".join(f"{row[o] or '.':>{len(o)}}" for o in shown)
             lines.append(f"{row['hidden']:<{width}}  {row['trials']:>6}  {cells}")
+        if self.missing:
+            rate, low, high = self.rate("wrong name")
+            lines.append(
+                f"With the true cause missing from the list a name is given in {100 * rate:.0f} of 100 data sets "
+                f"(95 % interval {100 * low:.0f} to {100 * high:.0f})."
+            )
         return "\n".join(lines)
 
 
 def outcome(verdict: Verdict, hidden: str | None) -> str:
     """Which of ``OUTCOMES`` a verdict is when a cause (or nothing) was hidden."""
     if verdict.kind in ("none", "unexplained", "scatter"):
-        return verdict.kind
-    if verdict.kind == "two":
-        return "two"
-    if verdict.kind == "cause":
+        return str(verdict.kind)
+    if verdict.pairs:
+        return "two" if verdict.kind == VerdictKind.TWO else "behaves like another"
+    if verdict.kind == VerdictKind.CAUSE:
         return "named" if verdict.causes[0] == hidden else "wrong name"
+    if verdict.kind == VerdictKind.BEHAVES_LIKE:
+        return "behaves like it" if verdict.causes[0] == hidden else "behaves like another"
     return "set with it" if hidden in verdict.causes else "set without it"
+
+
+@dataclass(frozen=True)
+class Planted:
+    """What is hidden in some of the trials, and the judge that sees the data.
+
+    Parameters
+    ----------
+    cause : None for nothing
+    grid : of the baseline or of the cause, in units of the noise that is drawn
+    ranges : visible sizes on each side of the baseline
+    judge : with its list
+    """
+
+    cause: Listed | None
+    grid: Grid
+    ranges: Sequence[tuple[float, float]]
+    judge: Judge
+
+
+def planted(known: Design, cause: Listed | None, judge: Judge) -> Planted:
+    """A cause, or nothing, to be hidden at visible sizes.
+
+    Parameters
+    ----------
+    known : design with the cause on its list, and the noise that is drawn
+    judge : of the list that the data are judged by
+    """
+    if cause is None:
+        return Planted(None, known.null, (), judge)
+    return Planted(cause, known.singles[cause.name], visible(known, cause), judge)
 
 
 @watched("rehearsal")
 def rehearse(
-    design: Design,
-    known: Design,
+    hidden: Sequence[Planted],
+    nothing: Planted,
+    spread: np.ndarray,
     n: int,
     seed: int,
+    *,
+    missing: bool = False,
     pairs: bool = True,
     progress: Callable[[str], None] | None = None,
 ) -> Rehearsal:
@@ -99,53 +147,40 @@ def rehearse(
 
     Parameters
     ----------
-    design : tables of the design and its list of causes
-    known : the same with the noise that is drawn
+    hidden : what may be hidden
+    nothing : the baseline, in one trial of four; in none where the hidden causes are missing from the list
+    spread : noise that is drawn, in units of the scale that the judges see, shape (n,)
     n, seed, pairs, progress : see :meth:`limitmason.diagnosis.Study.rehearse`
+    missing : whether each hidden cause is taken off the list; they are then hidden in turn
     """
-    causes = design.causes
-    spread = known.scale / design.scale
+    design = nothing.judge.design
     rng = np.random.default_rng([seed, 77, design.n])
     chances = Draws.make([seed, design.n], design.n, design.inputs, design.noise, DRAWS)
-    counts: dict[str, Counter] = {NULL: Counter(), **{c.name: Counter() for c in causes}}
+    names = [p.cause.name for p in hidden if p.cause is not None]
+    counts: dict[str, Counter] = {name: Counter() for name in ([] if missing else [NULL]) + names}
     answers: dict[str, Counter] = {name: Counter() for name in counts}
-    rule = Rule(screen=True)  # only verdicts are counted: no p of a hopeless cause is wanted
-    visible = {c.name: _visible(known, c) for c in causes}
     for trial in range(n):
-        hidden = None if rng.random() < 0.25 else causes[int(rng.integers(len(causes)))]
-        grid = design.null if hidden is None else design.singles[hidden.name]
-        position = np.zeros(len(grid.shape))
-        if hidden is not None:
-            low, high = visible[hidden.name][int(rng.integers(len(visible[hidden.name])))]
+        if missing:
+            chosen = hidden[trial % len(hidden)]
+        else:
+            chosen = nothing if rng.random() < 0.25 else hidden[int(rng.integers(len(hidden)))]
+        size = None
+        if chosen.cause is not None:
+            low, high = chosen.ranges[int(rng.integers(len(chosen.ranges)))]
             size = low + (high - low) * rng.random()
-            position[0] = np.interp(size, grid.sizes[0], np.arange(len(grid.sizes[0])))
-        first = len(grid.sizes)
-        for axis, nodes in enumerate(grid.z):
-            true = np.clip(rng.standard_normal(), nodes[0], nodes[-1])
-            position[first + axis] = np.interp(true, nodes, np.arange(len(nodes)))
-        y = grid.between(position) + spread * rng.standard_normal(design.n)
-        verdict = decide(design, y, chances, rule, pairs)
-        row = NULL if hidden is None else hidden.name
-        counts[row][outcome(verdict, hidden.name if hidden else None)] += 1
-        if verdict.kind == "cause":
+        inputs = rng.standard_normal(len(chosen.grid.z))
+        expected = chosen.grid.between(position_of(chosen.grid, size, inputs))
+        y = spread * (expected + rng.standard_normal(design.n))
+        verdict = chosen.judge(y, chances, pairs)
+        row = NULL if chosen.cause is None else chosen.cause.name
+        counts[row][outcome(verdict, chosen.cause.name if chosen.cause else None)] += 1
+        if verdict.kind == VerdictKind.CAUSE:
             answers[row][verdict.causes[0]] += 1
         reached((trial + 1) / n, f"trial {trial + 1} of {n}")
         if progress is not None:
             said = " or ".join(verdict.causes) if verdict.causes else verdict.kind
-            progress(f"trial {trial + 1} of {n}: hidden {row}, found {said}")
-    return Rehearsal({k: dict(v) for k, v in counts.items()}, n, {k: dict(v) for k, v in answers.items()})
-
-
-def _visible(design: Design, cause: Listed) -> list[tuple[float, float]]:
-    """Range of visible sizes on each side of the baseline."""
-    grid = design.singles[cause.name]
-    d = np.sqrt(distances(at_measured(grid), design.null))
-    out = []
-    for side in cause.sides:
-        rows = np.flatnonzero((grid.sizes[0] - cause.baseline) * np.sign(side - cause.baseline) >= 0)
-        rows = rows[np.argsort(np.abs(grid.sizes[0][rows] - cause.baseline))]
-        reach = np.maximum.accumulate(d[rows])
-        least = 3.0 + NINE_IN_TEN  # the gate's critical distance is near 3 for lists of 10 to 20 causes
-        low = float(np.interp(least, reach, grid.sizes[0][rows])) if reach[-1] > least else side
-        out.append((low, side))
-    return out
+            like = "behaves like " if verdict.kind == VerdictKind.BEHAVES_LIKE else ""
+            progress(f"trial {trial + 1} of {n}: hidden {row}, found {like}{said}")
+    return Rehearsal(
+        {k: dict(v) for k, v in counts.items()}, n, {k: dict(v) for k, v in answers.items()}, missing
+    )  # fmt: skip

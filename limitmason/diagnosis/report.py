@@ -6,9 +6,21 @@ from typing import Any
 import numpy as np
 
 from limitmason.causes.cause import Cause
-from limitmason.diagnosis.inference.checks import Checks
+from limitmason.diagnosis.inference.checks import LIKE, Checks
+from limitmason.diagnosis.inference.nameless import CONSTANT
 from limitmason.diagnosis.inference.shapes import is_numeric
+from limitmason.diagnosis.inference.shared import PLAUSIBLE
 from limitmason.diagnosis.result import Diagnosis
+from limitmason.diagnosis.words import (
+    as_one_kind,
+    behind_the_name,
+    could_do_the_same,
+    if_it_were_missing,
+    one_word,
+    physics_of,
+    shown,
+    what_is_shared,
+)
 
 FEW = 5  # causes named in one sentence
 COLLINEAR = 0.9  # correlation at which two covariates cannot be held apart
@@ -20,7 +32,13 @@ def headline(diagnosis: Diagnosis) -> str:
     if kind == "none":
         return "none: the baseline explains the data"
     if kind == "cause":
-        return f"cause: {names[0]} is the only one of the list that the data do not reject"
+        earned = ", and the name is earned" if diagnosis.named else ""
+        return f"cause: {names[0]} is the only one of the list that the data do not reject{earned}"
+    if kind == "behaves like":
+        together = " together" if diagnosis.pairs else ""
+        along = diagnosis.earned.along if diagnosis.earned is not None else CONSTANT
+        also = could_do_the_same(along, short=True)
+        return f"behaves like {shown(diagnosis)}{together}: it fits, but the name is not earned; {also}"
     if kind == "either":
         few = len(names) <= FEW
         first, last = (names[:-1], names[-1]) if few else (names[: FEW - 1], f"one of {len(names) - FEW + 1} others")
@@ -33,6 +51,9 @@ def headline(diagnosis: Diagnosis) -> str:
     if kind == "scatter":
         return "scatter: the data scatter more than stated and no cause of the list takes part of it away"
     where = f", varies with {diagnosis.covariate}" if diagnosis.covariate else ""
+    if diagnosis.verdict.structured and not diagnosis.causes:
+        fits = " and ".join(diagnosis.verdict.structured[0])
+        return f"unexplained{where}: {fits} fits, but leaves structure that noise does not make"
     if diagnosis.verdict.withdrawn:
         return f"unexplained{where}: what fits predicts groups left out worse than the baseline does"
     none = (
@@ -89,12 +110,16 @@ def meaning(diagnosis: Diagnosis) -> list[str]:
             "The other causes named do as well within the noise: their sizes are alternatives, not a sum. More tests, "
             "chosen to tell them apart, decide; more of the same do not."
         )
-    elif kind == "two":
+    elif diagnosis.pairs:
         out.append(
             "No single cause of the list is enough; the two act together."
             if len(diagnosis.pairs) == 1
             else "No single cause of the list is enough, and several pairs do as well as the best: which, is open."
         )
+    if diagnosis.verdict.structured:
+        fits = " and ".join(diagnosis.verdict.structured[0])
+        out.append(f"{fits} alone is not rejected by the size of the misfit, but leaves structure, and is withdrawn.")
+    out += behind_the_name(diagnosis)
     switched = [by_name[n] for n in gain.names]
     how = " and ".join(
         f"{c.name}.apply(size, ...)" if c.apply is not None else f"simulate(..., {c.parameter}=size)" for c in switched
@@ -122,6 +147,7 @@ def basis(diagnosis: Diagnosis) -> list[str]:
         for n, v in diagnosis.nuisance.items()
         if n not in diagnosis.redrawn
     ]
+    out += what_is_shared(diagnosis)
     if diagnosis.groups is not None:
         out.append(f"{len(set(diagnosis.groups))} groups of specimens, each left out as a whole for the gain.")
     distances = diagnosis.distances
@@ -148,6 +174,7 @@ def table(diagnosis: Diagnosis) -> list[dict[str, Any]]:
                 "acts_on": single.acts_on if single else "",
                 "unit": " + ".join(by_name[n].unit for n in names),
                 "kept": tested.kept,
+                "earned": diagnosis.earned.holds if diagnosis.earned and diagnosis.earned.names == names else None,
                 "size": tested.sizes,
                 "interval": tuple((e.low, e.high) for e in intervals),
                 "gain": tested.gain,
@@ -197,6 +224,7 @@ def report(diagnosis: Diagnosis, checks: Checks | None = None) -> str:
         state = state_of(diagnosis, (cause.name,))
         size = f"size {cause.show(tested.sizes[0])} within {cause.bounds[0]:g} to {cause.bounds[1]:g}"
         lines.append(f"  {cause.name:<{width}}  {size}, log-likelihood {tested.gain:+.2f}, {state}")
+    lines += filter(None, [if_it_were_missing(diagnosis)])
     notes = [*warnings(diagnosis), *(check_lines(diagnosis, checks) if checks is not None else [])]
     if notes:
         lines += ["", "To keep in mind:"] + [f"  - {note}" for note in notes]
@@ -231,7 +259,7 @@ def warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
         name = cause.name
         if name in diagnosis.estimates and diagnosis.estimates[name].at_bound:
             out.append(f"The size of {name} sits at its bound: the bound, not the data, decides it.")
-    if diagnosis.kind in ("cause", "either", "two"):
+    if diagnosis.kind in ("cause", "behaves like", "either", "two"):
         out.append("This is the smallest explanation: two effects can pass as a third, three as two.")
     if diagnosis.kind == "unexplained" and not diagnosis.covariate:
         out.append("No recorded covariate goes with the misfit.")
@@ -251,7 +279,7 @@ def _kept_lines(diagnosis: Diagnosis) -> list[str]:
             parts.append(shown + (f" [{cause.show(interval.low)}, {cause.show(interval.high)}]" if interval else ""))
         evidence = ", ".join(f"{k} p {shown_p(v)}" for k, v in tested.p.items())
         lines.append(f"  {' and '.join(parts)}; {evidence}")
-        physics = "; ".join(f"{by_name[n].physics} ({by_name[n].acts_on})" for n in names if by_name[n].physics)
+        physics = physics_of([by_name[n] for n in names])
         if physics:
             lines.append(f"    {physics}")
         lines.append(f"    {diagnosis.gains[names]}")
@@ -265,22 +293,26 @@ def check_lines(diagnosis: Diagnosis, checks: Checks) -> list[str]:
     out: list[str] = []
 
     def says(answer: tuple[str, tuple[str, ...]]) -> str:
-        return f"{answer[0]} {', '.join(answer[1])}".rstrip()
+        return one_word(*answer)
 
+    same = (as_one_kind(diagnosis), set(diagnosis.causes))
     if diagnosis.noise.kind != "unknown":
-        if (checks.unknown_noise[0], set(checks.unknown_noise[1])) != (diagnosis.kind, set(diagnosis.causes)):
+        if (checks.unknown_noise[0], set(checks.unknown_noise[1])) != same:
             out.append(
                 f"Stated and unknown noise disagree: with the noise taken as unknown the verdict is "
                 f"{says(checks.unknown_noise)}."
             )
         else:
             out.append("With the noise taken as unknown the verdict is the same.")
-    if checks.student is not None and (
-        (checks.student[0], set(checks.student[1])) != (diagnosis.kind, set(diagnosis.causes))
-    ):
+    if checks.student is not None and (checks.student[0], set(checks.student[1])) != same:
         out.append(
             f"With Student errors, which forgive blunders (Noise(sd, tails=4)), the verdict is {says(checks.student)}."
         )
+    for column, answer in checks.shared.items():
+        where = "groups of like specimens" if column == LIKE else column
+        what = f"With {100 * PLAUSIBLE:.0f} % of the noise's variance shared within {where} (assumed: not estimated)"
+        told = "is the same" if (answer[0], set(answer[1])) == same else f"is {says(answer)}"
+        out.append(f"{what} the verdict, before a name is earned, {told}.")
     for i in checks.hangs_on[:6]:
         out.append(f"The verdict hangs on {diagnosis.specimens[i]}: without it, it is {says(checks.dropped[i])}.")
     if len(checks.hangs_on) > 6:

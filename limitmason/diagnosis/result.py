@@ -12,12 +12,15 @@ import numpy as np
 from limitmason.causes.cause import Cause
 from limitmason.diagnosis.inference.bootstrap import Draws
 from limitmason.diagnosis.inference.checks import Checks, judge_again
-from limitmason.diagnosis.inference.decide import Rule, Verdict, VerdictKind
+from limitmason.diagnosis.inference.decide import Rule
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.estimate import Estimate, estimate
 from limitmason.diagnosis.inference.gain import Gain, measure_gain
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, confusable, detectable
+from limitmason.diagnosis.inference.shared import Shares
+from limitmason.diagnosis.inference.verdict import Earned, Verdict, VerdictKind
+from limitmason.diagnosis.rehearse import Rehearsal
 from limitmason.notebook import Shown
 from limitmason.references import Citable, Cited
 
@@ -32,6 +35,8 @@ class Diagnosis(Shown, Citable):
     ----------
     listed : the list of causes
     design, y : tables, and data as log differences from the baseline in units of the noise
+    judged : the tables that the verdict was made with: ``design``, or that with shared noise made independent
+    shares : shares of the noise within batches, days, set-ups, ... that are carried
     verdict : answer of the rule
     seed, draws, rule : of the bootstrap
     specimens : what each is called, shape (n,)
@@ -39,6 +44,7 @@ class Diagnosis(Shown, Citable):
     noise, nuisance, covariates, groups : as stated to the study
     redrawn : names of the measured inputs that have an error
     table_errors : largest error of each cause's table between its levels, in units of the noise
+    rehearsal : blind trials on this design with the true cause missing from this list, where they were made before
 
     Notes
     -----
@@ -48,6 +54,8 @@ class Diagnosis(Shown, Citable):
     listed: tuple[Cause, ...]
     design: Design
     y: np.ndarray
+    judged: Design
+    shares: Shares
     verdict: Verdict
     seed: int
     draws: Draws
@@ -60,6 +68,7 @@ class Diagnosis(Shown, Citable):
     covariates: Mapping[str, Sequence[Any]]
     groups: Sequence[Any] | None
     table_errors: Mapping[str, float]
+    rehearsal: Rehearsal | None
     references: tuple[Cited, ...] = field(default=(), kw_only=True)
     _judged: list[Checks] = field(default_factory=list, init=False)
 
@@ -70,7 +79,7 @@ class Diagnosis(Shown, Citable):
 
     @property
     def kind(self) -> VerdictKind:
-        """Answer: "none", "cause", "either", "two", "unexplained" or "scatter"."""
+        """Answer: "none", "cause", "behaves like", "either", "two", "unexplained" or "scatter"."""
         return self.verdict.kind
 
     @property
@@ -96,11 +105,12 @@ class Diagnosis(Shown, Citable):
     @cached_property
     def estimates(self) -> dict[str, Estimate]:
         """Size of each kept cause with a 95 % interval; for pairs those of the best pair."""
-        if self.kind == "two":
-            return estimate(self.design, self.verdict.tested[self.pairs[0]], self.y, self.draws)
+        y = self.judged.turned(self.y)
+        if self.pairs:
+            return estimate(self.judged, self.verdict.tested[self.pairs[0]], y, self.draws)
         out: dict[str, Estimate] = {}
         for names in self.kept:
-            out.update(estimate(self.design, self.verdict.tested[names], self.y, self.draws))
+            out.update(estimate(self.judged, self.verdict.tested[names], y, self.draws))
         return out
 
     @cached_property
@@ -113,6 +123,16 @@ class Diagnosis(Shown, Citable):
     def gain(self) -> Gain | None:
         """Gain of the best kept explanation; None when nothing is named."""
         return self.gains[self.kept[0]] if self.kept else None
+
+    @property
+    def earned(self) -> Earned | None:
+        """What stands behind the one name, or the one pair, and what is missing for it; None where there is none."""
+        return self.verdict.earned
+
+    @property
+    def named(self) -> bool:
+        """Whether a name is given that is earned, of one cause or of two together."""
+        return self.earned is not None and self.earned.holds
 
     @property
     def noise_sd(self) -> float | None:
@@ -150,8 +170,9 @@ class Diagnosis(Shown, Citable):
         progress : told in a line what is judged again
         """
         if not self._judged:
-            pairs = self.kind == "two"
-            again = judge_again(self.design, self.y, self.covariates, self.rule, self.seed, pairs, progress)
+            again = judge_again(
+                self.design, self.y, self.covariates, self.rule, self.seed, bool(self.pairs), self.shares, progress
+            )
             self._judged.append(again)
         return self._judged[0]
 
@@ -165,14 +186,18 @@ class Diagnosis(Shown, Citable):
         """Values of log(measured / predicted): "baseline" as stated, and refitted with each kept explanation."""
         out = {"baseline": self.y * self.design.scale}
         for names in self.kept:
-            out[" + ".join(names)] = self.verdict.tested[names].fit.residuals[0] * self.design.scale
+            out[" + ".join(names)] = self._left(names)
         return out
 
     def predicted(self, names: Iterable[str] | None = None) -> np.ndarray:
         """Prediction of every specimen by a kept explanation (default the best), or by the baseline for no names."""
         names = (self.kept[0] if self.kept else ()) if names is None else tuple(names)
-        left = self.verdict.tested[names].fit.residuals[0] * self.design.scale if names else self.residuals["baseline"]
+        left = self._left(names) if names else self.residuals["baseline"]
         return self.measured * np.exp(-left)
+
+    def _left(self, names: Names) -> np.ndarray:
+        """Residuals log(measured / predicted) of an explanation, shape (n,)."""
+        return self.judged.apart(self.verdict.tested[names].fit.residuals[0]) * self.design.scale
 
     def __repr__(self) -> str:
         return f"<Diagnosis of {self.n} specimens, {self.kind}: {' + '.join(self.causes) or 'no cause'}>"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import KW_ONLY, InitVar, dataclass, field
+from dataclasses import KW_ONLY, InitVar, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +13,16 @@ import numpy as np
 from limitmason.causes.cause import Cause, check_causes
 from limitmason.diagnosis.from_table import About, study_arguments
 from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws
-from limitmason.diagnosis.inference.decide import Rule, decide
+from limitmason.diagnosis.inference.decide import Rule
 from limitmason.diagnosis.inference.design import Design
+from limitmason.diagnosis.inference.gain import folds_of
 from limitmason.diagnosis.inference.grid import Table, at_measured
+from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, NextTests, confusable
-from limitmason.diagnosis.rehearse import Rehearsal, rehearse
+from limitmason.diagnosis.inference.shared import Shares, estimated_shares, sharing
+from limitmason.diagnosis.record import record
+from limitmason.diagnosis.rehearse import Rehearsal, planted, rehearse
 from limitmason.diagnosis.report import headline, report, table
 from limitmason.diagnosis.report import warnings as warnings_of
 from limitmason.diagnosis.result import Diagnosis, checked_by_group
@@ -33,15 +37,17 @@ from limitmason.progress import reached, watched
 
 FEWEST = 4  # specimens
 ROUNDS = 6
-STATEMENTS = ("measured", "noise", "groups", "covariates", "causes", "about")  # no table depends on them
+STATEMENTS = ("measured", "noise", "groups", "covariates", "causes", "about", "shared")  # no table depends on them
 
 
 @dataclass(frozen=True)
 class Made:
-    """What a study has made so far, shared by its variants: tables, and designs by list of causes."""
+    """What a study has made so far, shared by its variants: tables; by list of causes designs, judges, rehearsals."""
 
     tables: Tables
     designs: dict[tuple[Cause, ...], Design]
+    judges: dict[Any, Judge] = field(default_factory=dict)
+    rehearsed: dict[tuple[Cause, ...], Rehearsal] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -57,6 +63,9 @@ class Study:
     nuisance : inputs of the simulator that were measured separately, with their errors
     covariates : names to read from each specimen, or a mapping of names to n values
     groups : label of the configuration of each specimen: repeats share one
+    shared : covariates whose labels may share a part of the noise: its share is estimated and carried. None takes
+        those that by name are circumstances of a test (batch, day, operator, sensor, set-up, ...) and that no listed
+        cause is about; () takes all noise as independent
     levels : most sizes per cause at which the simulator is called; 9 and fewer for a slow or a jumpy one
     nuisance_levels : values of each measured input at which it is called; None is 5 for one input, 3 for more
     cache, n_jobs, version : see :class:`~limitmason.diagnosis.simulator.Simulator`
@@ -86,6 +95,7 @@ class Study:
     nuisance: Mapping[str, Measured] | None = None
     covariates: Iterable[str] | Mapping[str, Sequence] = ()
     groups: Sequence | None = None
+    shared: Sequence[str] | None = None
     _: KW_ONLY
     levels: int = 17
     nuisance_levels: int | None = None
@@ -99,7 +109,7 @@ class Study:
     made: InitVar[Made | None] = None
     scale: np.ndarray = field(init=False)
     tables: Tables = field(init=False)
-    _designs: dict[tuple[Cause, ...], Design] = field(init=False)
+    _made: Made = field(init=False)
 
     def __post_init__(self, made: Made | None) -> None:
         specimens = tuple(self.specimens)
@@ -108,6 +118,9 @@ class Study:
             raise InputError(f"at least {FEWEST} specimens are needed, got {n}")
         noise = self.noise if self.noise is not None else Noise.unknown()
         nuisance = dict(self.nuisance or {})
+        covariates = covariates_of(self.covariates, specimens)
+        if unknown := [name for name in self.shared or () if name not in covariates]:
+            raise InputError(f"shared names {unknown[0]!r}, which is no covariate; known: {', '.join(covariates)}")
         for name, value in nuisance.items():
             if not isinstance(value, Measured):
                 raise InputError(f"nuisance {name!r} must be Measured(value, sd), got {value!r}")
@@ -118,7 +131,8 @@ class Study:
             "noise": noise,
             "scale": noise.scale(n),
             "measured": None if self.measured is None else positive_values(self.measured, n),
-            "covariates": covariates_of(self.covariates, specimens),
+            "covariates": covariates,
+            "shared": None if self.shared is None else tuple(self.shared),
             "groups": None if self.groups is None else list(self.groups),
             "nuisance": nuisance,
         }
@@ -126,7 +140,7 @@ class Study:
             object.__setattr__(self, name, value)
         made = made or Made(self._new_tables(), {})
         object.__setattr__(self, "tables", made.tables)
-        object.__setattr__(self, "_designs", made.designs)
+        object.__setattr__(self, "_made", made)
 
     def _new_tables(self) -> Tables:
         simulator = Simulator(
@@ -157,7 +171,8 @@ class Study:
         cache, n_jobs : as for the study
         stated : ``model``, a packaged series or ``simulate(specimen, **parameters)``; without one the predictions stand
             in a column (``predicted``, and ``towards`` columns of a second model). Columns: ``measured``, ``group``,
-            ``covariates`` (all that are left) and ``batches``, whose labels may be read by another gain. What is
+            ``covariates`` (all that are left), ``shared`` (those of them whose labels share noise, see the study) and
+            ``batches``, whose labels may be read by another gain. What is
             known: ``noise`` (a :class:`Noise`, a relative error, "replicates", "unknown"; else the column "noise"),
             ``dof`` and ``tails`` of it, ``inputs``, measured inputs of the model by name. ``causes``, causes or their
             names; else all that fit the model, with ``tilting`` for tangents of a tilt angle and ``spatial`` for walls
@@ -201,8 +216,12 @@ class Study:
             changes = {"measured": None, "groups": None, "covariates": tuple(self.covariates), **changes}
         if not set(changes) <= set(STATEMENTS):
             return dataclasses.replace(self, **changes)
-        same = not set(changes) & {"noise", "covariates"}
-        return dataclasses.replace(self, **changes, made=Made(self.tables, self._designs if same else {}))
+        if set(changes) & {"noise", "covariates"}:
+            return dataclasses.replace(self, **changes, made=Made(self.tables, {}))
+        made = self._made
+        if "groups" in changes:
+            made = Made(self.tables, made.designs)
+        return dataclasses.replace(self, **changes, made=made)
 
     def with_measured(self, measured: Sequence[float]) -> Study:
         """The same study, tables included, with other measured values."""
@@ -233,9 +252,37 @@ class Study:
     def design(self, causes: Iterable[Cause] | None = None) -> Design:
         """Tables of the design for a list of causes; made on the first call."""
         causes = self._listed(causes)
-        if causes not in self._designs:
-            self._designs[causes] = self.tables.design(causes, self.noise, self.scale, self.covariates)
-        return self._designs[causes]
+        designs = self._made.designs
+        if causes not in designs:
+            designs[causes] = self.tables.design(causes, self.noise, self.scale, self.covariates)
+        return designs[causes]
+
+    def judge(self, causes: Iterable[Cause] | None = None, rule: Rule | None = None) -> Judge:
+        """What judges data of this design by a list, noise taken as independent; it keeps its rehearsal."""
+        causes, rule = self._listed(causes), rule or Rule()
+        if (causes, rule) not in self._made.judges:
+            self._made.judges[causes, rule] = self._judge(causes, rule, self.design(causes))
+        return self._made.judges[causes, rule]
+
+    def _judge(
+        self, causes: tuple[Cause, ...], rule: Rule, design: Design, rehearsed: Judge | None = None
+    ) -> Judge:  # fmt: skip
+        def known(sd: float) -> Design:
+            return design if self.noise.kind != "unknown" else self.known_design(causes, sd)
+
+        return Judge(design, known, self.covariates, folds_of(self.groups, self.n), rule, rehearsed=rehearsed)
+
+    def shares(self, causes: Iterable[Cause] | None = None) -> Shares:
+        """Shares of the noise within the labels of :attr:`shared`, estimated from the measured values."""
+        if self.measured is None:
+            raise InputError("the study has no measured values to estimate shares of the noise from")
+        causes = self._listed(causes)
+        design = self.design(causes)
+        named = {n: self.covariates[n] for n in self.shared or ()}
+        return estimated_shares(
+            design, design.whiten(self.measured), self.covariates if self.shared is None else named,
+            every=self.shared is not None,
+        )  # fmt: skip
 
     def table(self, cause: Cause) -> Table:
         """Table of one cause; made on the first call."""
@@ -271,24 +318,37 @@ class Study:
             raise InputError("the study has no measured values: it can plan (confusable, rehearse), not diagnose")
         causes = self._listed(causes)
         reached(None, "tables")
-        design = self.design(causes)
+        design, rule = self.design(causes), rule or Rule()
         reached(None, "verdict")
         chances = Draws.make([seed, self.n], self.n, design.inputs, self.noise, draws)
         y = design.whiten(self.measured)
-        verdict = decide(design, y, chances, rule, pairs)
+        shares = self.shares(causes)
+        if shares.shares:
+            judge = self._judge(
+                causes, rule, sharing(design, shares.correlation, self.covariates), self.judge(causes, rule)
+            )
+        else:
+            judge = self.judge(causes, rule)
+        verdict = judge(judge.design.turned(y), chances, pairs)
         if self.tables.pair_tables == "verified":
             for _ in range(ROUNDS):
-                if not self.tables.verify(design, causes, verdict):
+                if not self.tables.verify(judge.design, causes, verdict):
                     break
-                verdict = decide(design, y, chances, rule, pairs)
+                if judge.design is not design:
+                    design.forget_pairs()
+                verdict = judge(judge.design.turned(y), chances, pairs)
+        for names in verdict.pairs:
+            design.grid(names)
         answer = Answer(
             listed=causes,
             design=design.closed(),
+            judged=judge.design.closed(),
+            shares=shares,
             y=y,
             verdict=verdict,
             seed=seed,
             draws=chances,
-            rule=rule or Rule(),
+            rule=rule,
             specimens=tuple(called(s, i) for i, s in enumerate(self.specimens)),
             measured=self.measured,
             noise=self.noise,
@@ -297,6 +357,7 @@ class Study:
             covariates=self.covariates,
             groups=self.groups,
             table_errors={c.name: self.table(c).error for c in causes},
+            rehearsal=self._made.rehearsed.get(causes),
             study=self,
             references=self.about.references,
         )
@@ -325,9 +386,11 @@ class Study:
         causes: Iterable[Cause] | None = None,
         n: int = 200,
         *,
+        hide: str | Iterable[Cause] | None = None,
         seed: int = 0,
         sd: float | None = None,
         pairs: bool = True,
+        rule: Rule | None = None,
         progress: Callable[[str], None] | None = None,
     ) -> Rehearsal:
         """Confusion matrix of blind trials on this very design.
@@ -336,21 +399,45 @@ class Study:
         ----------
         causes : the list; one trial in four hides nothing, the others one of these causes of random visible size
         n : trials
+        hide : leave a cause out: "each" hides every cause of the list in turn and takes it off the list that the data
+            are judged by; causes hide these instead, whether they are on the list or never were. The share of names
+            that are then given stands in every later verdict of this study on that list
         seed : of truths, noise and bootstrap
         sd : relative noise to draw where the study does not state it
         pairs : whether two causes are tried when no single one is left, as ``diagnose`` does; without, no table of a
             pair is made and such trials end as "unexplained"
+        rule : thresholds
         progress : told after each trial in a line what was hidden and what was found
         """
-        causes = self._listed(causes)
-        return rehearse(self.design(causes), self.known_design(causes, sd), n, seed, pairs, progress)
+        causes, rule = self._listed(causes), replace(rule or Rule(), screen=True)  # no p of a hopeless cause is wanted
+        if hide is None:
+            known = self.known_design(causes, sd)
+            judge = self.judge(causes, rule)
+            hidden = [planted(known, c, judge) for c in causes]
+            nothing = planted(known, None, judge)
+        else:
+            if isinstance(hide, str) and hide != "each":
+                raise InputError(f"hide must be 'each' or causes, got {hide!r}")
+            hidden = []
+            for cause in causes if isinstance(hide, str) else check_causes(hide, self.nuisance):
+                rest = tuple(c for c in causes if c.name != cause.name)
+                if not rest:
+                    raise InputError(f"without {cause.name!r} the list is empty: a list of two and more is needed")
+                known = self.known_design((*rest, cause), sd)
+                hidden.append(planted(known, cause, self.judge(rest, rule)))
+            nothing = planted(known, None, hidden[0].judge)
+        spread = known.scale / nothing.judge.design.scale
+        found = rehearse(hidden, nothing, spread, n, seed, missing=hide is not None, pairs=pairs, progress=progress)
+        if hide is not None:
+            self._made.rehearsed[causes] = found
+        return found
 
     def plan(self, causes: Iterable[Cause], pool: Sequence[Any], k: int = 4) -> NextTests:
         """Specimens of a pool that would tell the causes of the list apart, before anything is measured."""
         return self._suggested(check_causes(causes, self.nuisance), pool, k, None)
 
     def next_tests(self, diagnosis: Diagnosis, pool: Sequence[Any], k: int = 4) -> NextTests:
-        """Specimens of a pool that would tell the kept causes of a diagnosis apart best.
+        """Specimens of a pool that would tell the kept causes of a diagnosis apart best, or earn the one name.
 
         Parameters
         ----------
@@ -397,8 +484,12 @@ class Answer(Diagnosis):
         """One row per cause of the list and per kept pair: size, interval, gain, p, and whether it is kept."""
         return table(self)
 
+    def record(self) -> dict[str, Any]:
+        """The verdict as plain numbers and words, as JSON can hold them."""
+        return record(self)
+
     def next_tests(self, pool: Sequence[Any], k: int = 4) -> NextTests:
-        """Specimens of a pool that would tell the kept causes apart best; see :meth:`Study.next_tests`."""
+        """Specimens of a pool that would tell the kept causes apart best, or earn a name; see :class:`Study`."""
         return self.study.next_tests(self, pool, k)
 
     def __str__(self) -> str:

@@ -6,8 +6,10 @@ from typing import Any
 import numpy as np
 
 from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.earned import Rivals, effect_of, slopes_of, tests_that_earn
 from limitmason.diagnosis.inference.fit import values_of
 from limitmason.diagnosis.inference.grid import Grid, at_measured
+from limitmason.diagnosis.inference.nameless import Nameless
 from limitmason.diagnosis.inference.plan import NextTests, choose_tests, confusable
 from limitmason.diagnosis.inference.shapes import is_numeric
 from limitmason.diagnosis.result import Diagnosis
@@ -19,9 +21,9 @@ def suggest(
 ) -> NextTests:
     """Choose ``k`` specimens of the pool.
 
-    With a set of causes (or pairs) they separate its members, with one cause they hold it against every other of the
-    list, with none they separate the whole list at visible sizes; an unexplained trend asks for the ends and the
-    middle of its covariate.
+    With a set of causes (or pairs) they separate its members, with an earned name they hold it against every other of
+    the list, with one that is not they show the contrast that only it makes, with none they separate the whole list at
+    visible sizes; an unexplained trend asks for the ends and the middle of its covariate.
 
     Parameters
     ----------
@@ -42,6 +44,8 @@ def suggest(
     verdict = diagnosis.verdict if diagnosis is not None else None
     if verdict is not None and verdict.kind in ("unexplained", "scatter"):
         return _spread(verdict.covariate if verdict.kind == "unexplained" else None, pool, k)
+    if diagnosis is not None and diagnosis.kind == "behaves like":
+        return _earn(design, there, pool, k, diagnosis)
     truths, pairs, reason = _hypotheses(design, there, diagnosis)
     grids = {name: (g.denser(), there[name].denser()) for name, g in _needed(design, pairs)}
     chosen, before, after = choose_tests(truths, grids, pairs, k)
@@ -55,6 +59,34 @@ def suggest(
     )
 
 
+def _earn(design: Design, there: Mapping[Names, Grid], pool: list, k: int, diagnosis: Diagnosis) -> NextTests:
+    """Specimens after which the effect of the one explanation most exceeds what the covariates alone could do."""
+    names = diagnosis.kept[0]
+    fit = diagnosis.verdict.tested[names].fit
+    column = Rivals(design, diagnosis.covariates).column(names)
+    both: dict[str, list] = {}
+    for name, values in diagnosis.covariates.items():
+        more = [s.get(name) if isinstance(s, Mapping) else getattr(s, name, None) for s in pool]
+        if name != column and all(v is not None for v in more):
+            both[name] = [*values, *more]
+    effect, slopes = [], []
+    for null, grid in ((design.null, design.grid(names)), (there[()], there[names])):
+        effect.append(effect_of(null, grid, fit))
+        slopes.append(slopes_of(null))
+    scale = np.concatenate([design.scale, np.full(len(pool), float(np.mean(design.scale)))])
+    rivals = Nameless.of(both, scale, np.concatenate(slopes))
+    whole = np.concatenate(slopes), np.concatenate(effect)
+    chosen, before, after = tests_that_earn(rivals, *whole, design.n, k)
+    lost = [c for c in diagnosis.covariates if c not in both and c != column]
+    told = f"; the pool does not say its {', '.join(lost)}" if lost else ""
+    asked = diagnosis.earned.margin if diagnosis.earned is not None else 0.0
+    reason = (
+        f"to earn the name {' + '.join(names)}, against all that goes with the covariates (expected excess "
+        f"{before:.1f} now, {after:.1f} with them, {asked:.1f} asked{told})"
+    )
+    return NextTests(tuple(chosen), tuple(pool[i] for i in chosen), reason)
+
+
 def _needed(design: Design, pairs) -> list[tuple[Names, Grid]]:
     return [(names, design.grid(names)) for names in dict.fromkeys(b for _, b in pairs)]
 
@@ -62,7 +94,7 @@ def _needed(design: Design, pairs) -> list[tuple[Names, Grid]]:
 def _hypotheses(design: Design, there: Mapping[Names, Grid], diagnosis: Diagnosis | None):
     """True explanations with their predictions here and on the pool, ordered pairs, and the reason."""
     kind = diagnosis.kind if diagnosis is not None else "none"
-    if kind in ("cause", "either", "two"):
+    if kind in ("cause", "behaves like", "either", "two"):
         verdict = diagnosis.verdict
         kept = [n for n, t in verdict.tested.items() if t.kept]
         truths = {n: _at_fit(design, there, n, verdict.tested[n]) for n in kept}

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from limitmason.causes.cause import Cause, cause_pairs
-from limitmason.diagnosis.inference.decide import Verdict
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.grid import Grid, Table, at_measured
 from limitmason.diagnosis.inference.noise import Noise
 from limitmason.diagnosis.inference.shapes import Shapes
+from limitmason.diagnosis.inference.verdict import Verdict
 from limitmason.diagnosis.tabulate import Tabulator
 from limitmason.errors import InputError
 

@@ -143,13 +143,15 @@ def rehearsal(result: Any, *, title: str | None = None) -> Figure:
     Figure
         Left: hidden cause (row) against answer (column): counts, shaded by their share of the row; right names are
         framed. Right: share of right answers with its 95 % binomial interval; for "(none)" that is "none", for a cause
-        its name (filled) and its name or a set that holds it (open).
+        its name (filled) and its name, "behaves like" it or a set that holds it (open). Where each hidden cause is
+        missing from the list: share of names given (filled), of these and of "behaves like" (open).
     """
     from limitmason.diagnosis import binomial_interval
 
     hidden = list(result.counts)
-    causes = [h for h in hidden if h != hidden[0]]
-    others = ["set with it", "set without it", "two", "unexplained", "scatter", "none"]
+    causes = hidden if result.missing else hidden[1:]
+    others = ["behaves like it", "behaves like another", "set with it", "set without it", "two", "unexplained",
+              "scatter", "none"]  # fmt: skip
     columns = [*causes, *others]
     left, right = _label_width(hidden), 1.25
     page = style.page_width()
@@ -167,12 +169,14 @@ def rehearsal(result: Any, *, title: str | None = None) -> Figure:
         counts = {c: result.answers.get(name, {}).get(c, 0) for c in causes}
         counts.update({o: result.counts[name].get(o, 0) for o in others})
         total = max(sum(counts.values()), 1)
+        null = i == 0 and not result.missing
         for j, column in enumerate(columns):
             share = counts[column] / total
-            good = column == name or (column == "none" and i == 0) or column == "set with it"
+            good = column == name or (column == "none" and null) or column in ("set with it", "behaves like it")
+            good |= result.missing and column in ("behaves like another", "unexplained")
             face = style.pale(style.BLUE if good else style.VERMILION, 0.75 * share) if counts[column] else "#f7f7f7"
             ax.add_patch(Rectangle((j, i), 1, 1, facecolor=face, edgecolor="white", linewidth=0.8, gid="cell"))
-            if column == name or (column == "none" and i == 0):
+            if column == name or (column == "none" and null):
                 ax.add_patch(Rectangle((j + 0.03, i + 0.03), 0.94, 0.94, fill=False, edgecolor=style.BLACK,
                                        linewidth=0.9, zorder=4, gid="right"))  # fmt: skip
             if counts[column]:
@@ -185,7 +189,7 @@ def rehearsal(result: Any, *, title: str | None = None) -> Figure:
     ax.set_xticks(np.arange(len(columns)) + 0.5, [str(k + 1) for k in range(len(causes))] + others, fontsize=small)
     for label in ax.get_xticklabels()[len(causes) :]:
         label.set(rotation=60, ha="left", rotation_mode="anchor", fontsize=7)
-    labels = [hidden[0]] + [f"{name}  {k + 1}" for k, name in enumerate(causes)]
+    labels = hidden[: len(hidden) - len(causes)] + [f"{name}  {k + 1}" for k, name in enumerate(causes)]
     ax.set_yticks(np.arange(len(hidden)) + 0.5, labels, fontsize=min(style._SMALL, 62 * row))
     ax.tick_params(length=0, pad=2)
     for spine in ax.spines.values():
@@ -193,15 +197,18 @@ def rehearsal(result: Any, *, title: str | None = None) -> Figure:
     rates = figure.add_axes(((left + wide + 0.22) / page, base, right / page - 0.1 / page, high / height))
     for i, name in enumerate(hidden):
         n = sum(result.counts[name].values())
-        named = result.counts[name].get("none" if i == 0 else "named", 0)
-        found = named + (result.counts[name].get("set with it", 0) if i else 0)
+        null = i == 0 and not result.missing
+        counted = result.counts[name]
+        named = counted.get("none" if null else "wrong name" if result.missing else "named", 0)
+        like = "behaves like another" if result.missing else "behaves like it"
+        found = named + (0 if null else counted.get(like, 0) + counted.get("set with it", 0))
         for k, offset, face in ((found, 0.18, "white"), (named, -0.18, style.BLUE)):
-            if i == 0 and face == "white":
+            if null and face == "white":
                 continue
             if n == 0:
                 continue
             low, high_ = binomial_interval(k, n)
-            y = i + 0.5 + (offset if i else 0.0)
+            y = i + 0.5 + (0.0 if null else offset)
             rates.hlines([y], 100 * low, 100 * high_, color=style.BLUE, linewidth=0.9, gid="interval")
             rates.plot([100 * k / n], [y], "o", color=style.BLUE, markerfacecolor=face, markersize=3.2, gid="share")
     rates.set_xlim(-3, 103)
@@ -210,7 +217,10 @@ def rehearsal(result: Any, *, title: str | None = None) -> Figure:
     rates.set_xticks([0, 50, 100])
     rates.tick_params(labelsize=6.5, length=2.5, width=0.5, colors=style.FAINT)
     rates.grid(axis="x", linewidth=0.3, color="#dddddd")
-    rates.set_xlabel("share [%]\nfilled: named (or none)\nopen: named or in the set", fontsize=6.5, color=style.FAINT)
+    told = "filled: a name given\nopen: or behaves like one" if result.missing else (
+        "filled: named (or none)\nopen: or behaves so, in the set"
+    )  # fmt: skip
+    rates.set_xlabel(f"share [%]\n{told}", fontsize=6.5, color=style.FAINT)
     top = 1.0 - 0.1 / height
     if title:
         figure.text(0.12 / page, top, title, fontsize=9.5, fontweight="bold", va="top", gid="title")

@@ -226,7 +226,7 @@ def _sizes(sheet: _Sheet, result: Any) -> None:
     sheet.heading("How large: sizes of the causes on the list", note)
     ax = sheet.axes(left, sheet.depth + 0.02, width, row * len(listed))
     colours = {n: c for names, c in _colours(result).items() for n in names} if named else {}
-    if result.kind == "two":
+    if result.pairs:
         colours = dict.fromkeys(result.causes, style.BLUE)
     show_seen = result.kind in ("none", "scatter")
     for k, cause in enumerate(listed):

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from limitmason.csv_table import write_table
+from limitmason.diagnosis.record import write_record
 from limitmason.errors import InputError
 from limitmason.figures.confusion import confusable, rehearsal
 from limitmason.figures.diagnosis import diagnosis
@@ -13,7 +14,7 @@ from limitmason.figures.diagnosis_page import diagnosis_page
 
 
 def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> list[Path]:
-    """Write report.txt, diagnosis.html and .png, confusable.png, rehearsal.png (where there is one) and causes.csv.
+    """Write report.txt, diagnosis.html, pictures (of rehearsals where there are any), causes.csv and verdict.json.
 
     Parameters
     ----------
@@ -41,15 +42,18 @@ def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> 
     picture.savefig(out / "diagnosis.png", dpi=200)
     confusable(answer.distances, title=about.title).savefig(out / "confusable.png", dpi=200)
     files = ["report.txt", "diagnosis.html", "diagnosis.png", "confusable.png"]
-    if found.rehearsal is not None:
-        rehearsal(found.rehearsal, title=about.title).savefig(out / "rehearsal.png", dpi=200)
-        files.append("rehearsal.png")
+    for trials, name in ((found.rehearsal, "rehearsal.png"), (found.missing, "missing.png")):
+        if trials is not None:
+            rehearsal(trials, title=about.title).savefig(out / name, dpi=200)
+            files.append(name)
     write_causes(out / "causes.csv", answer)
     diagnosis_page(
         answer, out / "diagnosis.html", title=about.title or "Diagnosis", units=about.units, quantity=about.quantity,
-        next_tests=found.next_tests, rehearsal=found.rehearsal, notes=about.notes, checks=checks, figure=picture,
+        next_tests=found.next_tests, rehearsal=found.rehearsal, missing=found.missing, notes=about.notes, checks=checks,
+        figure=picture,
     )  # fmt: skip
-    return [out / name for name in (*files, "causes.csv")]
+    write_record(out / "verdict.json", answer)
+    return [out / name for name in (*files, "causes.csv", "verdict.json")]
 
 
 def write_causes(path: str | Path, answer: Any) -> None:
@@ -57,6 +61,7 @@ def write_causes(path: str | Path, answer: Any) -> None:
     units = {
         "cause": "-", "acts on": "-", "unit of size": "-", "kept": "-", "size": "unit", "low": "unit", "high": "unit",
         "log-likelihood gain": "-", "p deficit": "-", "p trend": "-", "p scatter": "-",
+        "name earned": "-",
     }  # fmt: skip
     lines = []
     for row in answer.table():
@@ -68,5 +73,6 @@ def write_causes(path: str | Path, answer: Any) -> None:
         chances = ["" if row[f"p_{k}"] is None else f"{row[f'p_{k}']:.4f}" for k in ("deficit", "shape", "scatter")]
         kept = "yes" if row["kept"] else "no"
         gain = f"{row['gain']:.4f}"
-        lines.append([row["cause"], row["acts_on"], row["unit"], kept, sizes, low, high, gain, *chances])
+        name = {True: "yes", False: "no", None: ""}[row["earned"]]
+        lines.append([row["cause"], row["acts_on"], row["unit"], kept, sizes, low, high, gain, *chances, name])
     write_table(path, units, lines)

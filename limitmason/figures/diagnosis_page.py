@@ -11,6 +11,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from limitmason.diagnosis.report import basis, check_lines, headline, meaning, shown_p, state_of, warnings
+from limitmason.diagnosis.words import if_it_were_missing
+from limitmason.figures.confusion import rehearsal as draw_rehearsal
 from limitmason.figures.diagnosis import diagnosis as diagnosis_figure
 from limitmason.figures.page import bullets, image, paragraphs, table, write_page
 
@@ -24,6 +26,7 @@ def diagnosis_page(
     quantity: str = "",
     next_tests: Any = None,
     rehearsal: Any = None,
+    missing: Any = None,
     notes: Sequence[str] = (),
     checks: bool = True,
     figure: Figure | None = None,
@@ -38,6 +41,7 @@ def diagnosis_page(
     units, quantity : as for :func:`~limitmason.figures.diagnosis.diagnosis`
     next_tests : from ``Diagnosis.next_tests(pool)`` or ``Study.plan``; left out where None
     rehearsal : from ``Study.rehearse(causes)``; left out where None
+    missing : from ``Study.rehearse(causes, hide="each")``; left out where None
     notes : sentences on the data and the simulator, such as what is assumed
     checks : judge the data again under other statements and without each specimen (some seconds)
     figure : the picture, where it is drawn already
@@ -55,7 +59,8 @@ def diagnosis_page(
         f'<p class="title">{escape(title)}</p><h1>{escape(words[0].upper() + words[1:])}.</h1>',
         f'<p class="list"><strong>Conditional on the list.</strong> The verdict chooses among the {count} '
         f"cause{'s' * (count != 1)} listed below, alone and in pairs. A cause that is not on the list cannot be named; "
-        "a p beside a cause means that it is not rejected, not that it is true.</p>",
+        "a p beside a cause means that it is not rejected, not that it is true; a name is given only where it is "
+        f"earned, otherwise the data behave like it. {escape(if_it_were_missing(result))}</p>",
         "<h2>What it means</h2>" + paragraphs(meaning(result)),
         "<h2>The picture</h2>" + image(picture, "residuals, sizes, distances and predictions"),
     ]
@@ -73,10 +78,9 @@ def diagnosis_page(
     parts.append("<h2>What this design can tell apart</h2>" + _distances(result))
     if next_tests is not None:
         parts.append("<h2>Next tests</h2>" + _next_tests(next_tests, units))
-    if rehearsal is not None:
-        from limitmason.figures.confusion import rehearsal as draw
-
-        parts.append("<h2>Blind trials on this design</h2>" + image(draw(rehearsal), "confusion matrix"))
+    for trials, heading in ((rehearsal, "Blind trials on this design"), (missing, "With the true cause missing")):
+        if trials is not None:
+            parts.append(f"<h2>{heading}</h2>" + image(draw_rehearsal(trials), "confusion matrix"))
     parts.append("<h2>The specimens</h2>" + _specimens(result, units, quantity))
     return write_page(path, title, parts)
 

@@ -7,7 +7,7 @@ import numpy as np
 from limitmason.diagnosis import Cause, Measured, Noise, Study
 
 HEIGHTS = np.array([0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 0.35, 0.55])
-WIDTHS = np.array([0.10, 0.14, 0.10, 0.14, 0.10, 0.14, 0.10, 0.14, 0.10, 0.14, 0.14, 0.14])
+WIDTHS = np.array([0.10, 0.14, 0.07, 0.20, 0.07, 0.14, 0.10, 0.28, 0.07, 0.14, 0.20, 0.10])
 FRICTION = {"friction_coefficient": Measured(0.70, 0.03)}
 
 
@@ -19,7 +19,7 @@ def blocks(specimen, *, friction_coefficient=0.7, rounding=0.0, slope=0.0):
 
 def specimens(n=12):
     return [
-        {"height": float(h), "width": float(w), "batch": "AB"[i % 2]}
+        {"height": float(h), "width": float(w), "batch": "ABBA"[i % 4]}
         for i, (h, w) in enumerate(zip(HEIGHTS[:n], WIDTHS[:n], strict=True))
     ]
 
@@ -57,7 +57,7 @@ def kinds():
     wet = {"height": HEIGHTS, "humidity": wet_and_dry()}
     return {
         "none": study(data(seed=1)),
-        "cause": study(data(ROUNDING, 0.012)),
+        "cause": study(data(ROUNDING, 0.018)),
         "either": study(data(ROUNDING, 0.012), Noise.unknown(), groups=list("aabbccddeeff")),
         "two": study(two, Noise(0.02)),
         "unexplained": study(data(seed=5) * np.exp(0.2 * wet["humidity"]), covariates=wet),

@@ -58,7 +58,7 @@ def test_template_runs_as_it_stands_and_writes_report_figures_and_page(tmp_path,
     status, text, err = run(path, "--noise", "4%", "--tilting", "--out", out, capsys=capsys)
     assert status == 0
     # the example was made with 0.88 times the prediction
-    assert "Cause: gain" in text
+    assert "Behaves like gain" in text
     assert "conditional on this list" in text
     assert "without" in text or "No single specimen decides" in text
     assert (out / "report.txt").read_text().strip() == text.strip()
@@ -66,7 +66,7 @@ def test_template_runs_as_it_stands_and_writes_report_figures_and_page(tmp_path,
         assert (out / name).read_bytes()[:4] == b"\x89PNG"
     page = (out / "diagnosis.html").read_text()
     assert page.startswith("<!DOCTYPE html>")
-    assert "Cause: gain" in page
+    assert "Behaves like gain" in page
     assert "width [m]" in page
     rows = list(csv.reader((out / "causes.csv").open()))
     assert rows[1][4] == "unit"

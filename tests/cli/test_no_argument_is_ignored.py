@@ -114,6 +114,7 @@ VALUES = {
     "--friction": ["33"], "--density": ["1800"], "--tilt": ["left"], "--held": ["b1"], "--gap": ["0.01"],
     "--causes": ["gain"], "--towards": ["other"], "--tilting": [], "--spatial": [], "--seed": ["3"],
     "--levels": ["11"], "--jobs": ["2"], "--fresh": [], "--pool": ["pool.csv"], "--next": ["2"], "--rehearse": ["2"],
+    "--shared": ["batch"], "--missing": ["2"],
     "--no-checks": [], "--distance": ["0.5"], "--angle": ["60"], "--tolerance": ["0.001"], "--thickness": ["0.2"],
     "--scale": ["0.001"], "--to": ["2mm"], "--block": ["beam"], "--direction": ["0", "0", "-1"], "--blocks": ["lumped"],
     "--spacing": ["20mm"], "--steps": ["500"], "--once": [], "--option": ["outline=675/8/5"],
@@ -178,7 +179,8 @@ def run(canned, tmp_path, monkeypatch, capsys):
 
     def investigate(study, **settings):
         known = {k: v for k, v in settings.items() if k != "progress"}
-        read = (study.covariates, study.groups, study.nuisance, str(study.noise), list(study.measured), study.levels)
+        read = (study.covariates, study.groups, study.nuisance, str(study.noise), list(study.measured), study.levels,
+                study.shared)  # fmt: skip
         note("study", study.about, study.specimens, read, study.n_jobs, [(c.name, c.unit) for c in study.causes])
         note("by", getattr(study.simulate, "method", None), getattr(study.simulate, "options", None))
         note("investigate", known)

@@ -26,10 +26,10 @@ from limitmason.diagnosis.report import report
 
 
 def test_contract_of_the_issue():
-    diagnosis = study(data(ROUNDING, 0.012)).diagnose(CAUSES, seed=0)
+    diagnosis = study(data(ROUNDING, 0.018)).diagnose(CAUSES, seed=0)
     assert diagnosis.kind == "cause"
     assert diagnosis.causes == ("edge rounding",)
-    assert diagnosis.estimates["edge rounding"].size == pytest.approx(0.012, rel=0.15)
+    assert diagnosis.estimates["edge rounding"].size == pytest.approx(0.018, rel=0.15)
     assert diagnosis.gain.leave_one_out.total > 0
     assert "edge rounding" in diagnosis.report()
     assert [row["cause"] for row in diagnosis.table()] == [c.name for c in CAUSES]
@@ -183,7 +183,8 @@ def test_leave_group_out_equals_an_honest_refit():
 def test_rehearsal_counts_every_trial():
     rehearsal = study().rehearse(CAUSES, n=40, seed=2)
     assert sum(row["trials"] for row in rehearsal.table()) == 40
-    assert rehearsal.rate("named")[0] > 0.6
+    assert rehearsal.rate("named")[0] + rehearsal.rate("behaves like it")[0] > 0.6
+    assert "gain" not in rehearsal.answers["gain"]  # one factor on all specimens: nothing that only a gain could do
     assert "edge rounding" in rehearsal.report()
 
 
@@ -327,7 +328,8 @@ def test_a_diagnosis_is_numbers_that_report_without_the_simulator():
         study(data(ROUNDING, 0.012)).diagnose(CAUSES).design.grid(("edge rounding", "gain"))
     # without functions of one's own in the list it goes through a file
     few = (ROUNDING, BATCH)
-    alone = dataclasses.replace(plain, listed=few, design=dataclasses.replace(plain.design, causes=few))
+    bare = dataclasses.replace(plain.design, causes=few)
+    alone = dataclasses.replace(plain, listed=few, design=bare, judged=bare)
     assert pickle.loads(pickle.dumps(alone)).estimates == answer.estimates
 
 

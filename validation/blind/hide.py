@@ -74,6 +74,7 @@ def campaign(name, noise=None, covariates=surrogate.COVARIATES, pair_tables="exa
         noise or Noise(surrogate.NOISE),
         surrogate.NUISANCE,
         covariates,
+        shared=(),  # the noise is independent: what is counted here is the rule itself
         levels=33,
         nuisance_levels=9,
         pair_tables=pair_tables,

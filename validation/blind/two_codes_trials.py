@@ -20,7 +20,7 @@ from limitmason.diagnosis.inference.plan import distances
 
 from . import hide, score, small_walls, surrogate
 from .small_walls import CAUSES, DEM, LIMIT, SPECIMENS, STORE, Simulator
-from .trials import Record
+from .trials import SET, Record
 
 NOISE = surrogate.NOISE
 SLOW = {"levels": 5, "nuisance_levels": 3, "crossed": "corners", "pair_tables": "additive"}
@@ -82,7 +82,8 @@ def study(simulator):
 
     Its tables are made for the noise of the trials: change the noise by ``with_noise``, or other sizes are asked for.
     """
-    return Study(SPECIMENS, simulator, None, Noise(NOISE), small_walls.NUISANCE, small_walls.COVARIATES, **SLOW)
+    known = {"shared": (), **SLOW}
+    return Study(SPECIMENS, simulator, None, Noise(NOISE), small_walls.NUISANCE, small_walls.COVARIATES, **known)
 
 
 def planted_sizes(simulator):
@@ -208,7 +209,7 @@ def run(record, truth_code, kind, seed, count, *, label=None, noise=NOISE, decla
     where = ready(CANDIDATES[truth_code], noise, declared)
     for k in range(count):
         values, truth = hidden(truth_code, kind, [*seed, k], noise)
-        diagnosis = where.study.with_measured(values).diagnose(CAUSES, seed=k)
+        diagnosis = where.study.with_measured(values).diagnose(CAUSES, seed=k, rule=SET)
         result = score.outcome(*score.ours(diagnosis), truth)
         record.sheet.add(label or kind, result)
         for name, broken in (("best fit", score.best_fit), ("abstain", score.abstain)):

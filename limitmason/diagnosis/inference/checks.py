@@ -1,19 +1,23 @@
 """What a verdict hangs on: the same data judged again under other statements of the noise and without each specimen."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from limitmason.diagnosis.inference.bootstrap import Draws
-from limitmason.diagnosis.inference.decide import Rule, Verdict, decide
+from limitmason.diagnosis.inference.decide import Rule, decide
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.noise import Noise
+from limitmason.diagnosis.inference.shapes import is_numeric
+from limitmason.diagnosis.inference.shared import Shares, alike, assumed, sharing
+from limitmason.diagnosis.inference.verdict import Verdict
 from limitmason.progress import reached, watched
 
 TAILS = 4.0  # degrees of freedom of the Student errors tried as a check
 NEAR = 25.0  # as ``Rule.far`` in these: a rival beyond it wins fewer than one draw in a thousand
 QUICK = 299  # draws of the repeated verdicts
+LIKE = "like specimens"  # groups of them, by their covariates
 
 
 @dataclass(frozen=True)
@@ -26,12 +30,15 @@ class Checks:
     student : the same with Student errors, which forgive blunders; None unless the noise is known and Gaussian
     dropped : per specimen the kind and causes without it
     hangs_on : specimens without which the verdict is another
+    shared : by column of labels whose share of the noise is not carried (``LIKE`` for groups of like specimens, where
+        no circumstance of the tests is recorded), kind and causes with ``PLAUSIBLE`` of its variance shared
     """
 
     unknown_noise: tuple[str, Names]
     student: tuple[str, Names] | None
     dropped: tuple[tuple[str, Names], ...]
     hangs_on: tuple[int, ...]
+    shared: Mapping[str, tuple[str, Names]] = field(default_factory=dict)
 
 
 @watched("judging again")
@@ -42,6 +49,7 @@ def judge_again(
     rule: Rule,
     seed: int,
     pairs: bool,
+    shares: Shares,
     progress: Callable[[str], None] | None = None,
 ) -> Checks:
     """The verdict under unknown noise, and without each specimen in turn (quick; the latter without pairs).
@@ -53,25 +61,41 @@ def judge_again(
     covariates : name to values of all specimens
     rule, seed : of the verdict
     pairs : whether pairs of causes are tried under other statements of the noise
+    shares : of the noise that are carried
     progress : told in a line what is judged again
     """
 
     def draws(noise: Noise) -> Draws:
         return Draws.make([seed, n], n, design.inputs, noise, QUICK)
 
+    def judged(
+        design: Design,
+        y: np.ndarray,
+        chances: Draws,
+        pairs: bool,
+        correlation: np.ndarray | None = None,
+        rows: np.ndarray | None = None,
+    ) -> Verdict:
+        correlation = shares.correlation if correlation is None else correlation
+        rows = np.ones(len(correlation), bool) if rows is None else rows
+        if correlation is not shares.correlation or shares.shares:
+            kept = {k: [v for v, keep in zip(c, rows, strict=True) if keep] for k, c in covariates.items()}
+            design = sharing(design, correlation[np.ix_(rows, rows)], kept)
+        return decide(design, design.turned(y), chances, rule, pairs=pairs)
+
     say = progress or (lambda line: None)
     n, noise, rule = design.n, design.noise, replace(rule, screen=True, far=NEAR)
     say("the verdict with the noise taken as unknown")
     chances = draws(noise)
-    plain = decide(design, y, chances, rule, pairs=False)
+    plain = judged(design, y, chances, False)
     blind = design.with_noise(Noise.unknown(), design.scale, covariates)
-    other = decide(blind, y, draws(Noise.unknown()), rule, pairs=pairs)
+    other = judged(blind, y, draws(Noise.unknown()), pairs)
     student = None
     if noise.kind == "known" and noise.tails is None:
         say("the verdict with Student errors")
         forgiving = Noise(noise.sd, tails=TAILS)
         heavy = design.with_noise(forgiving, design.scale, covariates)
-        verdict = decide(heavy, y, draws(forgiving), rule, pairs=pairs)
+        verdict = judged(heavy, y, draws(forgiving), pairs)
         student = (verdict.kind, verdict.causes)
     dropped = []
     for i in range(n):
@@ -79,10 +103,27 @@ def judge_again(
         reached(i / n, f"without specimen {i + 1} of {n}")
         kept = np.arange(n) != i
         part = design.without(kept, covariates)
-        verdict = decide(part, y[kept], chances.columns(kept), rule, pairs=False)
+        verdict = judged(part, y[kept], chances.columns(kept), False, rows=kept)
         dropped.append((verdict.kind, verdict.causes))
     hangs = [i for i, (k, c) in enumerate(dropped) if _other(plain, k, c)]
-    return Checks((other.kind, other.causes), student, tuple(dropped), tuple(hangs))
+    shared: dict[str, tuple[str, Names]] = {}
+    if plain.kind != "none":  # what is shared makes no alarm where there is none without
+        say("the verdict with noise that some tests share")
+        for name, column in _unestimated(covariates, shares).items():
+            verdict = judged(design, y, chances, False, correlation=assumed(column))
+            shared[name] = (verdict.kind, verdict.causes)
+    return Checks((other.kind, other.causes), student, tuple(dropped), tuple(hangs), shared)
+
+
+def _unestimated(covariates: Mapping, shares: Shares) -> dict[str, Sequence]:
+    """Columns of labels whose share of the noise was not estimated, or groups of like specimens without any label."""
+    out: dict[str, Sequence] = {}
+    for name, column in covariates.items():
+        if name not in shares.looked_at and not is_numeric(column) and 1 < len(set(map(str, column))) < len(column):
+            out[name] = column
+    if not out and not shares.looked_at and (groups := alike(covariates)) is not None:
+        out[LIKE] = groups
+    return out
 
 
 def _other(plain: Verdict, kind: str, causes: Names) -> bool:

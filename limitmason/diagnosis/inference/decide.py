@@ -1,8 +1,7 @@
 """The rule: a gate for "none", a guard for scatter, and a bootstrap confidence set of causes, then of pairs."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
-from enum import StrEnum
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import chdtrc
@@ -12,18 +11,7 @@ from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.fit import Fit, fit_many, values_of
 from limitmason.diagnosis.inference.fit import fit as best_fit
 from limitmason.diagnosis.inference.likelihood import Likelihood
-
-
-class VerdictKind(StrEnum):
-    """What is said of the data: nothing, one cause, one of several, two at once, an effect off the list, or scatter."""
-
-    NONE = "none"
-    CAUSE = "cause"
-    EITHER = "either"
-    TWO = "two"
-    UNEXPLAINED = "unexplained"
-    SCATTER = "scatter"
-
+from limitmason.diagnosis.inference.verdict import Tested, Verdict, VerdictKind
 
 GATE_DRAWS = 699  # fewest: the critical gain is a quantile of them
 RIVALS = 4  # refitted to a draw at first, then twice as many more at a time
@@ -45,6 +33,13 @@ class Rule:
         data drawn from that explanation (a chance of less than 1e-7 a draw)
     screen : whether single causes that are hopeless are rejected without bootstrap as well
     draws : most draws
+    earn : whether a name must be earned; without, whatever is the only one left is named
+    margin : least log-likelihood by which a name must beat every smooth nameless bias; 10 was set on pilot trials
+    missing, each : largest share of data sets, with a cause that was taken off the list, in which any name, or one and
+        the same name, is given; the margin is raised until it holds
+    usual : a name that beats the nameless biases by less than this share of data drawn from it do, is not earned
+    structure : a single name whose residuals show a nameless bias as seldom as this is withdrawn
+    asks : as seldom as this, and pairs are tried before it is given
     """
 
     gain: float = 0.03
@@ -59,84 +54,13 @@ class Rule:
     far: float = 60.0
     screen: bool = False
     draws: int = DRAWS
-
-
-@dataclass(frozen=True)
-class Tested:
-    """One explanation held against the data under its own fit.
-
-    Parameters
-    ----------
-    names : the cause or the pair
-    kept : whether it is not rejected
-    sizes : fitted sizes
-    z : refitted nuisance inputs in standard deviations
-    gain : log-likelihood above the baseline
-    deficit : log-likelihood below the best explanation of its kind
-    p : "deficit", "shape" and "scatter"; a missing one was not needed. Above the threshold it means "not rejected"
-    draws : number of draws behind them
-    fit : the fit itself
-    """
-
-    names: Names
-    kept: bool
-    sizes: tuple[float, ...]
-    z: tuple[float, ...]
-    gain: float
-    deficit: float
-    p: dict[str, float]
-    draws: int
-    fit: Fit
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """What the rule says about one data set.
-
-    Parameters
-    ----------
-    kind : of the answer
-    causes : kept causes, best first; for a pair the causes of the best pair
-    pairs : kept pairs, best first
-    covariate, trend : best trend of the residuals at the baseline, None when none is seen
-    p : the gate's "gain", "shape", "scatter" and "guard"
-    critical_gain : log-likelihood gain over the whole list that noise alone reaches with probability ``Rule.gain``
-    tested : all explanations that were held against the data, by names
-    null : fit of the baseline
-    tried_pairs : whether pairs were held against the data
-    withdrawn : explanations that fit but predict whole groups left out worse than the baseline does
-    """
-
-    kind: VerdictKind
-    causes: Names
-    pairs: tuple[Names, ...]
-    covariate: str | None
-    trend: str | None
-    p: dict[str, float]
-    critical_gain: float
-    tested: dict[Names, Tested] = field(default_factory=dict)
-    null: Fit | None = None
-    tried_pairs: bool = False
-    withdrawn: tuple[Names, ...] = ()
-
-    @property
-    def kept(self) -> tuple[Names, ...]:
-        """Explanations that are not rejected: single causes or pairs, best first."""
-        return self.pairs or tuple((name,) for name in self.causes)
-
-    def without(self, names: Sequence[Names]) -> "Verdict":
-        """The verdict after explanations are withdrawn: fewer of them, or "unexplained" when none is left."""
-        left = tuple(n for n in self.kept if n not in set(names))
-        one = VerdictKind.CAUSE if len(left) == 1 else VerdictKind.EITHER
-        kind = self.kind if self.kind == VerdictKind.TWO else one
-        causes = left[0] if left and self.kind == "two" else tuple(n[0] for n in left)
-        return replace(
-            self,
-            kind=kind if left else VerdictKind.UNEXPLAINED,
-            causes=causes,
-            pairs=left if self.kind == "two" else (),
-            withdrawn=tuple(names),
-        )
+    earn: bool = True
+    margin: float = 10.0
+    missing: float = 0.05
+    each: float = 0.01
+    usual: float = 0.02
+    structure: float = 0.02
+    asks: float = 0.10
 
 
 def decide(design: Design, y: np.ndarray, draws: Draws, rule: Rule | None = None, pairs: bool = True) -> Verdict:
@@ -157,40 +81,47 @@ def decide(design: Design, y: np.ndarray, draws: Draws, rule: Rule | None = None
     rule = rule or Rule()
     z = np.zeros(design.inputs)
     null = best_fit(design.null, y, z, design.like)
-    names = [(c.name,) for c in design.causes]
+    names: list[Names] = [(c.name,) for c in design.causes]
     singles = dict(zip(names, design.fits(names, y, z, residuals=True), strict=True))
     tally, critical = _gate(design, null, singles, draws, rule)
     p = {name: tally.p(name) for name in tally.observed}
     trend = design.shapes.best(null.residuals)
     seen = trend if trend is not None and p["shape"] < 0.05 else None
-    about = {
-        "covariate": seen.covariate if seen else None,
-        "trend": seen.kind if seen else None,
-        "p": p,
-        "critical_gain": critical,
-        "null": null,
-    }
     fired = {name for name in ("gain", "shape", "scatter") if name in p and tally.rejected(name)}
     base = float(null.loglik[0])
+    about = Verdict(
+        VerdictKind.NONE, (), (), seen.covariate if seen else None, seen.kind if seen else None, p, critical, null=null
+    )
     if not fired:
-        return Verdict(VerdictKind.NONE, (), (), tested=_untested(design, singles, base), **about)
+        return replace(about, tested=_untested(design, singles, base))
     if "scatter" in fired and not tally.rejected("guard") and p["shape"] >= rule.guard:
-        return Verdict(VerdictKind.SCATTER, (), (), tested=_untested(design, singles, base), **about)
+        return replace(about, kind=VerdictKind.SCATTER, tested=_untested(design, singles, base))
     tested = confidence_set(design, singles, base, draws, rule)
     kept = _ranked(tested)
     if kept:
         kind = VerdictKind.CAUSE if len(kept) == 1 else VerdictKind.EITHER
-        return Verdict(kind, tuple(k[0] for k in kept), (), tested=tested, **about)
-    kept_pairs: list[Names] = []
-    if pairs and design.pair_names:
-        fits = dict(zip(design.pair_names, design.fits(design.pair_names, y, z, residuals=True), strict=True))
-        both = confidence_set(design, fits, base, draws, rule)
-        kept_pairs = _ranked(both)
-        tested = {**tested, **both}
-        about["tried_pairs"] = True
-    if kept_pairs:
-        return Verdict(VerdictKind.TWO, kept_pairs[0], tuple(kept_pairs), tested=tested, **about)
-    return Verdict(VerdictKind.UNEXPLAINED, (), (), tested=tested, **about)
+        return replace(about, kind=kind, causes=tuple(k[0] for k in kept), tested=tested)
+    left = replace(about, kind=VerdictKind.UNEXPLAINED, tested=tested)
+    return with_pairs(design, y, left, draws, rule) if pairs else left
+
+
+def with_pairs(design: Design, y: np.ndarray, verdict: Verdict, draws: Draws, rule: Rule) -> Verdict:
+    """The verdict after pairs of causes are held against the data: those that are kept, or "unexplained".
+
+    Parameters
+    ----------
+    verdict : in which no single cause is left
+    """
+    if not design.pair_names or verdict.null is None:
+        return verdict
+    names = design.pair_names
+    fits = dict(zip(names, design.fits(names, y, np.zeros(design.inputs), residuals=True), strict=True))
+    both = confidence_set(design, fits, float(verdict.null.loglik[0]), draws, rule)
+    kept = tuple(_ranked(both))
+    kind = VerdictKind.TWO if kept else VerdictKind.UNEXPLAINED
+    causes = kept[0] if kept else ()
+    tested = {**verdict.tested, **both}
+    return replace(verdict, kind=kind, causes=causes, pairs=kept, tested=tested, tried_pairs=True)
 
 
 def confidence_set(

@@ -53,6 +53,7 @@ class Design:
     singles : one grid per cause
     shapes : trends of the covariates
     pair_table : makes the table of a pair of causes, by their names
+    mix : what makes shared noise independent: all values are in these coordinates; None where it is not shared
     """
 
     causes: tuple[Listed, ...]
@@ -65,6 +66,7 @@ class Design:
     pair_table: Callable[[Names], Table]
     pair_names: tuple[Names, ...] = ()
     _pairs: dict[Names, Grid] = field(default_factory=dict)
+    mix: np.ndarray | None = None
 
     @property
     def n(self) -> int:
@@ -92,7 +94,8 @@ class Design:
         if len(names) == 1:
             return self.singles[names[0]]
         if names not in self._pairs:
-            self._pairs[names] = self.pair_table(names).whitened(self.origin, self.scale)
+            plain = self.pair_table(names).whitened(self.origin, self.scale)
+            self._pairs[names] = plain if self.mix is None else plain.mixed(self.mix)
         return self._pairs[names]
 
     def fits(
@@ -111,6 +114,31 @@ class Design:
             return fit_many(grids, y, z, self.like, replicate, residuals)
         return [fit(g, y, z, self.like, replicate) for g in grids]
 
+    def mixed(self, mix: np.ndarray, shapes: Shapes) -> "Design":
+        """The design in coordinates in which shared noise is independent; data turn into them by ``mix``.
+
+        Parameters
+        ----------
+        mix : inverse of the lower factor of the noise's correlation, shape (n, n)
+        shapes : trends in the same coordinates
+        """
+        return replace(
+            self,
+            null=self.null.mixed(mix),
+            singles={k: g.mixed(mix) for k, g in self.singles.items()},
+            shapes=shapes,
+            _pairs={k: g.mixed(mix) for k, g in self._pairs.items()},
+            mix=mix,
+        )
+
+    def turned(self, values: np.ndarray) -> np.ndarray:
+        """Values per specimen, in units of the noise, in the coordinates of this design, shape (..., n)."""
+        return values if self.mix is None else values @ self.mix.T
+
+    def apart(self, values: np.ndarray) -> np.ndarray:
+        """Values in the coordinates of this design per specimen again, shape (..., n)."""
+        return values if self.mix is None else np.linalg.solve(self.mix, values.T).T
+
     def closed(self) -> "Design":
         """The design with the tables made so far and no way to make others: numbers only."""
         return replace(self, pair_table=_no_table, _pairs=dict(self._pairs))
@@ -118,6 +146,10 @@ class Design:
     def forget_pair(self, names: Names) -> None:
         """Drop the grid of a pair whose table was replaced."""
         self._pairs.pop(names, None)
+
+    def forget_pairs(self) -> None:
+        """Drop the grids of all pairs."""
+        self._pairs.clear()
 
     def without(self, chosen: np.ndarray, covariates: Mapping) -> "Design":
         """The design with the chosen specimens only.

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from limitmason.diagnosis.inference.bootstrap import Draws
-from limitmason.diagnosis.inference.decide import Tested, drawn_data
+from limitmason.diagnosis.inference.decide import drawn_data
 from limitmason.diagnosis.inference.design import Design
 from limitmason.diagnosis.inference.fit import fit
 from limitmason.diagnosis.inference.grid import Grid
+from limitmason.diagnosis.inference.verdict import Tested
 
 LEVEL = 0.95
 CHI2 = 3.841458820694124  # its 95 % point with one degree of freedom

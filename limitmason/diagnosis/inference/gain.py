@@ -81,7 +81,7 @@ def measure_gain(design: Design, names: Names, y: np.ndarray, groups: Sequence |
     configuration left out one at a time: leave the configuration out.
     """
     singles = np.arange(design.n)
-    folds = singles if groups is None else _codes(groups)
+    folds = folds_of(groups, design.n)
     z = np.zeros(design.inputs)
     best = fit(design.grid(names), y, z, design.like)
     one, left = left_out(design, names, y, singles)
@@ -154,7 +154,10 @@ def _score(each: np.ndarray, folds: np.ndarray) -> Score:
     return Score(float(each.sum()), error, each)
 
 
-def _codes(groups: Sequence) -> np.ndarray:
+def folds_of(groups: Sequence | None, n: int) -> np.ndarray:
+    """Number of the fold of each specimen: its group, or itself without groups, shape (n,)."""
+    if groups is None:
+        return np.arange(n)
     names = {name: i for i, name in enumerate(dict.fromkeys(groups))}
     return np.array([names[g] for g in groups])
 

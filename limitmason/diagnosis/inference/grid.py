@@ -117,7 +117,7 @@ class Grid:
             out = out + (way * move)[:, None] * change
         return out
 
-    def between(self, position: Sequence[float]) -> np.ndarray:
+    def between(self, position: Sequence[float] | np.ndarray) -> np.ndarray:
         """Values at a position along the leading axes, linear between nodes, shape (the axes left ..., n)."""
         values = self.values
         for u in position:
@@ -149,6 +149,10 @@ class Grid:
         """One grid per node of a size axis, that axis fixed at the node."""
         rest = tuple(s for i, s in enumerate(self.sizes) if i != axis)
         return [Grid(rest, self.z, np.take(self.values, i, axis=axis)) for i in range(len(self.sizes[axis]))]
+
+    def mixed(self, mix: np.ndarray) -> "Grid":
+        """The same grid in other coordinates of the specimens, values times ``mix`` of shape (n, n)."""
+        return Grid(self.sizes, self.z, self.values @ mix.T)
 
     def columns(self, chosen: np.ndarray) -> "Grid":
         """The same grid for some of the specimens."""

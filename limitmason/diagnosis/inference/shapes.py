@@ -36,6 +36,7 @@ class Shapes:
     ----------
     covariates : name to values, numbers or labels, each of length n
     scale : standard deviation per specimen, shape (n,): residuals come divided by it
+    mix : what makes shared noise independent, shape (n, n), for residuals that come so; None where it is not shared
 
     Notes
     -----
@@ -43,15 +44,17 @@ class Shapes:
     because residuals of a fit are neither independent nor chosen in advance. Collinear covariates share a trend.
     """
 
-    def __init__(self, covariates: Mapping[str, Sequence], scale: np.ndarray):
+    def __init__(self, covariates: Mapping[str, Sequence], scale: np.ndarray, mix: np.ndarray | None = None):
         self.n = len(scale)
         weight = 1.0 / np.asarray(scale, dtype=float)
         weight = weight / weight.mean()
-        self.mean = (weight / np.linalg.norm(weight))[:, None]
+        level = weight[:, None] if mix is None else mix @ weight[:, None]
+        self.mean = level / np.linalg.norm(level)
         self.shapes: list[Shape] = []
         for name, column in covariates.items():
             for kind, columns in _columns(column):
-                basis = _orthonormal(columns * weight[:, None], self.mean)
+                weighted = columns * weight[:, None]
+                basis = _orthonormal(weighted if mix is None else mix @ weighted, self.mean)
                 k = basis.shape[1]
                 if k and self.n - 1 - k >= 2 and (kind != "quadratic" or k == 2):
                     self.shapes.append(Shape(name, kind, basis))

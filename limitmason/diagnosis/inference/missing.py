@@ -1,0 +1,162 @@
+"""Leave a cause out: how often a name of the list goes to an effect that is not on it, and the margin against that."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import chdtrc
+
+from limitmason.diagnosis.inference.bootstrap import Draws
+from limitmason.diagnosis.inference.design import Design, Listed
+from limitmason.diagnosis.inference.fit import Fit
+from limitmason.diagnosis.inference.grid import Grid, at_measured
+from limitmason.diagnosis.inference.plan import NINE_IN_TEN, distances
+
+LEAST = 3.0 + NINE_IN_TEN  # the gate's critical distance is near 3 for lists of 10 to 20 causes
+PER_CAUSE, ALL = 48, 480  # fewest data sets of each hidden cause, and of all
+APART = 2.1  # log-likelihood deficit that a rival reaches with p = 0.02 by chi-square with one degree of freedom
+FIT, TREND = 0.005, 0.005  # nominal tail probabilities of scatter and trend below which a name is not given
+
+Excess = Callable[[str, Fit, np.ndarray, np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Missing:
+    """What happens on a design when the true cause is missing from the list.
+
+    Parameters
+    ----------
+    trials : data sets with a visible cause that was taken off the list
+    unearned : how many of them one single name fits, alone and without misfit
+    named : how many of them a name would be given, margins applied
+    margins : by name, how far it must beat every smooth nameless bias, in log-likelihood
+    earned : by name, share of data sets with that cause, alone and visible, in which its excess reaches the margin
+
+    Notes
+    -----
+    A quick rehearsal: nominal tail probabilities in place of the bootstrap, single causes only.
+    ``Study.rehearse(causes, hide="each")`` applies the whole rule.
+    """
+
+    trials: int
+    unearned: int
+    named: int
+    margins: Mapping[str, float]
+    earned: Mapping[str, float]
+
+    @property
+    def rate(self) -> float:
+        """Share of data sets in which a name would be given although the true cause is not listed."""
+        return self.named / self.trials if self.trials else 0.0
+
+
+def leave_each_out(
+    design: Design, known: Design, excess: Excess, seed: int, *, floor: float, share: float, each: float
+) -> Missing:
+    """Plant every cause of the list at visible sizes, take it off, and see which name fits and by how much.
+
+    Parameters
+    ----------
+    design : tables and list
+    known : the same with the noise that is drawn
+    excess : by how much a fitted cause beats every nameless bias, ``excess(name, fit, y, replicate)``, shape (b,)
+    seed : of noise and measured inputs
+    floor : least margin
+    share, each : largest share of wrong names, of all together and of a single name
+    """
+    names = [c.name for c in design.causes]
+    count = max(PER_CAUSE, -(-ALL // len(names)))
+    if design.like.tails is not None:
+        count = min(count, PER_CAUSE)
+    chances = Draws.make([seed, 78, design.n], design.n, design.inputs, design.noise, count)
+    ratio = known.scale / design.scale
+    parts = [_planted(design, known, cause, chances, ratio) for cause in design.causes]
+    y = np.concatenate(parts)
+    hidden = np.repeat(np.arange(len(names)), count)
+    replicate = np.tile(chances.replicate * float(np.mean(ratio)) ** 2, len(names))
+    fits = design.fits([(n,) for n in names], y, np.zeros((len(y), design.inputs)), replicate, residuals=True)
+    gains = np.array([f.loglik for f in fits])
+    good = np.array([_adequate(design, f) for f in fits])
+    over = np.array([excess(n, f, y, replicate) for n, f in zip(names, fits, strict=True)])
+    rows = np.arange(len(y))
+    own = over[hidden, rows]
+    left = gains.copy()
+    left[hidden, rows] = -np.inf
+    best = left.argmax(axis=0)
+    reached = left[best, rows]
+    left[best, rows] = -np.inf
+    alone = (reached - left.max(axis=0) >= APART) & good[best, rows] if len(names) > 1 else np.zeros(len(y), bool)
+    wrong = over[best, rows]
+    margins = _margins(names, best[alone], wrong[alone], len(y), floor, share, each)
+    limit = np.array([margins[n] for n in names])
+    return Missing(
+        len(y) if len(names) > 1 else 0,
+        int(alone.sum()),
+        int((alone & (wrong >= limit[best])).sum()),
+        margins,
+        {n: float(np.mean(own[hidden == i] >= limit[i])) for i, n in enumerate(names)},
+    )
+
+
+def visible(known: Design, cause: Listed) -> list[tuple[float, float]]:
+    """Range of visible sizes on each side of the baseline, under a known noise."""
+    grid = known.singles[cause.name]
+    d = np.sqrt(distances(at_measured(grid), known.null))
+    out = []
+    for side in cause.sides:
+        rows = np.flatnonzero((grid.sizes[0] - cause.baseline) * np.sign(side - cause.baseline) >= 0)
+        rows = rows[np.argsort(np.abs(grid.sizes[0][rows] - cause.baseline))]
+        reach = np.maximum.accumulate(d[rows])
+        low = float(np.interp(LEAST, reach, grid.sizes[0][rows])) if reach[-1] > LEAST else side
+        out.append((low, side))
+    return out
+
+
+def position_of(grid: Grid, size: float | None, inputs: np.ndarray) -> np.ndarray:
+    """Place of a size (None for a grid of the baseline) and of measured inputs on a grid, within its ends."""
+    values = ([] if size is None else [size]) + list(inputs)
+    axes = (*grid.sizes, *grid.z)
+    return np.array([np.interp(v, a, np.arange(len(a))) for v, a in zip(values, axes, strict=True)])
+
+
+def _planted(design: Design, known: Design, cause: Listed, chances: Draws, ratio: np.ndarray) -> np.ndarray:
+    """Data with one cause: visible sizes evenly spaced, on both sides in turn; noise and inputs as drawn."""
+    grid, ranges = design.singles[cause.name], visible(known, cause)
+    out = np.empty_like(chances.errors)
+    for k, (error, inputs) in enumerate(zip(chances.errors, chances.inputs, strict=True)):
+        low, high = ranges[k % len(ranges)]
+        size = low + (high - low) * ((0.5 + 0.618034 * k) % 1.0)
+        out[k] = grid.between(position_of(grid, size, inputs)) + ratio * error
+    return out
+
+
+def _adequate(design: Design, fit: Fit) -> np.ndarray:
+    """Whether neither scatter nor trend speaks against fits, by nominal tail probabilities."""
+    trends = max(len(design.shapes), 1)
+    good = design.shapes.statistic(fit.residuals) <= np.log(trends / TREND)
+    if design.like.quadratic:
+        good &= chdtrc(design.n + design.inputs, fit.loss + fit.penalty) >= FIT
+    return good
+
+
+def _margins(
+    names: Sequence[str], given: np.ndarray, excess: np.ndarray, trials: int, floor: float, share: float, each: float
+) -> dict[str, float]:
+    """Margin of every name: the floor, raised until neither it nor all together are given too often."""
+    margins = {}
+    for i, name in enumerate(names):
+        reached = np.sort(excess[given == i])[::-1]
+        allowed = int(each * trials)
+        margins[name] = floor if len(reached) <= allowed else max(floor, _above(reached[allowed]))
+    limit = np.array([margins[n] for n in names])
+    passing = np.sort(excess[excess >= limit[given]])[::-1] if len(given) else np.zeros(0)
+    allowed = int(share * trials)
+    if len(passing) > allowed:
+        least = _above(passing[allowed])
+        margins = {n: max(m, least) for n, m in margins.items()}
+    return margins
+
+
+def _above(value: float) -> float:
+    """A number just above another, so that what reached that one does not pass."""
+    return float(value) + 1e-6 * (1.0 + abs(float(value)))

@@ -1,0 +1,153 @@
+"""What is said of a data set: the kinds of answers, and what stands behind each."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+from limitmason.diagnosis.inference.design import Names
+from limitmason.diagnosis.inference.fit import Fit
+from limitmason.diagnosis.inference.missing import Missing
+
+
+class VerdictKind(StrEnum):
+    """What is said: nothing, a name earned or not, one of several, two at once, an effect off the list, scatter."""
+
+    NONE = "none"
+    CAUSE = "cause"
+    BEHAVES_LIKE = "behaves like"
+    EITHER = "either"
+    TWO = "two"
+    UNEXPLAINED = "unexplained"
+    SCATTER = "scatter"
+
+
+@dataclass(frozen=True)
+class Tested:
+    """One explanation held against the data under its own fit.
+
+    Parameters
+    ----------
+    names : the cause or the pair
+    kept : whether it is not rejected
+    sizes : fitted sizes
+    z : refitted nuisance inputs in standard deviations
+    gain : log-likelihood above the baseline
+    deficit : log-likelihood below the best explanation of its kind
+    p : "deficit", "shape" and "scatter"; a missing one was not needed. Above the threshold it means "not rejected"
+    draws : number of draws behind them
+    fit : the fit itself
+    """
+
+    names: Names
+    kept: bool
+    sizes: tuple[float, ...]
+    z: tuple[float, ...]
+    gain: float
+    deficit: float
+    p: dict[str, float]
+    draws: int
+    fit: Fit
+
+
+CONDITIONS = ("lever", "dose", "excess", "usual", "left out")
+
+
+@dataclass(frozen=True)
+class Earned:
+    """What stands behind a name, and what is missing for it.
+
+    Parameters
+    ----------
+    names : the explanation
+    missing : conditions that do not hold, of ``CONDITIONS``; none of them: the name is earned
+    along : covariate of the nameless bias that comes nearest
+    excess : log-likelihood of the explanation over the evidence of the best nameless bias
+    margin : that it must reach
+    expected : median of it in data drawn from the explanation; below the margin, the design does not vary what only
+        this cause acts through
+    chance : share of these in which it reaches the margin: how often this design earns the name
+    p : share of these with an excess as small as that of the data
+    slope, slope_error : of the data along that contrast; 0 is no effect, 1 the fitted size
+    ahead, ahead_error : log score of values left out, explanation minus nameless bias, and its standard error
+    structure : share of these draws whose residuals show as much of a nameless bias as those of the data
+    left_along : covariate of the bias in the residuals
+    """
+
+    names: Names
+    missing: tuple[str, ...]
+    along: str
+    excess: float
+    margin: float
+    expected: float
+    chance: float
+    p: float
+    slope: float
+    slope_error: float
+    ahead: float
+    ahead_error: float
+    structure: float
+    left_along: str
+
+    @property
+    def holds(self) -> bool:
+        """Whether the name is earned."""
+        return not self.missing
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the rule says about one data set.
+
+    Parameters
+    ----------
+    kind : of the answer
+    causes : kept causes, best first; for a pair the causes of the best pair
+    pairs : kept pairs, best first
+    covariate, trend : best trend of the residuals at the baseline, None when none is seen
+    p : the gate's "gain", "shape", "scatter" and "guard"
+    critical_gain : log-likelihood gain over the whole list that noise alone reaches with probability ``Rule.gain``
+    tested : all explanations that were held against the data, by names
+    null : fit of the baseline
+    tried_pairs : whether pairs were held against the data
+    withdrawn : explanations that fit but predict whole groups left out worse than the baseline does
+    structured : single names that fit but leave a nameless bias in the residuals
+    earned : what stands behind the single name or pair, None where there is none
+    rehearsed : how often a name is given where the true cause is missing from the list, None where no name is at stake
+    """
+
+    kind: VerdictKind
+    causes: Names
+    pairs: tuple[Names, ...]
+    covariate: str | None
+    trend: str | None
+    p: dict[str, float]
+    critical_gain: float
+    tested: dict[Names, Tested] = field(default_factory=dict)
+    null: Fit | None = None
+    tried_pairs: bool = False
+    withdrawn: tuple[Names, ...] = ()
+    structured: tuple[Names, ...] = ()
+    earned: Earned | None = None
+    rehearsed: Missing | None = None
+
+    @property
+    def kept(self) -> tuple[Names, ...]:
+        """Explanations that are not rejected: single causes or pairs, best first."""
+        return self.pairs or tuple((name,) for name in self.causes)
+
+    def without(self, names: Sequence[Names]) -> "Verdict":
+        """The verdict after explanations are withdrawn: fewer of them, or "unexplained" when none is left."""
+        left = tuple(n for n in self.kept if n not in set(names))
+        if not left:
+            kind = VerdictKind.UNEXPLAINED
+        elif self.pairs or self.kind == VerdictKind.BEHAVES_LIKE:
+            kind = self.kind
+        else:
+            kind = VerdictKind.CAUSE if len(left) == 1 else VerdictKind.EITHER
+        return replace(
+            self,
+            kind=kind,
+            causes=left[0] if left and self.pairs else tuple(n[0] for n in left),
+            pairs=left if self.pairs else (),
+            withdrawn=tuple(names),
+        )

@@ -1,0 +1,257 @@
+"""A name must be earned: nameless rivals, margins, shared noise and what is said of them, held against closed forms."""
+
+import json
+
+import numpy as np
+import pytest
+from diagnosis_models import BATCH, CAUSES, FRICTION, GAIN, ROUNDING, blocks, data, specimens, study
+from scipy.stats import multivariate_normal
+
+from limitmason.diagnosis import Cause, Noise, Rule, Study
+from limitmason.diagnosis.inference.likelihood import Likelihood
+from limitmason.diagnosis.inference.nameless import AMPLITUDES, CONSTANT, Nameless, about
+from limitmason.diagnosis.inference.shared import LEAST, alike, assumed, estimated_shares, same
+from limitmason.errors import InputError
+
+RNG = np.random.default_rng(16)
+X = RNG.uniform(0.0, 3.0, 9)
+LABELS = list("aabbbccca")
+
+
+def rivals(slopes=None):
+    return Nameless.of({"x": X, "label": LABELS}, np.ones(9), np.zeros((9, 0)) if slopes is None else slopes)
+
+
+def test_evidence_of_a_bias_is_the_normal_density_with_its_covariance():
+    y, every = RNG.standard_normal(9), rivals()
+    for number in (0, 1, 8, len(every.along) - 1):
+        density = multivariate_normal(np.zeros(9), np.eye(9) + every.kernels[number]).logpdf(y)
+        found = every.each(y, Likelihood())[0, number] - 4.5 * np.log(2.0 * np.pi)
+        assert found == pytest.approx(density, abs=1e-9)
+    assert every.along[0] == CONSTANT
+    assert every.evidence(y, Likelihood())[0] >= -0.5 * float(y @ y)  # no bias at all is among them
+
+
+def test_a_measured_input_is_profiled_out_of_a_bias_as_least_squares_does():
+    slopes = RNG.standard_normal((9, 1))
+    y, with_input = RNG.standard_normal(9), rivals(slopes)
+    for number in (0, 5, len(with_input.along) - 1):
+        inverse = np.linalg.inv(np.eye(9) + with_input.kernels[number])
+        z = np.linspace(-3.0, 3.0, 60001)
+        left = y[None] - z[:, None] * slopes[:, 0]
+        least = (np.einsum("bi,ij,bj->b", left[::100], inverse, left[::100]) + z[::100] ** 2).min()
+        found = -2.0 * (with_input.each(y, Likelihood())[0, number] + with_input.prices[number])
+        assert found == pytest.approx(least, abs=1e-3)
+
+
+def test_values_left_out_are_the_conditional_means_of_the_process():
+    y, every = RNG.standard_normal(9), rivals()
+    number, folds = 10, np.array([0, 0, 1, 1, 1, 2, 2, 2, 0])
+    miss, spread = every.left_out(number, y, folds)
+    whole = np.eye(9) + every.kernels[number]
+    for fold in range(3):
+        out, rest = np.flatnonzero(folds == fold), np.flatnonzero(folds != fold)
+        across = whole[np.ix_(out, rest)] @ np.linalg.inv(whole[np.ix_(rest, rest)])
+        assert miss[out] == pytest.approx(y[out] - across @ y[rest], abs=1e-9)
+        assert spread[out] == pytest.approx(np.diag(whole[np.ix_(out, out)] - across @ whole[np.ix_(rest, out)]))
+
+
+def test_what_goes_with_one_covariate_is_found_along_it_and_a_turned_order_changes_nothing():
+    labels = ["p", "q", "r"] * 8
+    x, w = RNG.uniform(0, 1, 24), RNG.uniform(0, 1, 24)
+    every = Nameless.of({"x": x, "w": w, "label": labels}, np.ones(24), np.zeros((24, 0)))
+    y = 8.0 * x + 0.3 * RNG.standard_normal(24)
+    assert every.along[every.best(y, Likelihood())] == "x"
+    turned = RNG.permutation(24)
+    other = Nameless.of(
+        {"label": [labels[i] for i in turned], "w": w[turned], "x": 5.0 - 3.0 * x[turned]}, np.ones(24),
+        np.zeros((24, 0)),
+    )  # fmt: skip
+    assert other.evidence(y[turned], Likelihood()) == pytest.approx(every.evidence(y, Likelihood()), abs=1e-8)
+    # a bias of any size has a price that grows with its logarithm only: none is too large to be told
+    large = [float(every.evidence(f * (x - x.mean()), Likelihood())[0]) for f in (10.0, 30.0, max(AMPLITUDES))]
+    assert min(large) > -15.0
+
+
+def test_a_cause_about_one_column_of_labels_is_recognised_and_no_other():
+    shift = np.where(np.array(LABELS) == "b", 2.0, 0.0)
+    covariates = {"x": X, "label": LABELS}
+    assert about(shift, np.ones(9), covariates) == "label"
+    assert about(np.full(9, 2.0), np.ones(9), covariates) is None  # a gain is about no column
+    assert about(shift + 0.1 * X, np.ones(9), covariates) is None
+    scale = np.linspace(0.5, 1.5, 9)
+    assert about(shift / scale, scale, covariates) == "label"
+
+
+def test_one_factor_on_all_values_is_never_named():
+    # the nearest nameless bias, an equal error of all values, makes exactly the same data
+    verdicts = [study(data(GAIN, 1.25, seed=s)).diagnose(CAUSES, draws=699) for s in (0, 1, 2)]
+    assert {v.kind for v in verdicts} == {"behaves like"}
+    assert all(v.causes == ("gain",) and v.earned.along == CONSTANT for v in verdicts)
+    assert "an equal error of all values could do the same" in str(verdicts[0])
+
+
+def narrow(values=None, **more):
+    """Twelve blocks of two widths, the wide ones all in one batch: the contrast that only rounding makes is missing."""
+    made = [{**s, "width": (0.10, 0.14)[i % 2], "batch": "AB"[i % 2]} for i, s in enumerate(specimens())]
+    return Study(made, blocks, values, Noise(0.04), FRICTION, ["height", "width", "batch"], **more)
+
+
+def test_a_name_is_earned_only_where_its_lever_is_varied_and_next_tests_vary_it():
+    wide = study(data(ROUNDING, 0.018)).diagnose(CAUSES)
+    assert (wide.kind, wide.named, wide.earned.missing) == ("cause", True, ())
+    values = narrow().predicted([ROUNDING], [0.012]) * np.exp(0.04 * np.random.default_rng(0).standard_normal(12))
+    verdict = narrow(values).diagnose(CAUSES)
+    assert (verdict.kind, verdict.causes, verdict.named) == ("behaves like", ("edge rounding",), False)
+    assert "lever" in verdict.earned.missing
+    assert verdict.gain.leave_one_out.total > 0  # the gain is measured either way
+    assert verdict.estimates["edge rounding"].size == pytest.approx(0.012, rel=0.2)
+    pool = [{"height": h, "width": w, "batch": b} for h in (0.3, 1.0) for w in (0.06, 0.10, 0.14, 0.3) for b in "AB"]
+    tests = verdict.next_tests(pool, k=4)
+    assert {s["width"] for s in tests.specimens} <= {0.06, 0.3}  # not more of the same
+    assert "to earn the name edge rounding" in str(tests)
+    more = [s for s in tests.specimens for _ in range(2)]
+    both = narrow().replace(specimens=[*narrow().specimens, *more])
+    noise = np.exp(0.04 * np.random.default_rng(1).standard_normal(both.n))
+    again = both.with_measured(both.predicted([ROUNDING], [0.012]) * noise).diagnose(CAUSES)
+    assert (again.kind, again.causes) == ("cause", ("edge rounding",))
+
+
+def test_without_the_rule_of_earning_what_is_left_is_named():
+    values = narrow().predicted([ROUNDING], [0.012]) * np.exp(0.04 * np.random.default_rng(0).standard_normal(12))
+    always = narrow(values).diagnose(CAUSES, rule=Rule(earn=False))
+    assert (always.kind, always.earned) == ("cause", None)
+    assert "earned" not in str(always)
+
+
+def test_a_margin_beyond_reach_gives_no_name_and_says_why():
+    verdict = study(data(ROUNDING, 0.012)).diagnose(CAUSES, rule=Rule(margin=1e3))
+    assert verdict.kind == "behaves like"
+    assert {"lever", "excess"} <= set(verdict.earned.missing)
+    assert "in 0 of 100 data sets" in verdict.report(checks=False)
+
+
+def test_report_page_record_and_notebook_say_what_is_missing(tmp_path):
+    values = narrow().predicted([ROUNDING], [0.012]) * np.exp(0.04 * np.random.default_rng(0).standard_normal(12))
+    verdict = narrow(values).diagnose(CAUSES)
+    text = verdict.report(checks=False)
+    for said in ("The name is not earned", "What would earn it", "If the true cause were missing from this list"):
+        assert said in text
+    shown = json.loads(json.dumps(verdict.record()))
+    assert (shown["kind"], shown["the name is earned"]) == ("behaves like", False)
+    assert shown["behind the name"]["missing"] == list(verdict.earned.missing)
+    assert "behaves like edge rounding" in repr(verdict)
+    (row,) = [r for r in verdict.table() if r["cause"] == "edge rounding"]
+    assert row["earned"] is False
+
+
+def test_leave_a_cause_out_counts_names_and_its_rate_stands_in_the_verdict():
+    made = study(data(ROUNDING, 0.012))
+    with pytest.raises(InputError, match="each"):
+        made.rehearse(CAUSES, hide="all")
+    with pytest.raises(InputError, match="list of two"):
+        made.rehearse([GAIN], hide="each")
+    found = made.rehearse(CAUSES, n=12, hide="each", pairs=False)
+    assert found.missing
+    assert {name: sum(row.values()) for name, row in found.counts.items()} == dict.fromkeys([c.name for c in CAUSES], 4)
+    assert all(not row.get("named") and not row.get("behaves like it") for row in found.counts.values())
+    rate = found.rate("wrong name")[0]
+    text = made.diagnose(CAUSES).report(checks=False)
+    assert f"given in {100 * rate:.0f} of 100 data sets on this design (rehearsed 12 times" in text
+    # a cause that never was on the list
+    slope = Cause("slope", "slope", 0.0, (-1.0, 1.0))
+    assert set(made.rehearse(CAUSES, n=2, hide=[slope], pairs=False).counts) == {"slope"}
+
+
+def test_margins_hold_a_name_of_a_twin_back():
+    # with its twin off the list, either is given to the other's data; the margin of both rises above what they reach
+    twin = Cause("loss", "loss", 0.0, (0.0, 0.02))
+
+    def simulate(s, *, friction_coefficient, rounding=0.0, loss=0.0, slope=0.0):
+        both = rounding + loss
+        return blocks(s, friction_coefficient=friction_coefficient, rounding=both, slope=slope)
+
+    made = Study(specimens(), simulate, data(ROUNDING, 0.012), Noise(0.04), FRICTION, ["height", "width"])
+    causes = (ROUNDING, twin, Cause("slope", "slope", 0.0, (-1.0, 1.0)))
+    missing = made.judge(causes).missing()
+    assert missing.unearned >= 0.5 * missing.trials
+    assert missing.rate <= Rule().missing
+    assert missing.earned["edge rounding"] < 0.1
+    free = made.judge(causes, Rule(margin=0.0, missing=1.0, each=1.0)).missing()
+    assert free.rate > 0.3
+
+
+@pytest.mark.parametrize("share", [0.0, 0.6])
+def test_share_of_a_group_is_estimated_within_the_stated_total(share):
+    walls = [{"height": 0.3 + 0.02 * i, "width": 0.1} for i in range(40)]
+    batches = {"batch": [f"b{i // 5}" for i in range(40)]}
+    made = Study(walls, blocks, None, Noise(0.04), FRICTION, batches, levels=3, nuisance_levels=3)
+    design = made.design([ROUNDING])
+    factor = np.linalg.cholesky(assumed(made.covariates["batch"], share))
+    rng = np.random.default_rng(5)
+    found = [
+        estimated_shares(design, factor @ rng.standard_normal(40), made.covariates).shares.get("batch", 0.0)
+        for _ in range(30)
+    ]
+    assert np.mean(found) == pytest.approx(share, abs=0.12)
+
+
+def test_shared_noise_is_carried_as_generalised_least_squares_does():
+    labels = [f"day {i // 3}" for i in range(12)]
+    made = study(data(ROUNDING, 0.012), covariates={"day": labels, "height": range(12)}, nuisance={})
+    plain = made.design(CAUSES)
+    y = plain.whiten(made.measured)
+    from limitmason.diagnosis.inference.fit import fit
+    from limitmason.diagnosis.inference.shared import sharing
+
+    correlation = assumed(labels, 0.5)
+    mixed = sharing(plain, correlation, made.covariates)
+    found = fit(mixed.singles["edge rounding"], mixed.turned(y), np.zeros(0), mixed.like)
+    left = mixed.apart(found.residuals[0])
+    assert float(found.loss[0]) == pytest.approx(float(left @ np.linalg.solve(correlation, left)), rel=1e-9)
+    grid = plain.singles["edge rounding"]
+    at_nodes = [float(r @ np.linalg.solve(correlation, r)) for r in y - grid.nodes]
+    assert found.loss[0] <= min(at_nodes) + 1e-9
+    assert mixed.apart(mixed.turned(y)) == pytest.approx(y)
+
+
+def test_noise_of_whole_days_makes_an_alarm_only_where_it_is_not_carried():
+    labels = [f"{i // 3}" for i in range(12)]
+    factor, rng = np.linalg.cholesky(assumed(labels, 0.85)), np.random.default_rng(4)
+    alarms = {None: 0, (): 0}
+    for k in range(12):
+        values = study().baseline() * np.exp(0.04 * factor @ rng.standard_normal(12))
+        for shared in alarms:
+            made = study(values, covariates={"day": labels, "height": range(12)}, shared=shared)
+            alarms[shared] += made.diagnose(CAUSES, seed=k, draws=299, pairs=False).kind != "none"
+    assert alarms[None] <= 2
+    assert alarms[()] > alarms[None]
+
+
+def test_what_is_carried_is_said_and_what_cannot_be_is_tried():
+    labels = [f"{i // 3}" for i in range(12)]
+    factor = np.linalg.cholesky(assumed(labels, 0.9))
+    noise = np.exp(0.04 * factor @ np.random.default_rng(4).standard_normal(12))
+    values = study().predicted([ROUNDING], [0.012]) * noise
+    made = study(values, covariates={"day": labels, "width": [s["width"] for s in specimens()]})
+    verdict = made.diagnose(CAUSES)
+    assert verdict.shares.shares["day"] > LEAST
+    assert "of its variance within day" in verdict.report(checks=False)
+    assert np.log(verdict.predicted(()) / study().baseline()) == pytest.approx(0.0, abs=1e-9)
+    bare = study(data(ROUNDING, 0.012), covariates=["height", "width"]).diagnose(CAUSES)
+    assert "groups of like specimens (assumed" in bare.report()
+    with pytest.raises(InputError, match="no covariate"):
+        study(shared=["weather"])
+
+
+def test_a_batch_that_a_cause_is_about_is_not_carried_as_noise():
+    verdict = study(data(BATCH, 1.2)).diagnose(CAUSES)
+    assert verdict.causes == ("batch",)
+    assert "batch" not in verdict.shares.looked_at
+    assert verdict.named
+
+
+def test_groups_of_like_specimens_gather_what_is_alike():
+    labels = alike({"height": [1.0, 1.01, 1.02, 1.0, 3.0, 3.01, 3.0, 3.02], "kind": list("aaaabbbb")})
+    assert same(labels) == pytest.approx(same([0, 0, 0, 0, 1, 1, 1, 1]))
+    assert alike({"height": [1.0] * 12}) is None
