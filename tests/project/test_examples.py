@@ -372,7 +372,8 @@ CHECKS = {
         mechanisms_of_a_u_shaped_wall, three_theories_one_wall, dilatancy_and_block_size,
         four_point_bending, minho_pushover, rondelet_contact_points, own_cause, pavia_layouts,
         diagnose_pavia, diagnose_brick_panels, diagnose_ferris_tin_loi, diagnose_minho,
-        tilt_test, murano_pushover, capacity_curve, brick_panel, bnw_zoned_walls, u_wall_as_a_solid, tie_rods,
+        tilt_test, murano_pushover, capacity_curve, gaps_in_a_corner_wall,
+        brick_panel, bnw_zoned_walls, u_wall_as_a_solid, tie_rods,
         calibrate_brick_panels, calibrate_murano_stiffness, stochastic_panels, vaults_and_domes, rubble_leaf,
     )
 }  # fmt: skip
