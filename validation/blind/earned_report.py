@@ -86,13 +86,17 @@ BROKEN = {"always named": always_named, "always behaves like": never_named, "no 
 
 
 def rivals(records, key):
-    """Share of wrong names where a threshold on an excess keeps 95 of 100 clear listed causes that fit alone."""
-    clear = [r[key] for r in records if r["class"] == "clear" and key in r and r["right"]]
+    """Share of wrong names where a threshold on an excess keeps 95 of 100 clear listed causes that fit alone.
+
+    Without the batch shift, which is held against all but its own column by the rule, and by the surfaces is not.
+    """
+    clear = [r[key] for r in records if r["class"] == "clear" and key in r and r["right"]
+             and r["truth"] != "shift of batch B"]  # fmt: skip
     wrong = [r for r in records if r["class"] in ("missing, of the list", "missing, never listed", "outsiders")]
     if not clear or not wrong:
         return float("nan"), float("nan"), 0
     limit = float(np.quantile(clear, 0.05))
-    named = sum(key in r and not r["pair"] and r[key] >= limit for r in wrong)
+    named = sum(key in r and not r["pair"] and r[key] >= limit and r["said"] != "shift of batch B" for r in wrong)
     return limit, named / len(wrong), len(wrong)
 
 
@@ -146,7 +150,8 @@ def text(records, seed, seconds):
         "",
         "Nameless rival: a threshold that keeps 95 of 100 clear listed causes leaves wrong names to "
         f"{100 * process[1]:.1f} % of {process[2]} data sets with effects outside the list by Gaussian processes "
-        f"(the rule), to {100 * surface[1]:.1f} % by low-order surfaces with BIC (`surface.py`).",
+        f"(the rule), to {100 * surface[1]:.1f} % by low-order surfaces with BIC (`surface.py`); "
+        "the batch shift left out.",
         "",
         "How the classes are drawn: d2 after refitting rival and friction, at the mean friction. Clear: 36 and more "
         "from the baseline, from every listed rival, and from every line, parabola or step along one recorded "
@@ -168,12 +173,12 @@ def _detection(counts, records, seed):
     """Detection near the baseline beside the exact test's power at the same alarm rate, per campaign and together."""
     label = "near the baseline"
     found = total = exact = tried = 0
+    nulls = [r["outcome"] for r in records if r["class"] == "nothing"]
+    alarms = max(sum(o != "none" for o in nulls), 1) / max(len(nulls), 1)
     for design in earned_trials.DESIGNS:
         own = [r["outcome"] for r in records if r["class"] == label and r["design"] == design]
-        null = [r["outcome"] for r in records if r["class"] == "nothing" and r["design"] == design]
-        if not own or not null:
+        if not own or not nulls:
             continue
-        alarms = max(sum(o != "none" for o in null) / len(null), 1.0 / len(null))
         k, n = earned_trials.exact_power(design, alarms, [seed, 99], 600)
         found, total = found + sum(o != "none" for o in own), total + len(own)
         exact, tried = exact + k * len(own) / n, tried + len(own)
@@ -183,8 +188,8 @@ def _detection(counts, records, seed):
     low, high = binomial_interval(found, total)
     state = "holds" if rate >= power - 0.05 else "**falls short**"
     return [
-        f"| {label} | detection within 5 points of the exact test's {100 * power:.1f} % | {100 * rate:.1f} % | "
-        f"{100 * low:.1f} to {100 * high:.1f} % | {total} | {state} |"
+        f"| {label} | detection within 5 points of the exact test's {100 * power:.1f} % at {100 * alarms:.1f} % alarms "
+        f"| {100 * rate:.1f} % | {100 * low:.1f} to {100 * high:.1f} % | {total} | {state} |"
     ]
 
 
