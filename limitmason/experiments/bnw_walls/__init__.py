@@ -205,7 +205,8 @@ def curve(test: Experiment) -> Curve:
     force = float(m["bilinear force+"])
     drifts = (0.0, float(m["bilinear elastic drift+"]), float(m["bilinear ultimate drift+"]))
     return Curve(
-        np.array([1e-2 * d * height for d in drifts]), np.array([0.0, force, force]), displacement_unit="mm", load_unit="kN",
+        np.array([1e-2 * d * height for d in drifts]), np.array([0.0, force, force]),
+        displacement_unit="mm", load_unit="kN",
         label=f"{test.specimen}, bilinear of the measured envelope", source=str(test.source),
     )  # fmt: skip
 
