@@ -17,6 +17,9 @@ from limitmason.model import Assembly
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+MOST = 300_000
+"""Zones that a mesh may have: beyond it a step takes a tenth of a second and a run days."""
+
 _FLAT = 1e-6  # of the size of a block: corners this near a plane lie in it
 
 
@@ -91,9 +94,11 @@ def make_mesh(assembly: Assembly, zone_size: float, stiff: Iterable[int] = ()) -
     Raises
     ------
     InputError
-        For a zone size larger than a block's least side, and as :func:`outline_of`.
+        For a zone size that is no length, larger than a block's least side, or so small that there are more than
+        ``MOST`` zones, and as :func:`outline_of`.
     """
-    if not (np.isfinite(zone_size) and zone_size > 0.0):
+    number = isinstance(zone_size, (int, float, np.number)) and not isinstance(zone_size, bool)
+    if not number or not (np.isfinite(zone_size) and zone_size > 0.0):
         raise InputError(f"zone_size must be a positive length [m], got {zone_size!r}")
     n_blocks = assembly.n_blocks
     place: list[Array] = []
@@ -105,9 +110,16 @@ def make_mesh(assembly: Assembly, zone_size: float, stiff: Iterable[int] = ()) -
     thickness, area = np.zeros(n_blocks), np.zeros(n_blocks)
     rigid = assembly.held.any(axis=1) | np.array([b.material is None for b in assembly.blocks])
     rigid[list(stiff)] = True
+    outlines = [outline_of(assembly, i) for i in range(n_blocks)]
+    cut_area = sum(polygon_area_centroid(o)[0] for k, (o, _) in enumerate(outlines) if not rigid[k])
+    if cut_area > MOST * zone_size**2:
+        raise InputError(
+            f"zone_size = {zone_size:g} m cuts {cut_area:.3g} m2 of wall into {cut_area / zone_size**2:.1e} zones or "
+            f"more; {MOST:.0e} is the most: take {np.sqrt(cut_area / MOST):.2g} m or larger"
+        )
     count, largest = 0, 0.0
     for i, block in enumerate(assembly.blocks):
-        outline, thickness[i] = outline_of(assembly, i)
+        outline, thickness[i] = outlines[i]
         area[i] = polygon_area_centroid(outline)[0]
         edges = np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1)
         if rigid[i]:

@@ -96,7 +96,7 @@ def make_model(
     """
     options = joint_options or JointOptions()
     if plane not in (PLANE_STRESS, PLANE_STRAIN):
-        raise InputError(f"plane must be {PLANE_STRESS!r} or {PLANE_STRAIN!r}, got {plane!r}")
+        raise InputError(f"plane must be {PLANE_STRESS!r} or {PLANE_STRAIN!r} (stress= of a push), got {plane!r}")
     if options.dashpot is not None and np.any(np.asarray(list(
         options.dashpot.values() if hasattr(options.dashpot, "values") else np.atleast_1d(options.dashpot)
     ), dtype=float) > 0.0):  # fmt: skip

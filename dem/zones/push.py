@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.joints import Grid, JointOptions
-from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_STEPS, Z_SUPPORT
+from dem.kernels.arrays import LAW_KN, LAW_KS
+from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_SUPPORT
 from dem.pace import default_steps
 from dem.resuming import RunStatus, interrupts_wait, part_file
+from dem.state import UnstableError
 from dem.stepping import CALM
 from dem.zones import running
 from dem.zones.marks import joint_marks
@@ -33,6 +35,15 @@ SLOWER = 3
 
 LEAST_STEPS = 40_000
 """Steps that the faster run takes, at least: a brittle panel that fails at 9 kN carries 14 to 19 in 6000 to 20 000."""
+
+SETTLING = 10
+"""Slowest swings in which loads come on and come to rest, about."""
+
+AT_REST = 1e-8
+"""Kinetic over elastic energy below which what does not balance is rounding [-]."""
+
+TRIED = 20
+"""Steps by which the pace is measured."""
 
 GENTLE = 5
 """Samples over which the drive comes up to its speed."""
@@ -78,7 +89,7 @@ def push_zoned(
     rate_check : run again at a third of the speed; the answer is that run
     samples : per run
     tolerance : of settling, unbalanced force at a node over the mean applied force per node [-]
-    longest : predicted run time above which a push whose ``steps`` nobody chose is refused [s]
+    longest : predicted run time above which a push is refused [s]; with ``steps`` given, that of settling alone counts
     progress : called with a mapping of "run", "part" of all steps done, "time left" [s], "displacement", "load"; return
         True to stop ("interrupted")
     checkpoint : file beside which the settled model and the runs are kept as they go; the same push with the same file
@@ -87,7 +98,8 @@ def push_zoned(
     Raises
     ------
     InputError
-        For a drive out of the plane or without direction, a checkpoint of another push, and as
+        For a drive out of the plane or without direction, a checkpoint of another push, stiffness contrasts that make
+        the run hopeless (with the predicted time), and as
         :func:`dem.zones.model.make_model`.
     NotConverged
         Where the structure does not settle under its dead loads.
@@ -123,26 +135,21 @@ def push_zoned(
     same = signature(settled, plane=plane, drive=first.tolist(), tolerance=tolerance)
     if file is not None and file.exists():
         kept = load(file, settled, same)[1]
+        per_step, period = kept["per_step"], kept["period"]
     else:
-        clock = time.perf_counter()
-        if not running.settle(settled, tolerance):
-            raise NotConverged(
-                f"the structure does not settle under its dead loads (unbalanced force {running.unbalance(settled):.2g}"
-                " of the mean applied force per node): it falls before it is driven"
-            )
-        kept = {"per_step": (time.perf_counter() - clock) / float(settled.total[Z_STEPS])}
-        kept["period"] = running.slowest_period(settled)
+        per_step, period = _pace(settled), running.slowest_period(settled)
+        wanted = steps if steps is not None else _default_steps(period, samples)
+        _refuse_hopeless(settled, per_step, period, wanted, 1 + SLOWER * rate_check, longest, steps is not None)
+        # under softer joints than most it takes a few of the slowest swings
+        try:
+            rests = running.settle(settled, tolerance, max(running.MOST_STEPS, int(SETTLING * period)))
+        except UnstableError as error:
+            raise NotConverged(f"the structure falls under its dead loads before it is driven: {error}") from error
+        if not rests:
+            raise NotConverged(_unsettled(settled))
         if file is not None:
-            save(file, settled, same, None, **kept)
-    per_step = kept["per_step"]
-    if steps is None:
-        steps = max(default_steps(kept["period"]), LEAST_STEPS)
-        predicted = per_step * steps * (1 + SLOWER * rate_check)
-        if predicted > longest:
-            raise InputError(
-                f"the push would take about {predicted / 3600.0:.1f} h ({steps} steps of {1e6 * per_step:.0f} us, and "
-                "three times as many): take larger zones, softer joints, or give longest="
-            )
+            save(file, settled, same, None, per_step=per_step, period=period)
+    steps = steps if steps is not None else _default_steps(period, samples)
     counts = (steps, SLOWER * steps) if rate_check else (steps,)
     curves = []
     for number, count in enumerate(counts):
@@ -157,6 +164,61 @@ def push_zoned(
     both = curves[1].beside(curves[0])
     assert isinstance(both, ZonedCurve)
     return both
+
+
+def _default_steps(period: float, samples: int) -> int:
+    """Steps of the faster run from those of the slowest swing, ten to a sample at least."""
+    return max(default_steps(period), LEAST_STEPS, 10 * samples)
+
+
+def _pace(model: ZonedModel) -> float:
+    """Time that a step takes [s], from a few of a copy once they are compiled."""
+    tried = _twin(model)
+    running.advance(tried, 1)
+    clock = time.perf_counter()
+    running.advance(tried, TRIED)
+    return (time.perf_counter() - clock) / TRIED
+
+
+def _refuse_hopeless(
+    model: ZonedModel, per_step: float, period: float, steps: int, runs: int, longest: float, chosen: bool
+) -> None:
+    """Refuse a push whose predicted time is beyond the longest, or, where its steps were chosen, its settling.
+
+    Raises
+    ------
+    InputError
+        With the predicted time, the steps and the stiffest and softest springs.
+    """
+    settling = SETTLING * period
+    predicted = per_step * (settling + (0 if chosen else runs * steps))
+    if predicted <= longest:
+        return
+    raise InputError(
+        f"the push would take about {predicted / 3600.0:.1f} h: the slowest swing takes {period:.3g} steps of "
+        f"{1e6 * per_step:.0f} us, to settle some {SETTLING} of them"
+        + ("" if chosen else f", the push {runs * steps} steps")
+        + f". Stiffness contrasts make it long: {_contrast(model)}. Take softer units, stiffer joints or larger zones, "
+        "or give longest="
+    )
+
+
+def _contrast(model: ZonedModel) -> str:
+    """Stiffness of zones and joints in words."""
+    zone = max(b.material.young_modulus for b in model.assembly.blocks if b.material is not None) / model.mesh.size
+    joint = model.law[:, [LAW_KN, LAW_KS]]
+    return f"zones have E / size = {zone:.2g} Pa/m, joints from {joint.min():.2g} to {joint.max():.2g} Pa/m"
+
+
+def _unsettled(model: ZonedModel) -> str:
+    """Why a model did not settle, in words: it moves, or it is at rest but for the rounding of stiff springs."""
+    force = f"unbalanced force {running.unbalance(model):.2g} of the mean applied force per node"
+    if model.total[Z_KINETIC] < AT_REST * running.read(model).energy:
+        return (
+            f"the structure rests under its dead loads, but its forces are not in balance ({force}): they are lost in "
+            f"the rounding of springs too stiff for them; {_contrast(model)}. Take softer units or joints"
+        )
+    return f"the structure does not settle under its dead loads ({force}): it falls before it is driven"
 
 
 def _unit(drive: Drive, assembly: Assembly) -> tuple[Array, NDArray[np.bool_]]:
@@ -216,8 +278,15 @@ def _run(
         for number in range(len(record.moved) - 1, len(rates)):
             running.drive(model, twist * rates[number], hold)
             calm = record.restless < CALM
-            running.advance(model, chunk - tail, drifts=calm)
-            running.advance(model, tail, drifts=calm)
+            try:
+                running.advance(model, chunk - tail, drifts=calm)
+                running.advance(model, tail, drifts=calm)
+            except UnstableError as error:
+                # what was there before is a curve
+                if number < 1:
+                    raise
+                record.status, record.ended = RunStatus.UNSTABLE, f"the run ended early: {error}"
+                break
             load_now = float(-((model.rigid.total / tail - before) * twist).sum())
             work = abs(float(model.total[Z_APPLIED] + model.total[Z_SUPPORT]))
             done = max(abs(work - work_before), 1e-300)

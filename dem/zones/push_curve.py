@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 
 from dem.joint_marks import JointMarks
 from dem.papers import PAPERS
-from dem.push_curve import BY_WEIGHT, RESTLESS, PushCurve
+from dem.push_curve import BY_WEIGHT, RESTLESS, JointPoint, PushCurve
 from dem.zones.marks import AT_YIELD, ELASTIC, TENSION, YIELDED
 from dem.zones.mesh import ZoneMesh
 from dem.zones.model import ZonedModel
 from dem.zones.recording import Record, ZoneState
 from limitmason.curve import Event
+from limitmason.errors import InputError
 from limitmason.references import data_behind
 
 Array = NDArray[np.float64]
@@ -43,6 +44,52 @@ class ZonedCurve(PushCurve):
         """Displacements of the centroids [m] and quaternions of all blocks at a sample, own weight included."""
         return self.states[self.point(index).index]
 
+    def first_unit_crack(self, width: float) -> JointPoint | None:
+        """Where a zone that failed in tension is first stretched by a width; None where none is.
+
+        Its accumulated plastic strain times its size, the root of its area: a crack is smeared over a zone, whose first
+        touch of the tensile strength nobody could see; of its four points the most strained counts. Cracks that are
+        joints: ``first_crack(width, "crack")``.
+
+        Parameters
+        ----------
+        width : [m]
+        """
+        if not width > 0.0:
+            raise InputError(f"width must be positive [m], got {width!r}")
+        return self._first_zone([z.plastic * self._zone_sizes * (z.marks == TENSION) for z in self.zones], width)
+
+    def first_crushing(self, strain: float) -> JointPoint | None:
+        """Where a zone that yielded in shear and never failed in tension first has a plastic strain; None where none.
+
+        Parameters
+        ----------
+        strain : accumulated length of the plastic strain [-], 1.4 times the shortening of a zone crushed along one axis
+            without dilatancy
+        """
+        if not strain > 0.0:
+            raise InputError(f"strain must be positive, got {strain!r}")
+        return self._first_zone([z.plastic * np.isin(z.marks, (AT_YIELD, YIELDED)) for z in self.zones], strain)
+
+    @property
+    def _zone_sizes(self) -> Array:
+        """Root of the area of every zone [m], shape (e,)."""
+        assert self.mesh is not None
+        corners = self.mesh.place[self.mesh.zones]
+        one, two = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
+        return np.sqrt(0.5 * np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]))
+
+    def _first_zone(self, values: Sequence[Array], least: float) -> JointPoint | None:
+        """First sample at which a zone has a value, and the block of the zone that has the largest."""
+        assert self.mesh is not None
+        assert self.assembly is not None
+        for i, value in enumerate(values):
+            k = int(np.argmax(value))
+            if value[k] >= least:
+                where = self.assembly.blocks[int(self.mesh.zone_block[k])].name
+                return JointPoint(i, float(self.displacement[i]), float(self.load[i]), where, float(value[k]))
+        return None
+
     def __str__(self) -> str:
         """As :class:`PushCurve`, with the zones."""
         assert self.mesh is not None
@@ -58,7 +105,7 @@ class ZonedCurve(PushCurve):
 def zoned_curve(model: ZonedModel, record: Record, steps: int, twist: Array) -> ZonedCurve:
     """Curve of a run from what was kept at its samples; ``twist`` of rigid blocks per displacement of 1 m."""
     moved, marks, zones = record.moved, record.marks, record.zones
-    notes = list(model.warnings)
+    notes = [*model.warnings, *([record.ended] if record.ended else [])]
     restless = np.array(record.kinetic)
     if (restless > RESTLESS).any():
         where = moved[int(np.argmax(restless > RESTLESS))]

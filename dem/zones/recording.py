@@ -56,7 +56,7 @@ class Record:
     marks, places, zones : of the joints, blocks and zones at every sample
     restless : kinetic over elastic energy at the last sample [-]
     seconds : that the run has taken [s]
-    status : how it has ended
+    status, ended : how it has ended, and why where it did so early
     """
 
     moved: list[float] = field(default_factory=list)
@@ -69,6 +69,7 @@ class Record:
     restless: float = 0.0
     seconds: float = 0.0
     status: str = RunStatus.FINISHED
+    ended: str = ""
 
     def arrays(self) -> dict[str, Array]:
         """All of it as arrays by name."""

@@ -45,7 +45,7 @@ def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: 
     Raises
     ------
     UnstableError
-        Where a node is no longer at a finite place, and where a stress could not be returned to its surface.
+        Where a node has left the structure's surroundings, and where a stress could not be returned to its surface.
     """
     advance_zones(
         model.nodes, model.zones, model.tables, model.sides, model.contacts, model.law, model.soft, model.rigid,
@@ -55,6 +55,10 @@ def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: 
     if lost.any():
         name = model.assembly.blocks[int(model.mesh.block[int(np.argmax(lost))])].name
         raise UnstableError(f"the place of a node of block {name!r} is no longer finite")
+    flown = np.abs(model.nodes.shift).max(axis=1) > np.ptp(model.nodes.place, axis=0).max()
+    if flown.any():
+        name = model.assembly.blocks[int(model.mesh.block[int(np.argmax(flown))])].name
+        raise UnstableError(f"block {name!r} has moved farther than the structure is large")
     if model.total[Z_MISSED] > 0.0:
         raise UnstableError("a stress could not be returned to its yield surface: dilatancy beyond the friction angle")
 
@@ -81,11 +85,14 @@ def unbalance(model: ZonedModel) -> float:
     return max(node, float(np.abs(moving).max(initial=0.0)) / applied)
 
 
+MOST_STEPS = 200_000
+"""Steps in which a model settles, at most."""
+
 RAMP = 20
 """Parts in which loads are brought on: at once they would swing, and what swings yields and slips for good."""
 
 
-def settle(model: ZonedModel, tolerance: float = SETTLED, max_steps: int = 200_000) -> bool:
+def settle(model: ZonedModel, tolerance: float = SETTLED, max_steps: int = MOST_STEPS) -> bool:
     """Bring the loads on and run until the unbalance stays below a tolerance; whether it did within the steps.
 
     Loads come in twenty parts over two of the slowest swings, at most a quarter of the steps.

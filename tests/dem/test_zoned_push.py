@@ -7,7 +7,7 @@ import dem
 import limitmason as lm
 from dem.zones.marks import TENSION
 from limitmason import figures
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotConverged
 
 
 def wall(phi, psi, material, **joint):
@@ -84,6 +84,12 @@ def test_what_a_zoned_push_cannot_do_is_refused():
         zoned(model, EAST, to=1e-4)
     with pytest.raises(InputError, match="for modal and zoned blocks"):
         dem.push(model, EAST, to=1e-4, stress="plane strain")
+    for size in ((0.1, 0.1), "5mm", True, float("nan")):
+        with pytest.raises(InputError, match="must be a positive length"):
+            zoned(model, EAST, to=1e-4, zone_size=size)
+    # 0.64 m2 in squares of 0.1 mm are 64 million
+    with pytest.raises(InputError, match=r"into 6.4e\+07 zones"):
+        zoned(model, EAST, to=1e-4, zone_size=1e-4)
     with pytest.raises(InputError, match="no zones"):
         figures.plasticity(lm.curve.Curve([0.0, 1.0], [0.0, 1.0]))
 
@@ -101,3 +107,53 @@ def test_a_run_is_reported_and_can_be_stopped():
     assert 0.0 < seen[-1]["part"] < 0.2
     assert seen[-1]["time left"] > 0.0
     assert "zones up to 200 mm, plane stress" in str(curve)
+
+
+def test_hopeless_contrasts_are_refused_with_the_predicted_time_before_anything_settles():
+    stiff = lm.Material(young_modulus=3e15, poisson_ratio=0.2)
+    seen = []
+    options = dict(to=1e-4, zone_size=0.2, samples=20, longest=1.0, progress=seen.append)
+    model = wall(35.0, 0.0, stiff, normal_stiffness=1e10, shear_stiffness=5e9)
+    with pytest.raises(InputError, match=r"would take about .* h: .* E / size = 1.5e\+16 Pa/m, joints from 5e\+09"):
+        zoned(model, EAST, **options)
+    # chosen steps are the user's, settling is not
+    with pytest.raises(InputError, match="to settle some 10 of them. Stiffness"):
+        zoned(model, EAST, steps=1000, **options)
+    assert not seen
+
+
+def test_units_that_flow_under_their_load_are_said_to_fall():
+    mud = lm.Material(young_modulus=3e9, poisson_ratio=0.2, cohesion=10.0, friction_angle_deg=30.0)
+    with pytest.raises(NotConverged, match="falls under its dead loads before it is driven"):
+        zoned(wall(35.0, 0.0, mud, normal_stiffness=1e10, shear_stiffness=5e9), EAST, to=1e-4, zone_size=0.2)
+
+
+def test_a_unit_that_is_crushed_and_one_that_is_torn_are_found_at_their_strain_and_width():
+    unit = lm.Material(
+        young_modulus=5e9, poisson_ratio=0.0, cohesion=1e6, friction_angle_deg=0.0, tensile_strength=1e5
+    )  # fmt: skip
+    joint = lm.Joint(0.0, normal_stiffness=5e11, shear_stiffness=5e11, tensile_strength=1e9, cohesion=1e9)
+    model = lm.build.wall(length=0.2, courses=1, unit=(0.2, 0.2, 0.2), joint=joint, density=20.0, top_beam=0.1,
+                          beam_density=20.0)  # fmt: skip
+    model = model.with_material(unit, blocks=[b.name for b in model.blocks if b.name.startswith("facade")])
+    for sense, strength in ((-1.0, 2e6), (1.0, 1e5)):
+        curve = zoned(model, dem.Drive({"beam": {"z": sense, "x": 0.0, "ry": 0.0}}), to=5e-4, zone_size=0.2,
+                      samples=100, steps=20_000, rate_check=False)  # fmt: skip
+        # tau <= c: 2 c in compression; ft in tension; both perfectly plastic
+        assert curve.residual == pytest.approx(0.04 * strength, rel=3e-3)
+        elastic = strength * 0.2 / 5e9
+        crack, toe = curve.first_unit_crack(2e-4), curve.first_crushing(1.4e-3)
+        # of a zone's four points the most strained counts, and a body without hardening need not strain evenly
+        if sense > 0.0:
+            assert toe is None
+            assert crack.where.startswith("facade")
+            assert 0.6 * 2e-4 < crack.displacement - elastic < 2.1e-4
+        else:
+            assert crack is None
+            # psi = 0: strains e and -e along the two axes, of length e sqrt(2)
+            assert 0.6 * 2e-4 < toe.displacement - elastic < 2.1e-4
+    for wrong in (0.0, -1.0):
+        with pytest.raises(InputError, match="width must be positive"):
+            curve.first_unit_crack(wrong)
+        with pytest.raises(InputError, match="strain must be positive"):
+            curve.first_crushing(wrong)

@@ -84,3 +84,32 @@ def test_contact_grid_has_its_second_number_of_points_across_the_thickness(theta
         if joint.joint.name == "mortar joint":
             y = points.position[points.interface == k, 1]
             assert len(np.unique(y.round(9))) == 7
+
+
+def test_thinner_blocks_have_the_same_plastic_strength_of_a_straight_joint():
+    test = experiments.load(SOURCE, "theta-90", residual="full", block_scale=0.5, scale_thickness=True)
+    assert mcmaster.thickness_of(test) == pytest.approx(0.075)
+    assert {round(float(np.ptp(b.vertices[:, 1])), 9) for b in test.assembly().blocks[:5]} == {0.075}
+    found = limit_analysis(test.assembly(), test.loads()).collapse_multiplier
+    # three times ft, whatever the thickness; the support gives way to the inner edge of its bar
+    assert found == pytest.approx(3.0 * 0.36 * 0.4 / 0.399, rel=1e-4)
+
+
+def test_weight_of_a_lying_wallette_is_that_of_its_blocks_and_acts_with_the_load():
+    test = experiments.load(SOURCE, "theta-15", density=1500.0)
+    wall, loads = test.assembly(), test.loads()
+    volume = sum(b.volume for b in wall.blocks if b.name.startswith("block-"))
+    assert loads.dead.sum(axis=0)[:3] == pytest.approx([0.0, -1500.0 * 9.81 * volume, 0.0], rel=1e-3)
+    assert loads.live[:, 1].sum() < 0.0
+    assert not experiments.load(SOURCE, "theta-15").loads().dead.any()
+    for wrong in ({"density": -1.0}, {"bond_shift": 1.0}):
+        with pytest.raises(ValueError, match=next(iter(wrong))):
+            experiments.load(SOURCE, "theta-0", **wrong)
+
+
+def test_a_shifted_bond_still_fills_the_wallette():
+    for theta, shift in ((0.0, 0.5), (15.0, 0.25)):
+        pieces = cut_bond(1.6, 0.79, 0.4, 0.2, np.deg2rad(theta), shift)
+        assert 0.97 < sum(polygon_area_centroid(p)[0] for p in pieces) / (1.6 * 0.79) <= 1.0 + 1e-12
+    beds = {round(float(z), 6) for p in cut_bond(1.6, 0.79, 0.4, 0.2, 0.0, 0.5) for z in p[:, 1]}
+    assert beds == {-0.395, -0.3, -0.1, 0.1, 0.3, 0.395}

@@ -312,6 +312,19 @@ def bnw_zoned_walls(g):
     assert float(test.parameters["vertical stress"]) == 0.59
 
 
+def minho_cracking_stone(g):
+    found = {row[1]: float(row[2]) for row in g["rows"]}
+    stored = {row[1]: float(row[2]) for row in g["stored"] if row[0] == "SW.200.1"}
+    # the stored table is that of two speeds: a brittle case differs by its rate
+    for case in ("rigid blocks, limit analysis", "elastic stone", "zones fc 3.5 MPa, ft a twentieth"):
+        assert found[case] == pytest.approx(stored[case], rel=0.02)
+    # one rigid block overturns at N L / 2 / H0 = 203.6 (1 / 2) / 1 kN: no wall carries more
+    assert max(found.values()) < 101.8
+    # a stone of 91.6 MPa that cracks at 3 MPa carries what an elastic one does
+    assert found["stone fc 91.6, ft 3 MPa, zones and planes"] == pytest.approx(found["elastic stone"], rel=0.01)
+    assert found["zones fc 3.5 MPa, ft a twentieth"] < 0.85 * found["elastic stone"]
+
+
 def u_wall_as_a_solid(g):
     # printed 46.42 kN/mm and 28.03, 32.06, 35.71 Hz
     assert g["stiffness"] == pytest.approx(46.42, rel=0.05)
@@ -373,7 +386,7 @@ CHECKS = {
         four_point_bending, minho_pushover, rondelet_contact_points, own_cause, pavia_layouts,
         diagnose_pavia, diagnose_brick_panels, diagnose_ferris_tin_loi, diagnose_minho,
         tilt_test, murano_pushover, capacity_curve, gaps_in_a_corner_wall,
-        brick_panel, bnw_zoned_walls, u_wall_as_a_solid, tie_rods,
+        brick_panel, bnw_zoned_walls, minho_cracking_stone, u_wall_as_a_solid, tie_rods,
         calibrate_brick_panels, calibrate_murano_stiffness, stochastic_panels, vaults_and_domes, rubble_leaf,
     )
 }  # fmt: skip

@@ -1,8 +1,18 @@
-"""Hollow clay unit shear walls BNW1-3 with mortar, ZAG Ljubljana (Bosiljkov and Tomazevic 2005)."""
+"""Hollow clay unit shear walls BNW1-3 with mortar, ZAG Ljubljana (Bosiljkov and Tomazevic 2005).
 
+Rigid units by default. With ``young_modulus`` the units deform and yield (``dem.push(..., blocks="zoned")``), with
+``unit_cracks`` they may crack across their middle too, as in the UDEC model; its table of materials is lost, so that
+what it held is an option with a value assumed here.
+"""
+
+from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from limitmason.build import wall as running_wall
+from limitmason.curve import Curve
+from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
 from limitmason.experiments.shown import Departure, Settings, Shown, Variant
@@ -10,6 +20,8 @@ from limitmason.experiments.tables import read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
+from limitmason.model.material import Material
+from limitmason.model.stages import Drive
 
 NAME = "bnw-walls"
 BEAM = "beam"
@@ -24,9 +36,26 @@ OPTIONS = {
     "friction": Option(None, "-", "friction coefficient; not in the sources at hand, so it must be given"),
     "cohesion": Option(0.0, "Pa", "cohesion of the joints; 0 is assumed, the database gives fv0 = 0.25e6"),
     "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, used by non-associative limit analysis"),
-    "crushing": Option(True, "-", "give the joints the compressive strength of the masonry"),
+    "crushing": Option(None, "-", "joints have the compressive strength of the masonry; None: where units are rigid"),
     "beam_height": Option(0.02, "m", "height of the model's beam; small, so that the force acts at the wall's top"),
+    "kn": Option(None, "Pa/m", "normal stiffness of the joints; None: the method's own, 30e9 of units that deform"),
+    "ks": Option(None, "Pa/m", "shear stiffness of the joints; None: the method's own, 12e9 of units that deform"),
+    "young_modulus": Option(None, "Pa", "of units that deform and yield; None: rigid. Sister series BNL: 3.088e9"),
+    "poisson_ratio": Option(None, "-", "of units that deform; None: 0.15"),
+    "unit_strength": Option(None, "Pa", "compressive strength of units that deform; None: that of the masonry"),
+    "unit_friction_deg": Option(None, "deg", "friction angle of units that deform; None: 35"),
+    "unit_tension": Option(None, "Pa", "tensile strength of units that deform, and of their cracks; None: 0.2e6"),
+    "unit_cracks": Option(None, "-", "True: units that deform may crack, brittle, across their middle; None: no"),
 }
+
+ASSUMED: Mapping[str, Any] = {
+    "kn": 30e9, "ks": 12e9, "poisson_ratio": 0.15, "unit_friction_deg": 35.0, "unit_tension": 0.2e6,
+    "unit_cracks": False,
+}  # fmt: skip
+"""Taken for units that deform where no option says otherwise; none of it is in the sources at hand."""
+
+CRACK_STIFFNESS = 2e11, 1e11
+"""Normal and shear stiffness of a closed crack in a unit [Pa/m]: it adds 6 % to the compliance of a unit of 3.1 GPa."""
 
 
 def specimens() -> tuple[str, ...]:
@@ -39,9 +68,16 @@ def load(specimen: str, **options: Any) -> Experiment:
     table = read_table(NAME, "walls.csv")
     row = table.row(specimen)
     chosen = chosen_options(OPTIONS, options, NAME)
+    if chosen["young_modulus"] is None:
+        for name in ("poisson_ratio", "unit_strength", "unit_friction_deg", "unit_tension", "unit_cracks"):
+            if chosen[name] is not None:
+                raise InputError(f"{NAME}: {name} is of units that deform: give young_modulus too, or leave it out")
     measured = {
         "Vmax+": "V_max_pos", "Vmax-": "V_max_neg", "drift at first crack": "d_cr", "drift at Vmax+": "d_max_pos",
         "drift at Vmax-": "d_max_neg", "ultimate drift+": "d_u_pos", "ultimate drift-": "d_u_neg",
+        "bilinear force+": "V_bl_pos", "bilinear force-": "V_bl_neg", "bilinear elastic drift+": "d_e_pos",
+        "bilinear elastic drift-": "d_e_neg", "bilinear ultimate drift+": "d_bu_pos",
+        "bilinear ultimate drift-": "d_bu_neg",
     }  # fmt: skip
     parameters = {
         "height": "H", "length": "L", "thickness": "t", "courses": "courses", "unit length": "unit_l",
@@ -65,8 +101,7 @@ def load(specimen: str, **options: Any) -> Experiment:
             "The vertical force is taken as sigma0 L t at the top; wall and beam are assumed weightless.",
             "The horizontal force is assumed at the top of the wall (H0/H = 1), on a thin beam that carries both "
             "forces and is free to rotate (cantilever).",
-            "The masonry strength is assumed for every joint, uniform and plastic; units are rigid, so cracks through "
-            "units, seen in the tests of BNW2 and BNW3, cannot appear.",
+            *_assumed_of_units(chosen),
         ),
         targets=(
             Target("Vmax+", "measured", None, "+"),
@@ -82,15 +117,67 @@ def load(specimen: str, **options: Any) -> Experiment:
     )
 
 
+def _assumed_of_units(chosen: Mapping[str, Any]) -> tuple[str, ...]:
+    """What is assumed of the units and where the wall crushes, one sentence each."""
+    if chosen["young_modulus"] is None:
+        return (
+            "The masonry strength is assumed for every joint, uniform and plastic; units are rigid, so cracks through "
+            "units, seen in the tests of BNW2 and BNW3, cannot appear.",
+        )
+    o: dict[str, Any] = {k: ASSUMED.get(k) if v is None else v for k, v in chosen.items()}
+    strength = "the masonry's strength" if o["unit_strength"] is None else f"{1e-6 * o['unit_strength']:g} MPa"
+    cracks = "a brittle crack may open across the middle of each whole unit" if o["unit_cracks"] else "no crack planes"
+    return (
+        f"Units are assumed isotropic, Mohr-Coulomb with a tension cut-off: E {1e-9 * o['young_modulus']:g} GPa, nu "
+        f"{o['poisson_ratio']:g}, {strength} in uniaxial compression, {o['unit_friction_deg']:g} degrees, dilatancy 0, "
+        f"ft {1e-6 * o['unit_tension']:g} MPa, nothing of it lost in yielding; {cracks}. None of this is in the "
+        "sources at hand.",
+        f"Joints are assumed to have kn {1e-9 * o['kn']:g} and ks {1e-9 * o['ks']:g} GPa/m, no tensile strength, and "
+        "to lose nothing in slip.",
+    )
+
+
+def unit_material(test: Experiment) -> Material:
+    """Material of the units that deform: Mohr-Coulomb of a uniaxial strength fc, c = fc / (2 tan(45 + phi / 2)).
+
+    Raises
+    ------
+    InputError
+        For rigid units.
+    """
+    o: dict[str, Any] = {k: ASSUMED.get(k) if v is None else v for k, v in test.options.items()}
+    if o["young_modulus"] is None:
+        raise InputError(f"{test.name} has rigid units: give the option young_modulus")
+    strength = 1e6 * float(test.parameters["masonry strength"]) if o["unit_strength"] is None else o["unit_strength"]
+    return Material(
+        young_modulus=o["young_modulus"], poisson_ratio=o["poisson_ratio"], tensile_strength=o["unit_tension"],
+        friction_angle_deg=o["unit_friction_deg"], name="hollow clay unit",
+        cohesion=strength / (2.0 * np.tan(np.deg2rad(45.0 + 0.5 * o["unit_friction_deg"]))),
+    )  # fmt: skip
+
+
 def assembly(test: Experiment) -> Assembly:
     """The wall on its foundation slab under a thin beam."""
     o, p = test.options, test.parameters
-    crushing = {"compressive_strength": float(p["masonry strength"]) * 1e6} if o["crushing"] else {}
+    deform = o["young_modulus"] is not None
+    crushes = o["crushing"] if o["crushing"] is not None else not deform
+    crushing = {"compressive_strength": float(p["masonry strength"]) * 1e6} if crushes else {}
+    stiff = {k: ASSUMED[k] if o[k] is None and deform else o[k] for k in ("kn", "ks")}
     joint = Joint.from_friction_coefficient(
-        o["friction"], dilatancy_angle_deg=o["dilatancy_deg"], cohesion=o["cohesion"], name="mortar joint", **crushing
-    )
+        o["friction"], dilatancy_angle_deg=o["dilatancy_deg"], cohesion=o["cohesion"], name="mortar joint",
+        normal_stiffness=stiff["kn"], shear_stiffness=stiff["ks"], **crushing,
+    )  # fmt: skip
+    unit = unit_material(test) if deform else None
+    crack = None
+    if unit is not None and o["unit_cracks"]:
+        crack = Joint(
+            float(unit.friction_angle_deg or 0.0), cohesion=float(unit.cohesion or 0.0), residual_cohesion=0.0,
+            tensile_strength=float(unit.tensile_strength or 0.0), residual_tensile_strength=0.0,
+            normal_stiffness=CRACK_STIFFNESS[0], shear_stiffness=CRACK_STIFFNESS[1], name="crack in a unit",
+        )  # fmt: skip
     courses = int(p["courses"])
-    lengths = round(float(p["length"]) / (float(p["unit length"]) / 1e3))
+    # a unit with its joint is longer than the unit
+    lengths = int(float(p["length"]) / (float(p["unit length"]) / 1e3))
     wall = running_wall(
         length=float(p["length"]),
         courses=courses,
@@ -99,8 +186,29 @@ def assembly(test: Experiment) -> Assembly:
         density=1e-6,
         top_beam=o["beam_height"],
         beam_density=0.0,
+        unit_cracks=crack,
     )
+    if unit is not None:
+        wall = wall.with_material(unit, blocks=[b.name for b in wall.blocks if b.name != BEAM])
     return signed(wall, test)
+
+
+def drive(test: Experiment) -> Drive:
+    """The beam pushed sideways, free to rise and to turn."""
+    del test
+    return Drive({BEAM: {"x": 1.0}})
+
+
+def curve(test: Experiment) -> Curve:
+    """The database's bilinear idealisation of the measured envelope, positive sense; displacement [mm], load [kN]."""
+    m, height = test.measured, 1e3 * float(test.parameters["height"])
+    force = float(m["bilinear force+"])
+    drifts = (0.0, float(m["bilinear elastic drift+"]), float(m["bilinear ultimate drift+"]))
+    return Curve(
+        np.array([1e-2 * d * height for d in drifts]), np.array([0.0, force, force]),
+        displacement_unit="mm", load_unit="kN",
+        label=f"{test.specimen}, bilinear of the measured envelope", source=str(test.source),
+    )  # fmt: skip
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
@@ -136,4 +244,4 @@ SHOWN = Shown(
     "and BNW3, cannot appear. The UDEC run was calibrated on these walls.",
 )  # fmt: skip
 
-RECIPE = Recipe(specimens, load, assembly, loads, shown=SHOWN)
+RECIPE = Recipe(specimens, load, assembly, loads, curve, SHOWN, drive)

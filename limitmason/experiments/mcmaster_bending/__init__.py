@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
@@ -35,6 +36,9 @@ OPTIONS = {
     "support_span": Option(1.5, "m", "distance of the supports; assumed, not found"),
     "load_span": Option(0.7, "m", "distance of the two line loads; assumed, not found"),
     "block_scale": Option(1.0, "-", "block length and height over those of the source (size study: 0.5, 0.25)"),
+    "scale_thickness": Option(False, "-", "True: block_scale is of the thickness too"),
+    "bond_shift": Option(0.0, "-", "shift of the bond across its bed joints in courses; 0: a bed joint at the centre"),
+    "density": Option(None, "kg/m3", "None: no weight; a number: the wallette lies flat, its weight with the load"),
     "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, 0 in the source's validation"),
     "residual": Option(
         "none", "-", "strength after failure: 'none' (c and ft drop to 0) or 'full' (perfectly plastic)"
@@ -63,6 +67,10 @@ def load(specimen: str, **options: Any) -> Experiment:
         raise InputError(f"residual must be 'none' or 'full', got {chosen['residual']!r}")
     if not chosen["block_scale"] > 0.0:
         raise InputError(f"block_scale must be positive, got {chosen['block_scale']!r}")
+    if not 0.0 <= chosen["bond_shift"] < 1.0:
+        raise InputError(f"bond_shift must be a part of a course, from 0 up to 1, got {chosen['bond_shift']!r}")
+    if chosen["density"] is not None and not chosen["density"] > 0.0:
+        raise InputError(f"density must be positive, got {chosen['density']!r}; None leaves the weight out")
     closed_form = table.quantities(row, {"plastic tension": "fxt_plastic"})
     return Experiment(
         source=read_source(NAME),
@@ -77,7 +85,9 @@ def load(specimen: str, **options: Any) -> Experiment:
             "not found in the sources.",
             "The bond is assumed to be centred: a bed joint and a head joint meet at the centre of the wallette; "
             f"pieces below {100 * _SLIVER:g} % of a block or narrower than {1e3 * _NARROW:g} mm are left out.",
-            "The weight of the wallette is assumed to be left out: neither its density nor its position is given.",
+            "The weight of the wallette is assumed to be left out: neither its density nor its position is given."
+            if chosen["density"] is None
+            else f"The wallette is assumed to lie flat with {chosen['density']:g} kg/m3; neither is in the sources.",
             "Supports and loads are assumed as bars 2 mm wide; the left support is a pin (friction of the joints, no "
             "cohesion), the others have no friction; none resists tension, and their contact is 75 times as stiff.",
             "After failure a joint is assumed to lose cohesion and tensile strength at once and to keep its friction."
@@ -97,10 +107,11 @@ def load(specimen: str, **options: Any) -> Experiment:
 def assembly(test: Experiment) -> Assembly:
     """The wallette upright in the x-z plane, span along x, 0 < y < t; two bars behind it (fixed), two before it."""
     p, o = test.parameters, test.options
-    length, width, thickness = (float(p[k]) / 1e3 for k in ("length", "width", "block thickness"))
+    length, width = (float(p[k]) / 1e3 for k in ("length", "width"))
+    thickness = thickness_of(test)
     pieces = cut_bond(
         length, width, float(p["block length"]) / 1e3 * o["block_scale"], float(p["block height"]) / 1e3
-        * o["block_scale"], float(np.deg2rad(p["orientation"])),
+        * o["block_scale"], float(np.deg2rad(p["orientation"])), o["bond_shift"],
     )  # fmt: skip
     bars = [
         box((side * 0.5 * span - 0.5 * _BAR, y, -0.5 * width), (side * 0.5 * span + 0.5 * _BAR, y + _DEEP, 0.5 * width))
@@ -144,7 +155,7 @@ def assembly(test: Experiment) -> Assembly:
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """No weight; live line loads whose constant moment M between them is that of 6 M / (b t^2) = 1 MPa.
+    """Weight along the loads, where there is a density; live line loads for 6 M / (b t^2) = 1 MPa between them.
 
     Raises
     ------
@@ -154,20 +165,33 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
     if sense < 0.0:
         raise InputError(f"{NAME} has no loads in direction '-': the wallette is pressed against its supports")
     force = line_load(test, 1e6)
-    none = Loads(np.zeros((wall.n_blocks, 6)), np.zeros((wall.n_blocks, 6)), "four-point bending")
+    dead = np.zeros((wall.n_blocks, 6))
+    if test.options["density"] is not None:
+        own = np.array([b.name.startswith("block-") for b in wall.blocks])
+        volume = np.array([b.volume for b in wall.blocks])
+        dead[own, 1] = -test.options["density"] * GRAVITY * volume[own]
+    none = Loads(dead, np.zeros_like(dead), "four-point bending")
     for bar in LOADED:
         none = none.with_point_load(wall, bar, (0.0, -force, 0.0))
     return none
 
 
+def thickness_of(test: Experiment) -> float:
+    """Thickness of the blocks [m]."""
+    scale = test.options["block_scale"] if test.options["scale_thickness"] else 1.0
+    return scale * float(test.parameters["block thickness"]) / 1e3
+
+
 def line_load(test: Experiment, stress: float) -> float:
     """Force of one of the two line loads [N] at a flexural stress 6 M / (b t^2) [Pa] between them."""
     p, o = test.parameters, test.options
-    width, thickness = float(p["width"]) / 1e3, float(p["block thickness"]) / 1e3
+    width, thickness = float(p["width"]) / 1e3, thickness_of(test)
     return stress * width * thickness**2 / 6.0 / (0.5 * (o["support_span"] - o["load_span"]))
 
 
-def cut_bond(length: float, width: float, unit_length: float, unit_height: float, angle: float) -> list[Array]:
+def cut_bond(
+    length: float, width: float, unit_length: float, unit_height: float, angle: float, shift: float = 0.0
+) -> list[Array]:
     """Running bond, turned by an angle and cut to a rectangle about the origin.
 
     Parameters
@@ -175,6 +199,7 @@ def cut_bond(length: float, width: float, unit_length: float, unit_height: float
     length, width : of the rectangle [m]
     unit_length, unit_height : of a block with its joints [m]
     angle : of the bed joints to the length [rad]
+    shift : of the bed joints from the origin, in courses, 0 <= shift < 1 [-]
 
     Returns
     -------
@@ -186,9 +211,9 @@ def cut_bond(length: float, width: float, unit_length: float, unit_height: float
     rows, columns = (int(np.ceil(reach / s)) + 1 for s in (unit_height, unit_length))
     out = []
     for row in range(-rows, rows):
-        shift = 0.5 * unit_length * (row % 2)
+        stagger = 0.5 * unit_length * (row % 2)
         for column in range(-columns - 1, columns + 1):
-            low = np.array([column * unit_length + shift, row * unit_height])
+            low = np.array([column * unit_length + stagger, (row + shift) * unit_height])
             corners = low + np.array([[0, 0], [unit_length, 0], [unit_length, unit_height], [0, unit_height]])
             piece = clip_convex(corners @ turn.T, window)
             if len(piece) > 2 and not _is_sliver(piece, unit_length * unit_height):
