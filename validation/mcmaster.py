@@ -80,8 +80,8 @@ are lower. Each suspect alone:
 - Opening alone as the cause of loss, or none, raise it; so the source has lost cohesion by slip as well, as 3DEC does.
 - Left, each enough to come below the axis: the weight of a wallette that lies flat under its load (unknown, {w1000:.0f}
   and {w1500:.0f} N m with 1000 and 1500 kg/m3), lower cohesion or tensile strength than Table 4 prints. Softer ks only
-  goes part of the way. A bed joint at 90 degrees would then break at {w90:.2f} MPa under 1500 kg/m3, far below the ft of 0.36 MPa
-  that the source chose for its tests, which speaks against the weight.
+  goes part of the way. A bed joint at 90 degrees would then break at {w90:.2f} MPa under 1500 kg/m3, far below the
+  ft of 0.36 MPa that the source chose for its tests, which speaks against the weight.
 - So the cause is **not found**: it is one that the text does not say, or the points of 3DEC's contacts.
 
 ## Size of the blocks
@@ -94,7 +94,8 @@ are lower. Each suspect alone:
 - In the plane alone (thickness 150 mm): strength falls with the blocks at 0 to 75 degrees, and does not move where
   a bed joint breaks alone, at 90. This is the paper's sentence.
 - With the thickness: the moment falls with about the square of the thickness, which is the paper's sentence for
-  moments; the strength 6 M / (b t2) moves by 1 to 14 % either way. Fig. 18 with its 2.0 MPa does not say which was meant.
+  moments; the strength 6 M / (b t2) moves by 1 to 14 % either way. Fig. 18 with its 2.0 MPa
+  does not say which was meant.
 """
 
 
