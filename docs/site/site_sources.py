@@ -61,6 +61,8 @@ COPIED = {
     "methods.md": "docs/methods.md",
     "capacity.md": "docs/capacity.md",
     "panels.md": "docs/papers/panels.md",
+    "bnw.md": "docs/papers/bnw.md",
+    "mcmaster.md": "docs/papers/mcmaster.md",
     "u_walls.md": "docs/papers/u-walls.md",
     "stochastic.md": "docs/papers/stochastic.md",
     "calibration.md": "docs/papers/calibration.md",
