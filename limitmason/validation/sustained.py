@@ -12,6 +12,7 @@ from typing import Any
 
 from limitmason.capacity import Steps, pushover
 from limitmason.capacity.ensemble import GOES_ON, thickness
+from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.path import OVERTURNED, REACHED
 from limitmason.contact_points import Grid
 from limitmason.errors import InputError, NotApplicable, NotConverged
@@ -120,4 +121,5 @@ SUSTAINED = Method(
     kept=("first loss", "largest on the way", "displacement"),
     theorem="displaced",
     takes_over={"smallest": NON_ASSOCIATIVE},
+    references=PAPERS,
 )

@@ -234,7 +234,6 @@ HANDED_ON = {
     "dem/simulate.py:resume",
     "dem/simulate.py:simulate",
     "limitmason/diagnosis/result.py:judged_again",
-    "limitmason/diagnosis/study.py:rehearse",
     "limitmason/diagnosis/study.py:report",
     "limitmason/limit/nonassociative/analysis.py:solve_nonassociative",
     "limitmason/limit/nonassociative/search.py:search_smallest",

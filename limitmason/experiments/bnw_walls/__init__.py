@@ -15,7 +15,7 @@ from limitmason.curve import Curve
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
-from limitmason.experiments.shown import Departure, Settings, Shown, Variant
+from limitmason.experiments.shown import Settings, Shown, Variant
 from limitmason.experiments.tables import read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -230,13 +230,6 @@ SHOWN = Shown(
         Variant("friction 0.6, no cohesion", {"friction": 0.6}),
     ),
     settings=Settings((8, 2), grid=(8, 2)),
-    departures=(
-        Departure(
-            "BNW1, friction 0.6", "below",
-            "The quick search ends too high: a longer one (slope 0.1, or random starts) finds an admissible state at "
-            "224.4 kN, below the DEM.",
-        ),
-    ),
     assumed="Friction of the joints is not in the sources at hand; the database has an initial shear strength of 0.25 "
     "MPa. Assumed here: 0.4 and 0.2 MPa, the characteristic values of EN 1996-1-1:2005 (3.6.2 and Table 3.4, clay "
     "units, general purpose mortar M2.5 to M9), and, to show what they do, 0.6 without cohesion; no tension. Joints "
