@@ -82,8 +82,8 @@ def test_the_page_is_what_the_kept_lines_say():
 
 
 def test_kept_lines_are_made_again_from_the_same_input():
-    # a brittle peak moves by some per cent where a sum is rounded another way, as another processor may do (the pairs of
-    # the page measure that), and by 18 % from draw to draw
+    # a brittle peak moves by some per cent where a sum is rounded another way, as another processor may do (the pairs
+    # of the page measure that), and by 18 % from draw to draw
     wall, n = (runs.PANEL.assembly(), plastic.unit_load), 6
     kept = rows.read()[page.name_of(4, "non-spatial")]["ultimate"][:n]
     drawn = runs.draws(4, False)
