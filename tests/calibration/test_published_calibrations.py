@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 
+import murano_strength
 import pytest
+from panel_calibration import PAPER, elastic, model
 
 import limitmason as lm
 from limitmason.errors import NotConverged
-from validation import murano_strength
-from validation.panel_calibration import PAPER, elastic, model
 
 
 @pytest.fixture(scope="module")

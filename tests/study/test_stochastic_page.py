@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from stochastic import page, plastic, rows, runs
 
 from limitmason import build, study
 from limitmason.experiments import stochastic_brick_panels as published
 from limitmason.model import Joint
-from validation.stochastic import page, plastic, rows, runs
 
 PAGE = Path(__file__).parents[2] / "docs" / "papers" / "stochastic.md"
 

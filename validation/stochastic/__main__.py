@@ -10,8 +10,8 @@ Every run is a line in a file of the folder: a killed study goes on with it, and
 import argparse
 from pathlib import Path
 
-from validation.stochastic import page, rows, study, tables
-from validation.stochastic.runs import PANEL
+from . import page, rows, study, tables
+from .runs import PANEL
 
 
 def main() -> None:

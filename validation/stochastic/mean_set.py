@@ -9,7 +9,8 @@ import dem
 from limitmason import study
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
-from validation.stochastic.runs import PANEL, pushed
+
+from .runs import PANEL, pushed
 
 REPEATS = 3
 """Runs of every case, friction angles apart by parts in a million: a single peak is not sharp."""

@@ -7,7 +7,8 @@ import numpy as np
 
 from limitmason import study
 from limitmason.text_table import markdown
-from validation.stochastic.tables import (
+
+from .tables import (
     ALONE,
     CELLS,
     KINDS,
@@ -25,7 +26,7 @@ from validation.stochastic.tables import (
     printed,
     ratios,
 )
-from validation.stochastic.text import REPEATED, TEXT, TIME
+from .text import REPEATED, TEXT, TIME
 
 
 def filled(text: str, parts: Mapping[str, Sequence[Sequence[str]]]) -> str:

@@ -8,7 +8,8 @@ import limitmason as lm
 from limitmason import study
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from validation.stochastic.runs import PANEL, draws
+
+from .runs import PANEL, draws
 
 NUMBER = 4
 """Set whose draws are used: strengths only; stiffness means nothing to a limit load."""

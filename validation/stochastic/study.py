@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 
 import limitmason as lm
 from limitmason import study
-from validation.stochastic import mean_set, plastic
-from validation.stochastic.runs import PANEL, draws, kept_push, nudged_push, push, short_push, slow_push
+
+from . import mean_set, plastic
+from .runs import PANEL, draws, kept_push, nudged_push, push, short_push, slow_push
 
 ROUNDS = (24, 60, 120, 200, 300)
 """Runs of a cell after each round: a study that is cut off has cells of one size."""

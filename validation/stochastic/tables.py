@@ -11,7 +11,8 @@ from scipy import stats
 import limitmason as lm
 from limitmason import figures, study
 from limitmason.experiments import stochastic_brick_panels as published
-from validation.stochastic.mean_set import CASES
+
+from .mean_set import CASES
 
 Array = NDArray[np.float64]
 Tables = Mapping[str, study.Table]
