@@ -26,8 +26,8 @@ tan(phi), ks = kn / 2.32.
 
 - **One draw for all** spreads as published: first order from the published log-slopes gives 22 % for linked strengths
   and 13 % for independent ones, the printed spread speaks for linked ones. Drawn each by itself, {independent}.
-- **A draw for every joint** does not average here, and lowers the mean, as of a panel whose weakest joints decide.
-  The law of loss is why: see below.
+- **A draw for every joint** averages less here than published, and lowers the mean more, as of a panel whose weakest
+  joints decide. The law of loss is why: see below.
 - **Stiffness of joints** (set 3): the spatial spread is the larger one, as published.
 - **Bricks** (set 2): see the noise floor.
 
