@@ -90,11 +90,15 @@ def part_file(checkpoint: str | Path | None, name: str) -> Path | None:
     return path.with_name(f"{path.stem}-{name}.npz")
 
 
+_NEWER = {"calm": None, "combined": False}
+"""Fields of stages and their damping since 0.1, with what they are where they change nothing."""
+
+
 def spelled(value: Any) -> str:
     """A stage, or a part of one, in full: two are equal where this is."""
     if is_dataclass(value) and not isinstance(value, type):
-        # a file of a version that knew no calm goes on
-        shown = [f.name for f in fields(value) if f.name != "calm" or getattr(value, f.name) is not None]
+        # a file of a version that knew no such field goes on: left out where it says what that version did
+        shown = [f.name for f in fields(value) if f.name not in _NEWER or getattr(value, f.name) != _NEWER[f.name]]
         parts = ", ".join(f"{name}={spelled(getattr(value, name))}" for name in shown)
         return f"{type(value).__name__}({parts})"
     if isinstance(value, Mapping):
@@ -113,6 +117,8 @@ def check_same_stages(stages: Sequence[Stage], before: Sequence[str]) -> None:
         Naming the first stage that differs.
     """
     now = [spelled(s) for s in stages]
+    # files written before a newer field was left out where it changes nothing
+    before = [b.replace(", combined=False", "") for b in before]
     for number, (one, two) in enumerate(zip(now, before, strict=False)):
         if one != two:
             raise InputError(f"stage {number} is not the one the run was cut off in: {one} against {two}")

@@ -81,11 +81,18 @@ def parsed(text: str, name: str) -> Parsed:
     InputError
         Where there are no names or no units.
     """
-    numbered = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
-    said = [(n, line[len(UNITS) - 1 :].strip()) for n, line in numbered if line.startswith(UNITS.strip())]
-    kept = [(n, line) for n, line in numbered if not line.startswith("#")]
-    cells = [[c.strip() for c in row] for row in csv.reader([line for _, line in kept])]
-    lines = [n for n, _ in kept]
+    said, cells, lines = list[tuple[int, str]](), list[list[str]](), list[int]()
+    numbered = enumerate(text.splitlines(keepends=True), 1)
+    for number, line in numbered:
+        if line.startswith(UNITS.strip()):
+            said.append((number, line[len(UNITS) - 1 :].strip()))
+        elif line.strip() and not line.startswith("#"):
+            # a quoted cell may go on over lines, blank ones and ones that look like comments among them
+            record = [line]
+            while "".join(record).count('"') % 2 and (more := next(numbered, None)):
+                record.append(more[1])
+            cells.append([c.strip() for c in next(csv.reader(record))])
+            lines.append(number)
     below = not said
     if len(cells) < 1 + below:
         raise InputError(f"{name}: expected a row of names and a units row ({UNITS}m,kN,- below the names)")

@@ -9,6 +9,7 @@ from limitmason.build.arguments import positive
 from limitmason.errors import InputError
 from limitmason.geometry import box
 from limitmason.model.assembly import Assembly
+from limitmason.model.detection import renumbered_doubts
 from limitmason.model.input import read_number
 from limitmason.model.joint import Joint
 
@@ -85,10 +86,10 @@ def with_floor(
         tolerance=rules.distance, angle_tolerance_deg=rules.angle_deg, wedge_tolerance_deg=rules.wedge_deg,
         smallest_contact=rules.width,
     )  # fmt: skip
-    numbers = [*near, assembly.n_blocks]
+    numbers = np.array([*near, assembly.n_blocks])
     bearings = tuple(
         replace(
-            i, block_a=numbers[i.block_a], block_b=numbers[i.block_b],
+            i, block_a=int(numbers[i.block_a]), block_b=int(numbers[i.block_b]),
             kind="base" if assembly.fixed[numbers[min(i.block_a, i.block_b)]] else i.kind,
         )
         for i in laid.interfaces
@@ -98,6 +99,7 @@ def with_floor(
         raise InputError(f"the floor {name!r} touches no block: check footprint {tuple(plan)} and level {under:g} m")
     whole = replace(
         assembly, blocks=(*assembly.blocks, laid.blocks[-1]), interfaces=(*assembly.interfaces, *bearings), recipe={},
+        doubts=(*assembly.doubts, *renumbered_doubts((d for d in laid.doubts if len(near) in (d.a, d.b)), numbers)),
     )  # fmt: skip
     whole.check_connected()
     return whole

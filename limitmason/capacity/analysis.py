@@ -14,7 +14,7 @@ from limitmason.capacity import breaking, path, stepping
 from limitmason.capacity.certificate import Structure
 from limitmason.capacity.certified import certified_curve
 from limitmason.capacity.contacts import first_contacts
-from limitmason.capacity.deformable import LUMPED, Deformation, deformation, plane_of
+from limitmason.capacity.deformable import Deformation, deformation, plane_of
 from limitmason.capacity.faces import shapes_of
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.joint_laws import fall, refuse, refuse_partial_rotations, stiffnesses
@@ -28,9 +28,9 @@ from limitmason.capacity.stepping import Node
 from limitmason.capacity.system import System
 from limitmason.capacity.ties import make_ties
 from limitmason.contact_points import Grid, contact_points
+from limitmason.deformable.levels import ELASTIC, LUMPED, MODAL, RIGID
 from limitmason.equilibrium import degrees_of_freedom, project
 from limitmason.errors import InputError, NotApplicable
-from limitmason.joint_shapes import ELASTIC, MODAL, RIGID
 from limitmason.law import interface_law
 from limitmason.law_table import refuse_ties
 from limitmason.lumped_units import with_lumped_units

@@ -14,15 +14,15 @@ from scipy.linalg import solve_triangular
 
 from limitmason.contact_points import ContactPoints
 from limitmason.deformable import PLANE_STRESS, SOLID, STATES
+from limitmason.deformable.levels import ELASTIC, LUMPED, MODAL, RIGID
 from limitmason.errors import InputError
-from limitmason.joint_shapes import ELASTIC, MODAL, RIGID, Shapes, at_joints, shapes_of
+from limitmason.joint_shapes import Shapes, at_joints, shapes_of
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.plane import Plane, find_plane
 
 Array = NDArray[np.float64]
 
-LUMPED = "lumped"
 BLOCKS = (RIGID, LUMPED, MODAL, ELASTIC)
 """How the blocks of a path deform."""
 

@@ -37,8 +37,7 @@ class Shapes(NamedTuple):
     face_block, face_place, normal : block, a point [m] and the outward normal of every face
     side, reach : inward unit normals of the sides, (f, k, 3), and side . x on them in the reference pose [m], (f, k)
     corner_face, corner_place : face that a corner belongs to, and where it is [m], shape (q,) and (q, 3)
-    faces_of, corners_of : numbers of the faces and the corners of every block, in order of blocks; start per block
-    inset : distance by which contacts are pulled in from the ends of faces [m]
+    face_start, corner_start : where the faces and the corners of every block begin; those of a block follow each other
     step : how far beyond a side counts [m]
     near : gap within which a corner becomes a point [m]
     spread : largest distance of a corner from its block's centroid [m], shape (n,)
@@ -54,7 +53,6 @@ class Shapes(NamedTuple):
     corner_place: Array
     face_start: Index
     corner_start: Index
-    inset: float
     step: float
     near: float
     spread: Array
@@ -107,11 +105,10 @@ def shapes_of(assembly: Assembly, contacts: Contacts, plane: Plane | None, size:
     shapes = Shapes(
         face_block, np.array(place), np.array(normal), np.array(side), np.array(reach), corner_face, corner_place,
         np.searchsorted(face_block, blocks), np.searchsorted(face_block[corner_face], blocks),
-        inset, OVERSHOOT * size, NEAR * size, spread, np.empty(0, np.int64),
+        OVERSHOOT * size, NEAR * size, spread, np.empty(0, np.int64),
     )  # fmt: skip
-    rest = at_rest(assembly.n_blocks)
-    named = _named(shapes, contacts, assembly)
-    near = together(shapes, assembly, rest, -shapes.near)
+    near = together(shapes, assembly, at_rest(assembly.n_blocks), -shapes.near)
+    named = _named(shapes, contacts, assembly, near)
     known = named.corner.astype(np.int64) * len(face_block) + named.face
     code = near.corner.astype(np.int64) * len(face_block) + near.face
     # what lies together without being a point belongs to a joint of the model, or to none by its user's will
@@ -182,12 +179,13 @@ def _inset(
     return inset if inset > 10.0 * assembly.tolerance else 0.0
 
 
-def _named(shapes: Shapes, c: Contacts, assembly: Assembly) -> Contacts:
+def _named(shapes: Shapes, c: Contacts, assembly: Assembly, near: Near) -> Contacts:
     """The contacts with their corners and faces, the frame carried by the face.
+
+    ``near`` is what lies together in the reference pose.
 
     Where two corners meet the frame stays with a support, then with the heavier block, then as it is.
     """
-    near = together(shapes, assembly, at_rest(assembly.n_blocks), -shapes.near)
     owner = shapes.face_block[shapes.corner_face]
     by_pair: dict[tuple[int, int], list[int]] = {}
     for row in range(len(near.corner)):

@@ -9,6 +9,7 @@ import numpy as np
 from limitmason.capacity.analysis import pushover
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.path import Steps
+from limitmason.capacity.spread import governing_point
 from limitmason.capacity.spread import spread as variants
 from limitmason.errors import NotApplicable
 from limitmason.method import Look, Method, settings_of
@@ -32,10 +33,7 @@ def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ..
     """
     curve = pushover(assembly, loads, **settings)
     softens = any(i.joint.softens for i in assembly.interfaces)
-    point, warnings, status = curve.first_limit_point, curve.warnings, SOLVED
-    if softens and point is not None:
-        # where joints break the load falls again and again, and recovers
-        point = curve.peak if curve.peak.index + 1 < len(curve) else None
+    point, warnings, status = governing_point(curve, assembly), curve.warnings, SOLVED
     meaning = MEANING_SOFTENING if softens else MEANING
     value, mechanism, resultants = math.nan, None, None
     if curve.status == CANNOT_STAND:

@@ -15,7 +15,6 @@ from scipy import sparse
 
 from limitmason.capacity.point_law import History
 from limitmason.capacity.system import Evaluated, System
-from limitmason.law import PointLaw
 
 Array = NDArray[np.float64]
 
@@ -41,14 +40,12 @@ def solve_step(
     multiplier: float = 0.0,
     viscosity: float = 0.0,
     done: Array | None = None,
-    sprung: Array | None = None,
-    strength: PointLaw | None = None,
 ) -> Stepped | None:
     """Solve the program of a step in a pose; None where the solver finds no answer.
 
     Parameters
     ----------
-    at : the pose
+    at : the pose, with its damage and the blocks' own deformation
     old : history at the start of the step
     elastic : f0, the forces without limits in that pose [N], (m, c)
     normal : N_bar [N], (m,); None for the associative program, which needs none
@@ -56,11 +53,9 @@ def solve_step(
     multiplier : where ``advance`` is None [-]
     viscosity : eta of a viscous force against the motion, own units; 0 for none
     done : motion since the viscous force was nothing, own units; none by default
-    sprung : forces of the blocks' own deformation in the pose, own units, (order,); none for rigid blocks
-    strength : of the points [Pa], at the damage of the pose; that of the peak by default
     """
     m, c = elastic.shape
-    law = system.law.strength if strength is None else strength
+    law = system.law.strength_at(at.returned.history.damage)
     area, force = system.bodies.area, system.weight
     stiffness = np.column_stack([system.law.kn, *[system.law.ks] * (c - 1)]) * area[:, None] * system.length / force
     compliance = (1.0 / stiffness).ravel()
@@ -71,8 +66,8 @@ def solve_step(
     dead = system.applied(0.0 if free else multiplier)
     if done is not None:
         dead = dead - viscosity * done
-    if sprung is not None:
-        dead = dead + sprung
+    if system.bodies.deforming:
+        dead = dead + system.sprung(at.pose)
     columns = [a]
     p = [compliance]
     q = [-compliance * start]

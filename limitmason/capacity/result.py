@@ -16,9 +16,8 @@ from limitmason.capacity.path import LASTING, LEVEL
 from limitmason.capacity.stepping import Node
 from limitmason.contact_points import ContactPoints
 from limitmason.curve import Curve, CurvePoint
+from limitmason.deformable.levels import RIGID
 from limitmason.errors import InputError, NotApplicable
-from limitmason.joint_shapes import RIGID
-from limitmason.law_table import refuse_ties
 from limitmason.plane import find_plane
 from limitmason.resultants import resultants_from_points, scaled_mechanism
 from limitmason.results import Mechanism, Resultants
@@ -160,7 +159,6 @@ class PushoverCurve(Curve):
         """
         assert self.generations is not None
         s, node = self.structure, self.nodes[self._sample(sample)]
-        refuse_ties(s.assembly, "a vibration about a curve's sample", "leave the ties out: assembly.with_ties(())")
         if node.generation:
             raise NotApplicable(f"sample {sample}: contacts were found anew on the way: its blocks lie on no joints")
         components, _, _ = self.generations.forces(node)
@@ -221,7 +219,7 @@ class PushoverCurve(Curve):
         return resultants_from_points(
             s.assembly, np.concatenate([place[mine], x.centre[ties]]), np.append(p.interface[mine], ties),
             np.append(p.area[mine], x.area[ties]),
-            np.concatenate([force[mine], self.tie_force[self._sample(step)][:, None] * x.normal[ties]]),
+            np.concatenate([force[mine], tensions(s, self.generations.state(node))[0][:, None] * x.normal[ties]]),
         )  # fmt: skip
 
     def stability(self, step: int) -> Stability:

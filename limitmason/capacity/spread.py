@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 from limitmason.capacity.analysis import pushover
+from limitmason.capacity.result import PushoverCurve
+from limitmason.curve import CurvePoint
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -82,6 +84,15 @@ def _sheared(
     return assembly.with_joints(other), dict(settings)
 
 
+def governing_point(curve: PushoverCurve, assembly: Assembly) -> CurvePoint | None:
+    """The first limit point, or the largest load where joints soften; None where the path still rises at its end."""
+    point = curve.first_limit_point
+    if point is not None and any(i.joint.softens for i in assembly.interfaces):
+        # where joints break the load falls again and again, and recovers
+        return curve.peak if curve.peak.index + 1 < len(curve) else None
+    return point
+
+
 def _limit(assembly: Assembly, loads: Loads, **settings: Any) -> float:
-    point = pushover(assembly, loads, **settings).first_limit_point
+    point = governing_point(pushover(assembly, loads, **settings), assembly)
     return float("nan") if point is None else point.load

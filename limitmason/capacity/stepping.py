@@ -134,9 +134,7 @@ def by_programs(
         # without geometric stiffness free motions swing to and fro; a proximal term, gone at the end, damps them
         proximal = viscosity == 0.0 and k > 3
         eta, since = (PROXIMAL, None) if proximal else (viscosity, done if viscosity > 0.0 else None)
-        sprung = system.sprung(now.pose) if system.bodies.deforming else None
-        strength = system.law.strength_at(now.returned.history.damage)
-        found = solve_step(system, now, old, elastic, normal, advance, multiplier, eta, since, sprung, strength)
+        found = solve_step(system, now, old, elastic, normal, advance, multiplier, eta, since)
         if found is None:
             return None
         multiplier, normal = found.multiplier, found.force[:, 0]

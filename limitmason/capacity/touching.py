@@ -29,13 +29,11 @@ _WAITS = 4.0  # overshoots beyond a side after which a loaded point without a su
 
 
 class Renewed(NamedTuple):
-    """Contacts found anew with their history and forces [N], and how many were dropped and made."""
+    """Contacts found anew with their history and forces [N]."""
 
     contacts: Contacts
     history: History
     force: Array
-    dropped: int
-    made: int
 
 
 def found_anew(
@@ -97,9 +95,7 @@ def found_anew(
         slip, lift = np.vstack([slip, slips[k]]), np.append(lift, lifts[k])
     order = kept.ordered()
     damage = np.concatenate([np.broadcast_to(history.damage, history.lift.shape)[~gone], hurt])
-    return Renewed(
-        kept.at(order), History(slip[order], lift[order], damage[order]), all_force[order], int(gone.sum()), len(rows)
-    )  # fmt: skip
+    return Renewed(kept.at(order), History(slip[order], lift[order], damage[order]), all_force[order])
 
 
 def _pairs(shapes: Shapes, near: Near) -> Index:

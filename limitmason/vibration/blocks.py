@@ -12,9 +12,11 @@ from scipy import sparse
 
 from limitmason.contact_points import ContactPoints, contact_points
 from limitmason.deformable import SOLID, STATES
+from limitmason.deformable.levels import ELASTIC, MODAL, RIGID
 from limitmason.equilibrium import degrees_of_freedom, equilibrium_matrix
 from limitmason.errors import InputError
-from limitmason.joint_shapes import ELASTIC, MODAL, RIGID, Shapes, at_joints, shapes_of
+from limitmason.joint_shapes import Shapes, at_joints, shapes_of
+from limitmason.law_table import refuse_ties
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.plane import Plane, find_plane
@@ -202,7 +204,10 @@ def block_system(
     ------
     InputError
         When a free block has no mass.
+    NotApplicable
+        For an assembly with ties: their stiffness is not in the system.
     """
+    refuse_ties(assembly, "a small vibration", "leave the ties out: assembly.with_ties(())")
     x = assembly.arrays
     basis, kept = degrees_of_freedom(assembly, plane)
     free = kept.ravel()

@@ -151,8 +151,8 @@ def _peaks(
     return Identified(frequency, np.full(len(at), np.nan), _scaled(vectors[at]), shown, "fdd", warnings)
 
 
-Pole = tuple[int, Array, Array, Complex]
-"""Order, frequencies [Hz], damping ratios and shapes of the poles of one order."""
+Pole = tuple[Array, Array, Complex]
+"""Frequencies [Hz], damping ratios and shapes of the poles of one order."""
 
 
 def _subspace(y: Array, step: float, order: int, lags: int) -> list[Pole]:
@@ -165,16 +165,16 @@ def _subspace(y: Array, step: float, order: int, lags: int) -> list[Pole]:
         observed = u[:, :size] * np.sqrt(s[:size])
         a = np.linalg.lstsq(observed[:-channels], observed[channels:], rcond=None)[0]
         value, vector = eig(a)
-        poles.append(_continuous(size, value, observed[:channels] @ vector, step))
+        poles.append(_continuous(value, observed[:channels] @ vector, step))
     return poles
 
 
-def _continuous(size: int, value: Complex, shape: Complex, step: float) -> Pole:
+def _continuous(value: Complex, shape: Complex, step: float) -> Pole:
     with np.errstate(divide="ignore", invalid="ignore"):
         rate = np.log(np.where(np.abs(value) > 0.0, value, 1e-300)) / step
     keep = rate.imag > 1e-9
     rate, shape = rate[keep], shape[:, keep].T
-    return size, np.abs(rate) / (2.0 * np.pi), -rate.real / np.abs(rate), shape
+    return np.abs(rate) / (2.0 * np.pi), -rate.real / np.abs(rate), shape
 
 
 def _pyoma(y: Array, step: float, order: int, lags: int) -> list[Pole]:
@@ -195,14 +195,14 @@ def _pyoma(y: Array, step: float, order: int, lags: int) -> list[Pole]:
         f, first = np.unique(np.round(f[keep], 12), return_index=True)  # conjugates are listed twice
         rows = np.flatnonzero(keep)[first]
         if len(f):
-            poles.append((k, f, np.asarray(found.Xi_poles[rows, k]), np.asarray(found.Phi_poles[rows, k])))
+            poles.append((f, np.asarray(found.Xi_poles[rows, k]), np.asarray(found.Phi_poles[rows, k])))
     return poles
 
 
 def _stable(poles: Sequence[Pole], band: tuple[float, float], count: int, shown: Array, method: str) -> Identified:
     """Poles that come back at the next order, gathered by frequency; medians of those that come back most."""
     kept: list[tuple[float, float, Complex]] = []
-    for (_, f0, d0, s0), (_, f1, d1, s1) in pairwise(poles):
+    for (f0, d0, s0), (f1, d1, s1) in pairwise(poles):
         for f, d, shape in zip(f1, d1, s1, strict=True):
             if not (band[0] <= f <= band[1] and 0.0 < d < 0.2) or not len(f0):
                 continue

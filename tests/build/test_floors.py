@@ -75,3 +75,13 @@ def test_a_floor_that_fits_nowhere_is_refused():
     ):
         with pytest.raises(ValueError, match=message):
             lm.build.with_floor(wall, **{"mass": 100.0, "joint": joint, **options})
+
+
+def test_a_floor_that_nearly_bears_on_a_wall_is_told_of():
+    # one wall is 1.5 mm lower than the other: the floor bears on one alone
+    walls = on_slab([((0, 0, 0), (1, 1, 1)), ((3, 0, 0), (4, 1, 0.9985))], mu=0.9)
+    floor = {"mass": 500.0, "joint": lm.Joint.from_friction_coefficient(0.4), "footprint": (0, 4, 0, 1), "level": 1.0}
+    house = lm.build.with_floor(walls, **floor)
+    floored = house.n_blocks - 1
+    assert {min(i.block_a, i.block_b) for i in house.interfaces if floored in (i.block_a, i.block_b)} == {1}
+    assert [sorted((d.a, d.b)) for d in house.near_misses] == [[2, floored]]

@@ -14,6 +14,8 @@ from walls import stack
 
 import dem
 import limitmason as lm
+from dem.resuming import check_same_stages, spelled
+from limitmason.errors import InputError
 from limitmason.geometry import box
 
 
@@ -180,3 +182,15 @@ def test_an_interrupt_from_the_keyboard_leaves_a_state_that_goes_on_to_the_same_
     assert cut.status == "interrupted"
     assert len(samples) < 60_000 // 200
     assert_same(dem.resume(cut, long), dem.simulate(wall, long, loads=loads))
+
+
+def test_stages_written_before_newer_fields_are_the_same_where_these_change_nothing():
+    plain = dem.Drive({1: {"x": 1e-3}}, damping=dem.Damping(local=0.5))
+    old = spelled(plain)
+    assert "calm" not in old
+    assert "combined" not in old
+    check_same_stages([plain], [old])
+    check_same_stages([plain], [old.replace("local=0.5", "local=0.5, combined=False")])
+    for other in (replace(plain, calm=1e-3), replace(plain, damping=dem.Damping(local=0.5, combined=True))):
+        with pytest.raises(InputError, match="is not the one"):
+            check_same_stages([other], [old])

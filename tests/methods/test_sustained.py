@@ -141,3 +141,14 @@ def test_gaps_spread_the_first_loss_of_a_wall_in_space_more_than_what_it_sustain
     assert lost.low <= lost.median <= lost.high < 0.44126 * 1.01
     assert len(found.curves) == 4
     assert "sustained" in str(found)
+
+
+def test_the_spread_of_a_wall_whose_joints_break_is_that_of_what_it_stands_for():
+    # glued blocks lose their bond first, at 0.22, and rock at 0.25 afterwards, whatever ks is
+    joint = lm.Joint(35.0, cohesion=5e3, tensile_strength=500.0, residual_cohesion=0.0, residual_tensile_strength=0.0)
+    tower = lm.build.column(width=0.5, depth=0.25, unit_height=1.0, courses=2, joint=joint)
+    found = lm.predict(tower, lm.Loads.horizontal(tower), "pushover", stiffness=1e9, spread=("ks/kn",))
+    assert found.collapse_multiplier == pytest.approx(0.25, rel=2e-3)
+    assert found.details["curve"].first_limit_point.load < 0.9 * found.collapse_multiplier
+    assert abs(found.error_budget["ks/kn"]["change"]) < 1e-3
+    assert found.interval[0] > 0.999 * found.collapse_multiplier

@@ -53,6 +53,13 @@ def test_both_forms_are_measured_values(tmp_path):
         read_measured(tmp_path / "bad.csv")
 
 
+def test_cells_of_several_lines_are_read_as_they_were_written():
+    rows = [["x\ny", "1"], ["p\n# q\n\nr", "2"], ['say "no", twice', "3"]]
+    back = parsed(table_text({"word": "-", "x": "m"}, rows, note='a note, "half quoted'), "t")
+    assert back.rows == rows
+    assert back.lines == [4, 6, 10]
+
+
 def test_what_is_written_is_read_again_whatever_the_words(tmp_path):
     rows = [["a, b", 1.5, 'say "so"'], ["no. #1", 2.5, "# none"], ["", 3.5, "line"]]
     units = {"word": "-", "x": "kN/m, mean", "note #": "-"}

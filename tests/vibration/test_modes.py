@@ -10,7 +10,7 @@ import dem
 import limitmason as lm
 from limitmason import experiments
 from limitmason.continuum import Box, Continuum, Material
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotApplicable
 from limitmason.experiments.murano_u_walls.macro import macro_model, published
 
 JOINT = lm.Joint(35.0, normal_stiffness=2e9, shear_stiffness=8e8)
@@ -190,6 +190,29 @@ def test_contacts_found_anew_and_what_has_no_modes_are_refused():
         lm.modes(block, 3, blocks="soft")
     with pytest.raises(InputError, match="rigid blocks have no stress"):
         lm.modes(block, 3, stress="plane stress")
+
+
+def test_ties_are_refused_by_every_way_to_modes():
+    wall = stack(2)
+    tied = wall.with_ties([lm.Tie(2, wall.blocks[2].centroid, None, (3.0, 0.0, 0.0), stiffness=1e9, yield_force=1e3)])
+    settled = dem.simulate(tied, dem.Settle(), detect_every=None, loads=lm.Loads.horizontal(tied))
+    for model in (tied, settled, lm.pushover(tied, lm.Loads.horizontal(tied), to=1e-6)):
+        with pytest.raises(NotApplicable, match="does not follow ties"):
+            lm.modes(model, 3)
+
+
+def test_a_state_in_an_ambiguous_plane_keeps_that_of_its_own_loads():
+    # all joints of a stack are level: the loads along y alone say in which plane its blocks deform
+    square = {"width": 0.4, "depth": 0.4, "unit_height": 0.2, "courses": 3}
+    wall = lm.build.column(**square, joint=JOINT).with_material(lm.Material(young_modulus=2e8, poisson_ratio=0.2))
+    options = {"blocks": "modal", "stress": "plane stress", "detect_every": None}
+    along, across = (
+        dem.simulate(wall, dem.Settle(), loads=lm.Loads.horizontal(wall, d).scaled(live=1e-3), **options)
+        for d in ((1, 0, 0), (0, 1, 0))
+    )
+    assert along.state.deformation.normal != pytest.approx(across.state.deformation.normal)
+    # the stack is square in plan
+    assert lm.modes(across, 3).frequency == pytest.approx(lm.modes(along, 3).frequency, rel=1e-6)
 
 
 def test_the_dem_s_old_name_answers_the_same_with_a_warning():
