@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from dem.deformation import RIGID
 from dem.joints import JointOptions, losses
 from dem.papers import COLLAPSE
 from dem.search import Controls, Search, increments, ramps
@@ -16,6 +15,7 @@ from dem.settings import DemSettings, Grid, Loading
 from dem.state import QUASI_STATIC, State, make_state
 from dem.stepping import EQUILIBRIUM, UNDECIDED, smallest_edge
 from limitmason.certificate import certify
+from limitmason.deformable.levels import RIGID
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping

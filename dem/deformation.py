@@ -9,13 +9,13 @@ from scipy.linalg import eigh
 
 from dem.kernels import LAW_CROSS, LAW_KN, LAW_KS, Joints, Modes, Points
 from limitmason.deformable import SOLID, STATES, modal_blocks
+from limitmason.deformable.levels import MODAL, RIGID
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.plane import Plane, find_plane
 
 Array = NDArray[np.float64]
 
-RIGID, MODAL = "rigid", "modal"
 LEVELS = (RIGID, MODAL)
 """How the blocks of a run deform."""
 

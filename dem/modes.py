@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from dem.deformation import RIGID
 from dem.joints import JointOptions, make_laws, make_points
 from dem.kernels import LAW_KN, LAW_KS
 from limitmason.deformable import SOLID
+from limitmason.deformable.levels import RIGID
 from limitmason.equilibrium import equilibrium_matrix
 from limitmason.model import Assembly, Loads
 from limitmason.vibration import modes

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.deformation import MODAL, RIGID
 from dem.history import History
 from dem.joints import Grid, JointOptions, per_interface
 from dem.pace import default_steps, slowest_period, softest_note
@@ -21,6 +20,7 @@ from dem.simulate import Progress, resume, simulate
 from dem.state import State, UnstableError, make_state
 from dem.zones.push import push_zoned
 from limitmason.deformable import PLANE_STRESS, SOLID
+from limitmason.deformable.levels import LUMPED, MODAL, RIGID, ZONED
 from limitmason.errors import InputError
 from limitmason.lumped_units import with_lumped_units
 from limitmason.model import Assembly, Loads
@@ -30,7 +30,6 @@ from limitmason.progress import reached, watched
 
 Array = NDArray[np.float64]
 
-LUMPED, ZONED = "lumped", "zoned"
 BLOCKS: Mapping[str, Callable[[Assembly], Assembly]] = {
     RIGID: lambda assembly: assembly, LUMPED: with_lumped_units, MODAL: lambda assembly: assembly,
 }  # fmt: skip
@@ -354,4 +353,4 @@ class _Follower:
         )
 
 
-__all__ = ["BLOCKS", "LUMPED", "RIGID", "ZONED", "default_spacing", "per_interface", "push"]
+__all__ = ["BLOCKS", "default_spacing", "per_interface", "push"]

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
-from dem.deformation import RIGID
 from dem.joints import JointOptions
 from dem.stepping import Verdict
 from limitmason.deformable import SOLID
+from limitmason.deformable.levels import RIGID
 from limitmason.errors import InputError
 from limitmason.model.stages import Damping
 

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.deformation import RIGID
 from dem.history import History
 from dem.joints import JointOptions
 from dem.loading import SERVO_EVERY, check_base_motions, servo_holds, stage_length
@@ -28,10 +27,11 @@ from dem.stability import block_stiffness
 from dem.state import DYNAMIC, QUASI_STATIC, State, UnstableError, make_state
 from dem.stepping import displacement_since, restless, run
 from limitmason.deformable import SOLID
+from limitmason.deformable.levels import RIGID
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import COAST, BaseMotion, Damping, Drive, Servo, Settle, Stage
-from limitmason.progress import reached, task
+from limitmason.progress import reached, task, watched
 
 Array = NDArray[np.float64]
 Progress = Callable[[Mapping[str, Any]], object]
@@ -145,7 +145,9 @@ def simulate(
     recorder = Recorder(assembly, loads, state, todo, detect_every)
     recorder.notes += notes
     recorder.settings = (sample, damping, tuple(spelled(s) for s in todo))
-    return _follow(recorder, None, progress, checkpoint, checkpoint_every)
+    return _follow(
+        recorder, None, progress=progress, checkpoint=checkpoint, checkpoint_every=checkpoint_every
+    )
 
 
 def resume(
@@ -183,29 +185,21 @@ def resume(
     recorder = Recorder(history.assembly, loads, state, todo, history.settings[3])
     recorder.settings = (sample, damping, before)
     recorder.take_up(history)
-    return _follow(recorder, at, progress, checkpoint, checkpoint_every)
+    return _follow(
+        recorder, at, progress=progress, checkpoint=checkpoint, checkpoint_every=checkpoint_every
+    )
 
 
+@watched("time stepping")
 def _follow(
     rec: Recorder,
     at: Position | None,
+    *,
     progress: Progress | None,
     checkpoint: str | Path | None,
     checkpoint_every: int,
 ) -> History:
     """Run the stages from a position, or from the first."""
-    with task("time stepping", shown=progress is None):
-        return _follow_stages(rec, at, progress, checkpoint, checkpoint_every)
-
-
-def _follow_stages(
-    rec: Recorder,
-    at: Position | None,
-    progress: Progress | None,
-    checkpoint: str | Path | None,
-    checkpoint_every: int,
-) -> History:
-    """The same, inside the task that shows how far it is."""
     status = RunStatus.FINISHED if at is None else rec.status
 
     def write() -> None:

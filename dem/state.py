@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from dem import kernels
 from dem.deformation import (
-    MODAL,
-    RIGID,
     BlockStress,
     Deformation,
     Start,
@@ -30,6 +28,7 @@ from dem.kernels import Bodies, Joints, Modes, Points, Ties
 from dem.stability import block_stiffness, scaled_masses, stable_step
 from dem.ties import NO_TIES, make_ties, pulls, stored_energy
 from limitmason.deformable import SOLID
+from limitmason.deformable.levels import MODAL, RIGID
 from limitmason.errors import InputError, NotConverged
 from limitmason.law_table import refuse_ties
 from limitmason.model import Assembly, Joint, Loads

@@ -7,6 +7,7 @@ The panel is the closed form after the published UDEC runs, seconds instead of h
 
 import limitmason as lm
 from limitmason import experiments
+from limitmason.experiments import brick_panels_opening
 from limitmason.experiments.brick_panels_opening import surrogate
 
 # what is unknown, from literature values on, and how well it is wanted
@@ -35,8 +36,8 @@ print(fit)
 print(f"\n{fit.left_out}\n")
 
 # the paper's set meets the same numbers: it is one of many that do
-paper = {"normal_stiffness": 55e9, "shear_stiffness": 38e9, "friction_angle_deg": 33.0, "cohesion": 0.052e6,
-         "tensile_strength": 0.10e6, "dilatancy_angle_deg": 12.0}  # fmt: skip
+joint = brick_panels_opening.joint(test)
+paper = {p.name: getattr(joint, p.name) for p in unknown}
 shown = surrogate.panel(**paper)
 print(f"the paper's set: first crack {shown['first crack']:.0f} N, peak {shown['peak']:.0f} N")
 for name, value in fit.predict(surrogate.panel).items():

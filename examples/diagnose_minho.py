@@ -92,7 +92,7 @@ def elastic(test, assembly, loads, extend):
 def stored(file):
     """Peaks computed before, by wall, friction and extension."""
     if not file.exists():
-        file.write_text("wall and extension,peak\n-,kN\n", encoding="utf-8")
+        file.write_text("wall and extension,peak\n# units: -,kN\n", encoding="utf-8")
     return {k: float(v) for k, v in list(csv.reader(file.read_text(encoding="utf-8").splitlines()))[2:]}
 
 

@@ -7,7 +7,6 @@ which it first loses equilibrium depends on them, what it sustains hardly does.
 The 10 paths are read from a file, for one takes several seconds; ``--paths 10`` makes them again.
 """
 
-import csv
 import sys
 from pathlib import Path
 
@@ -16,6 +15,7 @@ import numpy as np
 import limitmason as lm
 from limitmason import figures
 from limitmason.capacity import Ensemble, imperfection_ensemble
+from limitmason.csv_table import parsed, write_table
 from limitmason.curve import Curve
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figure
@@ -34,19 +34,20 @@ if PATHS:
         wall, loads, gap=1e-4, samples=PATHS, stiffness=STIFFNESS, contacts="first", contact_model="grid", grid=(2, 4),
         progress=print,
     )  # fmt: skip
-    with STORED.open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(["path", "status", "first_loss", "sustained", "displacement_m", "multiplier"])
-        for k, c in enumerate(found.curves):
-            kept = (found.status[k], f"{found.first_loss[k]:.6g}", f"{found.sustained[k]:.6g}")
-            table.writerows([k + 1, *kept, f"{u:.6g}", f"{load:.6g}"] for u, load in zip(*c, strict=True))
+    lines = []
+    for k, c in enumerate(found.curves):
+        kept = (found.status[k], f"{found.first_loss[k]:.6g}", f"{found.sustained[k]:.6g}")
+        lines += [[k + 1, *kept, f"{u:.6g}", f"{load:.6g}"] for u, load in zip(*c, strict=True)]
+    units = {"path": "-", "status": "-", "first_loss": "-", "sustained": "-", "displacement": "m", "multiplier": "-"}
+    write_table(STORED, units, lines)
 else:
     rows = {}
-    with STORED.open(encoding="utf-8") as file:
-        for r in csv.DictReader(file):
-            rows.setdefault(int(r["path"]), []).append(r)
+    table = parsed(STORED.read_text(encoding="utf-8"), STORED.name)
+    for cells in table.rows:
+        r = dict(zip(table.header, cells, strict=True))
+        rows.setdefault(int(r["path"]), []).append(r)
     curves = [
-        Curve([float(r["displacement_m"]) for r in own], [float(r["multiplier"]) for r in own], load_unit="-",
+        Curve([float(r["displacement"]) for r in own], [float(r["multiplier"]) for r in own], load_unit="-",
               label=f"path {k}", status=own[0]["status"])
         for k, own in rows.items()
     ]  # fmt: skip

@@ -8,7 +8,6 @@ as the measured modulus of the wall says. Assumed: 45 degrees, nu 0.2 and all st
 Without ``--full`` SW.200.1 alone; with it all levels, written to stored/minho_cracking_stone.csv.
 """
 
-import csv
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +16,7 @@ import numpy as np
 
 import dem
 import limitmason as lm
+from limitmason.csv_table import parsed, write_table
 from limitmason.text_table import aligned
 
 FULL = "--full" in sys.argv
@@ -90,13 +90,12 @@ for name, repeats in LEVELS.items() if FULL else (("SW.200.1", LEVELS["SW.200.1"
     for case, (peak, rate) in found.items():
         cells = f"{peak:.1f}", f"{measured:.1f}", f"{peak / measured:.2f}", "" if np.isnan(rate) else f"{rate:.3f}"
         rows.append([name, case, *cells])
-HEAD = ["wall", "case", "peak [kN]", "measured mean [kN]", "ratio", "rate error"]
 if FULL:
-    with STORED.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file, lineterminator="\n").writerows([HEAD, *rows])
-with STORED.open(encoding="utf-8") as file:
-    stored = list(csv.reader(file))
-print("\n" + aligned(stored, "<<>>>>"))
+    units = {"wall": "-", "case": "-", "peak": "kN", "measured mean": "kN", "ratio": "-", "rate error": "-"}
+    write_table(STORED, units, rows)
+stored = parsed(STORED.read_text(encoding="utf-8"), STORED.name)
+head = [name if unit == "-" else f"{name} [{unit}]" for name, unit in zip(stored.header, stored.units, strict=True)]
+print("\n" + aligned([head, *stored.rows], "<<>>>>"))
 print("""
 Softer joints and displacements take 8 % off under 200 and 250 kN (rigid 1.44 and 1.22, elastic stone 1.32 and 1.11).
 Tensile cracking takes nothing more: with the 91.6 MPa of the stone, zones and planes of 6 down to 1 MPa leave the

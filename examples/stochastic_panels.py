@@ -1,6 +1,6 @@
 """Brick panels whose bricks and joints vary, 4 sets, spatial and not, beside the published means and spreads.
 
-The runs are read from a file: a run takes two seconds. ``python -m validation.stochastic --store FOLDER --runs 300``
+The runs are read from a file: a run takes a second. ``python -m validation.stochastic --store FOLDER --runs 300``
 makes them, goes on where FOLDER ends, and ``--out docs/papers`` writes the page. The outline of the panel is inferred,
 not published; bricks are rigid, compliance lumped in the joints, which lose cohesion and tensile strength by opening.
 Strengths are linked by c = 2 ft tan(phi), joint by joint.
@@ -21,7 +21,8 @@ STORED = Path(__file__).parent / "stored" / "stochastic_panels.csv"
 
 rows = {}
 with STORED.open(encoding="utf-8") as file:
-    for r in csv.DictReader(file):
+    # names, a comment with the units, lines
+    for r in csv.DictReader(line for line in file if not line.startswith("#")):
         numbers = {k: float(r[k]) if r[k] else float("nan") for k in ("ultimate", "crack", "lone")}
         rows.setdefault(r["study"], []).append({"sample": int(r["sample"]), **numbers, "mode": r["mode"]})
 tables = {name: study.Table(tuple(own)) for name, own in rows.items()}

@@ -8,12 +8,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from limitmason.contact_points import ContactPoints
 from limitmason.deformable import modal_blocks, polynomial_blocks
+from limitmason.deformable.levels import ELASTIC, MODAL
 from limitmason.model.assembly import Assembly
 
 Array = NDArray[np.float64]
-
-RIGID, MODAL, ELASTIC = "rigid", "modal", "elastic"
-"""Kinds of blocks: without shapes, with the DEM's, with those of an elastic body."""
 
 _EXACT = 1e-9
 """To which the points of a joint integrate a polynomial exactly."""

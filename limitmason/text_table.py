@@ -1,6 +1,6 @@
 """Tables as text: columns of equal width for the terminal, Markdown for pages, and how a range is written."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 
 def aligned(lines: Sequence[Sequence[str]], align: str = "") -> str:
@@ -21,6 +21,20 @@ def aligned(lines: Sequence[Sequence[str]], align: str = "") -> str:
 def markdown(lines: Sequence[Sequence[str]]) -> list[str]:
     """Lines of a Markdown table whose first line is the head."""
     return [markdown_line(lines[0]), markdown_line(["---"] * len(lines[0])), *map(markdown_line, lines[1:])]
+
+
+def filled(text: str, tables: Mapping[str, Sequence[str]]) -> str:
+    """A page whose lines "[name]" become tables.
+
+    Parameters
+    ----------
+    tables : lines of Markdown by name, as of :func:`markdown`
+    """
+    lines: list[str] = []
+    for line in text.splitlines():
+        name = line[1:-1] if line.startswith("[") and line.endswith("]") else ""
+        lines += tables.get(name, [line])
+    return "\n".join(lines) + "\n"
 
 
 def markdown_line(cells: Sequence[str]) -> str:

@@ -22,7 +22,7 @@ from limitmason import experiments
 from limitmason.experiments import Experiment
 from limitmason.experiments.bnw_walls import ASSUMED
 from limitmason.figures import load_displacement, plasticity
-from limitmason.text_table import markdown
+from limitmason.text_table import filled, markdown
 
 NAME = "bnw-walls"
 WALLS = ("BNW1", "BNW2", "BNW3")
@@ -360,11 +360,7 @@ def page(kept: Path | None) -> tuple[str, Figure, Figure]:
         "misfit": "\n".join(misfits(found)),
     }  # fmt: skip
     tables = {"walls": walls(found), "order": orders(found), "varied": varied(other)}
-    lines = []
-    for line in TEXT.format(**words).splitlines():
-        name = line.strip("[]")
-        lines += tables[name] if line.startswith("[") and name in tables else [line]
-    return "\n".join(lines) + "\n", drawn(found), mapped(found)
+    return filled(TEXT.format(**words), tables), drawn(found), mapped(found)
 
 
 def main() -> None:

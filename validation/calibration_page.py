@@ -15,7 +15,7 @@ import limitmason as lm
 from limitmason.calibration import Fit
 from limitmason.experiments.brick_panels_opening import surrogate
 from limitmason.experiments.murano_u_walls import literature
-from limitmason.text_table import markdown
+from limitmason.text_table import filled, markdown
 from validation import murano_strength, panel_calibration
 from validation.panel_calibration import L1_OUTLINES, OUTLINES, PAPER, UNKNOWN
 
@@ -102,7 +102,7 @@ def parameters(fits: Mapping[str, Fit], closed: Fit) -> Lines:
     return lines
 
 
-def targets(dem_fit: Fit, closed: Fit, table: Any) -> Lines:
+def targets(closed: Fit, table: Any) -> Lines:
     """Measured means beside what the sets give."""
     tests = panel_calibration.measured().values()
     mean = {q: sum(t[q].value for t in tests) / 4e3 for q in ("first crack", "peak")}
@@ -205,14 +205,11 @@ def page(store: Path, progress: Callable[[str], object] | None = None) -> str:
         "the four tests do.",
     }  # fmt: skip
     parts = {
-        "parameters": parameters(fits, closed), "targets": targets(dem_fit, closed, table),
+        "parameters": parameters(fits, closed), "targets": targets(closed, table),
         "answers": answers(table), "literature": literature_lines(), "stiffness": stiffness(),
         "strength": strength(store, progress),
     }  # fmt: skip
-    text = TEXT.format(**words)
-    for name, lines in parts.items():
-        text = text.replace(f"[{name}]", "\n".join(markdown(lines)))
-    return text
+    return filled(TEXT.format(**words), {name: markdown(lines) for name, lines in parts.items()})
 
 
 def main() -> None:

@@ -17,7 +17,8 @@ import dem
 from limitmason import experiments
 from limitmason.experiments import mcmaster_bending as mcmaster
 from limitmason.model.joint import Joint, LostBy
-from limitmason.text_table import markdown
+from limitmason.study.store import write_whole
+from limitmason.text_table import filled, markdown
 
 NAME = "mcmaster-bending"
 POINTS, FINER = (4, 8), (8, 16)
@@ -110,13 +111,12 @@ class Answers:
 
     def __call__(self, specimen: str, **options: Any) -> dict[str, float]:
         """Answer of a specimen with options; see :func:`bent`."""
-        key = json.dumps([specimen, options], sort_keys=True)
+        key = json.dumps([specimen, {"points": POINTS, "steps": STEPS, **options}], sort_keys=True)
         if key not in self.known:
             print(specimen, options, flush=True)
             self.known[key] = bent(specimen, **options)
             if self.file is not None:
-                self.file.parent.mkdir(parents=True, exist_ok=True)
-                self.file.write_text(json.dumps(self.known, indent=1), encoding="utf-8")
+                write_whole(self.file, json.dumps(self.known, indent=1))
         return self.known[key]
 
 
@@ -233,11 +233,7 @@ def page(answers: Answers) -> str:
         "w90": 1e-6 * answers("theta-90", density=1500.0)["strength"],
         "sizes_head": "Length and height of the blocks over those of the source; the wallette keeps its size.",
     }  # fmt: skip
-    lines = []
-    for line in TEXT.format(**words).splitlines():
-        name = line.strip("[]")
-        lines += tables[name] if line.startswith("[") and name in tables else [line]
-    return "\n".join(lines) + "\n"
+    return filled(TEXT.format(**words), tables)
 
 
 def main() -> None:

@@ -17,6 +17,7 @@ from dem.push import default_spacing
 from limitmason import study
 from limitmason.contact_points import contact_points
 from limitmason.errors import NotConverged
+from limitmason.experiments import brick_panels_opening as panels
 from limitmason.lumped_units import with_lumped_units
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -28,8 +29,6 @@ L1_OUTLINES = ("787.5/8/4", "562.5/8/4")
 TRAVEL, STEPS = 1.3e-3, 6000
 STEP = 0.15
 """Of finite differences on log-parameters: sees past a peak that jumps by 1 to 2 %."""
-PAPER = {"normal_stiffness": 55e9, "shear_stiffness": 38e9, "friction_angle_deg": 33.0, "cohesion": 0.052e6,
-         "tensile_strength": 0.10e6, "dilatancy_angle_deg": 12.0}  # fmt: skip
 UNKNOWN = (
     lm.Parameter("normal_stiffness", 83e9, (5e9, 5e11), unit="Pa/m"),
     lm.Parameter("shear_stiffness", 36e9, (2e9, 2e11), unit="Pa/m"),
@@ -38,6 +37,7 @@ UNKNOWN = (
     lm.Parameter("tensile_strength", 1e5, (4e4, 4e5), resolution=0.05, unit="Pa"),
     lm.Parameter("dilatancy_angle_deg", 5.0, (0.5, 20.0), unit="deg"),
 )
+PAPER = {p.name: getattr(panels.joint(lm.experiments.load(NAME, "S1")), p.name) for p in UNKNOWN}
 
 
 def elastic(wall: Assembly) -> tuple[float, float]:

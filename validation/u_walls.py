@@ -20,11 +20,12 @@ import limitmason as lm
 from limitmason import experiments
 from limitmason.capacity import Steps
 from limitmason.continuum import SolidCurve, load_curve, push, solve_elastic
+from limitmason.continuum.path import INTERRUPTED
 from limitmason.curve import Curve, Event
 from limitmason.errors import NotConverged
 from limitmason.experiments.murano_u_walls import macro, micro
 from limitmason.figures import load_displacement
-from limitmason.text_table import markdown
+from limitmason.text_table import filled, markdown
 
 NAME = "murano-u-walls"
 MODELS = (("DS", "step 1", 6e-3), ("DS", "final", 6e-3), ("REGW", "final", 6e-3))
@@ -115,19 +116,22 @@ def main() -> None:
         print(f"{specimen} micro ...", flush=True)
         stones[f"{specimen} micro"] = stone_by_stone(specimen, to, chosen.kept)
     drawn(curves, stones).savefig(chosen.out / "u-walls.png")
-    (chosen.out / "u-walls.md").write_text("\n".join(page(curves, stones, chosen.size)) + "\n", encoding="utf-8")
+    (chosen.out / "u-walls.md").write_text(page(curves, stones, chosen.size), encoding="utf-8")
 
 
 def pushed(specimen: str, properties: str, size: float, to: float, kept: Path | None) -> SolidCurve | None:
     """Push-over of a macro-model, from the folder where it is there; None where the run fails."""
     test = experiments.load(NAME, specimen)
     model = macro.macro_model(test, properties, size=size)
-    file = None if kept is None else kept / f"{specimen} {properties} {size:g}.npz".replace(" ", "_")
-    if file is not None and file.is_file():
-        return load_curve(file, model)
+    file = None if kept is None else kept / f"{specimen} {properties} {size:g} {to:g}.npz".replace(" ", "_")
+    before = load_curve(file, model) if file is not None and file.is_file() else None
+    if before is not None and before.status != INTERRUPTED:
+        return before
     control = macro.control_point(test), (0.0, -1.0, 0.0)
     try:
-        return push(model, control=control, to=to, first=2e-5, largest=to / 25, checkpoint=file, progress=print)
+        return push(
+            model, control=control, to=to, first=2e-5, largest=to / 25, start=before, checkpoint=file, progress=print
+        )
     except NotConverged as error:
         print(error)
         return None
@@ -135,7 +139,7 @@ def pushed(specimen: str, properties: str, size: float, to: float, kept: Path | 
 
 def stone_by_stone(specimen: str, to: float, kept: Path | None) -> Curve:
     """Push-over of a micro-model, load [N] over the top's displacement [m], from the folder where it is there."""
-    file = None if kept is None else kept / f"{specimen}_micro.npz"
+    file = None if kept is None else kept / f"{specimen}_micro_{to:g}_{MOST:g}.npz"
     if file is None or not file.is_file():
         test = experiments.load(NAME, specimen)
         begun = time.process_time()
@@ -215,19 +219,15 @@ def drawn(curves: dict[str, SolidCurve | None], stones: dict[str, Curve]) -> Fig
                              caption="smeared rotating cracks; micro: stones and joints; levels: peaks measured")
 
 
-def page(curves: dict[str, SolidCurve | None], stones: dict[str, Curve], size: float) -> list[str]:
-    """Lines of the page."""
+def page(curves: dict[str, SolidCurve | None], stones: dict[str, Curve], size: float) -> str:
+    """The page as Markdown."""
     found = {"size": f"{size:g}", "source": SOURCE}
     tables = {
         "stiffness": stiffnesses(curves, size), "modes": frequencies(size), "push-over": peaks(curves),
         "assumptions": [f"- {line}" for line in macro.ASSUMPTIONS], "micro": stone_table(stones),
         "micro-assumptions": [f"- {line}" for line in micro.ASSUMPTIONS],
     }  # fmt: skip
-    lines = []
-    for line in TEXT.format(**found).splitlines():
-        name = line.strip("[]")
-        lines += tables[name] if line.startswith("[") and name in tables else [line]
-    return lines
+    return filled(TEXT.format(**found), tables)
 
 
 def stiffnesses(curves: dict[str, SolidCurve | None], size: float) -> list[str]:

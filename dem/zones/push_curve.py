@@ -15,12 +15,12 @@ from dem.zones.mesh import ZoneMesh
 from dem.zones.model import ZonedModel
 from dem.zones.recording import Record, ZoneState
 from limitmason.curve import Event
+from limitmason.deformable.levels import ZONED
 from limitmason.errors import InputError
 from limitmason.references import data_behind
 
 Array = NDArray[np.float64]
 
-ZONED = "zoned"
 
 
 @dataclass(frozen=True, eq=False)

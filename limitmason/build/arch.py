@@ -9,7 +9,7 @@ import numpy as np
 
 from limitmason.build.arguments import choice, count, positive
 from limitmason.build.erect import Site
-from limitmason.build.voussoirs import circle, circular_joints, outlines_between, snapped, springing
+from limitmason.build.voussoirs import circle, circle_facts, circular_joints, outlines_between, snapped, springing
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import prism
 from limitmason.model.assembly import Assembly
@@ -85,12 +85,7 @@ def arch(
     else:
         r, angle = circle(radius, angle_deg, span, rise)
         inner, outer = circular_joints(r, angle, depth, number)
-        facts = {
-            "radius": r,
-            "angle_deg": math.degrees(angle),
-            "span": 2.0 * r * math.sin(angle / 2.0),
-            "rise": r - r * math.cos(angle / 2.0),
-        }
+        facts = circle_facts(r, angle)
     recipe = {"shape": shape, **facts, "thickness": depth}
     return _erect(
         inner,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from limitmason.build.arguments import choice, count, positive
 from limitmason.build.erect import Site
-from limitmason.build.voussoirs import circle, circular_joints, outlines_between, springing
+from limitmason.build.voussoirs import circle, circle_facts, circular_joints, outlines_between, springing
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid, prism
 from limitmason.geometry.splitting import split_solid
@@ -93,9 +93,8 @@ def vault(
     feet = [springing(inner[end], outer[end], below, left=end == 0) for end in (0, -1)]
     site = Site(density)
     recipe: dict = {
-        "kind": "vault", "shape": shape, "radius": r, "angle_deg": math.degrees(angle),
-        "span": 2.0 * r * math.sin(angle / 2.0), "rise": r - r * math.cos(angle / 2.0), "thickness": depth,
-        "voussoirs": number, "unit_length": unit, "density": float(density),
+        "kind": "vault", "shape": shape, **circle_facts(r, angle), "thickness": depth, "voussoirs": number,
+        "unit_length": unit, "density": float(density),
     }  # fmt: skip
     if shape == "barrel":
         if length is None or projection is not None:

@@ -26,6 +26,14 @@ def circle(radius: object, angle_deg: object, span: object, rise: object) -> tup
     return (half**2 + height**2) / (2.0 * height), angle
 
 
+def circle_facts(radius: float, angle: float) -> dict[str, float]:
+    """What a recipe says of a circular centre line: radius, angle of embrace in degrees, span and rise."""
+    return {
+        "radius": radius, "angle_deg": math.degrees(angle), "span": 2.0 * radius * math.sin(angle / 2.0),
+        "rise": radius - radius * math.cos(angle / 2.0),
+    }  # fmt: skip
+
+
 def circular_joints(radius: float, angle: float, thickness: float, voussoirs: int) -> tuple[np.ndarray, np.ndarray]:
     """Inner and outer ends of the radial joints in x-z [m], shape (n + 1, 2), left to right, springings at z = 0.
 

@@ -102,7 +102,7 @@ def _run(options: argparse.Namespace) -> int:
     from limitmason import diagnosis, figures
 
     if options.template:
-        others = [name for name in vars(options) if name not in ("template", "model", "run", "debug")]
+        others = [name for name in vars(options) if name not in ("template", "model", "run", "debug", "progress")]
         refuse(options, others, "with --template, which writes a file and stops")
         if options.model and ":" in options.model:
             raise InputError(f"--template with --model needs a packaged series, got {options.model!r}")

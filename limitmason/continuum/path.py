@@ -18,7 +18,7 @@ from limitmason.progress import reached, watched
 
 Array = NDArray[np.float64]
 
-REACHED, STOPPED = "reached", "stopped"
+REACHED, STOPPED, INTERRUPTED = "reached", "stopped", "interrupted"
 _NEWTON = 14  # iterations of an ordinary step
 _EASY = 5  # iterations up to which steps grow
 _FLAT = 1.8  # longest over shortest edge of a brick from which a warning names it
@@ -104,7 +104,7 @@ def push(
             f"{new.residual:.0e}{', jump' if new.jump else ''}, {time.perf_counter() - begun:.0f} s"
         )
         if checkpoint is not None and len(nodes) % 10 == 0:
-            curve_of(model, nodes, (point, direction), tolerance, "interrupted", (), band).save(checkpoint)
+            curve_of(model, nodes, (point, direction), tolerance, INTERRUPTED, (), band).save(checkpoint)
     warnings: tuple[str, ...] = _flat_bricks(model)
     if status == STOPPED:
         end = 1e3 * (nodes[-1].control - origin)

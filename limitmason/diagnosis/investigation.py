@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from limitmason.diagnosis.answer import Answer
 from limitmason.diagnosis.from_table import pool_rows
 from limitmason.diagnosis.inference.plan import NextTests
 from limitmason.diagnosis.rehearse import Rehearsal
-from limitmason.diagnosis.study import Answer, Study
+from limitmason.diagnosis.study import Study
 from limitmason.experiments.measured_table import MeasuredTable
 from limitmason.progress import watched
 

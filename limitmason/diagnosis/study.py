@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.causes.cause import Cause, check_causes
+from limitmason.diagnosis.answer import Answer
 from limitmason.diagnosis.from_table import About, study_arguments
 from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws
 from limitmason.diagnosis.inference.decide import Rule
@@ -21,15 +22,12 @@ from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, NextTests, confusable
 from limitmason.diagnosis.inference.shared import Shares, estimated_shares, sharing
-from limitmason.diagnosis.record import record
 from limitmason.diagnosis.rehearse import Rehearsal, planted, rehearse
-from limitmason.diagnosis.report import headline, report, table
-from limitmason.diagnosis.report import warnings as warnings_of
 from limitmason.diagnosis.result import Diagnosis, checked_by_group
 from limitmason.diagnosis.simulator import Simulator
 from limitmason.diagnosis.specimens import called, covariates_of, positive_values
 from limitmason.diagnosis.suggest import suggest
-from limitmason.diagnosis.tables import ASSUMED_NOISE, PoolGrids, Tables, placing_noise
+from limitmason.diagnosis.tables import ASSUMED_NOISE, Made, PoolGrids, Tables, placing_noise
 from limitmason.diagnosis.tabulate import Tabulator
 from limitmason.errors import InputError
 from limitmason.experiments.measured_table import MeasuredTable
@@ -38,16 +36,6 @@ from limitmason.progress import reached, watched
 FEWEST = 4  # specimens
 ROUNDS = 6
 STATEMENTS = ("measured", "noise", "groups", "covariates", "causes", "about", "shared")  # no table depends on them
-
-
-@dataclass(frozen=True)
-class Made:
-    """What a study has made so far, shared by its variants: tables; by list of causes designs, judges, rehearsals."""
-
-    tables: Tables
-    designs: dict[tuple[Cause, ...], Design]
-    judges: dict[Any, Judge] = field(default_factory=dict)
-    rehearsed: dict[tuple[Cause, ...], Rehearsal] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -447,53 +435,9 @@ class Study:
         """
         return self._suggested(diagnosis.listed, pool, k, diagnosis)
 
-    def _suggested(self, causes: tuple[Cause, ...], pool: Sequence[Any], k: int, diagnosis: Diagnosis | None):
+    def _suggested(
+        self, causes: tuple[Cause, ...], pool: Sequence[Any], k: int, diagnosis: Diagnosis | None
+    ) -> NextTests:
         design = self.known_design(causes, diagnosis.noise_sd if diagnosis is not None else None)
         there = PoolGrids(self.tables, pool, self.noise, causes, float(np.mean(design.scale)))
         return suggest(design, there, pool, k, diagnosis)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Answer(Diagnosis):
-    """A diagnosis beside the study that gave it: what is asked of both is asked here.
-
-    Parameters
-    ----------
-    study : what was asked; all others are those of :class:`Diagnosis`, which is the numbers alone
-    """
-
-    study: Study
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What limits the verdict."""
-        return warnings_of(self)
-
-    def report(self, *, checks: bool = True, progress: Callable[[str], None] | None = None) -> str:
-        """The verdict as text.
-
-        Parameters
-        ----------
-        checks : also judge the data again under other statements of the noise and without each specimen (some seconds
-            for 16 causes and 24 specimens)
-        progress : told in a line what is judged again
-        """
-        return report(self, self.judged_again(progress) if checks else None)
-
-    def table(self) -> list[dict[str, Any]]:
-        """One row per cause of the list and per kept pair: size, interval, gain, p, and whether it is kept."""
-        return table(self)
-
-    def record(self) -> dict[str, Any]:
-        """The verdict as plain numbers and words, as JSON can hold them."""
-        return record(self)
-
-    def next_tests(self, pool: Sequence[Any], k: int = 4) -> NextTests:
-        """Specimens of a pool that would tell the kept causes apart best, or earn a name; see :class:`Study`."""
-        return self.study.next_tests(self, pool, k)
-
-    def __str__(self) -> str:
-        return headline(self)
-
-    def __repr__(self) -> str:
-        return f"<Diagnosis of {self.n} specimens, {headline(self)}>"

@@ -1,6 +1,7 @@
 """Tables of one set of specimens: each made when it is first asked for, and kept for every verdict on them."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -8,9 +9,11 @@ import numpy as np
 from limitmason.causes.cause import Cause, cause_pairs
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.grid import Grid, Table, at_measured
+from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.noise import Noise
 from limitmason.diagnosis.inference.shapes import Shapes
 from limitmason.diagnosis.inference.verdict import Verdict
+from limitmason.diagnosis.rehearse import Rehearsal
 from limitmason.diagnosis.tabulate import Tabulator
 from limitmason.errors import InputError
 
@@ -151,3 +154,13 @@ class PoolGrids(dict):
 def placing_noise(noise: Noise, n: int) -> np.ndarray:
     """Noise per specimen that tables are placed by: as stated, or ``ASSUMED_NOISE`` where nothing is, shape (n,)."""
     return noise.scale(n) if noise.kind != "unknown" else np.full(n, ASSUMED_NOISE)
+
+
+@dataclass(frozen=True)
+class Made:
+    """What a study has made so far, shared by its variants: tables; by list of causes designs, judges, rehearsals."""
+
+    tables: Tables
+    designs: dict[tuple[Cause, ...], Design]
+    judges: dict[Any, Judge] = field(default_factory=dict)
+    rehearsed: dict[tuple[Cause, ...], Rehearsal] = field(default_factory=dict)

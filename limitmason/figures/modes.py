@@ -126,7 +126,8 @@ def mac_matrix(
     title, caption : heading and the small text under it
     """
     k, l = mac.values.shape  # noqa: E741
-    cell, left, foot = 0.52, 1.05, 0.62
+    left, foot = 1.05, 0.62
+    cell = min(0.52, (style.page_width() - left - 0.2) / l)
     head = 0.16 + (0.24 if title else 0.0) + (0.18 if caption else 0.0)
     wide, high = max(cell * l + left + 0.2, 3.0), cell * k + foot + head
     figure = Figure(figsize=(wide, high), dpi=200)

@@ -59,7 +59,7 @@ def solid_map(
     per_brick = None if values is None else _per_brick(model, values)
     page_points = view.project(moved)
     low, high = page_points.min(axis=0), page_points.max(axis=0)
-    page = style.Page(high - low, ax, framed=False)
+    page = style.Page(high - low, ax, framed=False, beside=0.0 if per_brick is None else _BAR)
     norm = None
     if per_brick is not None:
         bottom, top = limits or (float(per_brick.min()), float(per_brick.max()))

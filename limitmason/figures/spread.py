@@ -63,7 +63,9 @@ def histogram(
         ax.axvline(value, 0.0, 0.06, color=style.BLACK, linewidth=1.2, gid="test")
     ax.set_xlabel(label or column)
     ax.set_ylabel("runs [-]")
-    ax.legend(fontsize=style._SMALL, frameon=False)
+    # room for the legend above the highest bar: it is as wide as the axes where they are small
+    ax.set_ylim(top=ax.get_ylim()[1] * (1.06 + 0.11 * len(values)))
+    ax.legend(fontsize=style._SMALL, frameon=False, loc="upper right")
     missing = sum(r.missing for r in found.values())
     notes = [f"{missing} runs without a value are left out"] * bool(missing) + ["ticks: tests"] * bool(len(measured))
     _frame(ax, title, " · ".join(notes))

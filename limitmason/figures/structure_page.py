@@ -79,6 +79,8 @@ def structure_report(
     parts.append("<h2>Geometry and supports</h2>" + image(draw_assembly(model), "assembly") + bullets(_geometry(model)))
     parts.append("<h2>Loads</h2>" + bullets(_loads(model, loads)))
     parts.append("<h2>Joints</h2>" + _joints(model))
+    if model.ties:
+        parts.append("<h2>Ties</h2>" + bullets([str(tie) for tie in model.ties]))
     parts.append("<h2>Contacts</h2>" + _contacts(model))
     parts.append("<h2>Assumed</h2>" + bullets(assumed or ["Nothing beyond the input above."]))
     parts.append("<h2>Checks of every answer</h2>" + _checks(compared))
@@ -120,7 +122,8 @@ def _geometry(model: Assembly) -> list[str]:
     held = [model.blocks[i].name for i in np.flatnonzero(model.held.any(axis=1))]
     free = ~model.fixed
     return [
-        f"{model.n_blocks} blocks, {len(model.interfaces)} joints, {size[0]:.4g} x {size[1]:.4g} x {size[2]:.4g} m "
+        f"{model.n_blocks} blocks, {len(model.interfaces)} joints"
+        f"{f', {len(model.ties)} ties' if model.ties else ''}, {size[0]:.4g} x {size[1]:.4g} x {size[2]:.4g} m "
         "(x, y, z)",
         f"weight of the blocks that are not fixed: {model.weights[free].sum() / 1e3:.4g} kN",
         f"held: {', '.join(held[:12]) or 'none'}{f' and {len(held) - 12} more' if len(held) > 12 else ''}",
@@ -149,9 +152,8 @@ def _joints(model: Assembly) -> str:
 
 def _contacts(model: Assembly) -> str:
     report = model.contact_report()
-    lines = str(report).splitlines()
     drawing = image(contact_report(model, report), "contacts") if report.decisions else ""
-    return f"<pre>{escape(chr(10).join(lines[:40]))}</pre>" + drawing
+    return f"<pre>{escape(str(report))}</pre>" + drawing
 
 
 def _checks(compared: SideBySide) -> str:

@@ -141,16 +141,18 @@ class Page:
     extent : width and height to show, in equal units
     ax : axes of the caller, which keep their size, or None for a new figure
     framed : leave room for tick and axis labels
+    beside : width that is added on the right afterwards, as for a colour bar [in]
     """
 
-    def __init__(self, extent: Iterable[float], ax: Axes | None, *, framed: bool = True) -> None:
+    def __init__(self, extent: Iterable[float], ax: Axes | None, *, framed: bool = True, beside: float = 0.0) -> None:
         width, height = extent
+        self.room = page_width() - beside
         self.own = ax is None
         self.framed = framed
         self.width, self.height = max(width, 1e-12), max(height, 1e-12)
         if ax is None:
             side = (_LEFT if framed else _BARE) + (_RIGHT if framed else _BARE)
-            self.inch = min((page_width() - side) / self.width, HEIGHT / self.height)
+            self.inch = min((self.room - side) / self.width, HEIGHT / self.height)
             figure = Figure(figsize=(page_width(), HEIGHT), dpi=200)
             FigureCanvasAgg(figure)
             self.ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
@@ -183,7 +185,7 @@ class Page:
             return self.figure
         left, right, bottom = (_LEFT, _RIGHT, _BOTTOM) if self.framed else (_BARE, _BARE, _BARE)
         wide, high = self.width * self.inch, (self.height + extent) * self.inch
-        page = max(wide + left + right, min(3.3, page_width()))
+        page = max(wide + left + right, min(3.3, self.room))
         left += 0.5 * (page - wide - left - right)
         lines = textwrap.wrap(text, int((page - 0.24) / 0.0555)) if text else []
         columns, rows = _legend_shape(handles, page)

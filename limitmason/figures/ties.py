@@ -45,7 +45,7 @@ def before_and_after(
     ------
     InputError
         When a prediction has no mechanism, or one of another assembly, for curves that are not in multipliers over
-        metres, and for ``ax``, ``title`` or ``caption`` here.
+        metres, and for ``ax``, ``caption`` or ``legend`` here.
     """
     for name in ("ax", "caption", "legend"):
         if name in options:

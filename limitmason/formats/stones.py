@@ -44,12 +44,7 @@ class Stones(NamedTuple):
         InputError
             Naming a stone of which its neighbours leave nothing.
         """
-        try:
-            met = grown(self.points, reach, list((against or {}).values()))
-        except InputError as error:
-            number = str(error).removeprefix("stone ").partition(":")[0]
-            name = self.names[int(number)] if number.isdigit() else ""
-            raise InputError(f"{name}: {error}" if name else str(error)) from None
+        met = grown(self.points, reach, list((against or {}).values()), self.names)
         names = [*self.names, *(against or {})]
         solids = [*met.solids, *(against or {}).values()]
         return MetStones(solids, names, met.gaps, met.before, met.after, met.moved, reach)
@@ -180,9 +175,9 @@ def _files(path: str | Path | Sequence[str | Path]) -> Iterator[tuple[str, str, 
     several = [Path(p) for p in path] if isinstance(path, (list, tuple)) else [Path(str(path))]
     if len(several) == 1 and several[0].suffix == ".zip":
         with zipfile.ZipFile(several[0]) as archive:
-            found = [Path(n) for n in archive.namelist() if Path(n).suffix.lower() in MESHES]
+            found = {Path(name): name for name in archive.namelist() if Path(name).suffix.lower() in MESHES}
             for p in sorted(found, key=_natural):
-                yield p.stem, p.suffix.lower(), archive.read(str(p))
+                yield p.stem, p.suffix.lower(), archive.read(found[p])
         return
     if len(several) == 1 and several[0].is_dir():
         several = sorted((p for p in several[0].iterdir() if p.suffix.lower() in MESHES), key=_natural)

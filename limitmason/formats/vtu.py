@@ -211,7 +211,8 @@ def _interfaces(assembly: Assembly, prediction: Prediction | None, twists: Array
     if prediction is not None and prediction.resultants is not None:
         r = prediction.resultants
         if len(r.normal) != k + len(assembly.ties):
-            raise InputError(f"the resultants are for {len(r.normal)} interfaces, the assembly has {k}")
+            has = f"the assembly has {k} and {len(assembly.ties)} ties"
+            raise InputError(f"the resultants are for {len(r.normal)} interfaces and ties, {has}")
         shear = np.asarray(r.shear, dtype=float)[:k]
         cells |= {"N": np.asarray(r.normal, dtype=float)[:k],
                   "V": shear[:, :1] * x.tangent_1 + shear[:, 1:2] * x.tangent_2}  # fmt: skip

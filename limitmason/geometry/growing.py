@@ -41,24 +41,9 @@ class Grown(NamedTuple):
     moved: Array
 
 
-def simplified(vertices: Array) -> Solid:
-    """Convex polyhedron around points whose faces are those of their hull, normals within 10 degrees made one.
-
-    It contains the points: every face lies on the farthest of them along its normal.
-
-    Parameters
-    ----------
-    vertices : [m], shape (n, 3)
-
-    Raises
-    ------
-    InputError
-        For points in one plane, or too few.
-    """
-    return _inside(*_planes(vertices), vertices)
-
-
-def grown(stones: Sequence[Array], reach: float, against: Sequence[Solid] = ()) -> Grown:
+def grown(
+    stones: Sequence[Array], reach: float, against: Sequence[Solid] = (), names: Sequence[str] | None = None
+) -> Grown:
     """Grow convex stones until they meet their neighbours half-way, and cut them where they overlap.
 
     Each pair nearer than twice the reach is parted by a plane: across the shortest distance between them, in its
@@ -72,6 +57,7 @@ def grown(stones: Sequence[Array], reach: float, against: Sequence[Solid] = ()) 
     reach : largest gap that is closed [m]
     against : convex solids that keep their shape, such as the ground: stones grow to the nearest face of theirs; in the
         gaps they are numbered after the stones
+    names : of the stones, for errors; their numbers by default
 
     Returns
     -------
@@ -81,7 +67,7 @@ def grown(stones: Sequence[Array], reach: float, against: Sequence[Solid] = ()) 
     Raises
     ------
     InputError
-        A stone without volume, or one that its neighbours leave nothing of, by number.
+        A stone without volume, or one that its neighbours leave nothing of, by name.
     """
     if not (np.isfinite(reach) and reach > 0.0):
         raise InputError(f"reach must be a positive length [m], got {reach!r}")
@@ -106,7 +92,8 @@ def grown(stones: Sequence[Array], reach: float, against: Sequence[Solid] = ()) 
         try:
             solid = _inside(normals, offsets, solids[k].vertices, margin=2.0 * reach)
         except InputError:
-            raise InputError(f"stone {k}: its neighbours leave nothing of it; they overlap, or it is doubled") from None
+            name = f"stone {k}" if names is None else names[k]
+            raise InputError(f"{name}: its neighbours leave nothing of it; they overlap, or it is doubled") from None
         out.append(solid)
         moved[k] = max(0.0, float((solid.vertices @ normal.T - offset).max()))
     volumes = [mass_properties(s).volume for s in (solids, out)]

@@ -60,7 +60,8 @@ class Tie:
     name: str = ""
 
     def __post_init__(self) -> None:
-        label = f"tie {self.name!r}" if self.name else f"tie from {self.block_a!r} to {self.block_b or 'the ground'!r}"
+        to = "the ground" if self.block_b is None else repr(self.block_b)
+        label = f"tie {self.name!r}" if self.name else f"tie from {self.block_a!r} to {to}"
         for field in ("point_a", "point_b"):
             try:
                 point = np.array(getattr(self, field), dtype=float)

@@ -64,7 +64,8 @@ def ring_beam(
     Parameters
     ----------
     assembly : the structure
-    points : corners of the beam's line [m], shape (n, 3), on blocks; where several blocks meet the first one counts
+    points : corners of the beam's line [m], shape (n, 3), on blocks; where several blocks meet the first
+        free one counts
     closed : join the last point to the first
     name : of the beam; its pieces are numbered
     options : strengths and stiffness, see :class:`Tie`; every piece has them

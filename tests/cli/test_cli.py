@@ -19,7 +19,7 @@ def run(*arguments, capsys):
 
 def test_help_reads_like_a_manual():
     out = subprocess.run(
-        [sys.executable, "-m", "limitmason.cli", "--help"], capture_output=True, text=True, check=True
+        [sys.executable, "-m", "limitmason", "--help"], capture_output=True, text=True, check=True
     ).stdout
     for word in ("experiments", "solve", "figure", "template", "units", "exit status", "examples"):
         assert word in out

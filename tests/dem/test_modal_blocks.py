@@ -5,10 +5,10 @@ import pytest
 
 import dem
 import limitmason as lm
-from dem.deformation import MODAL
 from dem.state import make_state
 from dem.stepping import run_constant
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID
+from limitmason.deformable.levels import MODAL
 from limitmason.model.stages import Damping, Drive, Hold, Ramp, Settle
 
 E, NU, KN, KS = 16.7e9, 0.2, 82e9, 36e9

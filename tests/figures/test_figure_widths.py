@@ -6,8 +6,10 @@ from walls import running_bond
 
 import limitmason as lm
 from limitmason import figures, study
+from limitmason.continuum import Box, Continuum, Material
 from limitmason.errors import InputError, NotApplicable
 from limitmason.figures import style
+from limitmason.vibration.mac import Mac
 
 WALL = running_bond(3, 4)
 LOADS = lm.Loads.horizontal(WALL)
@@ -33,9 +35,14 @@ def drawn():
     yield "histogram", lambda: figures.histogram(runs, "peak", label="peak [kN]")
     yield "running", lambda: figures.running_spread(runs, "peak")
     yield "curve", lambda: curve.plot()
+    rng = np.random.default_rng(2)
+    ten = Mac(rng.uniform(0.0, 1.0, (10, 10)), np.arange(1.0, 11.0), np.arange(1.0, 11.0))
+    yield "criterion", lambda: figures.mac_matrix(ten)
+    slab = Continuum.from_boxes([Box(np.zeros(3), np.array([2.0, 0.2, 0.6]))], Material(2e9, 0.2, 2000.0), size=0.2)
+    yield "map of a solid", lambda: figures.solid_map(slab, np.arange(float(len(slab.mesh))), label="stress [MPa]")
 
 
-@pytest.mark.parametrize("name, draw", drawn(), ids=lambda v: v if isinstance(v, str) else "")
+@pytest.mark.parametrize("name, draw", list(drawn()), ids=lambda v: v if isinstance(v, str) else "")
 def test_a_figure_is_as_wide_as_asked_for_and_keeps_its_words_inside(name, draw):
     usual = draw().get_size_inches()[0]
     with figures.print_style(width=style.SINGLE_COLUMN):

@@ -9,11 +9,11 @@ import dem
 import limitmason as lm
 from limitmason.capacity import Steps
 from limitmason.capacity.certificate import equilibrium
-from limitmason.capacity.deformable import BLOCKS, LUMPED
+from limitmason.capacity.deformable import BLOCKS
 from limitmason.capacity.kinematics import moved
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID
+from limitmason.deformable.levels import ELASTIC, LUMPED, MODAL
 from limitmason.errors import InputError, NotApplicable
-from limitmason.joint_shapes import ELASTIC, MODAL
 from limitmason.model.stages import Drive
 
 E, NU, KN, KS = 16.7e9, 0.2, 82e9, 36e9

@@ -4,13 +4,13 @@
 ``campaigns.csv``: one line per code, effect, size and friction, one column per specimen.
 """
 
-import csv
 import sys
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from limitmason import dem, limit_analysis
+from limitmason.csv_table import parsed, write_table
 from limitmason.diagnosis import Extension, Noise, Study
 
 from . import campaigns
@@ -43,11 +43,10 @@ def read(store=STORE):
     """Stored values by (code, effect, friction, number of the specimen)."""
     out = {}
     if store.exists():
-        with store.open(encoding="utf-8", newline="") as lines:
-            for row in list(csv.reader(line for line in lines if not line.startswith("#")))[2:]:
-                for number, value in enumerate(row[3:]):
-                    if value:
-                        out[row[0], row[1], row[2], number] = float(value)
+        for row in parsed(store.read_text(encoding="utf-8"), store.name).rows:
+            for number, value in enumerate(row[3:]):
+                if value:
+                    out[row[0], row[1], row[2], number] = float(value)
     return out
 
 
@@ -56,15 +55,14 @@ def write(values, store=STORE):
     rows = {}
     for (code, effect, mu, number), value in values.items():
         rows.setdefault((code, effect, mu), {})[number] = f"{value:.8g}"
-    with store.open("w", encoding="utf-8", newline="") as file:
-        file.write("# Collapse multipliers of campaigns.SPECIMENS, by python -m validation.blind.campaign_store\n")
-        file.write("# limit: limit_analysis(flow_rule='associative'); dem: dem.collapse(error_budget=(),"
-                   " tolerance=0.003, contact_points=(3, 2))\n")  # fmt: skip
-        out = csv.writer(file, lineterminator="\n")
-        out.writerow(["code", "effect and size", "friction coefficient", *(f"specimen {s['name']}" for s in SPECIMENS)])
-        out.writerow(["-"] * (3 + len(SPECIMENS)))
-        for key in sorted(rows):
-            out.writerow([*key, *(rows[key].get(i, "") for i in EVERY)])
+    names = ["code", "effect and size", "friction coefficient", *(f"specimen {s['name']}" for s in SPECIMENS)]
+    note = (
+        "Collapse multipliers of campaigns.SPECIMENS, by python -m validation.blind.campaign_store\n"
+        "limit: limit_analysis(flow_rule='associative'); "
+        "dem: dem.collapse(error_budget=(), tolerance=0.003, contact_points=(3, 2))"
+    )
+    lines = [[*key, *(rows[key].get(i, "") for i in EVERY)] for key in sorted(rows)]
+    write_table(store, dict.fromkeys(names, "-"), lines, note)
 
 
 @dataclass

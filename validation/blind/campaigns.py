@@ -10,6 +10,7 @@ from math import atan, degrees
 import limitmason as lm
 from limitmason import causes as catalogue
 from limitmason.diagnosis import Measured
+from limitmason.geometry import box
 
 FRICTION, FRICTION_ERROR, NOISE = 0.65, 0.02, 0.04  # assumed
 NUISANCE = {"friction_coefficient": Measured(FRICTION, FRICTION_ERROR)}
@@ -112,16 +113,6 @@ def boxes(s):
     return out
 
 
-FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
-
-
-def solid(low, high):
-    """A box as corners and faces."""
-    (a, b, c), (d, e, f) = low, high
-    corners = [(a, b, c), (d, b, c), (d, e, c), (a, e, c), (a, b, f), (d, b, f), (d, e, f), (a, e, f)]
-    return corners, FACES
-
-
 def joint(friction, cohesion=0.0):
     """A joint with psi = phi."""
     phi = degrees(atan(friction))
@@ -143,10 +134,10 @@ def assembled(s, units, friction, *, densities=None, joints=None):
     joints : law by pair of block names
     """
     names = ["ground", *(f"{k}-{j}" for k, j in units)]
-    ground = solid((-0.3, -0.3, -0.1), (s["length"] + 0.3, s["thickness"] + 0.3, 0.0))
+    ground = box((-0.3, -0.3, -0.1), (s["length"] + 0.3, s["thickness"] + 0.3, 0.0))
     densities = densities or {}
     model = lm.Assembly.from_polyhedra(
-        [ground, *(solid(*u) for u in units.values())], joint=joint(friction), names=names, fixed=["ground"],
+        [ground, *(box(*u) for u in units.values())], joint=joint(friction), names=names, fixed=["ground"],
         density=[DENSITY, *(DENSITY * densities.get(n, 1.0) for n in units)], joints=joints,
     )  # fmt: skip
     loads = lm.Loads.horizontal(model, thrust(s))

@@ -1,20 +1,22 @@
 """Command of the trials of earned names: ``python -m validation.blind.earned --scale 1 --records earned.jsonl``.
 
-Runs what the records do not hold yet and writes the table beside what is asked into `report.md`, between its markers.
-``python -m validation.blind.campaign_store`` makes the multipliers they rest on.
+Makes the data sets that the records do not hold yet and writes the table beside what is asked into `report.md`, between
+its markers. ``python -m validation.blind.campaign_store`` makes the multipliers they rest on.
 """
 
 import argparse
-import json
 import sys
 import time
 from pathlib import Path
 
-from . import earned_report, earned_trials
+from limitmason.study.store import RowStore, fingerprint
+
+from . import earned_report, earned_trials, report_parts
 from .campaign_store import DEM, LIMIT
 
 SEED = 20261617  # fixed before the run; the floor of the margin was set on 265 data sets of seed 20261616
-PORTION = 5
+PORTION = 5  # data sets of a cell that are made one after the other
+MOST = 1000  # data sets of a cell, so that every one has a number of its own
 # class: data sets on each of the campaigns
 PLAN = {
     "missing, of the list": 200, "missing, never listed": 100, "outsiders": 200, "clear": 200, "near a rival": 200,
@@ -23,25 +25,26 @@ PLAN = {
 SHARED = (("batch", 70), ("day", 70), ("setup", 70))
 
 
-def jobs(scale):
-    """Portions of trials in turns, so that a run that is stopped holds some of every class: (seed, arguments)."""
-    todo = []
-
-    def add(kind, design, count, key, **options):
-        count = max(2, round(scale * count))
-        for k in range(0, count, PORTION):
-            todo.append((k, (kind, design, key, min(PORTION, count - k), options)))
-
+def cells():
+    """Class, campaign, part of the seed, data sets and options of every cell."""
     for i, (kind, count) in enumerate(PLAN.items()):
         for j, design in enumerate(earned_trials.DESIGNS):
-            add(kind, design, count, (i, j))
+            yield kind, design, (i, j), count, {}
     for i, (column, count) in enumerate(SHARED):
         for j, design in enumerate(earned_trials.DESIGNS):
             for k, how in enumerate(({}, {"recorded": False}, {"carried": False})):
-                add("nothing", design, count, (20 + i, j, k), column=column, **how)
+                yield "nothing", design, (20 + i, j, k), count, {"column": column, **how}
     for i, (kind, count) in enumerate({"nothing": 300, "outsiders": 200}.items()):
-        add(kind, "12", count, (30 + i,), code=DEM)
-    return [(k, *rest) for k, rest in sorted(todo, key=lambda t: t[0])]
+        yield kind, "12", (30 + i,), count, {"code": DEM}
+
+
+def jobs(scale):
+    """Data sets in turns, so that a run that is stopped holds some of every class: (number, class, campaign, ...)."""
+    todo = []
+    for cell, (kind, design, key, count, options) in enumerate(cells()):
+        for k in range(max(2, round(scale * count))):
+            todo.append((k // PORTION, MOST * cell + k, kind, design, [SEED, *key, k], options))
+    return [job[1:] for job in sorted(todo, key=lambda t: t[:2])]
 
 
 def label_of(kind, options):
@@ -57,29 +60,18 @@ def label_of(kind, options):
 
 
 def run(path, scale, seconds):
-    """Run the portions that the records do not hold, within some seconds; returns all records."""
-    done = {}
-    if path.exists():
-        for line in path.read_text(encoding="utf-8").splitlines():
-            portion = json.loads(line)
-            done[tuple(portion["key"])] = portion
+    """Make the data sets that the store does not hold, within some seconds; what it then holds of those asked for."""
+    store = RowStore(path, fingerprint("earned names", SEED, earned_trials.DRAWS, earned_trials.RULE))
     start, todo = time.process_time(), jobs(scale)
-    with path.open("a", encoding="utf-8") as out:
-        for n, (first, kind, design, key, count, options) in enumerate(todo):
-            name = (*key, first, count)
-            if name in done or time.process_time() - start > seconds:
-                continue
-            begin, records = time.process_time(), []
-            for k in range(first, first + count):
-                found = earned_trials.one(design, kind, [SEED, *key, k], **options)
-                if found is not None:
-                    records.append({**found, "class": label_of(kind, options)})
-            done[name] = {"key": name, "records": records, "seconds": time.process_time() - begin}
-            out.write(json.dumps(done[name], default=float) + "\n")
-            out.flush()
-            sys.stderr.write(f"\r{n + 1} of {len(todo)}  {label_of(kind, options):<60}")
+    for n, (number, kind, design, seed, options) in enumerate(todo):
+        if number in store.rows or time.process_time() - start > seconds:
+            continue
+        begin, found = time.process_time(), earned_trials.one(design, kind, seed, **options)
+        record = None if found is None else {**found, "class": label_of(kind, options)}
+        store.add(number, {"record": record, "seconds": time.process_time() - begin})
+        sys.stderr.write(f"\r{n + 1} of {len(todo)}  {label_of(kind, options):<60}")
     sys.stderr.write("\n")
-    return list(done.values())
+    return [store.rows[job[0]] for job in todo if job[0] in store.rows]
 
 
 def main(arguments=None):
@@ -90,10 +82,12 @@ def main(arguments=None):
     parser.add_argument("--records", type=Path, default=Path("earned.jsonl"), help="kept there; a run goes on")
     parser.add_argument("--out", type=Path, default=Path(__file__).with_name("report.md"))
     given = parser.parse_args(arguments)
-    portions = run(given.records, given.scale, given.seconds)
-    records = [r for p in portions for r in p["records"]]
-    spent = sum(p["seconds"] for p in portions)
-    earned_report.put(given.out, earned_report.text(records, SEED, spent))
+    rows = run(given.records, given.scale, given.seconds)
+    records = [r["record"] for r in rows if r["record"] is not None]
+    spent = sum(r["seconds"] for r in rows)
+    report_parts.put(
+        given.out, earned_report.text(records, SEED, spent), earned_report.BEGIN, earned_report.END
+    )
 
 
 if __name__ == "__main__":

@@ -213,14 +213,3 @@ def _by_design(records):
 
 def _share(k, n):
     return f"{100 * k / n:.1f} % of {n}" if n else "no such truth"
-
-
-def put(path, part, begin=BEGIN, end=END):
-    """Write the part between its markers, or at the end of the report."""
-    whole = path.read_text(encoding="utf-8") if path.exists() else ""
-    if begin in whole:
-        before, rest = whole.split(begin, 1)
-        whole = before + part + rest.split(end, 1)[1].removeprefix("\n")
-    else:
-        whole = whole.rstrip("\n") + "\n\n" + part
-    path.write_text(whole, encoding="utf-8")

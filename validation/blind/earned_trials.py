@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from limitmason.diagnosis import Extension, Rule
-from limitmason.diagnosis.inference.grid import at_measured
 from limitmason.diagnosis.inference.plan import distances
 from limitmason.diagnosis.inference.shared import assumed
 
@@ -63,7 +62,6 @@ class Place:
         self.design = self.study.design(CAUSES)
         self.specimens, self.numbers = self.study.specimens, campaigns.CHOSEN[name]
         self.frictions = store.FRICTIONS if code == store.LIMIT else (0.0,)
-        self.bare = at_measured(self.study.tables.base())
         self._lists = {}
 
     def logs(self, value):

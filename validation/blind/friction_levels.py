@@ -12,7 +12,7 @@ import numpy as np
 
 from limitmason.diagnosis import Noise, Rule, Study
 
-from . import earned_report, small_walls, two_codes_trials
+from . import report_parts, small_walls, two_codes_trials
 from .small_walls import DEM, LIMIT
 
 SEED = 77
@@ -61,7 +61,7 @@ def main(arguments=None):
         worst, found = alarms(values, truth, candidates, levels, given.trials)
         row = f"{worst:.2f} of the noise | {found} of {given.trials}"
         lines.append(f"| {truth} | {candidates} | {levels} | {row} |")
-    earned_report.put(given.out, "\n".join([*lines, END, ""]), BEGIN, END)
+    report_parts.put(given.out, "\n".join([*lines, END, ""]), BEGIN, END)
 
 
 if __name__ == "__main__":

@@ -17,9 +17,10 @@ from joblib import Parallel, delayed
 
 from limitmason.diagnosis import Rule, binomial_interval
 
-from . import score, surrogate, trials
+from . import report_parts, score, surrogate, trials
 from .portions import ALL, jobs, work
 
+BEGIN, END = "<!-- all trials: begin -->", "<!-- all trials: end -->"
 DRAWN = (
     "- d2: distance to the nearest rival after refitting it and the friction. Clear 25 to 150, middle 9 to 25, twins "
     "below 1 (and above 30 from the baseline); a cause of the list is drawn first, then a size in that range. The "
@@ -54,7 +55,7 @@ def main(arguments=None):
     changed = {k: kinds[k](v) for k, v in (r.split("=") for r in given.rule)}
     record, notes = trial_all(given.seed, given.scale, given.only, given.workers, Rule(earn=False, **changed))
     text = report(record, notes, given.seed, time.perf_counter() - start, given.workers, given.rule)
-    given.out.write_text(text, encoding="utf-8")
+    report_parts.put(given.out, f"{BEGIN}\n{text}{END}\n", BEGIN, END)
     sys.stdout.write(text)
 
 

@@ -1,12 +1,11 @@
 """The page of the random panels: tables, and the sentences whose numbers come from them."""
 
 import math
-from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from limitmason import study
-from limitmason.text_table import markdown
+from limitmason.text_table import filled, markdown
 
 from .tables import (
     ALONE,
@@ -29,13 +28,6 @@ from .tables import (
 from .text import REPEATED, TEXT, TIME
 
 
-def filled(text: str, parts: Mapping[str, Sequence[Sequence[str]]]) -> str:
-    """A text whose lines "[name]" are tables."""
-    for name, lines in parts.items():
-        text = text.replace(f"[{name}]", "\n".join(markdown(lines)))
-    return text
-
-
 def page(tables: Tables) -> str:
     """The whole page."""
     counts = [len(tables[name_of(*c)]) for c in CELLS]
@@ -54,7 +46,7 @@ def page(tables: Tables) -> str:
         "mean set": mean_set(tables["mean-set"]), "floor": floors(tables), "cracks": cracks(tables),
         "modes": modes(tables), "convergence": convergence(tables),
     }  # fmt: skip
-    return filled(TEXT.format(**words), parts)
+    return filled(TEXT.format(**words), {name: markdown(lines) for name, lines in parts.items()})
 
 
 def _late(table: study.Table) -> int:

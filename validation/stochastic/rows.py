@@ -1,6 +1,5 @@
 """What is kept of the runs beside the examples: a line per run, made from the stores of the runs."""
 
-import csv
 import json
 import math
 from collections.abc import Mapping
@@ -12,14 +11,17 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from limitmason import study
+from limitmason.csv_table import parsed, write_table
 from limitmason.model.assembly import Assembly
 
 Array = NDArray[np.float64]
 
 STORED = Path(__file__).parents[2] / "examples" / "stored" / "stochastic_panels.csv"
-NUMBERS = (
-    "ultimate", "load", "at", "crack", "failure", "residual", "stiffness", "kinetic", "lone", "lone at end", "far",
-)  # fmt: skip
+NUMBERS = {
+    "ultimate": "N", "load": "kN", "at": "m", "crack": "N", "failure": "N", "residual": "N", "stiffness": "N/m",
+    "kinetic": "-", "lone": "-", "lone at end": "-", "far": "N",
+}  # fmt: skip
+"""What is kept of a run with its unit: "load" is that of perfect plasticity, "far" the peak within the first travel."""
 WORDS = ("mode", "mode at peak", "crack in")
 
 
@@ -98,24 +100,21 @@ def folded(tables: Mapping[str, study.Table], newer: Mapping[str, study.Table]) 
 
 def write(tables: Mapping[str, study.Table], path: Path = STORED) -> None:
     """Write the kept lines; numbers to seven digits."""
-    with path.open("w", encoding="utf-8", newline="") as file:
-        out = csv.writer(file, lineterminator="\n")
-        out.writerow(["study", "sample", *NUMBERS, *WORDS])
-        for name, table in tables.items():
-            for r in table:
-                numbers = [_number(r.get(k)) for k in NUMBERS]
-                out.writerow([
-                    name, r["sample"], *("" if math.isnan(v) else f"{v:.7g}" for v in numbers),
-                    *(r.get(k, "") for k in WORDS),
-                ])  # fmt: skip
+    lines = []
+    for name, table in tables.items():
+        for r in table:
+            numbers = ("" if math.isnan(v) else f"{v:.7g}" for v in (_number(r.get(k)) for k in NUMBERS))
+            lines.append([name, r["sample"], *numbers, *(r.get(k, "") for k in WORDS)])
+    write_table(path, {"study": "-", "sample": "-", **NUMBERS, **dict.fromkeys(WORDS, "-")}, lines)
 
 
 def read(path: Path = STORED) -> dict[str, study.Table]:
     """Tables by name from the kept lines."""
     found: dict[str, list[dict[str, Any]]] = {}
-    with path.open(encoding="utf-8") as file:
-        for r in csv.DictReader(file):
-            numbers = {k: _number(r.get(k)) for k in NUMBERS}
-            words = {k: r.get(k, "") for k in WORDS}
-            found.setdefault(r["study"], []).append({"sample": int(r["sample"]), **numbers, **words})
+    kept = parsed(path.read_text(encoding="utf-8"), path.name)
+    for cells in kept.rows:
+        r = dict(zip(kept.header, cells, strict=True))
+        numbers = {k: _number(r.get(k)) for k in NUMBERS}
+        words = {k: r.get(k, "") for k in WORDS}
+        found.setdefault(r["study"], []).append({"sample": int(r["sample"]), **numbers, **words})
     return {name: study.Table(tuple(own)) for name, own in found.items()}

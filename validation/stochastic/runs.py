@@ -16,10 +16,12 @@ NAMES = {
     "normal stiffness": ("normal_stiffness", 1e9), "friction angle": ("friction_angle_deg", 1.0),
     "cohesion": ("cohesion", 1e6), "tensile strength": ("tensile_strength", 1e6),
 }  # fmt: skip
-SPREAD = {k: published.properties()[k] for k in NAMES}
+MEAN = {keyword: unit * published.properties()[name].mean for name, (keyword, unit) in NAMES.items()}
+"""Of the properties in SI units, by the names of the joints and bricks."""
 PANEL = lm.experiments.load("brick-panels-opening", "S1", dilation_deg=0.0).with_options(
-    young_modulus=7e9, poisson_ratio=0.15, kn=13.5e9, ks=13.5e9 / 2.32, friction_deg=30.0, cohesion=0.046e6,
-    tensile_strength=0.040e6,
+    young_modulus=MEAN["young_modulus"], poisson_ratio=MEAN["poisson_ratio"], kn=MEAN["normal_stiffness"],
+    ks=MEAN["normal_stiffness"] / published.STIFFNESS_RATIO, friction_deg=MEAN["friction_angle_deg"],
+    cohesion=MEAN["cohesion"], tensile_strength=MEAN["tensile_strength"],
 )  # fmt: skip
 DIGIT = 1e-7
 """Opening and slip are kept as whole numbers of this [m]."""

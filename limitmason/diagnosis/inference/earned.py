@@ -139,8 +139,9 @@ def earned(
     slope = float(contrast @ data[0]) / reach if reach > 0 else 0.0
     error = sd * float(np.sqrt(contrast @ spread @ contrast)) / reach if reach > 0 else np.inf
     nearest = nameless.best(data, like)
-    ahead, ahead_error = _ahead(design, names, y, nameless, nearest, folds, sd)
-    gain = float(np.sum(left_out(design, names, y, folds)[0] - left_out(design, (), y, folds)[0]))
+    own = left_out(design, names, y, folds)[0]
+    ahead, ahead_error = _ahead(design, own, y, nameless, nearest, folds, sd)
+    gain = float(np.sum(own - left_out(design, (), y, folds)[0]))
     p = (1.0 + np.count_nonzero(over <= observed)) / (1.0 + len(over))
     holds = {
         "lever": float(np.median(over)) >= margin,
@@ -163,7 +164,6 @@ def earned(
         ahead,
         ahead_error,
         float((1.0 + np.count_nonzero(more >= left)) / (1.0 + len(more))),
-        nameless.along[nameless.best(fit.residuals, like)],
     )
 
 
@@ -211,10 +211,9 @@ def tests_that_earn(
 
 
 def _ahead(
-    design: Design, names: Names, y: np.ndarray, nameless: Nameless, number: int, folds: np.ndarray, sd: float
+    design: Design, own: np.ndarray, y: np.ndarray, nameless: Nameless, number: int, folds: np.ndarray, sd: float
 ) -> tuple[float, float]:
-    """Log score of values left out, explanation minus one bias, and its standard error over the folds."""
-    own = left_out(design, names, y, folds)[0]
+    """Log score of values left out, explanation (``own``) minus one bias, and its standard error over the folds."""
     miss, spread = nameless.left_out(number, y, folds)
     other = log_score(design, miss, spread * sd**2)
     parts = np.bincount(folds, weights=own - other)

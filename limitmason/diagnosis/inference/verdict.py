@@ -70,7 +70,6 @@ class Earned:
     slope, slope_error : of the data along that contrast; 0 is no effect, 1 the fitted size
     ahead, ahead_error : log score of values left out, explanation minus nameless bias, and its standard error
     structure : share of these draws whose residuals show as much of a nameless bias as those of the data
-    left_along : covariate of the bias in the residuals
     """
 
     names: Names
@@ -86,7 +85,6 @@ class Earned:
     ahead: float
     ahead_error: float
     structure: float
-    left_along: str
 
     @property
     def holds(self) -> bool:

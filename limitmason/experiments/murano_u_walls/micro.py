@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.capacity import PushoverCurve, Steps, pushover
-from limitmason.capacity.deformable import LUMPED
+from limitmason.deformable.levels import LUMPED, MODAL, RIGID
 from limitmason.experiments.murano_u_walls import control_block
 from limitmason.experiments.record import Experiment
-from limitmason.joint_shapes import MODAL, RIGID
 from limitmason.model.assembly import Assembly
 from limitmason.model.material import Material
 

@@ -23,8 +23,11 @@ _SYMBOLS = {
     "phi": "friction angle", "c": "cohesion", "ft": "tensile strength",
 }  # fmt: skip
 
+STIFFNESS_RATIO = 2.32
+"""kn / ks, equation 2 [-]."""
+
 LINKS = {
-    "shear_stiffness": "normal_stiffness / 2.32",
+    "shear_stiffness": f"normal_stiffness / {STIFFNESS_RATIO}",
     "cohesion": "2 * tensile_strength * tan(radians(friction_angle_deg))",
 }
 """Equations 2 and 3 as ``links`` of ``lm.study.monte_carlo``; without the second cohesion is drawn by itself."""

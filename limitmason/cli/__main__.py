@@ -1,5 +1,0 @@
-"""``python -m limitmason.cli``."""
-
-from limitmason.cli import main
-
-raise SystemExit(main())

@@ -1,0 +1,16 @@
+"""How the units of a structure deform: the words that every engine takes for its ``blocks``."""
+
+RIGID = "rigid"
+"""Not at all."""
+
+LUMPED = "lumped"
+"""Not themselves: their compliance is put into the joints."""
+
+MODAL = "modal"
+"""In uniform strain and bending, see :func:`limitmason.deformable.modal_block`."""
+
+ELASTIC = "elastic"
+"""As elastic bodies seen from their joints, see :func:`limitmason.deformable.polynomial_block`."""
+
+ZONED = "zoned"
+"""In zones that strain, yield and crack."""
