@@ -231,10 +231,8 @@ def test_a_bar_changes_no_answer(screen):
 
 
 HANDED_ON = {
-    "dem/simulate.py:resume",
-    "dem/simulate.py:simulate",
+    "limitmason/diagnosis/answer.py:report",
     "limitmason/diagnosis/result.py:judged_again",
-    "limitmason/diagnosis/study.py:report",
     "limitmason/limit/nonassociative/analysis.py:solve_nonassociative",
     "limitmason/limit/nonassociative/search.py:search_smallest",
 }
