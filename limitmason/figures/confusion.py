@@ -110,19 +110,14 @@ def confusable(result: Any, *, title: str | None = None) -> Figure:
     low = 1.0 - (head + side) / height
     ax = figure.add_axes((left / page, low, side / page, side / height))
     draw_distances(ax, result, cell)
-    top = 1.0 - 0.1 / height
-    if title:
-        figure.text(0.12 / page, top, title, fontsize=9.5, fontweight="bold", va="top", gid="title")
-        top -= 0.22 / height
     twins = "; ".join(f"{a} and {b}" for a, b in result.twins) or "none"
     hidden = ", ".join(result.invisible) or "none"
     lines = [
         "Squared distance d2 in noise units: row true cause, column rival by number, refitted with the inputs.",
-        *_wrapped(f"Twins: {twins}.", page, 2),
-        *_wrapped(f"Not seen within their bounds (grey): {hidden}.", page, 1),
+        *style.lines_of(f"Twins: {twins}.", page, 2),
+        *style.lines_of(f"Not seen within their bounds (grey): {hidden}.", page, 1),
     ]
-    figure.text(0.12 / page, top, "\n".join(lines), fontsize=style._SMALL, color=style.FAINT, va="top",
-                linespacing=1.3, gid="caption")  # fmt: skip
+    style.Heading(title, lines, page).put(figure)
     place = {"loc": "upper left", "bbox_to_anchor": ((left + side + 0.15) / page, low + side / height)} if beside else {
         "loc": "lower center", "bbox_to_anchor": (0.5, 0.0), "ncols": 3}  # fmt: skip
     figure.legend(handles=distance_legend(), fontsize=style._SMALL, frameon=False, **place)
@@ -221,20 +216,9 @@ def rehearsal(result: Any, *, title: str | None = None) -> Figure:
         "filled: named (or none)\nopen: or behaves so, in the set"
     )  # fmt: skip
     rates.set_xlabel(f"share [%]\n{told}", fontsize=6.5, color=style.FAINT)
-    top = 1.0 - 0.1 / height
-    if title:
-        figure.text(0.12 / page, top, title, fontsize=9.5, fontweight="bold", va="top", gid="title")
-        top -= 0.22 / height
-    figure.text(0.12 / page, top, "\n".join(
-        [f"{result.n} blind trials on this design: hidden cause (row) against answer (column; numbers are names).",
-         "Bars: 95 % binomial intervals. Hidden and listed causes share their tables: this tries the statistics."]),
-        fontsize=style._SMALL, color=style.FAINT, va="top", linespacing=1.3, gid="caption")  # fmt: skip
+    lines = [
+        f"{result.n} blind trials on this design: hidden cause (row) against answer (column; numbers are names).",
+        "Bars: 95 % binomial intervals. Hidden and listed causes share their tables: this tries the statistics.",
+    ]
+    style.Heading(title, lines, page).put(figure)
     return figure
-
-
-def _wrapped(text: str, page: float, most: int) -> list[str]:
-    """Lines of a caption, cut after the most that fit."""
-    import textwrap
-
-    lines = textwrap.wrap(text, int((page - 0.24) / 0.0555))
-    return lines if len(lines) <= most else [*lines[: most - 1], lines[most - 1][:-4] + " ..."]

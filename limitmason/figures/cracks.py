@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from typing import Any
 
 import numpy as np
@@ -153,10 +152,10 @@ def _heading(curve: Any, index: int, moment: str | int) -> str:
 def _page(frame: elevation.Frame, count: int, title: str | None, text: str) -> tuple[Figure, list[Axes], float]:
     """A figure with elevations one below the other, and inches per metre."""
     page = style.page_width()
-    lines = textwrap.wrap(text, int((page - 0.24) / 0.0555))
+    heading = style.Heading(title, text, page)
     inch = min((page - _LEFT - _RIGHT) / frame.span[0], 3.2 / frame.span[1])
     wide, high = frame.span * inch
-    head, foot, gap = 0.12 + (0.21 if title else 0.0) + 0.145 * len(lines) + 0.24, 0.62, 0.3
+    head, foot, gap = heading.depth + 0.2, 0.62, 0.3
     total = head + count * high + (count - 1) * gap + foot
     figure = Figure(figsize=(page, total), dpi=200)
     FigureCanvasAgg(figure)
@@ -165,10 +164,5 @@ def _page(frame: elevation.Frame, count: int, title: str | None, text: str) -> t
         figure.add_axes((left / page, (foot + (count - 1 - k) * (high + gap)) / total, wide / page, high / total))
         for k in range(count)
     ]
-    top = 1.0 - 0.09 / total
-    if title:
-        figure.text(0.12 / page, top, title, fontsize=9.5, fontweight="bold", va="top", gid="title")
-        top -= 0.21 / total
-    figure.text(0.12 / page, top, "\n".join(lines), fontsize=7.5, color=style.FAINT, va="top", linespacing=1.3,
-                gid="caption")  # fmt: skip
+    heading.put(figure)
     return figure, axes, float(inch)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import cycle
 from typing import Any
@@ -242,21 +241,12 @@ def _finish(ax: Axes, xlabel: str, ylabel: str, title: str | None, caption: str 
             ax.legend(handles, labels)
         return figure
     width = style.page_width(_WIDTH)
-    columns, rows = style._legend_shape(handles, width)
-    lines = textwrap.wrap(caption, int((width - 0.24) / 0.0555)) if caption else []
-    head = 0.1 + (0.21 if title else 0.0) + 0.145 * len(lines) + 0.06
+    columns, rows = style.legend_shape(handles, width)
+    heading = style.Heading(title, caption, width)
     foot = 0.42 + (0.19 * rows + 0.06 if rows else 0.0)
-    total = head + _HEIGHT - 0.5 + foot
+    total = heading.depth + _HEIGHT - 0.5 + foot
     figure.set_size_inches(width, total)
     ax.set_position((0.58 / width, foot / total, 1.0 - 0.74 / width, (_HEIGHT - 0.5) / total))
-    top = 1.0 - 0.09 / total
-    if title:
-        figure.text(0.12 / width, top, title, fontsize=9.5, fontweight="bold", va="top", gid="title")
-        top -= 0.21 / total
-    if lines:
-        figure.text(0.12 / width, top, "\n".join(lines), fontsize=7.5, color=style.FAINT, va="top", linespacing=1.3,
-                    gid="caption")  # fmt: skip
-    if handles:
-        figure.legend(handles, labels, loc="lower center", bbox_to_anchor=(0.5, 0.03 / total), ncols=columns,
-                      fontsize=7.5, frameon=False, borderpad=0.0, borderaxespad=0.0)  # fmt: skip
+    heading.put(figure)
+    style.legend_below(figure, handles, columns)
     return figure

@@ -128,8 +128,9 @@ def mac_matrix(
     k, l = mac.values.shape  # noqa: E741
     left, foot = 1.05, 0.62
     cell = min(0.52, (style.page_width() - left - 0.2) / l)
-    head = 0.16 + (0.24 if title else 0.0) + (0.18 if caption else 0.0)
-    wide, high = max(cell * l + left + 0.2, 3.0), cell * k + foot + head
+    wide = max(cell * l + left + 0.2, 3.0)
+    heading = style.Heading(title, caption, wide)
+    high = cell * k + foot + heading.depth
     figure = Figure(figsize=(wide, high), dpi=200)
     FigureCanvasAgg(figure)
     ax = figure.add_axes((left / wide, foot / high, cell * l / wide, cell * k / high))
@@ -149,12 +150,7 @@ def mac_matrix(
     ax.tick_params(length=0)
     for spine in ax.spines.values():
         spine.set_visible(False)
-    top = 1.0 - 0.09 / high
-    if title:
-        figure.text(0.1 / wide, top, title, fontsize=9, fontweight="bold", va="top", gid="title")
-        top -= 0.24 / high
-    if caption:
-        figure.text(0.1 / wide, top, caption, fontsize=6.5, color=style.FAINT, va="top", gid="caption")
+    heading.put(figure)
     return figure
 
 

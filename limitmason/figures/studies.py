@@ -246,7 +246,7 @@ def study_lines(
     ax.grid(linewidth=0.3, color="#dddddd")
     _frame(ax, title, "\n".join(t for t in (caption, style.enlarged(*ax.get_ylim())) if t))
     if handles:
-        columns = min(style._legend_shape(handles, figure.get_size_inches()[0])[0], 3)
+        columns = min(style.legend_shape(handles, figure.get_size_inches()[0])[0], 3)
         figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=style._SMALL)
     return figure
 

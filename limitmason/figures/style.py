@@ -133,6 +133,38 @@ def in_print_style(function: Callable[..., Figure]) -> Callable[..., Figure]:
     return wrapped
 
 
+def lines_of(text: str | None, width: float, most: int | None = None) -> list[str]:
+    """Lines of small text that fit a page [in], cut after the most that may stand there."""
+    lines = textwrap.wrap(text, int((width - 0.24) / 0.0555)) if text else []
+    return lines if most is None or len(lines) <= most else [*lines[: most - 1], lines[most - 1][:-4] + " ..."]
+
+
+class Heading:
+    """Title and small caption at the top of a page; ``depth`` is the height they take [in].
+
+    Parameters
+    ----------
+    title, text : heading, and the caption under it, which is broken into lines here unless it is given as lines
+    width : of the page [in]
+    """
+
+    def __init__(self, title: str | None, text: str | list[str] | None, width: float) -> None:
+        self.title, self.width = title, width
+        self.lines = text if isinstance(text, list) else lines_of(text, width)
+        self.depth = 0.1 + (0.21 if title else 0.0) + 0.145 * len(self.lines) + 0.06
+
+    def put(self, figure: Figure) -> None:
+        """Write them on a figure that has its final size."""
+        total = figure.get_size_inches()[1]
+        top = 1.0 - 0.09 / total
+        if self.title:
+            figure.text(0.12 / self.width, top, self.title, fontsize=9.5, fontweight="bold", va="top", gid="title")
+            top -= 0.21 / total
+        if self.lines:
+            figure.text(0.12 / self.width, top, "\n".join(self.lines), fontsize=_SMALL, color=FAINT, va="top",
+                        linespacing=1.3, gid="caption")  # fmt: skip
+
+
 class Page:
     """A drawing with equal axes on a page that fits it: margins in inches, title and caption above, legend below.
 
@@ -187,24 +219,15 @@ class Page:
         wide, high = self.width * self.inch, (self.height + extent) * self.inch
         page = max(wide + left + right, min(3.3, self.room))
         left += 0.5 * (page - wide - left - right)
-        lines = textwrap.wrap(text, int((page - 0.24) / 0.0555)) if text else []
-        columns, rows = _legend_shape(handles, page)
+        heading = Heading(title, text, page)
+        columns, rows = legend_shape(handles, page)
         foot = bottom + (0.19 * rows + 0.06 if rows else 0.0)
-        head = 0.1 + (0.21 if title else 0.0) + 0.145 * len(lines) + 0.06
-        total = foot + high + head
+        total = foot + high + heading.depth
         figure = self.figure
         figure.set_size_inches(page, total)
         self.ax.set_position((left / page, foot / total, wide / page, high / total))
-        top = 1.0 - 0.09 / total
-        if title:
-            figure.text(0.12 / page, top, title, fontsize=9.5, fontweight="bold", va="top", gid="title")
-            top -= 0.21 / total
-        if lines:
-            figure.text(0.12 / page, top, "\n".join(lines), fontsize=_SMALL, color=FAINT, va="top", linespacing=1.3,
-                        gid="caption")  # fmt: skip
-        if handles:
-            figure.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 0.03 / total), ncols=columns,
-                          fontsize=_SMALL, frameon=False, borderpad=0.0, borderaxespad=0.0)  # fmt: skip
+        heading.put(figure)
+        legend_below(figure, handles, columns)
         return figure
 
     def _finish_axes(self, title: str | None, text: str | None, handles: list[Any]) -> None:
@@ -217,19 +240,26 @@ class Page:
         if title:
             ax.set_title(title, loc="left", fontweight="bold", pad=7.0 + 10.0 * len(lines))
         if handles:
-            columns, _ = _legend_shape(handles, across)
+            columns, _ = legend_shape(handles, across)
             below = -0.18 if self.framed else -0.02
             ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, below), ncols=columns,
                       fontsize=_SMALL, frameon=False)  # fmt: skip
 
 
-def _legend_shape(handles: list[Any], width: float) -> tuple[int, int]:
+def legend_shape(handles: list[Any], width: float) -> tuple[int, int]:
     """Columns and rows of a legend that fits a width [in]."""
     if not handles:
         return 0, 0
     entries = [0.45 + 0.06 * len(str(h.get_label())) for h in handles]
     columns = len(handles) if sum(entries) <= width - 0.2 else min(max(int(width / max(entries)), 1), len(handles))
     return columns, -(-len(handles) // columns)
+
+
+def legend_below(figure: Figure, handles: list[Any], columns: int) -> None:
+    """Legend at the foot of a figure that has its final size; none without entries."""
+    if handles:
+        figure.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 0.03 / figure.get_size_inches()[1]),
+                      ncols=columns, fontsize=_SMALL, frameon=False, borderpad=0.0, borderaxespad=0.0)  # fmt: skip
 
 
 def metre_axes(ax: Axes, names: tuple[str, str]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from collections.abc import Mapping
 from itertools import cycle
 from typing import Any
@@ -150,22 +149,14 @@ def _laid_out(
     figure: Figure, left: Axes, right: Axes, entries: list[Any], title: str | None, caption: str | None
 ) -> Figure:
     """Two panels side by side, heading above, legend below."""
-    columns, rows = style._legend_shape(entries, _WIDTH)
-    lines = textwrap.wrap(caption, int((_WIDTH - 0.24) / 0.0555)) if caption else []
-    head = 0.34 + (0.21 if title else 0.0) + 0.145 * len(lines)
+    columns, rows = style.legend_shape(entries, _WIDTH)
+    heading = style.Heading(title, caption, _WIDTH)
     foot = _FOOT + 0.19 * rows + 0.06
-    total = head + _PANEL + foot
+    total = heading.depth + 0.18 + _PANEL + foot  # room for the titles of the panels
     figure.set_size_inches(_WIDTH, total)
     wide = 0.5 * (_WIDTH - 0.62 - 0.72 - 0.14)
     left.set_position((0.62 / _WIDTH, foot / total, wide / _WIDTH, _PANEL / total))
     right.set_position(((0.62 + wide + 0.72) / _WIDTH, foot / total, wide / _WIDTH, _PANEL / total))
-    at = 1.0 - 0.09 / total
-    if title:
-        figure.text(0.12 / _WIDTH, at, title, fontsize=9.5, fontweight="bold", va="top", gid="title")
-        at -= 0.21 / total
-    if lines:
-        figure.text(0.12 / _WIDTH, at, "\n".join(lines), fontsize=7.5, color=style.FAINT, va="top", linespacing=1.3,
-                    gid="caption")  # fmt: skip
-    figure.legend(handles=entries, loc="lower center", bbox_to_anchor=(0.5, 0.03 / total), ncols=columns, fontsize=7.5,
-                  frameon=False, borderpad=0.0, borderaxespad=0.0)  # fmt: skip
+    heading.put(figure)
+    style.legend_below(figure, entries, columns)
     return figure
