@@ -21,7 +21,7 @@ from dem.state import State, UnstableError, make_state
 from dem.zones.push import push_zoned
 from limitmason.deformable import PLANE_STRESS, SOLID
 from limitmason.deformable.levels import LUMPED, MODAL, RIGID, ZONED
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotConverged
 from limitmason.lumped_units import with_lumped_units
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Drive, Hold, Settle, Stage
@@ -123,10 +123,11 @@ def push(
     ------
     UnstableError
         As :func:`dem.simulate`, before there is a curve; after that the curve ends there and its warnings say so.
-    ValueError
-        For a drive without direction, a path without length, an unknown kind of blocks, a structure that does not
-        settle, contrasts of stiffness that make the run hopeless (with the predicted time), and what
-        :func:`dem.make_state` refuses.
+    InputError
+        For a drive without direction, a path without length, an unknown kind of blocks, contrasts of stiffness that
+        make the run hopeless (with the predicted time), and what :func:`dem.make_state` refuses.
+    NotConverged
+        For a structure that does not settle under its dead loads: it falls before it is driven.
 
     Notes
     -----
@@ -265,7 +266,7 @@ def _settled(
         stage = Settle(stage.tolerance, stage.max_steps, damping=stage.damping, servo=drive.servo)
     history = simulate(assembly, stage, loads=loads, start=state)
     if history.status != "finished":
-        raise InputError(
+        raise NotConverged(
             f"the structure does not settle under its own weight in {stage.max_steps} steps (unbalanced force "
             f"{history['unbalanced force'][-1]:.2g} of a block's load): it falls before it is driven, or needs settle="
         )

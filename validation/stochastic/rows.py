@@ -23,6 +23,8 @@ NUMBERS = {
 }  # fmt: skip
 """What is kept of a run with its unit: "load" is that of perfect plasticity, "far" the peak within the first travel."""
 WORDS = ("mode", "mode at peak", "crack in")
+FALLS = "own weight"
+"""Mode of a panel that falls before it is driven; what it carries is nothing."""
 
 
 def mirrored(wall: Assembly) -> NDArray[np.intp]:
@@ -53,6 +55,9 @@ def lone(moved: Array, area: Array, opposite: NDArray[np.intp]) -> float:
 
 def line(row: Mapping[str, Any], wall: Assembly, opposite: NDArray[np.intp]) -> dict[str, Any]:
     """What is kept of one run."""
+    if "does not settle under its own weight" in str(row.get("status", "")):
+        fallen = dict.fromkeys(NUMBERS, math.nan) | {"ultimate": 0.0, "at": 0.0}
+        return {**fallen, **dict.fromkeys(WORDS, ""), "mode": FALLS, "mode at peak": FALLS}
     out = {name: _number(row.get(name)) for name in NUMBERS if name not in ("lone", "lone at end", "far")}
     for name, when in (("lone", "peak"), ("lone at end", "end")):
         if f"opening at {when}" in row:
