@@ -91,10 +91,10 @@ def push(
     loads : dead loads; self weight alone by default. Live loads do not act
     blocks : "rigid"; "lumped": rigid blocks whose joints take over the compliance of the units' material, see
         :func:`limitmason.lumped_units.with_lumped_units`; "modal": blocks that strain and bend, see
-        :func:`dem.make_state`; "zoned": walls in the x-z plane, each block with a material cut into zones that strain,
-        yield and crack in tension, see :func:`dem.zones.push.push_zoned`
-    stress : of modal and zoned blocks: "plane stress" (the default of a plane problem), "plane strain"; of modal ones
-        also "solid"
+        :func:`dem.make_state`; "zoned": each block with a material cut into zones that strain, in walls in the x-z
+        plane also yield and crack in tension, see :func:`dem.zones.push.push_zoned`
+    stress : of modal and zoned blocks: "plane stress" (the default of a plane problem, and of all zoned ones), "plane
+        strain", or "solid", in space
     contact_points : as for :func:`dem.make_state`; by default spaced by half the smallest length of a joint, and where
         zones meet. Brittle joints answer differently at other spacings, so that it stands in the answer
     joint_options : see :class:`dem.JointOptions`

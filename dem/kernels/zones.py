@@ -278,7 +278,7 @@ def _place_rigid(nodes: Nodes, rigid: Rigid) -> None:
 
 
 @kernel(forceinline=True)
-def _brake(local: float, drifts: bool, force: float, change: float, speed: float) -> float:
+def brake_of(local: float, drifts: bool, force: float, change: float, speed: float) -> float:
     """Cundall's local damping, or his combined one where motion is steady: against the change of the force too."""
     brake = local * abs(force) * (1.0 if speed > 0.0 else -1.0 if speed < 0.0 else 0.0)
     return against_change(local, force, change, brake) if drifts else brake
@@ -329,7 +329,7 @@ def advance_zones(
                     support -= f * v * dt
                     applied += nodes.load[i, r] * v * dt
                     continue
-                brake = _brake(local, drifts, f, f - nodes.before[i, r], v)
+                brake = brake_of(local, drifts, f, f - nodes.before[i, r], v)
                 nodes.before[i, r] = f
                 new = v + (f - brake) * inverse
                 mean = 0.5 * (v + new)
@@ -347,7 +347,7 @@ def advance_zones(
                     mean = 0.5 * (v + new)
                     support -= f * mean * dt
                 else:
-                    brake = _brake(local, drifts, f, f - rigid.before[b, r], v)
+                    brake = brake_of(local, drifts, f, f - rigid.before[b, r], v)
                     rigid.before[b, r] = f
                     new = v + (f - brake) * dt / rigid.mass[b, r]
                     mean = 0.5 * (v + new)

@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 from dem.joint_marks import JointMarks, PointMarks, marks_of
 from dem.kernels.yielding import SHEAR_NOW, SHEAR_PAST, TENSION_NOW, TENSION_PAST
-from dem.zones.model import ZonedModel
 from dem.zones.running import Reading
+from dem.zones.zoned_model import ZonedModel
 
 Array = NDArray[np.float64]
 
@@ -25,5 +25,10 @@ def zone_marks(flags: NDArray[np.int64]) -> NDArray[np.int64]:
 def joint_marks(model: ZonedModel, now: Reading) -> JointMarks:
     """Marks per interface of the assembly, as :func:`dem.joint_marks.joint_marks` has them for rigid blocks."""
     p = model.contacts
-    points = PointMarks(now.opening, np.abs(p.slip), now.normal, np.abs(now.shear), p.lift, p.damage, p.area)
+    points = PointMarks(now.opening, _size(p.slip), now.normal, _size(now.shear), p.lift, p.damage, p.area)
     return marks_of(points, model.law[p.joint], model.interface[p.joint], len(model.assembly.interfaces))
+
+
+def _size(values: Array) -> Array:
+    """Size of what lies along a joint, shape (m,): of numbers in the plane, of pairs in space."""
+    return np.abs(values) if values.ndim == 1 else np.linalg.norm(values, axis=1)

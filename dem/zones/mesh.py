@@ -54,6 +54,13 @@ class ZoneMesh:
     rigid: NDArray[np.bool_]
     size: float
 
+    @property
+    def zone_sizes(self) -> Array:
+        """Root of the area of every zone [m], shape (e,)."""
+        corners = self.place[self.zones]
+        one, two = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
+        return np.sqrt(0.5 * np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]))
+
 
 def outline_of(assembly: Assembly, number: int) -> tuple[Array, float]:
     """Outline in x-z, counter-clockwise, shape (k, 2), and thickness [m] of a block that is a convex prism along y.

@@ -18,10 +18,11 @@ from dem.state import UnstableError
 from dem.stepping import CALM
 from dem.zones import running
 from dem.zones.marks import joint_marks
-from dem.zones.model import ZonedModel, make_model, set_loads
+from dem.zones.model import make_model, set_loads
 from dem.zones.push_curve import ZonedCurve, rigid_motion, zone_state, zoned_curve
 from dem.zones.recording import EVERY, Record, load, save, signature
-from limitmason.deformable import PLANE_STRESS
+from dem.zones.zoned_model import ZonedModel
+from limitmason.deformable import PLANE_STRESS, SOLID
 from limitmason.errors import InputError, NotConverged
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Drive
@@ -76,14 +77,14 @@ def push_zoned(
 
     Parameters
     ----------
-    drive : direction, as for :func:`dem.push`; x, z and ry of blocks. A ``servo`` is a dead force here, and holds the
-        turn of its block where it is parallel
+    drive : direction, as for :func:`dem.push`; x, z and ry of blocks, in space any. A ``servo`` is a dead force here,
+        and holds the turns of its block where it is parallel
     to : displacement at the end [m]; several are a path with turning points
     zone_size : largest edge of a zone [m]
     loads : dead loads; self weight alone by default. Live loads do not act
-    plane : "plane stress" or "plane strain"
-    contact_points : as for :func:`dem.make_state`, those across the thickness at one place; by default no further apart
-        than the zones' edges, with areas by halves
+    plane : "plane stress" or "plane strain", zones that strain, yield and crack; or "solid", elastic zones in space
+    contact_points : as for :func:`dem.make_state`, in the plane those across the thickness at one place; by default no
+        further apart than the zones' edges, with areas by halves
     joint_options : as for :func:`dem.push`
     steps : of the faster run over the whole path; by default 40 of the slowest swings, and 40 000 at least
     rate_check : run again at a third of the speed; the answer is that run
@@ -110,13 +111,13 @@ def push_zoned(
         raise InputError(f"to must be a displacement [m] or a path of different ones, got {to!r}")
     if samples < 10 or (steps is not None and steps < 10 * samples):
         raise InputError(f"samples must be at least 10 and steps ten times as many, got {samples!r} and {steps!r}")
-    unit, held = _unit(drive, assembly)
+    unit, held = _unit(drive, assembly, plane)
     loads = loads if loads is not None else Loads.weight(assembly)
     dead = loads.dead.copy()
     for name, servo in drive.servo.items():
         block = assembly.block_index(name)
         dead[block, 2] -= servo.force
-        held[block, 4] |= servo.parallel
+        held[block, [3, 4, 5] if plane == SOLID else [4]] |= servo.parallel
     still = Loads(dead, np.zeros_like(dead), loads.name)
     stiff = np.flatnonzero(unit.any(axis=1) | held.any(axis=1)).tolist()
     settled = make_model(
@@ -126,10 +127,10 @@ def push_zoned(
     set_loads(settled, dead)
     rows = [int(np.count_nonzero(settled.mesh.rigid[:b])) for b in stiff]
     hold = np.zeros_like(settled.rigid.held)
-    hold[rows] = held[stiff][:, [0, 2, 4]]
+    hold[rows] = held[stiff][:, settled.axes]
     # a drive that has not begun holds already what it names and does not move, and turns of parallel jacks
     first = hold.copy()
-    first[rows] &= unit[stiff][:, [0, 2, 4]] == 0.0
+    first[rows] &= unit[stiff][:, settled.axes] == 0.0
     running.drive(settled, np.zeros(hold.shape), first)
     file = part_file(checkpoint, "settled")
     same = signature(settled, plane=plane, drive=first.tolist(), tolerance=tolerance)
@@ -221,7 +222,7 @@ def _unsettled(model: ZonedModel) -> str:
     return f"the structure does not settle under its dead loads ({force}): it falls before it is driven"
 
 
-def _unit(drive: Drive, assembly: Assembly) -> tuple[Array, NDArray[np.bool_]]:
+def _unit(drive: Drive, assembly: Assembly, plane: str) -> tuple[Array, NDArray[np.bool_]]:
     """Twist of the blocks per displacement of 1 m, and the freedoms the drive holds, shapes (n, 6)."""
     if not isinstance(drive, Drive):
         raise InputError(f"drive must be a limitmason Drive such as Drive({{'plate': {{'z': -1.0}}}}), got {drive!r}")
@@ -231,8 +232,11 @@ def _unit(drive: Drive, assembly: Assembly) -> tuple[Array, NDArray[np.bool_]]:
     size = float(np.linalg.norm(travel[:, :3], axis=1).max())
     if not size > 0.0:
         raise InputError("the drive has no direction: give a translation, such as {'plate': {'z': -1.0}}")
-    if travel[:, [1, 3, 5]].any():
-        raise InputError("the drive leaves the x-z plane, in which zoned blocks stay: give x, z or ry")
+    if plane != SOLID and travel[:, [1, 3, 5]].any():
+        raise InputError(
+            f"the drive leaves the x-z plane, in which zoned blocks stay: give x, z or ry, or stress={SOLID!r} "
+            "for zones in space"
+        )
     taken = held & assembly.held
     if taken.any():
         name = assembly.blocks[int(np.flatnonzero(taken.any(axis=1))[0])].name
@@ -258,8 +262,7 @@ def _run(
 ) -> ZonedCurve:  # fmt: skip
     """One drive along the path, from its beginning or from where a file says it stood."""
     twist = np.zeros(hold.shape)
-    # a turn from x to z is one about -y
-    twist[rows] = unit[:, [0, 2, 4]] * (1.0, 1.0, -1.0)
+    twist[rows] = unit[:, model.axes] * model.sense
     before = np.where(twist != 0.0, model.rigid.net, 0.0)
     work_before = float(model.total[Z_APPLIED] + model.total[Z_SUPPORT])
     same = signature(

@@ -6,15 +6,20 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from dem.joint_marks import JointMarks
+from dem.kernels.solid_arrays import FaceContacts, RigidSolids
+from dem.kernels.zone_arrays import Sides, Zones
 from dem.papers import PAPERS
 from dem.push_curve import BY_WEIGHT, RESTLESS, JointPoint, PushCurve
 from dem.zones.marks import AT_YIELD, ELASTIC, TENSION, YIELDED
 from dem.zones.mesh import ZoneMesh
-from dem.zones.model import ZonedModel
 from dem.zones.recording import Record, ZoneState
+from dem.zones.solid_mesh import SolidMesh
+from dem.zones.zoned_model import ZonedModel
 from limitmason.curve import Event
+from limitmason.deformable import SOLID
 from limitmason.deformable.levels import ZONED
 from limitmason.errors import InputError
 from limitmason.references import data_behind
@@ -31,11 +36,11 @@ class ZonedCurve(PushCurve):
     ----------
     mesh : nodes and zones
     zones : state of the zones at every sample
-    plane : "plane stress" or "plane strain"
+    plane : "plane stress", "plane strain" or "solid"
     seconds : time that the run took [s]
     """
 
-    mesh: ZoneMesh | None = None
+    mesh: ZoneMesh | SolidMesh | None = None
     zones: Sequence[ZoneState] = ()
     plane: str = ""
     seconds: float = 0.0
@@ -47,7 +52,7 @@ class ZonedCurve(PushCurve):
     def first_unit_crack(self, width: float) -> JointPoint | None:
         """Where a zone that failed in tension is first stretched by a width; None where none is.
 
-        Its accumulated plastic strain times its size, the root of its area: a crack is smeared over a zone, whose first
+        Its accumulated plastic strain times its size (``mesh.zone_sizes``): a crack is smeared over a zone, whose first
         touch of the tensile strength nobody could see; of its four points the most strained counts. Cracks that are
         joints: ``first_crack(width, "crack")``.
 
@@ -57,7 +62,9 @@ class ZonedCurve(PushCurve):
         """
         if not width > 0.0:
             raise InputError(f"width must be positive [m], got {width!r}")
-        return self._first_zone([z.plastic * self._zone_sizes * (z.marks == TENSION) for z in self.zones], width)
+        assert self.mesh is not None
+        sizes = self.mesh.zone_sizes
+        return self._first_zone([z.plastic * sizes * (z.marks == TENSION) for z in self.zones], width)
 
     def first_crushing(self, strain: float) -> JointPoint | None:
         """Where a zone that yielded in shear and never failed in tension first has a plastic strain; None where none.
@@ -70,14 +77,6 @@ class ZonedCurve(PushCurve):
         if not strain > 0.0:
             raise InputError(f"strain must be positive, got {strain!r}")
         return self._first_zone([z.plastic * np.isin(z.marks, (AT_YIELD, YIELDED)) for z in self.zones], strain)
-
-    @property
-    def _zone_sizes(self) -> Array:
-        """Root of the area of every zone [m], shape (e,)."""
-        assert self.mesh is not None
-        corners = self.mesh.place[self.mesh.zones]
-        one, two = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
-        return np.sqrt(0.5 * np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]))
 
     def _first_zone(self, values: Sequence[Array], least: float) -> JointPoint | None:
         """First sample at which a zone has a value, and the block of the zone that has the largest."""
@@ -94,9 +93,11 @@ class ZonedCurve(PushCurve):
         """As :class:`PushCurve`, with the zones."""
         assert self.mesh is not None
         marks = self.zones[-1].marks if self.zones else np.zeros(0)
-        share = f"{np.mean(marks > ELASTIC):.1%} of them yielded or cracked" if len(marks) else ""
+        share = f"{np.mean(marks > ELASTIC):.1%} of them yielded or cracked at the end"
+        if self.plane == SOLID:
+            share = "elastic"
         return PushCurve.__str__(self) + (
-            f"\n  {len(self.mesh.zones)} zones up to {1e3 * self.mesh.size:.4g} mm, {self.plane}; {share} at the end"
+            f"\n  {len(self.mesh.zones)} zones up to {1e3 * self.mesh.size:.4g} mm, {self.plane}; {share}"
         )
 
     __repr__ = __str__
@@ -114,23 +115,18 @@ def zoned_curve(model: ZonedModel, record: Record, steps: int, twist: Array) -> 
             "there on drops are dynamic, and what follows one is a fall, not a branch of equilibrium"
         )
     slid = float(np.nanmax(marks[-1].slip, initial=0.0))
-    least = float(np.diff(model.sides.arc)[np.diff(model.sides.arc) > 0.0].min())
-    if slid > 0.5 * least:
+    if slid > 0.5 * _shortest(model):
         notes.append(
             f"a joint has slid by {1e3 * slid:.3g} mm: contacts are those of the reference position, and a block that "
-            "leaves the face it lies on is still carried by its line"
+            "leaves the face it lies on is still carried by its plane"
         )
-    spacing = 0.0
-    for row in range(len(model.interface)):
-        own = np.sort(model.contacts.arc[model.contacts.joint == row])
-        spacing = max(spacing, float(np.diff(own).max(initial=0.0)))
     columns: dict[str, Any] = {name: np.array([getattr(m, name) for m in marks]) for name in JointMarks._fields}
     driven = int(np.argmax(np.abs(twist).max(axis=1)))
     curve = ZonedCurve(
         np.array(moved), np.array(record.load), errors={"energy": np.array(record.energy), "kinetic": restless},
         states=record.places, status=record.status, warnings=tuple(notes), source="dem.push", assembly=model.assembly,
-        settlement=float(-zones[0].shift[model.nodes.body == driven].mean(axis=0) @ -twist[driven, :2]),
-        blocks=ZONED, spacing=spacing, law="; ".join(model.lost), steps=steps, mesh=model.mesh, zones=zones,
+        settlement=float(-zones[0].shift[model.nodes.body == driven].mean(axis=0) @ -twist[driven, : model.dimension]),
+        blocks=ZONED, spacing=_spacing(model), law="; ".join(model.lost), steps=steps, mesh=model.mesh, zones=zones,
         plane=model.plane, seconds=record.seconds, references=(*PAPERS, *data_behind(model.assembly.recipe)),
         **columns,
     )  # fmt: skip
@@ -148,13 +144,41 @@ def zoned_curve(model: ZonedModel, record: Record, steps: int, twist: Array) -> 
     return replace(curve, events=tuple(events))
 
 
+def _shortest(model: ZonedModel) -> float:
+    """Shortest edge of a facet of the blocks' faces [m]."""
+    if isinstance(model.sides, Sides):
+        steps = np.diff(model.sides.arc)
+        return float(steps[steps > 0.0].min())
+    x = model.nodes.place[model.sides.node]
+    return float(np.linalg.norm(np.roll(x, -1, axis=1) - x, axis=2).min())
+
+
+def _spacing(model: ZonedModel) -> float:
+    """Largest distance between neighbouring contact points of a joint [m]."""
+    contacts, far = model.contacts, 0.0
+    for row in range(len(model.interface)):
+        own = contacts.joint == row
+        if isinstance(contacts, FaceContacts):
+            places = contacts.origin[own] @ contacts.tangent[row].T
+        else:
+            places = contacts.arc[own][:, None]
+        for along in places.T:
+            far = max(far, float(np.diff(np.unique(np.round(along, 9))).max(initial=0.0)))
+    return far
+
+
 def zone_state(model: ZonedModel) -> ZoneState:
-    """State of the zones now."""
+    """State of the zones now; those in space are elastic."""
+    if not isinstance(model.zones, Zones):
+        e = len(model.zones.kind)
+        return ZoneState(model.nodes.shift.copy(), np.zeros((e, 1), np.int64), np.zeros(e))
     return ZoneState(model.nodes.shift.copy(), model.zones.flag.copy(), model.zones.plastic.max(axis=1))
 
 
 def rigid_motion(model: ZonedModel) -> tuple[Array, Array]:
     """Displacement of the centroids [m] and quaternions of all blocks, nearest to their nodes' motion."""
+    if model.space:
+        return _motion_in_space(model)
     n, mesh = model.assembly.n_blocks, model.mesh
     count = np.bincount(mesh.block, minlength=n)
     place, shift = model.nodes.place, model.nodes.shift
@@ -174,4 +198,22 @@ def rigid_motion(model: ZonedModel) -> tuple[Array, Array]:
     out[:, 2] = mean_shift[:, 1] + cos * arm[:, 1] + sin * arm[:, 0]
     quaternion = np.zeros((n, 4))
     quaternion[:, 0], quaternion[:, 2] = np.cos(0.5 * turn), -np.sin(0.5 * turn)
+    return out, quaternion
+
+
+def _motion_in_space(model: ZonedModel) -> tuple[Array, Array]:
+    """As :func:`rigid_motion`; of a rigid block its own, of a zoned one the rotation nearest to its nodes' (Kabsch)."""
+    assert isinstance(model.rigid, RigidSolids)
+    mesh, shift = model.mesh, model.nodes.shift
+    out, quaternion = np.zeros((model.assembly.n_blocks, 3)), np.zeros((model.assembly.n_blocks, 4))
+    out[mesh.rigid], quaternion[mesh.rigid] = model.rigid.shift[:, :3], model.rigid.turn
+    for block in np.flatnonzero(~mesh.rigid):
+        own = mesh.block == block
+        place = mesh.place[own]
+        middle, mean = place.mean(axis=0), shift[own].mean(axis=0)
+        r = place - middle
+        turn, _ = Rotation.align_vectors(r + shift[own] - mean, r)
+        arm = model.assembly.centroids[block] - middle
+        out[block] = mean + turn.apply(arm) - arm
+        quaternion[block] = turn.as_quat(canonical=True)[[3, 0, 1, 2]]
     return out, quaternion

@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.joint_marks import JointMarks
+from dem.kernels.solid_arrays import FaceContacts
 from dem.resuming import RunStatus
 from dem.state import write_archive
 from dem.zones.marks import zone_marks
-from dem.zones.model import ZonedModel
+from dem.zones.solid_mesh import SolidMesh
+from dem.zones.zoned_model import ZonedModel
 from limitmason.errors import InputError
 
 Array = NDArray[np.float64]
@@ -24,15 +26,16 @@ EVERY = 20
 _MOVING: Mapping[str, tuple[str, ...]] = {
     "nodes": ("shift", "velocity", "mass", "load", "force", "before", "held"),
     "zones": ("spent", "relief", "amplitude", "flag", "plastic"),
-    "contacts": ("segment", "slip", "lift", "damage"),
-    "rigid": ("shift", "velocity", "mass", "load", "held", "drive", "before", "net", "total"),
+    "contacts": ("segment", "facet", "local", "slip", "lift", "damage"),
+    "rigid": ("shift", "turn", "velocity", "mass", "load", "held", "drive", "before", "net", "total"),
 }
-"""Arrays of a model that change, or that a solver of eigenvalues has made: all that a file must hold."""
+"""Arrays that change, or that a solver of eigenvalues has made: of these a file holds what the model has."""
 
 
 class ZoneState(NamedTuple):
-    """Zones at a sample: displacements of all nodes [m], shape (n, 2); flags of the stress points, shape (e, 4);
-    accumulated length of the plastic strain, largest of each zone's points [-], shape (e,).
+    """Zones at a sample: displacements of all nodes [m], shape (n, 2) or (n, 3); flags of the stress points, shape
+    (e, 4), in space a zero for each zone; accumulated length of the plastic strain, largest of each zone's points [-],
+    shape (e,).
     """
 
     shift: Array
@@ -101,17 +104,24 @@ def signature(model: ZonedModel, **settings: Any) -> dict[str, str]:
     ----------
     settings : of the run, by the names a user gave them
     """
-    c = model.contacts
+    mesh, c = model.mesh, model.contacts
+    thickness = () if isinstance(mesh, SolidMesh) else (mesh.thickness,)
+    on_a = (c.origin, c.tangent) if isinstance(c, FaceContacts) else (c.side, c.arc)
     parts = {
-        "zones": (model.mesh.place, model.mesh.zones, model.mesh.thickness, model.mesh.rigid),
+        "zones": (mesh.place, mesh.zones, *thickness, mesh.rigid),
         "materials": tuple(model.tables),
         "joints": (model.law, model.interface),
-        "contact points": (c.joint, c.side, c.arc, c.node, c.share, c.area, c.gap),
+        "contact points": (c.joint, *on_a, c.node, c.share, c.area, c.gap),
         "loads": (model.nodes.load, model.rigid.load),
         "supports": (model.assembly.held,),
     }
     out = {name: _digest(*(np.ascontiguousarray(v).tobytes() for v in arrays)) for name, arrays in parts.items()}
     return out | {name: _digest(repr(value).encode()) for name, value in settings.items()}
+
+
+def _moving(model: ZonedModel) -> list[tuple[str, str]]:
+    """Arrays of a model that change, by the group they stand in."""
+    return [(k, name) for k, names in _MOVING.items() for name in names if name in getattr(model, k)._fields]
 
 
 def _digest(*parts: bytes) -> str:
@@ -130,7 +140,7 @@ def save(path: Path, model: ZonedModel, same: Mapping[str, str], record: Record 
     numbers : to be handed back by :func:`load`
     """
     arrays: dict[str, Any] = {
-        f"{group}.{name}": getattr(getattr(model, group), name) for group, names in _MOVING.items() for name in names
+        f"{group}.{name}": getattr(getattr(model, group), name) for group, name in _moving(model)
     }
     arrays |= {f"record.{k}": v for k, v in record.arrays().items()} if record is not None else {}
     write_archive(path, arrays | {f"number.{k}": np.array(v) for k, v in numbers.items()} | {
@@ -156,9 +166,8 @@ def load(path: Path, model: ZonedModel, same: Mapping[str, str]) -> tuple[Record
                 f"the checkpoint {path} is of another run: its {', '.join(other)} differ from those given now; give "
                 "another file, or what was given then"
             )
-        for group, names in _MOVING.items():
-            for name in names:
-                getattr(getattr(model, group), name)[...] = file[f"{group}.{name}"]
+        for group, name in _moving(model):
+            getattr(getattr(model, group), name)[...] = file[f"{group}.{name}"]
         model.total[...] = file["total"]
         kept = {k.removeprefix("record."): file[k] for k in file.files if k.startswith("record.")}
         numbers = {k.removeprefix("number."): float(file[k]) for k in file.files if k.startswith("number.")}

@@ -7,11 +7,13 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import eigsh
 
+from dem.kernels.solid_stepping import advance_solids, measure_solids
 from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_MISSED, Z_SUPPORT
 from dem.kernels.zone_measure import measure_zones
 from dem.kernels.zones import advance_zones
 from dem.state import UnstableError
-from dem.zones.model import DAMPING, ZonedModel, freedoms, stiffness
+from dem.zones.stable import DAMPING, freedoms, stiffness
+from dem.zones.zoned_model import ZonedModel
 
 Array = NDArray[np.float64]
 
@@ -25,10 +27,12 @@ class Reading(NamedTuple):
     Parameters
     ----------
     energy : elastic, of zones and joints [J]
-    stress : xx, zz, xz, yy at all stress points, tension positive [Pa], shape (e, 4, 4)
+    stress : at all stress points, tension positive [Pa]: xx, zz, xz, yy in the plane, shape (e, 4, 4); xx, yy, zz, yz,
+        xz, xy in space, shape (e, 8, 6)
     opening : less dilation [m], of all contact points, shape (m,)
-    slip : total [m], shape (m,)
-    normal, shear : on block b, compression positive [Pa], shape (m,)
+    slip : total [m], along the joint, in space along both its tangents, shape (m,) or (m, 2)
+    normal : on block b, compression positive [Pa], shape (m,)
+    shear : on block b [Pa], as ``slip``
     """
 
     energy: float
@@ -47,7 +51,8 @@ def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: 
     UnstableError
         Where a node has left the structure's surroundings, and where a stress could not be returned to its surface.
     """
-    advance_zones(
+    step = advance_solids if model.space else advance_zones
+    step(
         model.nodes, model.zones, model.tables, model.sides, model.contacts, model.law, model.soft, model.rigid,
         model.total, steps, model.dt, damping, drifts,
     )  # fmt: skip
@@ -65,22 +70,27 @@ def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: 
 
 def read(model: ZonedModel) -> Reading:
     """Stresses, joint forces and elastic energy in the present position; changes nothing."""
-    stress = np.zeros((len(model.zones.kind), 4, 4))
-    joint = np.zeros((len(model.contacts.area), 4))
-    energy = measure_zones(
+    stress = np.zeros((len(model.zones.kind), *((8, 6) if model.space else (4, 4))))
+    joint = np.zeros((len(model.contacts.area), 6 if model.space else 4))
+    measure = measure_solids if model.space else measure_zones
+    energy = float(measure(
         model.nodes, model.zones, model.tables, model.sides, model.contacts, model.law, stress, joint
-    )
-    return Reading(float(energy), stress, *np.ascontiguousarray(joint.T))
+    ))  # fmt: skip
+    if model.space:
+        parts = joint[:, 0], joint[:, 1:3], joint[:, 3], joint[:, 4:]
+        return Reading(energy, stress, *(p.copy() for p in parts))
+    return Reading(energy, stress, *np.ascontiguousarray(joint.T))
 
 
 def unbalance(model: ZonedModel) -> float:
     """Largest unbalanced force at a free node over the mean applied one [-]; of rigid blocks over their sum."""
     nodes, rigid = model.nodes, model.rigid
     free = nodes.body < 0
-    applied = float(np.linalg.norm(nodes.load, axis=1).sum() + np.linalg.norm(rigid.load[:, :2], axis=1).sum())
+    applied = float(np.linalg.norm(nodes.load, axis=1).sum())
+    applied += float(np.linalg.norm(rigid.load[:, : model.dimension], axis=1).sum())
     driven = float(np.abs(rigid.net[rigid.held]).max(initial=0.0))
     applied = max(applied, driven, 1e-300)
-    moving = np.where(rigid.held, 0.0, rigid.net)[:, :2]
+    moving = np.where(rigid.held, 0.0, rigid.net)[:, : model.dimension]
     node = float(np.abs(nodes.force[free]).max(initial=0.0)) / (applied / max(int(free.sum()), 1))
     return max(node, float(np.abs(moving).max(initial=0.0)) / applied)
 
@@ -111,7 +121,7 @@ def settle(model: ZonedModel, tolerance: float = SETTLED, max_steps: int = MOST_
 
 
 def drive(model: ZonedModel, velocity: Array, held: NDArray[np.bool_]) -> None:
-    """Prescribe velocities of rigid blocks [m or rad per step] where ``held``, shapes (r, 3); others stay."""
+    """Prescribe velocities of rigid blocks [m or rad per step] where ``held``, shapes (r, 3) or (r, 6); others stay."""
     model.rigid.held[:] |= held
     model.rigid.drive[held] = velocity[held]
 
@@ -129,7 +139,7 @@ def slowest_period(model: ZonedModel) -> float:
     reach = freedoms(model)
     k = (reach.T @ stiffness(model) @ reach).tocsc()
     free = np.flatnonzero(model.nodes.body < 0)
-    mass = np.concatenate([np.repeat(model.nodes.mass[free], 2), model.rigid.mass[~model.rigid.held]])
+    mass = np.concatenate([np.repeat(model.nodes.mass[free], model.dimension), model.rigid.mass[~model.rigid.held]])
     root = sparse.diags(1.0 / np.sqrt(mass))
     scaled = (root @ k @ root).tocsc()
     shift = -1e-9 * float(scaled.diagonal().max())

@@ -35,6 +35,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     command.add_argument("--direction", type=float, nargs=3, metavar=("X", "Y", "Z"), help="needs --block")
     command.add_argument("--blocks", help="how units deform: rigid (default), lumped (into the joints), zoned")
     command.add_argument("--zone-size", type=_length, metavar="LENGTH", help="largest edge of a zone, of zoned blocks")
+    command.add_argument("--stress", help="of zoned blocks: plane stress (default), plane strain or solid (in space)")
     command.add_argument("--spacing", type=_length, metavar="LENGTH", help="largest distance between contact points")
     command.add_argument("--steps", type=int, help="of the faster of the two runs; default: by the slowest swing")
     command.add_argument("--once", action="store_true", help="one speed: no rate error, a quarter of the time")
@@ -55,7 +56,7 @@ def _push(options: argparse.Namespace) -> int:
     drive = _drive(options, test)
     settings = {
         "blocks": options.blocks, "contact_points": options.spacing, "steps": options.steps,
-        "zone_size": options.zone_size,
+        "zone_size": options.zone_size, "stress": options.stress,
         "checkpoint": options.checkpoint, "rate_check": False if options.once else None,
     }  # fmt: skip
     say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces")

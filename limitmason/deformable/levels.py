@@ -13,4 +13,4 @@ ELASTIC = "elastic"
 """As elastic bodies seen from their joints, see :func:`limitmason.deformable.polynomial_block`."""
 
 ZONED = "zoned"
-"""In zones that strain, yield and crack."""
+"""In zones that strain, and in the plane yield and crack."""

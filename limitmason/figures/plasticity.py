@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from limitmason.deformable import SOLID
 from limitmason.errors import InputError
 from limitmason.figures import style
 
@@ -40,11 +41,13 @@ def plasticity(
     Raises
     ------
     InputError
-        For a curve without zones and an unknown moment.
+        For a curve without zones, zones in space, which do not yield, and an unknown moment.
     """
     if not getattr(curve, "zones", ()):
         raise InputError("this curve has no zones: draw the curve of dem.push with blocks='zoned'")
     indices = [_index(curve, moment) for moment in at]
+    if curve.plane == SOLID:
+        raise InputError("zones in space are elastic, there is nothing to map: draw figures.cracks(curve)")
     mesh = curve.mesh
     start = curve.zones[0].shift
     shifts = [curve.zones[i].shift - start for i in indices]

@@ -6,7 +6,8 @@ from scipy import sparse
 from dem.kernels import zone_arrays as arrays
 from dem.kernels import zones as kernel
 from dem.kernels.zone_measure import measure_zones
-from dem.zones.model import largest_eigenvalue, make_zones, stable_masses
+from dem.zones.model import make_zones
+from dem.zones.stable import largest_eigenvalue, stable_masses
 from limitmason.deformable import PLANE_STRESS
 
 
