@@ -109,8 +109,8 @@ def hex_tables(corners: Array, elastic: Array) -> HexTables:
         det = np.linalg.det(jac)
         if not det > 0.0:
             raise InputError("a zone is turned inside out, or its corners run the wrong way round")
-        b[k] = strain_rows(np.linalg.solve(jac, local))
-        g[k, :, :9] = det0 / det * strain_rows(np.array(-inv0 * place, dtype=np.float64))
+        b[k] = strain_rows(np.asarray(np.linalg.solve(jac, local), dtype=np.float64))
+        g[k, :, :9] = det0 / det * strain_rows(-inv0 * place)
         g[k, :3, 9:] = det0 / det * place[[0, 1, 2]] * place[[1, 2, 0]]
         w[k] = det
     kaa = np.einsum("k,kip,ij,kjq->pq", w, g, elastic, g, optimize=True)

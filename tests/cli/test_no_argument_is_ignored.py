@@ -119,7 +119,7 @@ VALUES = {
     "--scale": ["0.001"], "--to": ["2mm"], "--block": ["beam"], "--direction": ["0", "0", "-1"], "--blocks": ["lumped"],
     "--spacing": ["20mm"], "--steps": ["500"], "--once": [], "--option": ["outline=675/8/5"],
     "--checkpoint": ["kept.npz"], "--cracks": ["c.png"], "--zone-size": ["20mm"], "--search": ["quick"],
-    "--time-limit": ["0.5"],
+    "--stress": ["solid"], "--time-limit": ["0.5"],
 }  # fmt: skip
 OTHER = {("report", "-o"): ["other.html"],
          ("compare", "--markdown"): [], ("compare, associative", "--markdown"): [], ("compare", "--methods"): ["dem"],
