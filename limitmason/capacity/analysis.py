@@ -14,8 +14,9 @@ from limitmason.capacity import breaking, path, stepping
 from limitmason.capacity.certificate import Structure
 from limitmason.capacity.certified import certified_curve
 from limitmason.capacity.contacts import first_contacts
+from limitmason.capacity.crossing import with_crossings
 from limitmason.capacity.deformable import Deformation, deformation, plane_of
-from limitmason.capacity.faces import shapes_of
+from limitmason.capacity.faces import shapes_of, with_faces
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.joint_laws import fall, refuse, refuse_partial_rotations, stiffnesses
 from limitmason.capacity.kinematics import Pose, at_rest, make_bodies
@@ -122,9 +123,10 @@ def pushover(
     Notes
     -----
     A contact point stays under the corner of the block that makes it, its normal on the face of the other; corners that
-    leave a face or come to another are found after each step (an event of the curve). Points that are no corner, as
-    inside a grid and where edges cross in space, stay with the blocks of their joint: a warning says from where they
-    have slid by more than a tenth of it. Blocks deform by small strains, in axes that turn with them; body forces
+    leave a face or come to another are found after each step (an event of the curve), as are places where sides of two
+    faces cross in space. Points inside a grid stay with the block that carries them until that has slid off; none are
+    added. A path of rigid blocks ends, and names two of them, where these would go through each other without a point.
+    Blocks deform by small strains, in axes that turn with them; body forces
     strain no block but through its joints. Ties are unstressed in the reference pose; they follow their ends at any
     rotation, yield at their strength and hang loose when they shorten.
 
@@ -179,6 +181,9 @@ def pushover(
     first, shapes = first_contacts(points, law, kn, ks, misfit, falls), None
     if contacts == ANEW:
         shapes, first = shapes_of(assembly, first, plane, size)
+        if plane is None:
+            shapes, first = with_crossings(shapes, first, assembly)
+        first = with_faces(shapes, first, assembly)
 
     def equations(s: Structure) -> System:
         p = s.points

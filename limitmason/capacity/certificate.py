@@ -52,7 +52,8 @@ class StepCertificate(NamedTuple):
     and ``against`` of the slip from the sense of the shear and of slip, or a tie's plastic elongation, below the limit,
     both over the largest slip or elastic displacement; ``dissipation`` the least over points and ties of the energy
     that slip and plastic elongation lose, over the gross work; ``energy`` what work by trapezoids, change of stored
-    energy and loss leave over, over the gross work |dW_live| + |dW_dead| of the step. A ``jump`` passes through states
+    energy and loss leave over, over the gross work |dW_live| + |dW_dead| of the step, or the change of stored energy
+    where self-stress that slips away is more. A ``jump`` passes through states
     that are not kept, so that its slip and lift are sums that the flow rule does not bind together.
 
     ``damage`` is the largest departure of the damage from what opening and slip ask for, and how far brittle points
@@ -271,11 +272,11 @@ def certify(s: Structure, before: State, after: State, jump: bool = False) -> tu
     dead = float((s.loads.dead * motion).sum())
     change = stored(s, after) - stored(s, before)
     # a step that does no work to speak of (sliding without friction) is measured by the elastic work of a block
-    gross = max(abs(live) + abs(dead), 1e-6 * s.weight * elastic)
+    # and one that self-stress drives, by the energy that it sets free
+    gross = max(abs(live) + abs(dead), abs(change), 1e-6 * s.weight * elastic)
     off, least = equilibrium(s, after), float(loss.min(initial=0.0)) / gross
     if jump:
         taken = live + dead - change
-        gross = max(gross, abs(change))
         fell = float(np.max(np.asarray(before.damage) - after.damage, initial=0.0))
         return (
             StepCertificate(off, excess, flow, against, least, taken / gross, True, fell),

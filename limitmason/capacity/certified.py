@@ -63,6 +63,8 @@ def certified_curve(
         warnings.append(f"{len(jumps)} of {len(nodes) - 1} steps are jumps, {' and '.join(parts)}")
     if said := _stayed(generations, nodes):
         warnings.append(said)
+    if generations.shapes is None and (said := _through(generations, nodes)):
+        warnings.append(said)
     if said := _returned(generations, nodes):
         warnings.append(said)
     renewed = [k for k, n in enumerate(nodes) if n.onward is not None]
@@ -112,23 +114,35 @@ def _returned(generations: Generations, nodes: list[Node]) -> str:
     return ""
 
 
+def _through(generations: Generations, nodes: list[Node]) -> str:
+    """What to say of blocks that go through each other on a path that keeps the points of the undeformed joints."""
+    low, high = -1, len(nodes) - 1
+    if not (met := generations.through(nodes[high])):
+        return ""
+    while high - low > 1:
+        k = (low + high) // 2
+        said = generations.through(nodes[k])
+        low, high, met = (low, k, said) if said else (k, high, met)
+    return f"from sample {high} on blocks go through each other where they have no contact point: {met}"
+
+
 def _stayed(generations: Generations, nodes: list[Node]) -> str:
-    """What to say of points that have slid far and are not found anew: blocks no longer meet there."""
+    """What to say of points that bear and have slid far from where they may be: blocks no longer meet there."""
     for k, node in enumerate(nodes):
         s = generations.structures[node.generation]
         p = s.points
         joined = p.interface >= 0
         size = np.full(p.count, s.size)
         size[joined] = np.sqrt(s.assembly.arrays.area[p.interface[joined]])
-        far = np.where(p.corner < 0, np.linalg.norm(node.history.slip, axis=1), 0.0)
+        far = np.where(p.face < 0, np.linalg.norm(node.history.slip, axis=1), 0.0)
         if generations.shapes is not None:
             far = np.maximum(far, outside(generations.shapes, s.assembly, p, node.pose))
+        far[node.force[:, 0] <= 0.0] = 0.0
         worst = int((far / size).argmax())
         if far[worst] > WANDERED * size[worst]:
             a, b = (s.assembly.blocks[i].name for i in (p.block_a[worst], p.block_b[worst]))
             return (
                 f"from sample {k} on {a!r} and {b!r} have slid by more than {WANDERED:g} of their joint at a point "
-                "that is not found anew (edges that cross, points inside a face): the curve beyond is that of the "
-                "first points"
+                "that is not found anew: the curve beyond is that of the first points"
             )
     return ""

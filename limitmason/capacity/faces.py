@@ -116,12 +116,24 @@ def shapes_of(assembly: Assembly, contacts: Contacts, plane: Plane | None, size:
 
 
 class Near(NamedTuple):
-    """Corners at faces: numbers of both, gap [m], and the least distance inside a side [m]."""
+    """Corners at faces: numbers of both, gap [m], and the least distance inside a side [m].
+
+    ``owner`` is the block of the corner and ``place`` where it is in the reference pose [m]; places where sides cross
+    have a number beyond those of all corners, see :mod:`limitmason.capacity.crossing`.
+    """
 
     corner: Index
     face: Index
     gap: Array
     inside: Array
+    owner: Index
+    place: Array
+
+    def at(self, rows: Index | NDArray[np.bool_]) -> "Near":
+        """Some of them."""
+        return Near(
+            self.corner[rows], self.face[rows], self.gap[rows], self.inside[rows], self.owner[rows], self.place[rows]
+        )
 
 
 def _outlines(assembly: Assembly, contacts: Contacts, plane: Plane | None) -> list[tuple[int, Array, Array]]:
@@ -215,6 +227,19 @@ def _named(shapes: Shapes, c: Contacts, assembly: Assembly, near: Near) -> Conta
     return replace(turned_over(c, over), corner=corner, face=face)
 
 
+def with_faces(shapes: Shapes, c: Contacts, assembly: Assembly) -> Contacts:
+    """The contacts with the face named on which points lie that are neither a corner nor where sides cross."""
+    face, rest = c.face.copy(), at_rest(assembly.n_blocks)
+    for i in np.flatnonzero(face < 0):
+        mine = np.arange(shapes.face_start[c.block_a[i]], shapes.face_start[c.block_a[i] + 1])
+        one = np.full(len(mine), i)
+        gap, inside = beside(shapes, assembly, rest, c.place_b[one], c.block_b[one], mine, c.block_a[one])
+        lies = (np.abs(gap) < shapes.near) & (inside > -shapes.step) & (shapes.normal[mine] @ c.directions[i, 0] > 0.99)
+        if lies.any():
+            face[i] = mine[np.where(lies, np.abs(gap), np.inf).argmin()]
+    return replace(c, face=face)
+
+
 def _strangers(shapes: Shapes, c: Contacts, near: Near, codes: NDArray[np.int64]) -> NDArray[np.int64]:
     """Of what lies together in the reference pose without being a point, what shall not become one.
 
@@ -239,29 +264,49 @@ def together(shapes: Shapes, assembly: Assembly, pose: Pose, inside: float, dept
     ----------
     depth : by which corners may lie behind a face beyond the near gap, as the springs of soft joints let them [m]
     """
+    one, two = near_blocks(shapes, assembly, pose, depth)
+    own, face = facing(shapes, pose, np.concatenate([one, two]), np.concatenate([two, one]))
+    start = np.searchsorted(shapes.corner_face, np.arange(len(shapes.face_block) + 1))
+    count = np.diff(start)[own]
+    corner = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - start[own], count)
+    face = np.repeat(face, count)
+    gap, sides = _distances(shapes, assembly, pose, corner, face)
+    use = (gap < shapes.near) & (gap > -shapes.near - depth) & (sides > inside)
+    corner = corner[use]
+    owner = shapes.face_block[shapes.corner_face[corner]]
+    return Near(corner, face[use], gap[use], sides[use], owner, shapes.corner_place[corner])
+
+
+def facing(shapes: Shapes, pose: Pose, one: Index, two: Index) -> tuple[Index, Index]:
+    """Faces of blocks ``one`` and of blocks ``two`` that look at each other, pair by pair."""
+    f, g = products(shapes.face_start, one, shapes.face_start, two)
+    normal = turned(pose, shapes.face_block, shapes.normal)
+    looks = np.einsum("ij,ij->i", normal[f], normal[g]) < FACING
+    return f[looks], g[looks]
+
+
+def near_blocks(shapes: Shapes, assembly: Assembly, pose: Pose, depth: float = 0.0) -> tuple[Index, Index]:
+    """Pairs of blocks that may touch in a pose, not both held; ``depth`` as in :func:`together`."""
     x = assembly.centroids + pose.shift
     reach = shapes.spread + shapes.near + depth
     one, two = overlapping_pairs(x - reach[:, None], x + reach[:, None])
-    apart = ~(assembly.fixed[one] & assembly.fixed[two])
-    one, two = one[apart], two[apart]
     near = np.linalg.norm(x[one] - x[two], axis=1) < shapes.spread[one] + shapes.spread[two] + shapes.near + depth
-    of, on = np.concatenate([one[near], two[near]]), np.concatenate([two[near], one[near]])
-    corner, face = _products(shapes.corner_start, of, shapes.face_start, on)
-    gap, sides = _distances(shapes, assembly, pose, corner, face)
-    own = shapes.corner_face[corner]
-    looks = np.einsum("ij,ij->i", turned(pose, shapes.face_block[own], shapes.normal[own]),
-                      turned(pose, shapes.face_block[face], shapes.normal[face]))  # fmt: skip
-    use = (gap < shapes.near) & (gap > -shapes.near - depth) & (sides > inside) & (looks < FACING)
-    return Near(corner[use], face[use], gap[use], sides[use])
+    near &= ~(assembly.fixed[one] & assembly.fixed[two])
+    return one[near], two[near]
 
 
-def _products(corner_start: Index, of: Index, face_start: Index, on: Index) -> tuple[Index, Index]:
-    """Every corner of the blocks ``of`` with every face of the blocks ``on``, pair by pair."""
-    nc, nf = np.diff(corner_start)[of], np.diff(face_start)[on]
+def products(first: Index, of: Index, second: Index, on: Index) -> tuple[Index, Index]:
+    """Everything of the owners ``of`` with everything of the owners ``on``, pair by pair.
+
+    Parameters
+    ----------
+    first, second : where what belongs to every owner begins, and the end; shape (n + 1,)
+    """
+    nc, nf = np.diff(first)[of], np.diff(second)[on]
     total = nc * nf
     pair = np.repeat(np.arange(len(of)), total)
     k = np.arange(total.sum()) - np.repeat(np.cumsum(total) - total, total)
-    return corner_start[of][pair] + k // np.maximum(nf[pair], 1), face_start[on][pair] + k % np.maximum(nf[pair], 1)
+    return first[of][pair] + k // np.maximum(nf[pair], 1), second[on][pair] + k % np.maximum(nf[pair], 1)
 
 
 def turned(pose: Pose, block: Index, vector: Array) -> Array:

@@ -7,13 +7,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.capacity.certificate import State, Structure, certify, forces, stored
+from limitmason.capacity.crossing import is_crossing
 from limitmason.capacity.faces import Shapes
 from limitmason.capacity.kinematics import motion_between
+from limitmason.capacity.meeting import deepest
 from limitmason.capacity.stepping import Node, Onward
 from limitmason.capacity.system import System
-from limitmason.capacity.touching import found_anew
+from limitmason.capacity.touching import beside_faces, found_anew, landed, outside
 
 Array = NDArray[np.float64]
+
+RUNS_OFF = 4.0
+"""Overshoots by which a point that bears may run off its face in one step [-]."""
+
+MOVES_ON = 20.0
+"""Overshoots by which a place where sides cross may move along the side that carries it in one step [-]."""
+
+LEAST = 0.05
+"""Share of a step that is tried where too much would happen in all of it [-]."""
 
 
 @dataclass
@@ -68,13 +79,58 @@ class Generations:
         if farthest.max(initial=0.0) < 0.5 * shapes.step:
             return node._replace(looked=since.looked or since.pose)
         node = node._replace(looked=node.pose)
-        found = found_anew(shapes, s.assembly, s.points, node.pose, node.history, node.force)
+        before = since.looked or since.pose
+        found = found_anew(shapes, s.assembly, s.points, node.pose, node.history, node.force, before)
         if found is None:
             return node
         self.structures.append(s._replace(points=found.contacts))
         self.systems.append(self.make(self.structures[-1]))
         history = found.history._replace(stretched=node.history.stretched)
-        return node._replace(onward=Onward(len(self.structures) - 1, history, found.force))
+        return node._replace(onward=Onward(len(self.structures) - 1, history, found.force, found.before))
+
+    def through(self, node: Node) -> str:
+        """Names of two blocks that go through each other in a node, where they have no point; "" if none do."""
+        s = self.structures[node.generation]
+        found = deepest(s.assembly, s.points, node.pose, node.force, s.size)
+        if found is None:
+            return ""
+        a, b = (s.assembly.blocks[i].name for i in found[:2])
+        return f"{a!r} and {b!r}, by {found[2]:.2g} m"
+
+    def until_landed(self, before: Node, after: Node) -> float:
+        """Share of a step in which nothing that was open comes to lie deep in a face; 1.0 for all of it.
+
+        In a longer one blocks would be through each other before it is looked for what touches.
+        """
+        shapes, s = self.shapes, self.structures[after.generation]
+        if shapes is None:
+            return 1.0
+        motion = motion_between(before.pose, after.pose)
+        farthest = np.linalg.norm(motion[:, :3], axis=1) + np.linalg.norm(motion[:, 3:6], axis=1) * shapes.spread
+        travel = float(farthest.max(initial=0.0))
+        if travel < shapes.step:
+            return 1.0
+        was, now = landed(shapes, s.assembly, s.points, before.pose, after.pose, travel)
+        share = (was + 0.5 * shapes.step) / (was - now)
+        return max(LEAST, float(share.min(initial=1.0)))
+
+    def until_off(self, before: Node, after: Node) -> float:
+        """Share of a step in which no point that bears runs off its face by more than a few overshoots; 1.0 for all.
+
+        What it meets beyond the edge, and what it then carries, is found at the end of a step only.
+        """
+        shapes, s = self.shapes, self.structures[after.generation]
+        if shapes is None:
+            return 1.0
+        beyond = outside(shapes, s.assembly, s.points, after.pose)
+        most = shapes.step * np.where(is_crossing(shapes, s.points), MOVES_ON, RUNS_OFF)
+        far = (after.force[:, 0] > 0.0) & (beyond > most)
+        if not far.any():
+            return 1.0
+        was = beside_faces(shapes, s.assembly, s.points, before.pose)
+        left = far & (was > -shapes.step)
+        share = (was + 0.9 * most)[left] / (was + beyond)[left]
+        return max(LEAST, float(share.min(initial=1.0)))
 
     def changed(self, node: Node) -> float:
         """Elastic energy that a node has more, after its contacts were found anew [J]; 0 where they were not."""

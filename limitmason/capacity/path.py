@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.capacity import breaking, stepping
-from limitmason.capacity.generations import Generations
-from limitmason.capacity.kinematics import Pose, motion_between, moved
+from limitmason.capacity.generations import LEAST, Generations
+from limitmason.capacity.kinematics import Pose, contact, motion_between, moved
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.system import System
 from limitmason.errors import InputError
@@ -43,6 +43,8 @@ _HALVINGS = 6  # of a step that loses or makes energy
 _OVER = 0.01  # least displacement of what overturns, of the median block size
 _DROP = 0.002  # fall below a limit point after which it is passed, of its load
 _DROP_OF_SOFTENING = 0.2  # the same where joints lose strength and others may take over
+_STUCK = 1e-3  # of the slip that it would have made: less of it is none
+_BEARS = 1e-4  # block weights: force of a point from which it counts how far it opens in a step
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,11 @@ class Steps:
     smooth : departure of the multiplier from its extrapolation up to which steps grow, of the largest so far [-]
     peak : width in load within which the first limit point is known, of its load [-]
     energy : energy that a step may leave over, of its gross work [-]
+    opening : gap to which a point that bears may open in a step, over the median block size [-]: where several points
+        may let go, and one of them does, a longer step may end with another open, on a branch that no continuous path
+        leads to
+    sliding : slip that a point which slid before may lose by sticking in a step, over the median block size [-]: a step
+        ends on the law of its end, so that a point that sticks there has not slid in it
     most : tries of a step, with those that are halved, after which the path is given up
     """
 
@@ -64,11 +71,13 @@ class Steps:
     smooth: float = 0.02
     peak: float = 2e-4
     energy: float = 0.01
+    opening: float = 1e-3
+    sliding: float = 4e-3
     most: int = 400
 
     def __post_init__(self) -> None:
         """Refuse what is not positive."""
-        for name in ("first", "largest", "smooth", "peak", "energy", "most"):
+        for name in ("first", "largest", "smooth", "peak", "energy", "opening", "sliding", "most"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0):
                 raise InputError(f"steps: {name} must be a positive number, got {value!r}")
@@ -146,6 +155,17 @@ def follow(
             continue
         failures = 0
         new = new._replace(generation=last.generation)
+        share = 1.0
+        if not new.jump and new.due is None:
+            share = min(
+                _until_open(system, last, new, steps.opening * system.size),
+                generations.until_off(last, new),
+                generations.until_landed(last, new),
+                _until_stuck(generations, nodes, new, steps.sliding * system.size),
+            )
+        if share < 1.0 and move > _SHORTEST * system.length:
+            advance = share * move
+            continue
         over = 0.0 if new.jump else generations.energy(last, new)
         if abs(over) > steps.energy:
             if rough < _HALVINGS and move > _SHORTEST * system.length:
@@ -176,6 +196,13 @@ def follow(
             move = 0.5 * max(coarse, move)
         if new.due is None:
             new = generations.looked_at(new, last)
+            met = generations.through(new) if generations.shapes is not None and new.looked is new.pose else ""
+            if met:
+                warnings.append(
+                    f"the path stops at {last.control:.4g} m, lambda {last.multiplier:.5g}: at {new.control:.4g} m "
+                    f"blocks would go through each other where they have no contact point: {met}"
+                )
+                return STOPPED, warnings
             nodes.append(new)
         else:
             weak = new._replace(looked=last.looked)
@@ -240,6 +267,34 @@ def _extrapolated(system: System, nodes: list[Node], begin: int, move: float) ->
     if not np.isfinite(step).all():
         return None
     return system.advanced(last.pose, step[:-1]), last.multiplier + float(step[-1])
+
+
+def _until_open(system: System, last: Node, new: Node, most: float) -> float:
+    """Share of a step in which no point that bore opens beyond a gap [m]; 1.0 for all of it.
+
+    On a line from what its spring is pressed by at the start to its gap at the end, up to half of that gap.
+    """
+    bore = last.force[:, 0] > _BEARS * system.weight
+    gap = contact(system.bodies, new.pose).displacement[:, 0] - new.history.lift
+    pressed = last.force[:, 0] / (system.law.kn * system.bodies.area)
+    far = bore & (gap > most)
+    if not far.any():
+        return 1.0
+    return max(LEAST, float(((pressed[far] + 0.5 * most) / (pressed[far] + gap[far])).min()))
+
+
+def _until_stuck(generations: Generations, nodes: list[Node], new: Node, most: float) -> float:
+    """Share of a step in which no point that slid before, and now sticks, would have slid on by more than a length."""
+    last = nodes[-1]
+    if len(nodes) < 2 or last.broken is not None or last.control == nodes[-2].control:
+        return 1.0
+    slid = np.linalg.norm(last.history.slip - generations.begun(nodes[-2]).history.slip, axis=1)
+    if last.onward is not None:
+        slid = np.where(last.onward.before < 0, 0.0, slid[last.onward.before])
+    on = slid * abs((new.control - last.control) / (last.control - nodes[-2].control))
+    made = np.linalg.norm(new.history.slip - generations.begun(last).history.slip, axis=1)
+    far = float(on[(made < _STUCK * on) & (new.force[:, 0] > 0.0)].max(initial=0.0))
+    return 1.0 if far <= most else max(LEAST, 0.7 * most / far)
 
 
 def _counted(points: NDArray[np.intp] | None) -> str:

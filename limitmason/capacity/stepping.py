@@ -26,11 +26,15 @@ _QUIET = 1e-5  # block weights: largest viscous force at the end of a jump
 
 
 class Onward(NamedTuple):
-    """History and forces [N] of the contacts found anew in a node's pose, and their generation."""
+    """History and forces [N] of the contacts found anew in a node's pose, and their generation.
+
+    ``before`` are their numbers among the node's own points, -1 for new ones.
+    """
 
     generation: int
     history: History
     force: Array
+    before: NDArray[np.intp]
 
 
 class Node(NamedTuple):

@@ -5,8 +5,9 @@ points: of two blocks that slide, the end that stood out goes on as the end of t
 the force, the slip and the lift of the point that it replaces, so that equilibrium is disturbed by no more than the
 overshoot. Corners of blocks that had no joint take an unbonded law.
 
-In space edges that come to cross are not found: a corner that has left its face stays a point unless another corner
-takes its place, as do points that are no corners, where edges cross or inside a grid. :func:`outside` says how far.
+In space places where sides of two faces cross are corners of their overlap too, see
+:mod:`limitmason.capacity.crossing`; several new points share the force and the area of one that has left, by distance.
+Points inside a face stay with the block that carries them until that has slid off; none are added.
 """
 
 from typing import NamedTuple
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.capacity.contacts import NEW, Contacts
+from limitmason.capacity.crossing import as_near, crossings, gaps_at, is_crossing, off
 from limitmason.capacity.faces import Near, Shapes, beside, together, turned
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import History
@@ -25,59 +27,69 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 _HEIR = 6.0  # overshoots: distance, beyond the gap, within which a new point inherits from one that has left its face
+_MOVING = 25.0  # the same where sides cross, which move on by up to a step's length before they are looked at
 _WAITS = 4.0  # overshoots beyond a side after which a loaded point without a successor is dropped all the same
 
 
 class Renewed(NamedTuple):
-    """Contacts found anew with their history and forces [N]."""
+    """Contacts found anew with their history, forces [N] and numbers among the points before, -1 for new ones."""
 
     contacts: Contacts
     history: History
     force: Array
+    before: Index
 
 
 def found_anew(
-    shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose, history: History, force: Array
+    shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose, history: History, force: Array, since: Pose
 ) -> Renewed | None:
     """The contacts of a pose; None where they are still the same.
 
     Parameters
     ----------
     force : of the points in that pose [N], shape (m, c)
+    since : pose in which contacts were last looked for
     """
-    keyed = c.face >= 0
-    inside = np.full(c.count, np.inf)
-    gap = np.zeros(c.count)
-    gap[keyed], inside[keyed] = beside(
-        shapes, assembly, pose, c.place_b[keyed], c.block_b[keyed], c.face[keyed], c.block_a[keyed]
-    )
+    gap, inside = _gaps(shapes, assembly, c, pose)
     gone = (inside < -shapes.step) | ((c.interface == NEW) & (gap > 2.0 * shapes.near))
     # corners that take over carry on where springs are pressed, however deep
     pressed = float((force[:, 0] / (c.kn * c.area)).max(initial=0.0))
     near = together(shapes, assembly, pose, 0.5 * shapes.step, pressed)
+    if c.components == 3:
+        found = crossings(shapes, assembly, pose, 0.5 * shapes.step, pressed)
+        other = as_near(shapes, found, assembly, since, pose)
+        near = Near(*(np.concatenate(pair) for pair in zip(near, other, strict=True)))
     f = len(shapes.face_block)
     code = near.corner.astype(np.int64) * f + near.face
-    present = c.corner.astype(np.int64) * f + c.face
+    present = (c.corner.astype(np.int64) * f + c.face)[c.face >= 0]
     # the successor of a point that has left is as far inside but for the turn of the blocks over a deep gap
     succeeds = np.isin(_pairs(shapes, near), _pairs_of_points(shapes, c)[gone])
-    fresh = ~np.isin(code, present[keyed]) & ~np.isin(code, shapes.strangers) & (succeeds | (near.inside > shapes.step))
-    near = Near(near.corner[fresh], near.face[fresh], near.gap[fresh], near.inside[fresh])
+    fresh = ~np.isin(code, present) & ~np.isin(code, shapes.strangers) & (succeeds | (near.inside > shapes.step))
+    if c.components == 3:
+        # whichever block carries it, a crossing is one point, which is made again where it has moved
+        crosses = near.corner >= len(shapes.corner_face)
+        fresh &= ~(crosses & np.isin(near.corner, c.corner[~gone]))
+        fresh |= crosses & np.isin(near.corner, c.corner[gone & is_crossing(shapes, c)])
+    near = near.at(fresh)
     if not (gone.any() or len(near.corner)):
         return None
     x = assembly.centroids
     now_b = x[c.block_b] + pose.shift[c.block_b] + turned(pose, c.block_b, c.place_b - x[c.block_b])
+    loaded = (force[:, 0] > 0.0) & (inside > -_WAITS * shapes.step)
+    shares = None
     if c.components == 3:
-        gone &= np.isin(_pairs_of_points(shapes, c), _pairs(shapes, near)) | (c.interface == NEW)
-    else:
-        loaded = (force[:, 0] > 0.0) & (inside > -_WAITS * shapes.step)
-        gone &= ~loaded | _succeeded(shapes, assembly, c, pose, near, now_b)
+        near = near.at(_single(shapes, c, gone, now_b, near, _present(assembly, pose, near)))
+    gone &= ~loaded | _succeeded(shapes, c, near, now_b, _present(assembly, pose, near))
+    if c.components == 3:
+        shares = _shares(shapes, c, gone, now_b, near, _present(assembly, pose, near))
     rows: list[Contacts] = []
     forces: list[Array] = []
     slips: list[Array] = []
     lifts: list[float] = []
     hurt: list[float] = []
     for row in np.lexsort((near.gap, near.face)):
-        made = _made(shapes, assembly, c, pose, history, force, gone, now_b, near, int(row), rows)
+        share = None if shares is None else shares[row]
+        made = _made(shapes, assembly, c, pose, history, force, gone, now_b, near, int(row), rows, share)
         if made is None:
             continue
         rows.append(made[0])
@@ -95,12 +107,37 @@ def found_anew(
         slip, lift = np.vstack([slip, slips[k]]), np.append(lift, lifts[k])
     order = kept.ordered()
     damage = np.concatenate([np.broadcast_to(history.damage, history.lift.shape)[~gone], hurt])
-    return Renewed(kept.at(order), History(slip[order], lift[order], damage[order]), all_force[order])
+    before = np.concatenate([np.flatnonzero(~gone), np.full(len(rows), -1, np.intp)])
+    return Renewed(kept.at(order), History(slip[order], lift[order], damage[order]), all_force[order], before[order])
+
+
+def landed(
+    shapes: Shapes, assembly: Assembly, c: Contacts, before: Pose, now: Pose, travel: float
+) -> tuple[Array, Array]:
+    """Gaps before and now of what has no point, was open and lies in a face by more than an overshoot [m].
+
+    Parameters
+    ----------
+    travel : the farthest that a point of a block moved between both poses [m]
+    """
+    near = together(shapes, assembly, now, shapes.step, 2.0 * travel)
+    gap, _ = beside(shapes, assembly, before, near.place, near.owner, near.face, shapes.face_block[near.face])
+    if c.components == 3:
+        found = crossings(shapes, assembly, now, shapes.step, 2.0 * travel)
+        near = Near(*(np.concatenate(x) for x in zip(near, as_near(shapes, found, assembly, before, now), strict=True)))
+        gap = np.append(gap, gaps_at(shapes, assembly, before, found))
+    f = len(shapes.face_block)
+    code = near.corner.astype(np.int64) * f + near.face
+    present = (c.corner.astype(np.int64) * f + c.face)[c.face >= 0]
+    known = np.isin(code, present) | np.isin(code, shapes.strangers)
+    known |= (near.corner >= len(shapes.corner_face)) & np.isin(near.corner, c.corner)
+    late = ~known & (gap > 0.0) & (near.gap < -shapes.step)
+    return gap[late], near.gap[late]
 
 
 def _pairs(shapes: Shapes, near: Near) -> Index:
     """Number of the pair of blocks of every corner at a face."""
-    a, b = shapes.face_block[near.face], shapes.face_block[shapes.corner_face[near.corner]]
+    a, b = shapes.face_block[near.face], near.owner
     return np.asarray(np.minimum(a, b) * (int(shapes.face_block.max()) + 1) + np.maximum(a, b))
 
 
@@ -110,36 +147,92 @@ def _pairs_of_points(shapes: Shapes, c: Contacts) -> Index:
     return np.asarray(np.minimum(c.block_a, c.block_b) * n + np.maximum(c.block_a, c.block_b))
 
 
-def _succeeded(
-    shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose, near: Near, now_b: Array
-) -> NDArray[np.bool_]:
+def _present(assembly: Assembly, pose: Pose, near: Near) -> Array:
+    """Where corners at faces are in a pose [m]."""
+    x = assembly.centroids[near.owner]
+    return x + pose.shift[near.owner] + turned(pose, near.owner, near.place - x)
+
+
+def _succeeded(shapes: Shapes, c: Contacts, near: Near, now_b: Array, now: Array) -> NDArray[np.bool_]:
     """Points for which another corner of the same two blocks has come close by."""
-    x = assembly.centroids
-    owner = shapes.face_block[shapes.corner_face[near.corner]]
-    now = x[owner] + pose.shift[owner] + turned(pose, owner, shapes.corner_place[near.corner] - x[owner])
-    close = np.linalg.norm(now_b[:, None] - now, axis=2) < _HEIR * shapes.step + np.abs(near.gap)
+    return np.asarray(_close(shapes, c, near, now_b, now).any(axis=1))
+
+
+def _close(shapes: Shapes, c: Contacts, near: Near, now_b: Array, now: Array) -> NDArray[np.bool_]:
+    reach = shapes.step * np.where(is_crossing(shapes, c), _MOVING, _HEIR)
+    close = np.linalg.norm(now_b[:, None] - now, axis=2) < reach[:, None] + np.abs(near.gap)
     same = _pairs_of_points(shapes, c)[:, None] == _pairs(shapes, near)
-    return np.asarray((close & same).any(axis=1))
+    again = (c.corner[:, None] == near.corner) & is_crossing(shapes, c)[:, None]
+    return np.asarray((close & same) | again)
+
+
+def _single(shapes: Shapes, c: Contacts, gone: NDArray[np.bool_], now_b: Array, near: Near, now: Array) -> Index:
+    """Rows of corners and crossings at which no point of the same two blocks stays and no other row lies."""
+    rows: list[int] = []
+    pair, of = _pairs(shapes, near), _pairs_of_points(shapes, c)
+    for k in np.argsort(near.corner, kind="stable"):  # corners first
+        here = (of == pair[k]) & ~gone & (np.linalg.norm(now_b - now[k], axis=1) < 0.5 * shapes.step)
+        if not here.any() and all(
+            pair[r] != pair[k] or np.linalg.norm(now[r] - now[k]) > 0.5 * shapes.step for r in rows
+        ):
+            rows.append(int(k))
+    return np.array(sorted(rows), np.intp)
+
+
+def _shares(shapes: Shapes, c: Contacts, gone: NDArray[np.bool_], now_b: Array, near: Near, now: Array) -> Array:
+    """What every row takes over of every point that has gone, shape (rows, m): by the inverse distance.
+
+    A crossing that is made again takes all of itself.
+    """
+    again = (near.corner[:, None] == c.corner) & is_crossing(shapes, c)
+    apart = np.linalg.norm(now_b - now[:, None], axis=2)
+    weight = np.where(_close(shapes, c, near, now_b, now).T, 1.0 / (apart + 0.1 * shapes.step), 0.0)
+    weight = np.where(again.any(axis=0), again, weight) * gone
+    return np.asarray(weight / np.maximum(weight.sum(axis=0), 1e-300))
 
 
 def outside(shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose) -> Array:
     """How far the corners that are points lie outside the sides of their faces in a pose [m], shape (m,); 0 inside."""
+    inside = beside_faces(shapes, assembly, c, pose)
+    return np.asarray(np.where(inside < np.inf, np.maximum(-inside, 0.0), 0.0))
+
+
+def beside_faces(shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose) -> Array:
+    """How far points lie inside the sides of their faces in a pose [m], shape (m,); infinite for those without one.
+
+    A point where sides cross counts as outside by what it lies off that place.
+    """
+    return _gaps(shapes, assembly, c, pose)[1]
+
+
+def _gaps(shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose) -> tuple[Array, Array]:
+    """Gap above their faces, and :func:`beside_faces`."""
     keyed = c.face >= 0
-    beyond = np.zeros(c.count)
-    _, inside = beside(shapes, assembly, pose, c.place_b[keyed], c.block_b[keyed], c.face[keyed], c.block_a[keyed])
-    beyond[keyed] = np.maximum(-inside, 0.0)
-    return beyond
+    gap, inside = np.zeros(c.count), np.full(c.count, np.inf)
+    gap[keyed], inside[keyed] = beside(
+        shapes, assembly, pose, c.place_b[keyed], c.block_b[keyed], c.face[keyed], c.block_a[keyed]
+    )
+    rows = np.flatnonzero(is_crossing(shapes, c)) if c.components == 3 else np.zeros(0, np.intp)
+    if len(rows):
+        inside[rows] = -off(shapes, assembly, c, rows, pose)
+    return gap, inside
 
 
 def _made(
     shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose, history: History, force: Array,
     gone: NDArray[np.bool_], now_b: Array, near: Near, row: int, rows: list[Contacts],
+    share: Array | None,
 ) -> tuple[Contacts, Array, Array, float, float] | None:  # fmt: skip
-    """A new point with its force, slip, lift and damage; None where a point of the same two blocks is there already."""
+    """A new point with its force, slip, lift and damage; None where a point of the same two blocks is there already.
+
+    Parameters
+    ----------
+    share : what it takes over of every point, in space, shape (m,); in plane it takes all of the nearest
+    """
     corner, face = int(near.corner[row]), int(near.face[row])
-    a, b = int(shapes.face_block[face]), int(shapes.face_block[shapes.corner_face[corner]])
+    a, b = int(shapes.face_block[face]), int(near.owner[row])
     x = assembly.centroids
-    place = shapes.corner_place[corner]
+    place = near.place[row]
     at = x[b] + pose.shift[b] + place - x[b] + pose.turn[b] @ (place - x[b])
     apart = np.linalg.norm(now_b - at, axis=1)
     same = ((c.block_a == a) & (c.block_b == b)) | ((c.block_a == b) & (c.block_b == a))
@@ -154,6 +247,8 @@ def _made(
     heirs = gone & touching & (apart < _HEIR * shapes.step + abs(float(near.gap[row])))
     if (heirs & same).any():
         heirs &= same
+    if share is not None:
+        heirs = share > 0.0
     model = int(np.where(heirs if heirs.any() else same if same.any() else touching, apart, np.inf).argmin())
     # tangents of the model, turned into the face
     directions = _frame(c, model, pose, rotation_a, normal)
@@ -165,14 +260,22 @@ def _made(
         law, interface = PointLaw(law.tan_phi, law.tan_psi, zero, zero.copy(), law.crushing), np.array([NEW])
         rest, damage = law, 0.0
     kn, ks, area = float(c.kn[model]), float(c.ks[model]), float(c.area[model])
+    taken = np.flatnonzero(heirs)
+    if share is None:
+        taken, share = np.array([model]), np.ones(c.count)
+    elif len(taken):
+        area = float(share[taken] @ c.area[taken])
     opening, slip, lift, components = float(near.gap[row]), np.zeros(c.components - 1), 0.0, np.zeros(c.components)
     if heirs.any():
-        old = np.einsum("c,ci->i", force[model], _directions_now(c, model, pose))
-        onto = old if (c.block_b[model] == b or c.block_a[model] == a) else -old
+        onto, normal_force = np.zeros(3), 0.0
+        for g in taken:
+            old = share[g] * force[g] @ _directions_now(c, int(g), pose)
+            onto += old if (c.block_b[g] == b or c.block_a[g] == a) else -old
+            normal_force += float(share[g] * force[g, 0])
         lift = float(history.lift[model])
-        if force[model, 0] > 0.0:
+        if normal_force > 0.0:
             components = (directions @ rotation_a.T) @ onto
-            components[0] = force[model, 0]
+            components[0] = normal_force
             size = float(np.linalg.norm(components[1:]))
             held = law.towards(rest, np.array([damage]))
             most = float(held.shear_strength(np.array([components[0] / area]))[0]) * area

@@ -1,0 +1,219 @@
+"""Edges that cross where two faces lie on each other in space: corners of their overlap that are no block's corner.
+
+The overlap of two faces has three kinds of corners: those of either face inside the other, and the places where a side
+of one crosses a side of the other. These move along both sides as blocks slide: the point stays on the one along which
+it moves less, with the frame on the face of the other, and is put back where the sides cross once it is off by more
+than an overshoot.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.capacity.contacts import Contacts, turned_over
+from limitmason.capacity.faces import Near, Shapes, beside, facing, near_blocks, products, turned
+from limitmason.capacity.kinematics import Pose, at_rest
+from limitmason.model.assembly import Assembly
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+_PARALLEL = 0.02
+"""Sine of the angle of two sides below which they are taken to run beside each other [-]."""
+
+
+class Crossings(NamedTuple):
+    """Sides of two faces that cross in a pose, the first of the block with the lower number; shape (k,) and (k, 3).
+
+    ``side`` are the corners at which both sides begin, ``place`` the points of both in the reference pose [m];
+    ``gap`` [m] is along the normal of the first face, negative where they overlap, ``inside`` the least distance from
+    the ends of either side [m], ``along`` both sides' directions in the pose.
+    """
+
+    side: tuple[Index, Index]
+    place: tuple[Array, Array]
+    gap: Array
+    inside: Array
+    along: tuple[Array, Array]
+
+    def at(self, rows: Index | NDArray[np.bool_]) -> "Crossings":
+        """Some of them."""
+        (p, q), (x, y), (u, v) = self.side, self.place, self.along
+        return Crossings((p[rows], q[rows]), (x[rows], y[rows]), self.gap[rows], self.inside[rows], (u[rows], v[rows]))
+
+
+def following(shapes: Shapes) -> Index:
+    """The corner that follows every corner round its face: the side between them begins at the first."""
+    n = len(shapes.corner_face)
+    out = np.arange(1, n + 1)
+    first = np.flatnonzero(np.diff(shapes.corner_face, prepend=-1))
+    out[np.append(first[1:], n) - 1] = first
+    return out
+
+
+class _Met(NamedTuple):
+    """Lines of sides that begin at corners p and q, in a pose: shares of both, gap, distance inside, and directions."""
+
+    shares: tuple[Array, Array]
+    gap: Array
+    inside: Array  # -inf where the sides run beside each other
+    along: tuple[Array, Array]
+
+
+def _met(shapes: Shapes, assembly: Assembly, pose: Pose, p: Index, q: Index) -> _Met:
+    x = assembly.centroids
+    owner = shapes.face_block[shapes.corner_face]
+    now = x[owner] + pose.shift[owner] + turned(pose, owner, shapes.corner_place - x[owner])
+    after, face = following(shapes), shapes.corner_face[p]
+    n = turned(pose, shapes.face_block[face], shapes.normal[face])
+    u, v, apart = now[after[p]] - now[p], now[after[q]] - now[q], now[q] - now[p]
+
+    def area(a: Array, b: Array) -> Array:
+        return np.asarray(np.einsum("ij,ij->i", n, np.cross(a, b)))
+
+    long_u, long_v = np.linalg.norm(u, axis=1), np.linalg.norm(v, axis=1)
+    both = area(u, v)
+    clear = np.abs(both) > _PARALLEL * long_u * long_v
+    both = np.where(clear, both, 1.0)
+    s, t = area(apart, v) / both, area(apart, u) / both
+    gap = np.einsum("ij,ij->i", n, apart + t[:, None] * v - s[:, None] * u)
+    inside = np.minimum(np.minimum(s, 1.0 - s) * long_u, np.minimum(t, 1.0 - t) * long_v)
+    unit = u / long_u[:, None], v / long_v[:, None]
+    return _Met((s, t), gap, np.where(clear, inside, -np.inf), unit)
+
+
+def crossings(shapes: Shapes, assembly: Assembly, pose: Pose, inside: float, depth: float = 0.0) -> Crossings:
+    """Sides of faces that look at each other, cross at least so far from their ends and are near there [m].
+
+    Parameters
+    ----------
+    depth : as of :func:`limitmason.capacity.faces.together`
+    """
+    one, two = near_blocks(shapes, assembly, pose, depth)
+    f, g = facing(shapes, pose, np.minimum(one, two), np.maximum(one, two))
+    start = np.searchsorted(shapes.corner_face, np.arange(len(shapes.face_block) + 1))
+    # sides cross near each other only where the corners of a face are not all before or all behind the other face
+    count = np.diff(start)[g]
+    first = np.cumsum(count) - count
+    corner = np.arange(count.sum()) - np.repeat(first - start[g], count)
+    on = np.repeat(f, count)
+    owner, base = shapes.face_block[shapes.corner_face[corner]], shapes.face_block[on]
+    gap, _ = beside(shapes, assembly, pose, shapes.corner_place[corner], owner, on, base)
+    if len(gap):
+        near = np.minimum.reduceat(gap, first) < shapes.near
+        near &= np.maximum.reduceat(gap, first) > -shapes.near - depth
+        f, g = f[near], g[near]
+    p, q = products(start, f, start, g)
+    met = _met(shapes, assembly, pose, p, q)
+    use = (met.inside > inside) & (np.abs(met.gap + 0.5 * depth) < shapes.near + 0.5 * depth)
+    p, q = p[use], q[use]
+    return Crossings(
+        (p, q), _places(shapes, p, q, (met.shares[0][use], met.shares[1][use])), met.gap[use], met.inside[use],
+        (met.along[0][use], met.along[1][use]),
+    )  # fmt: skip
+
+
+def _places(shapes: Shapes, p: Index, q: Index, shares: tuple[Array, Array]) -> tuple[Array, Array]:
+    x, after = shapes.corner_place, following(shapes)
+    (s, t) = shares
+    return x[p] + s[:, None] * (x[after[p]] - x[p]), x[q] + t[:, None] * (x[after[q]] - x[q])
+
+
+def off(shapes: Shapes, assembly: Assembly, c: Contacts, rows: Index, pose: Pose) -> Array:
+    """How far points lie from where their sides cross [m], shape of ``rows``, or sides from crossing at all."""
+    n = len(shapes.corner_face)
+    p, q = np.divmod(c.corner[rows] - n, n)
+    met = _met(shapes, assembly, pose, p, q)
+    owner = shapes.face_block[shapes.corner_face]
+    first = owner[p] == c.block_b[rows]
+    place = np.where(first[:, None], *_places(shapes, p, q, met.shares))
+    away = np.linalg.norm(place - c.place_b[rows], axis=1)
+    beyond = np.where(np.isfinite(met.inside), -met.inside, assembly.centroids.max() - assembly.centroids.min())
+    return np.asarray(np.where(met.inside > -shapes.step, away, beyond))
+
+
+def gaps_at(shapes: Shapes, assembly: Assembly, pose: Pose, found: Crossings) -> Array:
+    """Gaps of the same sides in another pose [m]."""
+    return _met(shapes, assembly, pose, *found.side).gap
+
+
+def code_of(shapes: Shapes, p: Index, q: Index) -> Index:
+    """Number of two sides that cross, in place of that of a corner: beyond those of all corners."""
+    n = len(shapes.corner_face)
+    return np.asarray(n + p * n + q)
+
+
+def is_crossing(shapes: Shapes, c: Contacts) -> NDArray[np.bool_]:
+    """Which points are places where sides cross."""
+    return np.asarray(c.corner >= len(shapes.corner_face))
+
+
+def carried_by_first(
+    shapes: Shapes, found: Crossings, assembly: Assembly, before: Pose, now: Pose
+) -> NDArray[np.bool_]:
+    """Whether the point stays on the first block's side: where the crossing moves less along it than along the other's.
+
+    Parameters
+    ----------
+    before : pose from which the last motion counts; where nothing slid the point stays with what is held or heavier
+    """
+    p, q = found.side
+    owner = shapes.face_block[shapes.corner_face]
+    moved = []
+    for block, place in ((owner[p], found.place[0]), (owner[q], found.place[1])):
+        arm = place - assembly.centroids[block]
+        moved.append(now.shift[block] - before.shift[block] + turned(now, block, arm) - turned(before, block, arm))
+    slid, (u, v) = moved[1] - moved[0], found.along
+    # slid = s u + r v within the plane of both sides: the crossing moves by s along u, by r along v
+    cosine = np.einsum("ij,ij->i", u, v)
+    on_u, on_v = np.einsum("ij,ij->i", slid, u), np.einsum("ij,ij->i", slid, v)
+    s, r = np.abs(on_u - cosine * on_v), np.abs(on_v - cosine * on_u)
+    nothing = np.maximum(s, r) < 1e-9 * shapes.spread[owner[p]]
+    held, mass = assembly.fixed, assembly.weights
+    a, b = owner[p], owner[q]
+    firm = np.where(held[a] == held[b], mass[a] >= mass[b], held[a])
+    return np.where(nothing, firm, s <= r)
+
+
+def as_near(shapes: Shapes, found: Crossings, assembly: Assembly, before: Pose, now: Pose) -> Near:
+    """Crossings as corners at faces: the block along whose side one moves less has the point, the other the face."""
+    first = carried_by_first(shapes, found, assembly, before, now)
+    p, q = found.side
+    owner = shapes.face_block[shapes.corner_face]
+    return Near(
+        code_of(shapes, p, q), np.where(first, shapes.corner_face[q], shapes.corner_face[p]), found.gap, found.inside,
+        np.where(first, owner[p], owner[q]), np.where(first[:, None], *found.place),
+    )  # fmt: skip
+
+
+def with_crossings(shapes: Shapes, c: Contacts, assembly: Assembly) -> tuple[Shapes, Contacts]:
+    """Contacts of the reference pose in space with those named at which sides cross.
+
+    What crosses there without being a point, or belongs to no joint, is no contact later either.
+    """
+    rest = at_rest(assembly.n_blocks)
+    found = crossings(shapes, assembly, rest, 1e-2 * shapes.step)
+    near = as_near(shapes, found, assembly, rest, rest)
+    corner, face, over = c.corner.copy(), c.face.copy(), np.zeros(c.count, bool)
+    known = np.zeros(len(near.corner), bool)
+    for row in range(len(near.corner)):
+        a, b = int(shapes.face_block[near.face[row]]), int(near.owner[row])
+        same = ((c.block_a == a) & (c.block_b == b)) | ((c.block_a == b) & (c.block_b == a))
+        at = np.flatnonzero(same & (np.abs(c.place_b - near.place[row]).max(axis=1) < 1e-2 * shapes.near))
+        known[row] = len(at) > 0
+        for i in at[corner[at] < 0]:
+            corner[i], face[i], over[i] = near.corner[row], near.face[row], c.block_b[i] != b
+    c = replace(turned_over(c, over), corner=corner, face=face)
+    f = len(shapes.face_block)
+    pairs = c.block_a * assembly.n_blocks + c.block_b, c.block_b * assembly.n_blocks + c.block_a
+    owner = shapes.face_block[shapes.corner_face]
+    p, q = found.side
+    joined = np.isin(owner[p] * assembly.n_blocks + owner[q], np.concatenate(pairs))
+    alien = ~joined | (~known & (found.inside > shapes.step))
+    codes = (
+        near.corner[alien].astype(np.int64)[:, None] * f
+        + np.stack([shapes.corner_face[p], shapes.corner_face[q]], 1)[alien]
+    )
+    return shapes._replace(strangers=np.concatenate([shapes.strangers, codes.ravel()])), c

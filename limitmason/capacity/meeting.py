@@ -1,0 +1,52 @@
+"""Blocks that go through each other where a path has no contact point: what its points did not find."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.capacity.contacts import Contacts
+from limitmason.capacity.kinematics import Pose
+from limitmason.geometry.facing import all_faces
+from limitmason.geometry.overlap import near_pairs, penetrations
+from limitmason.geometry.polyhedron import Solid
+from limitmason.model.assembly import Assembly
+
+Array = NDArray[np.float64]
+
+DEEP = 0.02
+"""Depth beyond that of the pressed springs from which blocks go through each other, over the median block size [-]."""
+
+
+def deepest(assembly: Assembly, c: Contacts, pose: Pose, force: Array, size: float) -> tuple[int, int, float] | None:
+    """Two blocks that overlap in a pose by more than their springs are pressed, and by how much [m]; None if none do.
+
+    Blocks are taken as rigid, in convex pieces; in plane only those count that have no point at all. Of several pairs
+    the one that overlaps most.
+
+    Parameters
+    ----------
+    force : of the points [N], shape (m, c)
+    size : median block size [m]
+    """
+    solids: list[Solid] = []
+    owner: list[int] = []
+    for b, body in enumerate(assembly.blocks):
+        x = assembly.centroids[b]
+        for part in body.parts:
+            arm = part.vertices - x
+            solids.append(Solid(part.vertices + pose.shift[b] + arm @ pose.turn[b].T, part.faces))
+            owner.append(b)
+    of = np.array(owner, np.intp)
+    p, q = near_pairs(solids, of, np.zeros(assembly.n_blocks))
+    apart = ~(assembly.fixed[of[p]] & assembly.fixed[of[q]])
+    p, q = p[apart], q[apart]
+    n = assembly.n_blocks
+    pressed = np.zeros(n * n)
+    pairs = np.minimum(c.block_a, c.block_b) * n + np.maximum(c.block_a, c.block_b)
+    np.maximum.at(pressed, pairs, force[:, 0] / (c.kn * c.area))
+    if c.components == 2:  # corners pulled in from their ends let the ends of a joint overlap
+        joined = np.isin(np.minimum(of[p], of[q]) * n + np.maximum(of[p], of[q]), pairs)
+        p, q = p[~joined], q[~joined]
+    tolerance = DEEP * size + pressed[np.minimum(of[p], of[q]) * n + np.maximum(of[p], of[q])]
+    faces, start = all_faces(solids)
+    found = penetrations(solids, of, faces, start, p, q, tolerance)
+    return max(found, key=lambda row: row[2]) if found else None

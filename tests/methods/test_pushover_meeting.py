@@ -1,0 +1,139 @@
+"""Contacts found anew in space: what slides over an edge, what lands on another block, what goes through one."""
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from limitmason.capacity import Steps, touching
+from limitmason.capacity.crossing import crossings
+from limitmason.geometry.polyhedron import box
+from limitmason.geometry.rotation import rotation_matrices
+
+UPRIGHT = (0.0, 0.0, 0.0)
+
+
+def turned(vector):
+    return rotation_matrices(np.array([vector]))[0]
+
+
+def problem(solids, push, friction, *, turn=UPRIGHT, order=None):
+    """Assembly of named solids, held but for "block", which is pushed by its weight; gravity turns with the model."""
+    t, u = turned(turn), np.array(push) / np.linalg.norm(push)
+    names = list(solids) if order is None else order
+    wall = lm.Assembly.from_polyhedra(
+        [[(solids[n].vertices @ t.T, solids[n].faces)] for n in names], names=names,
+        joint=lm.Joint.from_friction_coefficient(friction), fixed=[n for n in names if n != "block"],
+    )  # fmt: skip
+    dead, live, k = np.zeros((len(names), 6)), np.zeros((len(names), 6)), wall.block_index("block")
+    dead[k, :3], live[k, :3] = -wall.weights[k] * t[:, 2], wall.weights[k] * (t @ u)
+    return wall, lm.Loads(dead, live), t
+
+
+EDGE = 0.5
+
+
+def on_a_table(*, yaw=0.0, push=(1.0, 0.0, 0.0), half=(0.2, 0.15), side=0.6, **options):
+    """A block of height 0.2 m and friction 0.4 with its centre 0.3 m short of the edge of a table."""
+    start = np.array([0.2, 0.0, 0.0])
+    plate = box((-1.0, -0.6, -0.2), (EDGE, side, 0.0))
+    stone = box((-half[0], -half[1], 0.0), (*half, 0.2))
+    stone = stone._replace(vertices=stone.vertices @ turned((0.0, 0.0, yaw)).T + start)
+    wall, loads, t = problem({"table": plate, "block": stone}, push, 0.4, **options)
+    u = push[0] / math.hypot(*push)
+    return wall, loads, t, EDGE - start[0] - 0.1 * 0.4 * u  # where the resultant of weight and push leaves the edge
+
+
+@cache
+def askew(turn=UPRIGHT, order=None):
+    """Curve of a block turned by 0.5 rad that slides off, and its way towards the edge [m]."""
+    wall, loads, t, tips = on_a_table(yaw=0.5, push=(1.0, 1e-3, 0.0), turn=turn, order=order)
+    curve = lm.pushover(wall, loads, stiffness=1e9, to=tips + 0.008)
+    return curve, (curve.displacement_of("block") @ t)[:, 0], tips
+
+
+def slides_and_tips(curve, slid, tips):
+    """Friction up to where the resultant leaves the edge, but for the elastic give of the joint, then a fall."""
+    rests = (slid > 0.02) & (slid < tips - 0.01)
+    assert curve.load[rests] == pytest.approx(0.4, rel=2e-3)
+    assert rests.sum() >= 5
+    assert np.interp(tips + 0.004, slid, curve.load) < 0.37
+    assert all(c.accepted for c in curve.certificates)
+    assert not any("found anew" in w or "go through" in w for w in curve.warnings)
+    return True
+
+
+def test_a_turned_block_tips_where_its_resultant_leaves_the_edge_of_the_table():
+    assert slides_and_tips(*askew())
+
+
+@pytest.mark.parametrize(
+    "options, settings",
+    [
+        ({"push": (1.0, 0.2, 0.0)}, {"contact_model": "grid", "grid": (3, 3)}),
+        # over the corner of the table, 0.3 m off both of its edges
+        ({"push": (1.0, 1.0, 0.0), "half": (0.15, 0.15), "side": 0.3}, {}),
+    ],
+    ids=["points inside the face", "over a corner"],
+)
+def test_a_block_that_slides_off_a_table_askew_tips_where_its_resultant_leaves_the_edge(options, settings):
+    wall, loads, t, tips = on_a_table(**options)
+    along = options["push"][0] / math.hypot(*options["push"])
+    curve = lm.pushover(wall, loads, stiffness=1e9, to=(tips + 0.008) / along, **settings)
+    assert slides_and_tips(curve, (curve.displacement_of("block") @ t)[:, 0], tips)
+
+
+def test_a_curve_that_does_not_find_where_sides_cross_is_noticed(monkeypatch):
+    monkeypatch.setattr(touching, "crossings", lambda *_: crossings(*_).at(np.zeros(0, np.intp)))
+    wall, loads, t, _ = on_a_table(push=(1.0, 0.1, 0.0))
+    curve = lm.pushover(wall, loads, stiffness=1e9, to=0.2, steps=Steps(most=40))
+    slid = (curve.displacement_of("block") @ t)[:, 0]
+    assert slid[-1] < 0.19 or curve.load[-1] < 0.39  # on its two rear corners it tips at once
+
+
+def test_a_turned_and_renumbered_copy_slides_off_alike():
+    curve, slid, tips = askew()
+    other, turned_slid, _ = askew((0.3, -0.7, 1.1), ("block", "table"))
+    at = np.append(np.linspace(0.01, tips - 0.01, 20), tips + np.array([0.002, 0.004, 0.006]))
+    assert np.interp(at, turned_slid, other.load) == pytest.approx(np.interp(at, slid, curve.load), rel=5e-3)
+
+
+FACE = 0.15
+
+
+def beside_a_stop(stop, push, **options):
+    """A block of 0.2 x 0.2 x 1.0 m on a floor, 50 mm from a stop that is held."""
+    floor, stone = box((-1.0, -1.0, -0.2), (2.0, 1.0, 0.0)), box((-0.1, -0.1, 0.0), (0.1, 0.1, 1.0))
+    return problem({"floor": floor, "block": stone, "stop": stop}, push, 0.7, **options)
+
+
+@pytest.mark.parametrize("sideways", [0.0, 1e-3], ids=["in plane", "in space"])
+@pytest.mark.parametrize("width", [0.05, 0.5], ids=["narrow stop", "wide stop"])
+def test_a_block_that_rocks_comes_to_lie_on_the_edge_of_another_it_did_not_touch(sideways, width):
+    """The face, turned by theta about the toe, meets the edge at height h at h tan(theta) = gap, at any steps."""
+    stop = box((FACE, -width, 0.0), (0.4, width, 0.5))
+    wall, loads, _ = beside_a_stop(stop, (1.0, sideways, 0.0))
+    curve = lm.pushover(wall, loads, stiffness=1e9, to=0.06)
+    theta = math.atan((FACE - 0.1) / 0.5)
+    lands = 0.1 - 0.1 * math.cos(theta) + 0.5 * math.sin(theta)
+    free = curve.displacement < lands - 2e-3
+    assert (curve.load[free & (curve.displacement > 1e-3)] < 0.2).all()
+    assert (curve.load[curve.displacement > lands + 3e-3] > 1.0).all()
+    assert (curve.displacement > lands + 3e-3).any()
+    assert all(c.accepted for c in curve.certificates)
+
+
+def test_blocks_that_would_go_through_each_other_stop_the_path_by_name():
+    """The edge of a stop that stands askew has no line in the plane of the problem, so that nothing meets it there."""
+    stop = box((0.0, 0.0, 0.0), (0.15, 0.15, 1.5))
+    stop = stop._replace(vertices=stop.vertices @ turned((0.0, 0.0, -0.25 * math.pi)).T + (FACE, 0.0, 0.0))
+    wall, loads, _ = beside_a_stop(stop, (1.0, 0.0, 0.0))
+    curve = lm.pushover(wall, loads, stiffness=1e9, to=0.1)
+    assert curve.status == "stopped"
+    assert any("'block' and 'stop'" in w and "no contact point" in w for w in curve.warnings)
+    assert curve.displacement[-1] < 0.05
+    # points of the undeformed joints, kept for ever, go through: said after the path
+    kept = lm.pushover(wall, loads, stiffness=1e9, to=0.1, contacts="first")
+    assert any("'block' and 'stop'" in w and "go through each other" in w for w in kept.warnings)
