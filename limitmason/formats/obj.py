@@ -84,6 +84,7 @@ def read_obj(path: str | Path, *, scale: float = 1.0, up: str = "z") -> Solids:
     -------
     Solids
         ``solids, names``. Vertices of a block at exactly the same place are one; vertices no face uses are dropped.
+        A block may have notches and holes: ``Assembly.from_polyhedra`` divides it into convex parts of one body.
 
     Raises
     ------

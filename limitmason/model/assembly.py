@@ -28,6 +28,7 @@ from limitmason.model.detection import (
     overlap_text,
     typical_tolerance,
     warn_of_doubts,
+    with_convex_parts,
 )
 from limitmason.model.input import JointChoice, JointTable, read_densities, read_fixed, read_number, read_pieces
 from limitmason.model.interface import Interface, interface_kind, shortened
@@ -89,7 +90,7 @@ class Assembly(Blockwork, Shown):
         Parameters
         ----------
         solids : per block (vertices [m], shape (n, 3); faces as vertex index lists, counter-clockwise from outside),
-            or a list of such convex pieces for a concave block
+            or a list of such pieces; what is not convex is divided into convex parts, and stays one rigid body
         joint : law of every joint not named in ``joints``
         density : mass density [kg/m3], one or one per block
         fixed : names or numbers of blocks held in all six degrees of freedom
@@ -108,9 +109,9 @@ class Assembly(Blockwork, Shown):
         Raises
         ------
         ValueError
-            For open, inverted, flat, concave or overlapping solids, repeated names, negative density, and blocks
-            without a path of contacts to a support; the message names the block. Overlapping and floating blocks raise
-            a ``ContactError``, whose ``assembly`` has a :meth:`contact_report` all the same.
+            For open, inverted, flat or overlapping solids, solids with too many hollow edges, repeated names, negative
+            density, and blocks without a path of contacts to a support; the message names the block. Overlapping and
+            floating blocks raise a ``ContactError``, whose ``assembly`` has a :meth:`contact_report` all the same.
 
         Warns
         -----
@@ -145,6 +146,7 @@ class Assembly(Blockwork, Shown):
         )  # fmt: skip
         closed = closed_pieces(blocks)
         typical = typical_tolerance(closed) if tolerance is None else float(tolerance)
+        blocks, closed = with_convex_parts(blocks, closed, typical)
         assembly = cls(blocks, (), supports, dict(recipe or {}), typical, rules)
         return assembly._with_contacts(closed, joint, joints or {})
 

@@ -1,6 +1,7 @@
 """Contacts of the blocks of an assembly: which tolerance holds, what was found, and what to say about the rest."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,8 @@ from numpy.typing import NDArray
 from limitmason.constants import RELATIVE_TOLERANCE
 from limitmason.errors import InputError
 from limitmason.geometry.contact import KEPT, NEAR, ContactPatches, ContactRules, Doubt, find_contacts
-from limitmason.geometry.polyhedron import Solid, check_closed, check_solids, least_widths
+from limitmason.geometry.convex_parts import convex_parts, is_convex, largest_skew
+from limitmason.geometry.polyhedron import Solid, check_closed, check_solids, least_widths, mass_properties
 from limitmason.model.block import Block
 from limitmason.model.blockwork import Blockwork
 from limitmason.model.interface import Interface
@@ -41,6 +43,43 @@ def closed_pieces(blocks: Sequence[Block]) -> Pieces:
     """Pieces of all blocks, open ones refused by name; what is flat, inverted or concave is not seen here."""
     check_closed([p for b in blocks for p in b.parts], [b.name for b in blocks for _ in b.parts])
     return pieces_of(blocks)
+
+
+def with_convex_parts(blocks: Sequence[Block], pieces: Pieces, flatness: float) -> tuple[tuple[Block, ...], Pieces]:
+    """Blocks of which solids that are not convex are divided into convex parts; they stay one rigid body each.
+
+    What is open to doubt beside, such as faces that are not plane, is left for :func:`detect` to refuse.
+
+    Parameters
+    ----------
+    flatness : largest distance of a vertex from its face's plane [m]
+
+    Raises
+    ------
+    InputError
+        Naming the block, for what :func:`~limitmason.geometry.convex_parts.convex_parts` refuses.
+    """
+    rows = np.flatnonzero(~is_convex(pieces.solids, flatness))
+    parts: dict[int, list[Solid]] = {}
+    for k in rows.tolist():
+        solid, name = pieces.solids[k], blocks[pieces.owner[k]].name
+        skew = largest_skew(solid)
+        if skew > flatness or not mass_properties([solid]).volume[0] > 0.0:
+            continue
+        size = float(np.ptp(solid.vertices, axis=0).max())
+        try:
+            parts[k] = convex_parts(solid, max(2.0 * skew, 1e-9 * size))
+        except InputError as error:
+            raise InputError(f"block {name!r} is not convex, and {error}") from None
+    if not parts:
+        return tuple(blocks), pieces
+    new: list[list[Solid]] = [[] for _ in blocks]
+    for k, solid in enumerate(pieces.solids):
+        new[pieces.owner[k]] += parts.get(k, [solid])
+    divided = tuple(
+        b if len(b.parts) == len(p) else replace(b, parts=tuple(p)) for b, p in zip(blocks, new, strict=True)
+    )
+    return divided, pieces_of(divided)
 
 
 def typical_tolerance(pieces: Pieces) -> float:

@@ -1,0 +1,273 @@
+"""Closed polyhedra that are not convex, divided into convex parts by the planes of their own faces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.errors import InputError
+from limitmason.geometry.polygon import clean_outline, convex_pieces
+from limitmason.geometry.polyhedron import Solid, box, face_planes, group_by_topology, mass_properties
+from limitmason.geometry.splitting import split_polygon, split_solid
+
+Array = NDArray[np.float64]
+
+MOST_PARTS = 40
+"""A solid that would need more parts is refused: what it means is curved, and a hull or fewer faces say it better."""
+
+
+def convex_parts(solid: Solid, slack: float) -> list[Solid]:
+    """Convex parts that tile a closed polyhedron exactly; notches, holes and cavities are left open.
+
+    A box around the solid is divided by planes of faces until no face runs through the inside of a cell. A cell then
+    lies inside the solid where the faces cover the whole sphere of directions seen from its centre, sum of solid angles
+    4 pi. Cells whose union is convex are joined again.
+
+    Parameters
+    ----------
+    solid : closed, faces plane within ``slack`` and counter-clockwise seen from outside; faces may be concave too
+    slack : points nearer than this to a plane lie in it [m]
+
+    Returns
+    -------
+    list of Solid
+        The solid itself where it is convex.
+
+    Raises
+    ------
+    InputError
+        Two bodies that are not joined, faces that cross each other or enclose nothing, more than :data:`MOST_PARTS`
+        parts.
+    """
+    if is_convex([solid], slack)[0]:
+        return [solid]
+    if _hollow_edges(solid, slack) > 2 * MOST_PARTS:
+        raise InputError(_TOO_MANY)
+    faces = [_Face(solid.vertices[list(f)], slack) for f in solid.faces]
+    triangles = np.array([t for f in faces for t in f.triangles])
+    polygons = [(k, p) for k, f in enumerate(faces) for p in f.pieces]
+    low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
+    room = 0.1 * float((high - low).max())
+    inside: list[Solid] = []
+    waiting = [(box(low - room, high + room), polygons)]
+    while waiting:
+        cell, within = waiting.pop()
+        if not within:
+            if _winding(cell.vertices.mean(axis=0), triangles) > 0.5:
+                inside.append(cell)
+            continue
+        if len(inside) + len(waiting) > 4 * MOST_PARTS:
+            raise InputError(_TOO_MANY)
+        waiting += _divided(cell, within, faces, slack)
+    volume = float(mass_properties([solid]).volume[0])
+    found = float(mass_properties(inside).volume.sum()) if inside else 0.0
+    if not abs(found - volume) <= 1e-6 * volume + 10.0 * slack * float((high - low).max()) ** 2:
+        raise InputError(
+            f"its faces enclose {volume:.6g} m3 and its convex parts {found:.6g} m3: faces cross each other, or an "
+            "inner shell is turned inside out"
+        )
+    parts = _joined(inside, slack)
+    if len(parts) > MOST_PARTS:
+        raise InputError(_TOO_MANY)
+    _refuse_several_bodies(parts, slack)
+    return [_snapped(p, solid.vertices, slack) for p in parts]
+
+
+_TOO_MANY = (
+    f"it divides into more than {MOST_PARTS} convex parts: draw curved hollows with fewer faces, give the parts as "
+    "a list [(vertices, faces), ...], or take the hull of a scanned stone (formats.read_stones)"
+)
+
+
+def _hollow_edges(solid: Solid, slack: float) -> int:
+    """Number of edges at which two faces enclose more than 180 degrees; every part ends at one of them at least."""
+    planes = [face_planes(solid.vertices[list(f)][None]) for f in solid.faces]
+    of_edge = {(f[i - 1], f[i]): k for k, f in enumerate(solid.faces) for i in range(len(f))}
+    count = 0
+    for (i, j), k in of_edge.items():
+        other = of_edge[j, i]
+        if i < j and (solid.vertices[list(solid.faces[other])] @ planes[k][0][0] - planes[k][1][0]).max() > slack:
+            # a face of another body part may lie above the plane too: only what begins at the edge counts
+            along = solid.vertices[j] - solid.vertices[i]
+            count += float(np.cross(planes[k][0][0], planes[other][0][0]) @ along) < 0.0
+    return count
+
+
+def is_convex(solids: Sequence[Solid], slack: float) -> NDArray[np.bool_]:
+    """Whether no vertex lies farther than ``slack`` [m] outside the plane of a face, one for each closed solid."""
+    out = np.ones(len(solids), dtype=bool)
+    for faces, members, vertices in group_by_topology(solids):
+        for f in faces:
+            normal, offset = face_planes(vertices[:, list(f)])
+            out[members] &= ~((np.einsum("kni,ki->kn", vertices, normal) - offset[:, None]).max(axis=1) > slack)
+    return out
+
+
+def largest_skew(solid: Solid) -> float:
+    """Largest distance of a vertex from the plane of its face [m]."""
+    out = 0.0
+    for f in solid.faces:
+        corners = solid.vertices[list(f)]
+        normal, offset = face_planes(corners[None])
+        out = max(out, float(np.abs(corners @ normal[0] - offset[0]).max()))
+    return out
+
+
+class _Face:
+    """A plane face: a point and the unit normal of its plane, and convex pieces of it [m]."""
+
+    def __init__(self, corners: Array, slack: float) -> None:
+        normal, _ = face_planes(corners[None])
+        self.normal, self.point = normal[0], corners.mean(axis=0)
+        along = np.eye(3)[int(np.abs(self.normal).argmin())]
+        along = along - (along @ self.normal) * self.normal
+        along /= np.linalg.norm(along)
+        axes = np.array([along, np.cross(self.normal, along)])
+        flat = clean_outline((corners - self.point) @ axes.T, 1e-3 * slack)
+        self.pieces = [self.point + p @ axes for p in convex_pieces(flat)]
+        self.triangles = [np.array([p[0], p[k], p[k + 1]]) for p in self.pieces for k in range(1, len(p) - 1)]
+        self.area = 0.5 * sum(float(np.linalg.norm(np.cross(t[1] - t[0], t[2] - t[0]))) for t in self.triangles)
+
+
+def _divided(
+    cell: Solid, within: list[tuple[int, Array]], faces: Sequence[_Face], slack: float
+) -> list[tuple[Solid, list[tuple[int, Array]]]]:
+    """Two cells on both sides of the plane of a face: one that cuts few others, of these the largest face."""
+    numbers = sorted({k for k, _ in within})
+    normals = np.array([faces[k].normal for k in numbers])
+    points = np.concatenate([p for _, p in within])
+    first = np.cumsum([0, *(len(p) for _, p in within[:-1])])
+    height = points @ normals.T - np.array([faces[k].point @ faces[k].normal for k in numbers])
+    cuts = (np.minimum.reduceat(height, first) < -slack) & (np.maximum.reduceat(height, first) > slack)
+    order = np.lexsort(([-faces[k].area for k in numbers], cuts.sum(axis=0)))
+    plane = faces[numbers[int(order[0])]]
+    below, above, _ = split_solid(cell, plane.point, plane.normal, slack)
+    sides: tuple[list[tuple[int, Array]], list[tuple[int, Array]]] = ([], [])
+    for k, p in within:
+        if np.abs((p - plane.point) @ plane.normal).max() <= slack:
+            continue  # it lies in the plane: a face of the new cells from now on
+        for side, piece in zip(sides, split_polygon(p, plane.point, plane.normal, slack), strict=True):
+            if piece is not None and len(piece) > 2:
+                side.append((k, piece))
+    return [(c, s) for c, s in zip((below, above), sides, strict=True) if c is not None]
+
+
+def _winding(point: Array, triangles: Array) -> float:
+    """Solid angle of triangles seen from a point over 4 pi: 1 inside, 0 outside.
+
+    tan(omega/2) = a.(b x c) / (abc + (a.b) c + (b.c) a + (c.a) b) for every triangle with corners a, b, c from the
+    point (van Oosterom and Strackee 1983, eq. 8).
+    """
+    a, b, c = (triangles[:, k] - point for k in range(3))
+    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    over = np.einsum("ij,ij->i", a, np.cross(b, c))
+    under = la * lb * lc + (a * b).sum(axis=1) * lc + (b * c).sum(axis=1) * la + (c * a).sum(axis=1) * lb
+    return float(2.0 * np.arctan2(over, under).sum() / (4.0 * np.pi))
+
+
+def _joined(parts: list[Solid], slack: float) -> list[Solid]:
+    """Parts of which none two have a convex union, joined largest common face first."""
+    present = dict(enumerate(parts))
+    candidates = _unions(present, [(i, j) for i in present for j in present if i < j], slack)
+    number = len(parts)
+    while candidates:
+        (i, j), (_, union) = max(candidates.items(), key=lambda c: (c[1][0], c[0]))
+        del present[i], present[j]
+        candidates = {p: c for p, c in candidates.items() if not {i, j} & set(p)}
+        candidates |= _unions({**present, number: union}, [(k, number) for k in present], slack)
+        present[number] = union
+        number += 1
+    return list(present.values())
+
+
+def _unions(
+    parts: dict[int, Solid], pairs: list[tuple[int, int]], slack: float
+) -> dict[tuple[int, int], tuple[float, Solid]]:
+    """Pairs of parts with a convex union: area of the face they share [m2], and the union."""
+    out = {}
+    for i, j in pairs:
+        area = _common_face(parts[i], parts[j], slack)
+        union = _union(parts[i], parts[j], slack) if area > 0.0 else None
+        if union is not None:
+            out[i, j] = area, union
+    return out
+
+
+def _common_face(a: Solid, b: Solid, slack: float) -> float:
+    """Area of a face of one part whose corners are those of a face of the other [m2]; zero where there is none."""
+    for f in a.faces:
+        for g in b.faces:
+            if len(f) != len(g):
+                continue
+            p, q = a.vertices[list(f)], b.vertices[list(g)]
+            apart = np.linalg.norm(p[:, None] - q[None], axis=2)
+            if (apart.min(axis=1) <= 10.0 * slack).all() and (apart.min(axis=0) <= 10.0 * slack).all():
+                r = p - p[0]
+                return 0.5 * float(np.linalg.norm(np.cross(r[1:-1], r[2:]).sum(axis=0)))
+    return 0.0
+
+
+def _union(a: Solid, b: Solid, slack: float) -> Solid | None:
+    """Both parts as one, where that is convex: what lies below the planes of either that have both below them."""
+    points = np.vstack([a.vertices, b.vertices])
+    planes: list[tuple[Array, float]] = []
+    for part in (a, b):
+        for f in part.faces:
+            normal, offset = face_planes(part.vertices[list(f)][None])
+            n, d = normal[0], float(offset[0])
+            if (points @ n).max() <= d + 10.0 * slack and not any(n @ m > 1.0 - 1e-12 for m, _ in planes):
+                planes.append((n, d))
+    low, high = points.min(axis=0), points.max(axis=0)
+    room = float((high - low).max())
+    whole: Solid | None = box(low - room, high + room)
+    for n, d in planes:
+        if whole is None:
+            return None
+        whole = split_solid(whole, d * n, n, slack)[0]
+    if whole is None:
+        return None
+    both = float(mass_properties([a, b]).volume.sum())
+    return whole if abs(float(mass_properties([whole]).volume[0]) - both) <= 1e-9 * both else None
+
+
+def _refuse_several_bodies(parts: list[Solid], slack: float) -> None:
+    """Refuse parts of which some share no face with the others."""
+    reached, waiting = {0}, [0]
+    while waiting:
+        i = waiting.pop()
+        for j in range(len(parts)):
+            if j not in reached and _touch(parts[i], parts[j], slack):
+                reached.add(j)
+                waiting.append(j)
+    if len(reached) < len(parts):
+        raise InputError("it consists of bodies that are not joined by a face: give each a block of its own")
+
+
+def _touch(a: Solid, b: Solid, slack: float) -> bool:
+    """Whether two parts that do not overlap share part of a face: planes of a in which b begins, clipped by both."""
+    for f in a.faces:
+        normal, offset = face_planes(a.vertices[list(f)][None])
+        n, d = normal[0], float(offset[0])
+        if abs(float((b.vertices @ n).min()) - d) > 10.0 * slack:
+            continue
+        common: Array | None = a.vertices[list(f)]
+        for g in b.faces:
+            side, distance = face_planes(b.vertices[list(g)][None])
+            if abs(side[0] @ n) > 1.0 - 1e-9 or common is None:
+                continue
+            common = split_polygon(common, distance[0] * side[0], side[0], slack)[0]
+        if common is not None and len(common) > 2:
+            r = common - common[0]
+            if 0.5 * float(np.linalg.norm(np.cross(r[1:-1], r[2:]).sum(axis=0))) > slack * float(np.ptp(common)):
+                return True
+    return False
+
+
+def _snapped(part: Solid, corners: Array, slack: float) -> Solid:
+    """The part with every vertex that repeats a corner of the whole exactly there."""
+    apart = np.linalg.norm(part.vertices[:, None] - corners[None], axis=2)
+    nearest = apart.argmin(axis=1)
+    near = apart.min(axis=1) <= 10.0 * slack
+    return Solid(np.where(near[:, None], corners[nearest], part.vertices), part.faces)
