@@ -18,7 +18,8 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
         description="Lists the contacts of a model and what may be wrong with them. Exit status 0 when there is "
         "nothing to decide, 1 when there is, 2 for input that cannot be read.",
     )  # fmt: skip
-    check.add_argument("target", metavar="TARGET", help="model file, experiment, or a drawing (.dxf, .obj)")
+    check.add_argument("target", metavar="TARGET", help="model file, experiment, or a drawing "
+                       "(.dxf, .svg, .obj, .ply, .stl)")
     check.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the report (.png, .pdf, .svg)")
     check.add_argument("--distance", type=float, metavar="M", help="list near misses up to this gap [m]")
     check.add_argument("--angle", type=float, metavar="DEG", help="and up to this angle between faces [deg]")
@@ -64,7 +65,7 @@ def _loaded(options: argparse.Namespace) -> tuple[Assembly, str]:
     if path.suffix.lower() not in formats.DRAWINGS:
         for name in ("tolerance", "thickness", "scale"):
             if getattr(options, name) is not None:
-                raise InputError(f"--{name} is for drawings (.dxf, .obj); a model holds its own")
+                raise InputError(f"--{name} is for drawings (.dxf, .svg, .obj, .ply, .stl); a model holds its own")
         assembly, _, title = load_target(options.target, needs_live_load=False)
         return assembly, title
     settings = {"tolerance": options.tolerance, "thickness": options.thickness, "scale": options.scale}

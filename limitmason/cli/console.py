@@ -80,7 +80,7 @@ def load_target(
 def read_target(target: str, drawing: argparse.Namespace | None = None, *, needs_live_load: bool = True) -> Target:
     """A model file, a packaged experiment or a drawing with its options."""
     path = Path(target)
-    if path.exists() or path.suffix.lower() in (".json", ".obj", ".dxf"):
+    if path.exists() or path.suffix.lower() in (".json", *DRAWING_FILES):
         from limitmason import formats
 
         if path.suffix.lower() in formats.DRAWINGS:
@@ -105,20 +105,24 @@ def read_target(target: str, drawing: argparse.Namespace | None = None, *, needs
 DRAWING = ("thickness", "friction", "density", "tilt", "held", "scale", "gap")
 """Options that a drawing needs besides its outlines."""
 
+DRAWING_FILES = (".dxf", ".svg", ".obj", ".ply", ".stl", ".off")
+"""As ``formats.DRAWINGS``, which takes long to load."""
+
 _TILTS = {"x": "x", "left": "-x", "y": "y", "front": "-y"}  # a shell takes -x for an option
 
 
 def drawing_options(parser: argparse.ArgumentParser) -> None:
     """Add what a drawing does not hold: thickness, joints, weight, loads, supports; None unless typed."""
-    group = parser.add_argument_group("drawings only (.dxf, .obj)")
-    group.add_argument("--thickness", type=float, metavar="M", help="of the wall over the outlines of a .dxf [m]")
+    group = parser.add_argument_group("drawings only (.dxf, .svg, .obj, .ply, .stl)")
+    group.add_argument("--thickness", type=float, metavar="M", help="of the wall over outlines [m]")
     group.add_argument("--friction", type=float, metavar="DEG", help="friction angle of every joint [deg]")
     group.add_argument("--density", type=float, metavar="KG_M3", help="of every block; default: 2000 kg/m3")
     group.add_argument("--tilt", choices=tuple(_TILTS), help="direction of the live load: x (right), left (against x), "
                        "y (away from the viewer), front; default: x")  # fmt: skip
     group.add_argument("--held", nargs="+", metavar="NAME", help="held blocks; default: a layer named support, base or "
                        "ground, else the stones that reach down to the lowest level")  # fmt: skip
-    group.add_argument("--scale", type=float, metavar="M", help="metres per unit of the drawing; default: the file's")
+    group.add_argument("--scale", type=float, metavar="M", help="metres per unit of the drawing; default: that of the "
+                       "file, which an .svg does not have")
     group.add_argument("--gap", type=float, metavar="M", help="close gaps between outlines up to this length first [m]")
 
 

@@ -1,4 +1,4 @@
-"""Files: native JSON, OBJ and DXF in, OBJ, VTU and PVD out; :func:`read` and :func:`write` choose by the suffix."""
+"""Files: JSON, OBJ, PLY, STL, DXF and SVG in, JSON, OBJ, VTU and PVD out; :func:`read`, :func:`write` by suffix."""
 
 from __future__ import annotations
 
@@ -11,11 +11,14 @@ from limitmason.experiments.measured_table import MeasuredTable, read_measured, 
 from limitmason.formats.answers import read_prediction, write_prediction
 from limitmason.formats.block_model import from_block_model, solve_problem, to_block_model
 from limitmason.formats.drawing import DRAWINGS, DrawingModel, model_of_drawing, read_drawing
-from limitmason.formats.dxf import Outlines, read_dxf
+from limitmason.formats.dxf import read_dxf
+from limitmason.formats.meshes import read_solids
 from limitmason.formats.native import Model, read_json, write_json
 from limitmason.formats.obj import Solids, read_obj, write_obj
+from limitmason.formats.outlines import Outlines
 from limitmason.formats.pvd import write_pvd
 from limitmason.formats.stones import MetStones, Stones, read_stones
+from limitmason.formats.svg import read_svg
 from limitmason.formats.template import write_model_template
 from limitmason.formats.tracing import Cleaned, clean
 from limitmason.formats.vtu import write_solid, write_vtu
@@ -42,7 +45,9 @@ __all__ = [
     "read_measured",
     "read_obj",
     "read_prediction",
+    "read_solids",
     "read_stones",
+    "read_svg",
     "solve_problem",
     "to_block_model",
     "write",
@@ -56,7 +61,10 @@ __all__ = [
     "write_vtu",
 ]
 
-_READERS: dict[str, Callable[..., Any]] = {".json": read_json, ".obj": read_obj, ".dxf": read_dxf}
+_READERS: dict[str, Callable[..., Any]] = {
+    ".json": read_json, ".obj": read_obj, ".dxf": read_dxf, ".svg": read_svg,
+    ".ply": read_solids, ".stl": read_solids, ".off": read_solids,
+}  # fmt: skip
 _WRITERS = (".json", ".obj", ".vtu")
 
 
@@ -65,8 +73,8 @@ def read(path: str | Path, **options: Any) -> Model | Solids | Outlines:
 
     Parameters
     ----------
-    path : .json (a ``Model``: assembly, loads), .obj (``Solids`` for ``Assembly.from_polyhedra``) or .dxf (``Outlines``
-        for ``Assembly.from_polygons``)
+    path : .json (a ``Model``: assembly, loads), .obj, .ply, .stl or .off (``Solids`` for ``Assembly.from_polyhedra``),
+        .dxf or .svg (``Outlines`` for ``Assembly.from_polygons``)
     options : passed to the reader
 
     Raises

@@ -50,8 +50,7 @@ def from_block_model(model: Any, joint: Joint, *, density: float | None = None) 
     Raises
     ------
     InputError
-        For a model without blocks, a block without a density, and solids that :meth:`Assembly.from_polyhedra` refuses,
-        such as concave ones.
+        For a model without blocks, a block without a density, and solids that :meth:`Assembly.from_polyhedra` refuses.
     """
     elements = list(model.elements())
     if not elements:
@@ -188,6 +187,11 @@ def solve_problem(
     joint : instead of the problem's contact model, where it lacks what the method needs (dilatancy, stiffness)
     density : see :func:`from_block_model`
     options : of the method
+
+    Notes
+    -----
+    ``Problem.solve`` of compas_dem 0.6 takes six solvers by name (LMGC90, 3DEC, CRA, RBE, PRD, BLA) and offers no place
+    to register another one; so this function stands beside it and returns what it returns.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Drawings as assemblies: outlines of a .dxf made prisms, solids of an .obj as they are; layers say what a block is."""
+"""Drawings as assemblies: outlines made prisms, solids as they are; layers say what a block is."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,11 +8,17 @@ import numpy as np
 
 from limitmason.errors import InputError
 from limitmason.formats.dxf import read_dxf
+from limitmason.formats.meshes import read_solids
 from limitmason.formats.obj import read_obj
+from limitmason.formats.svg import read_svg
 from limitmason.formats.tracing import Cleaned, clean
 from limitmason.model import Assembly, Joint, Loads, Support
 
-DRAWINGS = (".dxf", ".obj")
+OUTLINES = (".dxf", ".svg")
+"""Drawings of outlines x, z."""
+
+DRAWINGS = (*OUTLINES, ".obj", ".ply", ".stl", ".off")
+"""Drawings, by the ending of the file; those beside :data:`OUTLINES` hold solids."""
 
 SUPPORTS = ("support", "supports", "base", "ground", "fixed", "foundation")
 """Layers whose blocks are held, in upper and lower case alike."""
@@ -49,14 +55,13 @@ def read_drawing(
 
     Parameters
     ----------
-    path : .dxf (outlines, x and z) or .obj (solids)
+    path : .dxf or .svg (outlines, x and z), or .obj, .ply, .stl or .off (solids)
     joint : of every contact; where omitted one of 30 degrees, which is enough to look for contacts
-    thickness : of the prisms over the outlines of a .dxf [m]; 1 m where omitted
+    thickness : of the prisms over outlines [m]; 1 m where omitted
     density : of all blocks [kg/m3]
-    scale : metres per unit of the drawing; that of the file, or 1
+    scale : metres per unit of the drawing; that of a .dxf, or 1 for solids; has to be given for an .svg
     tolerance : gap or overlap up to which faces touch [m]; see :meth:`limitmason.Assembly.from_polyhedra`
-    gap : close gaps of a .dxf up to this length first [m], see :func:`limitmason.formats.clean`; none are closed where
-        omitted
+    gap : close gaps of outlines up to this length first [m], see :func:`limitmason.formats.clean`; none where omitted
 
     Raises
     ------
@@ -84,7 +89,7 @@ def model_of_drawing(
     Parameters
     ----------
     path, joint, density, scale, tolerance, gap : as for :func:`read_drawing`
-    thickness : of the prisms over the outlines of a .dxf [m]; has to be given for them
+    thickness : of the prisms over outlines [m]; has to be given for them
     tilt : "x", "-x", "y" or "-y": direction of the live load
     fixed : names of the held blocks; "lowest" holds those of the layers :data:`SUPPORTS`, and where there are none the
         stones that reach down to the lowest level
@@ -92,10 +97,10 @@ def model_of_drawing(
     Raises
     ------
     InputError
-        As :func:`read_drawing`, for a .dxf without thickness, and for a direction or a block that there is not.
+        As :func:`read_drawing`, for outlines without thickness, and for a direction or a block that there is not.
     """
     path = Path(path)
-    if path.suffix.lower() == ".dxf" and thickness is None:
+    if path.suffix.lower() in OUTLINES and thickness is None:
         raise InputError(f"{path} holds outlines: give the thickness of the wall [m]")
     if tilt not in DIRECTIONS:
         raise InputError(f"tilt must be one of {', '.join(DIRECTIONS)}, got {tilt!r}")
@@ -121,16 +126,18 @@ def _read(
 ) -> tuple[Assembly, Cleaned | None]:  # fmt: skip
     suffix = path.suffix.lower()
     if suffix not in DRAWINGS:
-        raise InputError(f"{path}: a drawing ends in {' or '.join(DRAWINGS)}, this in {suffix or 'nothing'}")
+        raise InputError(f"{path}: a drawing ends in {', '.join(DRAWINGS)}, this in {suffix or 'nothing'}")
     given: dict[str, Any] = {"joint": law, "density": density, "tolerance": tolerance}
-    if suffix == ".obj":
+    if suffix not in OUTLINES:
         for name, value in (("thickness", thickness), ("gap", gap)):
             if value is not None:
-                raise InputError(f"{path}: {name} is for .dxf outlines; solids have their own")
-        solids, names = read_obj(path) if scale is None else read_obj(path, scale=scale)
+                raise InputError(f"{path}: {name} is for outlines ({', '.join(OUTLINES)}); solids have their own")
+        read = read_obj if suffix == ".obj" else read_solids
+        solids, names = read(path) if scale is None else read(path, scale=scale)
         return Assembly.from_polyhedra(solids, names=names, **given), None
     ends: dict[str, Any] = {} if gap is None else {"gap": gap}
-    outlines, names, layers = read_dxf(path, scale=scale, **ends)
+    read_outlines = read_dxf if suffix == ".dxf" else read_svg
+    outlines, names, layers = read_outlines(path, scale=scale, **ends)
     rows = [i for i, layer in enumerate(layers) if layer.casefold() not in OPENINGS]
     if not rows:
         raise InputError(f"{path}: every outline lies on a layer that is no block ({', '.join(OPENINGS)})")

@@ -5,18 +5,15 @@ Needs the extra ``limitmason[dxf]``.
 
 from __future__ import annotations
 
-import warnings
-from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.errors import InputError
-from limitmason.formats.tracing import loops
-from limitmason.model.plausibility import PlausibilityWarning
+from limitmason.formats.outlines import Drawn, Outlines
 
 Array = NDArray[np.float64]
 
@@ -26,17 +23,10 @@ _UNITS = {
     7: ("kilometres", 1e3), 10: ("yards", 0.9144), 14: ("decimetres", 0.1),
 }  # fmt: skip
 
-_CURVES = ("LWPOLYLINE", "POLYLINE", "LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
+_POLYLINES = ("LWPOLYLINE", "POLYLINE")
+_CURVES = (*_POLYLINES, "LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
 
 _FITTED = 2 | 4  # flags of a POLYLINE whose vertices were put there by curve or spline fitting
-
-
-class Outlines(NamedTuple):
-    """Outlines x, z [m], shape (n, 2) each, for ``Assembly.from_polygons``; names "layer-number"; layer of each."""
-
-    outlines: list[Array]
-    names: list[str]
-    layers: list[str]
 
 
 def read_dxf(
@@ -105,59 +95,25 @@ def read_dxf(
         if unknown:
             there = ", ".join(sorted(known.values()))
             raise InputError(f"{path}: there is no layer {unknown[0]!r}; there are {there}")
-    found = _Drawn()
+    drawn = Drawn()
     for entity in _entities(drawing.modelspace()):
         if wanted is None or entity.dxf.layer.casefold() in wanted:
-            found.take(entity, ezpath, metres, flatness, path)
-    outlines, names, of_layer = [], [], []
-    for layer in found.layers:
-        for outline in (*found.closed[layer], *_enclosed(found, layer, gap, path)):
-            outlines.append(outline)
-            of_layer.append(layer)
-            names.append(f"{layer}-{of_layer.count(layer)}")
-    if not outlines:
+            where = f"{path}: layer {entity.dxf.layer!r}, entity {entity.dxf.handle}"
+            points, closed = _line(entity, ezpath, metres, flatness, where)
+            drawn.take(entity.dxf.layer, points, closed, entity.dxftype(), where)
+    found = drawn.outlines(gap, path, _POLYLINES)
+    if not found.outlines:
         where = "" if wanted is None else " on the layers asked for"
         raise InputError(f"{path}: no closed outline{where}; draw every block as one, in the model space")
-    return Outlines(outlines, names, of_layer)
+    return found
 
 
-class _Stroke(NamedTuple):
-    """An open line: its points x, z [m], kind, and where it stands in the file."""
-
-    points: Array
-    kind: str
-    where: str
-
-
-class _Drawn:
-    """What a drawing holds, by layer in the order of the drawing."""
-
-    def __init__(self) -> None:
-        self.layers: list[str] = []
-        self.closed: dict[str, list[Array]] = {}
-        self.open: dict[str, list[_Stroke]] = {}
-
-    def take(self, entity: Any, ezpath: Any, metres: float, flatness: float, path: str | Path) -> None:
-        """Sort an entity by whether it is closed."""
-        layer, kind = entity.dxf.layer, entity.dxftype()
-        where = f"{path}: layer {layer!r}, entity {entity.dxf.handle}"
-        if layer not in self.closed:
-            self.layers.append(layer)
-            self.closed[layer], self.open[layer] = [], []
-        if kind in ("LWPOLYLINE", "POLYLINE"):
-            points, closed = _polyline(entity, ezpath, metres, flatness, where)
-        else:
-            points = np.array([tuple(p) for p in ezpath.make_path(entity).flattening(max(flatness / metres, 1e-12))])
-            points, closed = _in_plane(points, where) * metres, False
-        size = float(np.ptp(points, axis=0).max(initial=0.0))
-        if len(points) > 1 and np.linalg.norm(points[0] - points[-1]) <= 1e-9 * max(size, 1e-300):
-            points, closed = points[:-1], True
-        if closed and len(points) < 3:
-            raise InputError(f"{where}: the outline has {len(points)} corners and encloses no area")
-        if closed:
-            self.closed[layer].append(points)
-        elif size > 0.0:
-            self.open[layer].append(_Stroke(points, kind, where))
+def _line(entity: Any, ezpath: Any, metres: float, flatness: float, where: str) -> tuple[Array, bool]:
+    """Points x, z [m] of an entity, and whether it is drawn as closed."""
+    if entity.dxftype() in _POLYLINES:
+        return _polyline(entity, ezpath, metres, flatness, where)
+    points = np.array([tuple(p) for p in ezpath.make_path(entity).flattening(max(flatness / metres, 1e-12))])
+    return _in_plane(points, where) * metres, False
 
 
 def _entities(space: Any) -> Iterable[Any]:
@@ -167,31 +123,6 @@ def _entities(space: Any) -> Iterable[Any]:
             yield from _entities(entity.virtual_entities())
         elif entity.dxftype() in _CURVES:
             yield entity
-
-
-def _enclosed(found: _Drawn, layer: str, gap: float, path: str | Path) -> list[Array]:
-    """Loops of the open lines of a layer that repeat no closed outline; what encloses nothing is told."""
-    strokes = found.open[layer]
-    if not strokes:
-        return []
-    faces, unused = loops([s.points for s in strokes], gap)
-    lost = next((strokes[k] for k in unused if strokes[k].kind in ("LWPOLYLINE", "POLYLINE")), None)
-    if lost is not None:
-        raise InputError(f"{lost.where}: the polyline is open; close it, or leave its layer out with layers=[...]")
-    if unused:
-        kinds = Counter(strokes[k].kind for k in unused)
-        text = ", ".join(f"{n} {kind}" for kind, n in sorted(kinds.items()))
-        warnings.warn(
-            f"{path}: layer {layer!r}: {text} of {len(strokes)} single lines enclose no block and are left out "
-            f"(their ends must meet within gap={gap:g} m)", PlausibilityWarning, stacklevel=4,
-        )  # fmt: skip
-    return [f for f in faces if not any(_same(f, c) for c in found.closed[layer])]
-
-
-def _same(a: Array, b: Array) -> bool:
-    """Whether two outlines have one centre and one size."""
-    size = float(np.ptp(b, axis=0).max())
-    return bool(np.abs([a.min(axis=0) - b.min(axis=0), a.max(axis=0) - b.max(axis=0)]).max() < 1e-3 * size)
 
 
 def _metres_per_unit(drawing: Any, path: str | Path) -> float:

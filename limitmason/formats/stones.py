@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import zipfile
-from collections.abc import Iterator, Mapping, Sequence
-from io import BytesIO
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,14 +11,13 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from limitmason.errors import InputError
+from limitmason.formats.meshes import bodies
 from limitmason.geometry import Solid
 from limitmason.geometry.growing import Gap, grown
 from limitmason.model import Assembly, Joint
 
 Array = NDArray[np.float64]
 
-MESHES = (".ply", ".stl", ".obj", ".off")
-_TURNS = {"x": ([1, 2, 0], [1, 1, 1]), "y": ([0, 2, 1], [1, -1, 1]), "z": ([0, 1, 2], [1, 1, 1])}
 _DEGREES = 0.5  # faces that were made to meet are parallel to rounding; others that come near are not meant
 
 
@@ -129,64 +126,23 @@ def read_stones(
     Notes
     -----
     A stone is its convex hull: hollows are filled, and reported as ``convexity``. Split an L-shaped stone in the
-    program that made the mesh, into files of its own, or lower ``convexity`` to accept the hull.
+    program that made the mesh, into files of its own, or lower ``convexity`` to accept the hull. Blocks that meet
+    without mortar come by :func:`limitmason.formats.read_solids` exactly as drawn, notches and all.
     """
-    if up not in _TURNS:
-        raise InputError(f"up must be 'x', 'y' or 'z', got {up!r}")
-    if not (np.isfinite(scale) and scale > 0.0):
-        raise InputError(f"scale must be positive [m per unit], got {scale!r}")
-    try:
-        import trimesh
-    except ImportError:
-        message = "scanned stones need trimesh: pip install 'limitmason[solids]' (or pip install trimesh)"
-        raise ImportError(message) from None
-    files = list(_files(path))
-    if not files:
-        raise InputError(f"{path}: no file {', '.join(MESHES)} there")
-    order, signs = (np.array(t) for t in _TURNS[up])
     points, names, shares = [], [], []
-    for name, suffix, content in files:
+    for body in (b for group in bodies(path, scale=scale, up=up) for b in group):
         try:
-            mesh: Any = trimesh.load(BytesIO(content), file_type=suffix[1:], force="mesh")
-        except Exception as error:  # its readers raise whatever they meet
-            raise InputError(f"{name}{suffix}: not a mesh that can be read: {error}") from None
-        bodies = [mesh] if len(files) > 1 else list(mesh.split(only_watertight=False))
-        for k, body in enumerate(bodies):
-            label = name if len(bodies) == 1 else f"{name}-{k + 1}"
-            corners = np.array(body.vertices, dtype=float)[:, order] * signs * scale
-            try:
-                hull = ConvexHull(corners)
-            except Exception:
-                raise InputError(f"{label}: no volume; its points lie in one plane, or are fewer than four") from None
-            share = abs(float(body.volume)) * scale**3 / float(hull.volume)
-            if share < convexity:
-                raise InputError(
-                    f"{label}: fills {100 * share:.0f} % of its convex hull, {100 * convexity:.0f} % asked for: split "
-                    "it into convex stones, close its mesh if it is open, or lower convexity to take the hull"
-                )
-            points.append(corners[hull.vertices])
-            names.append(label)
-            shares.append(min(share, 1.0))
+            hull = ConvexHull(body.corners)
+        except Exception:
+            raise InputError(f"{body.name}: no volume; its points lie in one plane, or are fewer than four") from None
+        share = abs(body.volume) / float(hull.volume)
+        if share < convexity:
+            raise InputError(
+                f"{body.name}: fills {100 * share:.0f} % of its convex hull, {100 * convexity:.0f} % asked for: split "
+                "it into convex stones, close its mesh if it is open, lower convexity to take the hull, or read blocks "
+                "that meet without mortar by formats.read_solids, which keeps their notches"
+            )
+        points.append(body.corners[hull.vertices])
+        names.append(body.name)
+        shares.append(min(share, 1.0))
     return Stones(points, names, shares)
-
-
-def _files(path: str | Path | Sequence[str | Path]) -> Iterator[tuple[str, str, bytes]]:
-    """Name, suffix and content of every mesh, in the order of their names with numbers counted."""
-    several = [Path(p) for p in path] if isinstance(path, (list, tuple)) else [Path(str(path))]
-    if len(several) == 1 and several[0].suffix == ".zip":
-        with zipfile.ZipFile(several[0]) as archive:
-            found = {Path(name): name for name in archive.namelist() if Path(name).suffix.lower() in MESHES}
-            for p in sorted(found, key=_natural):
-                yield p.stem, p.suffix.lower(), archive.read(found[p])
-        return
-    if len(several) == 1 and several[0].is_dir():
-        several = sorted((p for p in several[0].iterdir() if p.suffix.lower() in MESHES), key=_natural)
-    for p in several:
-        if p.suffix.lower() not in MESHES:
-            raise InputError(f"{p}: a mesh is a file {', '.join(MESHES)}")
-        yield p.stem, p.suffix.lower(), p.read_bytes()
-
-
-def _natural(path: Path) -> tuple[str, int]:
-    digits = "".join(c for c in path.stem if c.isdigit())
-    return path.stem.rstrip("0123456789"), int(digits or 0)

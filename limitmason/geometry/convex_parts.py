@@ -121,6 +121,13 @@ class _Face:
     def __init__(self, corners: Array, slack: float) -> None:
         normal, _ = face_planes(corners[None])
         self.normal, self.point = normal[0], corners.mean(axis=0)
+        self.pieces: list[Array] = []
+        self.triangles: list[Array] = []
+        self.area = 0.0
+        size = float(np.ptp(corners, axis=0).max())
+        r = corners - corners[0]
+        if float(np.linalg.norm(np.cross(r[1:-1], r[2:]).sum(axis=0))) <= slack * size:
+            return  # a sliver closes the surface and encloses nothing
         along = np.eye(3)[int(np.abs(self.normal).argmin())]
         along = along - (along @ self.normal) * self.normal
         along /= np.linalg.norm(along)
@@ -134,14 +141,19 @@ class _Face:
 def _divided(
     cell: Solid, within: list[tuple[int, Array]], faces: Sequence[_Face], slack: float
 ) -> list[tuple[Solid, list[tuple[int, Array]]]]:
-    """Two cells on both sides of the plane of a face: one that cuts few others, of these the largest face."""
+    """Two cells on both sides of the plane of a face: one that cuts few others, of these the largest area."""
     numbers = sorted({k for k, _ in within})
     normals = np.array([faces[k].normal for k in numbers])
     points = np.concatenate([p for _, p in within])
     first = np.cumsum([0, *(len(p) for _, p in within[:-1])])
-    height = points @ normals.T - np.array([faces[k].point @ faces[k].normal for k in numbers])
+    offsets = np.array([faces[k].point @ faces[k].normal for k in numbers])
+    height = points @ normals.T - offsets
     cuts = (np.minimum.reduceat(height, first) < -slack) & (np.maximum.reduceat(height, first) > slack)
-    order = np.lexsort(([-faces[k].area for k in numbers], cuts.sum(axis=0)))
+    # a face may come as triangles, and two faces may lie in one plane: their areas count together
+    along = normals @ normals.T
+    alike = (np.abs(along) > 1.0 - 1e-9) & (np.abs(offsets - np.sign(along) * offsets[:, None]) <= 10.0 * slack)
+    area = alike @ np.array([faces[k].area for k in numbers])
+    order = np.lexsort((np.round(-area / area.max(), 9), cuts.sum(axis=0)))
     plane = faces[numbers[int(order[0])]]
     below, above, _ = split_solid(cell, plane.point, plane.normal, slack)
     sides: tuple[list[tuple[int, Array]], list[tuple[int, Array]]] = ([], [])

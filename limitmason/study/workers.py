@@ -1,10 +1,12 @@
 """Many calls of one function: here, in worker processes where these pay, or on an executor; short calls in chunks.
 
 A call that takes a millisecond costs more to hand over than to do. So calls begin in this process. When workers would
-save more than it takes to start them, what is left goes to them, so many calls at a time that a chunk takes about
-``CHUNK``. The rows of a study are the same either way.
+save more than it takes to start them, they start while calls go on here, and what is left then goes to them, so many
+calls at a time that a chunk takes about ``CHUNK``. Where other programs take the processors already, calls stay here.
+The rows of a study are the same either way.
 """
 
+import os
 import threading
 import time
 import traceback
@@ -25,7 +27,7 @@ CHUNK = 0.5
 """Seconds that a chunk of short calls takes."""
 
 START = 3.0
-"""Seconds that workers must save: they are started, and import this package, before they do anything."""
+"""Seconds that workers must save to be started: starting them and importing this package takes about that."""
 
 _MOST = 32  # chunks in which calls go to an executor of unknown size, at least
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -117,7 +119,7 @@ def _here_and_in_workers(
     left = deque(jobs)
     futures: list[Future] = []
     lock, over = threading.Lock(), threading.Event()
-    counted, begun = [0], time.perf_counter()
+    counted, begun, used = [0], time.perf_counter(), time.process_time()
     failed: list[Exception] = []
 
     def look() -> None:
@@ -126,15 +128,29 @@ def _here_and_in_workers(
                 if not left:
                     return
                 # while none has ended, a call takes at least what the first has taken so far
-                pace = (time.perf_counter() - begun) / max(counted[0], 1)
+                elapsed = time.perf_counter() - begun
+                pace = elapsed / max(counted[0], 1)
+                if _crowded((time.process_time() - used) / elapsed):
+                    continue
                 if pace * len(left) * (1.0 - 1.0 / workers) < START:
                     continue
-                rest = list(left)
-                left.clear()
+                most = min(workers, len(left))
             try:
-                pool = _processes(min(workers, len(rest)))
+                pool = _processes(most)
+                # they start and import while calls go on here, which loses nothing where that takes long
+                starting = [pool.submit(_chunk, function, []) for _ in range(most)]
+                while wait(starting, timeout=0.2 * PATIENCE).not_done:
+                    if over.is_set() or not left:
+                        return
+                for started in starting:
+                    started.result()
+                with lock:
+                    rest = list(left)
+                    left.clear()
                 futures.extend(pool.submit(_chunk, function, part) for part in _chunks(rest, pace, 4 * workers))
             except Exception as error:  # what cannot be sent to a worker; told where the results are waited for
+                with lock:
+                    left.clear()
                 failed.append(error)
             return
 
@@ -158,6 +174,18 @@ def _here_and_in_workers(
         helper.join()
         for future in futures:
             future.cancel()
+
+
+def _crowded(share: float) -> bool:
+    """Whether other programs take the processors, so that workers would only share what this process has now.
+
+    Parameters
+    ----------
+    share : processor seconds of this process in a second
+    """
+    if share > 0.6 or not hasattr(os, "getloadavg"):
+        return False
+    return os.getloadavg()[0] > (os.cpu_count() or 1) + 0.5
 
 
 def _processes(workers: int) -> Any:

@@ -1,0 +1,121 @@
+"""Outlines of blocks in a drawing, by layer: what is drawn closed, and what single lines enclose together."""
+
+from __future__ import annotations
+
+import warnings
+from collections import Counter
+from collections.abc import Collection
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.errors import InputError
+from limitmason.formats.tracing import loops
+from limitmason.model.plausibility import PlausibilityWarning
+
+Array = NDArray[np.float64]
+
+
+class Outlines(NamedTuple):
+    """Outlines x, z [m], shape (n, 2) each, for ``Assembly.from_polygons``; names "layer-number"; layer of each."""
+
+    outlines: list[Array]
+    names: list[str]
+    layers: list[str]
+
+
+class _Stroke(NamedTuple):
+    """An open line: its points x, z [m], kind, and where it stands in the file."""
+
+    points: Array
+    kind: str
+    where: str
+
+
+class Drawn:
+    """What a drawing holds, by layer in the order of the drawing."""
+
+    def __init__(self) -> None:
+        self.layers: list[str] = []
+        self.closed: dict[str, list[Array]] = {}
+        self.open: dict[str, list[_Stroke]] = {}
+
+    def take(self, layer: str, points: Array, closed: bool, kind: str, where: str) -> None:
+        """Keep a line of a layer, as an outline where it is closed or ends where it began.
+
+        Parameters
+        ----------
+        points : x, z [m], shape (n, 2)
+        closed : drawn as closed
+        kind, where : what it is called in the file, and where it stands there
+
+        Raises
+        ------
+        InputError
+            For a closed line of fewer than three corners.
+        """
+        if layer not in self.closed:
+            self.layers.append(layer)
+            self.closed[layer], self.open[layer] = [], []
+        size = float(np.ptp(points, axis=0).max(initial=0.0))
+        if len(points) > 1 and np.linalg.norm(points[0] - points[-1]) <= 1e-9 * max(size, 1e-300):
+            points, closed = points[:-1], True
+        if closed and len(points) < 3:
+            raise InputError(f"{where}: the outline has {len(points)} corners and encloses no area")
+        if closed:
+            self.closed[layer].append(points)
+        elif size > 0.0:
+            self.open[layer].append(_Stroke(points, kind, where))
+
+    def outlines(self, gap: float, path: str | Path, must_close: Collection[str] = ()) -> Outlines:
+        """Closed lines, then loops of the open ones, layer by layer.
+
+        Parameters
+        ----------
+        gap : distance up to which ends of lines meet [m]
+        path : of the drawing, for messages
+        must_close : kinds of lines that are an error where they enclose nothing with their neighbours
+
+        Raises
+        ------
+        InputError
+            For such a line, by its place in the file.
+
+        Warns
+        -----
+        PlausibilityWarning
+            With the number of lines of each kind and layer that enclose nothing.
+        """
+        found = Outlines([], [], [])
+        for layer in self.layers:
+            for outline in (*self.closed[layer], *self._enclosed(layer, gap, path, must_close)):
+                found.outlines.append(outline)
+                found.layers.append(layer)
+                found.names.append(f"{layer}-{found.layers.count(layer)}")
+        return found
+
+    def _enclosed(self, layer: str, gap: float, path: str | Path, must_close: Collection[str]) -> list[Array]:
+        """Loops of the open lines of a layer that repeat no closed outline; what encloses nothing is told."""
+        strokes = self.open[layer]
+        if not strokes:
+            return []
+        faces, unused = loops([s.points for s in strokes], gap)
+        lost = next((strokes[k] for k in unused if strokes[k].kind in must_close), None)
+        if lost is not None:
+            raise InputError(f"{lost.where}: the polyline is open; close it, or leave its layer out with layers=[...]")
+        if unused:
+            kinds = Counter(strokes[k].kind for k in unused)
+            text = ", ".join(f"{n} {kind}" for kind, n in sorted(kinds.items()))
+            warnings.warn(
+                f"{path}: layer {layer!r}: {text} of {len(strokes)} single lines enclose no block and are left out "
+                f"(their ends must meet within gap={gap:g} m)", PlausibilityWarning, stacklevel=5,
+            )  # fmt: skip
+        return [f for f in faces if not any(_same(f, c) for c in self.closed[layer])]
+
+
+def _same(a: Array, b: Array) -> bool:
+    """Whether two outlines have one centre and one size."""
+    size = float(np.ptp(b, axis=0).max())
+    return bool(np.abs([a.min(axis=0) - b.min(axis=0), a.max(axis=0) - b.max(axis=0)]).max() < 1e-3 * size)

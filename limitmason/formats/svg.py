@@ -1,0 +1,175 @@
+"""SVG drawings: closed shapes and paths, and what single lines close together, as outlines of blocks, by layer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.errors import InputError
+from limitmason.formats.outlines import Drawn, Outlines
+from limitmason.formats.svg_paths import Line, matrix_of, numbers_of, shape_lines
+
+Array = NDArray[np.float64]
+
+_LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
+_MODE = "{http://www.inkscape.org/namespaces/inkscape}groupmode"
+_LINK = "{http://www.w3.org/1999/xlink}href"
+_NO_DRAWING = ("defs", "clipPath", "mask", "pattern", "marker", "symbol", "metadata", "style", "script")
+_NO_LAYER = "drawing"
+
+
+class _Shape(NamedTuple):
+    """A shape with its layer, its matrix (3, 3) to the units of the drawing, and where it stands."""
+
+    element: ElementTree.Element
+    kind: str
+    layer: str
+    matrix: Array
+    where: str
+
+
+def read_svg(
+    path: str | Path,
+    *,
+    scale: float | None = None,
+    layers: Iterable[str] | None = None,
+    flatness: float = 1e-3,
+    gap: float = 1e-3,
+) -> Outlines:
+    """Read the outlines of blocks: paths, polygons, rectangles, circles and ellipses, and lines where they form loops.
+
+    The drawing's x is x, its y, which points down, becomes -z; the lowest point drawn has z = 0. Transformations and
+    copies (``use``) are applied; hidden shapes, texts and images are left out. Curves become chords. A layer is one of
+    Inkscape's, or an outermost group with a name.
+
+    Parameters
+    ----------
+    path : of the drawing
+    scale : metres per unit of the drawing (the units of its viewBox); an .svg does not say it, so that it has to be
+        given
+    layers : names of the layers to read, upper and lower case alike; all by default
+    flatness : largest distance between a curve and its chord [m]
+    gap : distance up to which ends of single lines meet [m]
+
+    Returns
+    -------
+    Outlines
+        In the order of the drawing; names count from 1 within each layer.
+
+    Raises
+    ------
+    ImportError
+        Where lines have to be joined to loops and shapely is not installed; the message says how to install it.
+    InputError
+        Naming the file, and the shape where one is wrong: not an SVG, no scale, an unknown layer, nothing to read.
+
+    Warns
+    -----
+    PlausibilityWarning
+        With the number of open lines of each layer that enclose nothing.
+    """
+    root = _root(path)
+    shapes = list(_shapes(root, np.eye(3), None, path, {e.get("id", ""): e for e in root.iter()}))
+    shapes = _on_layers(shapes, layers, path)
+    if scale is None:
+        raise InputError(f"{path}: {_size_text(root, shapes)}; give scale=, the metres per unit (--scale)")
+    if isinstance(scale, bool) or not (np.isfinite(scale) and scale > 0.0):
+        raise InputError(f"scale must be positive [m per unit of the drawing], got {scale!r}")
+    lines = [(shape, line) for shape in shapes for line in _lines(shape, flatness / scale)]
+    if not lines:
+        raise InputError(f"{path}: no outline; draw every block as a closed path, polygon or rectangle")
+    low = max(float(line.points[:, 1].max()) for _, line in lines)
+    drawn = Drawn()
+    for shape, line in lines:
+        points = scale * np.column_stack([line.points[:, 0], low - line.points[:, 1]])
+        drawn.take(shape.layer, points, line.closed, shape.kind, shape.where)
+    found = drawn.outlines(gap, path)
+    if not found.outlines:
+        raise InputError(
+            f"{path}: {len(lines)} lines and no closed outline; close every block, or raise gap ({gap:g} m)"
+        )
+    return found
+
+
+def _root(path: str | Path) -> ElementTree.Element:
+    try:
+        root = ElementTree.parse(path).getroot()
+    except ElementTree.ParseError as error:
+        raise InputError(f"{path}: not an SVG drawing that can be read: {error}") from None
+    if _kind(root) != "svg":
+        raise InputError(f"{path}: not an SVG drawing: its outermost element is {_kind(root)!r}")
+    return root
+
+
+def _kind(element: ElementTree.Element) -> str:
+    return element.tag.rpartition("}")[2] if isinstance(element.tag, str) else ""
+
+
+def _shapes(
+    element: ElementTree.Element, matrix: Array, layer: str | None, path: str | Path,
+    by_id: dict[str, ElementTree.Element], depth: int = 0,
+) -> Iterator[_Shape]:  # fmt: skip
+    """Every visible shape below an element."""
+    kind = _kind(element)
+    style = (element.get("style") or "").replace(" ", "")
+    hidden = element.get("display") == "none" or "display:none" in style
+    if kind in _NO_DRAWING or hidden or element.get("visibility") == "hidden" or "visibility:hidden" in style:
+        return
+    where = f"{path}: {kind} {element.get('id') or element.get(_LABEL) or ''}".rstrip()
+    if depth > 50:
+        raise InputError(f"{where}: groups and copies are nested more than 50 deep; a copy repeats itself")
+    matrix = matrix @ matrix_of(element.get("transform", ""), where)
+    if kind == "g":
+        name = element.get(_LABEL) or element.get("id")
+        if name and (layer is None or element.get(_MODE) == "layer"):
+            layer = name
+    if kind == "use":
+        link = element.get("href") or element.get(_LINK) or ""
+        target = by_id.get(link.removeprefix("#"))
+        if target is None:
+            raise InputError(f"{where}: a copy of {link!r}, which is not in the drawing")
+        shift = np.eye(3)
+        shift[:2, 2] = [numbers_of(element.get(k, "0"), where)[0] for k in ("x", "y")]
+        children = target if _kind(target) == "symbol" else [target]
+        for child in children:
+            yield from _shapes(child, matrix @ shift, layer, path, by_id, depth + 1)
+        return
+    if kind in ("path", "polygon", "polyline", "rect", "circle", "ellipse", "line"):
+        yield _Shape(element, kind, layer or _NO_LAYER, matrix, where)
+    for child in element:
+        yield from _shapes(child, matrix, layer, path, by_id, depth + 1)
+
+
+def _on_layers(shapes: list[_Shape], layers: Iterable[str] | None, path: str | Path) -> list[_Shape]:
+    if layers is None:
+        return shapes
+    wanted = {name.casefold() for name in ([layers] if isinstance(layers, str) else layers)}
+    known = {s.layer.casefold(): s.layer for s in shapes}
+    unknown = sorted(wanted - set(known))
+    if unknown:
+        there = ", ".join(sorted(known.values())) or "none"
+        raise InputError(f"{path}: there is no layer {unknown[0]!r}; there are {there}")
+    return [s for s in shapes if s.layer.casefold() in wanted]
+
+
+def _lines(shape: _Shape, flatness: float) -> Iterator[Line]:
+    """Lines of a shape in the units of the drawing."""
+    stretch = float(np.linalg.norm(shape.matrix[:2, :2], 2)) or 1.0
+    for points, closed in shape_lines(shape.element, shape.kind, flatness / stretch, shape.where):
+        yield Line(points @ shape.matrix[:2, :2].T + shape.matrix[:2, 2], closed)
+
+
+def _size_text(root: ElementTree.Element, shapes: list[_Shape]) -> str:
+    """What of a drawing's size is known, so that its scale can be told."""
+    every = [line.points for shape in shapes for line in _lines(shape, 1.0)]
+    width, box = root.get("width", ""), root.get("viewBox", "")
+    paper = f", {width} wide on paper" if width and not width.endswith("%") else ""
+    if not every:
+        return f"an .svg holds no unit of length (viewBox {box or 'missing'}{paper})"
+    across, high = np.ptp(np.concatenate(every), axis=0)
+    return f"an .svg holds no unit of length: what is drawn measures {across:.6g} x {high:.6g} units{paper}"
