@@ -5,7 +5,9 @@ and one line that names it, an analysis without a finite multiplier with exit st
 """
 
 import argparse
+import warnings
 from collections.abc import Sequence
+from typing import Any
 
 from limitmason import __version__
 from limitmason.cli import check, diagnosis, driven, models, packaged, theories
@@ -62,7 +64,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     try:
-        with task("limitmason"):
+        with task("limitmason"), warnings.catch_warnings():
+            warnings.showwarning = _tell
             reached(0.0, share=1.0)
             return options.run(options)
     except KeyboardInterrupt:
@@ -78,6 +81,11 @@ def _run(options: argparse.Namespace) -> int:
             error = InputError(f"{error.filename}: no such file")
         say(f"error: {error.args[0] if isinstance(error, KeyError) and error.args else error}")
         return 2
+
+
+def _tell(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+    """A warning as a line of its own; where in the code it arose helps nobody at a terminal."""
+    say(f"warning: {message}" if issubclass(category, UserWarning) else f"{category.__name__}: {message}")
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from limitmason.errors import InputError
 from limitmason.methods import ASSOCIATIVE, LIMIT, NON_ASSOCIATIVE, available_methods
-from limitmason.model.assembly import Assembly
+from limitmason.model.assembly import Assembly, ContactError
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
 from limitmason.progress import wanted, write
@@ -93,11 +93,11 @@ def read_target(target: str, drawing: argparse.Namespace | None = None, *, needs
         return Target(model.assembly, model.loads, path.stem)
     from limitmason import experiments
 
-    if drawing is not None:
-        refuse(drawing, DRAWING, "by an experiment, which holds its own")
     source, slash, specimen = target.partition("/")
     if not slash:
         raise InputError(f"{target!r} is neither a file nor SOURCE/SPECIMEN; see `limitmason experiments list`")
+    if drawing is not None:
+        refuse(drawing, DRAWING, "by an experiment, which holds its own")
     test = experiments.load(source, specimen)
     return Target(test.assembly(), test.loads(), f"{source} {specimen}", tuple(test.assumptions))
 
@@ -139,7 +139,15 @@ def _drawing(path: Path, options: argparse.Namespace | None) -> Target:
         "fixed": options.held, "scale": options.scale, "gap": options.gap,
     }  # fmt: skip
     given = {k: v for k, v in settings.items() if v is not None}
-    model = formats.model_of_drawing(path, joint=Joint(options.friction), **given)
+    try:
+        model = formats.model_of_drawing(path, joint=Joint(options.friction), **given)
+    except ContactError as error:
+        if path.suffix.lower() not in formats.OUTLINES or options.gap is not None:
+            raise
+        raise InputError(
+            f"{error}; --gap 0.005 closes gaps and overlaps up to 5 mm and drops stones that are drawn twice; "
+            f"`limitmason check {path.name}` lists them"
+        ) from None
     if model.cleaned is not None:
         say(str(model.cleaned))
     for text in model.assumed:

@@ -240,7 +240,8 @@ def loops(lines: Sequence[ArrayLike], gap: float) -> tuple[list[Array], list[int
     Parameters
     ----------
     lines : open polylines x, z [m], shape (n, 2) each
-    gap : distance up to which ends of lines meet [m]
+    gap : distance up to which ends of lines meet [m]; what they enclose is no outline where it is no wider on average
+        (2 area / perimeter), but a gap between the lines of two stones
     """
     shapely = need_shapely()
     strokes = [np.asarray(line, dtype=float) for line in lines]
@@ -252,7 +253,8 @@ def loops(lines: Sequence[ArrayLike], gap: float) -> tuple[list[Array], list[int
     for k, stroke in enumerate(strokes):
         stroke[0], stroke[-1] = ends[2 * k], ends[2 * k + 1]
     noded = shapely.union_all([shapely.LineString(s) for s in strokes if len(_merged(s, 1e-12)) > 1])
-    faces = [np.array(p.exterior.coords[:-1]) for p in shapely.get_parts(shapely.polygonize([noded]))]
+    enclosed = shapely.get_parts(shapely.polygonize([noded]))
+    faces = [np.array(p.exterior.coords[:-1]) for p in enclosed if 2.0 * p.area > gap * p.length]
     edges = shapely.union_all([shapely.LinearRing(f) for f in faces]).buffer(1e-6 * max(gap, 1e-9)) if faces else None
     unused = [
         k for k, s in enumerate(strokes)

@@ -200,6 +200,6 @@ def test_a_drawing_is_an_assembly(tmp_path):
     assert {i.joint.friction_angle_deg for i in read.interfaces} == {20.0}
     smaller = lm.formats.read_drawing(tmp_path / "wall.obj", scale=0.5)
     assert smaller.arrays.volume.sum() == pytest.approx(block.arrays.volume.sum() / 8.0)
-    for wrong, words in (({"thickness": 0.3}, "thickness is for .dxf"), ({}, "a drawing ends in .dxf or .obj")):
+    for wrong, words in (({"thickness": 0.3}, "thickness is for outlines"), ({}, "a drawing ends in .dxf, .svg, .obj")):
         with pytest.raises(lm.errors.InputError, match=words):
-            lm.formats.read_drawing(tmp_path / ("wall.obj" if wrong else "wall.stl"), **wrong)
+            lm.formats.read_drawing(tmp_path / ("wall.obj" if wrong else "wall.dwg"), **wrong)

@@ -10,6 +10,7 @@ import limitmason as lm
 from limitmason import formats
 from limitmason.cli import main
 from limitmason.errors import InputError
+from limitmason.formats.tracing import loops
 
 ezdxf = pytest.importorskip("ezdxf")
 pytest.importorskip("shapely")
@@ -169,3 +170,17 @@ def test_a_drawing_is_solved_from_the_shell(tmp_path, capsys):
     assert "--thickness 0.4 --friction 33 --tilt x" in capsys.readouterr().err
     assert main(["solve", "ferris-tin-loi-2001/wall-1", "--friction", "40"]) == 2
     assert "--friction is not used by an experiment" in capsys.readouterr().err
+
+
+def test_gaps_between_the_lines_of_two_stones_are_no_stones():
+    # two courses of single lines, head joints 2 mm and bed joints 1 mm open
+    def around(left, right, bottom, top):
+        corners = np.array([[left, bottom], [right, bottom], [right, top], [left, top]], dtype=float)
+        return [corners[[k, (k + 1) % 4]] for k in range(4)]
+
+    stones = [(0, 0.598, 0, 0.299), (0.6, 1.198, 0, 0.299), (0, 0.298, 0.3, 0.6), (0.3, 0.898, 0.3, 0.6)]
+    found, unused = loops([line for s in stones for line in around(*s)], 0.005)
+    assert not unused
+    assert sorted(np.ptp(f, axis=0)[0] for f in found) == pytest.approx([0.298, 0.598, 0.598, 0.598], abs=0.005)
+    wall = lm.Assembly.from_polygons(formats.clean(found, 0.005).outlines, thickness=0.3, joint=JOINT, tolerance=1e-4)
+    assert len(wall.interfaces) == 5  # two head joints, and beds of the upper stones on one and two others
