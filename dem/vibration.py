@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.kernels import LAW_C, LAW_C_R, LAW_KN, LAW_KS, LAW_MU, LAW_MU_R
+from dem.kernels import LAW_C, LAW_C_R, LAW_FT, LAW_FT_R, LAW_KN, LAW_KS, LAW_MU, LAW_MU_R
 from limitmason.contact_points import ContactPoints
 from limitmason.deformable import modal_blocks
 from limitmason.deformable.levels import MODAL, RIGID
@@ -52,11 +52,14 @@ def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSyste
     law = state.laws[k]
     normal = np.einsum("mi,mi->m", now.force, _turned(state, directions[:, 0], points.block_a))
     shear = np.sqrt(np.maximum((now.force**2).sum(axis=1) - normal**2, 0.0))
-    cohesion, friction = (
-        law[:, peak] + p.damage * (law[:, rest] - law[:, peak]) for peak, rest in ((LAW_C, LAW_C_R), (LAW_MU, LAW_MU_R))
+    cohesion, friction, tension = (
+        law[:, peak] + p.damage * (law[:, rest] - law[:, peak])
+        for peak, rest in ((LAW_C, LAW_C_R), (LAW_MU, LAW_MU_R), (LAW_FT, LAW_FT_R))
     )
     limit = np.maximum(cohesion * p.area + friction * normal, 0.0)
-    stiffness, found = state_stiffness(normal, shear, limit, law[:, LAW_KN], law[:, LAW_KS], sliding)
+    stiffness, found = state_stiffness(
+        normal, shear, limit, tension * p.area, law[:, LAW_KN], law[:, LAW_KS], sliding
+    )
     if plane is not None:
         turned = np.cross(plane.normal, directions[:, 0])
         points = replace(points, directions=np.stack([directions[:, 0], turned], axis=1))

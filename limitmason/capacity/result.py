@@ -164,8 +164,9 @@ class PushoverCurve(Curve):
         components, _, _ = self.generations.forces(node)
         p = s.points
         shear = np.linalg.norm(components[:, 1:], axis=1)
-        limit = strength(s, self.generations.state(node)).over(p.area).shear_strength(components[:, 0])
-        stiffness, found = state_stiffness(components[:, 0], shear, limit, p.kn, p.ks, sliding)
+        left = strength(s, self.generations.state(node)).over(p.area)
+        limit = left.shear_strength(components[:, 0])
+        stiffness, found = state_stiffness(components[:, 0], shear, limit, left.tension, p.kn, p.ks, sliding)
         plane = None if s.points.components == 3 else find_plane(s.assembly, s.loads)
         label = f"blocks at {self.displacement[sample]:.3g} m of a capacity curve, {found}"
         points = ContactPoints(p.place_a, p.interface, p.area, p.directions, p.block_a, p.block_b)

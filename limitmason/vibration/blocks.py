@@ -158,24 +158,28 @@ def _points(assembly: Assembly, grid: Grid | Mapping[str, Grid], model: str, pla
     return contact_points(assembly, contact_model=model, grid=grid, plane=plane, elastic=True)
 
 
-def state_stiffness(normal: Array, shear: Array, limit: Array, kn: Array, ks: Array, sliding: str) -> tuple[Array, str]:
+def state_stiffness(
+    normal: Array, shear: Array, limit: Array, tension: Array, kn: Array, ks: Array, sliding: str
+) -> tuple[Array, str]:
     """Stiffness (kn, ks, ks) per point of a state [Pa/m], shape (m, 3), and how many points are open and slide.
 
     Parameters
     ----------
     normal, shear : forces of the points, compression positive, and the size of their shear [N], shape (m,)
     limit : shear strength of the points at those forces [N], shape (m,)
+    tension : tensile strength that the points still have [N], shape (m,)
     kn, ks : of the points [Pa/m], shape (m,)
     sliding : "sticks", since a point that slides back sticks at first, or "drops" for no shear stiffness there
 
     Notes
     -----
-    A point without force is open and carries nothing. Vibrations are taken so small that none opens or closes.
+    A point without force is open and carries nothing, unless it can bear tension: then it is at rest and holds both
+    ways. Vibrations are taken so small that none opens or closes.
     """
     if sliding not in ("sticks", "drops"):
         raise InputError(f"sliding must be 'sticks' or 'drops', got {sliding!r}")
     scale = float(np.abs(normal).max(initial=0.0))
-    is_open = np.abs(normal) + shear <= 1e-9 * scale
+    is_open = (np.abs(normal) + shear <= 1e-9 * scale) & ~(tension > 0.0)
     slides = ~is_open & (shear >= _SLIDES * limit)
     kept = np.where(is_open | (slides & (sliding == "drops")), 0.0, ks)
     text = f"{int(is_open.sum())} of {len(normal)} points open, {int(slides.sum())} slide"

@@ -74,6 +74,42 @@ def test_column_of_the_dem_has_its_own_modes_as_long_as_no_joint_opens():
     assert found.damping[np.argmin(np.abs(found.frequency - along_x))] == pytest.approx(0.01, rel=0.4)
 
 
+def shaken(wall, state, highest, seconds=6.0):
+    """Record of a state under weak noise at its base."""
+    base = dem.white_noise(seconds, rms=0.01, highest=highest, direction=(1.0, 0.6, 0.0), seed=2)
+    step = max(1, round(2e-3 / state.state.dt))
+    return dem.simulate(wall, base, start=state, sample=step, detect_every=None)
+
+
+def test_mortared_wall_has_its_own_modes_before_a_push_and_those_of_its_cracked_state_after():
+    joint = lm.Joint(40.0, cohesion=2e5, tensile_strength=2e4, residual_cohesion=0.0, residual_tensile_strength=0.0,
+                     normal_stiffness=1e9, shear_stiffness=5e8)  # fmt: skip
+    wall = lm.build.wall(length=0.6, courses=3, unit=(0.3, 0.2, 0.2), joint=joint, density=2000.0)
+    points = (3, 6)
+    own = lm.modes(wall, 2, contact_points=points)
+    options = dem.JointOptions(dashpot=2 * 0.01 / (2 * np.pi * own.frequency[0]))
+    calm = dem.Settle(damping=dem.Damping(local=0.8), tolerance=1e-6)
+    sound = dem.simulate(wall, calm, loads=lm.Loads.horizontal(wall, (0, 1, 0)), mode="dynamic", contact_points=points,
+                         joint_options=options, detect_every=None)  # fmt: skip
+    # pushed out of plane until joints open, and held there
+    push = dem.Ramp(0.3, duration=0.3, damping=dem.Damping(local=0.5))
+    cracked = dem.simulate(wall, [push, calm], start=sound, detect_every=None)
+    assert (cracked.state.points.damage == 1.0).any()
+    channels = [(b, axis) for b in range(1, wall.n_blocks) for axis in "xy"]
+    first = []
+    for state, of in ((sound, own), (cracked, lm.modes(cracked, 2))):
+        history = shaken(wall, state, 1.5 * own.frequency[1])
+        assert (history.state.points.damage == state.state.points.damage).all()  # the noise cracks nothing
+        for method in ("fdd", "ssi"):
+            found = dem.identify(history, channels, method=method, count=2, skip=0.5,
+                                 band=(0.4 * of.frequency[0], 1.3 * of.frequency[1]))  # fmt: skip
+            assert found.frequency == pytest.approx(of.frequency, rel=0.02)
+            shapes = of.at(wall.centroids[1:])[:, :, :2].reshape(2, -1)
+            assert np.diag(lm.mac(found.shape, shapes).values) == pytest.approx(1.0, abs=0.02)
+        first.append(found.frequency[0])
+    assert first[1] < 0.95 * first[0]
+
+
 def test_wrong_input_is_refused(runs):
     signals = runs[0][0]
     for wrong, message in (

@@ -1,6 +1,7 @@
 """Natural modes of blocks and solids: closed forms, masses that add up, states, and two models of one structure."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -150,6 +151,23 @@ def test_settled_column_vibrates_as_its_closed_joints_say():
     assert "0 of" in str(lm.modes(history, 5))
     with pytest.raises(InputError, match="'sticks' or 'drops'"):
         lm.modes(history, sliding="perhaps")
+
+
+def test_sound_joints_without_force_are_closed_in_the_state_of_either_engine():
+    # the head joints of a symmetric wall carry nothing under its weight; their mortar holds both ways
+    mortar = lm.Joint(40.0, cohesion=2e5, tensile_strength=2e4, normal_stiffness=1e9, shear_stiffness=5e8)
+    wall = lm.build.wall(length=0.6, courses=3, unit=(0.3, 0.2, 0.2), joint=mortar, density=2000.0)
+    loads = lm.Loads.horizontal(wall, (0, 1, 0))
+    history = dem.simulate(wall, dem.Settle(), loads=loads, contact_points=(4, 4), detect_every=None)
+    curve = lm.pushover(wall, loads, to=1e-7, contact_model="grid", grid=(4, 4))
+    closed = lm.modes(wall, 5, contact_points=(4, 4)).frequency
+    assert lm.modes(history, 5).frequency == pytest.approx(closed, rel=1e-9)
+    assert lm.modes(curve, 5, sample=0).frequency == pytest.approx(closed, rel=1e-6)
+    # dry ones are open: nothing presses them
+    dry = wall.with_interfaces(replace(i, joint=replace(i.joint, cohesion=0.0, tensile_strength=0.0))
+                               for i in wall.interfaces)  # fmt: skip
+    settled = dem.simulate(dry, dem.Settle(), loads=loads, contact_points=(4, 4), detect_every=None)
+    assert lm.modes(settled, 5).frequency[1] < 0.97 * closed[1]
 
 
 def test_wall_pushed_until_joints_open_vibrates_more_slowly_by_both_engines():
