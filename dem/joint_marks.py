@@ -51,7 +51,9 @@ def joint_marks(state: State, now: Measured, count: int) -> JointMarks:
     interface = state.interface[now.owner]
     kept = interface >= 0
     points = PointMarks(now.opening, slip, normal, shear, p.lift, p.damage, p.area)
-    return marks_of(PointMarks(*(v[kept] for v in points)), law[kept], interface[kept], count)
+    if not kept.all():
+        points, law, interface = PointMarks(*(v[kept] for v in points)), law[kept], interface[kept]
+    return marks_of(points, law, interface, count)
 
 
 class PointMarks(NamedTuple):

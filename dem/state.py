@@ -58,7 +58,10 @@ def joint_row(joint: Joint) -> Array:
 
 def joint_table(assembly: Assembly) -> Array:
     """What the joint of every interface says, see :func:`joint_row`, shape (k, len(JOINT_FIELDS))."""
-    return np.array([joint_row(i.joint) for i in assembly.interfaces]).reshape(-1, len(JOINT_FIELDS))
+    joints = [i.joint for i in assembly.interfaces]
+    # a wall has hundreds of interfaces and a few joints
+    row = {number: joint_row(joint) for number, joint in {id(j): j for j in joints}.items()}
+    return np.array([row[id(j)] for j in joints]).reshape(-1, len(JOINT_FIELDS))
 
 
 def write_archive(path: str | Path, arrays: Mapping[str, Array]) -> None:

@@ -55,6 +55,8 @@ def elongation(ties: Ties, bodies: Bodies) -> Array:
 
 def pulls(ties: Ties, bodies: Bodies) -> Array:
     """Tension of every tie in the present position [N], shape (t,); nothing yields."""
+    if not len(ties.block_a):
+        return np.zeros(0)
     return np.asarray(np.clip(ties.stiffness * (elongation(ties, bodies) - ties.plastic), 0.0, ties.strength))
 
 

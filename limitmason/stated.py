@@ -131,9 +131,11 @@ def lost_in_failure(assembly: Assembly, lengths: Array | None = None) -> tuple[s
     lengths : of a theory that follows softening: opening or slip over which joints without fracture energies lose
         their strength [m], 0 at once, shape (k,); without, joints are perfectly plastic
     """
-    words = [
-        _joint_loses(i.joint, None if lengths is None else float(lengths[k])) for k, i in enumerate(assembly.interfaces)
-    ]
+    known: dict[tuple[int, float | None], tuple[Joint, float | None]] = {}
+    for k, i in enumerate(assembly.interfaces):
+        length = None if lengths is None else float(lengths[k])
+        known.setdefault((id(i.joint), length), (i.joint, length))
+    words = [_joint_loses(*joint) for joint in known.values()]
     return tuple(dict.fromkeys(w for w in words if w))
 
 

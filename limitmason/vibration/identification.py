@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eig, svd
-from scipy.signal import csd, find_peaks
 
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.text_table import aligned
@@ -122,6 +121,8 @@ def identify_modes(
 
 def _spectra(y: Array, step: float, lines: int) -> tuple[Array, Array, Complex]:
     """Frequencies, first singular values and vectors of the spectral matrix."""
+    from scipy.signal import csd  # takes as long to load as the rest of the DEM, which loads this file
+
     channels = y.shape[1]
     matrix = None
     for i in range(channels):
@@ -138,6 +139,8 @@ def _spectra(y: Array, step: float, lines: int) -> tuple[Array, Array, Complex]:
 def _peaks(
     f: Array, first: Array, vectors: Complex, inside: NDArray[np.bool_], count: int, shown: Array
 ) -> Identified:
+    from scipy.signal import find_peaks
+
     level = np.log(np.maximum(first, first.max() * 1e-12))
     at, found = find_peaks(np.where(inside, level, level[inside].min() if inside.any() else 0.0), prominence=0.7)
     if not len(at):
