@@ -9,7 +9,7 @@ from dem.push import push
 from dem.push_curve import PushCurve
 from dem.settings import DemSettings
 from dem.simulate import resume, simulate
-from dem.state import State, UnstableError, make_state
+from dem.state import State, UnsettledError, UnstableError, make_state
 from dem.tilt import TiltTest, tilt_test
 from limitmason.model.stages import BaseMotion, Damping, Drive, Hold, Ramp, Servo, Settle, Stage, Tilt
 
@@ -30,6 +30,7 @@ __all__ = [
     "State",
     "Tilt",
     "TiltTest",
+    "UnsettledError",
     "UnstableError",
     "collapse",
     "identify",

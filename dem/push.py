@@ -17,11 +17,11 @@ from dem.pace import default_steps, slowest_period, softest_note
 from dem.push_curve import PushCurve, make_curve
 from dem.resuming import part_file
 from dem.simulate import Progress, resume, simulate
-from dem.state import State, UnstableError, make_state
+from dem.state import State, UnsettledError, UnstableError, make_state
 from dem.zones.push import push_zoned
 from limitmason.deformable import PLANE_STRESS, SOLID
 from limitmason.deformable.levels import LUMPED, MODAL, RIGID, ZONED
-from limitmason.errors import InputError, NotConverged
+from limitmason.errors import InputError
 from limitmason.lumped_units import with_lumped_units
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Drive, Hold, Settle, Stage
@@ -123,11 +123,11 @@ def push(
     ------
     UnstableError
         As :func:`dem.simulate`, before there is a curve; after that the curve ends there and its warnings say so.
+    UnsettledError
+        For a structure that does not settle under its dead loads.
     InputError
         For a drive without direction, a path without length, an unknown kind of blocks, contrasts of stiffness that
         make the run hopeless (with the predicted time), and what :func:`dem.make_state` refuses.
-    NotConverged
-        For a structure that does not settle under its dead loads: it falls before it is driven.
 
     Notes
     -----
@@ -266,10 +266,12 @@ def _settled(
         stage = Settle(stage.tolerance, stage.max_steps, damping=stage.damping, servo=drive.servo)
     history = simulate(assembly, stage, loads=loads, start=state)
     if history.status != "finished":
-        raise NotConverged(
-            f"the structure does not settle under its own weight in {stage.max_steps} steps (unbalanced force "
+        error = UnsettledError(
+            f"the structure does not settle under its own weight in {history['step'][-1]:.0f} steps (unbalanced force "
             f"{history['unbalanced force'][-1]:.2g} of a block's load): it falls before it is driven, or needs settle="
         )
+        error.history = history
+        raise error
     if file is not None:
         history.save(file)
     return history

@@ -91,6 +91,12 @@ def _table_of_0_1(table: Array) -> Array:
     return np.hstack([table, np.tile(nothing[table.shape[1] :], (len(table), 1))])
 
 
+class UnsettledError(NotConverged):
+    """A structure does not come to rest under its dead loads; ``history`` tells a fall from a lack of steps."""
+
+    history: Any = None
+
+
 class UnstableError(NotConverged, RuntimeError):
     """The state is not finite or its energy explodes; the message names what and when, ``history`` what was kept.
 

@@ -340,8 +340,12 @@ def test_joints_without_stiffness_have_nothing_to_add_the_units_to():
 
 def test_what_falls_under_its_own_weight_is_not_driven():
     wall = opened(lm.Joint(0.5, normal_stiffness=KN, shear_stiffness=KS))
-    with pytest.raises(NotConverged, match="does not settle"):
+    with pytest.raises(dem.UnsettledError, match="does not settle") as refused:
         dem.push(wall, PLATE, to=1e-4, settle=dem.Settle(tolerance=1e-5, max_steps=2000))
+    # a study goes on without it, and the history tells a fall from a lack of steps
+    assert isinstance(refused.value, NotConverged)
+    fallen = refused.value.history.shift
+    assert np.linalg.norm(fallen[-1] - fallen[0], axis=1).max() > 1e-4
 
 
 def test_hopeless_contrasts_of_stiffness_are_refused_with_the_time_they_would_take():

@@ -1,11 +1,12 @@
 """The page of the random panels: what is kept of a run, how stores are folded in, and that a run repeats."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from stochastic import page, plastic, rows, runs
+from stochastic import page, plastic, rows, runs, tables
 
 from limitmason import build, study
 from limitmason.experiments import stochastic_brick_panels as published
@@ -79,6 +80,24 @@ def sorted_like(found):
 
 def test_the_page_is_what_the_kept_lines_say():
     assert page.page(rows.read()) == PAGE.read_text(encoding="utf-8")
+
+
+def test_a_panel_that_falls_under_its_own_weight_carries_nothing_and_the_study_goes_on():
+    # without strength the soldiers over the opening have nothing to hang on
+    weak = {"tensile_strength": 0.0, "cohesion": 0.0, "friction_angle_deg": 5.0}
+    wall = runs.PANEL.assembly().with_joints(lambda j: replace(j, **weak))
+    assert runs.pushed(wall) is None
+    found = runs.push(wall, None)
+    assert (found["ultimate"], found["mode"]) == (0.0, runs.OWN_WEIGHT)
+    line = rows.line(found, wall, rows.mirrored(wall))
+    assert line["mode at peak"] == runs.OWN_WEIGHT
+    assert np.isnan(line["lone"])
+    # shares and spread count it
+    kept = dict(rows.read())
+    name = page.name_of(1, "non-spatial")
+    kept[name] = study.Table((*kept[name], {**line, "sample": len(kept[name])}))
+    assert f"1 of {len(kept[name])} runs of set 1 non-spatial" in page.fallen(kept)
+    assert "own weight 0." in tables.modes(kept)[2][1]
 
 
 def test_kept_lines_are_made_again_from_the_same_input():

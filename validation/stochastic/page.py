@@ -7,6 +7,7 @@ import numpy as np
 from limitmason import study
 from limitmason.text_table import filled, markdown
 
+from .runs import OWN_WEIGHT
 from .tables import (
     ALONE,
     CELLS,
@@ -35,7 +36,8 @@ def page(tables: Tables) -> str:
     kept = tables["set4-spatial-kept"]
     words = {
         "runs": f"{counts[0]}" if len(set(counts)) == 1 else f"{min(counts)} to {max(counts)}",
-        "agreement": agreement(tables), "independent": independent(tables), "brittleness": brittleness(tables),
+        "agreement": agreement(tables), "fallen": fallen(tables), "independent": independent(tables),
+        "brittleness": brittleness(tables),
         "kept_rise": f"with cohesion kept, {_late(kept)} of {len(kept)} spatial runs have their largest after 1.4 mm",
         "mean_set": f"{np.mean([r['ultimate'] for r in mean_rows]) / 1e3:.1f}",
         "floor": spread_of(tables["floor"]), "third": spread_of(tables["floor-third"]), "judged": judged(tables),
@@ -71,6 +73,26 @@ def agreement(tables: Tables) -> str:
         away = abs(math.log(a.variation[-1] / b.variation[-1] / (cov_a / cov_b))) / error
         out.append(f"set {number} {away:.1f}")
     return f"Ratios of CoV differ from the published ones by so many sampling errors of both sides: {', '.join(out)}."
+
+
+def fallen(tables: Tables) -> str:
+    """Runs that fall under their own weight, and the spread of the cells that have some without them."""
+    out = []
+    for number, kind in CELLS:
+        table = tables[name_of(number, kind)]
+        stood = study.Table(tuple(r for r in table if r["mode"] != OWN_WEIGHT))
+        if gone := len(table) - len(stood):
+            own = study.running(stood, "ultimate")
+            out.append(
+                f"{gone} of {len(table)} runs of set {number} {kind}; without them its mean is "
+                f"{own.mean[-1] / 1e3:.2f} kN and its CoV {100 * own.variation[-1]:.1f} %"
+            )
+    if not out:
+        return "No panel of these falls under its own weight."
+    return (
+        f"Panels that fall under their own weight count as runs that carry nothing: {'; '.join(out)}. Whether the "
+        "weakest draws stand is decided by how their weight comes on; here it is there at once, with the motion damped."
+    )
 
 
 def independent(tables: Tables) -> str:

@@ -60,6 +60,7 @@ def line(row: Mapping[str, Any], wall: Assembly, opposite: NDArray[np.intp]) -> 
         return {**fallen, **dict.fromkeys(WORDS, ""), "mode": FALLS, "mode at peak": FALLS}
     out = {name: _number(row.get(name)) for name in NUMBERS if name not in ("lone", "lone at end", "far")}
     for name, when in (("lone", "peak"), ("lone at end", "end")):
+        out[name] = math.nan
         if f"opening at {when}" in row:
             both = ([max(v or 0, 0) for v in row[f"{what} at {when}"]] for what in ("opening", "slip"))
             out[name] = lone(np.sum(list(both), axis=0), wall.arrays.area, opposite)

@@ -13,6 +13,7 @@ from limitmason import figures, study
 from limitmason.experiments import stochastic_brick_panels as published
 
 from .mean_set import CASES
+from .runs import OWN_WEIGHT
 
 Array = NDArray[np.float64]
 Tables = Mapping[str, study.Table]
@@ -140,19 +141,27 @@ def cracks(tables: Tables) -> list[list[str]]:
     return lines
 
 
+def _percent(share: float) -> str:
+    """In whole per cent, less than one with a decimal."""
+    return f"{100 * share:.0f}" if share >= 0.01 else f"{100 * share:.1f}"
+
+
 def modes(tables: Tables) -> list[list[str]]:
     """Modes by rule at the peak and at the end, and how many runs break asymmetrically."""
     lines = [["set", "mode at the peak", "mode at the end", "runs", "movement without mirror image",
               "asymmetric runs"]]  # fmt: skip
     for number, kind in CELLS:
-        table = study.Table(tuple(r for r in tables[name_of(number, kind)] if math.isfinite(r["lone"])))
+        table = study.Table(tuple(
+            r for r in tables[name_of(number, kind)] if math.isfinite(r["lone"]) or r["mode"] == OWN_WEIGHT
+        ))  # fmt: skip
         if len(table) < 2:
             continue
         words = [
-            ", ".join(f"{s.name} {100 * s.share:.0f} %" for s in study.shares(table, column))
+            ", ".join(f"{s.name} {_percent(s.share)} %" for s in study.shares(table, column))
             for column in ("mode at peak", "mode")
         ]
         lone = table["lone"].astype(float)
+        lone = lone[np.isfinite(lone)]  # what falls before it is pushed has no peak to look at
         many = stats.binomtest(int((lone > ALONE).sum()), len(lone))
         ends = many.proportion_ci(method="wilson")
         lines.append([

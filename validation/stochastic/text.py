@@ -24,6 +24,8 @@ tan(phi), ks = kn / 2.32.
 
 {agreement}
 
+{fallen}
+
 - **One draw for all** spreads as published: first order from the published log-slopes gives 22 % for linked strengths
   and 13 % for independent ones, the printed spread speaks for linked ones. Drawn each by itself, {independent}.
 - **A draw for every joint** averages less here than published, and lowers the mean more, as of a panel whose weakest
