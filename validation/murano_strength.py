@@ -1,14 +1,16 @@
 """Strength of the Murano walls' joints from their peaks, c = 1.25 ft: the second stage of the source's fit."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import dem
 import limitmason as lm
+from limitmason.continuum import Continuum, push
 from limitmason.experiments import murano_u_walls as murano
 from limitmason.experiments.murano_u_walls import literature
+from limitmason.experiments.murano_u_walls.macro import control_point, macro_model, material
 from limitmason.model.assembly import Assembly
 
 NAME = "murano-u-walls"
@@ -24,6 +26,11 @@ SCATTER = {"DS": 0.10, "REGW": 0.05}
 """Of the peak, about half the difference of the two values that the source prints of each."""
 
 
+STEP = {"tensile_strength": 0.1, "friction_angle_deg": 0.1, "dry": 50.0}
+"""Of finite differences: on logarithms; of a dry joint's tensile strength, which may be zero, in Pa."""
+DRY = "DS"
+
+
 @dataclass(frozen=True)
 class Case:
     """A fit by driven runs of the DEM: wall, unknown, how the joints behave."""
@@ -31,6 +38,16 @@ class Case:
     wall: str
     unknown: lm.Parameter
     options: dict[str, str]
+
+    @property
+    def step(self) -> float:
+        """Of finite differences on the scale of the unknown."""
+        return STEP[self.unknown.name if self.unknown.log else "dry"]
+
+    @property
+    def most(self) -> int:
+        """Evaluations of a search; a strength that may be zero starts there, where every measured peak sends it."""
+        return EVALUATIONS if self.unknown.log else 2
 
     @property
     def name(self) -> str:
@@ -53,6 +70,24 @@ def cases() -> tuple[Case, ...]:
     return tuple(Case("REGW", _strength("mortar"), o) for o in mortar)
 
 
+def dry_cases() -> tuple[Case, ...]:
+    """Dry wall: strength that its stones' interlock may have, lost or kept after failure, at the printed friction.
+
+    And friction without strength, as the source ended. From the medians of the literature: no strength, 35.25 degrees.
+    """
+    known = literature.summary("dry")
+    strength = lm.Parameter(
+        "tensile_strength", known["tensile strength"].median, (0.0, 2e3), log=False, resolution=100.0, unit="Pa"
+    )
+    friction = lm.Parameter(
+        "friction_angle_deg", known["friction angle"].median, (3.0, 45.0), resolution=0.1, unit="deg"
+    )
+    return (
+        Case(DRY, strength, {"residual": "none"}), Case(DRY, strength, {"residual": "cohesion"}),
+        Case(DRY, friction, {}),
+    )  # fmt: skip
+
+
 def pushed(specimen: str, wall: Assembly) -> dict[str, float]:
     """Largest force of the airbag before the facade has moved by 2 mm [N]."""
     test = lm.experiments.load(NAME, specimen)
@@ -68,12 +103,24 @@ def pushed(specimen: str, wall: Assembly) -> dict[str, float]:
 
 def model(case: Case) -> lm.calibration.JointModel:
     """The wall with its mortar, or its friction, unknown."""
-    test = lm.experiments.load(NAME, case.wall, **case.options)
-    kinds = ["bed", "head"] + ["base"] * (case.options["ground"] == "joint")
-    names = [case.unknown.name, "cohesion"]
-    if case.options["residual"] == "cohesion":
-        names.append("residual_cohesion")
-    return lm.calibration.JointModel(test.assembly(), _Pushed(case.wall), of={n: (n, kinds) for n in names})
+    test = lm.experiments.load(NAME, case.wall, **({} if case.wall == DRY else case.options))
+    wall = test.assembly()
+    if case.wall == DRY and case.options:
+        # the experiment's dry joints have no strength to lose
+        lost = {"residual_cohesion": 0.0, "residual_tensile_strength": 0.0}
+        wall = wall.with_interfaces([
+            i if i.kind == "base" else replace(i, joint=replace(i.joint, **lost)) for i in wall.interfaces
+        ])  # fmt: skip
+    kinds = ["bed", "head"] + ["base"] * (case.options.get("ground") == "joint")
+    return lm.calibration.JointModel(
+        wall, _Pushed(case.wall), of={n: (n, kinds) for n in (case.unknown.name, *ties(case))}
+    )
+
+
+def ties(case: Case) -> dict[str, str]:
+    """What follows from the unknown."""
+    out = {} if case.unknown.name == "friction_angle_deg" else {"cohesion": literature.TIES["cohesion"]}
+    return {**out, "residual_cohesion": "cohesion"} if case.options.get("residual") == "cohesion" else out
 
 
 @dataclass(frozen=True)
@@ -90,20 +137,53 @@ def plastic(specimen: str) -> float:
     return 1e3 * float(lm.predict(test.assembly(), test.loads(), "associative").collapse_multiplier)
 
 
+SIZE, FAR = 0.30, 2.5e-3
+"""Largest edge of a brick of the continuum, and how far it is pushed [m]."""
+
+
+def solid_unknowns() -> tuple[lm.Parameter, ...]:
+    """What a fit of the mortared wall as a continuum may move, the rest as the source has it."""
+    known = material("REGW")
+    return (
+        lm.Parameter("tensile_strength", known.tensile_strength, (2e4, 1e6), unit="Pa"),
+        lm.Parameter("tensile_energy", known.tensile_energy, (3.0, 300.0), unit="N/m"),
+    )
+
+
+def solid_fitted(
+    unknown: lm.Parameter, store: Path, progress: Callable[[str], object] | None = None
+) -> Any:
+    """Fit of the mortared wall as a continuum, on a coarse mesh, to both values that the source prints of its peak."""
+    test = lm.experiments.load(NAME, "REGW")
+
+    def pushed_solid(solid: Continuum) -> dict[str, float]:
+        curve = push(solid, control=(control_point(test), (0, -1, 0)), to=FAR, first=1e-4, largest=1e-4)
+        return {"peak": curve.peak.load}
+
+    model = lm.calibration.SolidModel(macro_model(test, size=SIZE), pushed_solid)
+    return lm.calibrate(
+        model, _peaks("REGW"), [unknown], leave_out=None, starts=1, step=0.1, most=EVALUATIONS,
+        store=store / f"murano-REGW-solid-{unknown.name}.jsonl", key=f"{NAME} REGW solid {unknown.name} {SIZE} {FAR}",
+        progress=progress,
+    )  # fmt: skip
+
+
+def _peaks(wall: str) -> dict[str, dict[str, lm.Target]]:
+    """Both values that the source prints of a wall's peak [N]."""
+    test = lm.experiments.load(NAME, wall)
+    return {
+        f"section {k}": {"peak": lm.Target(1e3 * float(test.measured[f"peak (section {k})"]), SCATTER[wall], unit="N")}
+        for k in (2, 6)
+    }
+
+
 def fitted(case: Case, store: Path, progress: Callable[[str], object] | None = None) -> Any:
     """Fit of one case to both values that the source prints of its peak."""
-    test = lm.experiments.load(NAME, case.wall)
-    targets = {}
-    for k in (2, 6):
-        peak = 1e3 * float(test.measured[f"peak (section {k})"])
-        targets[f"section {k}"] = {"peak": lm.Target(peak, SCATTER[case.wall], unit="N")}
-    ties = {"cohesion": literature.TIES["cohesion"]}
-    if case.options["residual"] == "cohesion":
-        ties["residual_cohesion"] = "cohesion"
-    key = f"{NAME} {case.wall} {case.name} {STEPS} {POINTS}"
+    words = case.name if case.wall != DRY else f"{case.name} {case.unknown.name}"
+    key = f"{NAME} {case.wall} {words} {STEPS} {POINTS}"
     return lm.calibrate(
-        model(case), targets, [case.unknown], ties=ties, leave_out=None, intervals=False, starts=1, step=0.1,
-        most=EVALUATIONS,
-        store=store / f"murano-{case.wall}-{case.name.replace(' ', '-').replace(',', '')}.jsonl", key=key,
+        model(case), _peaks(case.wall), [case.unknown], ties=ties(case), leave_out=None, intervals=case.wall == DRY,
+        starts=1, step=case.step, most=case.most,
+        store=store / f"murano-{case.wall}-{words.replace(' ', '-').replace(',', '')}.jsonl", key=key,
         progress=progress,
     )  # fmt: skip

@@ -118,7 +118,7 @@ def measured() -> dict[str, dict[str, lm.Target]]:
 def fitted(outline: str, store: Path, starts: int, progress: Callable[[str], object] | None = None) -> Any:
     """Fit of S1 to S4 on one outline."""
     return lm.calibrate(
-        model("S1", outline), measured(), UNKNOWN, leave_out=None, intervals=False, starts=starts, step=STEP, most=8,
+        model("S1", outline), measured(), UNKNOWN, leave_out=None, intervals=True, starts=starts, step=STEP, most=8,
         store=store / f"panel-{outline.replace('/', '-')}.jsonl", key=f"{NAME} {outline} {TRAVEL} {STEPS} elastic",
         progress=progress,
     )  # fmt: skip

@@ -10,6 +10,7 @@ from limitmason.calibration.fitting import calibrate
 from limitmason.calibration.information import Free, NextTest
 from limitmason.calibration.joint_model import JointModel
 from limitmason.calibration.parameter import Parameter
+from limitmason.calibration.solid_model import SolidModel
 from limitmason.calibration.targets import FEATURES, CurveTarget, Target
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "NextTest",
     "Parameter",
     "Predicted",
+    "SolidModel",
     "Target",
     "calibrate",
 ]

@@ -57,8 +57,9 @@ def calibrate(
     Parameters
     ----------
     model : called with parameters as keywords; returns a number, a mapping of numbers, sequences (frequencies) and
-        curves by name, a ``Curve`` or a ``Prediction``. A function, or a :class:`limitmason.calibration.JointModel` of
-        a structure and any method. By name of the test where there are several
+        curves by name, a ``Curve`` or a ``Prediction``. A function, a :class:`limitmason.calibration.JointModel` of a
+        structure and any method, or a :class:`limitmason.calibration.SolidModel` of a continuum. By name of the test
+        where there are several
     targets : what was measured, by name of the model's output: a number, (value, scatter), :class:`Target`,
         :class:`CurveTarget`. Several tests: a mapping of such mappings, by name of the test; one model then serves all
         of them, or each has its own

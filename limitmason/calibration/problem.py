@@ -26,6 +26,9 @@ OPTIMISERS = ("least squares", "nelder-mead")
 SAME = 0.1
 """Misfits, sums of squares over the variance, that differ by less are the same minimum."""
 
+NEAR = 0.5
+"""Of the way to a bound: an interval that reaches so far is first asked for at the bound, where an answer ends it."""
+
 SCREENED = 4
 """Points of the Latin hypercube that are tried for every start that is followed."""
 
@@ -105,7 +108,17 @@ class Minimum:
     converged: bool
 
 
-def minimise(problem: Problem, start: Array, axes: Sequence[int], optimiser: str, most: int) -> Minimum:
+class _Enough(Exception):
+    """No error: the first point that is good enough ends a search."""
+
+    def __init__(self, found: Minimum) -> None:
+        super().__init__()
+        self.found = found
+
+
+def minimise(
+    problem: Problem, start: Array, axes: Sequence[int], optimiser: str, most: int, enough: float = -math.inf
+) -> Minimum:
     """The nearest minimum along some axes, the others held.
 
     Parameters
@@ -114,7 +127,17 @@ def minimise(problem: Problem, start: Array, axes: Sequence[int], optimiser: str
     axes : numbers of the parameters that move
     optimiser : of ``OPTIMISERS``
     most : evaluations
+    enough : sum of squares from which on down any point will do
     """
+    try:
+        return _minimised(problem, start, axes, optimiser, most, enough)
+    except _Enough as reached:
+        return reached.found
+
+
+def _minimised(
+    problem: Problem, start: Array, axes: Sequence[int], optimiser: str, most: int, enough: float
+) -> Minimum:
     axes, low, high = list(axes), problem.scale.low, problem.scale.high
     if not axes:
         r = problem.residuals([start])[0]
@@ -125,19 +148,25 @@ def minimise(problem: Problem, start: Array, axes: Sequence[int], optimiser: str
         x[axes] = y
         return x
 
+    def misfits(y: Array) -> Array:
+        r = problem.residuals([full(y)])[0]
+        if (chi2 := float(r @ r)) <= enough:
+            raise _Enough(Minimum(full(y), chi2, False))
+        return r
+
     if optimiser == "nelder-mead":
         # the first simplex spans a resolution, so that it sees past the jumps of a peak
         first = np.vstack([start[axes], *(start[axes] + np.eye(len(axes))[k] * _inward(problem, start, axes[k])
                                           for k in range(len(axes)))])  # fmt: skip
         found = minimize(
-            lambda y: float(np.sum(problem.residuals([full(y)])[0] ** 2)), start[axes], method="Nelder-Mead",
+            lambda y: float(np.sum(misfits(y) ** 2)), start[axes], method="Nelder-Mead",
             bounds=list(zip(low[axes], high[axes], strict=True)),
             options={"maxfev": most * len(axes), "initial_simplex": first, "xatol": 1e-4, "fatol": 1e-4},
         )  # fmt: skip
         return Minimum(full(np.asarray(found.x)), float(found.fun), bool(found.success))
     margin = 1e-9 * (high - low)[axes]
     found = least_squares(
-        lambda y: problem.residuals([full(y)])[0], np.clip(start[axes], low[axes] + margin, high[axes] - margin),
+        misfits, np.clip(start[axes], low[axes] + margin, high[axes] - margin),
         jac=lambda y: problem.jacobian(full(y), axes), bounds=(low[axes], high[axes]),
         x_scale=problem.scale.resolution[axes], method="trf", ftol=1e-8, xtol=1e-7, gtol=1e-8, max_nfev=most,
     )  # fmt: skip
@@ -201,7 +230,9 @@ def profile_end(
         slope = covariance[:, axis] / max(covariance[axis, axis], 1e-300)
         x = scale.clipped(x + sign * (distance - near[0]) * slope)
         x[axis] = best.x[axis] + sign * distance if distance < span else bound
-        found = minimise(problem, x, others, optimiser, most)
+        # at a bound only one thing is asked: whether anything there is within the interval
+        enough = best.chi2 + rise if distance >= span else -math.inf
+        found = minimise(problem, x, others, optimiser, most, enough)
         if found.chi2 < least.chi2:
             least = found
         above = math.sqrt(max(found.chi2 - best.chi2, 0.0))
@@ -209,7 +240,8 @@ def profile_end(
         return above
 
     low, low_excess = 0.0, 0.0
-    guess = min(target * math.sqrt(covariance[axis, axis]), span)
+    guess = target * math.sqrt(covariance[axis, axis])
+    guess = span if guess > NEAR * span else guess
     high, high_excess = guess, excess(guess)
     while high_excess < target:
         if high >= span:

@@ -146,6 +146,32 @@ def test_two_parameters_that_act_as_one_are_reported_together():
     assert fit.interval["x"] == pytest.approx((0.1, 62.0), rel=0.2)  # to the bound of y, 6 / 100, and its own
 
 
+def test_one_point_at_a_bound_within_the_interval_ends_it_there():
+    at_bound = []
+
+    def product(x, y):
+        at_bound.append(math.isclose(x, 0.1) or math.isclose(x, 100.0))
+        return {"a": x * y}
+
+    unknowns = [Parameter("x", 2.0, (0.1, 100.0)), Parameter("y", 2.0, (1e-3, 1e3))]
+    fit = calibrate(product, {"a": (6.0, 0.05)}, unknowns, starts=1, leave_out=None)
+    assert np.isinf(fit.ends[0]).all()
+    # the other parameter follows the free combination at once: one run for each of four ends, no refit around it
+    assert sum(at_bound) == 4
+
+
+def test_load_type_left_out_is_met_within_what_the_others_leave_open():
+    of, targets = planted(DESIGN, np.random.default_rng(4), 4)
+    groups = {name: name.split()[0] for name in targets}
+    fit = calibrate(of, targets, SIX, starts=1, intervals=False, leave_out=groups)
+    assert str(fit).startswith("error on what was left out (group by group)")
+    # triplet, pull-off and column fix all six: the panel is a prediction
+    panel = [r for r in fit.left_out.rows if r.group == "panel"]
+    assert len(panel) == 12
+    assert all(abs(r.error) < 3.0 * math.hypot(r.deviation, NOISE) for r in panel)
+    assert max(r.deviation for r in panel) < 0.1
+
+
 def test_second_design_recovers_all_six():
     rng = np.random.default_rng(11)
     errors = []

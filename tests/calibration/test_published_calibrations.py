@@ -63,3 +63,23 @@ def test_strength_of_murano_joints_keeps_its_ratio_and_leaves_the_ground():
         (2e5, 2.5e5, 2.5e5, 0.0)
     }
     assert all(i.joint.cohesion > 1e6 for i in wall.interfaces if i.kind == "base")
+
+
+def test_dry_joints_get_what_is_fitted_and_lose_it_as_assumed():
+    lost, kept, friction = (murano_strength.model(c) for c in murano_strength.dry_cases())
+
+    def joints(wall):
+        return {
+            (j.tensile_strength, j.cohesion, j.residual_cohesion, j.residual_tensile_strength, j.friction_angle_deg)
+            for j in (i.joint for i in wall.interfaces if i.kind != "base")
+        }
+
+    assert joints(lost.with_parameters(tensile_strength=80.0, cohesion=100.0)) == {(80.0, 100.0, 0.0, 0.0, 10.0)}
+    assert joints(kept.with_parameters(tensile_strength=80.0, cohesion=100.0, residual_cohesion=100.0)) == {
+        (80.0, 100.0, 100.0, 0.0, 10.0)
+    }
+    assert {j[-1] for j in joints(friction.with_parameters(friction_angle_deg=12.0))} == {12.0}
+    assert {j[:2] for j in joints(friction.with_parameters(friction_angle_deg=12.0))} == {(0.0, 0.0)}
+    # the ground holds whatever is fitted
+    wall = lost.with_parameters(tensile_strength=80.0, cohesion=100.0)
+    assert all(i.joint.cohesion > 1e6 for i in wall.interfaces if i.kind == "base")
