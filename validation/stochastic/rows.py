@@ -14,6 +14,8 @@ from limitmason import study
 from limitmason.csv_table import parsed, write_table
 from limitmason.model.assembly import Assembly
 
+from .runs import OWN_WEIGHT
+
 Array = NDArray[np.float64]
 
 STORED = Path(__file__).parents[2] / "examples" / "stored" / "stochastic_panels.csv"
@@ -23,8 +25,6 @@ NUMBERS = {
 }  # fmt: skip
 """What is kept of a run with its unit: "load" is that of perfect plasticity, "far" the peak within the first travel."""
 WORDS = ("mode", "mode at peak", "crack in")
-FALLS = "own weight"
-"""Mode of a panel that falls before it is driven; what it carries is nothing."""
 
 
 def mirrored(wall: Assembly) -> NDArray[np.intp]:
@@ -57,7 +57,7 @@ def line(row: Mapping[str, Any], wall: Assembly, opposite: NDArray[np.intp]) -> 
     """What is kept of one run."""
     if "does not settle under its own weight" in str(row.get("status", "")):
         fallen = dict.fromkeys(NUMBERS, math.nan) | {"ultimate": 0.0, "at": 0.0}
-        return {**fallen, **dict.fromkeys(WORDS, ""), "mode": FALLS, "mode at peak": FALLS}
+        return {**fallen, **dict.fromkeys(WORDS, ""), "mode": OWN_WEIGHT, "mode at peak": OWN_WEIGHT}
     out = {name: _number(row.get(name)) for name in NUMBERS if name not in ("lone", "lone at end", "far")}
     for name, when in (("lone", "peak"), ("lone at end", "end")):
         out[name] = math.nan
