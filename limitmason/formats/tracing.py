@@ -94,7 +94,7 @@ def clean(outlines: Sequence[ArrayLike], gap: float = 0.005, *, names: Sequence[
     out = []
     for ring, before, name in zip(rings, start, labels, strict=True):
         move = float(np.linalg.norm(ring - before, axis=1).max(initial=0.0))
-        if move > 1e-12:
+        if move > 1e-9:  # a nanometre is rounding
             changes.append(Change(name, "moved", move))
         merged = _merged(ring, 1e-6 * gap)
         if len(merged) < 3 or not shapely.Polygon(merged).is_valid:

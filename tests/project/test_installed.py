@@ -57,10 +57,11 @@ def test_every_file_of_the_packages_is_installed():
 
 
 @only_installed
-def test_licence_and_type_markers_are_installed():
+def test_licence_citation_and_type_markers_are_installed():
     files = {Path(f).as_posix() for f in distribution("limitmason").files}
     assert any(re.fullmatch(r"limitmason-[^/]*\.dist-info/licenses/LICENSE", f) for f in files)
     assert {f"{package}/py.typed" for package in PACKAGES} <= files
+    assert "limitmason/CITATION.cff" in files
 
 
 def test_packages_declare_that_they_are_typed():
