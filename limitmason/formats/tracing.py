@@ -15,6 +15,9 @@ Array = NDArray[np.float64]
 SAME = 0.95
 """Two outlines whose common area is this share of the larger one are one stone, drawn twice."""
 
+SHOWN = 10
+"""So many moved stones are named in the text; ``changes`` has all."""
+
 _ROUNDS = 400
 
 
@@ -46,9 +49,13 @@ class Cleaned(NamedTuple):
         return max((c.size for c in self.changes if c.what == "moved"), default=0.0)
 
     def __str__(self) -> str:
-        """What was changed, a line for each stone."""
+        """What was changed, a line for each stone; of many that were moved the farthest :data:`SHOWN`."""
         head = f"{len(self.outlines)} outlines; largest move of a corner {1e3 * self.largest_move:.3g} mm"
-        lines = [f"  {c.name}: {c.what}" + (f" by up to {1e3 * c.size:.3g} mm" if c.size else "") for c in self.changes]
+        moved = sorted((c for c in self.changes if c.size), key=lambda c: -c.size)
+        lines = [f"  {c.name}: {c.what}" for c in self.changes if not c.size]
+        lines += [f"  {c.name}: {c.what} by up to {1e3 * c.size:.3g} mm" for c in moved[:SHOWN]]
+        if len(moved) > SHOWN:
+            lines.append(f"  and {len(moved) - SHOWN} more by up to {1e3 * moved[SHOWN].size:.3g} mm, see changes")
         lines += [f"  {n}: touches no other stone" for n in self.alone]
         lines += [f"  {a} and {b} still overlap by {1e4 * area:.3g} cm2" for a, b, area in self.overlaps]
         return "\n".join([head, *lines])

@@ -184,3 +184,13 @@ def test_gaps_between_the_lines_of_two_stones_are_no_stones():
     assert sorted(np.ptp(f, axis=0)[0] for f in found) == pytest.approx([0.298, 0.598, 0.598, 0.598], abs=0.005)
     wall = lm.Assembly.from_polygons(formats.clean(found, 0.005).outlines, thickness=0.3, joint=JOINT, tolerance=1e-4)
     assert len(wall.interfaces) == 5  # two head joints, and beds of the upper stones on one and two others
+
+
+def test_of_many_moved_stones_the_text_names_the_farthest():
+    cleaned = formats.clean(shaken(bond(), 0.001), 0.005)
+    lines = str(cleaned).split("\n")
+    moved = [c for c in cleaned.changes if c.what == "moved"]
+    assert len(moved) > 10
+    assert sum("moved by up to" in line for line in lines) == 10
+    assert f"and {len(moved) - 10} more by" in lines[-1]
+    assert f"{1e3 * cleaned.largest_move:.3g} mm" in lines[1]
