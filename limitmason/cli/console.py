@@ -102,7 +102,7 @@ def read_target(target: str, drawing: argparse.Namespace | None = None, *, needs
     return Target(test.assembly(), test.loads(), f"{source} {specimen}", tuple(test.assumptions))
 
 
-DRAWING = ("thickness", "friction", "density", "tilt", "held", "scale", "gap")
+DRAWING = ("thickness", "friction", "density", "tilt", "held", "scale", "gap", "mortar")
 """Options that a drawing needs besides its outlines."""
 
 DRAWING_FILES = (".dxf", ".svg", ".obj", ".ply", ".stl", ".off")
@@ -124,6 +124,8 @@ def drawing_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--scale", type=float, metavar="M", help="metres per unit of the drawing; default: that of the "
                        "file, which an .svg does not have")
     group.add_argument("--gap", type=float, metavar="M", help="close gaps between outlines up to this length first [m]")
+    group.add_argument("--mortar", type=float, metavar="M", help="thickness of mortar joints drawn as open space: "
+                       "stones grow by half of it [m]")  # fmt: skip
 
 
 def _drawing(path: Path, options: argparse.Namespace | None) -> Target:
@@ -136,13 +138,13 @@ def _drawing(path: Path, options: argparse.Namespace | None) -> Target:
         )
     settings = {
         "thickness": options.thickness, "density": options.density, "tilt": _TILTS.get(options.tilt),
-        "fixed": options.held, "scale": options.scale, "gap": options.gap,
+        "fixed": options.held, "scale": options.scale, "gap": options.gap, "mortar": options.mortar,
     }  # fmt: skip
     given = {k: v for k, v in settings.items() if v is not None}
     try:
         model = formats.model_of_drawing(path, joint=Joint(options.friction), **given)
     except ContactError as error:
-        if path.suffix.lower() not in formats.OUTLINES or options.gap is not None:
+        if path.suffix.lower() not in formats.PLANE_DRAWINGS or options.gap is not None:
             raise
         raise InputError(
             f"{error}; --gap 0.005 closes gaps and overlaps up to 5 mm and drops stones that are drawn twice; "

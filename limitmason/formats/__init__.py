@@ -10,7 +10,7 @@ from limitmason.errors import InputError
 from limitmason.experiments.measured_table import MeasuredTable, read_measured, write_measured
 from limitmason.formats.answers import read_prediction, write_prediction
 from limitmason.formats.block_model import from_block_model, solve_problem, to_block_model
-from limitmason.formats.drawing import DRAWINGS, OUTLINES, DrawingModel, model_of_drawing, read_drawing
+from limitmason.formats.drawing import DRAWINGS, PLANE_DRAWINGS, DrawingModel, model_of_drawing, read_drawing
 from limitmason.formats.dxf import read_dxf
 from limitmason.formats.meshes import read_solids
 from limitmason.formats.native import Model, read_json, write_json
@@ -27,7 +27,7 @@ from limitmason.results import Prediction
 
 __all__ = [
     "DRAWINGS",
-    "OUTLINES",
+    "PLANE_DRAWINGS",
     "Cleaned",
     "DrawingModel",
     "MeasuredTable",

@@ -14,11 +14,11 @@ from limitmason.formats.svg import read_svg
 from limitmason.formats.tracing import Cleaned, clean
 from limitmason.model import Assembly, Joint, Loads, Support
 
-OUTLINES = (".dxf", ".svg")
+PLANE_DRAWINGS = (".dxf", ".svg")
 """Drawings of outlines x, z."""
 
-DRAWINGS = (*OUTLINES, ".obj", ".ply", ".stl", ".off")
-"""Drawings, by the ending of the file; those beside :data:`OUTLINES` hold solids."""
+DRAWINGS = (*PLANE_DRAWINGS, ".obj", ".ply", ".stl", ".off")
+"""Drawings, by the ending of the file; those beside :data:`PLANE_DRAWINGS` hold solids."""
 
 SUPPORTS = ("support", "supports", "base", "ground", "fixed", "foundation")
 """Layers whose blocks are held, in upper and lower case alike."""
@@ -83,12 +83,15 @@ def model_of_drawing(
     scale: float | None = None,
     tolerance: float | None = None,
     gap: float | None = None,
+    mortar: float | None = None,
 ) -> DrawingModel:
     """A drawing with supports and loads: own weight, and the same weights sideways as live load.
 
     Parameters
     ----------
     path, joint, density, scale, tolerance, gap : as for :func:`read_drawing`
+    mortar : thickness of the joints that outlines leave open [m]; stones grow by half of it, see
+        :func:`limitmason.formats.clean`
     thickness : of the prisms over outlines [m]; has to be given for them
     tilt : "x", "-x", "y" or "-y": direction of the live load
     fixed : names of the held blocks; "lowest" holds those of the layers :data:`SUPPORTS`, and where there are none the
@@ -100,11 +103,11 @@ def model_of_drawing(
         As :func:`read_drawing`, for outlines without thickness, and for a direction or a block that there is not.
     """
     path = Path(path)
-    if path.suffix.lower() in OUTLINES and thickness is None:
+    if path.suffix.lower() in PLANE_DRAWINGS and thickness is None:
         raise InputError(f"{path} holds outlines: give the thickness of the wall [m]")
     if tilt not in DIRECTIONS:
         raise InputError(f"tilt must be one of {', '.join(DIRECTIONS)}, got {tilt!r}")
-    assembly, cleaned = _read(path, joint, thickness, density, scale, tolerance, gap)
+    assembly, cleaned = _read(path, joint, thickness, density, scale, tolerance, gap, mortar)
     assumed = [f"density {density:g} kg/m3 for all blocks", f"every joint: {joint}"]
     if fixed != LOWEST:
         assembly = assembly.with_supports(Support.fixed(n) for n in ([fixed] if isinstance(fixed, str) else fixed))
@@ -122,16 +125,16 @@ def model_of_drawing(
 
 def _read(
     path: Path, law: Joint, thickness: float | None, density: float, scale: float | None, tolerance: float | None,
-    gap: float | None,
+    gap: float | None, mortar: float | None = None,
 ) -> tuple[Assembly, Cleaned | None]:  # fmt: skip
     suffix = path.suffix.lower()
     if suffix not in DRAWINGS:
         raise InputError(f"{path}: a drawing ends in {', '.join(DRAWINGS)}, this in {suffix or 'nothing'}")
     given: dict[str, Any] = {"joint": law, "density": density, "tolerance": tolerance}
-    if suffix not in OUTLINES:
-        for name, value in (("thickness", thickness), ("gap", gap)):
+    if suffix not in PLANE_DRAWINGS:
+        for name, value in (("thickness", thickness), ("gap", gap), ("mortar", mortar)):
             if value is not None:
-                raise InputError(f"{path}: {name} is for outlines ({', '.join(OUTLINES)}); solids have their own")
+                raise InputError(f"{path}: {name} is for outlines ({', '.join(PLANE_DRAWINGS)}); solids have their own")
         read = read_obj if suffix == ".obj" else read_solids
         solids, names = read(path) if scale is None else read(path, scale=scale)
         return Assembly.from_polyhedra(solids, names=names, **given), None
@@ -142,7 +145,11 @@ def _read(
     if not rows:
         raise InputError(f"{path}: every outline lies on a layer that is no block ({', '.join(OPENINGS)})")
     outlines, names = [outlines[i] for i in rows], [names[i] for i in rows]
-    cleaned = None if gap is None else clean(outlines, gap, names=names)
+    cleaned = None
+    if gap is not None or mortar is not None:
+        # where only the mortar is given, a tenth of it counts as an error of drawing
+        near = 0.1 * mortar if gap is None and mortar is not None else gap
+        cleaned = clean(outlines, near or 0.0, mortar=mortar or 0.0, names=names)
     if cleaned is not None:
         outlines, names = cleaned.outlines, cleaned.names
     on_support = {name for name in names if name.rpartition("-")[0].casefold() in SUPPORTS}

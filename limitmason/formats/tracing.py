@@ -34,7 +34,7 @@ class Cleaned(NamedTuple):
 
     ``outlines`` [m], shape (n, 2) each, with their ``names``; ``changes`` in the order of the outlines, nothing else
     was moved; ``alone`` names the stones that touch no other; ``overlaps`` pairs that still lie in each other, with
-    their common area [m2].
+    their common area [m2]; ``mortar`` is the thickness of the joints that were closed [m].
     """
 
     outlines: list[Array]
@@ -42,6 +42,7 @@ class Cleaned(NamedTuple):
     changes: tuple[Change, ...]
     alone: tuple[str, ...]
     overlaps: tuple[tuple[str, str, float], ...]
+    mortar: float = 0.0
 
     @property
     def largest_move(self) -> float:
@@ -51,7 +52,10 @@ class Cleaned(NamedTuple):
     def __str__(self) -> str:
         """What was changed, a line for each stone; of many that were moved the farthest :data:`SHOWN`."""
         head = f"{len(self.outlines)} outlines; largest move of a corner {1e3 * self.largest_move:.3g} mm"
-        moved = sorted((c for c in self.changes if c.size), key=lambda c: -c.size)
+        grown = [c.size for c in self.changes if c.what == "grown"]
+        if grown:
+            head += f"; {len(grown)} grown by {1e3 * max(grown):.3g} mm, half a mortar joint"
+        moved = sorted((c for c in self.changes if c.what == "moved"), key=lambda c: -c.size)
         lines = [f"  {c.name}: {c.what}" for c in self.changes if not c.size]
         lines += [f"  {c.name}: {c.what} by up to {1e3 * c.size:.3g} mm" for c in moved[:SHOWN]]
         if len(moved) > SHOWN:
@@ -61,7 +65,9 @@ class Cleaned(NamedTuple):
         return "\n".join([head, *lines])
 
 
-def clean(outlines: Sequence[ArrayLike], gap: float = 0.005, *, names: Sequence[str] | None = None) -> Cleaned:
+def clean(
+    outlines: Sequence[ArrayLike], gap: float = 0.005, *, mortar: float = 0.0, names: Sequence[str] | None = None
+) -> Cleaned:
     """Close the small gaps and overlaps of traced outlines: corners move to corners, then to edges, within ``gap``.
 
     Corners of different outlines within ``gap`` of each other meet in their middle; a corner that is still within
@@ -71,6 +77,8 @@ def clean(outlines: Sequence[ArrayLike], gap: float = 0.005, *, names: Sequence[
     ----------
     outlines : closed polygons x, z [m], shape (n, 2) each
     gap : largest distance that counts as an error of drawing [m]
+    mortar : thickness of the mortar joints, drawn as open space between the stones [m]: every stone first grows by half
+        of it where another one stands across a joint, and keeps its free sides
     names : of the outlines; "stone 1" ... where omitted
 
     Returns
@@ -84,7 +92,16 @@ def clean(outlines: Sequence[ArrayLike], gap: float = 0.005, *, names: Sequence[
         When shapely is not installed; the message says how to install it.
     InputError
         Naming the outline: fewer than three corners, an outline that crosses itself, or one no larger than the gap.
+
+    Notes
+    -----
+    Stones grow within the closing of all stones, which are dilated and then eroded by half the mortar's thickness and
+    the gap: that fills joints and notches up to that width, not openings or the space beside the wall. The thickness
+    stays in ``Cleaned.mortar`` for the stiffness of the joints, k = E_m / thickness and the like
+    (:mod:`limitmason.stiffness`). The weight of the mortar is counted at the density of the stones.
     """
+    if not (np.isfinite(mortar) and mortar >= 0.0):
+        raise InputError(f"mortar must be a length, zero or more [m], got {mortar!r}")
     if not (np.isfinite(gap) and gap > 0.0):
         raise InputError(f"gap must be a positive length [m], got {gap!r}")
     labels = [f"stone {i}" for i in range(1, len(outlines) + 1)] if names is None else list(names)
@@ -94,10 +111,13 @@ def clean(outlines: Sequence[ArrayLike], gap: float = 0.005, *, names: Sequence[
     rings = [_checked(o, n, gap, shapely) for o, n in zip(outlines, labels, strict=True)]
     kept, twice = _once(rings, labels, shapely)
     rings, labels = [rings[i] for i in kept], [labels[i] for i in kept]
+    changes = [Change(n, f"dropped: the same as {o}", 0.0) for n, o in twice]
+    if mortar > 0.0:
+        rings, by = _grown(rings, mortar, gap, shapely)
+        changes += [Change(n, "grown", b) for n, b in zip(labels, by, strict=True) if b > 0.0]
     start = [r.copy() for r in rings]
     _meet_corners(rings, gap)
     _meet_edges(rings, start, gap, shapely)
-    changes = [Change(n, f"dropped: the same as {o}", 0.0) for n, o in twice]
     out = []
     for ring, before, name in zip(rings, start, labels, strict=True):
         move = float(np.linalg.norm(ring - before, axis=1).max(initial=0.0))
@@ -108,7 +128,7 @@ def clean(outlines: Sequence[ArrayLike], gap: float = 0.005, *, names: Sequence[
             raise InputError(f"{name}: closing gaps of {gap:g} m leaves no outline of it; give a smaller gap")
         out.append(merged)
     alone, overlaps = _contacts(out, labels, gap, shapely)
-    return Cleaned(out, labels, tuple(changes), alone, overlaps)
+    return Cleaned(out, labels, tuple(changes), alone, overlaps, mortar)
 
 
 def need_shapely() -> Any:
@@ -155,6 +175,22 @@ def _once(rings: list[Array], names: list[str], shapely: Any) -> tuple[list[int]
             if common > SAME * max(polygons[i].area, polygons[j].area):
                 dropped[j] = i
     return [i for i in range(len(rings)) if i not in dropped], [(names[j], names[i]) for j, i in dropped.items()]
+
+
+def _grown(rings: list[Array], mortar: float, gap: float, shapely: Any) -> tuple[list[Array], list[float]]:
+    """Outlines grown by half a mortar joint within the closing of all, and by how much each was [m]."""
+    polygons = shapely.polygons(rings)
+    reach = 0.5 * mortar + gap
+    whole = shapely.union_all(polygons).buffer(reach, join_style="mitre").buffer(-reach, join_style="mitre")
+    out, by = [], []
+    for polygon, ring in zip(polygons, rings, strict=True):
+        larger = polygon.buffer(0.5 * mortar, join_style="mitre").intersection(whole.union(polygon))
+        parts = [p for p in shapely.get_parts(larger) if p.geom_type == "Polygon"]
+        best = max(parts, key=lambda p: p.area)
+        by.append(0.5 * mortar if best.area > polygon.area * (1.0 + 1e-9) else 0.0)
+        corners = np.array(shapely.geometry.polygon.orient(best).exterior.coords[:-1])
+        out.append(_straight(_merged(corners, 1e-6 * mortar)) if by[-1] else ring)
+    return out, by
 
 
 def _meet_corners(rings: list[Array], gap: float) -> None:

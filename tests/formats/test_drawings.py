@@ -11,6 +11,7 @@ from limitmason import formats
 from limitmason.cli import main
 from limitmason.errors import InputError
 from limitmason.formats.tracing import loops
+from limitmason.geometry import polygon_area_centroid
 
 ezdxf = pytest.importorskip("ezdxf")
 pytest.importorskip("shapely")
@@ -194,3 +195,58 @@ def test_of_many_moved_stones_the_text_names_the_farthest():
     assert sum("moved by up to" in line for line in lines) == 10
     assert f"and {len(moved) - 10} more by" in lines[-1]
     assert f"{1e3 * cleaned.largest_move:.3g} mm" in lines[1]
+
+
+def apart(outlines, mortar):
+    """Rectangles with half a joint taken off every side."""
+    middle = [0.5 * (o.min(axis=0) + o.max(axis=0)) for o in outlines]
+    half = [0.5 * np.ptp(o, axis=0) for o in outlines]
+    return [
+        m + (o - m) * (h - 0.5 * mortar) / h for o, m, h in zip(outlines, middle, half, strict=True)
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3])
+def test_stones_between_mortar_joints_grow_to_meet_and_keep_their_free_sides(turn):
+    mortar, c, s = 0.012, math.cos(turn), math.sin(turn)
+    drawn = apart(bond(courses=3, length=1.2, unit=0.4, height=0.2), mortar)
+    drawn = [o @ np.array([[c, s], [-s, c]]) for o in drawn]
+    cleaned = formats.clean(drawn, 0.001, mortar=mortar)
+    assert cleaned.mortar == mortar
+    assert cleaned.alone == ()
+    assert cleaned.overlaps == ()
+    # mortar within the wall is filled and nothing else: the wall's outer sides stay half a joint inside the bond's
+    areas = [abs(polygon_area_centroid(o)[0]) for o in cleaned.outlines]
+    assert sum(areas) == pytest.approx((1.2 - mortar) * (0.6 - mortar), rel=1e-9)
+    back = [o @ np.array([[c, -s], [s, c]]) for o in cleaned.outlines]
+    wall = lm.Assembly.from_polygons(back, thickness=0.3, joint=JOINT, fixed=[0, 1, 2], tolerance=1e-6)
+    exact = lm.Assembly.from_polygons(bond(courses=3), thickness=0.3, joint=JOINT, fixed=[0, 1, 2], tolerance=1e-6)
+    assert len(wall.interfaces) == len(exact.interfaces)
+    assert "half a mortar joint" in str(cleaned)
+
+
+def test_mortar_leaves_openings_open_and_is_refused_where_it_means_nothing(tmp_path):
+    piers = [np.array([[x, 0.0], [x + 0.3, 0.0], [x + 0.3, 1.0], [x, 1.0]]) for x in (0.0, 0.7)]
+    lintel = np.array([[0.0, 1.01], [1.0, 1.01], [1.0, 1.2], [0.0, 1.2]])
+    cleaned = formats.clean([*piers, lintel], 0.001, mortar=0.01)
+    assert cleaned.outlines[0].max(axis=0) == pytest.approx([0.3, 1.005])  # up to the lintel, not into the opening
+    assert cleaned.outlines[2].min(axis=0) == pytest.approx([0.0, 1.005])
+    for wrong in (-0.01, math.nan):
+        with pytest.raises(InputError, match="mortar must be a length"):
+            formats.clean(piers, 0.001, mortar=wrong)
+
+
+def test_a_wall_with_mortar_is_solved_from_the_shell(tmp_path, capsys):
+    # a block 0.4 x 0.8 over a joint of 20 mm falls as one 0.4 x 0.81: half the joint is counted to it
+    drawing = ezdxf.new(units=6)
+    plane = drawing.modelspace()
+    for layer, corners in (
+        ("base", [(-1, -0.5), (1, -0.5), (1, 0), (-1, 0)]), ("stones", [(0, 0.02), (0.4, 0.02), (0.4, 0.82), (0, 0.82)])
+    ):  # fmt: skip
+        plane.add_lwpolyline(corners, close=True, dxfattribs={"layer": layer})
+    drawing.saveas(tmp_path / "wall.dxf")
+    wall = [str(tmp_path / "wall.dxf"), "--thickness", "0.3", "--friction", "45"]
+    assert main(["solve", *wall, "--mortar", "0.02"]) == 0
+    shown = capsys.readouterr()
+    assert f"{0.4 / 0.81:.6f}"[:7] in shown.out
+    assert "half a mortar joint" in shown.err

@@ -98,7 +98,7 @@ def test_while_workers_start_calls_go_on_here_and_wait_for_nobody(soon, monkeypa
             return Future()  # never ready
 
     monkeypatch.setattr(workers, "_processes", lambda n: Starting())
-    assert {v[1] for _, v in run_points(slow, points(20), None, 2)} == {os.getpid()}
+    assert {v[1] for _, v in run_points(slow, points(8), None, 2)} == {os.getpid()}
 
 
 def test_real_workers_are_other_processes_and_give_the_same(soon):
