@@ -143,3 +143,17 @@ def test_parts_as_blocks_of_their_own_need_joints_that_cannot_fail():
     strong = lm.Joint(60.0, cohesion=1e9, tensile_strength=1e9)
     assert multiplier(bed=strong) == pytest.approx(1.5 / 1.1, rel=1e-6)
     assert multiplier() < 0.99 * 1.5 / 1.1
+
+
+def test_distinct_elements_and_mechanisms_take_it_as_one_body_too():
+    # the hook over a post whose left part is 0.1 lower: its leg bears at 0.9, alpha (0.25 + 0.1) = 0.75
+    stiff = lm.Joint(0.0, normal_stiffness=1e11, shear_stiffness=1e11)
+    posts = [box((1, 0, -1), (1.2, 1, 0.9)), box((1.2, 0, -1), (2, 1, 1))]
+    hook = lm.Assembly.from_polyhedra([*posts, prism(HOOK, 0, 1)], joint=stiff, fixed=[0, 1])
+    loads = lm.Loads.horizontal(hook, (1, 0, 0))
+    assert lm.limit_analysis(hook, loads).collapse_multiplier == pytest.approx(0.75 / 0.35, rel=1e-6)
+    simulated = lm.predict(hook, loads, "dem", error_budget=(), contact_points=(4, 2))
+    assert simulated.collapse_multiplier == pytest.approx(0.75 / 0.35, rel=5e-3)
+    tee = lm.Assembly.from_polyhedra([GROUND, prism(T, 0, 1)], joint=lm.Joint(50.0), fixed=[0])
+    answer = lm.predict(tee, lm.Loads.horizontal(tee, (1, 0, 0)), "mechanisms")
+    assert answer.collapse_multiplier == pytest.approx(0.4, rel=1e-6)
