@@ -85,7 +85,8 @@ def outline_of(assembly: Assembly, number: int) -> tuple[Array, float]:
     same = len(flat) == len(other) and all(np.linalg.norm(other - p, axis=1).min() <= _FLAT * size for p in flat)
     if not (front | back).all() or not same:
         raise InputError(
-            f"block {block.name!r} is not a prism along y: zoned blocks are for walls in the x-z plane of one thickness"
+            f"block {block.name!r} is not a prism along y: zoned blocks in the plane are for walls in x-z of one "
+            "thickness; give stress='solid' for elastic zones in space"
         )
     # a convex outline in order of the angle about its middle
     r = flat - flat.mean(axis=0)

@@ -66,6 +66,10 @@ def test_no_measured_strength_is_packaged_and_the_assumptions_say_so():
         assert any("spans are assumed" in a for a in test.assumptions)
     with pytest.raises(ValueError, match="must grow"):
         experiments.load(SOURCE, "theta-0", load_span=1.5)
+    with pytest.raises(ValueError, match="less than a shear span"):
+        experiments.load(SOURCE, "theta-0", support_span=1.0, load_span=0.6, bar_width=0.3)
+    wide = experiments.load(SOURCE, "theta-0", bar_width=0.05).assembly()
+    assert [np.ptp(wide.blocks[wide.block_index(b)].vertices[:, 0]) for b in LOADED] == pytest.approx([0.05, 0.05])
     with pytest.raises(ValueError, match="residual"):
         experiments.load(SOURCE, "theta-0", residual="some")
 

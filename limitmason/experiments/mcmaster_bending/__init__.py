@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 NAME = "mcmaster-bending"
 SUPPORTS, LOADED = ("support-left", "support-right"), ("load-left", "load-right")
-_BAR, _DEEP = 0.002, 0.03  # width and depth of the bars [m]
+_DEEP = 0.03  # depth of the bars [m]
 _HARD = 75.0  # stiffness of their contact over that of the joints, as of a bar as wide as the wallette is thick [-]
 _SLIVER = 0.04  # pieces below this part of a block are left out [-]
 _NARROW = 0.025  # and those narrower than this [m]
@@ -35,6 +35,7 @@ _NARROW = 0.025  # and those narrower than this [m]
 OPTIONS = {
     "support_span": Option(1.5, "m", "distance of the supports; assumed, not found"),
     "load_span": Option(0.7, "m", "distance of the two line loads; assumed, not found"),
+    "bar_width": Option(0.002, "m", "width of the bars, or of the strips under them, along the span; assumed"),
     "block_scale": Option(1.0, "-", "block length and height over those of the source (size study: 0.5, 0.25)"),
     "scale_thickness": Option(False, "-", "True: block_scale is of the thickness too"),
     "bond_shift": Option(0.0, "-", "shift of the bond across its bed joints in courses; 0: a bed joint at the centre"),
@@ -58,11 +59,14 @@ def load(specimen: str, **options: Any) -> Experiment:
     chosen = chosen_options(OPTIONS, options, NAME)
     given = read_parameters(NAME)
     span = float(given["length"]) / 1e3
-    if not 0.0 < chosen["load_span"] < chosen["support_span"] <= span - _BAR:
+    bar = chosen["bar_width"]
+    if not 0.0 < chosen["load_span"] < chosen["support_span"] <= span - bar:
         raise InputError(
             f"load_span {chosen['load_span']:g} m and support_span {chosen['support_span']:g} m must grow in this "
             f"order and fit on the wallette of {span:g} m"
         )
+    if not 0.0 < bar < 0.5 * (chosen["support_span"] - chosen["load_span"]):
+        raise InputError(f"bar_width must be positive and less than a shear span, got {bar!r} m")
     if chosen["residual"] not in ("none", "full"):
         raise InputError(f"residual must be 'none' or 'full', got {chosen['residual']!r}")
     if not chosen["block_scale"] > 0.0:
@@ -88,8 +92,9 @@ def load(specimen: str, **options: Any) -> Experiment:
             "The weight of the wallette is assumed to be left out: neither its density nor its position is given."
             if chosen["density"] is None
             else f"The wallette is assumed to lie flat with {chosen['density']:g} kg/m3; neither is in the sources.",
-            "Supports and loads are assumed as bars 2 mm wide; the left support is a pin (friction of the joints, no "
-            "cohesion), the others have no friction; none resists tension, and their contact is 75 times as stiff.",
+            f"Supports and loads are assumed as bars {1e3 * bar:g} mm wide; the left support is a pin (friction of the "
+            "joints, no cohesion), the others have no friction; none resists tension, and their contact is 75 times as "
+            "stiff.",
             "After failure a joint is assumed to lose cohesion and tensile strength at once and to keep its friction."
             if chosen["residual"] == "none"
             else "Joints are assumed perfectly plastic in tension and shear.",
@@ -113,8 +118,9 @@ def assembly(test: Experiment) -> Assembly:
         length, width, float(p["block length"]) / 1e3 * o["block_scale"], float(p["block height"]) / 1e3
         * o["block_scale"], float(np.deg2rad(p["orientation"])), o["bond_shift"],
     )  # fmt: skip
+    bar = o["bar_width"]
     bars = [
-        box((side * 0.5 * span - 0.5 * _BAR, y, -0.5 * width), (side * 0.5 * span + 0.5 * _BAR, y + _DEEP, 0.5 * width))
+        box((side * 0.5 * span - 0.5 * bar, y, -0.5 * width), (side * 0.5 * span + 0.5 * bar, y + _DEEP, 0.5 * width))
         for span, y in ((o["support_span"], -_DEEP), (o["load_span"], thickness))
         for side in (-1.0, 1.0)
     ]
@@ -147,8 +153,8 @@ def assembly(test: Experiment) -> Assembly:
     first = len(pieces)
 
     def law(a: int, b: int, joint: Joint) -> Joint:
-        bar = max(a, b)
-        return joint if bar < first else pin if bar == first else roller
+        last = max(a, b)
+        return joint if last < first else pin if last == first else roller
 
     laid = (replace(i, joint=law(i.block_a, i.block_b, i.joint)) for i in whole.interfaces)
     return signed(whole.with_interfaces(laid), test)
