@@ -134,6 +134,27 @@ def test_a_body_turned_without_strain_has_no_stress(angle):
     assert np.abs(body.stresses()[0]).max() < 1e-13 * E
 
 
+def test_a_soft_brick_that_spins_and_flies_keeps_energy_and_momentum():
+    place, cells = grid(np.linspace(0, 0.4, 4), np.array([0, 0.2]), np.array([0, 0.1]))
+    body = SolidBody(place, cells, lm.Material(young_modulus=1e7, poisson_ratio=0.3, density=2000.0), density=2000.0)
+    body.nodes.velocity[:] = np.cross([8.0, -5.0, 12.0], place - place.mean(axis=0)) + [1.0, 0.0, 0.0]
+    mass = body.nodes.mass[:, None]
+
+    def kept():
+        v, x = body.nodes.velocity, place + body.nodes.shift
+        spin = np.cross(x - (mass * x).sum(axis=0) / mass.sum(), mass * v).sum(axis=0)
+        elastic = body.stresses()[1]
+        return elastic + 0.5 * (mass * v * v).sum(), (mass * v).sum(axis=0), spin, elastic
+
+    energy, push, spin, _ = kept()
+    body.run(int(1.0 / body.dt), local=0.0)  # two and a half turns
+    after = kept()
+    assert after[3] > 1e-4 * energy  # it is stretched by its spin
+    assert after[0] == pytest.approx(energy, rel=3e-4)  # of the order of its strain
+    assert np.abs(after[1] - push).max() < 1e-11 * np.abs(push).max()
+    assert np.linalg.norm(after[2] - spin) < 3e-5 * np.linalg.norm(spin)
+
+
 def test_pressure_wave_travels_at_its_speed_with_true_mass():
     # a bar held across, struck at its end: the front arrives at the middle at L / 2c; sqrt(M / rho), M constrained
     length, n, poisson, density = 2.0, 400, 0.3, 2000.0
