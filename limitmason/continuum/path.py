@@ -70,7 +70,9 @@ def push(
     Small displacements. Brittle solids snap back: at a prescribed displacement the load then falls at once, as in a
     stiff machine, and where it ends depends on what the run-through has broken. A homogeneous solid knows no joints: it
     cracks where strength is reached first, not where stones part. Energy is independent of the mesh where bricks are
-    cubes: a crack across a flat brick has its thickness for a band, not the cube root of its volume.
+    cubes: a crack across a flat brick has its thickness for a band, not the cube root of its volume. Where strain is
+    the same all over, a step that crosses the strength cracks every brick at once, on a path of more energy than that
+    of one crack: small steps there find the weakest brick.
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
     point, direction = read_vector("point of control", control[0]), read_vector("direction of control", control[1])

@@ -7,7 +7,7 @@ import limitmason as lm
 from limitmason import experiments
 from limitmason.continuum import Box, Continuum, Material, solve_elastic
 from limitmason.errors import InputError, NotApplicable
-from limitmason.experiments.murano_u_walls.macro import control_point, macro_model, material
+from limitmason.experiments.murano_u_walls.macro import control_point, macro_model, material, published
 
 BAR = Box(np.zeros(3), np.array([0.3, 0.2, 1.5]))
 SQUARE = [(0.0, 0.0, 1.5), (0.3, 0.0, 1.5), (0.3, 0.2, 1.5), (0.0, 0.2, 1.5)]
@@ -121,3 +121,26 @@ def test_elastic_stiffness_of_the_macro_models():
     # 3.10 is printed for DS: no elastic wall of this modulus and these frequencies has it
     assert secant("DS") == pytest.approx(16.0, rel=0.05)
     assert secant("DS", "step 1") / secant("DS") == pytest.approx(398 / 295, rel=1e-9)
+
+
+def test_printed_frequencies_of_regw_say_that_its_side_walls_are_one_metre_long():
+    # E and density move all frequencies by one factor: the plan is right where the three printed ones over ours agree
+    printed = np.array([float(published("REGW")[f"frequency_{k}"]) for k in (1, 2, 3)])
+
+    def spread(length):
+        test = experiments.load("murano-u-walls", "REGW", return_length=length)
+        over = printed / lm.modes(macro_model(test, size=0.3), 3).frequency
+        return np.ptp(over) / over.mean()
+
+    assert spread(1.0) < 0.005
+    assert min(spread(0.95), spread(1.05)) > 0.02
+
+
+def test_an_elastic_slab_under_the_macro_model_softens_it_a_little():
+    test = experiments.load("murano-u-walls", "REGW")
+    concrete = Material(30e9, 0.2, 2500.0)
+    on_slab = macro_model(test, size=0.3, slab=concrete)
+    assert on_slab.materials[1] == concrete
+    # thirty-five times stiffer than the wall: a per cent at most, and never stiffer than a rigid ground
+    u = [solve_elastic(on_slab, load).at(control_point(test))[0, 1] for load in (0.0, 1.0)]
+    assert 0.98 * secant("REGW", size=0.3) < 1e-3 / (u[0] - u[1]) < secant("REGW", size=0.3)

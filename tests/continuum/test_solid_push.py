@@ -42,6 +42,28 @@ def test_one_brick_pulled_apart_takes_the_fracture_energy_of_its_section():
     assert curve.crack_width().max() == pytest.approx(2e-3, rel=0.01)
 
 
+@pytest.mark.parametrize("points", [2, 3])
+def test_a_crack_through_one_row_of_bricks_takes_the_fracture_energy_of_its_section(points):
+    # a bar of three cubes, the middle one 2 % weaker: it alone cracks, and G times the section is lost in all
+    h = 0.1
+    strengths = (8e4, 0.98 * 8e4)
+    solid = Continuum.from_boxes(
+        [Box(np.array([0, 0, k * h]), np.array([h, h, k * h + h]), int(k == 1)) for k in range(3)],
+        [Material(8e8, 0.0, 0.0, ft, 12.0) for ft in strengths], size=h, points=points,
+    )  # fmt: skip
+    top = [(0, 0, 3 * h), (h, 0, 3 * h), (h, h, 3 * h), (0, h, 3 * h)]
+    pulled = solid.with_patch_pressure(top, force=-1.0)
+    control = ((h / 2, h / 2, 3 * h), (0, 0, 1))
+    start = push(pulled, control=control, to=1.2e-4, first=2e-6, largest=4e-6)
+    curve = push(pulled, control=control, to=4e-3, first=1e-5, largest=2e-4, start=start)
+    assert curve.energy.lost[-1] == pytest.approx(12.0 * h * h, rel=1e-3)
+    assert curve.crack_width()[[0, 2]].max() < 1e-9
+    assert curve.crack_width()[1].mean() == pytest.approx(4e-3, rel=1e-3)
+    # one step across the strength cracks all three: three times the energy, on a path that is in equilibrium too
+    everywhere = push(pulled, control=control, to=1.2e-2, first=2e-4, largest=2e-4)
+    assert everywhere.energy.lost[-1] == pytest.approx(3 * 12.0 * h * h, rel=1e-3)
+
+
 @pytest.mark.slow
 def test_mesh_halving_leaves_peak_and_energy_of_the_mortared_u_wall():
     # bricks of 0.30 and 0.15 m to past the first peak. Loads agree to 1 %; work to 5.1 %, as the elastic stiffness

@@ -9,7 +9,8 @@ from limitmason.experiments.tables import read_table
 SETS = {"DS": ("step 1", "final"), "REGW": ("final",)}
 
 ASSUMPTIONS = (
-    "Side walls of 1.00 m are derived from the axis of the plan, 3.65 m; they are not printed (0.85 m is 11 % softer).",
+    "Side walls of 1.00 m are derived from the axis of the plan, 3.65 m; they are not printed, but the ratios of the "
+    "frequencies printed of REGW fit no other length (0.85 m is 11 % softer).",
     "The base is held; the source meshed a concrete base too, whose size is not in the text.",
     "The airbag presses evenly on the rear face between the side walls.",
 )
@@ -42,7 +43,13 @@ def material(specimen: str, properties: str = "final") -> Material:
 
 
 def macro_model(
-    test: Experiment, properties: str = "final", *, size: float = 0.10, roof_mass: bool = False, points: int = 3
+    test: Experiment,
+    properties: str = "final",
+    *,
+    size: float = 0.10,
+    roof_mass: bool = False,
+    points: int = 3,
+    slab: Material | None = None,
 ) -> Continuum:
     """The wall of an experiment of this source as a solid of 20-node bricks.
 
@@ -53,6 +60,8 @@ def macro_model(
     size : largest edge of a brick [m]; 0.10 in the source
     roof_mass : let the load on the side walls vibrate as a mass; False: it only weighs, as a spread force does
     points : integration points along an edge of a brick
+    slab : what a base under the wall is made of; its size is that of the blocks' ground, one course thick (assumed);
+        None: the ground is rigid
 
     Returns
     -------
@@ -60,7 +69,7 @@ def macro_model(
         Weight and roof dead, an airbag of 1 kN live that pushes the facade off its side walls (towards -y).
     """
     solid = Continuum.from_assembly(
-        assembly(test), material(test.specimen, properties), size=size, points=points,
+        assembly(test), material(test.specimen, properties), size=size, points=points, slab=slab,
         planes=[(1, float(test.options["roof_from"]))],
     )  # fmt: skip
     load = 1e3 * float(test.parameters["roof load on each side wall"])

@@ -1,0 +1,1 @@
+"""The U walls as solids: which reading of the source moves their stiffness and their peak."""
