@@ -86,9 +86,9 @@ macro-model does not: 0.83 kN and 3.10 kN/mm give 0.27 mm where 0.57 mm is print
 [light-damage]
 
 The load depends on the displacement over which the initial stiffness is taken, which the source does not state: DS
-softens from the start, and its 0.83 kN comes out between 0.15 and 0.2 mm. REGW is elastic to 8 kN, where a corner first
-meets the strength, and 2 % softer at 18 kN (17.3 kN on bricks of 0.10 m); the printed point lies within 3 % of its line,
-not at its bend.
+softens from the start, and its 0.83 kN comes out between 0.15 and 0.2 mm. REGW is elastic to 8 kN, where a corner
+first meets the strength, and 2 % softer at 18 kN (17.3 kN on bricks of 0.10 m); the printed point lies within 3 % of
+its line, not at its bend.
 
 ### What the first peak of REGW depends on
 
@@ -99,10 +99,10 @@ to 1.01 of Gf over the band. One reading at a time:
 [readings]
 
 None but energy or load pattern is worth the missing quarter (27.7 kN on bricks of 0.10 m, 25 % below the source). Up to
-28.4 kN the states are stable; from 29.5 kN on the tangent has one or two negative directions. A load in proportion to mass is
-not what the source describes. Two more need another element or law: quadratic tetrahedra, six a brick and each with the
-cube root of its own volume, give 30.9 kN (bricks of 0.30 m) and 31.4 kN (0.15 m), 15 % below the source, whose text
-calls its elements tetrahedra of twenty nodes; cracks that contract sideways with the elastic ratio give 26.0 kN.
+28.4 kN the states are stable; from 29.5 kN on the tangent has one or two negative directions. A load in proportion to
+mass is not what the source describes. Two more need another element or law: quadratic tetrahedra, six a brick and each
+with the cube root of its own volume, give 30.9 kN (bricks of 0.30 m) and 31.4 kN (0.15 m), 15 % below the source, whose
+text calls its elements tetrahedra of twenty nodes; cracks that contract sideways with the elastic ratio give 26.0 kN.
 
 ## Micro-model
 
