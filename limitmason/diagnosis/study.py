@@ -22,6 +22,7 @@ from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, NextTests, confusable
 from limitmason.diagnosis.inference.shared import Shares, estimated_shares, sharing
+from limitmason.diagnosis.inference.verdict import VerdictKind
 from limitmason.diagnosis.rehearse import Rehearsal, planted, rehearse
 from limitmason.diagnosis.result import Diagnosis, checked_by_group
 from limitmason.diagnosis.simulator import Simulator
@@ -260,8 +261,15 @@ class Study:
 
         return Judge(design, known, self.covariates, folds_of(self.groups, self.n), rule, rehearsed=rehearsed)
 
-    def shares(self, causes: Iterable[Cause] | None = None) -> Shares:
-        """Shares of the noise within the labels of :attr:`shared`, estimated from the measured values."""
+    def shares(self, causes: Iterable[Cause] | None = None, *, price: float | None = None) -> Shares:
+        """Shares of the noise within the labels of :attr:`shared`, estimated from the measured values.
+
+        Parameters
+        ----------
+        causes : the list
+        price : None for shares at the baseline; else they are those beside the best explanation, each cause of which
+            must improve the log-likelihood by this much
+        """
         if self.measured is None:
             raise InputError("the study has no measured values to estimate shares of the noise from")
         causes = self._listed(causes)
@@ -269,8 +277,16 @@ class Study:
         named = {n: self.covariates[n] for n in self.shared or ()}
         return estimated_shares(
             design, design.whiten(self.measured), self.covariates if self.shared is None else named,
-            every=self.shared is not None,
+            every=self.shared is not None, price=price,
         )  # fmt: skip
+
+    def _carrying(self, causes: tuple[Cause, ...], rule: Rule, shares: Shares) -> Judge:
+        """What judges with some shares of the noise; margins are those of independent noise."""
+        judge = self.judge(causes, rule)
+        if not shares.shares:
+            return judge
+        mixed = sharing(judge.design, shares.correlation, self.covariates)
+        return self._judge(causes, rule, mixed, judge)
 
     def table(self, cause: Cause) -> Table:
         """Table of one cause; made on the first call."""
@@ -311,20 +327,19 @@ class Study:
         chances = Draws.make([seed, self.n], self.n, design.inputs, self.noise, draws)
         y = design.whiten(self.measured)
         shares = self.shares(causes)
-        if shares.shares:
-            judge = self._judge(
-                causes, rule, sharing(design, shares.correlation, self.covariates), self.judge(causes, rule)
-            )
-        else:
-            judge = self.judge(causes, rule)
-        verdict = judge(judge.design.turned(y), chances, pairs)
+        judge = self._carrying(causes, rule, shares)
+        alarm = judge.gate(judge.design.turned(y), chances)
+        if alarm.kind == VerdictKind.UNEXPLAINED and shares.looked_at:
+            shares = self.shares(causes, price=alarm.critical_gain)
+            judge = self._carrying(causes, rule, shares)
+        verdict = judge(judge.design.turned(y), chances, pairs, alarm)
         if self.tables.pair_tables == "verified":
             for _ in range(ROUNDS):
                 if not self.tables.verify(judge.design, causes, verdict):
                     break
                 if judge.design is not design:
                     design.forget_pairs()
-                verdict = judge(judge.design.turned(y), chances, pairs)
+                verdict = judge(judge.design.turned(y), chances, pairs, alarm)
         for names in verdict.pairs:
             design.grid(names)
         answer = Answer(

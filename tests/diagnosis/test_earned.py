@@ -196,6 +196,30 @@ def test_share_of_a_group_is_estimated_within_the_stated_total(share):
     assert np.mean(found) == pytest.approx(share, abs=0.12)
 
 
+@pytest.mark.parametrize("share", [0.0, 0.6])
+def test_an_effect_that_goes_with_the_groups_is_no_noise_that_they_share(share):
+    # the middle batches 15 % high: at the baseline that passes for noise shared within batches, beside the cause not
+    walls = [{"height": 0.3 + 0.02 * i, "width": 0.1} for i in range(40)]
+    raised = Cause("middle", "middle", 0.0, (-0.4, 0.4))
+
+    def simulate(s, *, friction_coefficient, middle=0.0, rounding=0.0):
+        inside = 0.45 < s["height"] < 0.85
+        return blocks(s, friction_coefficient=friction_coefficient, rounding=rounding) * (1.0 + inside * middle)
+
+    batches = {"batch": [f"b{i // 5}" for i in range(40)]}
+    made = Study(walls, simulate, None, Noise(0.04), FRICTION, batches, levels=3, nuisance_levels=3)
+    causes, rng = [raised, ROUNDING], np.random.default_rng(6)
+    factor = np.linalg.cholesky(assumed(made.covariates["batch"], share))
+    before, beside = [], []
+    for _ in range(20):
+        values = made.predicted([raised], [0.15]) * np.exp(0.04 * factor @ rng.standard_normal(40))
+        own = made.with_measured(values)
+        before.append(own.shares(causes).shares.get("batch", 0.0))
+        beside.append(own.shares(causes, price=4.0).shares.get("batch", 0.0))
+    assert min(before) > 0.25
+    assert np.mean(beside) == pytest.approx(share, abs=0.12)
+
+
 def test_shared_noise_is_carried_as_generalised_least_squares_does():
     labels = [f"day {i // 3}" for i in range(12)]
     made = study(data(ROUNDING, 0.012), covariates={"day": labels, "height": range(12)}, nuisance={})

@@ -59,12 +59,12 @@ class Rule:
     missing: float = 0.05
     each: float = 0.01
     usual: float = 0.02
-    structure: float = 0.02
+    structure: float = 0.005
     asks: float = 0.10
 
 
 def decide(design: Design, y: np.ndarray, draws: Draws, rule: Rule | None = None, pairs: bool = True) -> Verdict:
-    """Apply the rule to one data set.
+    """Apply the rule to one data set: :func:`gate`, then :func:`explained`.
 
     Parameters
     ----------
@@ -79,6 +79,11 @@ def decide(design: Design, y: np.ndarray, draws: Draws, rule: Rule | None = None
     The verdict is conditional on the list. The p of a kept cause means "not rejected", no more.
     """
     rule = rule or Rule()
+    return explained(design, y, gate(design, y, draws, rule), draws, rule, pairs)
+
+
+def gate(design: Design, y: np.ndarray, draws: Draws, rule: Rule) -> Verdict:
+    """Whether the baseline is enough ("none"), more scatter than stated is, or neither ("unexplained" so far)."""
     z = np.zeros(design.inputs)
     null = best_fit(design.null, y, z, design.like)
     names: list[Names] = [(c.name,) for c in design.causes]
@@ -88,21 +93,37 @@ def decide(design: Design, y: np.ndarray, draws: Draws, rule: Rule | None = None
     trend = design.shapes.best(null.residuals)
     seen = trend if trend is not None and p["shape"] < 0.05 else None
     fired = {name for name in ("gain", "shape", "scatter") if name in p and tally.rejected(name)}
-    base = float(null.loglik[0])
-    about = Verdict(
-        VerdictKind.NONE, (), (), seen.covariate if seen else None, seen.kind if seen else None, p, critical, null=null
-    )
+    kind = VerdictKind.UNEXPLAINED
     if not fired:
-        return replace(about, tested=_untested(design, singles, base))
-    if "scatter" in fired and not tally.rejected("guard") and p["shape"] >= rule.guard:
-        return replace(about, kind=VerdictKind.SCATTER, tested=_untested(design, singles, base))
-    tested = confidence_set(design, singles, base, draws, rule)
+        kind = VerdictKind.NONE
+    elif "scatter" in fired and not tally.rejected("guard") and p["shape"] >= rule.guard:
+        kind = VerdictKind.SCATTER
+    tested = _untested(design, singles, float(null.loglik[0]))
+    where = (seen.covariate, seen.kind) if seen else (None, None)
+    return Verdict(kind, (), (), *where, p, critical, tested, null)
+
+
+def explained(design: Design, y: np.ndarray, verdict: Verdict, draws: Draws, rule: Rule, pairs: bool = True) -> Verdict:
+    """What explains an alarm: the causes that are not rejected, else the pairs.
+
+    Parameters
+    ----------
+    design : tables; their noise may be shared otherwise than at the gate
+    verdict : of the gate; what is no alarm, or scatter, stays as it is
+    """
+    if verdict.kind != VerdictKind.UNEXPLAINED:
+        return verdict
+    z = np.zeros(design.inputs)
+    null = best_fit(design.null, y, z, design.like)
+    names: list[Names] = [(c.name,) for c in design.causes]
+    singles = dict(zip(names, design.fits(names, y, z, residuals=True), strict=True))
+    tested = confidence_set(design, singles, float(null.loglik[0]), draws, rule)
     kept = _ranked(tested)
+    verdict = replace(verdict, tested=tested, null=null)
     if kept:
         kind = VerdictKind.CAUSE if len(kept) == 1 else VerdictKind.EITHER
-        return replace(about, kind=kind, causes=tuple(k[0] for k in kept), tested=tested)
-    left = replace(about, kind=VerdictKind.UNEXPLAINED, tested=tested)
-    return with_pairs(design, y, left, draws, rule) if pairs else left
+        return replace(verdict, kind=kind, causes=tuple(k[0] for k in kept))
+    return with_pairs(design, y, verdict, draws, rule) if pairs else verdict
 
 
 def with_pairs(design: Design, y: np.ndarray, verdict: Verdict, draws: Draws, rule: Rule) -> Verdict:

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.special import chdtri
 
 from limitmason.diagnosis.inference.bootstrap import Draws
-from limitmason.diagnosis.inference.decide import Rule, decide, noise_of, with_pairs
+from limitmason.diagnosis.inference.decide import Rule, explained, gate, noise_of, with_pairs
 from limitmason.diagnosis.inference.design import Design
 from limitmason.diagnosis.inference.earned import Rivals, earned
 from limitmason.diagnosis.inference.missing import Missing, leave_each_out
@@ -79,7 +79,11 @@ class Judge:
         fit = verdict.tested[names].fit if names else verdict.null
         return float(f"{noise_of(self.design, names, fit):.2g}")
 
-    def __call__(self, y: np.ndarray, draws: Draws, pairs: bool = True) -> Verdict:
+    def gate(self, y: np.ndarray, draws: Draws) -> Verdict:
+        """Whether one data set raises an alarm, before anything is sought that explains it."""
+        return gate(self.design, y, draws, self.rule)
+
+    def __call__(self, y: np.ndarray, draws: Draws, pairs: bool = True, alarm: Verdict | None = None) -> Verdict:
         """The verdict on one data set.
 
         Parameters
@@ -87,8 +91,10 @@ class Judge:
         y : whitened data, shape (n,)
         draws : standard errors for the bootstrap
         pairs : whether pairs of causes are tried where no single one is left, or the residuals ask for them
+        alarm : what a gate said of the same data, which may have carried other shares of the noise; None asks its own
         """
-        verdict = decide(self.design, y, draws, self.rule, pairs)
+        alarm = self.gate(y, draws) if alarm is None else alarm
+        verdict = explained(self.design, y, alarm, draws, self.rule, pairs)
         if not self.rule.earn:
             return verdict
         verdict = self._earned(verdict, y, draws, pairs)

@@ -6,14 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.cluster.hierarchy import fcluster, linkage
 
-from limitmason.diagnosis.inference.design import Design
+from limitmason.diagnosis.inference.design import Design, Listed
 from limitmason.diagnosis.inference.earned import Rivals
+from limitmason.diagnosis.inference.grid import at_measured
 from limitmason.diagnosis.inference.shapes import Shapes, is_numeric
 
 CIRCUMSTANCES = ("batch", "day", "session", "operator", "sensor", "laboratory", "rig", "setup", "set-up", "set up")
 SHARES = tuple(0.05 * i for i in range(19))  # of the variance: 0 to 0.9
 MOST = 0.9  # of the variance, over all columns
 SWEEPS = 3
+ASIDE = 0.25  # of a cell, over which the change with the size of a cause is taken
+EVIDENCE = 2.7  # log-likelihood by which a share must improve an explanation: p = 0.01 by a mixture of chi-squares
 LEAST = 0.1  # a smaller share is not carried
 PLAUSIBLE = 0.5  # assumed, where a share cannot be estimated
 ALIKE = 4  # specimens in a group of like ones, where no group is recorded
@@ -42,14 +45,20 @@ def same(column: Sequence) -> np.ndarray:
 
 
 def estimated_shares(
-    design: Design, y: np.ndarray, covariates: Mapping[str, Sequence], *, every: bool = False
+    design: Design,
+    y: np.ndarray,
+    covariates: Mapping[str, Sequence],
+    *,
+    every: bool = False,
+    price: float | None = None,
 ) -> Shares:
-    """Shares with the largest likelihood of the residuals at the baseline.
+    """Shares with the largest likelihood of the residuals, at the baseline or beside what explains the data best.
 
-    With y the data from the baseline, J its change per standard deviation of each measured input, and same_f one where
-    two specimens have one label of column f::
+    With r the data from the explanation, G its change with the size of each cause, J the change of the baseline per
+    standard deviation of each measured input, and same_f one where two specimens have one label of column f::
 
-        C = (1 - sum rho_f) I + sum rho_f same_f,    -log L = y'(C + J J')^-1 y / 2 + log det(C) / 2
+        C = (1 - sum rho_f) I + sum rho_f same_f,    W = (C + J J')^-1
+        -log L = min over a of (r - G a)' W (r - G a) / 2 + log det(C) / 2
 
     The total is what the noise statement says, so that the scatter within the labels bounds the shares.
 
@@ -60,43 +69,112 @@ def estimated_shares(
     covariates : name to values of all specimens
     every : whether all of them are meant; else those that by name are circumstances of a test and that no cause of the
         list is about
+    price : log-likelihood by which every cause of an explanation must improve it: the baseline, single causes and the
+        best one with a second are then tried. None is the baseline alone, which is what a test of it asks for; an
+        effect that goes with a column would pass for noise shared within it
 
     Notes
     -----
     Variance components by maximum likelihood: S. R. Searle, G. Casella and C. E. McCulloch, Variance Components (1992),
-    chapter 6. Wrong where the stated noise is that within a label only: the scatter then exceeds it.
+    chapter 6; effects about their fit to independent noise, to first order. Wrong where the stated noise is that within
+    a label only: the scatter then exceeds it.
     """
     rivals = Rivals(design, covariates)
     columns = dict(covariates)
     if not every:
         taken = {rivals.column((c.name,)) for c in design.causes}
         columns = {k: v for k, v in circumstances(covariates).items() if k not in taken}
-    blocks = {name: same(column) for name, column in columns.items()}
-    extra = rivals.slopes @ rivals.slopes.T
-    if not blocks:
+    if not columns:
         return Shares({}, np.eye(design.n))
-
-    def cost(shares: Mapping[str, float]) -> float:
-        c = _correlation(design.n, shares, blocks)
-        square = float(y @ np.linalg.solve(c + extra, y))
-        loglik = design.like.loglik(square, 0.0, float(design.n))
-        return float(0.5 * np.linalg.slogdet(c)[1] - loglik)
-
-    shares = dict.fromkeys(blocks, 0.0)
-    best = cost(shares)
-    for _ in range(SWEEPS):
-        before = dict(shares)
-        for name in blocks:
-            room = MOST - sum(v for k, v in shares.items() if k != name)
-            for share in SHARES:
-                if share <= room + 1e-9:
-                    value = cost({**shares, name: share})
-                    if value < best - 1e-9:
-                        best, shares = value, {**shares, name: share}
-        if shares == before:
-            break
+    components = Components(design, rivals.slopes, {name: same(column) for name, column in columns.items()})
+    best, shares = components.likeliest(y, np.zeros((design.n, 0)))
+    if price is not None:
+        none = dict.fromkeys(columns, 0.0)
+        about = {c.name: _about_its_fit(design, c, y, rivals.slopes) for c in design.causes}
+        tried = {name: components.likeliest(r, g)[0] for name, (r, g) in about.items()}
+        first = min(tried, key=lambda name: tried[name])
+        left, along = about[first]
+        options = [(best, y, np.zeros((design.n, 0))), (tried[first] + price, left, along)]
+        for cause in design.causes:
+            both = np.hstack([along, _whole_effect(design, cause)])
+            options.append((components.likeliest(left, both)[0] + 2.0 * price, left, both))
+        _, r, free = min(options, key=lambda option: option[0])
+        least, shares = components.likeliest(r, free)
+        evidence = [components.cost(none, left, along) - tried[first], components.cost(none, r, free) - least]
+        if min(evidence) < EVIDENCE:
+            shares = none
     kept = {k: v for k, v in shares.items() if v >= LEAST - 1e-9}
-    return Shares(kept, _correlation(design.n, kept, blocks), tuple(blocks))
+    return Shares(kept, _correlation(design.n, kept, components.blocks), tuple(columns))
+
+
+class Components:
+    """Likelihood of residuals with shares of the noise within the labels of some columns.
+
+    Parameters
+    ----------
+    design : independent noise
+    slopes : J, shape (n, number of measured inputs)
+    blocks : same-label matrix of each column, shape (n, n)
+    """
+
+    def __init__(self, design: Design, slopes: np.ndarray, blocks: Mapping[str, np.ndarray]):
+        self.design, self.blocks, self.extra = design, blocks, slopes @ slopes.T
+        self._made: dict[tuple[float, ...], tuple[np.ndarray, float]] = {}
+
+    def cost(self, shares: Mapping[str, float], r: np.ndarray, along: np.ndarray) -> float:
+        """Minus the log-likelihood of residuals, shape (n,), free along some directions, shape (n, k)."""
+        key = tuple(shares.values())
+        if key not in self._made:
+            c = _correlation(self.design.n, shares, self.blocks)
+            self._made[key] = np.linalg.inv(c + self.extra), 0.5 * float(np.linalg.slogdet(c)[1])
+        weight, price = self._made[key]
+        pull = weight @ r
+        square = float(r @ pull)
+        if along.shape[1]:
+            basis = np.linalg.svd(along, full_matrices=False)[0]
+            onto, inner = basis.T @ pull, basis.T @ weight @ basis
+            square -= float(onto @ np.linalg.solve(inner, onto))
+            price += 0.5 * float(np.linalg.slogdet(inner)[1])
+        return price - float(self.design.like.loglik(square, 0.0, float(self.design.n)))
+
+    def likeliest(self, r: np.ndarray, along: np.ndarray) -> tuple[float, dict[str, float]]:
+        """Least cost, and its shares: one column after the other, until none changes."""
+        shares = dict.fromkeys(self.blocks, 0.0)
+        best = self.cost(shares, r, along)
+        for _ in range(SWEEPS):
+            before = dict(shares)
+            for name in self.blocks:
+                room = MOST - sum(v for k, v in shares.items() if k != name)
+                for share in SHARES:
+                    if share <= room + 1e-9:
+                        value = self.cost({**shares, name: share}, r, along)
+                        if value < best - 1e-9:
+                            best, shares = value, {**shares, name: share}
+            if shares == before:
+                break
+        return best, shares
+
+
+def _about_its_fit(
+    design: Design, cause: Listed, y: np.ndarray, slopes: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Residuals from a fitted cause at the measured inputs, shape (n,), and its change with the size, shape (n, 1)."""
+    grid, z = design.singles[cause.name], np.zeros(design.inputs)
+    (found,) = design.fits([(cause.name,)], y, z, residuals=True)
+    left = found.residuals[0] + slopes @ grid.z_at(found.position)[0]
+    before, after = found.position.copy(), found.position.copy()
+    before[:, 0] = np.maximum(before[:, 0] - ASIDE, 0.0)
+    after[:, 0] = np.minimum(after[:, 0] + ASIDE, len(grid.sizes[0]) - 1.0)
+    change = grid.values_from(found.node, after) - grid.values_from(found.node, before)
+    return left, change.T
+
+
+def _whole_effect(design: Design, cause: Listed) -> np.ndarray:
+    """Change of the predictions from the baseline to the bound where it is largest, at the measured inputs, (n, 1)."""
+    values = at_measured(design.singles[cause.name])
+    sizes = design.singles[cause.name].sizes[0]
+    change = values - values[int(np.argmin(np.abs(sizes - cause.baseline)))]
+    return change[int(np.argmax((change**2).sum(axis=1)))][:, None]
 
 
 def assumed(column: Sequence, share: float = PLAUSIBLE) -> np.ndarray:
