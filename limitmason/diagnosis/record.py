@@ -16,7 +16,7 @@ def record(diagnosis: Diagnosis) -> dict[str, Any]:
 
     Sizes are in the unit of each cause; log-likelihoods are natural; shares lie between 0 and 1.
     """
-    verdict, earned = diagnosis.verdict, diagnosis.earned
+    verdict, earned, doubt = diagnosis.verdict, diagnosis.earned, diagnosis.verdict.doubt
     rehearsed, gain = verdict.rehearsed, diagnosis.gain
     units = {c.name: c.unit for c in diagnosis.listed}
     return {
@@ -39,6 +39,10 @@ def record(diagnosis: Diagnosis) -> dict[str, Any]:
             "in words": if_it_were_missing(diagnosis), "share named": rehearsed.rate, "data sets": rehearsed.trials,
         },
         "shared noise": dict(diagnosis.shares.shares),
+        "shared unrecorded": None if doubt is None else {
+            "by the tests of": list(doubt.names), "not recorded": list(doubt.unrecorded),
+            "p": dict(doubt.p), "the alarm stands": doubt.holds,
+        },
         "gain": None if gain is None else {
             "error before": gain.error_before, "error after": gain.error_after,
             "error left out": gain.error_left_out, "log score left out": gain.leave_one_out.total,

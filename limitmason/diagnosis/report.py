@@ -20,6 +20,7 @@ from limitmason.diagnosis.words import (
     physics_of,
     shown,
     what_is_shared,
+    what_is_unrecorded,
 )
 
 FEW = 5  # causes named in one sentence
@@ -30,7 +31,9 @@ def headline(diagnosis: Diagnosis) -> str:
     """The verdict in one sentence."""
     kind, names = diagnosis.kind, diagnosis.causes
     if kind == "none":
-        return "none: the baseline explains the data"
+        doubt = diagnosis.verdict.doubt
+        also = "" if doubt is None else " beside noise that tests may share unrecorded"
+        return f"none: the baseline explains the data{also}"
     if kind == "cause":
         earned = ", and the name is earned" if diagnosis.named else ""
         return f"cause: {names[0]} is the only one of the list that the data do not reject{earned}"
@@ -71,6 +74,7 @@ def meaning(diagnosis: Diagnosis) -> list[str]:
         return [
             f"The simulation misses the measured values by {before:.1f} % (root mean square); noise and the measured "
             "inputs account for that.",
+            *what_is_unrecorded(diagnosis),
             "No extension of the model is called for. How large each listed cause could be and stay unseen is given "
             "below; smaller effects may be there.",
         ]
@@ -148,6 +152,8 @@ def basis(diagnosis: Diagnosis) -> list[str]:
         if n not in diagnosis.redrawn
     ]
     out += what_is_shared(diagnosis)
+    if diagnosis.kind != "none":
+        out += what_is_unrecorded(diagnosis)
     if diagnosis.groups is not None:
         out.append(f"{len(set(diagnosis.groups))} groups of specimens, each left out as a whole for the gain.")
     distances = diagnosis.distances
@@ -215,7 +221,9 @@ def report(diagnosis: Diagnosis, checks: Checks | None = None) -> str:
         ]
         lines += _kept_lines(diagnosis)
     if diagnosis.kind in ("none", "scatter"):
-        lines += ["", "Smallest size that would have been seen nine times in ten:"]
+        told = f" ({' and '.join(diagnosis.unrecorded)} are not recorded, which makes them larger)"
+        seen = f"Smallest size that would have been seen nine times in ten{told if diagnosis.unrecorded else ''}:"
+        lines += ["", seen]
         lines += [f"  {c.name}: {_sizes(c, diagnosis.detectable[c.name])}" for c in diagnosis.listed]
     lines += ["", "The verdict is conditional on this list:"]
     width = max(len(c.name) for c in diagnosis.listed)

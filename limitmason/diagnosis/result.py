@@ -19,6 +19,7 @@ from limitmason.diagnosis.inference.gain import Gain, measure_gain
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, confusable, detectable
 from limitmason.diagnosis.inference.shared import Shares
+from limitmason.diagnosis.inference.unrecorded import seen_if_shared
 from limitmason.diagnosis.inference.verdict import Earned, Verdict, VerdictKind
 from limitmason.diagnosis.rehearse import Rehearsal
 from limitmason.notebook import Shown
@@ -43,6 +44,7 @@ class Diagnosis(Shown, Citable):
     measured : measured values, shape (n,)
     noise, nuisance, covariates, groups : as stated to the study
     redrawn : names of the measured inputs that have an error
+    unrecorded : circumstances of the tests that no column tells and that tests may share
     table_errors : largest error of each cause's table between its levels, in units of the noise
     rehearsal : blind trials on this design with the true cause missing from this list, where they were made before
 
@@ -67,6 +69,7 @@ class Diagnosis(Shown, Citable):
     redrawn: tuple[str, ...]
     covariates: Mapping[str, Sequence[Any]]
     groups: Sequence[Any] | None
+    unrecorded: tuple[str, ...]
     table_errors: Mapping[str, float]
     rehearsal: Rehearsal | None
     references: tuple[Cited, ...] = field(default=(), kw_only=True)
@@ -155,7 +158,9 @@ class Diagnosis(Shown, Citable):
     @cached_property
     def detectable(self) -> dict[str, tuple[float | None, ...]]:
         """Smallest size of each cause, per side, that would have been seen nine times in ten; None within no bound."""
-        return detectable(self.known, self.verdict.critical_gain)
+        known = self.known
+        shared = (lambda curve: seen_if_shared(known, curve)) if self.unrecorded else None
+        return detectable(known, self.verdict.critical_gain, shared)
 
     @cached_property
     def distances(self) -> Confusable:
@@ -171,7 +176,15 @@ class Diagnosis(Shown, Citable):
         """
         if not self._judged:
             again = judge_again(
-                self.design, self.y, self.covariates, self.rule, self.seed, bool(self.pairs), self.shares, progress
+                self.design,
+                self.y,
+                self.covariates,
+                self.rule,
+                self.seed,
+                bool(self.pairs),
+                self.shares,
+                self.unrecorded,
+                progress,
             )
             self._judged.append(again)
         return self._judged[0]

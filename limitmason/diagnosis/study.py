@@ -21,7 +21,7 @@ from limitmason.diagnosis.inference.grid import Table, at_measured
 from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, NextTests, confusable
-from limitmason.diagnosis.inference.shared import Shares, estimated_shares, sharing
+from limitmason.diagnosis.inference.shared import Shares, estimated_shares, sharing, unrecorded
 from limitmason.diagnosis.inference.verdict import VerdictKind
 from limitmason.diagnosis.rehearse import Rehearsal, planted, rehearse
 from limitmason.diagnosis.result import Diagnosis, checked_by_group
@@ -54,7 +54,8 @@ class Study:
     groups : label of the configuration of each specimen: repeats share one
     shared : covariates whose labels may share a part of the noise: its share is estimated and carried. None takes
         those that by name are circumstances of a test (batch, day, operator, sensor, set-up, ...) and that no listed
-        cause is about; () takes all noise as independent
+        cause is about, and holds an alarm against noise shared unrecorded where no column tells batch, day or set-up;
+        () takes all noise as independent
     levels : most sizes per cause at which the simulator is called; 9 and fewer for a slow or a jumpy one
     nuisance_levels : values of each measured input at which it is called; None is 5 for one input, 3 for more
     cache, n_jobs, version : see :class:`~limitmason.diagnosis.simulator.Simulator`
@@ -259,7 +260,15 @@ class Study:
         def known(sd: float) -> Design:
             return design if self.noise.kind != "unknown" else self.known_design(causes, sd)
 
-        return Judge(design, known, self.covariates, folds_of(self.groups, self.n), rule, rehearsed=rehearsed)
+        return Judge(
+            design, known, self.covariates, folds_of(self.groups, self.n), rule, rehearsed=rehearsed,
+            unrecorded=self.unrecorded,
+        )  # fmt: skip
+
+    @property
+    def unrecorded(self) -> tuple[str, ...]:
+        """Circumstances that no column tells and that tests may share: of batch, day and set-up; see ``shared``."""
+        return unrecorded(self.covariates) if self.shared is None else ()
 
     def shares(self, causes: Iterable[Cause] | None = None, *, price: float | None = None) -> Shares:
         """Shares of the noise within the labels of :attr:`shared`, estimated from the measured values.
@@ -359,6 +368,7 @@ class Study:
             redrawn=tuple(self.tabulator.free),
             covariates=self.covariates,
             groups=self.groups,
+            unrecorded=self.unrecorded,
             table_errors={c.name: self.table(c).error for c in causes},
             rehearsal=self._made.rehearsed.get(causes),
             study=self,

@@ -111,6 +111,23 @@ def what_is_shared(diagnosis: Diagnosis) -> list[str]:
     return [text + "."]
 
 
+def what_is_unrecorded(diagnosis: Diagnosis) -> list[str]:
+    """An alarm held against noise that tests share unrecorded: it stands, or is withheld; empty where there is none."""
+    doubt = diagnosis.verdict.doubt
+    if doubt is None:
+        return []
+    missing, cause = " and ".join(doubt.unrecorded), " and ".join(doubt.names)
+    shared = f"half of the noise's variance shared by the tests that {cause} acts on"
+    then = ", ".join(f"{k} p = {v:.3f}" for k, v in doubt.p.items())
+    if doubt.holds:
+        return [f"Not recorded: {missing}. The alarm stands with {shared} as well ({then})."]
+    return [
+        f"Were the noise of all tests independent, this would be an alarm, and {cause} the likeliest of the list. But "
+        f"{missing} of the tests are not recorded, and {shared} would do the same ({then}).",
+        "Record them, or state shared=() where tests have nothing in common.",
+    ]
+
+
 def one_word(kind: str, causes: tuple[str, ...]) -> str:
     """An answer in few words."""
     return f"{kind} {', '.join(causes)}".rstrip()

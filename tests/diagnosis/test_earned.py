@@ -5,12 +5,16 @@ import json
 import numpy as np
 import pytest
 from diagnosis_models import BATCH, CAUSES, FRICTION, GAIN, ROUNDING, blocks, data, specimens, study
+from scipy.special import chdtrc
 from scipy.stats import multivariate_normal
 
 from limitmason.diagnosis import Cause, Noise, Rule, Study
+from limitmason.diagnosis.inference.bootstrap import Draws
+from limitmason.diagnosis.inference.decide import gate
 from limitmason.diagnosis.inference.likelihood import Likelihood
 from limitmason.diagnosis.inference.nameless import AMPLITUDES, CONSTANT, Nameless, about
 from limitmason.diagnosis.inference.shared import LEAST, alike, assumed, estimated_shares, same
+from limitmason.diagnosis.inference.unrecorded import doubted, much_and_little
 from limitmason.errors import InputError
 
 RNG = np.random.default_rng(16)
@@ -250,6 +254,42 @@ def test_noise_of_whole_days_makes_an_alarm_only_where_it_is_not_carried():
             alarms[shared] += made.diagnose(CAUSES, seed=k, draws=299, pairs=False).kind != "none"
     assert alarms[None] <= 2
     assert alarms[()] > alarms[None]
+
+
+def test_noise_shared_unrecorded_makes_few_alarms_and_a_clear_effect_still_one():
+    # two batches nobody wrote down: half of the noise is theirs
+    factor, rng = np.linalg.cholesky(assumed(["A", "A", "B"] * 4, 0.5)), np.random.default_rng(11)
+    alarms = {None: 0, (): 0}
+    for k in range(30):
+        values = study().baseline() * np.exp(0.04 * factor @ rng.standard_normal(12))
+        for shared in alarms:
+            made = study(values, covariates=["height", "width"], shared=shared)
+            verdict = made.diagnose(CAUSES, seed=k, draws=299, pairs=False)
+            alarms[shared] += verdict.kind != "none"
+            if shared is None and verdict.kind == "none" and verdict.verdict.doubt is not None:
+                assert "would do the same" in verdict.report(checks=False)
+                assert verdict.record()["shared unrecorded"]["not recorded"] == ["batch", "day", "set-up"]
+    assert alarms[None] <= 4
+    assert alarms[()] >= alarms[None] + 3
+    clear = study(data(ROUNDING, 0.018), covariates=["height", "width"]).diagnose(CAUSES)
+    assert (clear.causes, clear.verdict.doubt.holds) == (("edge rounding",), True)
+    assert "The alarm stands" in clear.report(checks=False)
+
+
+def test_an_alarm_is_held_against_its_own_specimens_as_generalised_least_squares_does():
+    # gain of one size beside noise that its specimens share: the square of the mean over its variance
+    made = study(data(GAIN, 1.05, seed=5), covariates=["height", "width"], nuisance={}, noise=Noise(0.04))
+    design = made.design([GAIN])
+    y = design.whiten(made.measured)
+    rule, draws = Rule(), Draws.make([0, 12], 12, 0, made.noise, 1999)
+    alarm = gate(design, y, draws, rule)
+    found = doubted(design, y, alarm, draws, rule, made.covariates, ("batch",)).doubt
+    assert alarm.p["gain"] < 0.005
+    mean, variance = y.mean(), 0.5 + 0.5 / 12
+    assert found.p["gain"] == pytest.approx(chdtrc(1.0, mean**2 / variance), abs=0.03)
+    assert not found.holds
+    assert much_and_little(np.array([0.1, 0.2, 1.1, -1.2])) == [0, 0, 1, 1]
+    assert much_and_little(np.full(4, -0.3)) == [1] * 4
 
 
 def test_what_is_carried_is_said_and_what_cannot_be_is_tried():

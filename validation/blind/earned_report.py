@@ -145,6 +145,7 @@ def text(records, seed, seconds):
     ignored = {c: v for c, v in counts.items() if c.endswith("not carried")}
     rates = [f"{c}: {100 * (1 - v['none'] / sum(v.values())):.0f} %" for c, v in sorted(ignored.items())]
     lines.append(f"- groups ignored: alarms {'; '.join(rates)}")
+    lines += ["", *_untold(counts)]
     process, surface = rivals(records, "excess"), rivals(records, "surface")
     lines += [
         "",
@@ -160,8 +161,10 @@ def text(records, seed, seconds):
         "nearest, 36 and more from the baseline. Missing: the hidden cause is taken off the list of 13; never listed: "
         f"{', '.join(c.name for c in campaigns.NEVER_LISTED)}. Outsiders: {'; '.join(e.name for e in EFFECTS)}. "
         f"Effects outside the list have d2 {earned_trials.VISIBLE:.0f} to {earned_trials.MOST:.0f} from the baseline. "
-        f"Shared noise: {100 * earned_trials.SHARED:.0f} % of its variance within the labels. Friction of the truth: "
-        "one "
+        f"Shared noise: {100 * earned_trials.SHARED:.0f} % of its variance within the labels. Recorded: the study is "
+        "told to estimate that share; not recorded: it knows no such column and is told nothing (`shared=None`), but "
+        "the list keeps the shift of batch B; not carried: it is told that noise is independent (`shared=()`). "
+        "Friction of the truth: one "
         f"standard deviation below or above the measured one, between the levels of the tables "
         f"({campaign_store.TABLES['nuisance_levels']} of them).",
         END,
@@ -191,6 +194,17 @@ def _detection(counts, records, seed):
         f"| {label} | detection within 5 points of the exact test's {100 * power:.1f} % at {100 * alarms:.1f} % alarms "
         f"| {100 * rate:.1f} % | {100 * low:.1f} to {100 * high:.1f} % | {total} | {state} |"
     ]
+
+
+def _untold(counts):
+    """What it costs that the batches are not recorded, where nothing is shared within them."""
+    out = []
+    asked = (("near the baseline", "detected", ALARMS), ("clear", "named or behaves like it", RIGHT[:2]))
+    for kind, found, ok in asked:
+        rates = [_share(sum(counts[c][o] for o in ok), sum(counts[c].values()))
+                 for c in (kind, f"{kind}, batch not recorded")]  # fmt: skip
+        out.append(f"{kind}, {found}: {rates[1]} where the batch is not recorded, {rates[0]} where it is")
+    return [f"Cost of a circumstance that is not recorded, independent noise: {'; '.join(out)}."]
 
 
 def _by_design(records):

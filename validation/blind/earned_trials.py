@@ -226,7 +226,7 @@ def outcome(verdict, names):
     return "set with it" if hidden and any(hidden <= s for s in sets) else "set without it"
 
 
-def one(design, kind, seed, *, code=store.LIMIT, column=None, recorded=True, carried=True, rule=RULE):
+def one(design, kind, seed, *, code=store.LIMIT, column=None, recorded=True, carried=True, untold=None, rule=RULE):
     """Hide one data set and diagnose it.
 
     Parameters
@@ -235,7 +235,9 @@ def one(design, kind, seed, *, code=store.LIMIT, column=None, recorded=True, car
     seed : integers
     code : of the truth
     column : within whose labels the noise is shared
-    recorded, carried : whether that column is known to the study, and its share estimated
+    recorded, carried : whether that column is known to the study, and its share estimated; where it is not known the
+        study is told nothing, where it is not carried that all noise is independent
+    untold : a column that the study does not know, and within which nothing is shared
 
     Returns
     -------
@@ -252,7 +254,10 @@ def one(design, kind, seed, *, code=store.LIMIT, column=None, recorded=True, car
     study = where.study
     if column is not None:
         known = {k: v for k, v in study.covariates.items() if recorded or k != column}
-        study = study.replace(covariates=known, shared=(column,) if recorded and carried else ())
+        shared = None if not recorded else (column,) if carried else ()
+        study = study.replace(covariates=known, shared=shared)
+    if untold is not None:
+        study = study.replace(covariates={k: v for k, v in study.covariates.items() if k != untold})
     verdict = study.with_measured(values).diagnose(causes, seed=seed[-1], draws=DRAWS, rule=rule)
     truth = () if kind.startswith("missing") else plant.names
     out = {"design": design, "kind": kind, "truth": plant.label, "outcome": outcome(verdict, truth),

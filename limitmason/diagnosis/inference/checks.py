@@ -6,11 +6,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from limitmason.diagnosis.inference.bootstrap import Draws
-from limitmason.diagnosis.inference.decide import Rule, decide
+from limitmason.diagnosis.inference.decide import Rule, explained, gate
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.noise import Noise
 from limitmason.diagnosis.inference.shapes import is_numeric
 from limitmason.diagnosis.inference.shared import Shares, alike, assumed, sharing
+from limitmason.diagnosis.inference.unrecorded import doubted
 from limitmason.diagnosis.inference.verdict import Verdict
 from limitmason.progress import reached, watched
 
@@ -50,6 +51,7 @@ def judge_again(
     seed: int,
     pairs: bool,
     shares: Shares,
+    unrecorded: tuple[str, ...] = (),
     progress: Callable[[str], None] | None = None,
 ) -> Checks:
     """The verdict under unknown noise, and without each specimen in turn (quick; the latter without pairs).
@@ -62,6 +64,7 @@ def judge_again(
     rule, seed : of the verdict
     pairs : whether pairs of causes are tried under other statements of the noise
     shares : of the noise that are carried
+    unrecorded : circumstances of the tests that no column tells
     progress : told in a line what is judged again
     """
 
@@ -78,10 +81,12 @@ def judge_again(
     ) -> Verdict:
         correlation = shares.correlation if correlation is None else correlation
         rows = np.ones(len(correlation), bool) if rows is None else rows
+        kept = {k: [v for v, keep in zip(c, rows, strict=True) if keep] for k, c in covariates.items()}
         if correlation is not shares.correlation or shares.shares:
-            kept = {k: [v for v, keep in zip(c, rows, strict=True) if keep] for k, c in covariates.items()}
             design = sharing(design, correlation[np.ix_(rows, rows)], kept)
-        return decide(design, design.turned(y), chances, rule, pairs=pairs)
+        y = design.turned(y)
+        alarm = doubted(design, y, gate(design, y, chances, rule), chances, rule, kept, unrecorded)
+        return explained(design, y, alarm, chances, rule, pairs)
 
     say = progress or (lambda line: None)
     n, noise, rule = design.n, design.noise, replace(rule, screen=True, far=NEAR)

@@ -63,8 +63,8 @@ class Rule:
     asks: float = 0.10
 
 
-def decide(design: Design, y: np.ndarray, draws: Draws, rule: Rule | None = None, pairs: bool = True) -> Verdict:
-    """Apply the rule to one data set: :func:`gate`, then :func:`explained`.
+def gate(design: Design, y: np.ndarray, draws: Draws, rule: Rule) -> Verdict:
+    """Whether the baseline is enough ("none"), more scatter than stated is, or neither ("unexplained" so far).
 
     Parameters
     ----------
@@ -72,18 +72,7 @@ def decide(design: Design, y: np.ndarray, draws: Draws, rule: Rule | None = None
     y : whitened data, shape (n,)
     draws : standard errors for the bootstrap
     rule : thresholds
-    pairs : whether pairs of causes are tried when no single one is left
-
-    Notes
-    -----
-    The verdict is conditional on the list. The p of a kept cause means "not rejected", no more.
     """
-    rule = rule or Rule()
-    return explained(design, y, gate(design, y, draws, rule), draws, rule, pairs)
-
-
-def gate(design: Design, y: np.ndarray, draws: Draws, rule: Rule) -> Verdict:
-    """Whether the baseline is enough ("none"), more scatter than stated is, or neither ("unexplained" so far)."""
     z = np.zeros(design.inputs)
     null = best_fit(design.null, y, z, design.like)
     names: list[Names] = [(c.name,) for c in design.causes]
@@ -109,7 +98,13 @@ def explained(design: Design, y: np.ndarray, verdict: Verdict, draws: Draws, rul
     Parameters
     ----------
     design : tables; their noise may be shared otherwise than at the gate
+    y, draws, rule : as for :func:`gate`
     verdict : of the gate; what is no alarm, or scatter, stays as it is
+    pairs : whether pairs of causes are tried when no single one is left
+
+    Notes
+    -----
+    The verdict is conditional on the list. The p of a kept cause means "not rejected", no more.
     """
     if verdict.kind != VerdictKind.UNEXPLAINED:
         return verdict

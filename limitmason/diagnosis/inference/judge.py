@@ -11,6 +11,7 @@ from limitmason.diagnosis.inference.decide import Rule, explained, gate, noise_o
 from limitmason.diagnosis.inference.design import Design
 from limitmason.diagnosis.inference.earned import Rivals, earned
 from limitmason.diagnosis.inference.missing import Missing, leave_each_out
+from limitmason.diagnosis.inference.unrecorded import doubted
 from limitmason.diagnosis.inference.verdict import Earned, Verdict, VerdictKind
 
 PAIR_TAIL = 0.02  # chance that some second cause improves a single one by as much as noise alone
@@ -27,6 +28,7 @@ class Judge:
     folds : number of the group of each specimen, left out together, shape (n,); None leaves single ones out
     rule : thresholds
     seed : of the rehearsal
+    unrecorded : circumstances of the tests that no column tells: an alarm must outlast noise shared within them
     rehearsed : the judge whose rehearsal is taken, that of independent noise where this one carries shared noise: its
         shares hang on the data, the margins should not
     """
@@ -40,9 +42,10 @@ class Judge:
         rule: Rule | None = None,
         seed: int = 0,
         rehearsed: "Judge | None" = None,
+        unrecorded: tuple[str, ...] = (),
     ):
         self.design, self.known, self.covariates, self.seed = design, known, covariates, seed
-        self.rehearsed = rehearsed
+        self.rehearsed, self.unrecorded = rehearsed, unrecorded
         self.rule = rule or Rule()
         self.folds = np.arange(design.n) if folds is None else folds
         self._rivals: dict[float, Rivals] = {}
@@ -81,7 +84,8 @@ class Judge:
 
     def gate(self, y: np.ndarray, draws: Draws) -> Verdict:
         """Whether one data set raises an alarm, before anything is sought that explains it."""
-        return gate(self.design, y, draws, self.rule)
+        verdict = gate(self.design, y, draws, self.rule)
+        return doubted(self.design, y, verdict, draws, self.rule, self.covariates, self.unrecorded)
 
     def __call__(self, y: np.ndarray, draws: Draws, pairs: bool = True, alarm: Verdict | None = None) -> Verdict:
         """The verdict on one data set.

@@ -85,7 +85,9 @@ class Likelihood:
         freedom = np.maximum(count + self.dof - spent, 1.0)
         return np.maximum(loss + self.dof * replicate, SMALLEST_SUM) / freedom
 
-    def scatter(self, loss, penalty, replicate=1.0):
+    def scatter(
+        self, loss: np.ndarray, penalty: np.ndarray | float, replicate: np.ndarray | float = 1.0
+    ) -> np.ndarray:  # fmt: skip
         """Statistic of "more scatter than stated": the loss over the (redrawn) replicate variance."""
         return (loss + penalty) / replicate if self.kind == "replicates" else loss + penalty
 

@@ -1,6 +1,6 @@
 """Noise that tests of one batch, day, set-up or operator share: its shares estimated, and carried into every fit."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,10 @@ from limitmason.diagnosis.inference.earned import Rivals
 from limitmason.diagnosis.inference.grid import at_measured
 from limitmason.diagnosis.inference.shapes import Shapes, is_numeric
 
-CIRCUMSTANCES = ("batch", "day", "session", "operator", "sensor", "laboratory", "rig", "setup", "set-up", "set up")
+CIRCUMSTANCES = {
+    "batch": ("batch",), "day": ("day", "session"),
+    "set-up": ("operator", "sensor", "laboratory", "rig", "setup", "set-up", "set up"),
+}  # fmt: skip
 SHARES = tuple(0.05 * i for i in range(19))  # of the variance: 0 to 0.9
 MOST = 0.9  # of the variance, over all columns
 SWEEPS = 3
@@ -215,11 +218,20 @@ def circumstances(covariates: Mapping[str, Sequence]) -> dict[str, Sequence]:
     """Columns of labels that by their names are circumstances of a test, whose noise may be shared."""
     out = {}
     for name, column in covariates.items():
-        words = name.lower().replace("_", " ").strip()
         labels = {str(v) for v in column}
-        if words in CIRCUMSTANCES and 1 < len(labels) < len(column):
+        if any(_called(name) in words for words in CIRCUMSTANCES.values()) and 1 < len(labels) < len(column):
             out[name] = column
     return out
+
+
+def unrecorded(columns: Iterable[str]) -> tuple[str, ...]:
+    """Kinds of circumstances that no column tells by its name, of batch, day and set-up."""
+    names = {_called(name) for name in columns}
+    return tuple(kind for kind, words in CIRCUMSTANCES.items() if not names & set(words))
+
+
+def _called(name: str) -> str:
+    return name.lower().replace("_", " ").strip()
 
 
 def _correlation(n: int, shares: Mapping[str, float], blocks: Mapping[str, np.ndarray]) -> np.ndarray:

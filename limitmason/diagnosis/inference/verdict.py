@@ -1,6 +1,6 @@
 """What is said of a data set: the kinds of answers, and what stands behind each."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
@@ -93,6 +93,24 @@ class Earned:
 
 
 @dataclass(frozen=True)
+class Doubt:
+    """An alarm where it is not recorded which tests have a circumstance in common.
+
+    Parameters
+    ----------
+    names : the cause with the largest gain; the tests that it acts on are taken to share half the noise's variance
+    unrecorded : circumstances that no column tells
+    p : the gate's "gain", "shape" and "scatter" under such noise
+    holds : whether the alarm stands all the same; else the verdict is "none"
+    """
+
+    names: Names
+    unrecorded: tuple[str, ...]
+    p: Mapping[str, float]
+    holds: bool
+
+
+@dataclass(frozen=True)
 class Verdict:
     """What the rule says about one data set.
 
@@ -111,6 +129,7 @@ class Verdict:
     structured : single names that fit but leave a nameless bias in the residuals
     earned : what stands behind the single name or pair, None where there is none
     rehearsed : how often a name is given where the true cause is missing from the list, None where no name is at stake
+    doubt : an alarm held against noise that tests share unrecorded, None without an alarm or where all is recorded
     """
 
     kind: VerdictKind
@@ -127,6 +146,7 @@ class Verdict:
     structured: tuple[Names, ...] = ()
     earned: Earned | None = None
     rehearsed: Missing | None = None
+    doubt: Doubt | None = None
 
     @property
     def kept(self) -> tuple[Names, ...]:
