@@ -233,7 +233,7 @@ def _finish(ax: Axes, xlabel: str, ylabel: str, title: str | None, caption: str 
     ax.set_ylabel(ylabel)
     ax.tick_params(labelsize=7.5, width=0.5, length=2.5, which="both")
     handles, labels = ax.get_legend_handles_labels()
-    figure = ax.figure
+    figure: Any = ax.figure  # a Figure or a part of one
     if ax.get_label() != "own":
         if title:
             ax.set_title(title, loc="left", fontweight="bold")
