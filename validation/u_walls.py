@@ -113,8 +113,7 @@ rise on. Light damage comes at three times the printed load, the first break at 
 interfaces gives way below 10 kN is not in its text. Seconds are of one processor core; the source's micro-model took
 seven days.
 
-Not here yet: identification of the U walls themselves, both calibration steps of 3DEC. The DEM's own push-over of the
-blocks is `examples/murano_pushover.py`.
+The DEM's own push-over of the blocks is `examples/murano_pushover.py`.
 """
 SOURCE = "Murano et al., sections 3 to 6, Tables 4 to 10, Figs 14 to 21"
 
@@ -138,8 +137,12 @@ def main() -> None:
         stones[f"{specimen} micro"] = stone_by_stone(specimen, to, chosen.kept)
     print("DS rigid ...", flush=True)
     rigid = stone_by_stone(*RIGID, chosen.kept, blocks="rigid")
+    # here, since only the command runs from the root of the source tree
+    from validation.u_wall_blocks.page import sections
+
     drawn(curves, stones).savefig(chosen.out / "u-walls.png")
-    (chosen.out / "u-walls.md").write_text(page(curves, stones, rigid, chosen.size), encoding="utf-8")
+    text = page(curves, stones, rigid, chosen.size) + "\n" + sections()
+    (chosen.out / "u-walls.md").write_text(text, encoding="utf-8")
 
 
 def pushed(specimen: str, properties: str, size: float, to: float, kept: Path | None) -> SolidCurve | None:
