@@ -68,7 +68,7 @@ record lies 9 to 12 % below the tangent of that state, with 3 to 4 % damping; wi
 below, with 1 to 2 %: joints that just touch open, close and slide however small the motion. The same stones on joints
 that hold have the closed frequencies to 0.3 %. What the source prints for DS lies between joints that all stay closed
 and joints that may open, nearer to the first. Its noise ends at 30 Hz, below the second and third mode that it prints
-for REGW."""
+for REGW: with such noise only the first is found here (looked for up to 33 Hz)."""
 
 MAC_WORDS = """\
 Solid and stones against the shapes that white noise finds in the blocks, as the source compared with those of 3DEC.
