@@ -1,0 +1,183 @@
+"""The pushes behind the page of the panels' paper, each computed once and kept: speeds, levels, starts, no rate."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from limitmason.capacity import pushover
+from limitmason.deformable.levels import LUMPED, ZONED
+from limitmason.errors import InputError
+from limitmason.experiments import registry
+from limitmason.methods import DEM, get_method
+from limitmason.model.assembly import Assembly
+
+NAME = "brick-panels-opening"
+
+TRAVEL = 1.3e-3
+"""Displacement of the runs [m], beyond the largest that the tables print."""
+
+CRACK = 0.2e-3
+"""Width that the paper assumes of a visible crack [m]."""
+
+STEPS = 15_000
+"""Of the faster run of every push."""
+
+SPACING = 0.0375
+"""Of contact points, and of zones [m]; the lattice on which those of all joints meet."""
+
+NUDGE = 1e-10
+"""Largest move of a block in a perturbed start, along each axis [m]."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What one push gave: loads [kN], displacements beyond own weight [mm]."""
+
+    peak: float
+    at_peak: float
+    first: float
+    at_first: float
+    crack: float
+    settlement: float
+    stiffness: float
+    rate: float
+    mode: str
+    law: str
+    spacing: float
+    where: str
+
+
+class Runs:
+    """Pushes, each computed once and kept in a folder."""
+
+    def __init__(self, store: str | Path | None, progress: Callable[[str], None] | None) -> None:
+        self.file = None if store is None else Path(store) / f"{NAME}.json"
+        self.say = progress or (lambda _: None)
+        self.known: dict[str, dict[str, Any]] = {}
+        if self.file is not None and self.file.exists():
+            self.known = json.loads(self.file.read_text(encoding="utf-8"))
+
+    def __call__(
+        self,
+        specimen: str,
+        *,
+        once: bool = False,
+        to: float = TRAVEL,
+        steps: int = STEPS,
+        blocks: str = LUMPED,
+        seed: int = 0,
+        **options: Any,
+    ) -> Answer:
+        """Answer of a specimen with options, at two speeds or one.
+
+        Parameters
+        ----------
+        blocks : "lumped", "modal" or "zoned"
+        seed : of the perturbed start, see :func:`nudged`; 0 for blocks where they are
+        options : of the experiment
+        """
+        level = {k: v for k, v, usual in (("blocks", blocks, LUMPED), ("seed", seed, 0)) if v != usual}
+        words = ", ".join(f"{k} {v}" for k, v in (level | options).items())
+        return self._kept(
+            json.dumps([specimen, once, to, steps, options, *([level] if level else [])], sort_keys=True),
+            f"{specimen} {words}{' once' if once else ''}",
+            lambda: _pushed(specimen, Push(once, to, steps, blocks, seed), options),
+        )
+
+    def rate_free(self, specimen: str, *, blocks: str = LUMPED, to: float = TRAVEL, **options: Any) -> Answer:
+        """Answer of the path without time, of :func:`limitmason.pushover` on the points of the DEM.
+
+        Its ``mode`` says where the path ended early.
+        """
+        return self._kept(
+            json.dumps([specimen, "pushover", to, blocks, options], sort_keys=True),
+            f"{specimen} pushover, blocks {blocks}",
+            lambda: _followed(specimen, blocks, to, options),
+        )
+
+    def _kept(self, key: str, words: str, compute: Callable[[], Answer]) -> Answer:
+        if key not in self.known:
+            self.say(words)
+            self.known[key] = vars(compute())
+            if self.file is not None:
+                self.file.parent.mkdir(parents=True, exist_ok=True)
+                self.file.write_text(json.dumps(self.known, indent=1), encoding="utf-8")
+        return Answer(**self.known[key])
+
+
+class Push(NamedTuple):
+    """One speed or two, displacement [m], steps of the faster run, kind of blocks, seed of the start."""
+
+    once: bool
+    to: float
+    steps: int
+    blocks: str
+    seed: int
+
+
+def nudged(assembly: Assembly, seed: int) -> Assembly:
+    """The assembly with every block moved in its plane by up to :data:`NUDGE`, its joints where they were.
+
+    Parameters
+    ----------
+    seed : of the random moves, uniform along each axis; 0 moves nothing
+    """
+    if seed == 0:
+        return assembly
+    random = np.random.default_rng(seed)
+    laid = []
+    for block in assembly.blocks:
+        move = NUDGE * random.uniform(-1.0, 1.0, 3)
+        move[1] = 0.0
+        laid.append(replace(block, parts=tuple(p._replace(vertices=p.vertices + move) for p in block.parts)))
+    return replace(assembly, blocks=tuple(laid))
+
+
+def _pushed(specimen: str, push: Push, options: Mapping[str, Any]) -> Answer:
+    test = registry.load(NAME, specimen, **options)
+    follow = get_method(DEM).drive
+    if follow is None:
+        raise InputError("the DEM of this installation does not follow driven structures")
+    # without contact_points zones take areas by halves, other blocks those with the second moment of the joint
+    zones = {"zone_size": SPACING, "contact_points": SPACING} if push.blocks == ZONED else {}
+    curve: Any = follow(
+        nudged(test.assembly(), push.seed), test.drive(), to=push.to, blocks=push.blocks, steps=push.steps,
+        rate_check=not push.once, **zones,
+    )  # fmt: skip
+    # a panel too strong to fail counts to the end of its curve
+    first, crack = curve.first_failure or curve.peak, curve.first_crack(CRACK)
+    # on the way up only: a panel that has failed may carry less than its first failure
+    u = curve.displacement
+    early = (curve.load < 0.9 * first.load) & (u > 0.2 * first.displacement) & (u < first.displacement)
+    if not early.any():
+        early = np.arange(len(curve)) == 1
+    u, f = curve.displacement[early], curve.load[early]
+    return Answer(
+        1e-3 * curve.peak.load, 1e3 * curve.peak.displacement, 1e-3 * first.load, 1e3 * first.displacement,
+        float("nan") if crack is None else 1e-3 * crack.load, 1e3 * curve.settlement, 1e6 * float(u @ u / (u @ f)),
+        curve.rate_error, curve.mode_at(curve.peak.index).name, curve.law, 1e3 * curve.spacing,
+        getattr(first, "where", ""),
+    )  # fmt: skip
+
+
+def _followed(specimen: str, blocks: str, to: float, options: Mapping[str, Any]) -> Answer:
+    test = registry.load(NAME, specimen, **options)
+    curve = pushover(
+        test.assembly(), test.loads(), control=("spreader", "z"), to=-to, blocks=blocks, contact_model="grid",
+        grid=SPACING, contacts="first",
+    )  # fmt: skip
+    u, f = 1e3 * np.abs(curve.displacement), curve.load  # the live load is 1 kN
+    peak, nothing = int(f.argmax()), float("nan")
+    first = curve.breaks[0].sample - 1 if curve.breaks else peak
+    where = " and ".join(curve.breaks[0].joints) if curve.breaks else ""
+    end = "" if u[-1] > 0.999e3 * to else f"to {u[-1]:.2f} mm, where it {curve.status}"
+    return Answer(
+        float(f[peak]), float(u[peak]), float(f[first]), float(u[first]), nothing, nothing, float(u[1] / f[1]), 0.0,
+        end, "", 1e3 * SPACING, where,
+    )  # fmt: skip
