@@ -59,7 +59,7 @@ def pushover(
     blocks: str = RIGID,
     stress: str | None = None,
     contact_model: str = "vertices",
-    grid: Grid | Mapping[str, Grid] = (5, 5),
+    grid: Grid | float | Mapping[str, Grid] = (5, 5),
     contacts: str | None = None,
     gaps: ArrayLike | None = None,
     stiffness: float | tuple[float, float] | None = None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from limitmason.text_table import markdown
 SLOWER = 3 * STEPS
 """Steps of a run that is as slow as the slower of the two of a push."""
 
-BENDING = {"once": True, "steps": SLOWER, "blocks": MODAL, "seed": 1}
+BENDING: dict[str, Any] = {"once": True, "steps": SLOWER, "blocks": MODAL, "seed": 1}
 """One run of bricks that strain and bend."""
 
 STARTS = (1, 2, 3)
@@ -52,7 +53,7 @@ def _slow(runs: Runs, name: str, blocks: str, seed: int) -> Answer:
 
 
 def _stiffness(runs: Runs) -> list[str]:
-    strong = {"cohesion": 1e7, "tensile_strength": 1e7}
+    strong: dict[str, Any] = {"cohesion": 1e7, "tensile_strength": 1e7}
     free = [runs.rate_free("udec-09", blocks=b, to=5e-5, **strong).stiffness for b in (LUMPED, MODAL, ELASTIC)]
     zoned = runs("udec-09", once=True, to=5e-5, steps=12_000, blocks=ZONED, **strong).stiffness
     return [

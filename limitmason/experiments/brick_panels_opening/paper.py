@@ -71,7 +71,7 @@ def _log_slopes(rows: Sequence[Mapping[str, str]], load: Array) -> tuple[Array, 
     found = np.linalg.lstsq(table, np.log(load[keep]), rcond=None)[0]
     left = np.log(load[keep]) - table @ found
     variance = float(left @ left) / (len(table) - len(found)) * np.diag(np.linalg.inv(table.T @ table))
-    return found[1:], np.sqrt(variance)[1:]
+    return np.asarray(found[1:]), np.asarray(np.sqrt(variance)[1:])
 
 
 def _what_decides(rows: Sequence[Mapping[str, str]], slopes: Mapping[str, tuple[Array, Array]], noise: float) -> str:
@@ -190,7 +190,8 @@ def _bricks(runs: Runs) -> list[str]:
         ("Poisson's ratio", "poisson_ratio", 0.15),
     ):  # fmt: skip
         for factor in (0.9, 1.1):
-            a = runs("udec-09", once=True, **{key: value * factor})
+            changed: dict[str, Any] = {key: value * factor}
+            a = runs("udec-09", once=True, **changed)
             body.append([
                 f"{name} {100 * (factor - 1):+.0f} %", f"{a.first:.3f}", f"{a.first / base.first - 1:+.1%}",
                 f"{a.peak:.2f}", f"{a.peak / base.peak - 1:+.1%}",

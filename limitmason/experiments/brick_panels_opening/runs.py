@@ -145,7 +145,7 @@ def _pushed(specimen: str, push: Push, options: Mapping[str, Any]) -> Answer:
     if follow is None:
         raise InputError("the DEM of this installation does not follow driven structures")
     # without contact_points zones take areas by halves, other blocks those with the second moment of the joint
-    zones = {"zone_size": SPACING, "contact_points": SPACING} if push.blocks == ZONED else {}
+    zones: dict[str, Any] = {"zone_size": SPACING, "contact_points": SPACING} if push.blocks == ZONED else {}
     curve: Any = follow(
         nudged(test.assembly(), push.seed), test.drive(), to=push.to, blocks=push.blocks, steps=push.steps,
         rate_check=not push.once, **zones,
