@@ -198,6 +198,65 @@ def test_a_wall_that_cracks_follows_the_driven_distinct_elements_to_their_peak(l
     assert ours == pytest.approx(theirs, rel=0.01)
 
 
+@pytest.mark.parametrize(
+    ("law", "to", "left"),
+    [
+        ({"lost_by": "opening"}, 3e-5, 0.02),
+        # a fracture energy, followed to a fifteenth of the peak
+        ({"lost_by": "opening", "fracture_energy_tension": 2.0}, 2e-4, 0.05),
+    ],
+)
+def test_joints_of_bricks_that_bend_break_as_in_the_driven_distinct_elements(law, to, left):
+    """Modal bricks of 2 GPa, which give as much as the joints: peak, and what is left at the end."""
+    joint = lm.Joint(
+        35.0, cohesion=1e5, tensile_strength=8e4, residual_cohesion=0.0, residual_tensile_strength=0.0,
+        normal_stiffness=5e10, shear_stiffness=3e10, **law,
+    )  # fmt: skip
+    brick = lm.Material(young_modulus=2e9, poisson_ratio=0.2)
+    wall = lm.build.wall(length=0.4, courses=4, unit=(0.2, 0.08, 0.1), joint=joint).with_material(brick)
+    top = wall.blocks[-1].name
+    loads = lm.Loads.weight(wall).with_point_load(wall, top, (1.0, 0.0, 0.0))
+    curve = lm.pushover(wall, loads, control=(top, "x"), to=to, contact_model="grid", grid=0.05, blocks="modal")
+    assert certified(curve)
+    driven = dem.push(
+        wall, Drive({top: {"x": 1.0}}), to=to, loads=lm.Loads.weight(wall), contact_points=0.05, steps=6000,
+        samples=1500, rate_check=False, blocks="modal",
+    )  # fmt: skip
+    assert curve.peak.load == pytest.approx(driven.peak.load, rel=0.01)
+    assert curve.load[-1] == pytest.approx(driven.load[-1], rel=left)
+    assert curve.load[-1] < 0.75 * curve.peak.load
+
+
+def test_a_glued_block_with_a_tie_cracks_and_then_hangs_on_it():
+    """M = (ft + W / A) A b / 6 when it cracks; then the rod at the far edge gives k b theta until it yields."""
+    joint = lm.Joint(
+        60.0, cohesion=1e6, tensile_strength=2e5, residual_cohesion=0.0, residual_tensile_strength=0.0,
+        normal_stiffness=1e11, shear_stiffness=1e11, lost_by="opening",
+    )  # fmt: skip
+    strength, width = 500.0, 0.2
+    wall = lm.build.column(width=width, depth=0.2, height=1.0, courses=1, joint=joint)
+    rod = lm.Tie("column-1", (0.0, 0.1, 0.5), 0, (0.0, 0.1, -0.02), yield_force=strength, stiffness=2e6)
+    wall, weight = wall.with_ties([rod]), float(wall.weights[~wall.fixed][0])
+    loads = lm.Loads.weight(wall).with_point_load(wall, "column-1", (1.0, 0.0, 0.0))
+    curve = lm.pushover(wall, loads, control=("column-1", "x"), to=2e-3, contact_model="grid", grid=(9, 2))
+    assert certified(curve)
+    crack = (2e5 + weight / AREA) * AREA * width / 6.0 / 0.5
+    # the edge goes first; the lines behind it carry a little more before they go
+    assert curve.load[curve.breaks[0].sample - 1] == pytest.approx(crack, rel=0.01)
+    leans = 0.1 - curve.displacement[-1]
+    yields = (weight * leans + strength * width) / 0.5
+    assert curve.load[-1] == pytest.approx(yields, rel=2e-3)
+    for to, steps, of in ((2e-5, 6000, "peak"), (2e-3, 20000, "end")):
+        driven = dem.push(
+            wall, Drive({"column-1": {"x": 1.0}}), to=to, loads=lm.Loads.weight(wall), contact_points=(9, 2),
+            steps=steps, rate_check=False,
+        )  # fmt: skip
+        if of == "peak":  # the first line that breaks sets the block moving, and the next follows a little sooner
+            assert driven.peak.load == pytest.approx(curve.peak.load, rel=0.03)
+        else:
+            assert driven.load[-1] == pytest.approx(curve.load[-1], rel=0.01)
+
+
 # ---- the law itself
 
 
