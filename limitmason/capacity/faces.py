@@ -42,6 +42,7 @@ class Shapes(NamedTuple):
     near : gap within which a corner becomes a point [m]
     spread : largest distance of a corner from its block's centroid [m], shape (n,)
     strangers : codes corner * f + face of what lies together in the reference pose without a joint
+    inset : how far the ends of faces are pulled in from the corners of the blocks, in plane [m]
     """
 
     face_block: Index
@@ -57,6 +58,7 @@ class Shapes(NamedTuple):
     near: float
     spread: Array
     strangers: NDArray[np.int64]
+    inset: float = 0.0
 
 
 def shapes_of(assembly: Assembly, contacts: Contacts, plane: Plane | None, size: float) -> tuple[Shapes, Contacts]:
@@ -105,7 +107,7 @@ def shapes_of(assembly: Assembly, contacts: Contacts, plane: Plane | None, size:
     shapes = Shapes(
         face_block, np.array(place), np.array(normal), np.array(side), np.array(reach), corner_face, corner_place,
         np.searchsorted(face_block, blocks), np.searchsorted(face_block[corner_face], blocks),
-        OVERSHOOT * size, NEAR * size, spread, np.empty(0, np.int64),
+        OVERSHOOT * size, NEAR * size, spread, np.empty(0, np.int64), inset,
     )  # fmt: skip
     near = together(shapes, assembly, at_rest(assembly.n_blocks), -shapes.near)
     named = _named(shapes, contacts, assembly, near)

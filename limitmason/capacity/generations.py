@@ -10,7 +10,7 @@ from limitmason.capacity.certificate import State, Structure, certify, forces, s
 from limitmason.capacity.crossing import is_crossing
 from limitmason.capacity.faces import Shapes
 from limitmason.capacity.kinematics import motion_between
-from limitmason.capacity.meeting import deepest
+from limitmason.capacity.meeting import DEEP, deepest
 from limitmason.capacity.stepping import Node, Onward
 from limitmason.capacity.system import System
 from limitmason.capacity.touching import beside_faces, found_anew, landed, outside
@@ -91,7 +91,9 @@ class Generations:
     def through(self, node: Node) -> str:
         """Names of two blocks that go through each other in a node, where they have no point; "" if none do."""
         s = self.structures[node.generation]
-        found = deepest(s.assembly, s.points, node.pose, node.force, s.size)
+        # corners from which the ends of faces are pulled in pass each other
+        slack = DEEP * s.size + (0.0 if self.shapes is None else 2.0 * self.shapes.inset)
+        found = deepest(s.assembly, s.points, node.pose, node.force, slack)
         if found is None:
             return ""
         a, b = (s.assembly.blocks[i].name for i in found[:2])

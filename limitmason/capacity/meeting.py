@@ -16,7 +16,7 @@ DEEP = 0.02
 """Depth beyond that of the pressed springs from which blocks go through each other, over the median block size [-]."""
 
 
-def deepest(assembly: Assembly, c: Contacts, pose: Pose, force: Array, size: float) -> tuple[int, int, float] | None:
+def deepest(assembly: Assembly, c: Contacts, pose: Pose, force: Array, slack: float) -> tuple[int, int, float] | None:
     """Two blocks that overlap in a pose by more than their springs are pressed, and by how much [m]; None if none do.
 
     Blocks are taken as rigid, in convex pieces; in plane only those count that have no point at all. Of several pairs
@@ -25,7 +25,7 @@ def deepest(assembly: Assembly, c: Contacts, pose: Pose, force: Array, size: flo
     Parameters
     ----------
     force : of the points [N], shape (m, c)
-    size : median block size [m]
+    slack : depth beyond that of the pressed springs from which it counts [m]
     """
     solids: list[Solid] = []
     owner: list[int] = []
@@ -43,10 +43,10 @@ def deepest(assembly: Assembly, c: Contacts, pose: Pose, force: Array, size: flo
     pressed = np.zeros(n * n)
     pairs = np.minimum(c.block_a, c.block_b) * n + np.maximum(c.block_a, c.block_b)
     np.maximum.at(pressed, pairs, force[:, 0] / (c.kn * c.area))
-    if c.components == 2:  # corners pulled in from their ends let the ends of a joint overlap
+    if c.components == 2:
         joined = np.isin(np.minimum(of[p], of[q]) * n + np.maximum(of[p], of[q]), pairs)
         p, q = p[~joined], q[~joined]
-    tolerance = DEEP * size + pressed[np.minimum(of[p], of[q]) * n + np.maximum(of[p], of[q])]
+    tolerance = slack + pressed[np.minimum(of[p], of[q]) * n + np.maximum(of[p], of[q])]
     faces, start = all_faces(solids)
     found = penetrations(solids, of, faces, start, p, q, tolerance)
     return max(found, key=lambda row: row[2]) if found else None

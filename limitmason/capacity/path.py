@@ -38,6 +38,7 @@ _SHORTEST = 1e-4  # elastic lengths
 _TRIES = 12  # short steps towards a limit point that then does not come
 _COSTLY = 5  # programs of a step after which the next is shorter
 _MANY = 22  # iterations of a step after which the next is shorter
+_BEYOND = (1e-3, 3e-3, 1e-2)  # of the median block size: jumps that are tried where no short step goes on
 _PATIENT = 3  # failures of a step after which cone programs are solved for it
 _HALVINGS = 6  # of a step that loses or makes energy
 _OVER = 0.01  # least displacement of what overturns, of the median block size
@@ -141,6 +142,16 @@ def follow(
             new = stepping.jump(system, last, last.control + sense * move, ratio)
             if new is not None:
                 say(f"jump at {new.control:.4g} m: lambda {last.multiplier:.5f} to {new.multiplier:.5f}")
+        if new is None and 0.5 * move < _SHORTEST * system.length and generations.shapes is not None:
+            # where a block has lost a support there may be nothing near; where it comes to rest is beyond
+            for share in _BEYOND:
+                move = min(left, share * system.size)
+                new = stepping.jump(system, last, last.control + sense * move, ratio)
+                if new is not None:
+                    say(f"jump to {new.control:.4g} m: lambda {last.multiplier:.5f} to {new.multiplier:.5f}")
+                    break
+            else:
+                move = 0.0
         fragile = breaking.brittle(system)
         if new is not None and fragile:
             new = breaking.cut(system, last, new, ratio)
