@@ -96,8 +96,27 @@ def test_a_panel_that_falls_under_its_own_weight_carries_nothing_and_the_study_g
     kept = dict(rows.read())
     name = page.name_of(1, "non-spatial")
     kept[name] = study.Table((*kept[name], {**line, "sample": len(kept[name])}))
-    assert f"1 of {len(kept[name])} runs of set 1 non-spatial" in page.fallen(kept)
+    gone = sum(r["ultimate"] == 0.0 for r in kept[name])
+    assert f"{gone} of {len(kept[name])} runs of set 1 non-spatial" in page.fallen(kept)
     assert "own weight 0." in tables.modes(kept)[2][1]
+
+
+def test_one_draw_for_all_spreads_as_the_root_of_the_sum_of_squares_of_its_slopes():
+    # the known answer, for the runs of the page: log-slopes times spreads of what was drawn
+    kept = rows.read()
+    table = kept[page.name_of(4, "non-spatial")]
+    stood = table["ultimate"].astype(float) > 0.0
+    drawn = page.inputs(4, len(table))
+    given = np.column_stack([drawn[n].astype(float) for n in ("tensile_strength", "friction_angle_deg")])[stood]
+    peak = table["ultimate"].astype(float)[stood]
+    slopes = np.linalg.lstsq(np.column_stack([np.ones(len(peak)), np.log(given)]), np.log(peak), rcond=None)[0][1:]
+    first = np.hypot(*(slopes * given.std(axis=0, ddof=1) / given.mean(axis=0)))
+    own = study.running(study.Table(tuple(r for r in table if r["ultimate"] > 0.0)), "ultimate")
+    assert first == pytest.approx(own.variation[-1], rel=0.1)
+    # linked strengths: cohesion goes with ft and with tan(phi)
+    law = 2.0 * given[:, 0] * np.tan(np.radians(given[:, 1]))
+    assert drawn["cohesion"].astype(float)[stood] == pytest.approx(law, rel=1e-12)
+    assert f"{slopes[0]:.2f} for ft" in page.slopes(kept)
 
 
 def test_kept_lines_are_made_again_from_the_same_input():
