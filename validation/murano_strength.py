@@ -7,10 +7,8 @@ from typing import Any
 
 import dem
 import limitmason as lm
-from limitmason.continuum import Continuum, push
 from limitmason.experiments import murano_u_walls as murano
 from limitmason.experiments.murano_u_walls import literature
-from limitmason.experiments.murano_u_walls.macro import control_point, macro_model, material
 from limitmason.model.assembly import Assembly
 
 NAME = "murano-u-walls"
@@ -73,18 +71,14 @@ def cases() -> tuple[Case, ...]:
 def dry_cases() -> tuple[Case, ...]:
     """Dry wall: strength that its stones' interlock may have, lost or kept after failure, at the printed friction.
 
-    And friction without strength, as the source ended. From the medians of the literature: no strength, 35.25 degrees.
+    From the median of the literature, none.
     """
     known = literature.summary("dry")
     strength = lm.Parameter(
         "tensile_strength", known["tensile strength"].median, (0.0, 2e3), log=False, resolution=100.0, unit="Pa"
     )
-    friction = lm.Parameter(
-        "friction_angle_deg", known["friction angle"].median, (3.0, 45.0), resolution=0.1, unit="deg"
-    )
     return (
         Case(DRY, strength, {"residual": "none"}), Case(DRY, strength, {"residual": "cohesion"}),
-        Case(DRY, friction, {}),
     )  # fmt: skip
 
 
@@ -119,7 +113,7 @@ def model(case: Case) -> lm.calibration.JointModel:
 
 def ties(case: Case) -> dict[str, str]:
     """What follows from the unknown."""
-    out = {} if case.unknown.name == "friction_angle_deg" else {"cohesion": literature.TIES["cohesion"]}
+    out = {"cohesion": literature.TIES["cohesion"]}
     return {**out, "residual_cohesion": "cohesion"} if case.options.get("residual") == "cohesion" else out
 
 
@@ -135,37 +129,6 @@ def plastic(specimen: str) -> float:
     """Limit load of a wall with the printed joints, psi = phi and nothing lost [N]."""
     test = lm.experiments.load(NAME, specimen)
     return 1e3 * float(lm.predict(test.assembly(), test.loads(), "associative").collapse_multiplier)
-
-
-SIZE, FAR = 0.30, 2.5e-3
-"""Largest edge of a brick of the continuum, and how far it is pushed [m]."""
-
-
-def solid_unknowns() -> tuple[lm.Parameter, ...]:
-    """What a fit of the mortared wall as a continuum may move, the rest as the source has it."""
-    known = material("REGW")
-    return (
-        lm.Parameter("tensile_strength", known.tensile_strength, (2e4, 1e6), unit="Pa"),
-        lm.Parameter("tensile_energy", known.tensile_energy, (3.0, 300.0), unit="N/m"),
-    )
-
-
-def solid_fitted(
-    unknown: lm.Parameter, store: Path, progress: Callable[[str], object] | None = None
-) -> Any:
-    """Fit of the mortared wall as a continuum, on a coarse mesh, to both values that the source prints of its peak."""
-    test = lm.experiments.load(NAME, "REGW")
-
-    def pushed_solid(solid: Continuum) -> dict[str, float]:
-        curve = push(solid, control=(control_point(test), (0, -1, 0)), to=FAR, first=1e-4, largest=1e-4)
-        return {"peak": curve.peak.load}
-
-    model = lm.calibration.SolidModel(macro_model(test, size=SIZE), pushed_solid)
-    return lm.calibrate(
-        model, _peaks("REGW"), [unknown], leave_out=None, starts=1, step=0.1, most=EVALUATIONS,
-        store=store / f"murano-REGW-solid-{unknown.name}.jsonl", key=f"{NAME} REGW solid {unknown.name} {SIZE} {FAR}",
-        progress=progress,
-    )  # fmt: skip
 
 
 def _peaks(wall: str) -> dict[str, dict[str, lm.Target]]:

@@ -211,11 +211,13 @@ def search(problem: Problem, starts: int, seed: int, optimiser: str, most: int) 
 
 def profile_end(
     problem: Problem, best: Minimum, axis: int, sign: int, covariance: Array, rise: float, optimiser: str, most: int,
+    sharp: float = 0.01,
 ) -> tuple[float, Minimum]:  # fmt: skip
     """End of the interval of one parameter, and the least minimum met on the way.
 
     The end is where the least sum of squares with the parameter held there exceeds the best by ``rise``; infinite where
-    the bound comes before.
+    the bound comes before. ``sharp`` is by how much of itself the root of that excess may be missed, to the safe side:
+    of a model that jumps, what it cannot tell costs many runs.
     """
     scale, others = problem.scale, [k for k in range(len(problem.scale)) if k != axis]
     bound = float(scale.high[axis] if sign > 0 else scale.low[axis])
@@ -250,7 +252,7 @@ def profile_end(
         high = min(2.0 * high if high > 0.0 else span, span)
         high_excess = excess(high)
     for _ in range(12):
-        if high_excess - target < 0.01 * target or high - low < 1e-6 * span:
+        if high_excess - target < sharp * target or high - low < 1e-6 * span:
             break
         # the root of the sum of squares is nearly a line: the chord hits it, halving where it does not
         middle = low + (high - low) * min(max((target - low_excess) / (high_excess - low_excess), 0.05), 0.95)
