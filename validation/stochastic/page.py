@@ -9,6 +9,7 @@ from limitmason.experiments import stochastic_brick_panels as published
 from limitmason.model import Assembly, Joint, Loads
 from limitmason.text_table import filled, markdown
 
+from . import pace
 from .runs import OWN_WEIGHT, draws
 from .study import SEED
 from .tables import (
@@ -53,6 +54,7 @@ def page(tables: Tables) -> str:
         "ratios": ratios(tables), "cells": cells(tables), "laws": laws(tables),
         "mean set": mean_set(tables["mean-set"]), "floor": floors(tables), "cracks": cracks(tables),
         "modes": modes(tables), "convergence": convergence(tables),
+        "pace": pace.table(),
     }  # fmt: skip
     return filled(TEXT.format(**words), {name: markdown(lines) for name, lines in parts.items()})
 

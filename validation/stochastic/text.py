@@ -113,6 +113,8 @@ A CoV of 300 runs has a sampling error of 4 % of itself, of 24 runs 14 %.{settle
 
 {time}
 
+[pace]
+
 {repeats}
 """
 
@@ -120,7 +122,11 @@ TIME = """\
 0.65 s of processor time for the panel of mean values, 1.0 s for a run as drawn, some of which go on to 3 mm (published:
 48 hours for 300). Two workers on two cores with nothing else to do made 87 runs a minute: 300 runs take
 3.5 minutes, 2,400 half an hour. Of this page, 1,219 runs in a row came at 33 a minute (4 to 58 from minute to minute)
-from two workers on two cores that had a load of 12 to 23: 300 in 9 minutes, 2,400 in 73."""
+from two workers on two cores that had a load of 12 to 23: 300 in 9 minutes, 2,400 in 73.
+
+How time grows, by `python -m validation.stochastic.pace 6,12 1 2 dask2` on two cores that other work loaded as stated,
+at a lower priority than some of it: processor time grows with the runs and not with the workers, a local dask cluster
+adds its own; the wall clock says what was left of the machine, not what two cores can do."""
 
 REPEATS = """\
 The same three runs come out to the bit with one worker, with two, and on a local dask cluster of two; a study of six
