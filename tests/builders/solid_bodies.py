@@ -3,6 +3,7 @@
 import numpy as np
 from scipy import sparse
 
+from dem.kernels import LAW_SIZE
 from dem.kernels import solid_arrays as arrays
 from dem.kernels.solid_stepping import advance_solids, measure_solids
 from dem.kernels.solid_zones import solid_forces
@@ -62,7 +63,7 @@ class SolidBody:
 
     def run(self, steps, local=0.8, drifts=False):
         advance_solids(
-            self.nodes, self.zones, self.tables, self.facets, self.contacts, np.zeros((1, 17)), False, self.rigid,
+            self.nodes, self.zones, self.tables, self.facets, self.contacts, np.zeros((1, LAW_SIZE)), False, self.rigid,
             self.total, steps, self.dt, local, drifts,
         )  # fmt: skip
 
@@ -76,7 +77,14 @@ class SolidBody:
         """Stresses at all stress points, shape (e, 8, 3, 3), and the elastic energy."""
         out = np.zeros((len(self.zones.kind), 8, 6))
         energy = measure_solids(
-            self.nodes, self.zones, self.tables, self.facets, self.contacts, np.zeros((1, 17)), out, np.zeros((0, 6))
+            self.nodes,
+            self.zones,
+            self.tables,
+            self.facets,
+            self.contacts,
+            np.zeros((1, LAW_SIZE)),
+            out,
+            np.zeros((0, 6)),
         )
         return out[..., [[0, 5, 4], [5, 1, 3], [4, 3, 2]]], energy
 

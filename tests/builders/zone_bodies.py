@@ -3,6 +3,7 @@
 import numpy as np
 from scipy import sparse
 
+from dem.kernels import LAW_SIZE
 from dem.kernels import zone_arrays as arrays
 from dem.kernels import zones as kernel
 from dem.kernels.zone_measure import measure_zones
@@ -54,7 +55,7 @@ class ZoneBody:
 
     def run(self, steps, local=0.8, drifts=False):
         kernel.advance_zones(
-            self.nodes, self.zones, self.tables, self.sides, self.contacts, np.zeros((1, 16)), False, self.rigid,
+            self.nodes, self.zones, self.tables, self.sides, self.contacts, np.zeros((1, LAW_SIZE)), False, self.rigid,
             self.total, steps, self.dt, local, drifts,
         )  # fmt: skip
 
@@ -68,7 +69,14 @@ class ZoneBody:
         """Stresses xx, zz, xz, yy at all stress points, shape (e, 4, 4), and the elastic energy."""
         out = np.zeros((len(self.zones.kind), 4, 4))
         energy = measure_zones(
-            self.nodes, self.zones, self.tables, self.sides, self.contacts, np.zeros((1, 16)), out, np.zeros((0, 4))
+            self.nodes,
+            self.zones,
+            self.tables,
+            self.sides,
+            self.contacts,
+            np.zeros((1, LAW_SIZE)),
+            out,
+            np.zeros((0, 4)),
         )
         return out, energy
 

@@ -138,6 +138,7 @@ def test_the_return_keeps_the_law_the_flow_rule_and_the_energy():
 
 def test_small_steps_come_to_the_same_as_the_dem_kernel():
     """The kernel's apex rule is an incremental one; over many small steps both are one law."""
+    from dem.kernels import LAW_SIZE
     from dem.kernels.sums import _sum_plain
 
     def scan(d, law_row, points):
@@ -145,7 +146,7 @@ def test_small_steps_come_to_the_same_as_the_dem_kernel():
         return _sum_plain(*points, 0, 1, d, g, 0, law_row, True)
 
     mu, dil, kn, ks, cohesion, tension = 0.6, 0.3, 2.0, 3.0, 0.3, 0.2
-    row = np.zeros((1, 16))
+    row = np.zeros((1, LAW_SIZE))
     row[0, :8] = kn, ks, mu, dil, cohesion, tension, np.inf, np.inf
     points = [np.zeros(1), np.zeros(1), np.ones(1), *(np.zeros(1) for _ in range(4))]
     one = np.ones(1)

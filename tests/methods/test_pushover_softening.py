@@ -286,7 +286,7 @@ def test_small_steps_come_to_the_same_as_the_softening_kernel(by_opening, by_sli
     rest = (0.6, 0.02, 0.03)
     law = law_of(1, 0.0, by_opening, by_slip, rest, tension)
     beyond = 0.0 if by_slip == 0.0 else 1.0 / (1.0 / by_slip - (0.3 - rest[1]) / 3.0)
-    row = np.zeros((1, 16))
+    row = np.zeros((1, kernels.LAW_SIZE))
     for column, value in (
         (kernels.LAW_KN, 2.0), (kernels.LAW_KS, 3.0), (kernels.LAW_MU, 0.6), (kernels.LAW_C, 0.3),
         (kernels.LAW_FT, tension), (kernels.LAW_FC, np.inf), (kernels.LAW_MU_R, rest[0]), (kernels.LAW_C_R, rest[1]),
