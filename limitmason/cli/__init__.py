@@ -83,7 +83,7 @@ def _run(options: argparse.Namespace) -> int:
         return 2
 
 
-def _tell(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+def _tell(message: Warning | str, category: type[Warning], *_place: Any, **_more: Any) -> None:
     """A warning as a line of its own; where in the code it arose helps nobody at a terminal."""
     say(f"warning: {message}" if issubclass(category, UserWarning) else f"{category.__name__}: {message}")
 
