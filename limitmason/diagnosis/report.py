@@ -15,6 +15,7 @@ from limitmason.diagnosis.words import (
     as_one_kind,
     behind_the_name,
     could_do_the_same,
+    enumerated,
     if_it_were_missing,
     one_word,
     physics_of,
@@ -221,7 +222,7 @@ def report(diagnosis: Diagnosis, checks: Checks | None = None) -> str:
         ]
         lines += _kept_lines(diagnosis)
     if diagnosis.kind in ("none", "scatter"):
-        told = f" ({' and '.join(diagnosis.unrecorded)} are not recorded, which makes them larger)"
+        told = f" ({enumerated(diagnosis.unrecorded)} are not recorded, which makes them larger)"
         seen = f"Smallest size that would have been seen nine times in ten{told if diagnosis.unrecorded else ''}:"
         lines += ["", seen]
         lines += [f"  {c.name}: {_sizes(c, diagnosis.detectable[c.name])}" for c in diagnosis.listed]

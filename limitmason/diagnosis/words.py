@@ -1,9 +1,16 @@
 """What stands behind a name, or is missing for it, in plain sentences."""
 
+from collections.abc import Sequence
+
 from limitmason.causes.cause import Cause
 from limitmason.diagnosis.inference.nameless import CONSTANT, TOGETHER
 from limitmason.diagnosis.inference.verdict import VerdictKind
 from limitmason.diagnosis.result import Diagnosis
+
+
+def enumerated(words: Sequence[str]) -> str:
+    """Words as a sentence lists them: "a, b and c"."""
+    return " and ".join(w for w in (", ".join(words[:-1]), *words[-1:]) if w)
 
 
 def could_do_the_same(along: str, *, short: bool = False) -> str:
@@ -116,7 +123,7 @@ def what_is_unrecorded(diagnosis: Diagnosis) -> list[str]:
     doubt = diagnosis.verdict.doubt
     if doubt is None:
         return []
-    missing, cause = " and ".join(doubt.unrecorded), " and ".join(doubt.names)
+    missing, cause = enumerated(doubt.unrecorded), " and ".join(doubt.names)
     shared = f"half of the noise's variance shared by the tests that {cause} acts on"
     then = ", ".join(f"{k} p = {v:.3f}" for k, v in doubt.p.items())
     if doubt.holds:
