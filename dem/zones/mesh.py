@@ -93,6 +93,19 @@ def outline_of(assembly: Assembly, number: int) -> tuple[Array, float]:
     return flat[np.argsort(np.arctan2(r[:, 1], r[:, 0]))], float(high - low)
 
 
+def need_length(zone_size: float) -> None:
+    """Refuse a zone size that is no length.
+
+    Raises
+    ------
+    InputError
+        For what is no positive number.
+    """
+    number = isinstance(zone_size, (int, float, np.number)) and not isinstance(zone_size, bool)
+    if not number or not (np.isfinite(zone_size) and zone_size > 0.0):
+        raise InputError(f"zone_size must be a positive length [m], got {zone_size!r}")
+
+
 def make_mesh(assembly: Assembly, zone_size: float, stiff: Iterable[int] = ()) -> ZoneMesh:
     """Cut the blocks that have a material and are neither held nor ``stiff`` into zones no larger than a size [m].
 
@@ -105,9 +118,7 @@ def make_mesh(assembly: Assembly, zone_size: float, stiff: Iterable[int] = ()) -
         For a zone size that is no length, larger than a block's least side, or so small that there are more than
         ``MOST`` zones, and as :func:`outline_of`.
     """
-    number = isinstance(zone_size, (int, float, np.number)) and not isinstance(zone_size, bool)
-    if not number or not (np.isfinite(zone_size) and zone_size > 0.0):
-        raise InputError(f"zone_size must be a positive length [m], got {zone_size!r}")
+    need_length(zone_size)
     n_blocks = assembly.n_blocks
     place: list[Array] = []
     zones: list[Index] = []

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.zones.hexahedron import CORNERS, FACES, shape_gradients, shape_values
+from dem.zones.mesh import need_length
 from limitmason.errors import InputError
 from limitmason.geometry import Solid
 from limitmason.model import Assembly
@@ -72,9 +73,7 @@ def make_solid_mesh(assembly: Assembly, zone_size: float, stiff: Iterable[int] =
         :data:`MOST` zones; for a block to be cut that is concave, has a corner at which other than three edges meet, or
         is so slanted that a zone would be turned inside out.
     """
-    number = isinstance(zone_size, (int, float, np.number)) and not isinstance(zone_size, bool)
-    if not number or not (np.isfinite(zone_size) and zone_size > 0.0):
-        raise InputError(f"zone_size must be a positive length [m], got {zone_size!r}")
+    need_length(zone_size)
     rigid = assembly.held.any(axis=1) | np.array([b.material is None for b in assembly.blocks])
     rigid[list(stiff)] = True
     volume = sum(b.volume for b, r in zip(assembly.blocks, rigid, strict=True) if not r)

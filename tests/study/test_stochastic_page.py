@@ -141,11 +141,8 @@ def test_perfect_plasticity_carries_more_than_brittle_joints_and_averages_over_t
     assert again["load"][0] == pytest.approx(soft["load"][0], rel=1e-6)
 
 
-def test_a_panel_that_falls_before_it_is_driven_carries_nothing(panel):
+def test_a_panel_that_is_too_slow_to_settle_is_a_run_without_an_answer_and_no_fall(panel):
     status = "no answer: the structure does not settle under its own weight in 50000 steps (unbalanced force 0.96 …)"
     kept = rows.line({"sample": 7, "status": status}, panel, rows.mirrored(panel))
-    assert kept["ultimate"] == 0.0
-    assert kept["mode"] == runs.OWN_WEIGHT
-    assert np.isnan([kept["crack"], kept["lone"], kept["residual"]]).all()
-    # a run that failed for another reason is no fall
-    assert np.isnan(rows.line({"status": "no answer: unstable"}, panel, rows.mirrored(panel))["ultimate"])
+    assert np.isnan(kept["ultimate"])
+    assert kept["mode"] != runs.OWN_WEIGHT

@@ -14,8 +14,6 @@ from limitmason import study
 from limitmason.csv_table import parsed, write_table
 from limitmason.model.assembly import Assembly
 
-from .runs import told
-
 Array = NDArray[np.float64]
 
 STORED = Path(__file__).parents[2] / "examples" / "stored" / "stochastic_panels.csv"
@@ -24,8 +22,6 @@ NUMBERS = {
     "kinetic": "-", "lone": "-", "lone at end": "-", "far": "N",
 }  # fmt: skip
 """What is kept of a run with its unit: "load" is that of perfect plasticity, "far" the peak within the first travel."""
-UNSETTLED = "no answer: the structure does not settle under its own weight"
-"""Status of a run that a study has taken down as refused, where :func:`.runs.pushed` says that the panel falls."""
 WORDS = ("mode", "mode at peak", "crack in")
 
 
@@ -57,8 +53,6 @@ def lone(moved: Array, area: Array, opposite: NDArray[np.intp]) -> float:
 
 def line(row: Mapping[str, Any], wall: Assembly, opposite: NDArray[np.intp]) -> dict[str, Any]:
     """What is kept of one run."""
-    if str(row.get("status", "")).startswith(UNSETTLED):
-        row = {**row, **told(None)}
     out = {name: _number(row.get(name)) for name in NUMBERS if name not in ("lone", "lone at end", "far")}
     for name, when in (("lone", "peak"), ("lone at end", "end")):
         out[name] = math.nan
