@@ -250,7 +250,8 @@ class Experiment:
         """Data sheet."""
         lines = [self.name, self.title, "", f"Source       {self.source}", f"Licence      {self.source.licence}"]
         if not self.has_model:
-            lines += ["", f"No assembly: {self.no_model}"]
+            heading = "No published assembly" if self.inferred else "No assembly"
+            lines += ["", f"{heading}: {self.no_model}"]
         if self.inferred:
             lines += [f"Inferred, not published: {self.inferred}"]
         for heading, table in (
