@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +17,9 @@ from limitmason.plane import Plane
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Grid = tuple[int, int]
+Chosen = TypeVar("Chosen")
 
-__all__ = ["KINDS", "ContactPoints", "Grid", "contact_points"]
+__all__ = ["KINDS", "ContactPoints", "Grid", "chosen_grid", "contact_points"]
 
 KINDS = ("bed", "head", "base", "crack")
 
@@ -136,6 +138,21 @@ def contact_points(
         np.concatenate(position)[order], owner, np.concatenate(area)[order], directions,
         x.block_a[owner], x.block_b[owner],
     )  # fmt: skip
+
+
+def chosen_grid(contact_model: str, grid: Chosen | None) -> Chosen | Grid:
+    """The grid, (5, 5) where none is given.
+
+    Raises
+    ------
+    InputError
+        For a grid with another contact model, which would not use it.
+    """
+    if grid is None:
+        return (5, 5)
+    if contact_model != "grid":
+        raise InputError(f"grid={grid!r} is not used by contact_model={contact_model!r}: give contact_model='grid'")
+    return grid
 
 
 def _grid_sizes(assembly: Assembly, kinds: NDArray, contact_model: str, grid: Grid | Mapping[str, Grid]) -> Index:

@@ -6,14 +6,18 @@ frame, whichever of them the interface calls a. So carried, a point that slides 
 that of the face, and nothing depends on how blocks are numbered. Points inside a face belong to either.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.contact_points import ContactPoints
+from limitmason.contact_points import ContactPoints, Grid, chosen_grid, contact_points
 from limitmason.law import Fall, PointLaw
+from limitmason.model.assembly import Assembly
+from limitmason.plane import Plane
+from limitmason.results import Prediction
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -22,6 +26,24 @@ NEW = -1
 """Interface of a point between two blocks that had no joint."""
 
 NO_CORNER = -1
+
+
+def points_of_path(
+    assembly: Assembly, plane: Plane | None, contact_model: str | None = None,
+    grid: Grid | float | Mapping[str, Grid] | None = None, initial: Prediction | None = None,
+) -> ContactPoints:  # fmt: skip
+    """The contact points that are asked for, else those that the joints need, see :func:`limitmason.pushover`."""
+    if contact_model is None:
+        joints = {i.joint for i in assembly.interfaces}
+        glued = plane is None and any(max(j.cohesion, j.tensile_strength) > 0.0 for j in joints)
+        if grid is not None:
+            contact_model = "grid"
+        elif initial is not None:
+            contact_model = initial.contact_model or "vertices"
+        else:
+            contact_model = "grid" if glued else "vertices"
+    chosen: Grid | float | Mapping[str, Grid] = chosen_grid(contact_model, grid)
+    return contact_points(assembly, contact_model=contact_model, grid=chosen, plane=plane, elastic=True)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.capacity.analysis import pushover
+from limitmason.capacity.contacts import points_of_path
 from limitmason.capacity.result import PushoverCurve
-from limitmason.contact_points import ContactPoints, contact_points
+from limitmason.contact_points import ContactPoints
 from limitmason.curve import Curve
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
@@ -123,7 +124,7 @@ def imperfection_ensemble(
     size = float(np.median(np.cbrt(assembly.arrays.volume[free])))
     least = thickness(assembly)
     placed = {k: settings[k] for k in ("contact_model", "grid") if k in settings}
-    points = contact_points(assembly, plane=find_plane(assembly, loads), elastic=True, **placed)
+    points = points_of_path(assembly, find_plane(assembly, loads), **placed)
     first, sustained, status, curves = [], [], [], []
     for k in range(samples):
         reached(k / samples, f"path {k + 1} of {samples}", share=1.0 / samples)

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.contact_points import Grid
+from limitmason.contact_points import Grid, chosen_grid
 from limitmason.errors import InputError
 from limitmason.limit.associative import analyse
 from limitmason.limit.contact_notes import with_contact_warnings
 from limitmason.limit.papers import papers_behind
 from limitmason.limit.parts import governed, independent_parts
-from limitmason.limit.program.problem import Problem, chosen_grid, make_problem
+from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.progress import watched

@@ -48,8 +48,7 @@ def sustained(
     goes_on : displacement along the live forces over the thickness, the smallest dimension of a block [-]
     search, time_limit : of the search, see :func:`limitmason.limit_analysis`
     contact_model, grid, stiffness, steps, progress : of the path, see :func:`limitmason.pushover`
-    contacts : of the path; "first" by default: in space "anew" drops corners that leave a face and does not find the
-        edges that come to cross instead, and loses support with them
+    contacts : of the path, see :func:`limitmason.pushover`; "first" by default, the points of the smallest state
 
     Returns
     -------
@@ -66,8 +65,8 @@ def sustained(
     """
     if not (math.isfinite(goes_on) and goes_on > 0.0):
         raise InputError(f"goes_on must be a positive part of the thickness, got {goes_on!r}")
+    options = {} if contact_model == "vertices" else {"grid": grid}
     if smallest is None:
-        options = {} if contact_model == "vertices" else {"grid": grid}
         smallest = get_method(NON_ASSOCIATIVE).predict(
             assembly, loads, contact_model=contact_model, search=search, time_limit=time_limit, **options
         )
@@ -75,8 +74,8 @@ def sustained(
         raise NotConverged(f"there is no smallest state to begin with: {smallest.status}")
     to = goes_on * thickness(assembly)
     curve = pushover(
-        assembly, loads, initial=smallest, to=to, contact_model=contact_model, grid=grid, contacts=contacts,
-        stiffness=stiffness, steps=steps, progress=progress,
+        assembly, loads, initial=smallest, to=to, contact_model=contact_model, contacts=contacts, stiffness=stiffness,
+        steps=steps, progress=progress, **options,
     )  # fmt: skip
     value, status, warnings = math.nan, NOT_CONVERGED, curve.warnings
     if curve.status == REACHED:

@@ -12,6 +12,7 @@ from limitmason.capacity import Steps, path, stepping
 from limitmason.capacity import system as equations
 from limitmason.capacity.kinematics import at_rest
 from limitmason.errors import InputError, NotApplicable
+from limitmason.geometry.polyhedron import box
 
 PHI = math.degrees(math.atan(0.65))
 
@@ -340,3 +341,22 @@ def test_a_wall_that_slides_on_its_bed_ends_on_a_plateau(size):
     assert found.status == "solved"
     assert found.collapse_multiplier == pytest.approx(math.tan(math.radians(33.0)), rel=1e-5)
     assert found.details["curve"].status == "slides on at constant load"
+
+
+def test_a_glued_face_twists_off_as_in_limit_analysis_and_not_as_its_corners_would():
+    # exactly 0.3826 c a^3 of torsion; cohesion at four corners alone would carry 0.7071
+    side, arm, c = 0.4, 0.9, 3e5
+    joint = lm.Joint.from_friction_coefficient(0.02, cohesion=c, tensile_strength=c, lost_by="nothing")
+    beam = box((0.0, 0.0, 0.2), (side, 2.0 * arm + side, 0.4))
+    glued = lm.Assembly.from_polyhedra(
+        [box((0.0, 0.0, 0.0), (side, side, 0.2)), beam], joint=joint, density=500.0, fixed=[0], names=["foot", "beam"]
+    )
+    loads = lm.Loads.weight(glued).with_point_load(glued, "beam", (0.3826 * c * side**3 / arm, 0.0, 0.0))
+    options = {"stiffness": (1e11, 5e10), "to": 1e-4}
+    exact = lm.limit_analysis(glued, loads).collapse_multiplier
+    found = lm.pushover(glued, loads, **options).peak.load
+    assert exact == pytest.approx(1.0, abs=0.04)  # shear and bending go with the torsion
+    assert 0.95 * exact < found < 1.06 * exact  # points that open carry no cohesion; 5 x 5 points twist 1.04 times
+    assert lm.pushover(glued, loads, contact_model="vertices", **options).peak.load > 1.5 * exact
+    with pytest.raises(InputError, match="not used by contact_model='vertices'"):
+        lm.pushover(glued, loads, contact_model="vertices", grid=(3, 3), **options)

@@ -93,21 +93,6 @@ class Problem(NamedTuple):
         return (twists @ basis).ravel()[self.row] * self.row_radius
 
 
-def chosen_grid(contact_model: str, grid: Grid | Mapping[str, Grid] | None) -> Grid | Mapping[str, Grid]:
-    """The grid, (5, 5) where none is given.
-
-    Raises
-    ------
-    InputError
-        For a grid with another contact model, which would not use it.
-    """
-    if grid is None:
-        return (5, 5)
-    if contact_model != "grid":
-        raise InputError(f"grid={grid!r} is not used by contact_model={contact_model!r}: give contact_model='grid'")
-    return grid
-
-
 def make_problem(
     assembly: Assembly,
     loads: Loads,

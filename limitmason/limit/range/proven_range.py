@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.contact_points import Grid
+from limitmason.contact_points import Grid, chosen_grid
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.law_table import CRUSHING, PROVEN_RANGE, TIES, refuse
 from limitmason.limit.associative import solve_associative
@@ -24,7 +24,7 @@ from limitmason.limit.nonassociative.smallest import (
     prove_smallest,
     velocity_limits,
 )
-from limitmason.limit.program.problem import chosen_grid, make_problem
+from limitmason.limit.program.problem import make_problem
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.progress import reached, watched
