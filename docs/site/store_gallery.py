@@ -3,7 +3,8 @@
     python docs/site/store_gallery.py NAME ... [--from FOLDER]
 
 ``all`` runs every example (a quarter of an hour). With ``--from`` nothing is run: FOLDER holds one folder per example
-with its ``output.txt`` and figures. Pictures are made at most 900 pixels wide, of 64 colours.
+with its ``output.txt`` and figures. The tests hold what is stored against what the examples print and draw. With
+another drawing package, compiler or processor than those of the rest, all are stored anew or none.
 """
 
 import argparse
@@ -12,10 +13,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from PIL import Image
+import stored_output
 from site_sources import ROOT, STORED, examples
-
-WIDTH, COLOURS = 900, 64
 
 
 def store(name: str, folder: Path) -> None:
@@ -27,10 +26,7 @@ def store(name: str, folder: Path) -> None:
     lines = (folder / "output.txt").read_text(encoding="utf-8").splitlines()
     (kept / "output.txt").write_text("\n".join(line.rstrip() for line in lines) + "\n", encoding="utf-8")
     for path in sorted(folder.glob("*.png")):
-        picture = Image.open(path).convert("RGB")
-        if picture.width > WIDTH:
-            picture = picture.resize((WIDTH, round(picture.height * WIDTH / picture.width)), Image.Resampling.LANCZOS)
-        picture.quantize(COLOURS).save(kept / path.name, optimize=True)
+        stored_output.reduced(path).save(kept / path.name, optimize=True)
 
 
 def run(name: str, folder: Path) -> None:
@@ -46,6 +42,10 @@ def main() -> None:
     words.add_argument("names", nargs="+", metavar="NAME")
     words.add_argument("--from", dest="source", type=Path)
     given = words.parse_args()
+    if given.names == ["all"]:
+        stored_output.STORED_WITH.write_text("\n".join(stored_output.made_with()) + "\n", encoding="utf-8")
+    elif not (stored_output.drawn_here() and stored_output.computed_here()):
+        words.error(f"the rest was not made with {', '.join(stored_output.made_with())}: store all, or nothing")
     names = [p.stem for p in examples()] if given.names == ["all"] else given.names
     for name in names:
         if given.source is not None:

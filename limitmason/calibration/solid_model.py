@@ -19,8 +19,8 @@ class SolidModel:
     Parameters
     ----------
     solid : with the properties that are not fitted
-    run : ``run(solid)`` returning numbers, sequences and curves by name, or a curve: ``lambda solid:
-        limitmason.continuum.push(solid, ...)`` on a coarse mesh, or its frequencies
+    run : ``run(solid)`` returning numbers, sequences and curves by name, or a curve: that of
+        ``limitmason.continuum.push(solid, ...)`` on a coarse mesh, or its frequencies
     of : which property of which materials a parameter is, {"upper_modulus": ("young_modulus", [1])}; without it
         parameters are called as the properties, and all materials have them
 

@@ -1,4 +1,4 @@
-"""Every example runs as shipped, from another folder, and reaches its headline numbers."""
+"""Every example runs as shipped, from another folder, reaches its headline numbers and prints what is stored."""
 
 import math
 import re
@@ -8,6 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
+import stored_output
+from PIL import Image
+from site_sources import STORED
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -417,10 +420,51 @@ def test_no_figure_lies_in_the_root_of_the_repository():
 
 
 @pytest.mark.parametrize("name", sorted(CHECKS))
-def test_example(name, tmp_path, monkeypatch):
+def test_example(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", [f"{name}.py"])
     scope = runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
+    printed = capsys.readouterr().out
     CHECKS[name](scope)
     for figure in tmp_path.glob("*.png"):
         assert figure.stat().st_size > 5_000, figure.name
+    stale = f"the gallery shows something else: python docs/site/store_gallery.py {name}"
+    kept = STORED / name
+    assert {p.name for p in tmp_path.glob("*.png")} == {p.name for p in kept.glob("*.png")}, stale
+    if name in stored_output.BRITTLE and not stored_output.computed_here():
+        return
+    differs = stored_output.differences(printed, (kept / "output.txt").read_text(encoding="utf-8"), name)
+    assert not differs, "\n".join([stale, *differs])
+    if stored_output.drawn_here() and stored_output.computed_here():
+        for figure in sorted(tmp_path.glob("*.png")):
+            unlike = stored_output.unlikeness(stored_output.reduced(figure), Image.open(kept / figure.name))
+            assert unlike < stored_output.ALIKE, (figure.name, unlike, stale)
+
+
+def test_stored_output_is_held_by_words_numbers_and_looks(monkeypatch):
+    monkeypatch.setattr(stored_output, "computed_here", lambda: True)
+    said = "wall-1   0.6429 +- 1e-12   24 steps  -- falls\n"
+    same = (said, said.replace("   ", " "), said.replace("0.6429", "0.6430"), said.replace("1e-12", "3e-09"))
+    other = (
+        said.replace("0.6429", "0.6431"), said.replace("24 steps", "25 steps"), said.replace("falls", "holds"),
+        said.replace("wall-1", "wall-2"), said.replace("1e-12", "1e-05"), said.replace("0.6429", "-0.6429"),
+        said.replace("0.6429", "nan"), said + said, "",
+    )  # fmt: skip
+    assert not any(stored_output.differences(text, said) for text in same)
+    assert all(stored_output.differences(text, said) for text in other)
+    seconds = "dem              0.32812  0.3281 to 0.3350  solved   8.9"
+    assert not stored_output.differences(seconds.replace("8.9", "18.2"), seconds, "three_theories_one_wall")
+    assert stored_output.differences(seconds.replace("0.3350", "0.3360"), seconds, "three_theories_one_wall")
+    assert stored_output.same_number("1.972e+04", "1.973e+04")
+    assert stored_output.same_number("1", "0.999")
+    assert not stored_output.same_number("1e-05", "1e-04")
+    assert not stored_output.same_number("1.972e+04", "1.974e+04")
+    white = Image.new("RGB", (900, 600), "white")
+    line = white.copy()
+    line.paste((0, 0, 0), (0, 300, 300, 303))  # three pixels thick, over a third of the width
+    assert stored_output.unlikeness(white, white.copy()) == 0.0
+    assert stored_output.unlikeness(line, white) > 10 * stored_output.ALIKE
+    assert {*stored_output.BRITTLE, *stored_output.MACHINES} <= set(CHECKS)
+    monkeypatch.setattr(stored_output, "computed_here", lambda: False)
+    assert not stored_output.differences(said.replace("0.6429", "0.6300"), said)
+    assert stored_output.differences(said.replace("0.6429", "0.6290"), said)
