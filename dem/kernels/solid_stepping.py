@@ -7,8 +7,8 @@ from dem.kernels.compiled import kernel
 from dem.kernels.solid_arrays import FaceContacts, Facets, Hexahedra, HexTable, RigidSolids
 from dem.kernels.solid_joints import solid_joint_forces, solid_joint_stresses
 from dem.kernels.solid_zones import solid_forces, solid_stresses
-from dem.kernels.zone_arrays import Z_APPLIED, Z_DAMPING, Z_KINETIC, Z_STEPS, Z_SUPPORT, Nodes
-from dem.kernels.zones import brake_of
+from dem.kernels.zone_arrays import Nodes
+from dem.kernels.zone_motion import move
 
 
 @kernel(forceinline=True)
@@ -75,7 +75,7 @@ def advance_solids(
     rigid: RigidSolids, total: Array, steps: int, dt: float, local: float, drifts: bool,
 ) -> None:  # fmt: skip
     """Advance by a number of steps under constant loads and drives, as ``zones.advance_zones`` does in the plane."""
-    force, shift, velocity = nodes.force, nodes.shift, nodes.velocity
+    force = nodes.force
     rigid.total[:] = 0.0
     n, nb = nodes.mass.size, rigid.centre.shape[0]
     for _ in range(steps):
@@ -85,52 +85,10 @@ def advance_solids(
         solid_forces(nodes, zones, table)
         solid_joint_forces(nodes, facets, contacts, law, soft, total)
         _rigid_net(nodes, rigid)
-        applied = support = damping = kinetic = 0.0
-        for i in range(n):
-            if nodes.body[i] >= 0:
-                continue
-            inverse = dt / nodes.mass[i]
-            for r in range(3):
-                f, v = force[i, r], velocity[i, r]
-                if nodes.held[i, r]:
-                    shift[i, r] += dt * v
-                    support -= f * v * dt
-                    applied += nodes.load[i, r] * v * dt
-                    continue
-                brake = brake_of(local, drifts, f, f - nodes.before[i, r], v)
-                nodes.before[i, r] = f
-                new = v + (f - brake) * inverse
-                mean = 0.5 * (v + new)
-                velocity[i, r] = new
-                shift[i, r] += dt * new
-                damping += brake * mean * dt
-                applied += nodes.load[i, r] * mean * dt
-                kinetic += 0.5 * nodes.mass[i] * new * new
+        move(nodes, rigid, total, 3, 6, dt, local, drifts)
         for b in range(nb):
-            for r in range(6):
-                f, v = rigid.net[b, r], rigid.velocity[b, r]
-                rigid.total[b, r] += f
-                if rigid.held[b, r]:
-                    new = rigid.drive[b, r]
-                    mean = 0.5 * (v + new)
-                    support -= f * mean * dt
-                else:
-                    brake = brake_of(local, drifts, f, f - rigid.before[b, r], v)
-                    rigid.before[b, r] = f
-                    new = v + (f - brake) * dt / rigid.mass[b, r]
-                    mean = 0.5 * (v + new)
-                    damping += brake * mean * dt
-                    kinetic += 0.5 * rigid.mass[b, r] * new * new
-                applied += rigid.load[b, r] * mean * dt
-                rigid.velocity[b, r] = new
-                rigid.shift[b, r] += dt * new
             _turn(rigid, b, dt)
         _place_rigid(nodes, rigid)
-        total[Z_APPLIED] += applied
-        total[Z_SUPPORT] += support
-        total[Z_DAMPING] += damping
-        total[Z_KINETIC] = kinetic
-        total[Z_STEPS] += 1.0
 
 
 @kernel(counted=True)

@@ -12,7 +12,6 @@ side, slip the travel along it from where it was.
 import numpy as np
 
 from dem.kernels.arrays import Array
-from dem.kernels.braking import against_change
 from dem.kernels.compiled import kernel
 from dem.kernels.law import fall_of, peak_of, return_map
 from dem.kernels.yielding import (
@@ -29,15 +28,10 @@ from dem.kernels.yielding import (
     stress_return,
 )
 from dem.kernels.zone_arrays import (
-    Z_APPLIED,
-    Z_DAMPING,
     Z_FRACTURE,
     Z_FRICTION,
-    Z_KINETIC,
     Z_MISSED,
     Z_PLASTIC,
-    Z_STEPS,
-    Z_SUPPORT,
     Contacts,
     Nodes,
     Rigid,
@@ -45,6 +39,7 @@ from dem.kernels.zone_arrays import (
     Tables,
     Zones,
 )
+from dem.kernels.zone_motion import move
 
 
 @kernel(forceinline=True)
@@ -277,13 +272,6 @@ def _place_rigid(nodes: Nodes, rigid: Rigid) -> None:
         nodes.shift[i, 1] = rigid.shift[b, 1] + less * ry + s * rx
 
 
-@kernel(forceinline=True)
-def brake_of(local: float, drifts: bool, force: float, change: float, speed: float) -> float:
-    """Cundall's local damping, or his combined one where motion is steady: against the change of the force too."""
-    brake = local * abs(force) * (1.0 if speed > 0.0 else -1.0 if speed < 0.0 else 0.0)
-    return against_change(local, force, change, brake) if drifts else brake
-
-
 @kernel(counted=True)
 def advance_zones(
     nodes: Nodes, zones: Zones, tables: Tables, sides: Sides, contacts: Contacts, law: Array, soft: bool, rigid: Rigid,
@@ -298,7 +286,7 @@ def advance_zones(
     dt : [s], 1 where masses are scaled to the step
     local : Cundall's local damping, F - local |F| sign(v) per freedom [-]
     """
-    force, shift, velocity = nodes.force, nodes.shift, nodes.velocity
+    force, shift = nodes.force, nodes.shift
     rigid.total[:] = 0.0
     n, nb = nodes.mass.size, rigid.centre.shape[0]
     for _ in range(steps):
@@ -317,48 +305,5 @@ def advance_zones(
             rx = nodes.place[i, 0] + shift[i, 0] - rigid.centre[b, 0] - rigid.shift[b, 0]
             ry = nodes.place[i, 1] + shift[i, 1] - rigid.centre[b, 1] - rigid.shift[b, 1]
             rigid.net[b, 2] += rx * force[i, 1] - ry * force[i, 0]
-        applied = support = damping = kinetic = 0.0
-        for i in range(n):
-            if nodes.body[i] >= 0:
-                continue
-            inverse = dt / nodes.mass[i]
-            for r in range(2):
-                f, v = force[i, r], velocity[i, r]
-                if nodes.held[i, r]:
-                    shift[i, r] += dt * v
-                    support -= f * v * dt
-                    applied += nodes.load[i, r] * v * dt
-                    continue
-                brake = brake_of(local, drifts, f, f - nodes.before[i, r], v)
-                nodes.before[i, r] = f
-                new = v + (f - brake) * inverse
-                mean = 0.5 * (v + new)
-                velocity[i, r] = new
-                shift[i, r] += dt * new
-                damping += brake * mean * dt
-                applied += nodes.load[i, r] * mean * dt
-                kinetic += 0.5 * nodes.mass[i] * new * new
-        for b in range(nb):
-            for r in range(3):
-                f, v = rigid.net[b, r], rigid.velocity[b, r]
-                rigid.total[b, r] += f
-                if rigid.held[b, r]:
-                    new = rigid.drive[b, r]
-                    mean = 0.5 * (v + new)
-                    support -= f * mean * dt
-                else:
-                    brake = brake_of(local, drifts, f, f - rigid.before[b, r], v)
-                    rigid.before[b, r] = f
-                    new = v + (f - brake) * dt / rigid.mass[b, r]
-                    mean = 0.5 * (v + new)
-                    damping += brake * mean * dt
-                    kinetic += 0.5 * rigid.mass[b, r] * new * new
-                applied += rigid.load[b, r] * mean * dt
-                rigid.velocity[b, r] = new
-                rigid.shift[b, r] += dt * new
+        move(nodes, rigid, total, 2, 3, dt, local, drifts)
         _place_rigid(nodes, rigid)
-        total[Z_APPLIED] += applied
-        total[Z_SUPPORT] += support
-        total[Z_DAMPING] += damping
-        total[Z_KINETIC] = kinetic
-        total[Z_STEPS] += 1.0
