@@ -27,7 +27,8 @@ from limitmason.capacity.kinematics import (
     shape_geometry,
 )
 from limitmason.capacity.point_law import Elastic, History, Returned, return_map, virgin
-from limitmason.capacity.ties import NO_TIES, Pulled, Ties, pull, stiffness
+from limitmason.capacity.ties import Pulled, pull, stiffness
+from limitmason.tie_springs import NO_TIES, TieSprings
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -65,7 +66,7 @@ class System:
 
     def __init__(
         self, bodies: Bodies, law: Elastic, dead: Array, live: Array, control: Array, weight: float, size: float,
-        length: float, springs: Array, ties: Ties = NO_TIES,
+        length: float, springs: Array, ties: TieSprings = NO_TIES,
     ) -> None:  # fmt: skip
         """Number the free degrees of freedom and make the pattern of the bordered tangent."""
         none = np.zeros_like(springs)
