@@ -46,7 +46,7 @@ if TYPE_CHECKING:
         vibration,
     )
     from limitmason.calibration import CurveTarget, Parameter, Target, calibrate
-    from limitmason.capacity import pushover
+    from limitmason.capacity import elastic_range, pushover
     from limitmason.figures import view
     from limitmason.limit import limit_analysis, limit_bracket, proven_range, settlement_analysis
     from limitmason.methods import predict, predict_cases
@@ -85,6 +85,7 @@ _NAMES = {
     "predict_cases": "limitmason.methods",
     "compare": "limitmason.validation",
     "pushover": "limitmason.capacity",
+    "elastic_range": "limitmason.capacity",
     "view": "limitmason.figures",
     "modes": "limitmason.vibration",
     "mac": "limitmason.vibration",

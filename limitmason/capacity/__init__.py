@@ -2,18 +2,22 @@
 
 from limitmason.capacity.analysis import pushover
 from limitmason.capacity.certificate import StepCertificate
+from limitmason.capacity.elastic_range import ElasticRange, Onset, elastic_range
 from limitmason.capacity.ensemble import Ensemble, imperfection_ensemble
 from limitmason.capacity.path import Steps
 from limitmason.capacity.result import Break, Energy, PushoverCurve, Stability
 
 __all__ = [
     "Break",
+    "ElasticRange",
     "Energy",
     "Ensemble",
+    "Onset",
     "PushoverCurve",
     "Stability",
     "StepCertificate",
     "Steps",
+    "elastic_range",
     "imperfection_ensemble",
     "pushover",
 ]

@@ -219,23 +219,16 @@ def block_system(
     if (moving & ~(x.mass > 0.0)).any():
         name = assembly.blocks[int(np.flatnonzero(moving & ~(x.mass > 0.0))[0])].name
         raise InputError(f"block {name!r} has no mass: natural frequencies need a positive density")
-    a = equilibrium_matrix(assembly, points, plane=plane)
     inertia = np.zeros((assembly.n_blocks, 6, 6))
     inertia[:, :3, :3] = x.mass[:, None, None] * np.eye(3)
     inertia[:, 3:, 3:] = x.inertia
     masses = list(basis.T @ inertia @ basis)
-    springs = sparse.diags_array((stiffness * points.area[:, None]).ravel())
+    _, k = stiffness_matrix(assembly, points, stiffness, plane, shapes, blocks)
     counts = np.zeros(assembly.n_blocks, np.intp)
     if shapes is not None:
         counts = np.array([0 if s is None else s.count for s in shapes])
-        own = [s for s in shapes if s is not None]
-        a = sparse.vstack([a, _shape_rows(assembly, points, shapes, blocks)])
         free = np.concatenate([free, np.ones(counts.sum(), bool)])
-        masses += [s.mass for s in own]
-    k = sparse.csc_array(a @ springs @ a.T)
-    if shapes is not None:
-        none = sparse.csc_array((kept.size, kept.size))
-        k = sparse.csc_array(k + sparse.block_diag([none, *[s.stiffness for s in own]], format="csc"))
+        masses += [s.mass for s in shapes if s is not None]
     mass = sparse.csc_array(sparse.block_diag(masses, format="csc"))[free][:, free]
     unit = np.zeros((len(free), 3))
     unit[: kept.size] = np.tile(basis[:3].T, (assembly.n_blocks, 1))
@@ -253,6 +246,35 @@ def block_system(
         sparse.csc_array(k[free][:, free]), sparse.csc_array(mass), np.asarray(mass @ unit[free]), spread,
         BlockCarrier(assembly, shapes or ()), np.asarray(total, dtype=np.float64), label, None, warnings,
     )  # fmt: skip
+
+
+def stiffness_matrix(
+    assembly: Assembly,
+    points: ContactPoints,
+    stiffness: Array,
+    plane: Plane | None = None,
+    shapes: Sequence[Shapes | None] | None = None,
+    blocks: str = RIGID,
+) -> tuple[sparse.csc_array, sparse.csc_array]:
+    """A and K = A k A^T, with the stiffness of the shapes beside that of the joints.
+
+    Parameters are those of :func:`block_system`.
+
+    Returns
+    -------
+    rows : A of all motions, held ones included, and then of the shapes block by block: A^T u are opening and slip,
+        -k A^T u the stresses of the points, shape (d n + shapes of all, c m)
+    matrix : K [N/m, N, N m], of as many
+    """
+    a = equilibrium_matrix(assembly, points, plane=plane)
+    springs = sparse.diags_array((stiffness * points.area[:, None]).ravel())
+    if shapes is None:
+        return a, sparse.csc_array(a @ springs @ a.T)
+    motions = a.shape[0]
+    a = sparse.csc_array(sparse.vstack([a, _shape_rows(assembly, points, shapes, blocks)]))
+    own = [s.stiffness for s in shapes if s is not None]
+    parts = [sparse.csc_array((motions, motions)), *own]
+    return a, sparse.csc_array(sparse.csc_array(a @ springs @ a.T) + sparse.block_diag(parts, format="csc"))
 
 
 def _shape_rows(

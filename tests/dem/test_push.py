@@ -7,6 +7,7 @@ import pytest
 
 import dem
 import limitmason as lm
+from dem import UnsettledError
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError, NotConverged
 from limitmason.lumped_units import with_lumped_units
@@ -390,3 +391,40 @@ def test_local_damping_alone_lets_a_wall_overshoot_where_it_begins_to_slide():
 def test_combined_damping_without_a_local_one_is_refused():
     with pytest.raises(InputError, match="give local > 0"):
         dem.Damping(combined=True)
+
+
+def hanging(strength, blocks=3):
+    """Blocks glued below a held beam, and ft, so many times the stress that they put on the uppermost joint."""
+    outlines = [[[-0.3, 0.0], [0.5, 0.0], [0.5, 0.1], [-0.3, 0.1]]]
+    for z in -0.1 * np.arange(1, blocks + 1):
+        outlines.append([[0.0, z], [0.2, z], [0.2, z + 0.1], [0.0, z + 0.1]])
+    ft = strength * 2000.0 * GRAVITY * 0.1 * blocks
+    joint = lm.Joint(
+        30.0, cohesion=1e6, tensile_strength=ft, normal_stiffness=KN, shear_stiffness=KS, residual_tensile_strength=0.0,
+        residual_cohesion=0.0, lost_by="opening",
+    )  # fmt: skip
+    names = ["beam", *(f"b{k}" for k in range(blocks - 1)), "top"]
+    wall = lm.Assembly.from_polygons(
+        outlines, thickness=0.1, joint=joint, fixed=["beam"], names=names, density=2000.0
+    )
+    return wall, ft
+
+
+def test_weight_that_comes_to_rest_on_sound_joints_breaks_only_what_it_would_break_at_rest():
+    wall, ft = hanging(1.05)
+    settle = dem.Settle(tolerance=1e-5, max_steps=4000)
+    words = {"to": 1e-7, "rate_check": False, "steps": 4000, "settle": settle, "detect_every": None}
+    # at once it overshoots by more than a twentieth, and the chain falls
+    with pytest.raises(UnsettledError, match="falls before it is driven"):
+        dem.push(wall, DOWN, **words)
+    curve = dem.push(wall, DOWN, sound=True, **words)
+    assert curve.settlement == pytest.approx((3 + 2 + 1) * 2000.0 * GRAVITY * 0.1 / KN, rel=1e-4)
+    # what is left of its strength is what the drive may add
+    assert curve.first_failure.load == pytest.approx((ft - ft / 1.05) * 0.2 * 0.1, rel=0.01)
+    with pytest.raises(UnsettledError, match="falls before it is driven"):
+        dem.push(hanging(0.98)[0], DOWN, sound=True, **words)
+    # where nothing breaks nothing is settled anew, to the bit
+    one, other = (dem.push(hanging(3.0)[0], DOWN, sound=s, **words).load for s in (False, True))
+    assert (one == other).all()
+    with pytest.raises(InputError, match="take no sound"):
+        dem.push(wall, DOWN, to=1e-6, blocks="zoned", zone_size=0.1, sound=True)

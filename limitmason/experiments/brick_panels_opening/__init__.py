@@ -41,6 +41,7 @@ OPTIONS = {
     "density": Option(2000.0, "kg/m3", "of the bricks"),
     "loss": Option(LOSSES[0], "-", "what takes cohesion and tension from a joint: 'opening' (which the runs follow), "
                    "'opening or slip' (the sentence of the paper) or 'nothing'"),
+    "fracture_energy": Option(None, "J/m2", "GfI of a joint in tension, over which it loses both; None: at once"),
     "friction_deg": Option(None, "deg", "None: of the run, or of Table 4"),
     "cohesion": Option(None, "Pa", "None: of the run, or of Table 4"),
     "tensile_strength": Option(None, "Pa", "None: of the run, or of Table 4"),
@@ -159,7 +160,8 @@ def joint(test: Experiment) -> Joint:
         cohesion=value("cohesion", "cohesion", 1e6),
         tensile_strength=value("tensile_strength", "tensile strength", 1e6),
         normal_stiffness=value("kn", "normal stiffness", 1e9), shear_stiffness=value("ks", "shear stiffness", 1e9),
-        residual_cohesion=0.0, residual_tensile_strength=0.0, lost_by=LostBy(o["loss"]), name="mortar",
+        residual_cohesion=0.0, residual_tensile_strength=0.0, lost_by=LostBy(o["loss"]),
+        fracture_energy_tension=o["fracture_energy"], name="mortar",
     )  # fmt: skip
 
 

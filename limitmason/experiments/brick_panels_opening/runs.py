@@ -145,10 +145,14 @@ def _pushed(specimen: str, push: Push, options: Mapping[str, Any]) -> Answer:
     if follow is None:
         raise InputError("the DEM of this installation does not follow driven structures")
     # without contact_points zones take areas by halves, other blocks those with the second moment of the joint
-    zones: dict[str, Any] = {"zone_size": SPACING, "contact_points": SPACING} if push.blocks == ZONED else {}
+    ways: dict[str, Any] = {"zone_size": SPACING, "contact_points": SPACING} if push.blocks == ZONED else {}
+    if push.blocks == LUMPED:
+        # at rest they bear their weight at ft 0.05 MPa, by a margin that it overshoots when it acts at once; bricks
+        # that bend do not bear it
+        ways["sound"] = True
     curve: Any = follow(
         nudged(test.assembly(), push.seed), test.drive(), to=push.to, blocks=push.blocks, steps=push.steps,
-        rate_check=not push.once, **zones,
+        rate_check=not push.once, **ways,
     )  # fmt: skip
     # a panel too strong to fail counts to the end of its curve
     first, crack = curve.first_failure or curve.peak, curve.first_crack(CRACK)

@@ -1,0 +1,298 @@
+"""How far a load goes before a joint point first reaches its strength: elastic joints, by superposition, no rate.
+
+Up to there the joints hold everywhere, so that stresses are linear in the loads: s = s_dead + lambda s_live at every
+point, from one factorisation. What a point can bear is a range of lambda; the range of the structure is what all points
+have in common. No steps, no speed and no tolerance enter: the check of what driven runs call their first failure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from limitmason.capacity.deformable import plane_of
+from limitmason.capacity.joint_laws import stiffnesses
+from limitmason.contact_points import ContactPoints, Grid, contact_points
+from limitmason.deformable.levels import ELASTIC, LUMPED, MODAL, RIGID
+from limitmason.equilibrium import degrees_of_freedom, project
+from limitmason.errors import InputError, NotApplicable
+from limitmason.joint_shapes import shapes_of
+from limitmason.law import PointLaw, interface_law
+from limitmason.law_table import refuse_ties
+from limitmason.lumped_units import with_lumped_units
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.vibration.blocks import stiffness_matrix
+
+Array = NDArray[np.float64]
+
+OPENING, SLIP, CRUSHING = "opening", "slip", "crushing"
+
+CRITERIA = (OPENING, SLIP, CRUSHING)
+"""What a joint point can fail by: N = -ft, |T| = c + tan(phi) N, N = fc."""
+
+_ALONG = 1e-14  # of the squares: the line runs along the cone
+
+
+class Onset(NamedTuple):
+    """An end of a range: multiplier, what the point fails by, its interface, its joint in words, and its place [m]."""
+
+    multiplier: float
+    criterion: str
+    interface: int
+    joint: str
+    place: tuple[float, float, float]
+
+    def __str__(self) -> str:
+        """In a line."""
+        x, y, z = self.place
+        return f"{self.multiplier:.6g} by {self.criterion} of the {self.joint} at ({x:.4g}, {y:.4g}, {z:.4g}) m"
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticRange:
+    """Multipliers of the live load between which no joint point reaches its strength; c components at m points.
+
+    Parameters
+    ----------
+    assembly : of lumped units with the joints' series stiffness
+    points : contact points
+    dead, live : stresses (N, T...) of the points by either load, compression positive [Pa], shape (m, c)
+    shift_dead, shift_live : displacement of the centroids by either load [m], shape (n, 3)
+    blocks : how units deform, with the state of stress of those that do
+    warnings : what a user should know
+    """
+
+    assembly: Assembly
+    points: ContactPoints
+    dead: Array
+    live: Array
+    shift_dead: Array
+    shift_live: Array
+    blocks: str
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def low(self) -> Onset | None:
+        """The lower end; None where there is none. Above zero where the dead load alone is too much."""
+        return self.end(-1)
+
+    @property
+    def high(self) -> Onset | None:
+        """The upper end; None where there is none. Below zero where the dead load alone is too much."""
+        return self.end(1)
+
+    @property
+    def stands(self) -> bool:
+        """Whether the dead load alone reaches no strength."""
+        low, high = self.low, self.high
+        return (low is None or low.multiplier < 0.0) and (high is None or high.multiplier > 0.0)
+
+    def end(self, sense: int = 1, criterion: str | None = None) -> Onset | None:
+        """End of the range by one criterion, or by all.
+
+        Parameters
+        ----------
+        sense : 1 for the upper end, -1 for the lower
+        criterion : "opening", "slip" or "crushing"; None for the one that comes first
+
+        Raises
+        ------
+        InputError
+            For another criterion or sense.
+        """
+        if sense not in (-1, 1) or criterion not in (None, *CRITERIA):
+            raise InputError(f"sense is 1 or -1 and criterion one of {', '.join(CRITERIA)}, got {sense}, {criterion!r}")
+        law = interface_law(self.assembly.arrays, convex=False).at(self.points.interface)
+        found = []
+        for name in CRITERIA if criterion is None else (criterion,):
+            bound = sense * _RANGES[name](law, self.dead, self.live)[(1 + sense) // 2]
+            k = int(np.argmin(bound))
+            if bound[k] < np.inf:
+                found.append(self._onset(sense * float(bound[k]), name, k))
+        return min(found, key=lambda o: sense * o.multiplier, default=None)
+
+    def with_strengths(self, assembly: Assembly) -> ElasticRange:
+        """The same stresses against the strengths of another assembly's joints, which must be as stiff.
+
+        Raises
+        ------
+        InputError
+            For another number of blocks or joints, and other stiffnesses, areas or places of joints.
+        """
+        mine, other = self.assembly.arrays, assembly.arrays
+        same = len(mine.volume) == len(other.volume) and len(mine.area) == len(other.area)
+        names = ("normal_stiffness", "shear_stiffness", "area", "centre")
+        if same and self.blocks == LUMPED:
+            other = with_lumped_units(assembly).arrays
+        if not same or not all(np.allclose(getattr(mine, n), getattr(other, n), equal_nan=True) for n in names):
+            raise InputError("with_strengths: the joints must differ in their strengths only")
+        joints = (replace(i, joint=j.joint) for i, j in zip(self.assembly.interfaces, assembly.interfaces, strict=True))
+        return replace(self, assembly=replace(self.assembly, interfaces=tuple(joints)))
+
+    def _onset(self, multiplier: float, criterion: str, point: int) -> Onset:
+        k = int(self.points.interface[point])
+        i = self.assembly.interfaces[k]
+        a, b = (self.assembly.blocks[n].name for n in (i.block_a, i.block_b))
+        x, y, z = (float(v) for v in self.points.position[point])
+        return Onset(multiplier, criterion, k, f"{i.kind} joint of {a} and {b}", (x, y, z))
+
+    def __str__(self) -> str:
+        """Both ends in words."""
+        ends = [f"  {word} {'no end' if end is None else end}" for word, end in (("from", self.low), ("to", self.high))]
+        lines = [f"elastic range of the multiplier, {self.blocks} blocks, {self.points.count} contact points", *ends]
+        return "\n".join(lines + [f"  note: {w}" for w in self.warnings])
+
+    __repr__ = __str__
+
+
+def elastic_range(
+    assembly: Assembly,
+    loads: Loads,
+    *,
+    blocks: str = RIGID,
+    stress: str | None = None,
+    contact_model: str = "vertices",
+    grid: Grid | float | Mapping[str, Grid] = (5, 5),
+    stiffness: float | tuple[float, float] | None = None,
+) -> ElasticRange:
+    """Multipliers of the live load between which no joint point reaches its strength.
+
+    K u = w,  s = -k A^T u,  for dead and live load alike: lambda_opening = min (ft + N_dead) / -N_live over the points
+    that the live load pulls at, and so for slip and crushing.
+
+    Parameters
+    ----------
+    assembly, loads : the problem
+    blocks, stress, contact_model, grid, stiffness : as for :func:`limitmason.pushover`, whose joints are linear up to
+        the same load
+
+    Returns
+    -------
+    ElasticRange
+
+    Raises
+    ------
+    InputError
+        For a live load that does nothing, words unknown, and joints without stiffness where units are lumped.
+    NotApplicable
+        For ties, and for blocks that the joints do not hold.
+
+    Notes
+    -----
+    Exact for small displacements and joints that are closed over their whole faces and bear tension up to there: joints
+    without tensile strength open at any pull, so that the range then ends where the first point is free of pressure.
+    Stresses at corners of blocks that deform grow with points and shapes: the answer is that of the points it is asked
+    on, as in every method on contact points. Where slip comes first, a structure whose joints lose nothing by it goes
+    on: the range ``end(1, "opening")`` is then no more than an estimate.
+    """
+    deforming = blocks in (MODAL, ELASTIC)
+    refuse_ties(assembly, "an elastic range", "leave the ties out: assembly.with_ties(())")
+    if len(loads.dead) != assembly.n_blocks:
+        raise InputError(f"loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
+    if blocks == LUMPED:
+        if stiffness is not None:
+            raise InputError("blocks='lumped' puts the units' compliance into the joints, which stiffness= would undo")
+        assembly = with_lumped_units(assembly)
+    plane, state = plane_of(assembly, loads, blocks, stress)
+    points = contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane, elastic=True)
+    if not points.count:
+        raise InputError("no joint touches a free block: there is nothing that could carry a load")
+    kn, ks, warnings = stiffnesses(assembly, loads, stiffness)
+    springs = np.column_stack([kn, *[ks] * (points.components - 1)])[points.interface]
+    shapes = shapes_of(assembly, blocks, state, None if plane is None else plane.normal) if deforming else None
+    rows, matrix = stiffness_matrix(assembly, points, springs, plane, shapes, blocks)
+    basis, free = degrees_of_freedom(assembly, plane)
+    wrench = np.column_stack([(project(w, basis) * free).ravel() for w in (loads.dead, loads.live)])
+    if not wrench[:, 1].any():
+        raise InputError("no live load acts on a free block: there is nothing whose range could be asked for")
+    kept = np.concatenate([free.ravel(), np.ones(matrix.shape[0] - free.size, dtype=bool)])
+    held = np.flatnonzero(kept)
+    moved = np.zeros((len(kept), 2))
+    wrench = np.pad(wrench, ((0, len(kept) - len(wrench)), (0, 0)))
+    moved[held] = _solved(sparse.csc_array(matrix[held][:, held]), wrench[held])
+    stress_of = -springs[:, :, None] * (rows.T @ moved).reshape(points.count, points.components, 2)
+    shift = np.einsum("ndl,xd->lnx", moved[: free.size].reshape(*free.shape, 2), basis[:3])
+    level = f"{blocks}, {state}" if deforming else blocks
+    return ElasticRange(
+        assembly, points, stress_of[:, :, 0], stress_of[:, :, 1], shift[0], shift[1], level, tuple(warnings)
+    )
+
+
+def _solved(matrix: sparse.csc_array, loads: Array) -> Array:
+    """Motions by loads, of a matrix whose rows are scaled to have ones on the diagonal."""
+    size = np.sqrt(matrix.diagonal())
+    if not (size > 0.0).all():
+        raise NotApplicable("a block is free of all joints: there is no elastic state")
+    scale = sparse.diags_array(1.0 / size)
+    scaled = sparse.csc_array(scale @ matrix @ scale)
+    try:
+        factors = splu(scaled)
+        found = factors.solve(loads / size[:, None])
+        found += factors.solve(loads / size[:, None] - scaled @ found)
+    except RuntimeError:
+        found = np.full(loads.shape, np.nan)
+    pivots = np.abs(factors.U.diagonal()) if np.isfinite(found).all() else np.zeros(1)
+    if not pivots.min() > 1e-12 * pivots.max():
+        raise NotApplicable("the joints do not hold the blocks in place: there is no elastic state")
+    return np.asarray(found / size[:, None])
+
+
+def _below(constant: Array, slope: Array) -> tuple[Array, Array]:
+    """Range of lambda with constant + lambda slope <= 0, per row; nothing at all is (inf, -inf)."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        root = -constant / slope
+    nothing = (slope == 0.0) & (constant > 0.0)
+    low = np.where(nothing, np.inf, np.where(slope < 0.0, root, -np.inf))
+    return low, np.where(nothing, -np.inf, np.where(slope > 0.0, root, np.inf))
+
+
+def _opening(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
+    return _below(-dead[:, 0] - law.tension, -live[:, 0])
+
+
+def _crushing(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
+    crushes = law.crushes
+    return _below(np.where(crushes, dead[:, 0] - law.crushing, -1.0), np.where(crushes, live[:, 0], 0.0))
+
+
+def _slip(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
+    """Where a line of stresses runs inside the Coulomb cone |T| <= h, h = c + tan(phi) N."""
+    bears, grows = law.cohesion + law.tan_phi * dead[:, 0], law.tan_phi * live[:, 0]
+    if dead.shape[1] == 2:
+        one, other = (_below(sign * dead[:, 1] - bears, sign * live[:, 1] - grows) for sign in (1.0, -1.0))
+        return np.maximum(one[0], other[0]), np.minimum(one[1], other[1])
+    # inside where q = |T|^2 - h^2 = a lambda^2 + 2 b lambda + k <= 0 and h >= 0
+    shear = np.linalg.norm(live[:, 1:], axis=1)
+    a = shear**2 - grows**2
+    b = (dead[:, 1:] * live[:, 1:]).sum(axis=1) - bears * grows
+    k = (dead[:, 1:] ** 2).sum(axis=1) - bears**2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # 2 / (-b +- root) has no difference of near numbers where a is small
+        root = np.sqrt(np.maximum(b * b - a * k, 0.0))
+        far = -b - np.where(b < 0.0, -1.0, 1.0) * root
+        ends = np.sort([far / a, k / far], axis=0)
+        middle = -b / a
+    out = np.full(len(a), np.inf)
+    along, across = np.abs(a) <= _ALONG * (shear**2 + grows**2), a > 0.0
+    single = k / far  # along the cone there is one end
+    low, high = np.where(grows > 0.0, ends[1], -out), np.where(grows > 0.0, out, ends[0])
+    real = (b * b >= a * k) & (bears + grows * middle >= 0.0)
+    low = np.where(across, np.where(real, ends[0], out), low)
+    high = np.where(across, np.where(real, ends[1], -out), high)
+    low = np.where(along, np.where(b < 0.0, single, -out), low)
+    high = np.where(along, np.where(b > 0.0, single, out), high)
+    still = (shear == 0.0) & (grows == 0.0)
+    inside = (k <= 0.0) & (bears >= 0.0)
+    return np.where(still, np.where(inside, -out, out), low), np.where(still, np.where(inside, out, -out), high)
+
+
+_RANGES: Mapping[str, Callable[[PointLaw, Array, Array], tuple[Array, Array]]] = {
+    OPENING: _opening, SLIP: _slip, CRUSHING: _crushing,
+}  # fmt: skip
