@@ -6,12 +6,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import SuperLU, splu
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex
 
-from limitmason.continuum.dissection import elimination_order
+from limitmason.continuum.dissection import dissect
 from limitmason.continuum.mesh import Mesh, trilinear
+from limitmason.continuum.multifrontal import Elimination, Factor, assembled
 from limitmason.errors import InputError
 
 Array = NDArray[np.float64]
@@ -68,11 +68,14 @@ class Discretisation:
             self.groups.append(Congruent(bricks, _strain_matrix(g), volume))
 
     @cached_property
+    def elimination(self) -> Elimination:
+        """Fronts of the factors of this mesh."""
+        return Elimination(dissect(self.mesh.connectivity, self.mesh.nodes), self.unknowns, self.held)
+
+    @property
     def order(self) -> Index:
         """Free unknowns in the order of elimination."""
-        nodes = elimination_order(self.mesh.connectivity, self.mesh.corners.mean(axis=1))
-        unknowns = (3 * nodes[:, None] + np.arange(3)).ravel()
-        return np.asarray(unknowns[~self.held[unknowns]])
+        return self.elimination.order
 
     @cached_property
     def volume(self) -> Array:
@@ -103,8 +106,8 @@ class Discretisation:
             out += np.bincount(self.unknowns[g.bricks].ravel(), f.ravel(), minlength=out.size)
         return out
 
-    def stiffness(self, tangent: Array) -> sparse.csc_array:
-        """Stiffness of the free unknowns in the order of elimination, from tangents at the points.
+    def stiffness(self, tangent: Array) -> Array:
+        """Stiffness of every brick [N/m], shape (m, 60, 60), from tangents at the points.
 
         Parameters
         ----------
@@ -124,7 +127,7 @@ class Discretisation:
                 rows = g.bricks[first : first + _CHUNK]
                 db = (tangent[rows] * g.volume[:, None, None]) @ b
                 values[rows] = b.reshape(-1, 60).T @ db.reshape(len(rows), -1, 60)
-        return self._assembled(values)
+        return values
 
     def mass(self, density: Array, extra: Array | None = None) -> sparse.csc_array:
         """Consistent mass of the free unknowns in the order of elimination [kg].
@@ -143,7 +146,7 @@ class Discretisation:
         one = np.einsum("aq,mq,bq->mab", shape, volume * rho[:, None], shape, optimize=True)
         for i in range(3):
             values[:, :, i, :, i] = one
-        m = self._assembled(values.reshape(len(self.mesh), 60, 60))
+        m = self.assembled(values.reshape(len(self.mesh), 60, 60))
         return m if extra is None else sparse.csc_array(m + sparse.diags_array(extra[self.order]))
 
     def body_force(self, force: Array) -> Array:
@@ -152,27 +155,13 @@ class Discretisation:
         f = (share[..., None] * force[:, None]).reshape(len(self.mesh), 60)
         return np.bincount(self.unknowns.ravel(), f.ravel(), minlength=self.held.size).astype(np.float64)
 
-    @cached_property
-    def _pattern(self) -> tuple[Index, Index, Index, Index]:
-        """Entries of the element matrices that count, their place in the sparse data, row indices and pointers."""
-        rank = np.full(self.held.size, -1, dtype=np.int64)
-        rank[self.order] = np.arange(len(self.order))
-        r = rank[self.unknowns]
-        row, column = np.repeat(r, 60, axis=1).ravel(), np.tile(r, (1, 60)).ravel()
-        kept = np.flatnonzero((row >= 0) & (column >= 0))
-        n = len(self.order)
-        key, place = np.unique(column[kept] * n + row[kept], return_inverse=True)
-        pointer = np.searchsorted(key // n, np.arange(n + 1))
-        return kept, place, key % n, pointer
+    def assembled(self, values: Array) -> sparse.csc_array:
+        """Matrix of the free unknowns in the order of elimination from those of the bricks, shape (m, 60, 60)."""
+        return assembled(values, self.elimination.rank, len(self.order))
 
-    def _assembled(self, values: Array) -> sparse.csc_array:
-        kept, place, index, pointer = self._pattern
-        data = np.bincount(place, values.ravel()[kept], minlength=len(index))
-        return sparse.csc_array((data, index, pointer), shape=(len(self.order), len(self.order)))
-
-    def factor(self, matrix: sparse.csc_array) -> SuperLU:
-        """Factor of a matrix in the order of elimination; symmetric, it need not be definite."""
-        return splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    def factor(self, values: Array) -> Factor:
+        """Factor of the matrix assembled from those of the bricks; symmetric, it need not be definite."""
+        return self.elimination.factor(values)
 
     def spread(self, values: Array) -> Array:
         """Displacements of all unknowns from those in the order of elimination, zero where held."""

@@ -64,13 +64,11 @@ def solve_elastic(model: Continuum, multiplier: float = 0.0) -> ElasticState:
     Signs: stresses are positive in tension, as in mechanics of continua; joint forces elsewhere count compression so.
     """
     d = model.discretisation
-    stiffness, lu = model.elastic
     forces = model.all_dead + multiplier * model.live.ravel()
     wanted = forces[d.order]
-    u = lu.solve(wanted)
-    u += lu.solve(wanted - stiffness @ u)
+    u = model.elastic.solve(wanted, corrections=1)
     largest = float(np.abs(wanted).max()) or 1.0
-    residual = float(np.abs(wanted - stiffness @ u).max()) / largest
+    residual = float(np.abs(wanted - model.elastic.product(u[:, None])[:, 0]).max()) / largest
     return ElasticState(model, d.spread(u).reshape(-1, 3), forces.reshape(-1, 3), residual)
 
 

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.linalg import SuperLU
 
+from limitmason.continuum.multifrontal import Factor, SingularStiffness
 from limitmason.continuum.rotating_crack import Answer, Curves, Memory, curves_of, respond, virgin
 from limitmason.continuum.solid import Continuum
 
@@ -85,10 +85,17 @@ class Solver:
         dead, live = (float(np.linalg.norm(f[self.d.order])) for f in (self.dead, self.live))
         return max(dead + abs(multiplier) * live, 1e-3 * live, 1e-300)
 
-    def factor(self, answer: Answer) -> SuperLU:
+    def factor(self, answer: Answer) -> Factor:
         """Factor of the stiffness from the tangents of an answer."""
         self.factorisations += 1
         return self.d.factor(self.d.stiffness(answer.tangent.reshape(len(self.model.mesh), -1, 6, 6)))
+
+    def _linear(self, answer: Answer, unbalanced: Array) -> Array | None:
+        """Displacements by the unbalanced forces and by the live loads, shape (r, 2); None where nothing resists."""
+        try:
+            return self.factor(answer).solve(np.column_stack([unbalanced, self.live_row]))
+        except SingularStiffness:
+            return None
 
     def dead_load(self, say: Callable[[str], None] = lambda _: None) -> Node | None:
         """State under the dead load alone, put on in parts where it cracks or crushes; None where none is found."""
@@ -136,11 +143,12 @@ class Solver:
         now = self.answer(u, last.memory, secant=secant)
         r = self.unbalanced(now, factor)
         for k in range(1, most + 1):
-            lu = self.factor(now)
+            both = self._linear(now, r)
+            if both is None:
+                return None
             if target is None:
-                step, more = lu.solve(r), 0.0
+                step, more = both[:, 0], 0.0
             else:
-                both = lu.solve(np.column_stack([r, self.live_row]))
                 short = target - float(self.control @ u)
                 slope = float(self.row @ both[:, 1])
                 if not abs(slope) > 1e-30:
@@ -176,7 +184,9 @@ class Solver:
             full = self.d.spread(u)
             now = self.answer(full, memory, secant=True)
             memory = now.memory
-            both = self.factor(now).solve(np.column_stack([self.unbalanced(now, factor), self.live_row]))
+            both = self._linear(now, self.unbalanced(now, factor))
+            if both is None:
+                return None
             slope = float(self.row @ both[:, 1])
             if not abs(slope) > 1e-30:
                 return None

@@ -105,7 +105,7 @@ class SolidCurve(Curve):
         d = self.model.discretisation
         stiffness = d.stiffness(now.tangent.reshape(len(self.model.mesh), -1, 6, 6))
         label = f"solid of {len(self.model.mesh)} bricks, cracked, at {1e3 * self.displacement[sample]:.3g} mm"
-        return vibrating(self.model, stiffness, d.factor(stiffness), label)
+        return vibrating(self.model, d.factor(stiffness), label)
 
     def _full(self, sample: int) -> Node:
         if not -len(self) <= sample < len(self):

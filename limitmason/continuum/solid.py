@@ -9,13 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import sparse
-from scipy.sparse.linalg import SuperLU
 
 from limitmason.constants import GRAVITY
 from limitmason.continuum.discretisation import Discretisation
 from limitmason.continuum.material import Material
 from limitmason.continuum.mesh import Box, Mesh, box_of, mesh_boxes
+from limitmason.continuum.multifrontal import Factor
 from limitmason.continuum.patch import patch_forces
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
@@ -151,11 +150,10 @@ class Continuum:
         return Discretisation(self.mesh, self.held, self.points)
 
     @cached_property
-    def elastic(self) -> tuple[sparse.csc_array, SuperLU]:
-        """Elastic stiffness of the free unknowns, in the order of elimination, and its factor."""
+    def elastic(self) -> Factor:
+        """Factor of the elastic stiffness of the free unknowns."""
         d = self.discretisation
-        stiffness = d.stiffness(np.array([m.stiffness for m in self.materials]))
-        return stiffness, d.factor(stiffness)
+        return d.factor(d.stiffness(np.array([m.stiffness for m in self.materials])))
 
     @property
     def densities(self) -> Array:
@@ -229,8 +227,7 @@ class Continuum:
 
     def vibration(self) -> VibratingSystem:
         """Elastic stiffness and consistent mass, for :func:`limitmason.modes`."""
-        stiffness, lu = self.elastic
-        return vibrating(self, stiffness, lu, f"elastic solid of {len(self.mesh)} bricks")
+        return vibrating(self, self.elastic, f"elastic solid of {len(self.mesh)} bricks")
 
     def value_at(self, displacement: Array, points: ArrayLike) -> Array:
         """Displacement at points of the solid [m], shape (k, 3), from that of the nodes, shape (3 n,)."""
@@ -285,10 +282,8 @@ class NodeCarrier:
         return self.model.value_at(shape.ravel(), points)
 
 
-def vibrating(
-    model: Continuum, stiffness: sparse.csc_array, factor: SuperLU, label: str, warnings: tuple[str, ...] = ()
-) -> VibratingSystem:
-    """A solid with a stiffness, elastic or damaged, in the order of elimination."""
+def vibrating(model: Continuum, factor: Factor, label: str, warnings: tuple[str, ...] = ()) -> VibratingSystem:
+    """A solid with the factor of a stiffness, elastic or damaged."""
     d = model.discretisation
     extra = np.repeat(model.lumped, 3)
     excited = np.zeros((len(model.mesh.nodes), 3, 3))
@@ -297,7 +292,7 @@ def vibrating(
         force[:, i] = model.densities[model.mesh.material]
         excited[..., i] = (d.body_force(force) + extra * np.tile(np.eye(3)[i], len(excited))).reshape(-1, 3)
     return VibratingSystem(
-        stiffness, d.mass(model.densities, extra), excited.reshape(-1, 3)[d.order],
+        d.assembled(factor.values), d.mass(model.densities, extra), excited.reshape(-1, 3)[d.order],
         lambda v: d.spread(v).reshape(-1, 3), NodeCarrier(model), np.full(3, model.mass), label, factor.solve, warnings,
     )  # fmt: skip
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
-from limitmason.errors import InputError, NotConverged
+from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.model.assembly import Assembly
 from limitmason.text_table import aligned
 from limitmason.vibration.blocks import closed_system
@@ -130,7 +130,7 @@ def solved(system: VibratingSystem, count: int) -> Modes:
                 inverse = LinearOperator((n, n), matvec=system.solve, dtype=float)
                 value, vector = eigsh(k, count, m, sigma=0.0, v0=start, OPinv=inverse)
             sound = bool(np.isfinite(value).all() and value.min() > -1e-9 * scale)
-        except RuntimeError:  # an exactly singular stiffness: something is free to move
+        except (RuntimeError, NotApplicable):  # a singular stiffness: something is free to move
             sound = False
         if not sound or value.max() < 1e-9 * scale:
             shift = -1e-6 * scale

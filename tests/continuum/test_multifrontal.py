@@ -1,0 +1,146 @@
+"""The factor of solids against dense algebra: order, indefinite and singular matrices, and the path it leads to."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import splu
+
+import limitmason as lm
+from limitmason.continuum import Box, Continuum, Material, multifrontal, push, solve_elastic
+from limitmason.continuum.dissection import dissect
+from limitmason.errors import NotApplicable
+
+LEGS = [
+    Box(np.zeros(3), np.array([1.2, 0.2, 0.6])), Box(np.array([0.0, 0.2, 0.0]), np.array([0.2, 0.7, 0.6])),
+    Box(np.array([1.0, 0.2, 0.0]), np.array([1.2, 0.7, 0.6])),
+]  # fmt: skip
+MASONRY = Material(8e8, 0.2, 2000.0, 8e4, 12.0, 8e5, 1300.0)
+
+
+def wall(size=0.1, material=MASONRY, points=3):
+    return Continuum.from_boxes(LEGS, material, size=size, points=points)
+
+
+def random_bricks(solid, rng, *, definite):
+    """Symmetric matrices of bricks without any structure."""
+    a = rng.normal(size=(len(solid.mesh), 60, 60))
+    return a @ a.swapaxes(1, 2) if definite else a + a.swapaxes(1, 2)
+
+
+@pytest.mark.parametrize("scale", [1e-4, 1.0, 1e5])
+def test_dissection_takes_every_node_once_and_halves_stay_apart(scale):
+    mesh = wall(0.1).mesh
+    parts = dissect(mesh.connectivity, scale * mesh.nodes)
+    assert sorted(np.concatenate([p.nodes for p in parts]).tolist()) == list(range(len(mesh.nodes)))
+    assert sorted(np.concatenate([p.bricks for p in parts]).tolist()) == list(range(len(mesh)))
+    below = []  # nodes eliminated in a part and all parts under it
+    for number, part in enumerate(parts):
+        assert all(half < number for half in part.halves)
+        below.append(set(part.nodes).union(*(below[h] for h in part.halves)))
+    owner = np.empty(len(mesh.nodes), dtype=int)
+    for number, part in enumerate(parts):
+        owner[part.nodes] = number
+    for brick in mesh.connectivity:  # the parts of a brick's nodes lie one above the other
+        chain = sorted(set(owner[brick]))
+        assert all(below[low] < below[high] for low, high in pairwise(chain))
+    # the first cut goes across a wall, not along it: no more nodes than the section 0.2 x 0.6 m of the facade has
+    assert len(parts[-1].nodes) == 3 * 7 + 2 * 7 + 3 * 6
+
+
+@pytest.mark.parametrize("definite", [True, False])
+def test_factor_solves_as_dense_algebra_does(definite):
+    solid = wall(0.2)
+    d, rng = solid.discretisation, np.random.default_rng(3)
+    values = random_bricks(solid, rng, definite=definite)
+    dense = np.zeros((d.held.size, d.held.size))
+    for at, value in zip(d.unknowns, values, strict=True):
+        dense[np.ix_(at, at)] += value
+    dense = dense[np.ix_(d.order, d.order)]
+    assert sorted(d.order.tolist()) == d.free.tolist()
+    assert np.allclose(d.assembled(values).toarray(), dense, rtol=0, atol=1e-12 * np.abs(dense).max())
+    factor = d.factor(values)
+    assert (factor.indefinite == 0) == definite
+    assert not factor.exchanged
+    right = rng.normal(size=(len(dense), 3))
+    expected = np.linalg.solve(dense, right)
+    assert factor.solve(right) == pytest.approx(expected, rel=1e-7, abs=1e-9 * np.abs(expected).max())
+    assert factor.solve(right[:, 0]) == pytest.approx(expected[:, 0], rel=1e-7, abs=1e-9 * np.abs(expected).max())
+    assert factor.product(right) == pytest.approx(dense @ right, abs=1e-12 * np.abs(dense).max())
+
+
+def test_a_front_whose_own_block_is_singular_takes_exchanges_over_the_whole_matrix():
+    # one unknown is pulled by those of other fronts alone: regular as a whole, no exchange inside its front helps
+    solid = wall(0.2)
+    d = solid.discretisation
+    rng = np.random.default_rng(5)
+    values = random_bricks(solid, rng, definite=False)
+    front = next(f for f in d.elimination.fronts if f.size and len(f.boundary) and len(f.bricks))
+    ranks = d.elimination.rank
+    shared = next(r for r in ranks[front.bricks] if np.isin(r, front.boundary).any())
+    one = shared[(shared >= front.first) & (shared < front.first + front.size)][0]
+    right = rng.normal(size=len(d.order))
+    for left in (0.0, 1e-14):  # exactly so; and nearly: elimination inside the front goes on, and is seen to be off
+        for value, rank in zip(values, ranks, strict=True):
+            own, at = (rank >= front.first) & (rank < front.first + front.size), np.flatnonzero(rank == one)
+            value[np.ix_(at, own)], value[np.ix_(own, at)] = left, left
+        dense = d.assembled(values).toarray()
+        inside = np.arange(front.first, front.first + front.size)
+        assert np.abs(dense[one, inside]).max() <= 4.0 * left
+        expected = np.linalg.solve(dense, right)
+        factor = d.factor(values)
+        assert factor.solve(right) == pytest.approx(expected, rel=1e-6, abs=1e-8 * np.abs(expected).max())
+        assert factor.exchanged or left
+
+
+def test_tangents_behind_the_peak_are_indefinite_and_solved():
+    solid = wall(0.2).with_body_force((0.0, -1.0, 0.0))
+    d = solid.discretisation
+    tangent = np.tile(MASONRY.stiffness, (len(solid.mesh), d.per_brick, 1, 1))
+    tangent[solid.mesh.corners.mean(axis=1)[:, 2] < 0.2] *= -0.3  # as where a softening layer unloads nothing
+    factor = d.factor(d.stiffness(tangent))
+    assert factor.indefinite > 0
+    load = solid.live.ravel()[d.order]
+    matrix = d.assembled(factor.values)
+    u = factor.solve(load)
+    assert np.linalg.norm(matrix @ u - load) < 1e-9 * np.linalg.norm(load)
+    assert (np.linalg.eigvalsh(matrix.toarray()) < 0.0).any()
+
+
+def test_a_solid_that_can_move_without_strain_is_refused_by_name():
+    solid = wall(0.2)
+    d = solid.discretisation
+    held = np.zeros_like(solid.held)
+    held[int(np.flatnonzero(solid.held[:, 0])[0])] = True  # one node: the wall turns about it
+    loose = Continuum(solid.mesh, solid.materials, held, solid.dead, solid.live, solid.lumped)
+    with pytest.raises(NotApplicable, match="singular.*free to move"):
+        solve_elastic(loose)
+    with pytest.raises(NotApplicable, match="singular"):
+        d.factor(np.zeros((len(solid.mesh), 60, 60)))
+    with pytest.raises(NotApplicable, match="not finite"):
+        d.factor(np.full((len(solid.mesh), 60, 60), np.nan))
+    frequency = lm.modes(loose, 4).frequency
+    assert frequency[:3] == pytest.approx(0.0, abs=1e-3)
+    assert frequency[3] > 1.0
+
+
+def test_the_path_is_that_of_a_factor_without_exchanges(monkeypatch):
+    # scipy's SuperLU on the assembled matrix in the same order, as up to version 0.2: loads to 1e-8
+    corners = [(0.3, 0.2, 0.3), (0.3, 0.2, 0.6), (0.9, 0.2, 0.6), (0.9, 0.2, 0.3)]
+    solid = wall(0.2).with_patch_pressure(corners, force=1e3)
+    control = ((0.6, 0.0, 0.6), (0, -1, 0))
+    options = dict(control=control, to=4e-4, first=4e-5, largest=4e-5)
+    here = push(solid, **options)
+    assert not any(n.jump for n in here.nodes)
+    assert here.load[-1] < 0.7 * here.load[1] * 10  # cracked
+
+    class Plain:
+        def __init__(self, elimination, values):
+            matrix = multifrontal.assembled(values, elimination.rank, len(elimination.order))
+            lu = splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+            self.solve = lu.solve
+
+    monkeypatch.setattr(multifrontal, "Factor", Plain)
+    there = push(solid, **options)
+    assert here.displacement == pytest.approx(there.displacement, rel=1e-12)
+    assert here.load == pytest.approx(there.load, rel=1e-8)
