@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from limitmason.capacity.contacts import points_of_path
 from limitmason.capacity.deformable import plane_of
 from limitmason.capacity.joint_laws import stiffnesses
-from limitmason.contact_points import ContactPoints, Grid, contact_points
+from limitmason.contact_points import ContactPoints, Grid
 from limitmason.deformable.levels import ELASTIC, LUMPED, MODAL, RIGID
 from limitmason.equilibrium import degrees_of_freedom, project
 from limitmason.errors import InputError, NotApplicable
@@ -158,8 +159,8 @@ def elastic_range(
     *,
     blocks: str = RIGID,
     stress: str | None = None,
-    contact_model: str = "vertices",
-    grid: Grid | float | Mapping[str, Grid] = (5, 5),
+    contact_model: str | None = None,
+    grid: Grid | float | Mapping[str, Grid] | None = None,
     stiffness: float | tuple[float, float] | None = None,
 ) -> ElasticRange:
     """Multipliers of the live load between which no joint point reaches its strength.
@@ -201,7 +202,7 @@ def elastic_range(
             raise InputError("blocks='lumped' puts the units' compliance into the joints, which stiffness= would undo")
         assembly = with_lumped_units(assembly)
     plane, state = plane_of(assembly, loads, blocks, stress)
-    points = contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane, elastic=True)
+    points = points_of_path(assembly, plane, contact_model, grid)
     if not points.count:
         raise InputError("no joint touches a free block: there is nothing that could carry a load")
     kn, ks, warnings = stiffnesses(assembly, loads, stiffness)
