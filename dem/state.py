@@ -25,6 +25,8 @@ from dem.deformation import (
 )
 from dem.joints import Grid, JointOptions, make_joints, make_points
 from dem.kernels import Bodies, Joints, Modes, Points, Ties
+from dem.kernels.deformed_plane import PLANE_MODES
+from dem.kernels.deformed_space import SPACE_MODES
 from dem.stability import block_stiffness, scaled_masses, stable_step
 from dem.ties import NO_TIES, make_ties, pulls, stored_energy
 from limitmason.deformable import SOLID
@@ -206,6 +208,12 @@ class State:
         modes = deformation = None
         if "modes.value" in file:
             modes = group(Modes, "modes")
+            held, known = modes.value.shape[1], PLANE_MODES if take("deformation.normal").any() else SPACE_MODES
+            if held != known:
+                raise InputError(
+                    f"{path} holds modal blocks of {held} shapes each, of another version of this package; here they "
+                    f"have {known}: run it again from the start"
+                )
             shapes = {f.name: take(f"deformation.{f.name}") for f in fields(Deformation)}
             deformation = Deformation(**shapes | {"state": str(shapes["state"])})
         return cls(

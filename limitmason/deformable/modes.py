@@ -1,4 +1,4 @@
-"""Modal shapes of a convex block: constant strains, pure bending and twist, with exact stiffness and mass matrices."""
+"""Modal shapes of a convex block: uniform and linear stresses, with exact stiffness and mass matrices."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 STRAINS, BENDING = "strain", "bending"
 FAMILIES = (STRAINS, BENDING)
-"""Families of shapes: constant strains alone, or with pure bending (and twist, in space) beside them."""
+"""Families of shapes: constant strains alone, or with bending and the other linear stresses beside them."""
 
 _SQUARE = 1e-6  # sides and faces this nearly equal count as equal: the first one given sets the axes
 
@@ -44,15 +44,17 @@ class ModalBlock:
     elasticity : of its material
     volume : [m3]
     axes : rows are the axes that the shapes were written in, shape (3, 3)
-    names : of the modes, as ``exx``, ``bend xz`` (stress along x, linear in z), ``twist x``
+    names : of the modes, as ``exx``, ``bend xz`` (stress along x, linear in z), ``pull x`` (along x, linear in x),
+        ``twist x``
 
     Notes
     -----
-    A mode's coordinate is its strain [-], or its curvature [1/m]; :meth:`in_coordinates` gives other ones. Strains
-    are small, the rotation of the block is not limited where the engine carries the shapes with the block. Exact for
-    uniform stress and for pure bending of a bar in any of its axes. A moment that varies along the block is met by its
-    mean alone (a cantilever of n blocks is too stiff by 1 / (4 n^2)), shear by its mean over the depth (5/6 of the
-    shear deflection of a beam). Cundall 1988 names the constant-strain blocks of the DEM "simply deformable".
+    A mode's coordinate is its strain [-], or its gradient [1/m]; :meth:`in_coordinates` gives other ones. Strains
+    are small, the rotation of the block is not limited where the engine carries the shapes with the block. In a plane
+    exact for every stress that is linear over the block and in equilibrium without body forces; in space for uniform
+    stress and for pure bending of a bar in any of its axes. A moment that varies along the block is met by its mean
+    alone (a cantilever of n blocks is too stiff by 1 / (4 n^2)), shear by its mean over the depth (5/6 of the shear
+    deflection of a beam). Cundall 1988 names the constant-strain blocks of the DEM "simply deformable".
     """
 
     centroid: Array
@@ -141,8 +143,11 @@ class ModalBlock:
 def modal_block(block: Block, elasticity: Elasticity, *, family: str = BENDING) -> ModalBlock:
     """Modal shapes of a convex block.
 
-    In a plane 3 constant strains and 2 of pure bending; in space 6, 6 of bending and 3 of twist. Bending of axis i
-    across j has the strain eps_ii = x_j and no stress but sigma_ii; twist spans x_j x_k along each axis i.
+    In a plane 3 constant strains, 2 of bending and 2 of pull; in space 6, 6 of bending and 3 of twist. Bending of axis
+    i across j has the strain eps_ii = x_j and no stress but sigma_ii; pull along i has eps_ii = x_i, and beside
+    sigma_ii the shear sigma_ij = -(sigma_ii / x_i) x_j that balances it: a load that enters a block through its sides;
+    twist spans x_j x_k along each axis i. With bending and pull the stresses in a plane are those of all polynomials of
+    Airy's stress function of degrees 2 and 3.
 
     Parameters
     ----------
@@ -157,9 +162,13 @@ def modal_block(block: Block, elasticity: Elasticity, *, family: str = BENDING) 
 
     Notes
     -----
-    The axes are those of the block's largest face and of the longest side of it, in a plane of the longest side: bricks
-    bend along their edges. The shapes of bending depend on these axes where a block is no box; a turned block has
-    turned shapes.
+    The axes are those of the block's largest face and of the longest side of it, in a plane of the longest side. In a
+    plane the shapes together do not depend on them; in space bricks bend along their edges, and the shapes of bending
+    depend on the axes where a block is no box. A turned block has turned shapes.
+
+    References
+    ----------
+    Timoshenko and Goodier, Theory of Elasticity, 3rd ed. 1970, article 18: the polynomials of the stress function.
     """
     if family not in FAMILIES:
         raise InputError(f"the family of shapes must be one of {', '.join(FAMILIES)}, got {family!r}")
@@ -311,7 +320,12 @@ def _shapes(elasticity: Elasticity, family: str) -> tuple[Array, Array, Array, t
                 k = 3 - i - j
                 form[j, k, k], form[k, j, k] = 0.5 * nu, -nu
             add(f"bend {letters[i]}{letters[j]}", second=form)
-        if not elasticity.plane:
+        if elasticity.plane:
+            for i, j in permutations(used, 2):
+                form = np.zeros((3, 3, 3))
+                form[i, i, i], form[i, j, j], form[j, i, j] = 0.5, -0.5 * (2.0 + nu), -nu
+                add(f"pull {letters[i]}", second=form)
+        else:
             for i in used:
                 form = np.zeros((3, 3, 3))
                 form[i, (i + 1) % 3, (i + 2) % 3] = 1.0

@@ -71,6 +71,62 @@ def test_stiffness_of_a_brick_is_that_of_bars_and_beams(state):
         assert least == pytest.approx(shear * 4 * iy * iz / (iy + iz), rel=1e-12)
 
 
+@pytest.mark.parametrize("state", [PLANE_STRESS, PLANE_STRAIN])
+@pytest.mark.parametrize("make", [brick, five_sided])
+def test_stresses_of_a_plane_are_all_linear_ones_in_equilibrium(state, make):
+    """div sigma = 0 of every shape, and as many of them as there are: 3 uniform and 6 linear less 2 conditions."""
+    block = turned(make(), TURN)
+    shapes = modal_block(block, law(state, TURN @ (0.0, 1.0, 0.0)))
+    mean, gradient = shapes.stress_modes()
+    size = np.abs(gradient).max(axis=(1, 2, 3))
+    inside = shapes.elasticity.projector
+    force = np.einsum("kijp,jp->ki", gradient, inside)
+    assert np.abs(force).max() < 1e-12 * size.max()
+    both = np.concatenate([mean.reshape(7, -1), gradient.reshape(7, -1) * np.cbrt(block.volume)], axis=1)
+    assert np.linalg.matrix_rank(both / np.abs(both).max(axis=1, keepdims=True), tol=1e-6) == 7
+
+
+@pytest.mark.parametrize("state", [PLANE_STRESS, PLANE_STRAIN])
+def test_brick_pulled_by_shear_on_its_sides(state):
+    """Timoshenko and Goodier, article 18: sigma_x = s x, tau = -s z in a strip; its energy by hand."""
+    shapes = modal_block(brick(), law(state))
+    k = shapes.stiffness
+    bar = E / (1 - NU**2) if state == PLANE_STRAIN else E
+    lateral = NU / (1 - NU) if state == PLANE_STRAIN else NU
+    (a, _, c), volume = SIDES, SIDES.prod()
+    row = {n: i for i, n in enumerate(shapes.names)}
+    for name, along, across in (("pull x", a, c), ("pull z", c, a)):
+        # s^2 / E (x^2 + 2 (1 + nu) z^2) over the brick
+        wanted = bar * volume * (along**2 + 2 * (1 + lateral) * across**2) / 12
+        assert k[row[name], row[name]] == pytest.approx(wanted, rel=1e-12)
+    # bending zx has sigma_z = x: it shares with sigma_x = x the contraction, -nu E' <x^2>; other shapes nothing
+    assert k[row["pull x"], row["bend zx"]] == pytest.approx(-lateral * bar * volume * a**2 / 12, rel=1e-12)
+    others = [i for n, i in row.items() if n not in ("pull x", "bend zx")]
+    assert np.abs(k[row["pull x"], others]).max() < 1e-12 * k[row["pull x"], row["pull x"]]
+
+
+@pytest.mark.parametrize("flat", [0.02, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 50.0])
+@pytest.mark.parametrize("make", ["box", "triangle"])
+def test_shapes_of_a_plane_do_not_depend_on_the_axes(flat, make):
+    """The same compliance to tractions on the faces when the block's own axes are swapped, turned or nearly so."""
+    corners = np.array([[0, 0], [0.3, 0], [0.3, 0.3 * flat], [0, 0.3 * flat]])
+    if make == "triangle":
+        corners = corners[:3]
+    compliance, angle = [], np.deg2rad(37.0)
+    spin = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    for start, turn in ((0, np.eye(2)), (1, np.eye(2)), (0, spin), (2, spin)):
+        block = Block("p", (prism(np.roll(corners, start, axis=0) @ turn.T, 0.0, 0.1),), RHO)
+        shapes = modal_block(block, law(PLANE_STRESS))
+        middle = 0.5 * (corners + np.roll(corners, -1, axis=0))
+        where = np.concatenate([corners, middle]) @ turn.T
+        u = shapes.displacement(np.column_stack([where[:, 0], np.zeros(len(where)), where[:, 1]]))[:, :, [0, 2]]
+        u = (u @ turn).transpose(0, 2, 1).reshape(-1, shapes.count)
+        compliance.append(u @ np.linalg.solve(shapes.stiffness, u.T))
+        assert np.linalg.eigvalsh(shapes.stiffness / np.sqrt(np.outer(*2 * [np.diag(shapes.stiffness)]))).min() > 1e-6
+    for other in compliance[1:]:
+        assert np.abs(other - compliance[0]).max() < 1e-9 * np.abs(compliance[0]).max()
+
+
 def test_mass_matrix_of_a_brick():
     shapes = modal_block(brick(), law(PLANE_STRESS))
     m, (a, _, c) = dict(zip(shapes.names, np.diag(shapes.mass), strict=True)), SIDES
@@ -114,7 +170,7 @@ def test_patch_test_on_the_faces(state, make):
         traction = (mean + gradient @ (x - block.centroid)) @ n
         force += weight * shapes.displacement(x[None])[0] @ traction
     assert np.abs(np.linalg.solve(shapes.stiffness, force) - wanted).max() < 1e-12 * np.abs(wanted).max()
-    assert shapes.count == (15 if state == SOLID else 5)
+    assert shapes.count == (15 if state == SOLID else 7)
 
 
 @pytest.mark.parametrize("state", STATES)
@@ -176,9 +232,9 @@ def test_values_on_a_face_plane():
 
 def test_other_coordinates_describe_the_same_block():
     shapes = modal_block(brick(), law(PLANE_STRAIN))
-    basis = np.random.default_rng(1).normal(size=(5, 5))
+    basis = np.random.default_rng(1).normal(size=(7, 7))
     mixed = shapes.in_coordinates(basis)
-    q = np.random.default_rng(2).normal(size=5)
+    q = np.random.default_rng(2).normal(size=7)
     mean, gradient = shapes.stress_field(basis @ q)
     again, slope = mixed.stress_field(q)
     assert np.abs(mean - again).max() < 1e-12 * np.abs(mean).max()

@@ -257,7 +257,7 @@ def test_bar_waves(state):
     along = np.abs(found.shape[:, -1, 2]) > np.abs(found.shape[:, -1, :2]).max(axis=1)
     wanted = np.sqrt(bar_modulus(state) / rho) / (4.0 * n * h)
     assert found.frequency[along][0] == pytest.approx(wanted, rel=0.01)
-    assert found.shape.shape == (len(found.frequency), n + 1, 6 + (15 if state == SOLID else 5))
+    assert found.shape.shape == (len(found.frequency), n + 1, 6 + (15 if state == SOLID else 7))
 
 
 def test_run_goes_on_to_the_same_bits(tmp_path):
@@ -280,6 +280,16 @@ def test_run_goes_on_to_the_same_bits(tmp_path):
     assert np.abs(whole.state.modes.value).max() > 0.0
     with pytest.raises(lm.errors.InputError, match="blocks is part of the state"):
         dem.simulate(wall, Settle(), start=whole, blocks=MODAL)
+
+
+def test_run_of_blocks_of_other_shapes_is_refused_by_name(tmp_path):
+    wall = stack(1, lm.Joint(35.0, normal_stiffness=KN, shear_stiffness=KS))
+    arrays = make_state(wall, lm.Loads.weight(wall), blocks=MODAL, stress=PLANE_STRESS).arrays()
+    names = [k for k in arrays if k.startswith("modes.") and arrays[k].ndim > 1 and arrays[k].shape[1] == 7]
+    assert "modes.value" in names
+    old = arrays | {k: arrays[k][:, :5] for k in names}
+    with pytest.raises(lm.errors.InputError, match=r"part.npz holds modal blocks of 5 shapes.*here they have 7"):
+        dem.State.from_arrays(old, tmp_path / "part.npz")
 
 
 @pytest.mark.parametrize("state", [PLANE_STRESS, SOLID])

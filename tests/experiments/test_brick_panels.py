@@ -290,3 +290,15 @@ def test_grid_of_strengths_lies_in_the_window_about_the_printed_loads():
         curve = dem.push(test.assembly(), test.drive(), to=1.3e-3, blocks="lumped", steps=15_000, rate_check=False)
         ratio.append(np.log(1e-3 * curve.peak.load / float(row["V_failure"])))
     assert 0.85 < np.exp(np.mean(ratio)) < 1.3
+
+
+def test_modal_bricks_are_within_three_per_cent_of_elastic_ones():
+    """Compliance of the panel under its plate, joints that hold: shapes added to a block can only soften it."""
+    test, found = load("udec-09", cohesion=1e7, tensile_strength=1e7), {}
+    for blocks in ("modal", "elastic"):
+        curve = lm.pushover(
+            test.assembly(), test.loads(), control=("spreader", "z"), to=-1e-5, blocks=blocks,
+            contact_model="grid", grid=0.0375, contacts="first",
+        )  # fmt: skip
+        found[blocks] = abs(curve.displacement[1]) / curve.load[1]
+    assert 0.97 < found["modal"] / found["elastic"] < 1.0
