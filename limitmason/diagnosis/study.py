@@ -1,46 +1,39 @@
-"""A study: specimens, what was measured on them, what is known of the errors, and the simulator to be questioned."""
+"""A study: what is asked of measured values and a simulator, which :mod:`limitmason.diagnosis.statement` holds."""
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import KW_ONLY, InitVar, dataclass, field, replace
-from pathlib import Path
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from limitmason.causes.cause import Cause, check_causes
 from limitmason.diagnosis.answer import Answer
-from limitmason.diagnosis.from_table import About, study_arguments
 from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws
 from limitmason.diagnosis.inference.decide import Rule
 from limitmason.diagnosis.inference.design import Design
 from limitmason.diagnosis.inference.gain import folds_of
-from limitmason.diagnosis.inference.grid import Table, at_measured
+from limitmason.diagnosis.inference.grid import Table
 from limitmason.diagnosis.inference.judge import Judge
-from limitmason.diagnosis.inference.noise import Measured, Noise
+from limitmason.diagnosis.inference.noise import Noise
 from limitmason.diagnosis.inference.plan import Confusable, NextTests, confusable
-from limitmason.diagnosis.inference.shared import Shares, estimated_shares, sharing, unrecorded
+from limitmason.diagnosis.inference.shared import Shares, estimated_shares, sharing
 from limitmason.diagnosis.inference.verdict import VerdictKind
 from limitmason.diagnosis.rehearse import Rehearsal, planted, rehearse
 from limitmason.diagnosis.result import Diagnosis, checked_by_group
-from limitmason.diagnosis.simulator import Simulator
-from limitmason.diagnosis.specimens import called, covariates_of, positive_values
+from limitmason.diagnosis.specimens import called
+from limitmason.diagnosis.statement import Statement
 from limitmason.diagnosis.suggest import suggest
-from limitmason.diagnosis.tables import ASSUMED_NOISE, Made, PoolGrids, Tables, placing_noise
-from limitmason.diagnosis.tabulate import Tabulator
+from limitmason.diagnosis.tables import ASSUMED_NOISE, PoolGrids
 from limitmason.errors import InputError
-from limitmason.experiments.measured_table import MeasuredTable
 from limitmason.progress import reached, watched
 
-FEWEST = 4  # specimens
 ROUNDS = 6
-STATEMENTS = ("measured", "noise", "groups", "covariates", "causes", "about", "shared")  # no table depends on them
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Study:
+class Study(Statement):
     """Measured values against a simulator.
 
     Parameters
@@ -78,164 +71,6 @@ class Study:
     specimens; ``simulator.calls`` counts the calls.
     """
 
-    specimens: Sequence[Any]
-    simulate: Callable[..., float]
-    measured: Sequence[float] | np.ndarray | None = None
-    noise: Noise | None = None
-    nuisance: Mapping[str, Measured] | None = None
-    covariates: Iterable[str] | Mapping[str, Sequence] = ()
-    groups: Sequence | None = None
-    shared: Sequence[str] | None = None
-    _: KW_ONLY
-    levels: int = 17
-    nuisance_levels: int | None = None
-    cache: str | Path | None = None
-    n_jobs: int = 1
-    version: str = ""
-    pair_tables: str = "verified"
-    crossed: str = "full"
-    causes: tuple[Cause, ...] = ()
-    about: About = field(default_factory=About)
-    made: InitVar[Made | None] = None
-    scale: np.ndarray = field(init=False)
-    tables: Tables = field(init=False)
-    _made: Made = field(init=False)
-
-    def __post_init__(self, made: Made | None) -> None:
-        specimens = tuple(self.specimens)
-        n = len(specimens)
-        if n < FEWEST:
-            raise InputError(f"at least {FEWEST} specimens are needed, got {n}")
-        noise = self.noise if self.noise is not None else Noise.unknown()
-        nuisance = dict(self.nuisance or {})
-        covariates = covariates_of(self.covariates, specimens)
-        if unknown := [name for name in self.shared or () if name not in covariates]:
-            raise InputError(f"shared names {unknown[0]!r}, which is no covariate; known: {', '.join(covariates)}")
-        for name, value in nuisance.items():
-            if not isinstance(value, Measured):
-                raise InputError(f"nuisance {name!r} must be Measured(value, sd), got {value!r}")
-        if self.groups is not None and len(self.groups) != n:
-            raise InputError(f"groups has {len(self.groups)} labels for {n} specimens")
-        fixed = {
-            "specimens": specimens,
-            "noise": noise,
-            "scale": noise.scale(n),
-            "measured": None if self.measured is None else positive_values(self.measured, n),
-            "covariates": covariates,
-            "shared": None if self.shared is None else tuple(self.shared),
-            "groups": None if self.groups is None else list(self.groups),
-            "nuisance": nuisance,
-        }
-        for name, value in fixed.items():
-            object.__setattr__(self, name, value)
-        made = made or Made(self._new_tables(), {})
-        object.__setattr__(self, "tables", made.tables)
-        object.__setattr__(self, "_made", made)
-
-    def _new_tables(self) -> Tables:
-        simulator = Simulator(
-            self.simulate, self.specimens, cache=self.cache, n_jobs=self.n_jobs, version=self.version
-        )  # fmt: skip
-        placing = placing_noise(self.noise, self.n)
-        tabulator = Tabulator(
-            simulator, self.nuisance, placing, levels=self.levels, nuisance_levels=self.nuisance_levels,
-            crossed=self.crossed,
-        )  # fmt: skip
-        return Tables(tabulator, self.pair_tables)
-
-    @classmethod
-    def from_table(
-        cls,
-        table: str | Path | MeasuredTable | None = None,
-        *,
-        cache: str | Path | None = None,
-        n_jobs: int = 1,
-        **stated: Any,
-    ) -> Study:
-        """A study of measured values in a table, with its causes, noise and units.
-
-        Parameters
-        ----------
-        table : CSV file with names, a line of units and one row per measured value; None is the packaged series
-            that ``model`` names
-        cache, n_jobs : as for the study
-        stated : ``model``, a packaged series or ``simulate(specimen, **parameters)``; without one the predictions stand
-            in a column (``predicted``, and ``towards`` columns of a second model). Columns: ``measured``, ``group``,
-            ``covariates`` (all that are left), ``shared`` (those of them whose labels share noise, see the study) and
-            ``batches``, whose labels may be read by another gain. What is
-            known: ``noise`` (a :class:`Noise`, a relative error, "replicates", "unknown"; else the column "noise"),
-            ``dof`` and ``tails`` of it, ``inputs``, measured inputs of the model by name. ``causes``, causes or their
-            names; else all that fit the model, with ``tilting`` for tangents of a tilt angle and ``spatial`` for walls
-            that do not work in one plane. ``method`` and ``settings`` of a packaged series; ``levels``, ``title``
-
-        Raises
-        ------
-        InputError
-            Naming file, row and column of what is wrong.
-        """
-        return cls(cache=cache, n_jobs=n_jobs, **study_arguments(table, **stated))
-
-    @classmethod
-    def from_experiments(cls, series: str, **stated: Any) -> Study:
-        """A study of a packaged series by its own models or published predictions; see :meth:`from_table`."""
-        return cls.from_table(None, model=series, **stated)
-
-    @property
-    def n(self) -> int:
-        """Number of specimens."""
-        return len(self.specimens)
-
-    @property
-    def simulator(self) -> Simulator:
-        """The calls of the simulator, counted and kept."""
-        return self.tabulator.simulator
-
-    @property
-    def tabulator(self) -> Tabulator:
-        """What makes the tables."""
-        return self.tables.tabulator
-
-    def replace(self, **changes: Any) -> Study:
-        """The same study with other arguments.
-
-        Tables are kept where only what was measured is stated otherwise: measured values, noise, groups, covariates.
-        Their levels then stay where the noise first stated has put them. Other specimens begin without measured values
-        and groups, and their covariates are read anew.
-        """
-        if "specimens" in changes:
-            changes = {"measured": None, "groups": None, "covariates": tuple(self.covariates), **changes}
-        if not set(changes) <= set(STATEMENTS):
-            return dataclasses.replace(self, **changes)
-        if set(changes) & {"noise", "covariates"}:
-            return dataclasses.replace(self, **changes, made=Made(self.tables, {}))
-        made = self._made
-        if "groups" in changes:
-            made = Made(self.tables, made.designs)
-        return dataclasses.replace(self, **changes, made=made)
-
-    def with_measured(self, measured: Sequence[float]) -> Study:
-        """The same study, tables included, with other measured values."""
-        return self.replace(measured=measured)
-
-    def with_noise(self, noise: Noise) -> Study:
-        """The same study, tables included, with another statement of the noise."""
-        return self.replace(noise=noise)
-
-    def baseline(self) -> np.ndarray:
-        """Prediction of the baseline at the measured inputs, shape (n,)."""
-        return np.exp(at_measured(self.tables.base()))
-
-    def predicted(self, causes: Iterable[Cause], sizes: Iterable[float], z: Iterable[float] = ()) -> np.ndarray:
-        """Prediction with given causes switched on, by the simulator itself, shape (n,).
-
-        Parameters
-        ----------
-        causes, sizes : one or two causes and their sizes
-        z : measured inputs in standard deviations from their values; none is the values themselves
-        """
-        z = tuple(z) or tuple(0.0 for _ in self.tabulator.free)
-        return np.exp(self.tabulator.evaluate(tuple(causes), [(tuple(sizes), z)])[0])
-
     def _listed(self, causes: Iterable[Cause] | None) -> tuple[Cause, ...]:
         return check_causes(self.causes if causes is None else causes, self.nuisance)
 
@@ -264,11 +99,6 @@ class Study:
             design, known, self.covariates, folds_of(self.groups, self.n), rule, rehearsed=rehearsed,
             unrecorded=self.unrecorded,
         )  # fmt: skip
-
-    @property
-    def unrecorded(self) -> tuple[str, ...]:
-        """Circumstances that no column tells and that tests may share: of batch, day and set-up; see ``shared``."""
-        return unrecorded(self.covariates) if self.shared is None else ()
 
     def shares(self, causes: Iterable[Cause] | None = None, *, price: float | None = None) -> Shares:
         """Shares of the noise within the labels of :attr:`shared`, estimated from the measured values.
