@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dem.archive import write_archive
 from dem.joints import losses
 from dem.papers import PAPERS
 from dem.resuming import Position, RunStatus, check_continues
-from dem.state import State, write_archive
+from dem.state import State
 from dem.vibration import state_system
 from limitmason.curve import Curve
 from limitmason.errors import InputError

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
+from dem.archive import JOINT_FIELDS, joint_table
 from dem.joints import JointOptions, make_laws
-from dem.state import JOINT_FIELDS, State, joint_table
+from dem.state import State
 from dem.ties import make_ties
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from dem.archive import write_archive
 from dem.joint_marks import JointMarks
 from dem.kernels.solid_arrays import FaceContacts
 from dem.resuming import RunStatus
-from dem.state import write_archive
 from dem.zones.marks import zone_marks
 from dem.zones.solid_mesh import SolidMesh
 from dem.zones.zoned_model import ZonedModel
