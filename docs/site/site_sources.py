@@ -4,6 +4,7 @@ They are written below ``made/``, ``gallery_source/`` and ``reference/`` at ever
 """
 
 import ast
+import functools
 import importlib
 import inspect
 import itertools
@@ -43,6 +44,8 @@ PACKAGES = {
     "limitmason.errors": "What is raised.",
 }
 """Public packages and modules in the order of the reference."""
+
+OURS = {name.partition(".")[0] for name in PACKAGES}
 
 FORMER = {
     "limitmason.packaged": "limitmason.validation",
@@ -223,6 +226,13 @@ def home_of(name: str, thing: object, package: str) -> str | None:
     return homes[-1] if homes and homes[-1] != package else None
 
 
+@functools.cache
+def listed_classes() -> set[type]:
+    """Classes that the reference lists."""
+    found = [thing for p in PACKAGES for _, thing in public_names(importlib.import_module(p))]
+    return {thing for thing in found if inspect.isclass(thing)}
+
+
 def words_of(package: str, name: str) -> str:
     """What the source says of a constant: the string below its assignment, wherever it was imported from."""
     tree = ast.parse(inspect.getsource(importlib.import_module(package)))
@@ -249,7 +259,11 @@ def entry(package: str, name: str, thing: object) -> str:
     if home is not None:
         return f".. py:data:: {name}\n   :no-index-entry:\n\n   The same as :py:obj:`{home}.{name}`.\n"
     if inspect.isclass(thing):
-        return f".. autoclass:: {full}\n   :members:\n"
+        # methods from a class of ours that has no page are methods of this one to a reader
+        bases = [(b, b.__module__.partition(".")[0] in OURS and b not in listed_classes()) for b in thing.__mro__[1:]]
+        others = ", ".join(b.__name__ for b, unlisted in bases if not unlisted)
+        inherited = f"   :inherited-members: {others}\n" if any(unlisted for _, unlisted in bases) else ""
+        return f".. autoclass:: {full}\n   :members:\n{inherited}"
     if inspect.isroutine(thing):
         return f".. autofunction:: {full}\n"
     if type(thing).__name__ == "Declared":
