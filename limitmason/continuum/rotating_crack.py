@@ -25,6 +25,7 @@ _FLOOR = 1e-6
 """Share of the elastic stiffness left in the tangent, never in the stress: keeps the factorisation of open cracks."""
 _COUPLING = np.ones((3, 3)) - np.eye(3)
 _PAIRS = ((0, 1), (1, 2), (2, 0))
+_THREE = np.arange(3)
 
 
 class Curves(NamedTuple):
@@ -162,8 +163,44 @@ def respond(c: Curves, strain: Array, before: Memory, *, secant: bool = False) -
     Notes
     -----
     The tangent leaves out how memory that differs between directions turns with them; it is exact while all directions
-    load or none has cracked.
+    load or none has cracked. Points that have always been elastic, most of a wall, remember nothing and are not turned
+    to their principal axes.
     """
+    beyond = _beyond(c, strain, before)
+    if beyond.all():
+        return _cracking(c, strain, before, secant=secant)
+    g = 0.5 * c.modulus / (1.0 + c.poisson)
+    lame = 2.0 * g * c.poisson / (1.0 - 2.0 * c.poisson)
+    tangent = np.zeros((len(strain), 6, 6))
+    tangent[:, :3, :3] = lame[:, None, None]
+    tangent[:, _THREE, _THREE] += 2.0 * g[:, None]
+    tangent[:, _THREE + 3, _THREE + 3] = g[:, None]
+    stress = np.einsum("nij,nj->ni", tangent, strain)
+    crack, lost = np.zeros(len(strain)), before.lost.copy()
+    memory = Memory(before.tension.copy(), before.compression.copy(), lost)
+    rows = np.flatnonzero(beyond)
+    if len(rows):
+        part = _cracking(c.rows(rows), strain[rows], Memory(*(m[rows] for m in before)), secant=secant)
+        stress[rows], tangent[rows], crack[rows] = part.stress, part.tangent, part.crack
+        for whole, new in zip(memory, part.memory, strict=True):
+            whole[rows] = new
+    return Answer(stress, memory, tangent, crack)
+
+
+def _beyond(c: Curves, strain: Array, before: Memory) -> NDArray[np.bool_]:
+    """Points that remember something or may leave Hooke's law, shape (n,)."""
+    g = c.modulus / (1.0 + c.poisson)
+    mean = strain[:, :3].mean(axis=1)
+    off = strain[:, :3] - mean[:, None]
+    # no principal value lies further from the mean than sqrt(2/3) of the norm of the deviator
+    reach = g * np.sqrt(2.0 / 3.0 * ((off * off).sum(axis=1) + 0.5 * (strain[:, 3:] ** 2).sum(axis=1)))
+    pressure = c.modulus / (1.0 - 2.0 * c.poisson) * mean
+    remembers = before.tension.any(axis=(1, 2)) | before.compression.any(axis=(1, 2))
+    return np.asarray(remembers | (pressure + reach > c.tension) | (reach - pressure > c.crushing / 3.0))
+
+
+def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> Answer:
+    """The law in principal axes."""
     half = strain.copy()
     half[:, 3:] *= 0.5
     eps, axes = np.linalg.eigh(half[:, [[0, 3, 5], [3, 1, 4], [5, 4, 2]]])
