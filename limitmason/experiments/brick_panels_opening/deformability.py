@@ -46,12 +46,6 @@ def section(runs: Runs) -> list[str]:
     ]  # fmt: skip
 
 
-def noise(runs: Runs) -> float:
-    """Standard deviation of the logarithm of a lumped peak over perturbed starts of one run [-]."""
-    logs = [[np.log(_slow(runs, name, LUMPED, s).peak) for s in STARTS] for name in CLOSELY]
-    return float(np.sqrt(np.mean(np.var(logs, axis=1, ddof=1))))
-
-
 def _slow(runs: Runs, name: str, blocks: str, seed: int) -> Answer:
     return runs(name, once=True, steps=SLOWER, blocks=blocks, seed=seed)
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from limitmason.capacity import pushover
+from limitmason.capacity import elastic_range, pushover
 from limitmason.deformable.levels import LUMPED, ZONED
 from limitmason.errors import InputError
 from limitmason.experiments import registry
@@ -53,6 +53,25 @@ class Answer:
     where: str
 
 
+@dataclass(frozen=True)
+class Onsets:
+    """First failures of runs on one elastic panel, by superposition: loads [kN], below 0 where own weight is too much.
+
+    Parameters
+    ----------
+    opening, slip : of every run, by that criterion alone; joints lose strength by the first
+    where : the joint that opens first in the last of the runs
+    settlement : by own weight [mm]
+    compliance : under the plate [mm/kN]
+    """
+
+    opening: Sequence[float]
+    slip: Sequence[float]
+    where: str
+    settlement: float
+    compliance: float
+
+
 class Runs:
     """Pushes, each computed once and kept in a folder."""
 
@@ -84,31 +103,46 @@ class Runs:
         """
         level = {k: v for k, v, usual in (("blocks", blocks, LUMPED), ("seed", seed, 0)) if v != usual}
         words = ", ".join(f"{k} {v}" for k, v in (level | options).items())
-        return self._kept(
+        return Answer(**self._kept(
             json.dumps([specimen, once, to, steps, options, *([level] if level else [])], sort_keys=True),
             f"{specimen} {words}{' once' if once else ''}",
             lambda: _pushed(specimen, Push(once, to, steps, blocks, seed), options),
-        )
+        ))  # fmt: skip
 
     def rate_free(self, specimen: str, *, blocks: str = LUMPED, to: float = TRAVEL, **options: Any) -> Answer:
         """Answer of the path without time, of :func:`limitmason.pushover` on the points of the DEM.
 
         Its ``mode`` says where the path ended early.
         """
-        return self._kept(
+        return Answer(**self._kept(
             json.dumps([specimen, "pushover", to, blocks, options], sort_keys=True),
             f"{specimen} pushover, blocks {blocks}",
             lambda: _followed(specimen, blocks, to, options),
-        )
+        ))  # fmt: skip
 
-    def _kept(self, key: str, words: str, compute: Callable[[], Answer]) -> Answer:
+    def onsets(self, specimens: Sequence[str], *, blocks: str, spacing: float = SPACING, **options: Any) -> Onsets:
+        """First failures of runs that differ in their strengths only, by :func:`limitmason.elastic_range`.
+
+        Parameters
+        ----------
+        blocks : "rigid", "lumped", "modal" or "elastic"
+        spacing : of contact points [m]
+        options : of the experiment; ``stress`` of blocks that deform
+        """
+        return Onsets(**self._kept(
+            json.dumps([list(specimens), "elastic range", blocks, spacing, options], sort_keys=True),
+            f"elastic range, blocks {blocks}, points {1e3 * spacing:.4g} mm apart",
+            lambda: _superposed(specimens, blocks, spacing, options),
+        ))  # fmt: skip
+
+    def _kept(self, key: str, words: str, compute: Callable[[], Answer | Onsets]) -> dict[str, Any]:
         if key not in self.known:
             self.say(words)
             self.known[key] = vars(compute())
             if self.file is not None:
                 self.file.parent.mkdir(parents=True, exist_ok=True)
                 self.file.write_text(json.dumps(self.known, indent=1), encoding="utf-8")
-        return Answer(**self.known[key])
+        return self.known[key]
 
 
 class Push(NamedTuple):
@@ -184,4 +218,20 @@ def _followed(specimen: str, blocks: str, to: float, options: Mapping[str, Any])
     return Answer(
         float(f[peak]), float(u[peak]), float(f[first]), float(u[first]), nothing, nothing, float(u[1] / f[1]), 0.0,
         end, "", 1e3 * SPACING, where,
+    )  # fmt: skip
+
+
+def _superposed(specimens: Sequence[str], blocks: str, spacing: float, options: Mapping[str, Any]) -> Onsets:
+    stress = options.get("stress")
+    given = {k: v for k, v in options.items() if k != "stress"}
+    tests = [registry.load(NAME, s, **given) for s in specimens]
+    wall = tests[0].assembly()
+    found = elastic_range(wall, tests[0].loads(), blocks=blocks, stress=stress, contact_model="grid", grid=spacing)
+    ends = [found.with_strengths(t.assembly()) for t in tests]
+    opening, slip = ([e.end(1, by) for e in ends] for by in ("opening", "slip"))
+    last, plate = opening[-1], wall.block_index("spreader")
+    assert last is not None
+    return Onsets(
+        *([float("inf") if o is None else o.multiplier for o in by] for by in (opening, slip)), last.joint,
+        -1e3 * float(found.shift_dead[plate, 2]), -1e3 * float(found.shift_live[plate, 2]),
     )  # fmt: skip
