@@ -284,6 +284,7 @@ def _run(
             try:
                 running.advance(model, chunk - tail, drifts=calm)
                 running.advance(model, tail, drifts=calm)
+                running.refuse_explosion(model)
             except UnstableError as error:
                 # what was there before is a curve
                 if number < 1:

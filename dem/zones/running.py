@@ -21,6 +21,10 @@ SETTLED = 1e-4
 """Unbalanced force at a node over the mean applied force per node from which a model is settled [-]."""
 
 
+EXPLODES = 10.0
+"""Energy from nowhere over the work of loads and supports from which a run has exploded [-]."""
+
+
 class Reading(NamedTuple):
     """What a model holds in a position.
 
@@ -66,6 +70,27 @@ def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: 
         raise UnstableError(f"block {name!r} has moved farther than the structure is large")
     if model.total[Z_MISSED] > 0.0:
         raise UnstableError("a stress could not be returned to its yield surface: dilatancy beyond the friction angle")
+
+
+def refuse_explosion(model: ZonedModel) -> None:
+    """Refuse a state in which energy appears from nowhere: what lies behind it is no load of the structure.
+
+    Raises
+    ------
+    UnstableError
+        Where the kinetic energy, and what more there is of all energies than loads and supports have given, are both
+        above :data:`EXPLODES` times that work.
+    """
+    total = model.total
+    work = max(abs(float(total[Z_APPLIED] + total[Z_SUPPORT])), 1e-300)
+    kinetic = float(total[Z_KINETIC])
+    if kinetic <= EXPLODES * work:
+        return
+    if float(total[2:6].sum()) + kinetic + read(model).energy - work > EXPLODES * work:
+        raise UnstableError(
+            f"energy explodes: kinetic {kinetic:.3g} J against {work:.3g} J that loads and supports have given; a "
+            "block that has fallen out drags its joints along, or the step is too long for them"
+        )
 
 
 def read(model: ZonedModel) -> Reading:

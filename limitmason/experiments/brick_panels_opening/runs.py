@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from limitmason.capacity import elastic_range, pushover
 from limitmason.deformable.levels import LUMPED, ZONED
@@ -31,13 +32,22 @@ STEPS = 15_000
 SPACING = 0.0375
 """Of contact points, and of zones [m]; the lattice on which those of all joints meet."""
 
+EVERY = 1e-5
+"""Displacement between the loads that are kept of a curve [m]."""
+
+GIVEN_UP, WAITED = 0.5, 0.3e-3
+"""A run of zones ends where it has carried less than this part of its largest load over this displacement [-], [m].
+
+No run that went on lost a peak by it: what is left of a panel then lies on the ground.
+"""
+
 NUDGE = 1e-10
 """Largest move of a block in a perturbed start, along each axis [m]."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What one push gave: loads [kN], displacements beyond own weight [mm]."""
+    """What one push gave: loads [kN], displacements beyond own weight [mm]; ``loads`` at every :data:`EVERY`."""
 
     peak: float
     at_peak: float
@@ -51,6 +61,14 @@ class Answer:
     law: str
     spacing: float
     where: str
+    loads: Sequence[float] = ()
+
+    def load_at(self, displacement: float) -> float:
+        """Load at a displacement [mm]; NaN beyond the end of the run, or where none were kept."""
+        if not self.loads:
+            return float("nan")
+        at = 1e3 * EVERY * np.arange(len(self.loads))
+        return float(np.interp(displacement, at, np.asarray(self.loads), right=np.nan))
 
 
 @dataclass(frozen=True)
@@ -91,6 +109,8 @@ class Runs:
         steps: int = STEPS,
         blocks: str = LUMPED,
         seed: int = 0,
+        soft: float = 0.0,
+        crack: int = 0,
         **options: Any,
     ) -> Answer:
         """Answer of a specimen with options, at two speeds or one.
@@ -99,14 +119,22 @@ class Runs:
         ----------
         blocks : "lumped", "modal" or "zoned"
         seed : of the perturbed start, see :func:`nudged`; 0 for blocks where they are
+        soft : opening over which joints lose their strength [m]; 0 for at once
+        crack : course above which the bed joint is without strength at both ends of the panel; 0 for none
         options : of the experiment
         """
-        level = {k: v for k, v, usual in (("blocks", blocks, LUMPED), ("seed", seed, 0)) if v != usual}
+        level = {
+            k: v
+            for k, v, usual in (
+                ("blocks", blocks, LUMPED), ("seed", seed, 0), ("soft", soft, 0.0), ("crack", crack, 0),
+            )
+            if v != usual
+        }  # fmt: skip
         words = ", ".join(f"{k} {v}" for k, v in (level | options).items())
         return Answer(**self._kept(
             json.dumps([specimen, once, to, steps, options, *([level] if level else [])], sort_keys=True),
             f"{specimen} {words}{' once' if once else ''}",
-            lambda: _pushed(specimen, Push(once, to, steps, blocks, seed), options),
+            lambda: _pushed(specimen, Push(once, to, steps, blocks, seed, soft, crack), options),
         ))  # fmt: skip
 
     def rate_free(self, specimen: str, *, blocks: str = LUMPED, to: float = TRAVEL, **options: Any) -> Answer:
@@ -146,13 +174,17 @@ class Runs:
 
 
 class Push(NamedTuple):
-    """One speed or two, displacement [m], steps of the faster run, kind of blocks, seed of the start."""
+    """One speed or two, displacement [m], steps of the faster run, kind of blocks, seed of the start, opening [m] over
+    which strength is lost, and course above which the bed joint has none at its ends.
+    """
 
     once: bool
     to: float
     steps: int
     blocks: str
     seed: int
+    soft: float = 0.0
+    crack: int = 0
 
 
 def nudged(assembly: Assembly, seed: int) -> Assembly:
@@ -173,21 +205,70 @@ def nudged(assembly: Assembly, seed: int) -> Assembly:
     return replace(assembly, blocks=tuple(laid))
 
 
+def cracked(assembly: Assembly, course: int) -> Assembly:
+    """The panel whose bed joint above a course has neither cohesion nor tension where it ends on either side.
+
+    Parameters
+    ----------
+    course : counted from 1 at the bottom; 0 changes nothing
+    """
+    if course == 0:
+        return assembly
+    one, two = (f"facade-{c:02d}-" for c in (course, course + 1))
+    names = [b.name for b in assembly.blocks]
+    beds = [
+        (float(np.mean(i.polygon[:, 0])), names[i.block_a], names[i.block_b])
+        for i in assembly.interfaces
+        if names[i.block_a].startswith(one) and names[i.block_b].startswith(two)
+    ]
+    if not beds:
+        raise InputError(f"the panel has no bed joint above course {course}")
+    weak = replace(
+        assembly.interfaces[0].joint, cohesion=0.0, tensile_strength=0.0, residual_cohesion=None,
+        residual_tensile_strength=None, name="cracked",
+    )  # fmt: skip
+    return assembly.with_joints({pair[1:]: weak for pair in (min(beds), max(beds))})
+
+
+def softened(assembly: Assembly, opening: float) -> Assembly:
+    """The panel whose joints lose their strength over an opening [m], 0 for at once: GfI = ft opening / 2."""
+    if opening == 0.0:
+        return assembly
+    return assembly.with_joints(lambda j: replace(j, fracture_energy_tension=0.5 * j.tensile_strength * opening))
+
+
+def _gives_up() -> Callable[[Mapping[str, Any]], bool]:
+    """Whether a run of zones is over, asked at every sample."""
+    largest, since = 0.0, 0.0
+
+    def over(sample: Mapping[str, Any]) -> bool:
+        nonlocal largest, since
+        largest = max(largest, sample["load"])
+        if sample["load"] >= GIVEN_UP * largest:
+            since = sample["displacement"]
+        return bool(sample["displacement"] - since > WAITED)
+
+    return over
+
+
 def _pushed(specimen: str, push: Push, options: Mapping[str, Any]) -> Answer:
     test = registry.load(NAME, specimen, **options)
     follow = get_method(DEM).drive
     if follow is None:
         raise InputError("the DEM of this installation does not follow driven structures")
     # without contact_points zones take areas by halves, other blocks those with the second moment of the joint
-    ways: dict[str, Any] = {"zone_size": SPACING, "contact_points": SPACING} if push.blocks == ZONED else {}
+    ways: dict[str, Any] = {}
+    if push.blocks == ZONED:
+        # one speed at a time: a run that is given up is followed by no slower one
+        ways = {"zone_size": SPACING, "contact_points": SPACING, "progress": _gives_up() if push.once else None}
     if push.blocks == LUMPED:
         # at rest they bear their weight at ft 0.05 MPa, by a margin that it overshoots when it acts at once; bricks
         # that bend do not bear it
         ways["sound"] = True
+    panel = nudged(softened(cracked(test.assembly(), push.crack), push.soft), push.seed)
     curve: Any = follow(
-        nudged(test.assembly(), push.seed), test.drive(), to=push.to, blocks=push.blocks, steps=push.steps,
-        rate_check=not push.once, **ways,
-    )  # fmt: skip
+        panel, test.drive(), to=push.to, blocks=push.blocks, steps=push.steps, rate_check=not push.once, **ways
+    )
     # a panel too strong to fail counts to the end of its curve
     first, crack = curve.first_failure or curve.peak, curve.first_crack(CRACK)
     # on the way up only: a panel that has failed may carry less than its first failure
@@ -200,8 +281,14 @@ def _pushed(specimen: str, push: Push, options: Mapping[str, Any]) -> Answer:
         1e-3 * curve.peak.load, 1e3 * curve.peak.displacement, 1e-3 * first.load, 1e3 * first.displacement,
         float("nan") if crack is None else 1e-3 * crack.load, 1e3 * curve.settlement, 1e6 * float(u @ u / (u @ f)),
         curve.rate_error, curve.mode_at(curve.peak.index).name, curve.law, 1e3 * curve.spacing,
-        getattr(first, "where", ""),
+        getattr(first, "where", ""), kept_loads(curve.displacement, curve.load),
     )  # fmt: skip
+
+
+def kept_loads(displacement: NDArray[np.float64], load: NDArray[np.float64]) -> list[float]:
+    """Loads [kN] at every :data:`EVERY` up to the end of a curve in m and N, to a newton."""
+    at = EVERY * np.arange(int(displacement.max() / EVERY + 1e-6) + 1)
+    return [round(1e-3 * float(f), 3) for f in np.interp(at, displacement, load)]
 
 
 def _followed(specimen: str, blocks: str, to: float, options: Mapping[str, Any]) -> Answer:
