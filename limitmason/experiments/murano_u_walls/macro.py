@@ -72,6 +72,11 @@ def macro_model(
         assembly(test), material(test.specimen, properties), size=size, points=points, slab=slab,
         planes=[(1, float(test.options["roof_from"]))],
     )  # fmt: skip
+    return loaded(solid, test, roof_mass=roof_mass)
+
+
+def loaded(solid: Continuum, test: Experiment, *, roof_mass: bool = False) -> Continuum:
+    """A solid with the outline of the walls, with the roof dead and the airbag live as in :func:`macro_model`."""
     load = 1e3 * float(test.parameters["roof load on each side wall"])
     for top in roofs(test):
         if roof_mass:
