@@ -277,7 +277,8 @@ def _settled(
     if sound and (history.state.points.damage > 0.0).any():
         whole = state.copy()
         softens = (whole.joints.law[:, LAW_RATE] > 0.0) | (whole.joints.law[:, LAW_RATE_SLIP] > 0.0)
-        whole.joints.law[np.ix_(softens, [LAW_C, LAW_FT])] = BEYOND
+        for strength in (LAW_C, LAW_FT):
+            whole.joints.law[softens, strength] = BEYOND
         at_rest = simulate(assembly, stage, loads=loads, start=whole).state
         at_rest.joints.law[:] = state.joints.law
         history = simulate(assembly, stage, loads=loads, start=at_rest)

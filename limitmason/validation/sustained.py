@@ -65,7 +65,7 @@ def sustained(
     """
     if not (math.isfinite(goes_on) and goes_on > 0.0):
         raise InputError(f"goes_on must be a positive part of the thickness, got {goes_on!r}")
-    options = {} if contact_model == "vertices" else {"grid": grid}
+    options: dict[str, Any] = {} if contact_model == "vertices" else {"grid": grid}
     if smallest is None:
         smallest = get_method(NON_ASSOCIATIVE).predict(
             assembly, loads, contact_model=contact_model, search=search, time_limit=time_limit, **options

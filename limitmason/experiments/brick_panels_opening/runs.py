@@ -315,10 +315,11 @@ def _superposed(specimens: Sequence[str], blocks: str, spacing: float, options: 
     wall = tests[0].assembly()
     found = elastic_range(wall, tests[0].loads(), blocks=blocks, stress=stress, contact_model="grid", grid=spacing)
     ends = [found.with_strengths(t.assembly()) for t in tests]
-    opening, slip = ([e.end(1, by) for e in ends] for by in ("opening", "slip"))
+    opening, slip = [e.end(1, "opening") for e in ends], [e.end(1, "slip") for e in ends]
     last, plate = opening[-1], wall.block_index("spreader")
     assert last is not None
     return Onsets(
-        *([float("inf") if o is None else o.multiplier for o in by] for by in (opening, slip)), last.joint,
+        [float("inf") if o is None else o.multiplier for o in opening],
+        [float("inf") if o is None else o.multiplier for o in slip], last.joint,
         -1e3 * float(found.shift_dead[plate, 2]), -1e3 * float(found.shift_live[plate, 2]),
     )  # fmt: skip
