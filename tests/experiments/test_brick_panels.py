@@ -340,6 +340,18 @@ def test_a_run_of_zones_is_given_up_where_little_is_left_for_long_and_not_at_a_d
     assert stopped([0.0, 5.0, 2.4, 2.4, 2.4, 2.4]) == [False] * 5 + [True]
 
 
+def test_the_largest_load_up_to_a_displacement_is_of_the_curve_that_was_kept():
+    u = np.array([0.0, 0.5, 1.0, 1.25, 2.0]) * 1e-4
+    kept = runs.kept_loads(u, np.array([0.0, 5e3, 2e3, 8e3, 1e3]))
+    assert len(kept) == 21
+    assert kept[5] == 5.0
+    answer = runs.Answer(8.0, 0.125, *[0.0] * 6, "", "", 37.5, "", kept)
+    assert answer.largest_until(0.04) == pytest.approx(4.0)
+    assert answer.largest_until(0.11) == 5.0
+    # the peak lies between two of the loads kept
+    assert answer.largest_until(0.13) == 8.0
+
+
 @pytest.mark.slow
 def test_run_10_is_the_same_by_zones_and_modes_once_its_crack_is_chosen():
     # two bed joints at the ends reach their strength within a hundredth of each other: the one that is first decides

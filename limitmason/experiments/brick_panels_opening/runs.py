@@ -63,12 +63,12 @@ class Answer:
     where: str
     loads: Sequence[float] = ()
 
-    def load_at(self, displacement: float) -> float:
-        """Load at a displacement [mm]; NaN beyond the end of the run, or where none were kept."""
-        if not self.loads:
-            return float("nan")
+    def largest_until(self, displacement: float) -> float:
+        """Largest load up to a displacement [mm], of the peak and the loads kept; NaN where there are none."""
+        if displacement >= self.at_peak:
+            return self.peak
         at = 1e3 * EVERY * np.arange(len(self.loads))
-        return float(np.interp(displacement, at, np.asarray(self.loads), right=np.nan))
+        return float(np.asarray(self.loads)[at <= displacement].max(initial=0.0)) or float("nan")
 
 
 @dataclass(frozen=True)
