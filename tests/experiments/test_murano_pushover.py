@@ -173,6 +173,10 @@ def test_options_change_what_they_name_and_bad_ones_are_refused():
     assert ground.cohesion > 5.0 * law.cohesion
     assert (ground.residual_cohesion, ground.normal_stiffness) == (None, law.normal_stiffness)
     assert bed(plain.with_options(ground="joint"), "base") == law
+    for name, cohesion in (("no tension", law.cohesion), ("dry", 0.0)):
+        own = bed(plain.with_options(ground=name), "base")
+        assert (own.cohesion, own.tensile_strength, own.residual_cohesion) == (cohesion, 0.0, None)
+        assert (own.friction_angle_deg, own.shear_stiffness) == (law.friction_angle_deg, law.shear_stiffness)
     assert bed(experiments.load(SOURCE, "DS")).residual_tensile_strength is None
     assert bed(plain.with_options(residual="full")).residual_tensile_strength is None
     first = bed(experiments.load(SOURCE, "DS", calibration="first"))
@@ -311,3 +315,6 @@ def test_mortared_wall_that_overturns_in_one_piece_meets_its_rigid_overturning()
     y = wall.centroids[~wall.fixed, 1] @ wall.weights[~wall.fixed]
     force = (y + 20e3 * 0.65) / (1.35 / 2) / 1e3
     assert limit_analysis(wall, loads).collapse_multiplier == pytest.approx(force, rel=1e-6)
+    # so does the one whose ground joint keeps cohesion and friction and has no tension
+    loose = test.with_options(ground="no tension")
+    assert limit_analysis(loose.assembly(), loose.loads()).collapse_multiplier == pytest.approx(force, rel=1e-6)

@@ -129,7 +129,7 @@ def model(case: Case) -> tuple[Experiment, Assembly]:
     return test, wall
 
 
-def before(case: Case, progress: Callable[[str], object]) -> tuple[dem.History, float]:
+def before(case: Case, progress: Callable[[str], None]) -> tuple[dem.History, float]:
     """The wall at rest, pushed and let go where the case says so, and what the push has left at the top [mm]."""
     test, wall = model(case)
     first = lm.modes(wall, 1, contact_points=POINTS).frequency[0]
@@ -155,7 +155,7 @@ def of_state(state: dem.History, wall: Assembly) -> Found:
     return Found(own.frequency, np.full(4, np.nan), at_channels(own, wall, channels(wall)))
 
 
-def run(case: Case, progress: Callable[[str], object]) -> tuple[Run, dict[str, Found]]:
+def run(case: Case, progress: Callable[[str], None]) -> tuple[Run, dict[str, Found]]:
     """Settle, push and let go, shake, identify."""
     test, wall = model(case)
     begun = time.process_time()
@@ -184,18 +184,25 @@ def run(case: Case, progress: Callable[[str], object]) -> tuple[Run, dict[str, F
     return kept, found
 
 
-def write(runs: Mapping[str, Run], modes: Mapping[tuple[str, str], Found]) -> None:
-    """Write the kept lines; lists stand in one cell, separated by spaces."""
-    write_table(RUNS, RUN_UNITS, [[name, *(_cell(v) for v in kept)] for name, kept in runs.items()])
+def write(kept: Mapping[str, tuple[Run, Mapping[str, Found]]]) -> None:
+    """Write the kept lines, a run and its modes by method; lists stand in one cell, separated by spaces."""
+    write_table(RUNS, RUN_UNITS, [[name, *(_cell(v) for v in run)] for name, (run, _) in kept.items()])
     lines = [
         [name, method, f"{f:.5g}", "" if np.isnan(d) else f"{d:.4g}", _cell(s)]
-        for (name, method), found in modes.items() for f, d, s in zip(*found, strict=True)
+        for name, (_, modes) in kept.items() for method, found in sorted(modes.items())
+        for f, d, s in zip(*found, strict=True)
     ]  # fmt: skip
     write_table(MODES, MODE_UNITS, lines)
 
 
-def read() -> tuple[dict[str, Run], dict[tuple[str, str], Found]]:
-    """What is kept, by run and by run and method."""
+def read() -> dict[str, tuple[Run, dict[str, Found]]]:
+    """What is kept, by run: numbers, and modes by method."""
+    runs, modes = tables()
+    return {name: (run, {m: f for (n, m), f in modes.items() if n == name}) for name, run in runs.items()}
+
+
+def tables() -> tuple[dict[str, Run], dict[tuple[str, str], Found]]:
+    """The same by run, and by run and method."""
     runs: dict[str, Run] = {}
     gathered: dict[tuple[str, str], list[tuple[float, float, Array]]] = {}
     if RUNS.is_file():
@@ -207,21 +214,6 @@ def read() -> tuple[dict[str, Run], dict[tuple[str, str], Found]]:
             damping = float(cells[3]) if cells[3] else float("nan")
             gathered.setdefault((cells[0], cells[1]), []).append((float(cells[2]), damping, _numbers(cells[4])))
     return runs, {key: Found(*(np.array(c) for c in zip(*own, strict=True))) for key, own in gathered.items()}
-
-
-def make(names: Sequence[str], progress: Callable[[str], object]) -> None:
-    """Make runs by name, all that are missing without names, and keep each as soon as it is there."""
-    for case in CASES:
-        runs, modes = read()
-        if case.name in names or (not names and case.name not in runs):
-            kept, found = run(case, progress)
-            runs[case.name] = kept
-            modes |= {(case.name, method): f for method, f in found.items()}
-            order = [c.name for c in CASES]
-            write(
-                {n: runs[n] for n in sorted(runs, key=order.index)},
-                {k: modes[k] for k in sorted(modes, key=lambda k: (order.index(k[0]), k[1]))},
-            )
 
 
 def _cell(value: Any) -> str:

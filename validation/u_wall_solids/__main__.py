@@ -5,19 +5,14 @@ python -m validation.u_wall_solids [NAME ...]    makes what is missing, or the r
 The page itself is made by ``python -m validation.u_walls``.
 """
 
-import argparse
-
+from ..kept_runs import command, refuse_unknown
 from . import readings
 
 
 def main() -> None:
     """Run and keep."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("names", nargs="*", help="of readings to run again; what is missing by default")
-    chosen = parser.parse_args()
-    unknown = set(chosen.names) - {r.name for r in readings.READINGS}
-    if unknown:
-        parser.error(f"no reading called {', '.join(sorted(unknown))}")
+    parser, chosen = command(__doc__)
+    refuse_unknown(parser, chosen.names, readings.READINGS)
     readings.make(chosen.names, print)
 
 

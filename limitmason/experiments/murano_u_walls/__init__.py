@@ -35,7 +35,10 @@ OPTIONS = {
     "residual": Option(
         "none", "-", "of failed mortar joints: 'none' (c and ft drop to 0), 'cohesion' (only ft does), 'full' (neither)"
     ),
-    "ground": Option("bonded", "-", "joint on the ground: 'bonded' (does not fail), or a 'joint' like the others"),
+    "ground": Option(
+        "bonded", "-", "joint on the ground: 'bonded' (does not fail), a 'joint' like the others, one with 'no tension', "
+        "or 'dry' (neither tension nor cohesion)"
+    ),
     "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, 0 in the source"),
 }
 
@@ -69,8 +72,11 @@ _GROUND = {
     "bonded": "The wall is assumed bonded to a rigid ground by joints of the same stiffness that do not fail, as in "
     "the finite element macro-model of the source.",
     "joint": "The joint on the ground is assumed like the others, the ground rigid.",
+    "no tension": "The joint on the ground is assumed to keep the cohesion and friction of the others and to have no "
+    "tensile strength, the ground rigid.",
+    "dry": "The joint on the ground is assumed to have the friction of the others alone, the ground rigid.",
 }
-_BONDED = 2e6  # cohesion and tensile strength of bonded joints [Pa]: ten times the mortar's, never reached
+_BONDED = 2e6  # cohesion and tensile strength of bonded joints [Pa]: four and more times the mortar's
 
 
 def specimens() -> tuple[str, ...]:
@@ -156,6 +162,11 @@ def assembly(test: Experiment) -> Assembly:
         ground = replace(
             joint, cohesion=_BONDED, tensile_strength=_BONDED, residual_cohesion=None, residual_tensile_strength=None,
             name="bonded to the ground",
+        )  # fmt: skip
+    elif o["ground"] in ("no tension", "dry"):
+        ground = replace(
+            joint, tensile_strength=0.0, residual_cohesion=None, residual_tensile_strength=None,
+            cohesion=0.0 if o["ground"] == "dry" else joint.cohesion, name=f"ground, {o['ground']}",
         )  # fmt: skip
     leaf = float(p["leaf"])
     wall = running_wall(

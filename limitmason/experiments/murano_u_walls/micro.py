@@ -42,6 +42,8 @@ def push_micro(
     *,
     blocks: str = MODAL,
     stone: Material = STONE,
+    wall: Assembly | None = None,
+    start: PushoverCurve | None = None,
     steps: Steps | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> PushoverCurve:
@@ -50,16 +52,18 @@ def push_micro(
     Parameters
     ----------
     test : "DS" or "REGW"; its ``residual`` says what a joint that fails loses
-    to : mean displacement of the facade along the airbag's pressure [m]
+    to : mean displacement of the facade along the airbag's pressure, from the state under dead load [m]
     blocks : how stones deform, see :func:`limitmason.pushover`
     stone : what they are made of, not of rigid ones
-    steps, progress : as for :func:`limitmason.pushover`
+    wall : the blocks with other joints than the experiment's
+    start, steps, progress : as for :func:`limitmason.pushover`
     """
-    wall = test.assembly() if blocks == RIGID else micro_model(test, stone)
+    wall = test.assembly() if wall is None else wall
+    wall = wall if blocks == RIGID else wall.with_material(stone)
     contacts = "first" if blocks in (RIGID, LUMPED) else None
     return pushover(
-        wall, test.loads(), to=to, blocks=blocks, contact_model="grid", grid=POINTS, contacts=contacts, steps=steps,
-        progress=progress,
+        wall, test.loads(), to=to, blocks=blocks, contact_model="grid", grid=POINTS, contacts=contacts, start=start,
+        steps=steps, progress=progress,
     )  # fmt: skip
 
 
