@@ -30,13 +30,13 @@ def make(study: Study, names: Sequence[str], progress: Callable[[str], None]) ->
             study.write({n: kept[n] for n in sorted(kept, key=order.index)})
 
 
-def command(doc: str | None, what: Sequence[str] = ()) -> tuple[argparse.ArgumentParser, argparse.Namespace]:
-    """The parser and what was chosen: one of ``what``, where there is a choice, and names of runs to make again."""
+def command(doc: str | None, what: Sequence[str] = ()) -> argparse.ArgumentParser:
+    """Parser of one of ``what``, where there is a choice, and of names of runs to make again."""
     parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
     if what:
         parser.add_argument("what", choices=what)
     parser.add_argument("names", nargs="*", help="of runs to make again; what is missing by default")
-    return parser, parser.parse_args()
+    return parser
 
 
 def refuse_unknown(parser: argparse.ArgumentParser, names: Iterable[str], cases: Sequence[Any]) -> None:

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from u_wall_solids import cost, readings
 from u_wall_solids import light_damage as prints
-from u_wall_solids import readings
 from u_walls import light_damage, where_secant_is
 
 import limitmason as lm
@@ -75,3 +75,14 @@ def test_a_chord_ends_on_the_curve():
     curve = lm.Curve(np.array([0.0, 2e-4, 1e-3]), np.array([0.0, 8e3, 1.6e4]))  # 40, then 10 kN/mm
     cells = prints.chord(curve, 30.0, 9.0, 0.4)  # 10 kN at 0.4 mm: 25 kN/mm
     assert [float(c) for c in cells] == [0.4, 30.0, 25.0, 0.83, 9.0, 9.8, 1.09]
+
+
+def test_growth_is_the_exponent_of_each_part_between_the_two_largest_meshes(monkeypatch):
+    # size, bricks, unknowns, law, stiffness, factor, solution, memory, modes, sparse factor
+    def row(n):
+        return [0.1, n, 15 * n, 1e-4 * n, 2e-4 * n, 1e-7 * n**2, 3e-5 * n, 1e-2 * n**1.3, np.nan, np.nan]
+
+    monkeypatch.setattr(cost, "read", lambda: [[0.3, 10, 100, 9, 9, 9, 9, 9, 9, 9], row(1000), row(16000)])
+    assert cost.growth() == pytest.approx({"factor": 2.0, "rest": 1.0, "memory": 1.3})
+    assert "not run" in cost.table()[-1]
+    assert cost.table()[2].split(" | ")[-1] == "1.0 |"

@@ -20,7 +20,8 @@ PAGE = Path("docs/papers/u-walls.md")
 
 def main() -> None:
     """Run and keep, or write."""
-    parser, chosen = command(__doc__, (*STUDIES, "page"))
+    parser = command(__doc__, (*STUDIES, "page"))
+    chosen = parser.parse_args()
     if chosen.what == "page":
         text = PAGE.read_text(encoding="utf-8")
         PAGE.write_text(text.partition(page.FIRST)[0].rstrip("\n") + "\n\n" + page.sections(), encoding="utf-8")

@@ -121,7 +121,7 @@ of 0.15 m). Against it speak a stiffness of 55 kN/mm, printed 46.42, and 4.6 kN 
 under an airbag between the side walls; the whole width adds 24 %, a control point 0.12 m below the top 12 %.
 
 A load in proportion to mass is not what the source describes. Cracks that contract sideways with the elastic ratio give
-26.0 kN. Twice the dead load gives 30.0 kN.
+26.0 kN. Twice the roof load gives 30.0 kN.
 """
 STIFFER = {k: 900.0 / 847.0 for k in (
     "young_modulus", "tensile_strength", "compressive_strength", "compressive_energy")} | {"density": 0.93}  # fmt: skip
