@@ -147,6 +147,11 @@ READINGS = (
     Reading("energy 10 % more: Gf counted beyond the strength alone", factors={"tensile_energy": 1.1}),
     Reading("three times the energy", factors={"tensile_energy": 3.0}),
     Reading("E of 900 MPa and what follows from it, density 7 % lower", factors=STIFFER),
+    Reading(
+        "E of 900 MPa and what follows from it, density as printed, bricks of 0.15 m",
+        size=0.15,
+        factors={k: v for k, v in STIFFER.items() if k != "density"},
+    ),
     Reading("pressure over the whole width, 2.25 m", change=over_the_whole_width),
     Reading("one crack, behind the facade; all else elastic", change=one_crack),
 )
