@@ -98,8 +98,8 @@ The mortar of REGW loses cohesion and tension at once where it fails (assumed, t
 is a jump of the curve. The largest load is that of the test (43.5 or 47.8 kN) and lies above the source's plateau
 near 40 kN; there is no plateau, the load falls to half by 2 mm. Joints that lose nothing carry 124 kN at 4.5 mm and
 rise on. The first break comes at 22.9 kN, a loss of 2 % at three times the light damage printed, which is no loss of
-stiffness, see above. On a ground joint without tension it has the plateau: see *Other joints of the blocks*. Seconds are
-of one processor core; the source's micro-model took seven days.
+stiffness, see above. On a ground joint without tension it has the plateau: see *Other joints of the blocks*. Seconds
+are of one processor core; the source's micro-model took seven days.
 
 The DEM's own push-over of the blocks is `examples/murano_pushover.py`.
 """

@@ -36,8 +36,8 @@ OPTIONS = {
         "none", "-", "of failed mortar joints: 'none' (c and ft drop to 0), 'cohesion' (only ft does), 'full' (neither)"
     ),
     "ground": Option(
-        "bonded", "-", "joint on the ground: 'bonded' (does not fail), a 'joint' like the others, one with 'no tension', "
-        "or 'dry' (neither tension nor cohesion)"
+        "bonded", "-", "joint on the ground: 'bonded' (does not fail), a 'joint' like the others, one with "
+        "'no tension', or 'dry' (neither tension nor cohesion)"
     ),
     "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, 0 in the source"),
 }
