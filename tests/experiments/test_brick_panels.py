@@ -8,7 +8,6 @@ from scipy.sparse.linalg import splu
 
 import dem
 import limitmason as lm
-from dem.joints import make_laws
 from dem.pace import tangent
 from limitmason.errors import InputError
 from limitmason.experiments.brick_panels_opening import bricks, onset, paper, runs
@@ -272,12 +271,12 @@ def test_runs_of_another_level_start_or_pace_are_kept_apart(tmp_path, monkeypatc
     known = runs.Runs(tmp_path, None)
     calls = [
         {}, {"blocks": "modal"}, {"seed": 1}, {"blocks": "modal", "seed": 1}, {"steps": 45_000}, {"once": True},
-        {"to": 3e-4}, {"outline": "675/8/5"}, {"start": "half"}, {"soft": 1e-4}, {"crack": 9},
+        {"to": 3e-4}, {"outline": "675/8/5"}, {"start": "half"}, {"crack": 9},
     ]  # fmt: skip
     first = [known("udec-09", **c).peak for c in calls]
     assert len(set(first)) == len(calls)
     assert [runs.Runs(tmp_path, None)("udec-09", **c).peak for c in calls] == first
-    assert asked[3] == ("udec-09", False, runs.TRAVEL, runs.STEPS, "modal", 1, 0.0, 0)
+    assert asked[3] == ("udec-09", False, runs.TRAVEL, runs.STEPS, "modal", 1, 0)
     # answers kept before there were levels are those of lumped bricks where they are
     assert '["udec-09", false, 0.0013, 15000, {}]' in known.known
 
@@ -308,10 +307,9 @@ def test_zoned_bricks_are_as_stiff_as_elastic_ones_condensed_to_the_same_points(
     assert modal == pytest.approx(zoned, rel=0.05)
 
 
-def test_panel_is_cracked_at_the_ends_of_one_bed_and_softened_as_over_a_slip():
+def test_panel_is_cracked_at_the_ends_of_one_bed():
     panel = load("udec-10").assembly()
     assert runs.cracked(panel, 0) is panel
-    assert runs.softened(panel, 0.0) is panel
     for course in (8, 9):
         # eight half-laps across both piers, the soldiers between them stand on none
         weak = [i for i in runs.cracked(panel, course).interfaces if i.joint.name == "cracked"]
@@ -324,10 +322,6 @@ def test_panel_is_cracked_at_the_ends_of_one_bed_and_softened_as_over_a_slip():
             assert i.polygon[:, 2] == pytest.approx(0.075 * course)
     with pytest.raises(InputError, match="no bed joint above course 15"):
         runs.cracked(panel, 15)
-    dead = lm.Loads.weight(panel).dead
-    by_energy, _ = make_laws(runs.softened(panel, 1e-4), dead, dem.JointOptions())
-    over_slip, _ = make_laws(panel, dead, dem.JointOptions(softening_slip=1e-4))
-    np.testing.assert_allclose(by_energy, over_slip, rtol=1e-12)
 
 
 def test_a_run_of_zones_is_given_up_where_little_is_left_for_long_and_not_at_a_drop():

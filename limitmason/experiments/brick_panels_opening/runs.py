@@ -109,7 +109,6 @@ class Runs:
         steps: int = STEPS,
         blocks: str = LUMPED,
         seed: int = 0,
-        soft: float = 0.0,
         crack: int = 0,
         **options: Any,
     ) -> Answer:
@@ -119,22 +118,16 @@ class Runs:
         ----------
         blocks : "lumped", "modal" or "zoned"
         seed : of the perturbed start, see :func:`nudged`; 0 for blocks where they are
-        soft : opening over which joints lose their strength [m]; 0 for at once
         crack : course above which the bed joint is without strength at both ends of the panel; 0 for none
         options : of the experiment
         """
-        level = {
-            k: v
-            for k, v, usual in (
-                ("blocks", blocks, LUMPED), ("seed", seed, 0), ("soft", soft, 0.0), ("crack", crack, 0),
-            )
-            if v != usual
-        }  # fmt: skip
+        levels = ("blocks", blocks, LUMPED), ("seed", seed, 0), ("crack", crack, 0)
+        level = {k: v for k, v, usual in levels if v != usual}
         words = ", ".join(f"{k} {v}" for k, v in (level | options).items())
         return Answer(**self._kept(
             json.dumps([specimen, once, to, steps, options, *([level] if level else [])], sort_keys=True),
             f"{specimen} {words}{' once' if once else ''}",
-            lambda: _pushed(specimen, Push(once, to, steps, blocks, seed, soft, crack), options),
+            lambda: _pushed(specimen, Push(once, to, steps, blocks, seed, crack), options),
         ))  # fmt: skip
 
     def rate_free(self, specimen: str, *, blocks: str = LUMPED, to: float = TRAVEL, **options: Any) -> Answer:
@@ -174,8 +167,8 @@ class Runs:
 
 
 class Push(NamedTuple):
-    """One speed or two, displacement [m], steps of the faster run, kind of blocks, seed of the start, opening [m] over
-    which strength is lost, and course above which the bed joint has none at its ends.
+    """One speed or two, displacement [m], steps of the faster run, kind of blocks, seed of the start, course above
+    which the bed joint has no strength at its ends.
     """
 
     once: bool
@@ -183,7 +176,6 @@ class Push(NamedTuple):
     steps: int
     blocks: str
     seed: int
-    soft: float = 0.0
     crack: int = 0
 
 
@@ -230,13 +222,6 @@ def cracked(assembly: Assembly, course: int) -> Assembly:
     return assembly.with_joints({pair[1:]: weak for pair in (min(beds), max(beds))})
 
 
-def softened(assembly: Assembly, opening: float) -> Assembly:
-    """The panel whose joints lose their strength over an opening [m], 0 for at once: GfI = ft opening / 2."""
-    if opening == 0.0:
-        return assembly
-    return assembly.with_joints(lambda j: replace(j, fracture_energy_tension=0.5 * j.tensile_strength * opening))
-
-
 def _gives_up() -> Callable[[Mapping[str, Any]], bool]:
     """Whether a run of zones is over, asked at every sample."""
     largest, since = 0.0, 0.0
@@ -265,7 +250,7 @@ def _pushed(specimen: str, push: Push, options: Mapping[str, Any]) -> Answer:
         # at rest they bear their weight at ft 0.05 MPa, by a margin that it overshoots when it acts at once; bricks
         # that bend do not bear it
         ways["sound"] = True
-    panel = nudged(softened(cracked(test.assembly(), push.crack), push.soft), push.seed)
+    panel = nudged(cracked(test.assembly(), push.crack), push.seed)
     curve: Any = follow(
         panel, test.drive(), to=push.to, blocks=push.blocks, steps=push.steps, rate_check=not push.once, **ways
     )
