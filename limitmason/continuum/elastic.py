@@ -66,7 +66,7 @@ def solve_elastic(model: Continuum, multiplier: float = 0.0) -> ElasticState:
     d = model.discretisation
     forces = model.all_dead + multiplier * model.live.ravel()
     wanted = forces[d.order]
-    u = model.elastic.solve(wanted, corrections=1)
+    u = model.elastic.solve(wanted)
     largest = float(np.abs(wanted).max()) or 1.0
     residual = float(np.abs(wanted - model.elastic.product(u[:, None])[:, 0]).max()) / largest
     return ElasticState(model, d.spread(u).reshape(-1, 3), forces.reshape(-1, 3), residual)

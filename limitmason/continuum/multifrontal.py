@@ -208,12 +208,13 @@ class Factor:
             "single layer of bricks with points=2 has motions without strain"
         )
 
-    def solve(self, right: Array, *, corrections: int = 0) -> Array:
+    def solve(self, right: Array, *, corrections: int = 1) -> Array:
         """Solution for right-hand sides of shape (r,) or (r, c).
 
         Parameters
         ----------
-        corrections : how often what is unbalanced is solved for again at least; more often only where it is large
+        corrections : how often what is unbalanced is solved for again at least; more often only where it is large.
+            Without any, rounding chooses among the paths of a solid whose strain is the same all over
 
         Raises
         ------

@@ -293,7 +293,8 @@ def vibrating(model: Continuum, factor: Factor, label: str, warnings: tuple[str,
         excited[..., i] = (d.body_force(force) + extra * np.tile(np.eye(3)[i], len(excited))).reshape(-1, 3)
     return VibratingSystem(
         d.assembled(factor.values), d.mass(model.densities, extra), excited.reshape(-1, 3)[d.order],
-        lambda v: d.spread(v).reshape(-1, 3), NodeCarrier(model), np.full(3, model.mass), label, factor.solve, warnings,
+        lambda v: d.spread(v).reshape(-1, 3), NodeCarrier(model), np.full(3, model.mass), label,
+        lambda v: factor.solve(v, corrections=0), warnings,
     )  # fmt: skip
 
 
