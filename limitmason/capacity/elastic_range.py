@@ -265,7 +265,7 @@ def _crushing(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
 
 def _slip(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
     """Where a line of stresses runs inside the Coulomb cone |T| <= h, h = c + tan(phi) N."""
-    bears, grows = law.cohesion + law.tan_phi * dead[:, 0], law.tan_phi * live[:, 0]
+    bears, grows = law.shear_strength(dead[:, 0]), law.tan_phi * live[:, 0]
     if dead.shape[1] == 2:
         one, other = (_below(sign * dead[:, 1] - bears, sign * live[:, 1] - grows) for sign in (1.0, -1.0))
         return np.maximum(one[0], other[0]), np.minimum(one[1], other[1])
