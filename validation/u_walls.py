@@ -126,9 +126,10 @@ def main() -> None:
     print("DS rigid ...", flush=True)
     rigid = stone_by_stone(*RIGID, chosen.kept, blocks="rigid")
     # here, since only the command runs from the root of the source tree
+    from validation.u_wall_blocks import curves as of_blocks
     from validation.u_wall_blocks.page import sections
 
-    drawn(curves, stones).savefig(chosen.out / "u-walls.png")
+    drawn(curves, stones, of_blocks.curves(chosen.kept)).savefig(chosen.out / "u-walls.png")
     text = page(curves, stones, rigid, chosen.size) + "\n" + sections()
     (chosen.out / "u-walls.md").write_text(text, encoding="utf-8")
 
@@ -236,13 +237,16 @@ def elastic_stiffness(specimen: str, properties: str, size: float, **options: fl
     return 1e-3 / float(u[0] - u[1])
 
 
-def drawn(curves: dict[str, SolidCurve | None], stones: dict[str, Curve]) -> Figure:
+def drawn(
+    curves: dict[str, SolidCurve | None], stones: dict[str, Curve], blocks: dict[str, tuple[Any, Any]]
+) -> Figure:
     """All curves in one figure, with what the source prints of the tests."""
-    shown = {k: (c.displacement, c.load) for k, c in (curves | stones).items() if c is not None}
+    shown = {k: (c.displacement, c.load) for k, c in (curves | stones).items() if c is not None} | blocks
     tests = {s: experiments.load(NAME, s) for s in ("DS", "REGW")}
     levels = {f"test {s}": 1e3 * float(t.measured["peak (section 6)"]) for s, t in tests.items()}
     return load_displacement(shown, levels=levels, title="U walls as homogeneous solids and stone by stone",
-                             caption="smeared rotating cracks; micro: stones and joints; levels: peaks measured")
+                             caption="solids with smeared cracks; micro: stones that deform; blocks: the DEM; loose "
+                             "foot: a ground joint without tension; levels: peaks measured")
 
 
 def page(curves: dict[str, SolidCurve | None], stones: dict[str, Curve], rigid: Curve, size: float) -> str:

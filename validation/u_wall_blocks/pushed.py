@@ -194,12 +194,20 @@ def hull(wall: Assembly) -> Assembly:
     )
 
 
-def run(case: Case, progress: Callable[[str], None] | None = None) -> Pushed:
+class Trace(NamedTuple):
+    """Displacement of the top [mm] and load, evened out [kN], movement of every block [m], rate error as in Pushed."""
+
+    displacement: Array
+    load: Array
+    moved: Array
+    rate: float
+
+
+def followed(case: Case, progress: Callable[[str], None] | None = None) -> Trace:
     """Settle and push."""
     test, wall = model(case)
     if progress:
         progress(f"{case.name} ...")
-    begun = time.process_time()
     loads, top = test.loads(), murano.control_block(test)
     if case.at_rest:
         found = at_rest.followed(test, wall, case.blocks, case.to, progress)
@@ -207,20 +215,25 @@ def run(case: Case, progress: Callable[[str], None] | None = None) -> Pushed:
         states = np.arange(len(found.load))
         fine = np.linspace(0.0, states[-1], BETWEEN * int(states[-1]) + 1)
         u, even = (np.interp(fine, states, v) for v in (found.displacement, found.load))
-        moved, rate = found.moved, float("nan")
+        return Trace(u, even, found.moved, float("nan"))
+    stones = wall.with_material(micro.STONE) if case.blocks == MODAL else wall
+    settled = dem.simulate(stones, dem.Settle(tolerance=1e-5), loads=loads, contact_points=POINTS, blocks=case.blocks)
+    state = settled.state.copy()
+    if case.grows:
+        u, load, reaction = grown(state, loads, top, wall.fixed, case.to, case.grows / case.steps)
     else:
-        stones = wall.with_material(micro.STONE) if case.blocks == MODAL else wall
-        settled = dem.simulate(
-            stones, dem.Settle(tolerance=1e-5), loads=loads, contact_points=POINTS, blocks=case.blocks
-        )
-        state = settled.state.copy()
-        if case.grows:
-            u, load, reaction = grown(state, loads, top, wall.fixed, case.to, case.grows / case.steps)
-        else:
-            u, load, reaction = driven(state, loads, top, wall.fixed, case.to, case.steps)
-        moved = settled.state.bodies.shift[:, 1] - state.bodies.shift[:, 1]
-        rate = float(np.abs(load - reaction).mean() / load.max())
-        even = np.convolve(np.pad(load, 15, mode="edge"), np.full(31, 1.0 / 31.0), mode="valid")
+        u, load, reaction = driven(state, loads, top, wall.fixed, case.to, case.steps)
+    even = np.convolve(np.pad(load, 15, mode="edge"), np.full(31, 1.0 / 31.0), mode="valid")
+    moved = settled.state.bodies.shift[:, 1] - state.bodies.shift[:, 1]
+    return Trace(u, even, moved, float(np.abs(load - reaction).mean() / load.max()))
+
+
+def run(case: Case, progress: Callable[[str], None] | None = None) -> Pushed:
+    """What is kept of a push."""
+    begun = time.process_time()
+    u, even, moved, rate = followed(case, progress)
+    test, wall = model(case)
+    loads, top = test.loads(), murano.control_block(test)
     facade = ~wall.fixed & (wall.centroids[:, 1] < 0.3)
     low = facade & (wall.centroids[:, 2] < 0.225)
     sides = ~wall.fixed & (wall.centroids[:, 1] > 0.6) & (wall.centroids[:, 2] > 1.125)
