@@ -44,7 +44,7 @@ def main() -> None:
     given = words.parse_args()
     if given.names == ["all"]:
         stored_output.STORED_WITH.write_text("\n".join(stored_output.made_with()) + "\n", encoding="utf-8")
-    elif not (stored_output.drawn_here() and stored_output.computed_here()):
+    elif not stored_output.made_here():
         words.error(f"the rest was not made with {', '.join(stored_output.made_with())}: store all, or nothing")
     names = [p.stem for p in examples()] if given.names == ["all"] else given.names
     for name in names:
