@@ -290,7 +290,11 @@ def test_driven_panel_breaks_as_the_path_without_rate_does(blocks):
     driven = dem.push(test.assembly(), test.drive(), to=to, blocks=blocks, steps=12_000, rate_check=False)
     assert driven.first_failure.load == pytest.approx(1e3 * free.load[free.breaks[0].sample - 1], rel=0.01)
     assert sum(b.points for b in free.breaks) > 30
-    at = 1e-6 * np.array([30.0, 50.0, 70.0, 80.0, 90.0, 95.0])
+    # behind a break the driven panel still swings, longest behind the first, of 16 points: it is looked at 4 um later
+    breaks = np.array([abs(free.displacement[b.sample]) for b in free.breaks])
+    at = 1e-6 * np.arange(40.0, 96.0, 1.0)
+    at = at[[not ((breaks > u - 4e-6) & (breaks < u + 1e-6)).any() for u in at]]
+    assert len(at) > 8
     loads = np.interp(at, np.abs(free.displacement), 1e3 * free.load)
     assert np.interp(at, driven.displacement, driven.load) == pytest.approx(loads, rel=0.015)
 
