@@ -88,10 +88,11 @@ def pushover(
         (:class:`limitmason.deformable.PolynomialBlock`). Blocks without a material, and held ones, stay rigid
     stress : of modal and elastic blocks: "plane stress" (the default of a plane problem), "plane strain", or "solid",
         which takes a plane problem in space too
-    contact_model, grid : as in :func:`limitmason.contact_points.contact_points`; "grid" where a grid is given, that of
-        ``initial`` where this is given, else "vertices", but in space, where joints have cohesion or tensile strength,
-        a grid of 5 x 5 points: at the corners alone cohesion resists twisting 1.85 times as much as on a square face,
-        at 5 x 5 points 1.04 times. Two points on a side bend three times too stiffly, which matters where blocks deform
+    contact_model, grid : as in :func:`limitmason.contact_points.contact_points`; "grid" where a grid is given, the
+        model of ``initial`` where this is given (its ``grid`` is to be repeated), else "vertices", but in space, where
+        joints have cohesion or tensile strength, a grid of 5 x 5 points: at the corners alone cohesion resists twisting
+        1.85 times as much as on a square face, at 5 x 5 points 1.04 times. Two points on a side bend three times too
+        stiffly, which matters where blocks deform
     contacts : "anew" as in the notes, the default for rigid and lumped blocks; "first", that of blocks that deform,
         keeps the points of the undeformed joints for ever, with the frame carried by the interface's block a, as
         :func:`dem.collapse` and programs of contact pairs do
@@ -307,7 +308,10 @@ def _begin(
         and np.array_equal(before.tie_stiffness, now.tie_stiffness)
     )
     if not same:
-        raise InputError("start is a curve of another model: points, stiffness, blocks and dead load must be the same")
+        raise InputError(
+            "start is a curve of another model: points (repeat contact_model and grid), "
+            "stiffness, blocks and dead load must be the same"
+        )
     old, live = before.loads.live, now.loads.live
     factor = float((old * live).sum() / (live * live).sum())
     if not np.allclose(old, factor * live, rtol=0.0, atol=1e-9 * np.abs(old).max()):

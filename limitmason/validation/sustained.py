@@ -14,7 +14,7 @@ from limitmason.capacity import Steps, pushover
 from limitmason.capacity.ensemble import GOES_ON, thickness
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.path import OVERTURNED, REACHED
-from limitmason.contact_points import Grid
+from limitmason.contact_points import Grid, chosen_grid
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.method import Look, Method, settings_of
 from limitmason.methods import NON_ASSOCIATIVE, get_method
@@ -34,7 +34,7 @@ def sustained(
     search: str = "standard",
     time_limit: float | None = None,
     contact_model: str = "vertices",
-    grid: Grid | Mapping[str, Grid] = (5, 5),
+    grid: Grid | Mapping[str, Grid] | None = None,
     contacts: str = "first",
     stiffness: float | tuple[float, float] | None = None,
     steps: Steps | None = None,
@@ -47,7 +47,9 @@ def sustained(
     smallest : that state, a non-associative prediction on the same contact points; searched for where omitted
     goes_on : displacement along the live forces over the thickness, the smallest dimension of a block [-]
     search, time_limit : of the search, see :func:`limitmason.limit_analysis`
-    contact_model, grid, stiffness, steps, progress : of the path, see :func:`limitmason.pushover`
+    contact_model, grid : of both; at the corners alone, the default, which the search can take, cohesion resists
+        twisting 1.85 times as much as on a square face
+    stiffness, steps, progress : of the path, see :func:`limitmason.pushover`
     contacts : of the path, see :func:`limitmason.pushover`; "first" by default, the points of the smallest state
 
     Returns
@@ -59,13 +61,14 @@ def sustained(
     Raises
     ------
     InputError
-        For a length that is not positive, and a state on other contact points.
+        For a length that is not positive, a state on other contact points, and a grid that is not used.
     NotConverged
         Where there is no smallest state to begin with.
     """
     if not (math.isfinite(goes_on) and goes_on > 0.0):
         raise InputError(f"goes_on must be a positive part of the thickness, got {goes_on!r}")
-    options: dict[str, Any] = {} if contact_model == "vertices" else {"grid": grid}
+    chosen = chosen_grid(contact_model, grid)
+    options: dict[str, Any] = {} if contact_model == "vertices" else {"grid": chosen}
     if smallest is None:
         smallest = get_method(NON_ASSOCIATIVE).predict(
             assembly, loads, contact_model=contact_model, search=search, time_limit=time_limit, **options
