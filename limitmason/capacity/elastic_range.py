@@ -171,8 +171,10 @@ def elastic_range(
     Parameters
     ----------
     assembly, loads : the problem
-    blocks, stress, contact_model, grid, stiffness : as for :func:`limitmason.pushover`, whose joints are linear up to
-        the same load
+    blocks, stress, grid, stiffness : as for :func:`limitmason.pushover`, whose joints are linear up to the same load on
+        the same points
+    contact_model : "grid", of 5 x 5 points where no other grid is given; corners ("vertices"), on which a path in plane
+        goes unless told, bend three times as stiffly as the face
 
     Returns
     -------
@@ -202,7 +204,7 @@ def elastic_range(
             raise InputError("blocks='lumped' puts the units' compliance into the joints, which stiffness= would undo")
         assembly = with_lumped_units(assembly)
     plane, state = plane_of(assembly, loads, blocks, stress)
-    points = points_of_path(assembly, plane, contact_model, grid)
+    points = points_of_path(assembly, plane, "grid" if contact_model is None else contact_model, grid)
     if not points.count:
         raise InputError("no joint touches a free block: there is nothing that could carry a load")
     kn, ks, warnings = stiffnesses(assembly, loads, stiffness)

@@ -54,6 +54,23 @@ def test_eccentric_load_pulls_the_far_edge_off_at_the_stress_of_a_section(out_of
     assert found.stands
 
 
+@pytest.mark.parametrize("options", [{}, {"grid": (7, 2)}])
+@pytest.mark.parametrize("out", [0.0, 0.01])
+def test_without_a_word_on_points_the_answer_is_that_of_the_section_in_plane_and_in_space(options, out):
+    # a load beside the plane of symmetry is one in space
+    wall, e = pillar(), 0.15
+    loads = lm.Loads.weight(wall).with_point_load(wall, "block", (0.0, 0.0, -1.0), at=(e, out, H))
+    if out and options:
+        options = {"grid": (7, 3)}  # two points across bend three times too stiffly
+    found = lm.elastic_range(wall, loads, **options)
+    assert found.points.components == (3 if out else 2)
+    weight = wall.weights[1] / AREA
+    per_load = (6.0 * e / B + 6.0 * out / T - 1.0) / AREA
+    assert found.high.multiplier == pytest.approx((LAW["tensile_strength"] + weight) / per_load, rel=1e-9)
+    corners = lm.elastic_range(wall, loads, contact_model="vertices")
+    assert corners.high is None or corners.high.multiplier > 1.5 * found.high.multiplier
+
+
 def test_horizontal_load_slips_where_bending_lifts_or_crushes_where_it_presses():
     e, mu = 0.02, np.tan(np.radians(30.0))
     weak = lm.Joint(30.0, **{**LAW, "tensile_strength": 1e9})
