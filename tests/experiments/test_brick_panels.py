@@ -80,7 +80,7 @@ def test_first_failure_rises_with_the_tensile_strength_as_printed_where_bricks_d
     lag = {}
     for blocks in ("lumped", "elastic"):
         found = np.array(superposed(blocks).opening)
-        # asked: 19.4 kN/MPa within 15 %
+        # target: the printed 19.4 kN/MPa within 15 %
         assert (found[2] - found[0]) / 0.10 == pytest.approx(19.4, rel=0.15)
         lag[blocks] = onset.TYPICAL - found
     # independent finite elements on 37.5 mm zones: 0.00, 0.98 and 1.96 kN
@@ -357,7 +357,7 @@ def test_run_10_is_the_same_by_zones_and_modes_once_its_crack_is_chosen():
     for course, to, blocks, pace in ((8, 2e-4, "modal", 7e7), (9, 3.3e-4, "modal", 7e7), (9, 3.3e-4, "zoned", 1e8)):
         push = dict(once=True, to=to, steps=round(pace * to), blocks=blocks, seed=1)
         peaks[course, blocks] = known("udec-10", crack=course, **push).peak
-    # what is asked of single brittle runs
+    # the target for single brittle runs
     assert peaks[9, "modal"] == pytest.approx(peaks[9, "zoned"], rel=0.12)
     assert min(peaks[9, "modal"], peaks[9, "zoned"]) > 1.2 * peaks[8, "modal"]
 

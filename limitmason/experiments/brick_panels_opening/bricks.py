@@ -114,7 +114,7 @@ def _words(
     heavy = float(np.abs(moves[1:3]).max())
     lines = [
         f"- With joints that soften the bricks move the peak by {np.abs(softly).max():.1%} at most: "
-        + ("no significant effect, as the paper says." if np.abs(softly).max() < 0.03 else "more than the 3 % asked."),
+        + ("no significant effect, as the paper says." if np.abs(softly).max() < 0.03 else "above the target of 3 %."),
         f"- The first failure follows the weight of the bricks, {heavy:.1%} for a tenth of density, since own weight "
         f"takes a share of ft; the stiffness of bricks moves it by {np.abs(moves[3:]).max():.1%} at most.",
     ]

@@ -37,8 +37,8 @@ CLOSELY = ("udec-09", "udec-10", "udec-14")
 ZONED_STEPS = 130_000
 """Of the faster run of zoned bricks; the slower takes three times as many, as that of modal ones does."""
 
-ASKED, ASKED_WORST, STEADY = 0.05, 0.12, 0.02
-"""Agreement asked for in the median and in the worst run, where both rate errors are below the third [-]."""
+TARGET, TARGET_WORST, STEADY = 0.05, 0.12, 0.02
+"""Agreement this package aims at in the median and in the worst run, where both rate errors are below the third [-]."""
 
 GRADUAL = 1e-4
 """Opening over which joints lose their strength, where they lose it gradually [m]."""
@@ -72,7 +72,7 @@ def _stiffness(runs: Runs) -> list[str]:
     return [
         f"- Compliance under the plate, joints that do not fail, rate-free: lumped {free[0]:.5f}, modal {free[1]:.5f}, "
         f"elastic bricks condensed to their joints {free[2]:.5f} mm/kN; zoned, driven {zoned:.5f}: modal "
-        f"{free[1] / zoned - 1.0:+.1%} of zoned (3% is asked).", "",
+        f"{free[1] / zoned - 1.0:+.1%} of zoned (target 3%).", "",
     ]  # fmt: skip
 
 
@@ -167,14 +167,14 @@ def _zones(runs: Runs) -> list[str]:
         f"stands here, *rate* is what the faster one's differs by. A zoned run ends where less than {GIVEN_UP:.0%} of "
         f"its largest load is left over {1e3 * WAITED:.1f} mm.", "",
         *markdown(body), "",
-        f"- Asked where both rates are below {STEADY:.0%}: median within {ASKED:.0%}, worst within "
-        f"{ASKED_WORST:.0%}. " + _agreement("There", steady) + " " + _agreement("Of all", pairs)
+        f"- Target where both rates are below {STEADY:.0%}: median within {TARGET:.0%}, worst within "
+        f"{TARGET_WORST:.0%}. " + _agreement("There", steady) + " " + _agreement("Of all", pairs)
         + " Slower runs than these were not made.",
         f"- Up to the displacement of the first of the two peaks, where both still stand, the largest loads of "
         f"{len(pairs)} runs differ by {np.median(before):.1%} in the median and {before.max():.1%} at most (last "
         "column).",
         *_laws(runs, names), *_fork(runs), "",
-        *_over_starts(runs, [p.name for p in pairs if abs(p.ratio - 1.0) > ASKED]),
+        *_over_starts(runs, [p.name for p in pairs if abs(p.ratio - 1.0) > TARGET]),
     ]  # fmt: skip
 
 
@@ -184,12 +184,12 @@ def _agreement(where: str, pairs: Sequence[_Pair]) -> str:
         return f"{where}: none."
     ratio = np.array([p.ratio for p in pairs])
     off = np.abs(ratio - 1.0)
-    out = [p.name[-2:] for p, o in zip(pairs, off, strict=True) if o > ASKED_WORST]
+    out = [p.name[-2:] for p, o in zip(pairs, off, strict=True) if o > TARGET_WORST]
     return (
         f"{where}, {len(pairs)} runs: modal over zoned median {np.median(ratio):.2f}, from {ratio.min():.2f} to "
         f"{ratio.max():.2f}; median difference {np.median(off):.1%}, worst {off.max():.1%}; "
-        f"{int((off <= ASKED).sum())} within {ASKED:.0%}, "
-        + (f"beyond {ASKED_WORST:.0%}: {', '.join(out)}." if out else "none beyond.")
+        f"{int((off <= TARGET).sum())} within {TARGET:.0%}, "
+        + (f"beyond {TARGET_WORST:.0%}: {', '.join(out)}." if out else "none beyond.")
     )
 
 
@@ -274,7 +274,7 @@ def _over_starts(runs: Runs, names: Sequence[str]) -> list[str]:
         "not traced.", "",
     ]  # fmt: skip
     return [
-        f"Runs beyond {ASKED:.0%} over {len(STARTS)} perturbed starts, at the faster speed:", "", *markdown(body), "",
+        f"Runs beyond {TARGET:.0%} over {len(STARTS)} perturbed starts, at the faster speed:", "", *markdown(body), "",
         *(unmet if apart else []),
     ]
 
