@@ -1,5 +1,8 @@
 """What the page of the U walls reads off a curve."""
 
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from u_wall_solids import cost, readings
@@ -10,6 +13,8 @@ import limitmason as lm
 from limitmason import experiments
 from limitmason.continuum.rotating_crack import curves_of, envelope
 from limitmason.experiments.murano_u_walls import NAME, macro
+
+PAGE = Path(__file__).parents[2] / "docs" / "papers" / "u-walls.md"
 
 
 def test_light_damage_and_the_load_at_a_secant_of_a_bilinear_curve():
@@ -86,3 +91,17 @@ def test_growth_is_the_exponent_of_each_part_between_the_two_largest_meshes(monk
     assert cost.growth() == pytest.approx({"factor": 2.0, "rest": 1.0, "memory": 1.3})
     assert "not run" in cost.table()[-1]
     assert cost.table()[2].split(" | ")[-1] == "1.0 |"
+
+
+def test_page_says_what_is_stored_of_costs_and_of_the_peak_in_two_sorts_of_steps():
+    assert "\n".join(cost.section()).strip() in PAGE.read_text(encoding="utf-8")
+    assert 0.01 < cost.steps()["apart"] < 0.02  # the page's words: 1 to 2 %
+
+
+def test_memory_is_in_megabytes_whatever_the_system_counts_in(monkeypatch):
+    resource = pytest.importorskip("resource")
+    used = type("Usage", (), {"ru_maxrss": 3e8})
+    monkeypatch.setattr(resource, "getrusage", lambda who: used)
+    for system, megabytes in (("linux", 3e5), ("darwin", 3e2)):
+        monkeypatch.setattr(sys, "platform", system)
+        assert cost._memory() == megabytes
