@@ -3,8 +3,9 @@
 Parts of the mesh are eliminated from the bottom up. The front of a part is a dense matrix of the unknowns it eliminates
 and of those they touch; what elimination leaves goes to the front of the part above. A front whose own block is not
 positive definite, behind a peak, is eliminated with row exchanges inside that block instead of by Cholesky. As these
-cannot leave the front, every solution is checked against the matrix, corrected, and, where that fails, found again by a
-factor with exchanges over the whole matrix.
+cannot leave the front, every solution is put into the matrix: what is unbalanced must be small beside the size of the
+matrix times that of the solution, |b - K x| <= 1e-8 (|b| + max |K| |x|), or it is corrected and, where that fails,
+found again by a factor with exchanges over the whole matrix. This is not a check against the load alone.
 
 Sources: Duff and Reid (1983), The multifrontal solution of indefinite sparse symmetric linear equations; Liu (1992),
 The multifrontal method for sparse matrix solution: theory and practice.
@@ -29,11 +30,12 @@ Index = NDArray[np.intp]
 
 _EXACT = 1e-11  # unbalanced over the size of the matrix times the solution: above it a solution is corrected
 _GOOD = 1e-8  # above it, after corrections, the whole is factored with exchanges
+_SUMMED = 1e6  # sums in a matrix and its factor over its largest entry, at most
 _LOOSE = 1e13  # size of the matrix times the solution over the right-hand side: rounding alone resists
 
 
 class SingularStiffness(NotApplicable):
-    """Part of a solid can move without strain."""
+    """Part of a solid can move without strain, or the stiffness or the load is not finite."""
 
 
 class Front(NamedTuple):
@@ -130,8 +132,12 @@ class Factor:
     Notes
     -----
     A matrix that is singular to rounding is factored: loads that do not work on its motions without force are carried.
+    What is unbalanced is small beside |K| |x|, not always beside the load: with a layer 1e-10 times as stiff as the
+    rest it may be 2e-4 of the load, with 1e-8 a hundredth of that; with 1e-12 the solid is refused as singular.
+    Corrections do not lower it, the rounding of x alone makes it.
     """
 
+    @np.errstate(over="ignore", invalid="ignore")
     def __init__(self, elimination: Elimination, values: Array) -> None:
         """Eliminate the fronts from the bottom up."""
         self.elimination, self.values = elimination, values
@@ -139,8 +145,8 @@ class Factor:
         self._largest = float(np.abs(values).max(initial=0.0))
         self._whole: Callable[[Array], Array] | None = None
         self._done: list[_Eliminated] = []
-        if not np.isfinite(self._largest):
-            raise SingularStiffness("the stiffness is not finite")
+        if not np.isfinite(_SUMMED * self._largest):
+            raise SingularStiffness("the stiffness is not finite, or its sums are not")
         updates: dict[int, Array] = {}
         for number, front in enumerate(elimination.fronts):
             done, left = self._eliminated(front, [updates.pop(h) for h in front.halves])
@@ -208,6 +214,7 @@ class Factor:
             "single layer of bricks with points=2 has motions without strain"
         )
 
+    @np.errstate(over="ignore", under="ignore", invalid="ignore")
     def solve(self, right: Array, *, corrections: int = 1) -> Array:
         """Solution for right-hand sides of shape (r,) or (r, c).
 
@@ -219,16 +226,18 @@ class Factor:
         Raises
         ------
         SingularStiffness
-            When a right-hand side has a part that rounding alone resists, or no solution balances it.
+            When a right-hand side is not finite, has a part that rounding alone resists, or no solution balances it.
         """
         b = right.reshape(len(right), -1)
-        asked = np.linalg.norm(b, axis=0)
+        if not np.isfinite(b).all():
+            raise SingularStiffness("the load is not finite")
+        load = _lengths(b)
         x = self._substituted(b)
-        if (self._largest * np.linalg.norm(x, axis=0) <= _LOOSE * asked).all():
+        if (self._largest * _lengths(x) <= _LOOSE * load).all():
             for correction in range(max(corrections, 3) + 1):
                 off = b - self.product(x)
-                size = np.maximum(asked + self._largest * np.linalg.norm(x, axis=0), 1e-300)
-                worst = float((np.linalg.norm(off, axis=0) / size).max())
+                size = np.maximum(load + self._largest * _lengths(x), np.finfo(float).tiny)
+                worst = float((_lengths(off) / size).max())
                 if correction >= corrections and worst <= _EXACT:
                     return x.reshape(right.shape)
                 x = x + self._substituted(off)
@@ -271,6 +280,14 @@ class Factor:
                 else:
                     mine -= dgetrs(done.own, done.exchanges, passed)[0]
         return x
+
+
+def _lengths(vectors: Array) -> Array:
+    """Lengths of columns whose squares may overflow, infinite where they are not finite."""
+    largest = np.abs(vectors).max(axis=0, initial=0.0)
+    unit = np.where(largest > 0.0, largest, 1.0)
+    lengths = unit * np.linalg.norm(vectors / unit, axis=0)
+    return np.asarray(np.where(np.isfinite(lengths), lengths, np.inf))
 
 
 def _extend(own: Array, below: Array, left: Array, update: Array, runs: list[tuple[int, int, int]]) -> None:

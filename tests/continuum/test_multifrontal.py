@@ -28,6 +28,23 @@ def random_bricks(solid, rng, *, definite):
     return a @ a.swapaxes(1, 2) if definite else a + a.swapaxes(1, 2)
 
 
+def assert_fronts_alone_solve(factor, right, expected, *, within=1e-6):
+    """By the fronts, before and after a solution that is checked: no factor of the whole matrix has come to help."""
+    for _ in range(2):
+        assert not factor.exchanged
+        off = np.linalg.norm(factor._substituted(right) - expected, axis=0)
+        assert (off <= within * np.linalg.norm(expected, axis=0)).all()
+        factor.solve(right)
+    assert not factor.exchanged
+
+
+def elastic(solid, factors=1.0):
+    """Matrices of elastic bricks, times a factor each."""
+    d = solid.discretisation
+    tangent = np.tile(MASONRY.stiffness, (len(solid.mesh), d.per_brick, 1, 1))
+    return d.stiffness(tangent * np.broadcast_to(factors, len(tangent))[:, None, None, None])
+
+
 @pytest.mark.parametrize("scale", [1e-4, 1.0, 1e5])
 def test_dissection_takes_every_node_once_and_halves_stay_apart(scale):
     mesh = wall(0.1).mesh
@@ -66,6 +83,7 @@ def test_factor_solves_as_dense_algebra_does(definite):
     expected = np.linalg.solve(dense, right)
     assert factor.solve(right) == pytest.approx(expected, rel=1e-7, abs=1e-9 * np.abs(expected).max())
     assert factor.solve(right[:, 0]) == pytest.approx(expected[:, 0], rel=1e-7, abs=1e-9 * np.abs(expected).max())
+    assert_fronts_alone_solve(factor, right, expected)
     assert factor.product(right) == pytest.approx(dense @ right, abs=1e-12 * np.abs(dense).max())
 
 
@@ -80,6 +98,9 @@ def test_a_front_whose_own_block_is_singular_takes_exchanges_over_the_whole_matr
     shared = next(r for r in ranks[front.bricks] if np.isin(r, front.boundary).any())
     one = shared[(shared >= front.first) & (shared < front.first + front.size)][0]
     right = rng.normal(size=len(d.order))
+    factor = d.factor(values)
+    assert_fronts_alone_solve(factor, right, np.linalg.solve(d.assembled(values).toarray(), right))
+    assert factor.indefinite > 0
     for left in (0.0, 1e-14):  # exactly so; and nearly: elimination inside the front goes on, and is seen to be off
         for value, rank in zip(values, ranks, strict=True):
             own, at = (rank >= front.first) & (rank < front.first + front.size), np.flatnonzero(rank == one)
@@ -91,6 +112,7 @@ def test_a_front_whose_own_block_is_singular_takes_exchanges_over_the_whole_matr
         factor = d.factor(values)
         assert factor.solve(right) == pytest.approx(expected, rel=1e-6, abs=1e-8 * np.abs(expected).max())
         assert factor.exchanged or left
+        assert factor._substituted(right) == pytest.approx(expected, rel=1e-6, abs=1e-6 * np.abs(expected).max())
 
 
 def test_tangents_behind_the_peak_are_indefinite_and_solved():
@@ -104,6 +126,7 @@ def test_tangents_behind_the_peak_are_indefinite_and_solved():
     matrix = d.assembled(factor.values)
     u = factor.solve(load)
     assert np.linalg.norm(matrix @ u - load) < 1e-9 * np.linalg.norm(load)
+    assert_fronts_alone_solve(factor, load, np.linalg.solve(matrix.toarray(), load))
     assert (np.linalg.eigvalsh(matrix.toarray()) < 0.0).any()
 
 
@@ -119,9 +142,56 @@ def test_a_solid_that_can_move_without_strain_is_refused_by_name():
         d.factor(np.zeros((len(solid.mesh), 60, 60)))
     with pytest.raises(NotApplicable, match="not finite"):
         d.factor(np.full((len(solid.mesh), 60, 60), np.nan))
+    # forces of a strain do no work on the three turns: the fronts alone carry them
+    d = loose.discretisation
+    factor = d.factor(elastic(loose))
+    balanced = factor.product(np.random.default_rng(2).normal(size=(len(d.order), 1)))
+    for found in (factor._substituted(balanced), factor.solve(balanced), factor._substituted(balanced)):
+        assert not factor.exchanged
+        assert np.linalg.norm(factor.product(found) - balanced) < 1e-6 * np.linalg.norm(balanced)
     frequency = lm.modes(loose, 4).frequency
     assert frequency[:3] == pytest.approx(0.0, abs=1e-3)
     assert frequency[3] > 1.0
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf])
+def test_a_load_that_is_not_finite_is_named(wrong):
+    solid = wall(0.2)
+    factor = solid.discretisation.factor(elastic(solid))
+    load = np.ones((len(solid.discretisation.order), 2))
+    load[5, 1] = wrong
+    with pytest.raises(NotApplicable, match="the load is not finite"):
+        factor.solve(load)
+    assert not factor.exchanged
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("scale", [1e-300, 1e-290, 1e290])
+def test_solutions_follow_the_scale_of_stiffness_and_load_to_the_ends_of_the_numbers(scale):
+    solid = wall(0.2)
+    d, values = solid.discretisation, elastic(solid)
+    load = np.random.default_rng(4).normal(size=(len(d.order), 2))
+    once, factor = d.factor(values).solve(load), d.factor(scale * values)
+    assert factor.solve(scale * load) == pytest.approx(once, rel=1e-9)
+    assert scale * factor.solve(load) == pytest.approx(once, rel=1e-9)
+    assert_fronts_alone_solve(factor, scale * load, once)
+    with pytest.raises(NotApplicable, match="not finite"):
+        d.factor(1e297 * values)
+
+
+def test_what_a_soft_layer_leaves_unbalanced_is_the_rounding_of_its_solution():
+    solid = wall(0.2).with_body_force((0.0, -1.0, 0.0))
+    d = solid.discretisation
+    load = solid.live.ravel()[d.order][:, None]
+    low = solid.mesh.corners.mean(axis=1)[:, 2] < 0.2
+    for softer in (1e-6, 1e-8, 1e-10):
+        factor = d.factor(elastic(solid, np.where(low, softer, 1.0)))
+        x = factor.solve(load)
+        off = np.linalg.norm(factor.product(x) - load) / np.linalg.norm(load)
+        assert off < 2e-14 / softer  # at most 2e-4 of the load at 1e-10
+        size = np.abs(factor.values).max() * np.linalg.norm(x)
+        assert off * np.linalg.norm(load) < 1e-14 * size
+        assert not factor.exchanged
 
 
 def test_the_path_is_that_of_a_factor_without_exchanges(monkeypatch):
