@@ -71,6 +71,8 @@ class History:
         ``simulate(start=...)`` for further stages
     tie_force : tension in every tie of the assembly [N], shape (samples, t)
     position, settings : where in its stages a run was cut off, and how it was run, for :func:`dem.resume`
+    same : digests by name of what a run that takes up the file must have in common with this one; runs that start from
+        a history keep those of it
     """
 
     assembly: Assembly
@@ -94,6 +96,7 @@ class History:
         1, None, (), None, RunStatus.FINISHED
     )  # fmt: skip
     tie_force: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    same: Mapping[str, str] = field(default_factory=dict)
 
     def save(self, path: str | Path) -> None:
         """Write everything but the assembly to a numpy archive; the file is whole, or the one that was there before."""
@@ -111,6 +114,7 @@ class History:
             "factors": np.array(self.factors), "settings.sample": np.array(sample), "settings.damping": np.array(brake),
             "settings.stages": np.array(stages, str), "settings.status": np.array(status),
             "settings.detect_every": np.array(-1 if every is None else every),
+            "same.names": np.array(list(self.same), str), "same.digests": np.array(list(self.same.values()), str),
         })  # fmt: skip
 
     @classmethod
@@ -150,6 +154,10 @@ class History:
                 settings=(
                     int(take("settings.sample")), damping, tuple(take("settings.stages").tolist()),
                     None if every < 0 else every, RunStatus(str(take("settings.status"))),
+                ),
+                same=(
+                    dict(zip(file["same.names"].tolist(), file["same.digests"].tolist(), strict=True))
+                    if "same.names" in file else {}
                 ),
             )  # fmt: skip
 

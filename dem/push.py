@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 
 from dem.history import History
 from dem.joints import Grid, JointOptions, per_interface
-from dem.kernels import LAW_C, LAW_FT, LAW_RATE, LAW_RATE_SLIP
 from dem.pace import default_steps, slowest_period, softest_note
 from dem.push_curve import PushCurve, make_curve
-from dem.resuming import part_file
+from dem.resuming import digest, part_file, spelled
+from dem.settling import check_taken_up
+from dem.settling import settled as at_rest
 from dem.simulate import Progress, resume, simulate
-from dem.state import State, UnsettledError, UnstableError, make_state
+from dem.state import State, UnstableError, make_state
 from dem.zones.push import push_zoned
 from limitmason.deformable import PLANE_STRESS, SOLID
 from limitmason.deformable.levels import LUMPED, MODAL, RIGID, ZONED
@@ -44,9 +45,6 @@ GENTLE = 0.02
 
 LONGEST = 3600.0
 """Predicted run time above which a push whose rate nobody chose is refused [s]."""
-
-BEYOND = 1e30
-"""Cohesion and tensile strength of joints that are to lose nothing [Pa]."""
 
 _TRIED = 100
 
@@ -114,7 +112,8 @@ def push(
     progress : called with the last sample as a mapping, with "run", "part" of all steps done and "time left" [s] added;
         return True to stop ("interrupted")
     checkpoint : file beside which the runs are kept as they go; a push of the same model with the same file goes on
-        where it was cut off, to the same bits, or returns at once what was finished
+        where it was cut off, to the same bits, or returns at once what was finished. With other settings, or the file
+        of a version that did not keep them, it is refused
     zone_size : largest edge of a zone [m]; of zoned blocks, where it must be given
     calm : stand still while the kinetic energy is above this part of the elastic one [-], as ``Drive(calm=...)``: what
         a brittle drop sets moving rests before more is asked of the structure, at 3e-4 for up to twice the steps. None
@@ -135,7 +134,10 @@ def push(
         For a structure that does not settle under its dead loads.
     InputError
         For a drive without direction, a path without length, an unknown kind of blocks, contrasts of stiffness that
-        make the run hopeless (with the predicted time), and what :func:`dem.make_state` refuses.
+        make the run hopeless (with the predicted time), a checkpoint of another push, and what
+        :func:`dem.make_state` refuses.
+    KeyboardInterrupt
+        Stopped by the keyboard while own weight comes to rest; after that what was driven is kept.
 
     Notes
     -----
@@ -181,7 +183,22 @@ def push(
         plane=None if blocks == MODAL and stress == SOLID else plane, stress=stress,
     )  # fmt: skip
     reached(None, "settling")
-    settled = _settled(model, state, settle or Settle(tolerance=1e-5), drive, loads, checkpoint, sound)
+    rest = settle or Settle(tolerance=1e-5)
+    if drive.servo:
+        rest = Settle(rest.tolerance, rest.max_steps, damping=rest.damping, servo=drive.servo)
+    same = _signature(
+        model, state, blocks=blocks, stress=stress, joint_options=joint_options or JointOptions(), settle=rest,
+        sound=sound,
+    )  # fmt: skip
+    driven = same | _digests(
+        drive=(unit.tolist(), drive.calm), to=path, samples=samples, damping=damping or BRAKE, detect_every=detect_every
+    )
+    # before a file of this push is written beside those of another
+    for number in range(1 + rate_check):
+        file = _run_file(checkpoint, number)
+        if file is not None and file.exists():
+            check_taken_up(file, History.load(file, model), driven)
+    settled = at_rest(model, state, rest, loads, sound=sound, file=part_file(checkpoint, "settled"), same=same)
     travel = float(np.abs(np.diff([0.0, *path])).sum())
     if steps is None:
         # a few steps of a copy: the time of settling holds that of compiling
@@ -201,7 +218,8 @@ def push(
     for number, count in enumerate((steps, SLOWER * steps) if rate_check else (steps,)):
         follow = _Follower(progress, number, done, count, total)
         reached(done / total, f"run {number + 1} of {1 + rate_check}", share=count / total)
-        history = _run(model, settled, _stages(drive, path, travel, count), max(count // samples, 1), damping,
+        begun = replace(settled, same=driven | _digests(steps=count))
+        history = _run(model, begun, _stages(drive, path, travel, count), max(count // samples, 1), damping,
                        detect_every, follow if progress is not None else None, checkpoint, number)  # fmt: skip
         runs.append(history)
         done += count
@@ -264,34 +282,21 @@ def _plane(assembly: Assembly, loads: Loads, unit: Array) -> Any:
     return None if unit[:, np.concatenate([out, ~out])].any() else plane
 
 
-def _settled(
-    assembly: Assembly, state: State, stage: Settle, drive: Drive, loads: Loads, checkpoint: str | Path | None,
-    sound: bool,
-) -> History:  # fmt: skip
-    file = part_file(checkpoint, "settled")
-    if file is not None and file.exists():
-        return History.load(file, assembly)
-    if drive.servo:
-        stage = Settle(stage.tolerance, stage.max_steps, damping=stage.damping, servo=drive.servo)
-    history = simulate(assembly, stage, loads=loads, start=state)
-    if sound and (history.state.points.damage > 0.0).any():
-        whole = state.copy()
-        softens = (whole.joints.law[:, LAW_RATE] > 0.0) | (whole.joints.law[:, LAW_RATE_SLIP] > 0.0)
-        for strength in (LAW_C, LAW_FT):
-            whole.joints.law[softens, strength] = BEYOND
-        at_rest = simulate(assembly, stage, loads=loads, start=whole).state
-        at_rest.joints.law[:] = state.joints.law
-        history = simulate(assembly, stage, loads=loads, start=at_rest)
-    if history.status != "finished":
-        error = UnsettledError(
-            f"the structure does not settle under its own weight in {history['step'][-1]:.0f} steps (unbalanced force "
-            f"{history['unbalanced force'][-1]:.2g} of a block's load): it falls before it is driven, or needs settle="
-        )
-        error.history = history
-        raise error
-    if file is not None:
-        history.save(file)
-    return history
+def _signature(assembly: Assembly, state: State, **settings: Any) -> dict[str, str]:
+    """What the files of a push must have in common with it: settings and what of the model joints do not say."""
+    b, p = state.bodies, state.points
+    parts = {
+        "model": (*(block.vertices for block in assembly.blocks), b.mass, b.inv_inertia, assembly.held),
+        "materials": (*(state.modes or ()),),
+        "contact points": (p.s, p.t, p.area, p.gap),
+        "loads": (state.dead,),
+    }
+    made = {name: digest(*(np.ascontiguousarray(v).tobytes() for v in arrays)) for name, arrays in parts.items()}
+    return made | _digests(**settings)
+
+
+def _digests(**settings: Any) -> dict[str, str]:
+    return {name: digest(spelled(value).encode()) for name, value in settings.items()}
 
 
 def _stages(drive: Drive, path: Sequence[float], travel: float, steps: int) -> Sequence[Stage]:
@@ -316,10 +321,11 @@ def _run(
     assembly: Assembly, settled: History, stages: Sequence[Stage], sample: int, damping: Damping | None,
     detect_every: int | None, progress: Progress | None, checkpoint: str | Path | None, number: int,
 ) -> History:  # fmt: skip
-    file = part_file(checkpoint, "v" if number == 0 else f"v{SLOWER}")
+    file = _run_file(checkpoint, number)
     try:
         if file is not None and file.exists():
             before = History.load(file, assembly)
+            check_taken_up(file, before, settled.same)
             if before.position is None:
                 return before
             history = resume(before, stages, progress=progress, checkpoint=file)
@@ -336,6 +342,10 @@ def _run(
     if file is not None:
         history.save(file)
     return history
+
+
+def _run_file(checkpoint: str | Path | None, number: int) -> Path | None:
+    return part_file(checkpoint, "v" if number == 0 else f"v{SLOWER}")
 
 
 def _spacing(state: State) -> float:

@@ -1,7 +1,7 @@
 """What a run writes down: samples, energies, notes; and when it must look for contacts or stop."""
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -93,6 +93,7 @@ class Recorder:
         self.begun |= {c: float(state.total[k]) for c, k in _SUMS.items()}
         self.notes: list[str] = list(state.warnings)
         self.settings: tuple[int, Damping | None, tuple[str, ...]] = (1, None, ())
+        self.same: Mapping[str, str] = {}
         self.position: Position | None = None
         self.status = RunStatus.FINISHED
 
@@ -103,7 +104,7 @@ class Recorder:
         self.quaternion, self.opening = list(history.quaternion), list(history.opening)
         self.slip, self.crushed = list(history.slip), list(history.crushed)
         self.used, self.failed = list(history.used), list(history.failed)
-        self.pull = list(history.tie_force)
+        self.pull, self.same = list(history.tie_force), history.same
         self.blocks, self.notes, self.status = history.reaction_blocks, list(history.warnings), history.settings[4]
         self._beyond_noted = any("beyond small displacement" in note for note in self.notes)
         if history.position is not None:
@@ -265,5 +266,5 @@ class Recorder:
             np.array(self.failed).reshape(-1, k), self.state,
             tuple(s.name or type(s).__name__ for s in self.stages), tuple(dict.fromkeys(self.notes)),
             tuple(self.factors.tolist()), copy.deepcopy(self.position), (*self.settings, self.every, self.status),
-            np.array(self.pull).reshape(len(self.pull), len(self.assembly.ties)),
+            np.array(self.pull).reshape(len(self.pull), len(self.assembly.ties)), self.same,
         )  # fmt: skip

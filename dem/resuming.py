@@ -1,5 +1,6 @@
 """Going on where a run ended or was cut off: what must be the same, where it stood, interrupts that wait."""
 
+import hashlib
 import signal
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -125,6 +126,35 @@ def check_same_stages(stages: Sequence[Stage], before: Sequence[str]) -> None:
             raise InputError(f"stage {number} is not the one the run was cut off in: {one} against {two}")
     if len(now) != len(before):
         raise InputError(f"the run was cut off in {len(before)} stages, {len(now)} are given")
+
+
+def digest(*parts: bytes) -> str:
+    """What stands for a setting in a file: equal where all bytes are."""
+    made = hashlib.sha256()
+    for part in parts:
+        made.update(part)
+    return made.hexdigest()
+
+
+def check_same(path: Path, then: Mapping[str, str], now: Mapping[str, str]) -> None:
+    """Refuse a checkpoint of a run with other settings.
+
+    Parameters
+    ----------
+    path : of the checkpoint, for the message
+    then, now : digests of the settings by name, in the file and of the run that would go on from it
+
+    Raises
+    ------
+    InputError
+        Naming the settings that differ.
+    """
+    other = [name for name, made in now.items() if then.get(name) != made]
+    if other:
+        raise InputError(
+            f"the checkpoint {path} is of another run: its {', '.join(other)} differ from those given now; give "
+            "another file, delete this one, or give what was given then"
+        )
 
 
 def check_continues(assembly: Assembly, state: State, loads: Loads, options: JointOptions | None) -> None:

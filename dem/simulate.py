@@ -145,6 +145,7 @@ def simulate(
     recorder = Recorder(assembly, loads, state, todo, detect_every)
     recorder.notes += notes
     recorder.settings = (sample, damping, tuple(spelled(s) for s in todo))
+    recorder.same = start.same if isinstance(start, History) else {}
     return _follow(
         recorder, None, progress=progress, checkpoint=checkpoint, checkpoint_every=checkpoint_every
     )

@@ -1,6 +1,5 @@
 """What a zoned run has written down and where it stands, in memory and in a file that another process goes on from."""
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from dem.archive import write_archive
 from dem.joint_marks import JointMarks
 from dem.kernels.solid_arrays import FaceContacts
-from dem.resuming import RunStatus
+from dem.resuming import RunStatus, check_same, digest
 from dem.zones.marks import zone_marks
 from dem.zones.solid_mesh import SolidMesh
 from dem.zones.zoned_model import ZonedModel
@@ -115,20 +114,13 @@ def signature(model: ZonedModel, **settings: Any) -> dict[str, str]:
         "loads": (model.nodes.load, model.rigid.load),
         "supports": (model.assembly.held,),
     }
-    out = {name: _digest(*(np.ascontiguousarray(v).tobytes() for v in arrays)) for name, arrays in parts.items()}
-    return out | {name: _digest(repr(value).encode()) for name, value in settings.items()}
+    out = {name: digest(*(np.ascontiguousarray(v).tobytes() for v in arrays)) for name, arrays in parts.items()}
+    return out | {name: digest(repr(value).encode()) for name, value in settings.items()}
 
 
 def _moving(model: ZonedModel) -> list[tuple[str, str]]:
     """Arrays of a model that change, by the group they stand in."""
     return [(k, name) for k, names in _MOVING.items() for name in names if name in getattr(model, k)._fields]
-
-
-def _digest(*parts: bytes) -> str:
-    made = hashlib.sha256()
-    for part in parts:
-        made.update(part)
-    return made.hexdigest()
 
 
 def save(path: Path, model: ZonedModel, same: Mapping[str, str], record: Record | None, **numbers: float) -> None:
@@ -160,12 +152,7 @@ def load(path: Path, model: ZonedModel, same: Mapping[str, str]) -> tuple[Record
         if "same.names" not in file:
             raise InputError(f"{path} is no checkpoint of zoned blocks: give another file")
         then = dict(zip(file["same.names"].tolist(), file["same.digests"].tolist(), strict=True))
-        other = [name for name, digest in same.items() if then.get(name) != digest]
-        if other:
-            raise InputError(
-                f"the checkpoint {path} is of another run: its {', '.join(other)} differ from those given now; give "
-                "another file, or what was given then"
-            )
+        check_same(path, then, same)
         for group, name in _moving(model):
             getattr(getattr(model, group), name)[...] = file[f"{group}.{name}"]
         model.total[...] = file["total"]

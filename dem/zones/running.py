@@ -79,14 +79,15 @@ def refuse_explosion(model: ZonedModel) -> None:
     ------
     UnstableError
         Where the kinetic energy, and what more there is of all energies than loads and supports have given, are both
-        above :data:`EXPLODES` times that work.
+        above :data:`EXPLODES` times that work, or no number.
     """
     total = model.total
     work = max(abs(float(total[Z_APPLIED] + total[Z_SUPPORT])), 1e-300)
     kinetic = float(total[Z_KINETIC])
     if kinetic <= EXPLODES * work:
         return
-    if float(total[2:6].sum()) + kinetic + read(model).energy - work > EXPLODES * work:
+    # asked the other way round, so that energy that is no number is refused too
+    if not float(total[2:6].sum()) + kinetic + read(model).energy - work <= EXPLODES * work:
         raise UnstableError(
             f"energy explodes: kinetic {kinetic:.3g} J against {work:.3g} J that loads and supports have given; a "
             "block that has fallen out drags its joints along, or the step is too long for them"

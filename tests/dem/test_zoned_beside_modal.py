@@ -1,6 +1,7 @@
 """Zoned blocks beside the assembled equations of their zones, elastic blocks condensed to their joints, and modal."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,8 @@ from scipy.sparse.linalg import spsolve
 
 import dem
 import limitmason as lm
+from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_SIZE
+from dem.state import UnstableError
 from dem.zones import running
 from dem.zones.model import make_model
 from dem.zones.stable import contact_matrix, freedoms, stiffness
@@ -102,3 +105,14 @@ def test_a_run_that_explodes_keeps_no_load_of_the_explosion(monkeypatch):
     assert 5 < len(cut) < 40
     assert np.abs(cut.load).max() < 2.0 * np.abs(whole.load[: len(cut)]).max()
     assert cut.errors["energy"].max() < 0.1
+
+
+@pytest.mark.parametrize("kinetic", [np.nan, np.inf])
+def test_energy_that_is_no_number_is_an_explosion(monkeypatch, kinetic):
+    monkeypatch.setattr(running, "read", lambda model: SimpleNamespace(energy=0.0))
+    model = SimpleNamespace(total=np.zeros(Z_SIZE))
+    model.total[Z_APPLIED], model.total[Z_KINETIC] = 1.0, 0.5 * running.EXPLODES
+    running.refuse_explosion(model)
+    model.total[Z_KINETIC] = kinetic
+    with pytest.raises(UnstableError, match="energy explodes"):
+        running.refuse_explosion(model)

@@ -1,0 +1,109 @@
+"""Own weight that comes to rest before a structure is driven: at once, or on joints that lose nothing first."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from dem.history import History
+from dem.kernels import LAW_C, LAW_FT, LAW_RATE, LAW_RATE_SLIP
+from dem.resuming import RunStatus, check_same
+from dem.simulate import simulate
+from dem.state import State, UnsettledError, UnstableError
+from limitmason.errors import InputError
+from limitmason.model import Assembly, Loads
+from limitmason.model.stages import Settle
+
+BEYOND = 1e30
+"""Cohesion and tensile strength of joints that are to lose nothing [Pa]."""
+
+
+def settled(
+    assembly: Assembly, state: State, stage: Settle, loads: Loads, *, sound: bool, file: Path | None,
+    same: Mapping[str, str],
+) -> History:  # fmt: skip
+    """Run that ends at rest under dead loads, from a file where there is one.
+
+    Parameters
+    ----------
+    sound : where joints break on the way, settle once more on joints that lose nothing, and then on joints as they are
+    file : to read it from, or to keep it in
+    same : what a file must have in common with this run, see :func:`dem.resuming.check_same`
+
+    Raises
+    ------
+    UnsettledError, UnstableError
+        Where it does not come to rest, or flies apart.
+    InputError
+        For a file of another run.
+    KeyboardInterrupt
+        Where the keyboard stopped it: what is not at rest is not kept.
+    """
+    if file is not None and file.exists():
+        history = History.load(file, assembly)
+        check_taken_up(file, history, same)
+        return history
+    try:
+        history = simulate(assembly, stage, loads=loads, start=state)
+    except UnstableError as error:
+        if not sound or error.history is None or not _broken(error.history):
+            raise
+        history = error.history
+    if sound and history.status != RunStatus.INTERRUPTED and _broken(history):
+        whole = state.copy()
+        # contacts that are found on the way take their laws from the second table
+        for law in (whole.joints.law, whole.laws):
+            softens = (law[:, LAW_RATE] > 0.0) | (law[:, LAW_RATE_SLIP] > 0.0)
+            for strength in (LAW_C, LAW_FT):
+                law[softens, strength] = BEYOND
+        at_rest = _rested(simulate(assembly, stage, loads=loads, start=whole)).state
+        weaken(at_rest, state)
+        history = simulate(assembly, stage, loads=loads, start=at_rest)
+    history = replace(_rested(history), same=dict(same))
+    if file is not None:
+        history.save(file)
+    return history
+
+
+def check_taken_up(file: Path, history: History, same: Mapping[str, str]) -> None:
+    """Refuse a history from a file of another run, or one that does not say of which.
+
+    Raises
+    ------
+    InputError
+        Naming the settings that differ.
+    """
+    if not history.same:
+        raise InputError(
+            f"the checkpoint {file} does not say how its push was run: it is of an earlier version, or no push; give "
+            "another file, or delete this one"
+        )
+    check_same(file, history.same, same)
+
+
+def _broken(history: History) -> bool:
+    """Whether a joint has lost any of its strength."""
+    return bool((history.state.points.damage > 0.0).any())
+
+
+def weaken(state: State, before: State) -> None:
+    """Give the joints of a state the strengths back that another one of the same assembly has."""
+    state.laws[:] = before.laws
+    for strength in (LAW_C, LAW_FT):
+        for j in (state.joints.law[:, strength] == BEYOND).nonzero()[0]:
+            of = int(state.interface[j])
+            # cut anew from interface k it is -2 - k
+            state.joints.law[j, strength] = before.laws[of if of >= 0 else -2 - of, strength]
+
+
+def _rested(history: History) -> History:
+    """The history, if it ended at rest."""
+    if history.status == RunStatus.INTERRUPTED:
+        raise KeyboardInterrupt("while own weight came to rest")
+    if history.status != RunStatus.FINISHED:
+        error = UnsettledError(
+            f"the structure does not settle under its own weight in {history['step'][-1]:.0f} steps (unbalanced force "
+            f"{history['unbalanced force'][-1]:.2g} of a block's load): it falls before it is driven, or needs settle="
+        )
+        error.history = history
+        raise error
+    return history
