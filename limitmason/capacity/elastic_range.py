@@ -40,9 +40,18 @@ CRITERIA = (OPENING, SLIP, CRUSHING)
 
 _ALONG = 1e-14  # of the squares: the line runs along the cone
 
+_NOTHING = 1e-12
+"""Of the largest stress that a load makes: below is what rounding leaves of none, 5e-15 in bonds of a hundred units."""
+
+_SAME = 1e-9  # of a stiffness, of an area, and of the model's size
+
 
 class Onset(NamedTuple):
-    """An end of a range: multiplier, what the point fails by, its interface, its joint in words, and its place [m]."""
+    """An end of a range: multiplier, what the point fails by, its interface, its joint in words, and its place [m].
+
+    Where a point is over its strength whatever the load, the multiplier is infinite: -inf as the upper end, inf as the
+    lower.
+    """
 
     multiplier: float
     criterion: str
@@ -50,10 +59,15 @@ class Onset(NamedTuple):
     joint: str
     place: tuple[float, float, float]
 
+    @property
+    def where(self) -> str:
+        """What fails, in which joint and at which point."""
+        x, y, z = self.place
+        return f"{self.criterion} of the {self.joint} at ({x:.4g}, {y:.4g}, {z:.4g}) m"
+
     def __str__(self) -> str:
         """In a line."""
-        x, y, z = self.place
-        return f"{self.multiplier:.6g} by {self.criterion} of the {self.joint} at ({x:.4g}, {y:.4g}, {z:.4g}) m"
+        return f"{self.multiplier:.6g} by {self.where}" if np.isfinite(self.multiplier) else f"none holds: {self.where}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,14 +124,30 @@ class ElasticRange:
         """
         if sense not in (-1, 1) or criterion not in (None, *CRITERIA):
             raise InputError(f"sense is 1 or -1 and criterion one of {', '.join(CRITERIA)}, got {sense}, {criterion!r}")
-        law = interface_law(self.assembly.arrays, convex=False).at(self.points.interface)
+        dead, live = _beyond_rounding(self.dead), _beyond_rounding(self.live)
         found = []
         for name in CRITERIA if criterion is None else (criterion,):
-            bound = sense * _RANGES[name](law, self.dead, self.live)[(1 + sense) // 2]
+            bound = sense * _RANGES[name](self._law, dead, live)[(1 + sense) // 2]
             k = int(np.argmin(bound))
             if bound[k] < np.inf:
-                found.append(self._onset(sense * float(bound[k]), name, k))
+                found.append(self._onset(sense * float(bound[k]) + 0.0, name, k))  # no -0
         return min(found, key=lambda o: sense * o.multiplier, default=None)
+
+    @property
+    def _law(self) -> PointLaw:
+        return interface_law(self.assembly.arrays, convex=False).at(self.points.interface)
+
+    def _by_dead_load(self, high: Onset) -> str:
+        """What own weight alone does where it is farthest beyond a strength, where nothing lies below an upper end."""
+        law, dead = self._law, _beyond_rounding(self.dead)
+        bears = law.shear_strength(dead[:, 0])
+        bears = np.where(law.cut_off, bears, np.maximum(bears, 0.0))
+        shear = np.linalg.norm(dead[:, 1:], axis=1)
+        over = np.array([-dead[:, 0] - law.tension, shear - bears, dead[:, 0] - law.crushing])
+        which, point = np.unravel_index(int(np.argmax(over)), over.shape)
+        if over[which, point] > _NOTHING * np.abs(dead).max():
+            return f"own weight alone exceeds a strength, by {self._onset(0.0, CRITERIA[which], int(point)).where}"
+        return f"own weight alone reaches a strength, which any load exceeds, by {high.where}"
 
     def with_strengths(self, assembly: Assembly) -> ElasticRange:
         """The same stresses against the strengths of another assembly's joints, which must be as stiff.
@@ -125,16 +155,28 @@ class ElasticRange:
         Raises
         ------
         InputError
-            For another number of blocks or joints, and other stiffnesses, areas or places of joints.
+            For another number of blocks or joints, other stiffnesses, areas or places of joints, to 1e-9 of each, and
+            other materials of blocks.
         """
-        mine, other = self.assembly.arrays, assembly.arrays
-        same = len(mine.volume) == len(other.volume) and len(mine.area) == len(other.area)
-        names = ("normal_stiffness", "shear_stiffness", "area", "centre")
-        if same and self.blocks == LUMPED:
-            other = with_lumped_units(assembly).arrays
-        if not same or not all(np.allclose(getattr(mine, n), getattr(other, n), equal_nan=True) for n in names):
+        if len(assembly.blocks) != len(self.assembly.blocks) or len(assembly.interfaces) != len(
+            self.assembly.interfaces
+        ):
+            raise InputError("with_strengths: the joints must differ in their strengths only, not in number")
+        for a, b in zip(self.assembly.blocks, assembly.blocks, strict=True):
+            if a.material != b.material:
+                raise InputError(
+                    f"with_strengths: block {b.name!r} must be of the same material: ask elastic_range again"
+                )
+        other = with_lumped_units(assembly) if self.blocks == LUMPED else assembly
+        mine, theirs = self.assembly.arrays, other.arrays
+        size = np.ptp(mine.corners, axis=0).max()
+        same = np.abs(mine.centre - theirs.centre).max() <= _SAME * size and all(
+            np.allclose(getattr(mine, n), getattr(theirs, n), rtol=_SAME, atol=0.0, equal_nan=True)
+            for n in ("normal_stiffness", "shear_stiffness", "area")
+        )
+        if not same:
             raise InputError("with_strengths: the joints must differ in their strengths only")
-        joints = (replace(i, joint=j.joint) for i, j in zip(self.assembly.interfaces, assembly.interfaces, strict=True))
+        joints = (replace(i, joint=j.joint) for i, j in zip(self.assembly.interfaces, other.interfaces, strict=True))
         return replace(self, assembly=replace(self.assembly, interfaces=tuple(joints)))
 
     def _onset(self, multiplier: float, criterion: str, point: int) -> Onset:
@@ -145,8 +187,12 @@ class ElasticRange:
         return Onset(multiplier, criterion, k, f"{i.kind} joint of {a} and {b}", (x, y, z))
 
     def __str__(self) -> str:
-        """Both ends in words."""
-        ends = [f"  {word} {'no end' if end is None else end}" for word, end in (("from", self.low), ("to", self.high))]
+        """Both ends in words, or why there is nothing between them."""
+        low, high = self.low, self.high
+        if low is not None and high is not None and low.multiplier >= high.multiplier:
+            ends = [f"  empty: {self._by_dead_load(high)}"]
+        else:
+            ends = [f"  {word} {'no end' if end is None else end}" for word, end in (("from", low), ("to", high))]
         lines = [f"elastic range of the multiplier, {self.blocks} blocks, {self.points.count} contact points", *ends]
         return "\n".join(lines + [f"  note: {w}" for w in self.warnings])
 
@@ -191,6 +237,9 @@ def elastic_range(
     -----
     Exact for small displacements and joints that are closed over their whole faces and bear tension up to there: joints
     without tensile strength open at any pull, so that the range then ends where the first point is free of pressure.
+    Beyond the apex of the cone, where ft > c / tan(phi), a point bears pull up to ft and no shear: where neither load
+    makes shear, slip sets no bound, else it does so at the apex at the latest. Stresses below 1e-12 of the largest that
+    the load makes anywhere count as none.
     Stresses at corners of blocks that deform grow with points and shapes: the answer is that of the points it is asked
     on, as in every method on contact points. Where slip comes first, a structure whose joints lose nothing by it goes
     on: the range ``end(1, "opening")`` is then no more than an estimate.
@@ -247,6 +296,11 @@ def _solved(matrix: sparse.csc_array, loads: Array) -> Array:
     return np.asarray(found / size[:, None])
 
 
+def _beyond_rounding(stress: Array) -> Array:
+    """Stresses of a load without those of no size beside the largest, which dry joints have no strength to hide."""
+    return np.where(np.abs(stress) > _NOTHING * np.abs(stress).max(), stress, 0.0)
+
+
 def _below(constant: Array, slope: Array) -> tuple[Array, Array]:
     """Range of lambda with constant + lambda slope <= 0, per row; nothing at all is (inf, -inf)."""
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -266,7 +320,16 @@ def _crushing(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
 
 
 def _slip(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
-    """Where a line of stresses runs inside the Coulomb cone |T| <= h, h = c + tan(phi) N."""
+    """Where a line of stresses runs inside the Coulomb cone |T| <= h, h = c + tan(phi) N; for ever where it is its axis
+    and ft lies beyond the apex, from where h counts as 0 as in :meth:`PointLaw.excess`.
+    """
+    low, high = _in_cone(law, dead, live)
+    axis = ~law.cut_off & ~dead[:, 1:].any(axis=1) & ~live[:, 1:].any(axis=1)
+    return np.where(axis, -np.inf, low), np.where(axis, np.inf, high)
+
+
+def _in_cone(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
+    """Where a line of stresses runs inside |T| <= h with h >= 0."""
     bears, grows = law.shear_strength(dead[:, 0]), law.tan_phi * live[:, 0]
     if dead.shape[1] == 2:
         one, other = (_below(sign * dead[:, 1] - bears, sign * live[:, 1] - grows) for sign in (1.0, -1.0))
@@ -280,17 +343,20 @@ def _slip(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
         # 2 / (-b +- root) has no difference of near numbers where a is small
         root = np.sqrt(np.maximum(b * b - a * k, 0.0))
         far = -b - np.where(b < 0.0, -1.0, 1.0) * root
-        ends = np.sort([far / a, k / far], axis=0)
+        ends = np.sort([far / a, np.where(far == 0.0, 0.0, k / far)], axis=0)  # both are 0 where one is by no division
         middle = -b / a
+        # along the cone there is one end; on a generator that is the apex
+        single = np.where(b == 0.0, -bears / grows, k / far)
     out = np.full(len(a), np.inf)
     along, across = np.abs(a) <= _ALONG * (shear**2 + grows**2), a > 0.0
-    single = k / far  # along the cone there is one end
     low, high = np.where(grows > 0.0, ends[1], -out), np.where(grows > 0.0, out, ends[0])
     real = (b * b >= a * k) & (bears + grows * middle >= 0.0)
     low = np.where(across, np.where(real, ends[0], out), low)
     high = np.where(across, np.where(real, ends[1], -out), high)
-    low = np.where(along, np.where(b < 0.0, single, -out), low)
-    high = np.where(along, np.where(b > 0.0, single, out), high)
+    # the other nappe, where q <= 0 > h, bears nothing
+    holds = np.where(grows > 0.0, b < 0.0, b > 0.0) | ((b == 0.0) & (k <= 0.0))
+    low = np.where(along, np.where(holds, np.where(grows > 0.0, single, -out), out), low)
+    high = np.where(along, np.where(holds, np.where(grows > 0.0, out, single), -out), high)
     still = (shear == 0.0) & (grows == 0.0)
     inside = (k <= 0.0) & (bears >= 0.0)
     return np.where(still, np.where(inside, -out, out), low), np.where(still, np.where(inside, out, -out), high)

@@ -21,7 +21,11 @@ GRIDS = {"contact_model": "grid", "grid": (7, 4)}
 
 def jointed(wall, **law):
     """The same with other joints."""
-    joint = lm.Joint(35.0, **{**LAW, **law})
+    return jointed_by(wall, lm.Joint(35.0, **{**LAW, **law}))
+
+
+def jointed_by(wall, joint):
+    """The same with this joint everywhere."""
     return replace(wall, interfaces=tuple(replace(i, joint=joint) for i in wall.interfaces))
 
 
@@ -162,6 +166,152 @@ def test_strengths_alone_are_exchanged_and_a_dead_load_that_is_too_much_is_said(
     assert not weak.stands
     with pytest.raises(InputError, match="strengths only"):
         found.with_strengths(jointed(wall, normal_stiffness=1e9))
+
+
+def test_strengths_are_exchanged_again_and_again_where_units_are_lumped():
+    clay = {"young_modulus": 10e9, "poisson_ratio": 0.2}
+    wall = pillar().with_material(lm.Material(**clay))
+    loads = lm.Loads.weight(wall).with_point_load(wall, "block", (0.3, 0.0, -1.0), at=(0.15, 0.0, H))
+    found = lm.elastic_range(wall, loads, blocks="lumped")
+    for ft in (0.2e6, 0.3e6):
+        strong = jointed(wall, tensile_strength=ft)
+        found = found.with_strengths(strong)
+        assert found.high.multiplier == lm.elastic_range(strong, loads, blocks="lumped").high.multiplier
+
+
+@pytest.mark.parametrize("blocks", ["rigid", "lumped", "elastic"])
+def test_strengths_of_another_structure_are_refused(blocks):
+    clay = {"young_modulus": 10e9, "poisson_ratio": 0.2}
+    wall = pillar().with_material(lm.Material(**clay))
+    loads = lm.Loads.weight(wall).with_point_load(wall, "block", (0.0, 0.0, -1.0), at=(0.15, 0.0, H))
+    found = lm.elastic_range(wall, loads, blocks=blocks)
+    with pytest.raises(InputError, match="must be of the same material"):
+        found.with_strengths(wall.with_material(lm.Material(**clay | {"young_modulus": 20e9})))
+    with pytest.raises(InputError, match="strengths only"):
+        found.with_strengths(jointed(wall, normal_stiffness=80e9 * (1.0 + 1e-6)))
+    # small numbers are as different as large ones: areas of 1e-8 m2
+    size = 1e-4 * np.sqrt(B * T) ** -1
+    small = pillar(size=size)
+    mine = lm.elastic_range(small, lm.Loads.weight(small).with_point_load(small, "block", (1.0, 0.0, 0.0)))
+    with pytest.raises(InputError, match="strengths only"):
+        mine.with_strengths(pillar(size=0.9 * size))
+
+
+# ---- past the apex, and joints without strength ----
+
+
+@pytest.mark.parametrize("side", [0.0, 0.07])
+def test_pure_pull_past_the_apex_ends_at_the_tensile_strength_and_not_by_slip(side):
+    ft = 5e5
+    joint = lm.Joint(
+        30.0, cohesion=1e4, tensile_strength=ft, normal_stiffness=80e9, shear_stiffness=35e9, lost_by="opening"
+    )
+    wall = pillar(joint)
+    assert ft > joint.cohesion / joint.tan_phi
+    loads = lm.Loads.weight(wall).with_point_load(wall, "block", (0.0, 0.0, 1.0), at=(side, 0.0, H))
+    found = lm.elastic_range(wall, loads)
+    weight = wall.weights[1] / AREA
+    assert found.high.criterion == "opening"
+    assert found.high.multiplier == pytest.approx((ft + weight) * AREA / (1.0 + 6.0 * side / B), rel=1e-9)
+    assert found.end(1, "slip") is None
+
+
+def test_shear_past_the_apex_slips_there():
+    joint = lm.Joint(
+        30.0, cohesion=1e4, tensile_strength=5e5, normal_stiffness=80e9, shear_stiffness=35e9, lost_by="opening"
+    )
+    wall, pull = pillar(joint), 0.1
+    loads = lm.Loads.weight(wall).with_point_load(wall, "block", (pull, 0.0, 1.0), at=(0.0, 0.0, 0.0))
+    found = lm.elastic_range(wall, loads)
+    # even stresses: P pull / A = c + tan(phi) (W - P) / A
+    high = (joint.cohesion * AREA + joint.tan_phi * wall.weights[1]) / (pull + joint.tan_phi)
+    assert (found.high.criterion, found.high.multiplier) == ("slip", pytest.approx(high, rel=1e-9))
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("plane", [True, False])
+def test_lines_of_stress_end_where_they_leave_the_cone_along_it_and_through_its_apex_too(plane):
+    # round numbers run along generators, through the apex and in the other nappe
+    random = np.random.default_rng(0)
+    at = np.linspace(-20.0, 20.0, 401)
+    seen = set()
+    wall = pillar()
+    some = lm.Loads.weight(wall).with_point_load(wall, "block", (0.0, 0.0, -1.0), at=(0.0, 0.0 if plane else 0.01, H))
+    found = lm.elastic_range(wall, some, grid=(2, 2))
+    for _ in range(400):
+        joint = lm.Joint(45.0 * random.integers(2), cohesion=random.choice([0.0, 1e5]))
+        found = replace(found, assembly=jointed_by(wall, joint))
+        rows = 1e5 * random.choice([0.0, 0.0, 1.0, -1.0, 2.0], size=(2, found.points.components))
+        dead, live = (np.tile(r, (found.points.count, 1)) for r in rows)
+        found = replace(found, dead=dead, live=live)
+        low, high = found.end(-1, "slip"), found.end(1, "slip")
+        bounds = -np.inf if low is None else low.multiplier, np.inf if high is None else high.multiplier
+        stress = rows[0] + at[:, None] * rows[1]
+        strength = joint.cohesion + joint.tan_phi * stress[:, 0]
+        if not rows[:, 1:].any() and joint.tan_phi * joint.tensile_strength >= joint.cohesion:
+            strength = np.maximum(strength, 0.0)
+        over = (np.linalg.norm(stress[:, 1:], axis=1) - strength) / 1e5
+        within = (at > bounds[0] + 1e-6) & (at < bounds[1] - 1e-6)
+        beyond = (at < bounds[0] - 1e-6) | (at > bounds[1] + 1e-6)
+        assert over[within].max(initial=-1.0) <= 1e-7
+        assert over[beyond].min(initial=1.0) >= -1e-7
+        seen.add((bool(within.any()), bool(beyond.any())))
+    assert len(seen) == 3
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("out", [0.0, 0.01])
+def test_joint_without_friction_bears_what_presses_it(out):
+    wall = pillar(lm.Joint(0.0, normal_stiffness=80e9, shear_stiffness=35e9))
+    loads = lm.Loads.weight(wall).with_point_load(wall, "block", (0.0, 0.0, -1.0), at=(0.0, out, H))
+    found = lm.elastic_range(wall, loads)
+    # lifted until the weight is off, or the edge that the load is nearer to
+    assert found.low.multiplier == pytest.approx(-wall.weights[1] / (1.0 + 6.0 * out / T), rel=1e-9)
+    assert (found.low.criterion, found.high, found.end(1, "slip")) == ("opening", None, None)
+    pushed = lm.Loads.weight(wall).with_point_load(wall, "block", (1.0, 0.0, 0.0), at=(0.0, out, 0.0))
+    nothing = lm.elastic_range(wall, pushed)
+    assert (nothing.low.multiplier, nothing.high.multiplier, nothing.stands) == (0.0, 0.0, False)
+    assert "empty: own weight alone reaches a strength, which any load exceeds, by slip of the base" in str(nothing)
+
+
+def test_head_joints_without_pressure_do_not_end_the_range_by_rounding():
+    solids = [((-1.0, -0.1, -0.2), (2.0, 0.1, 0.0)), ((0.0, -0.1, 0.0), (0.4, 0.1, 0.4)),
+              ((0.4, -0.1, 0.0), (0.8, 0.1, 0.4))]  # fmt: skip
+    wall = lm.Assembly.from_polyhedra(
+        [[(s.vertices, s.faces)] for s in (box(*r) for r in solids)], names=["ground", "left", "right"],
+        fixed=["ground"], density=2000.0, joint=lm.Joint(35.0, normal_stiffness=1e10, shear_stiffness=4e9),
+    )  # fmt: skip
+    loads = lm.Loads.weight(wall)
+    for name, x in (("left", 0.2), ("right", 0.6)):
+        loads = loads.with_point_load(wall, name, (0.0, 0.0, -1.0), at=(x, 0.0, 0.4))
+    for turn in (0.0, 0.3):
+        t = rotation_matrices(np.array([[0.0, 0.0, turn]]))[0]
+        turned = lm.Assembly.from_polyhedra(
+            [[(b.parts[0].vertices @ t.T, b.parts[0].faces)] for b in wall.blocks], names=["ground", "left", "right"],
+            fixed=["ground"], density=2000.0, joint=wall.interfaces[0].joint,
+        )  # fmt: skip
+        moved = lm.Loads(*(np.hstack([w[:, :3] @ t.T, w[:, 3:] @ t.T]) for w in (loads.dead, loads.live)))
+        found = lm.elastic_range(turned, moved)
+        assert found.low.multiplier == pytest.approx(-wall.weights[1], rel=1e-9)
+        assert found.high is None
+
+
+def test_range_with_nothing_in_it_says_what_own_weight_alone_exceeds():
+    t = rotation_matrices(np.array([[0.0, np.radians(30.0), 0.0]]))[0]
+    solids = [box((-1.0, -1.0, -0.2), (1.0, 1.0, 0.0)), box((-B / 2, -T / 2, 0.0), (B / 2, T / 2, 0.2))]
+    for phi in (0.0, 20.0):
+        # dry, on a slope of 30 degrees, and pulled along it across the fall
+        slope = lm.Assembly.from_polyhedra(
+            [[(s.vertices @ t.T, s.faces)] for s in solids], names=["ground", "block"], fixed=["ground"],
+            density=2000.0, joint=lm.Joint(phi, normal_stiffness=80e9, shear_stiffness=35e9),
+        )  # fmt: skip
+        loads = lm.Loads.weight(slope).with_point_load(slope, "block", (0.0, 1.0, 0.0), at=(0.0, 0.0, 0.0))
+        found = lm.elastic_range(slope, loads)
+        assert not found.stands
+        words = str(found)
+        assert "empty: own weight alone exceeds a strength, by slip of the base joint of ground and block" in words
+        assert "inf" not in words
+        assert "inf" not in str(found.high)
 
 
 def test_what_has_no_range_is_refused():
