@@ -15,7 +15,7 @@ from limitmason.capacity.certificate import Structure
 from limitmason.capacity.certified import certified_curve
 from limitmason.capacity.contacts import first_contacts, points_of_path
 from limitmason.capacity.crossing import with_crossings
-from limitmason.capacity.deformable import Deformation, deformation, plane_of
+from limitmason.capacity.deformable import Deformation, deformation, lumped, plane_of
 from limitmason.capacity.faces import shapes_of, with_faces
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.joint_laws import fall, refuse, refuse_partial_rotations, stiffnesses
@@ -34,7 +34,6 @@ from limitmason.equilibrium import degrees_of_freedom, project
 from limitmason.errors import InputError, NotApplicable
 from limitmason.law import interface_law
 from limitmason.law_table import refuse_ties
-from limitmason.lumped_units import with_lumped_units
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
@@ -150,9 +149,7 @@ def pushover(
     if deforming and contacts == ANEW:
         raise NotApplicable(f"contacts are not found anew between {blocks} blocks: leave contacts out")
     if blocks == LUMPED:
-        if stiffness is not None:
-            raise InputError("blocks='lumped' puts the units' compliance into the joints, which stiffness= would undo")
-        assembly = with_lumped_units(assembly)
+        assembly = lumped(assembly, stiffness)
     moving = _moving_support(assembly, control)
     if moving is not None:
         if to is None:

@@ -17,6 +17,7 @@ from limitmason.deformable import PLANE_STRESS, SOLID, STATES
 from limitmason.deformable.levels import ELASTIC, LUMPED, MODAL, RIGID
 from limitmason.errors import InputError
 from limitmason.joint_shapes import Shapes, at_joints, shapes_of
+from limitmason.lumped_units import with_lumped_units
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.plane import Plane, find_plane
@@ -67,6 +68,19 @@ class Deformation:
         if shape is None:
             return np.zeros((*reduced.shape[:-1], 3))
         return np.asarray(self.coordinates(block, reduced) @ shape.displacement(point[None])[0])
+
+
+def lumped(assembly: Assembly, stiffness: float | tuple[float, float] | None) -> Assembly:
+    """The assembly whose joints have the compliance of its units too.
+
+    Raises
+    ------
+    InputError
+        For a stiffness of joints that is given beside.
+    """
+    if stiffness is not None:
+        raise InputError("blocks='lumped' puts the units' compliance into the joints, which stiffness= would undo")
+    return with_lumped_units(assembly)
 
 
 def plane_of(assembly: Assembly, loads: Loads, blocks: str, stress: str | None) -> tuple[Plane | None, str]:

@@ -7,7 +7,7 @@ have in common. No steps, no speed and no tolerance enter: the check of what dri
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -17,8 +17,9 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from limitmason.capacity.contacts import points_of_path
-from limitmason.capacity.deformable import plane_of
+from limitmason.capacity.deformable import lumped, plane_of
 from limitmason.capacity.joint_laws import stiffnesses
+from limitmason.capacity.point_range import CRITERIA, point_range
 from limitmason.contact_points import ContactPoints, Grid
 from limitmason.deformable.levels import ELASTIC, LUMPED, MODAL, RIGID
 from limitmason.equilibrium import degrees_of_freedom, project
@@ -32,13 +33,6 @@ from limitmason.model.load import Loads
 from limitmason.vibration.blocks import stiffness_matrix
 
 Array = NDArray[np.float64]
-
-OPENING, SLIP, CRUSHING = "opening", "slip", "crushing"
-
-CRITERIA = (OPENING, SLIP, CRUSHING)
-"""What a joint point can fail by: N = -ft, |T| = c + tan(phi) N, N = fc."""
-
-_ALONG = 1e-14  # of the squares: the line runs along the cone
 
 _NOTHING = 1e-12
 """Of the largest stress that a load makes: below is what rounding leaves of none, 5e-15 in bonds of a hundred units."""
@@ -127,7 +121,7 @@ class ElasticRange:
         dead, live = _beyond_rounding(self.dead), _beyond_rounding(self.live)
         found = []
         for name in CRITERIA if criterion is None else (criterion,):
-            bound = sense * _RANGES[name](self._law, dead, live)[(1 + sense) // 2]
+            bound = sense * point_range(name, self._law, dead, live)[(1 + sense) // 2]
             k = int(np.argmin(bound))
             if bound[k] < np.inf:
                 found.append(self._onset(sense * float(bound[k]) + 0.0, name, k))  # no -0
@@ -249,9 +243,7 @@ def elastic_range(
     if len(loads.dead) != assembly.n_blocks:
         raise InputError(f"loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
     if blocks == LUMPED:
-        if stiffness is not None:
-            raise InputError("blocks='lumped' puts the units' compliance into the joints, which stiffness= would undo")
-        assembly = with_lumped_units(assembly)
+        assembly = lumped(assembly, stiffness)
     plane, state = plane_of(assembly, loads, blocks, stress)
     points = points_of_path(assembly, plane, "grid" if contact_model is None else contact_model, grid)
     if not points.count:
@@ -299,69 +291,3 @@ def _solved(matrix: sparse.csc_array, loads: Array) -> Array:
 def _beyond_rounding(stress: Array) -> Array:
     """Stresses of a load without those of no size beside the largest, which dry joints have no strength to hide."""
     return np.where(np.abs(stress) > _NOTHING * np.abs(stress).max(), stress, 0.0)
-
-
-def _below(constant: Array, slope: Array) -> tuple[Array, Array]:
-    """Range of lambda with constant + lambda slope <= 0, per row; nothing at all is (inf, -inf)."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        root = -constant / slope
-    nothing = (slope == 0.0) & (constant > 0.0)
-    low = np.where(nothing, np.inf, np.where(slope < 0.0, root, -np.inf))
-    return low, np.where(nothing, -np.inf, np.where(slope > 0.0, root, np.inf))
-
-
-def _opening(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
-    return _below(-dead[:, 0] - law.tension, -live[:, 0])
-
-
-def _crushing(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
-    crushes = law.crushes
-    return _below(np.where(crushes, dead[:, 0] - law.crushing, -1.0), np.where(crushes, live[:, 0], 0.0))
-
-
-def _slip(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
-    """Where a line of stresses runs inside the Coulomb cone |T| <= h, h = c + tan(phi) N; for ever where it is its axis
-    and ft lies beyond the apex, from where h counts as 0 as in :meth:`PointLaw.excess`.
-    """
-    low, high = _in_cone(law, dead, live)
-    axis = ~law.cut_off & ~dead[:, 1:].any(axis=1) & ~live[:, 1:].any(axis=1)
-    return np.where(axis, -np.inf, low), np.where(axis, np.inf, high)
-
-
-def _in_cone(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
-    """Where a line of stresses runs inside |T| <= h with h >= 0."""
-    bears, grows = law.shear_strength(dead[:, 0]), law.tan_phi * live[:, 0]
-    if dead.shape[1] == 2:
-        one, other = (_below(sign * dead[:, 1] - bears, sign * live[:, 1] - grows) for sign in (1.0, -1.0))
-        return np.maximum(one[0], other[0]), np.minimum(one[1], other[1])
-    # inside where q = |T|^2 - h^2 = a lambda^2 + 2 b lambda + k <= 0 and h >= 0
-    shear = np.linalg.norm(live[:, 1:], axis=1)
-    a = shear**2 - grows**2
-    b = (dead[:, 1:] * live[:, 1:]).sum(axis=1) - bears * grows
-    k = (dead[:, 1:] ** 2).sum(axis=1) - bears**2
-    with np.errstate(divide="ignore", invalid="ignore"):
-        # 2 / (-b +- root) has no difference of near numbers where a is small
-        root = np.sqrt(np.maximum(b * b - a * k, 0.0))
-        far = -b - np.where(b < 0.0, -1.0, 1.0) * root
-        ends = np.sort([far / a, np.where(far == 0.0, 0.0, k / far)], axis=0)  # both are 0 where one is by no division
-        middle = -b / a
-        # along the cone there is one end; on a generator that is the apex
-        single = np.where(b == 0.0, -bears / grows, k / far)
-    out = np.full(len(a), np.inf)
-    along, across = np.abs(a) <= _ALONG * (shear**2 + grows**2), a > 0.0
-    low, high = np.where(grows > 0.0, ends[1], -out), np.where(grows > 0.0, out, ends[0])
-    real = (b * b >= a * k) & (bears + grows * middle >= 0.0)
-    low = np.where(across, np.where(real, ends[0], out), low)
-    high = np.where(across, np.where(real, ends[1], -out), high)
-    # the other nappe, where q <= 0 > h, bears nothing
-    holds = np.where(grows > 0.0, b < 0.0, b > 0.0) | ((b == 0.0) & (k <= 0.0))
-    low = np.where(along, np.where(holds, np.where(grows > 0.0, single, -out), out), low)
-    high = np.where(along, np.where(holds, np.where(grows > 0.0, out, single), -out), high)
-    still = (shear == 0.0) & (grows == 0.0)
-    inside = (k <= 0.0) & (bears >= 0.0)
-    return np.where(still, np.where(inside, -out, out), low), np.where(still, np.where(inside, out, -out), high)
-
-
-_RANGES: Mapping[str, Callable[[PointLaw, Array, Array], tuple[Array, Array]]] = {
-    OPENING: _opening, SLIP: _slip, CRUSHING: _crushing,
-}  # fmt: skip

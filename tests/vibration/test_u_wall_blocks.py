@@ -9,6 +9,7 @@ from u_wall_blocks import identification, onset, page, pushed
 
 import dem
 import limitmason as lm
+from limitmason.law import PointLaw
 
 PAGE = Path(__file__).parents[2] / "docs" / "papers" / "u-walls.md"
 
@@ -162,17 +163,32 @@ def test_loads_of_the_first_points_by_hand():
     small = onset.Forces(dn, np.array([[0.6, 0.8]]), np.zeros(1, bool), np.zeros(1, bool))
     for start, mu, slips in ((0.0, 0.5, 4.0), (-1.0, 0.5, 4.5), (0.0, 0.25, 5.5 / 1.5), (0.0, 2.0, 23.0 / 5.0)):
         rest = onset.Forces(n, start * np.array([[0.6, 0.8]]), np.zeros(1, bool), np.zeros(1, bool))
-        found = onset.first_loads(rest, small, np.array([3.0]), np.array([4.0]), np.array([mu]))
+        law = PointLaw(np.array([mu]), np.zeros(1), np.array([3.0]), np.array([4.0]), np.array([np.inf]))
+        found = onset.first_loads(rest, small, law)
         assert found == pytest.approx([5.0, 7.0, slips])
 
 
 def test_points_give_way_at_the_same_loads_in_the_dem_and_in_the_micro_model():
     kept = onset.read()
-    for ground in ("bonded", "joint"):
-        driven, rest = (kept[f"REGW, ground {ground}, {family}"] for family in ("DEM", "micro-model"))
-        # rigid stones against such of 20 GPa, of which the wall is 5 % softer
-        assert (driven.opens, driven.slips) == pytest.approx((rest.opens, rest.slips), rel=0.02)
-        assert not any(driven.counts + rest.counts)
+    driven, rest = (onset.run(c) for c in onset.CASES if c.ground == "joint")
+    # rigid stones against such of 20 GPa, of which the wall is 5 % softer
+    assert (driven.opens, driven.slips) == pytest.approx((rest.opens, rest.slips), rel=0.02)
+    assert not any(driven.counts + rest.counts)
+    # and the page's rows are of the code as it is
+    for found, family in ((driven, "DEM"), (rest, "micro-model")):
+        row = kept[f"REGW, ground joint, {family}"]
+        assert (found.opens, found.slips) == pytest.approx((row.opens, row.slips), rel=2e-3)
+        assert found.counts == row.counts
+
+
+def test_kept_pushes_are_of_the_code_as_it_is():
+    name = "REGW, lost by opening alone; ground without tension"
+    kept, found = pushed.read()[name], pushed.run(next(c for c in pushed.CASES if c.name == name))
+    assert found.stiffness == pytest.approx(kept.stiffness, rel=2e-3)
+    assert found.limit == pytest.approx(kept.limit, rel=1e-3)
+    # it sticks and slips
+    assert found.at == pytest.approx(kept.at, rel=0.05)
+    assert found.mechanism == kept.mechanism
 
 
 class Counted:

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 import dem
 from limitmason import experiments
 from limitmason.capacity import Steps
+from limitmason.capacity.point_range import OPENING, SLIP, point_range
 from limitmason.csv_table import parsed, write_table
 from limitmason.experiments.murano_u_walls import micro
 from limitmason.experiments.record import Experiment
-from limitmason.law import interface_law
+from limitmason.law import PointLaw, interface_law
 from limitmason.model.assembly import Assembly
 from limitmason.text_table import markdown
 
@@ -90,30 +91,23 @@ class Forces(NamedTuple):
     load: float = SMALL
 
 
-def first_loads(at_rest: Forces, per_kn: Forces, cohesion: Array, tension: Array, tan_phi: Array) -> Array:
-    """Loads at which the first point is pulled, reaches its tensile and its shear strength [kN], as springs.
-
-    N = N0 + q dN and T = T0 + q dT: pulled at N = 0, open at N = -ft A, sliding at |T| = c A + tan(phi) N.
+def first_loads(at_rest: Forces, per_kn: Forces, law: PointLaw) -> Array:
+    """Loads at which the first point is pulled, opens and slips [kN], as springs; 0 where it has under dead load.
 
     Parameters
     ----------
     at_rest, per_kn : forces under dead load, and per kN of the airbag
-    cohesion, tension : c A, ft A [N], shape (m,)
-    tan_phi : [-], shape (m,)
+    law : strengths over the areas of the points [N]
     """
-    n, dn, t, dt = at_rest.normal, per_kn.normal, at_rest.shear, per_kn.shear
-    falls = np.maximum(-dn, 1e-300)
-    bears = cohesion + tan_phi * n
-    a = (dt * dt).sum(axis=1) - (tan_phi * dn) ** 2
-    b = (t * dt).sum(axis=1) - tan_phi * dn * bears
-    c = (t * t).sum(axis=1) - bears * bears
-    # the smallest positive root of a q^2 + 2 b q + c, where c < 0 at rest; none where b + root is not positive
-    root = np.sqrt(np.maximum(b * b - a * c, 0.0))
-    slips = np.divide(-c, b + root, out=np.full(len(a), np.inf), where=(b + root > 0.0) & (b * b >= a * c))
-    return np.array([
-        np.where(n <= 0.0, 0.0, n / falls).min(), (np.maximum(n + tension, 0.0) / falls).min(),
-        np.where(c >= 0.0, 0.0, slips).min(),
-    ])  # fmt: skip
+    dead, live = (np.column_stack([f.normal, f.shear]) for f in (at_rest, per_kn))
+    found = []
+    for criterion, strength in (
+        (OPENING, law._replace(tension=np.zeros_like(law.tension))), (OPENING, law), (SLIP, law)
+    ):  # fmt: skip
+        low, high = point_range(criterion, strength, dead, live)
+        # a point that is beyond its strength at rest has no range with 0 in it
+        found.append(np.where((low >= 0.0) | (high <= 0.0), 0.0, high).min())
+    return np.array(found)
 
 
 def wall_of(case: Case) -> tuple[Experiment, Assembly]:
@@ -177,7 +171,7 @@ def run(case: Case, progress: Callable[[str], None] | None = None) -> Onset:
     per_kn = small._replace(
         normal=(small.normal - rest.normal) / small.load, shear=(small.shear - rest.shear) / small.load
     )
-    pulled, opens, slips = first_loads(rest, per_kn, law.cohesion, law.tension, law.tan_phi)
+    pulled, opens, slips = first_loads(rest, per_kn, law)
     counts = tuple(int(c.sum()) for f in (rest, *found[2:]) for c in (f.open, f.slid))
     return Onset(len(area), pulled, opens, slips, counts, time.process_time() - begun)
 
