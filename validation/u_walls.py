@@ -25,7 +25,7 @@ from limitmason.continuum.path import INTERRUPTED
 from limitmason.curve import Curve, Event
 from limitmason.errors import InputError, NotConverged
 from limitmason.experiments.murano_u_walls import macro, micro
-from limitmason.figures import load_displacement
+from limitmason.figures import load_displacement, print_style
 from limitmason.text_table import filled, markdown
 
 NAME = "murano-u-walls"
@@ -129,7 +129,7 @@ def main() -> None:
     from validation.u_wall_blocks import curves as of_blocks
     from validation.u_wall_blocks.page import sections
 
-    drawn(curves, stones, of_blocks.curves(chosen.kept)).savefig(chosen.out / "u-walls.png")
+    drawn(curves, stones, of_blocks.curves(chosen.kept)).savefig(chosen.out / "u-walls.png", dpi=160)
     text = page(curves, stones, rigid, chosen.size) + "\n" + sections()
     (chosen.out / "u-walls.md").write_text(text, encoding="utf-8")
 
@@ -240,13 +240,23 @@ def elastic_stiffness(specimen: str, properties: str, size: float, **options: fl
 def drawn(
     curves: dict[str, SolidCurve | None], stones: dict[str, Curve], blocks: dict[str, tuple[Any, Any]]
 ) -> Figure:
-    """All curves in one figure, with what the source prints of the tests."""
-    shown = {k: (c.displacement, c.load) for k, c in (curves | stones).items() if c is not None} | blocks
-    tests = {s: experiments.load(NAME, s) for s in ("DS", "REGW")}
-    levels = {f"test {s}": 1e3 * float(t.measured["peak (section 6)"]) for s, t in tests.items()}
-    return load_displacement(shown, levels=levels, title="U walls as homogeneous solids and stone by stone",
-                             caption="solids with smeared cracks; micro: stones that deform; blocks: the DEM; loose "
-                             "foot: a ground joint without tension; levels: peaks measured")
+    """All curves in one figure, a wall a panel, with the peaks of the tests."""
+    shown = {
+        k.replace(" step", " solid, step").replace(" final", " solid, final"): (c.displacement, c.load)
+        for k, c in (curves | stones).items() if c is not None
+    } | blocks  # fmt: skip
+    with print_style():
+        figure = Figure(figsize=(7.2, 4.6), layout="constrained")
+        figure.suptitle(
+            "Airbag against top displacement. Solids: smeared cracks; micro: stones that deform; blocks: the DEM;\n"
+            "loose foot: ground joint without tension; tests: peaks of Murano et al., section 6", fontsize="small",
+        )  # fmt: skip
+        for ax, wall, free in zip(figure.subplots(1, 2), ("REGW", "DS"), (0.57, 0.85), strict=True):
+            peak = float(experiments.load(NAME, wall).measured["peak (section 6)"])
+            of_wall = {k.removeprefix(f"{wall} "): c for k, c in shown.items() if k.startswith(wall)}
+            load_displacement(of_wall, levels={"test, peak": 1e3 * peak}, title=wall, ax=ax)
+            ax.legend(loc="center right", bbox_to_anchor=(1.0, free))  # between the curves
+    return figure
 
 
 def page(curves: dict[str, SolidCurve | None], stones: dict[str, Curve], rigid: Curve, size: float) -> str:

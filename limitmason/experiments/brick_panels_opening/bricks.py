@@ -36,8 +36,8 @@ PACE = round(3 * STEPS * TO / TRAVEL)
 ENERGY = 0.5
 """Fracture energy in tension with which the sequence of failures is no race [J/m2]; assumed."""
 
-MEDIAN_OF_5 = 0.5355
-"""Standard deviation of the median of five normal values over theirs: the integral of an order statistic."""
+MEDIAN_OF = {3: 0.6698, 5: 0.5355}
+"""Standard deviation of the median of so many normal values over theirs: the integral of an order statistic."""
 
 STUDENT = 2.05
 """Of 95 % on both sides at 28 degrees of freedom, four of each of seven cases."""
@@ -65,7 +65,7 @@ def changes(peaks: Array) -> tuple[Array, float]:
     log = np.log(peaks)
     spread = float(np.sqrt(log.var(axis=1, ddof=1).mean()))
     middle = np.median(log, axis=1)
-    return middle - middle[0], STUDENT * MEDIAN_OF_5 * np.sqrt(2.0) * spread
+    return middle - middle[0], STUDENT * MEDIAN_OF[5] * np.sqrt(2.0) * spread
 
 
 def section(runs: Runs) -> list[str]:

@@ -25,9 +25,6 @@ LEFT_OUT = 13
 STARTS = (1, 2)
 """Perturbed starts of every run of the large table, beside the panel as built."""
 
-MEDIAN_OF_3 = 0.6698
-"""Standard deviation of the median of three normal values over theirs: the integral of an order statistic."""
-
 
 @watched("page")
 def page(*, store: str | Path | None = None, progress: Callable[[str], None] | None = None) -> str:
@@ -172,15 +169,16 @@ def _strengths(runs: Runs) -> list[str]:
         "nothing lost "
         f"{_geometric(np.array(peaks['nothing']) / printed)} (these two at one speed).",
         "- Peaks are medians of three starts, the panel as built and every brick moved by up to 1e-10 m twice; beside "
-        f"them the least and the largest. The noise of a start is {noise:.1%} of a peak (36 degrees of freedom), that "
-        f"of a median {MEDIAN_OF_3 * noise:.1%}: of the scatter about the printed loads it is the smaller part. "
+        f"them the least and the largest. The noise of a start is {noise:.1%} of a peak (36 degrees of freedom), "
+        f"that of a median {bricks.MEDIAN_OF[3] * noise:.1%}: of the scatter about the printed loads it is the "
+        "smaller part. "
         "*rate*: three times the speed, of the panel as built; it holds the same noise.",
         "- At ft 0.05 MPa the first joint fails before the second sample; its load is read after the drop: see below.",
         f"- Settlement by own weight: printed 0.026 mm, ours {out[8].settlement:.4f} mm. Before the first failure: "
         f"printed 0.024 mm/kN, ours {out[8].stiffness:.4f} mm/kN (run 9).",
         f"- Logarithmic slopes of the failure load, 17 runs (without {LEFT_OUT}), with the standard errors that the "
         "scatter about a power law leaves; bricks that bend as below, the other outlines at one speed:", "",
-        *markdown(table), "", _what_decides(rows, slopes, MEDIAN_OF_3 * noise), "",
+        *markdown(table), "", _what_decides(rows, slopes, bricks.MEDIAN_OF[3] * noise), "",
     ]  # fmt: skip
 
 
