@@ -18,9 +18,9 @@ import numpy as np
 
 import limitmason as lm
 from limitmason.capacity import stepping
-from limitmason.capacity.path import _extrapolated
 from limitmason.capacity.point_law import trial
 from limitmason.capacity.program import solve_step
+from limitmason.capacity.steps import extrapolated
 
 TO = 2e-3  # m
 
@@ -46,7 +46,7 @@ def sampled(curve, every):
         last, target = made.begun(nodes[k]), nodes[k + 1].control
         system = made.systems[last.generation]
         ratio = float(np.abs(system.live).sum())
-        guess = _extrapolated(system, list(nodes[: k + 1]), 0, target - last.control)
+        guess = extrapolated(system, list(nodes[: k + 1]), 0, target - last.control)
         own, _ = seconds(lambda s=system, n=last, t=target, g=guess, r=ratio: stepping.step(s, n, t, g, r))
         at = system.evaluate(last.pose, last.history, last.multiplier)
         elastic = trial(system.law, last.history, at.contact.displacement) * system.bodies.area[:, None]

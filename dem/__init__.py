@@ -4,7 +4,6 @@ from dem.collapse import collapse
 from dem.history import History
 from dem.identification import identify, white_noise
 from dem.joints import JointOptions
-from dem.modes import Modes, natural_frequencies, stiffness_matrix
 from dem.push import push
 from dem.push_curve import PushCurve
 from dem.settings import DemSettings
@@ -21,7 +20,6 @@ __all__ = [
     "History",
     "Hold",
     "JointOptions",
-    "Modes",
     "PushCurve",
     "Ramp",
     "Servo",
@@ -35,11 +33,9 @@ __all__ = [
     "collapse",
     "identify",
     "make_state",
-    "natural_frequencies",
     "push",
     "resume",
     "simulate",
-    "stiffness_matrix",
     "tilt_test",
     "white_noise",
 ]

@@ -1,4 +1,4 @@
-"""Collapse multiplier by the DEM with its own error budget: stiffness, contact points and rate."""
+"""Collapse multiplier by the DEM with its own error budget: stiffness, ks/kn, contact points and rate."""
 
 import time
 from collections.abc import Mapping
@@ -14,13 +14,7 @@ from dem.search import Controls, Search, increments, ramps
 from dem.settings import DemSettings, Grid, Loading
 from dem.state import QUASI_STATIC, State, make_state
 from dem.stepping import EQUILIBRIUM, UNDECIDED, smallest_edge
-from limitmason.certificate import certify
-from limitmason.deformable.levels import RIGID
-from limitmason.errors import InputError
-from limitmason.model import Assembly, Loads
-from limitmason.model.stages import Damping
-from limitmason.progress import reached, task
-from limitmason.results import (
+from limitmason.answers.results import (
     ALMOST_SOLVED,
     NOT_CONVERGED,
     SOLVED,
@@ -30,10 +24,19 @@ from limitmason.results import (
     ContactModel,
     Prediction,
 )
-from limitmason.stated import states
+from limitmason.deformable.levels import RIGID
+from limitmason.display.progress import reached, task
+from limitmason.errors import InputError
+from limitmason.mechanics.certificate import certify
+from limitmason.mechanics.stated import states
+from limitmason.model import Assembly, Loads
+from limitmason.model.stages import Damping
 
 MOVED, WIDEST = 0.02, 0.3
 """Displacement that counts as collapse, at first and for soft joints, over the smallest block dimension [-]."""
+
+SHEAR = 0.4
+"""Factor on ks in the error budget [-]: G / E of a mortar, where kn is ks by default."""
 
 LOADING = Damping(local=0.4, kinetic=True)
 RAMPING = Damping(local=0.5)
@@ -77,7 +80,7 @@ def collapse(
     walls (bending before collapse), and torsion depends on the contact points: the error budget says by how much. It
     is an estimate, not a bound. Source of the procedure: Godio, Stefanou, Sab 2017, eq. 5.
     """
-    chosen = (settings or DemSettings()).with_options(options, stacklevel=3)
+    chosen = (settings or DemSettings()).with_options(options)
     with task("DEM, collapse", shown=chosen.progress is None):
         return _collapse(assembly, loads, chosen)
 
@@ -124,6 +127,8 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
             )
             if check == "stiffness":
                 changed = start(law=replace(law_options, stiffness_factor=10.0 * law_options.stiffness_factor))
+            elif check == "ks/kn":
+                changed = start(law=replace(law_options, shear_factor=SHEAR * law_options.shear_factor))
             elif check == "contact points":
                 changed = start(points=_doubled(contact_points), model="grid")
             if not held:
@@ -271,6 +276,8 @@ def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]], unbalanced
         # deformation fades as 1 / stiffness: a tenth of it is left at ten times the stiffness
         share = 10.0 / 9.0 if check == "stiffness" else 1.0
         least, most = row["multiplier"], row["smallest moving"]
+        if check == "rate" and "ramps" in found.details:
+            least = found.stable - abs(least - found.stable)  # a line through two ramps misses to either side
         if "ramps" in found.details:
             # what a ramp measures at its own speed is no bracket; its value at no speed is what compares
             most = found.moving + least - found.stable

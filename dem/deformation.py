@@ -9,10 +9,12 @@ from scipy.linalg import eigh
 
 from dem.kernels import LAW_CROSS, LAW_KN, LAW_KS, Joints, Modes, Points
 from limitmason.deformable import SOLID, STATES, modal_blocks
+from limitmason.deformable.body import products
 from limitmason.deformable.levels import MODAL, RIGID
 from limitmason.errors import InputError
+from limitmason.mechanics.joint_shapes import face_motions
+from limitmason.mechanics.plane import Plane, find_plane
 from limitmason.model import Assembly, Loads
-from limitmason.plane import Plane, find_plane
 
 Array = NDArray[np.float64]
 
@@ -20,7 +22,9 @@ LEVELS = (RIGID, MODAL)
 """How the blocks of a run deform."""
 
 
-def plane_of(assembly: Assembly, loads: Loads, blocks: str, stress: str) -> Plane | None:
+def plane_of(
+    assembly: Assembly, loads: Loads, blocks: str, stress: str, driven: np.ndarray | None = None
+) -> Plane | None:
     """Plane that a run needs for the state of stress asked for, None in space.
 
     Raises
@@ -36,11 +40,11 @@ def plane_of(assembly: Assembly, loads: Loads, blocks: str, stress: str) -> Plan
         return None
     if blocks == RIGID:
         raise InputError(f"stress={stress!r} is for blocks='modal': rigid blocks have no stress")
-    plane = find_plane(assembly, loads)
+    plane = find_plane(assembly, loads, driven)
     if plane is None:
         raise InputError(
-            f"stress={stress!r} needs blocks, joints, supports and loads that are symmetric about one plane; take this "
-            "problem in space"
+            f"stress={stress!r} needs blocks, joints, supports, loads and drives that are symmetric about one plane; "
+            "take this problem in space"
         )
     return plane
 
@@ -51,7 +55,8 @@ class Deformation:
 
     Parameters
     ----------
-    constant, linear, quadratic : of the shapes, see :class:`limitmason.deformable.ModalBlock`, (n, m, 3), ...
+    coefficients, axes, half : of the shapes, see :class:`limitmason.deformable.Body`, (n, m, 3, e), (n, 3, 3), (n, 3)
+    powers : of the polynomials, shape (e, 3)
     mean, gradient : stress at the centroid [Pa] and its gradient [Pa/m] per unit of a coordinate, block axes,
         shapes (n, m, 3, 3), (n, m, 3, 3, 3)
     reach : largest displacement of a corner per unit of a coordinate [m], shape (n, m)
@@ -59,9 +64,10 @@ class Deformation:
     state : "solid", "plane stress" or "plane strain"
     """
 
-    constant: Array
-    linear: Array
-    quadratic: Array
+    coefficients: Array
+    axes: Array
+    half: Array
+    powers: NDArray[np.intp]
     mean: Array
     gradient: Array
     reach: Array
@@ -76,6 +82,16 @@ class Deformation:
     def plane(self) -> bool:
         """Whether the blocks deform in a plane."""
         return bool(self.normal.any())
+
+    def displacement(self, block: NDArray[np.intp], arm: Array) -> Array:
+        """Displacement of every shape of blocks at arms from their centroids [m], (p,) and (p, 3), shape (p, 3, m)."""
+        out = np.zeros((len(block), 3, self.reach.shape[1]))
+        for i in np.unique(block):
+            if self.coefficients[i].any():
+                mine = block == i
+                value, _ = products(arm[mine] @ self.axes[i].T / self.half[i], self.powers)
+                out[mine] = np.einsum("pe,kce,ci->pik", value, self.coefficients[i], self.axes[i], optimize=True)
+        return out
 
 
 class BlockStress(NamedTuple):
@@ -111,36 +127,34 @@ def frames(joints: Joints) -> tuple[Array, Array]:
     return joints.frame, np.asarray(joints.frame @ np.swapaxes(turn, 1, 2))
 
 
-def sides(deformation: Deformation, joints: Joints) -> tuple[Array, Array, Array]:
-    """Coefficients of the shapes on the plane of every joint, ``side_a``, ``side_b`` and ``along`` of the kernel."""
+def sides(deformation: Deformation, points: Points, joints: Joints) -> tuple[Array, Array, Array]:
+    """Coefficients of the shapes on the plane of every joint, ``side_a``, ``side_b`` and ``along`` of the kernel.
+
+    A joint takes up six motions of a face, see :func:`limitmason.mechanics.joint_shapes.face_motions`.
+    """
     frame_a, frame_b = frames(joints)
+    n = len(frame_a)
     whole = np.where(joints.law[:, LAW_CROSS] != 0.0, 0.0, 1.0)[:, None, None]  # at crossing edges blocks are rigid
-    along = np.zeros((len(frame_a), 2))
+    along = np.zeros((n, 2))
     if deformation.plane:
         tangent = np.cross(deformation.normal, frame_a[:, 2])
         along = np.ascontiguousarray(np.einsum("kti,ki->kt", frame_a[:, :2], tangent))
+    owner = np.repeat(np.arange(n), np.diff(joints.start))
+    place, m = np.column_stack([points.s, points.t]), deformation.reach.shape[1]
     out = []
     for block, arm, frame in ((joints.block_a, joints.arm_a, frame_a), (joints.block_b, joints.arm_b, frame_b)):
-        c, linear, q = deformation.constant[block], deformation.linear[block], deformation.quadratic[block]
-        t1, t2 = frame[:, 0], frame[:, 1]
+        axes = frame[owner]
+        u = deformation.displacement(block[owner], arm[owner] + np.einsum("xt,xti->xi", place, axes[:, :2]))
+        c1, c2, c3, w1, w2, w3 = face_motions(joints.start, place, points.area, axes @ u).transpose(1, 0, 2)
         if deformation.plane:
-            t1 = along[:, :1] * t1 + along[:, 1:] * t2
-
-        def form(u: Array, v: Array, q: Array = q) -> Array:
-            return np.asarray(np.einsum("kmijl,kj,kl->kmi", q, u, v, optimize=True))
-
-        def line(u: Array, linear: Array = linear) -> Array:
-            return np.asarray(np.einsum("kmij,kj->kmi", linear, u))
-
-        first = [c + line(arm) + form(arm, arm), line(t1) + 2.0 * form(arm, t1)]
-        if deformation.plane:
-            terms = np.stack([*first, form(t1, t1)], axis=3)  # (k, m, 3, 3)
-            axes = np.stack([t1, frame[:, 2]], axis=1)
+            al, be = along.T[:, :, None]
+            side = np.zeros((n, m, 2, 3))
+            side[:, :, 0, 0], side[:, :, 1, 0], side[:, :, 1, 1] = al * c1 + be * c2, c3, be * w1 - al * w2
         else:
-            second = [line(t2) + 2.0 * form(arm, t2), form(t1, t1), 2.0 * form(t1, t2), form(t2, t2)]
-            terms, axes = np.stack([*first, *second], axis=3), frame
-        coefficients = np.einsum("kci,kmip->kmcp", axes, terms)
-        out.append(np.ascontiguousarray(whole * coefficients.reshape(*coefficients.shape[:2], -1)))
+            side = np.zeros((n, m, 3, 6))
+            side[:, :, :, 0] = np.stack([c1, c2, c3], axis=2)
+            side[:, :, 0, 2], side[:, :, 1, 1], side[:, :, 2, 1], side[:, :, 2, 2] = -w3, w3, -w2, w1
+        out.append(np.ascontiguousarray(whole * side.reshape(n, m, -1)))
     return out[0], out[1], along
 
 
@@ -210,14 +224,16 @@ class Start:
             raise InputError(f"stress={stress!r} does not go with a problem {'in a plane' if plane else 'in space'}")
         shapes = modal_blocks(assembly, stress, None if plane is None else plane.normal)
         n, m = len(shapes), max(x.count for x in shapes if x is not None)
+        powers = next(x.powers for x in shapes if x is not None)
         out = Deformation(
-            np.zeros((n, m, 3)), np.zeros((n, m, 3, 3)), np.zeros((n, m, 3, 3, 3)), np.zeros((n, m, 3, 3)),
-            np.zeros((n, m, 3, 3, 3)), np.zeros((n, m)), np.zeros(3) if plane is None else plane.normal.copy(), stress,
+            np.zeros((n, m, 3, len(powers))), np.tile(np.eye(3), (n, 1, 1)), np.ones((n, 3)), powers,
+            np.zeros((n, m, 3, 3)), np.zeros((n, m, 3, 3, 3)), np.zeros((n, m)),
+            np.zeros(3) if plane is None else plane.normal.copy(), stress,
         )  # fmt: skip
         for i, shape in enumerate(shapes):
             if shape is not None:
-                out.constant[i], out.linear[i], out.quadratic[i] = shape.constant, shape.linear, shape.quadratic
-                out.mean[i], out.gradient[i] = shape.stress_modes()
+                out.coefficients[i], out.axes[i], out.half[i] = shape.coefficients, shape.axes, shape.half
+                out.mean[i], out.gradient[i] = shape.linear_stress(assembly.blocks[i])
         deforming = {i: x for i, x in enumerate(shapes) if x is not None}
         return cls(out, {i: x.stiffness for i, x in deforming.items()}, {i: x.mass for i, x in deforming.items()})
 
@@ -238,17 +254,16 @@ class Start:
             value, bases[i] = eigh(k, metric)
             stiffness[i], inv_mass[i] = np.maximum(value, 0.0), 1.0
         new = {f.name: getattr(d, f.name) for f in fields(d)}
-        for name in ("constant", "linear", "quadratic", "mean", "gradient"):
+        for name in ("coefficients", "mean", "gradient"):
             new[name] = new[name].copy()
             for i, basis in bases.items():
                 new[name][i] = np.tensordot(basis.T, new[name][i], axes=1)
         for i in bases:
             x = assembly.blocks[i].vertices - assembly.centroids[i]
-            u = new["constant"][i][None] + np.einsum("kij,xj->xki", new["linear"][i], x)
-            u += np.einsum("kijl,xj,xl->xki", new["quadratic"][i], x, x)
-            new["reach"][i] = np.linalg.norm(u, axis=2).max(axis=0)
+            u = Deformation(**new).displacement(np.full(len(x), i), x)
+            new["reach"][i] = np.linalg.norm(u, axis=1).max(axis=0)
         deformation = Deformation(**new)
-        side_a, side_b, along = sides(deformation, joints)
+        side_a, side_b, along = sides(deformation, points, joints)
         zero = np.zeros((n, m))
         modes = Modes(
             zero, zero.copy(), stiffness, np.ones((n, m)), inv_mass, zero.copy(), zero.copy(), side_a, side_b, along,
@@ -259,7 +274,7 @@ class Start:
 
 def coupled_of(start: Deformation, points: Points, joints: Joints, moves: NDArray[np.bool_]) -> Array:
     """:func:`coupled_stiffness` of shapes in any coordinates; ``moves`` says which rigid motions a block has, (6,)."""
-    side_a, side_b, along = sides(start, joints)
+    side_a, side_b, along = sides(start, points, joints)
     out = coupled_stiffness(points, joints, side_a, side_b, along, len(start.reach))
     out[:, :6][:, ~moves] = 0.0
     out[:, :, :6][:, :, ~moves] = 0.0
@@ -289,9 +304,10 @@ def fastest_of(mass: Array, inertia: Array, modes: Modes, coupled: Array) -> flo
     return 0.5 * max(tops, default=0.0)
 
 
-def relative_deformation(deformation: Deformation, modes: Modes, joint: Joints, s: Array, t: Array) -> Array:
+def relative_deformation(deformation: Deformation, modes: Modes, joint: Joints, points: Points) -> Array:
     """Displacement of b's face against a's by deformation at points of a joint just made [m], its axes, (m, 3)."""
-    side_a, side_b, along = sides(deformation, joint)
+    s, t = points.s, points.t
+    side_a, side_b, along = sides(deformation, points, joint)
     change = modes.value[joint.block_b[0]] @ side_b[0] - modes.value[joint.block_a[0]] @ side_a[0]
     if not deformation.plane:
         powers = np.stack([np.ones_like(s), s, t, s * s, s * t, t * t])
@@ -303,7 +319,7 @@ def relative_deformation(deformation: Deformation, modes: Modes, joint: Joints, 
 
 def with_joints(deformation: Deformation, modes: Modes, points: Points, joints: Joints) -> Modes:
     """The same coordinates between other joints."""
-    side_a, side_b, along = sides(deformation, joints)
+    side_a, side_b, along = sides(deformation, points, joints)
     pad = np.zeros((len(modes.pad) and len(points.s), 3))
     return modes._replace(side_a=side_a, side_b=side_b, along=along, pad=pad)
 

@@ -7,18 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.new_joints import (
-    CROSSING,
-    FACES,
-    Fresh,
-    assemble,
-    close_setbacks,
-    crossing_joint,
-    deformed,
-    face_joint,
-    inherit,
-    keep_energy,
-)
+from dem.inheritance import close_setbacks, deformed, inherit, keep_energy
+from dem.internal_edges import FLAT, Bearings, Poses, goes_on, moved_together
+from dem.kernels import Joints
+from dem.new_joints import CROSSING, FACES, Fresh, assemble, crossing_joint, face_joint
 from dem.state import Measured, State
 from limitmason.geometry import Solid
 from limitmason.geometry.boxtree import overlapping_pairs
@@ -34,9 +26,6 @@ TURN_LIMIT = np.deg2rad(3.0)
 
 MARGIN = 0.05
 """Gap up to which two blocks count as near, over the smallest block dimension [-]."""
-
-FLAT = np.cos(np.deg2rad(5.0))
-"""Cosine of the angle up to which two faces lie on each other; their contact is an area, not a corner or a crossing."""
 
 SOONEST = 4
 """Fewest steps between two searches."""
@@ -118,9 +107,9 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float)
     edges follows them at any slip and turn and stays while it is where the pieces overlap least. A corner, an edge or a
     crossing that carries nothing is looked for anew each time, so that what touches first is what the joint is made
     for. New pairs take the law of a joint of one of their blocks without cohesion and tension: they were never bonded.
-    A new joint starts with the shear force and the dilation of the nearest old point of its pair, and never with more
-    elastic energy than the pair had: the gaps of pressed points are
-    widened where it would, and narrow again as the points open.
+    A new joint starts with the shear force and the dilation of the nearest old point of its pair, or of the joint whose
+    face goes on in its own (:mod:`dem.internal_edges`), and never with more elastic energy than these had: the gaps of
+    pressed points are widened where it would, and narrow again as the points open.
 
     Parameters
     ----------
@@ -134,48 +123,128 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float)
     blocks = np.sort(np.column_stack([pieces.owner[p], pieces.owner[q]]), axis=1)
     use = (blocks[:, 0] != blocks[:, 1]) & ~(assembly.fixed[blocks[:, 0]] & assembly.fixed[blocks[:, 1]])
     p, q, blocks = p[use], q[use], blocks[use]
-    m = len(p)
-    polygon, n_poly = np.zeros((m, 32, 3)), np.zeros(m, dtype=np.int64)
-    plane, crossing, base_first = np.zeros((m, 4)), np.zeros((m, 5, 3)), np.zeros(m, dtype=bool)
-    kind, gap = np.zeros(m, dtype=np.int64), np.zeros(m)
-    kernels.contact_shapes(
-        corners, pieces.n_corners, pieces.faces, pieces.size, pieces.n_faces, pieces.edges, pieces.n_edges,
-        np.ascontiguousarray(np.column_stack([p, q])), margin, FLAT, kind, gap, polygon, n_poly, plane, crossing,
-        base_first,
-    )  # fmt: skip
-    met = kind > 0
+    met = _Meeting(corners, pieces, p, q, margin)
     now = state.measured(assembly)
     close_setbacks(state, now)
     joints = state.joints
     pair_of = np.sort(np.column_stack([joints.block_a, joints.block_b]), axis=1)
     n_blocks = assembly.n_blocks
     code, key = pair_of @ (n_blocks, 1), blocks @ (n_blocks, 1)
-    outworn = _outworn(state, now, code, key[met], kind[met], gap[met], margin)
+    turned = _turned_since(state) > TURN_LIMIT
+    bearings = Bearings.of(state, now, rot, (state.contact == FACES) & ~turned)
+    beside = _on_faces_that_go_on(met, joints, bearings, n_blocks)
+    kind, gap = met.kind, met.gap
+    near = kind > 0
+    outworn = _outworn(state, now, code, key[near], kind[near], gap[near], margin, turned)
+    slip = np.maximum.reduceat(np.linalg.norm(now.slip, axis=1), joints.start[:-1]) if len(code) else np.zeros(0)
+    family = Families()
+    normal = np.einsum("kij,kj->ki", rot[joints.block_a], joints.frame[:, 2])
+    for row, k in beside.items():
+        mine = code == key[row]
+        across = mine & (np.abs(normal @ met.plane[row, :3]) < FLAT)
+        outworn |= across
+        if kind[row] and not (mine & ~across).any():
+            outworn[k] = True
+            family.join(int(key[row]), int(code[k]))
+    for k, other in moved_together(joints, bearings, outworn, slip, 0.5 * margin):
+        outworn[other] = True
+        family.join(int(code[k]), int(code[other]))
     # all joints of a pair go together: a concave block may touch another in several places
     recut = np.unique(code[outworn])
     stays = ~np.isin(code, recut)
     soonest = _soonest_touch(assembly, state, blocks, gap, (kind > FACES) & (gap > 0.0))
-    made = []
-    for row in np.flatnonzero(met & ~np.isin(key, code[stays])):
-        a, b = (p[row], q[row]) if base_first[row] else (q[row], p[row])
+    group = np.array([family.of(int(c)) for c in code], dtype=np.int64)
+    made: list[Fresh] = []
+    families: list[int] = []
+    for row in np.flatnonzero(near & ~np.isin(key, code[stays])):
+        a, b = (p[row], q[row]) if met.base_first[row] else (q[row], p[row])
         pair = int(pieces.owner[a]), int(pieces.owner[b])
+        before = np.flatnonzero((code == key[row]) & (state.contact != CROSSING))
+        like = int(before[0]) if len(before) else beside.get(int(row))
         if kind[row] == CROSSING:
-            new: Fresh | None = crossing_joint(assembly, state, pair, crossing[row], rot, place)
+            new: Fresh | None = crossing_joint(assembly, state, pair, met.crossing[row], rot, place)
         else:
-            outline = polygon[row, : n_poly[row]]
-            new = face_joint(assembly, state, pair, outline, plane[row], rot, place, int(kind[row]))
+            outline = met.polygon[row, : met.count[row]]
+            new = face_joint(assembly, state, pair, outline, met.plane[row], rot, place, int(kind[row]), like)
         if new is not None:
-            inherit(state, now, pair_of, new)
+            families.append(family.of(int(key[row])))
+            inherit(state, now, code == key[row], ~stays & (group == families[-1]), new)
             made.append(deformed(state, new))
     if stays.all() and not made:
         return Found([], soonest)
-    keep_energy(state, now, code, made, n_blocks)
+    keep_energy(state, now, np.where(stays, -1, group), made, families)
     return Found(assemble(assembly, state, stays, made), soonest)
 
 
+class Families:
+    """Pairs of blocks, by number, whose joints on one face are cut anew together and share their energy."""
+
+    def __init__(self) -> None:
+        self._first: dict[int, int] = {}
+
+    def of(self, pair: int) -> int:
+        """Number of the family of a pair."""
+        while pair in self._first:
+            pair = self._first[pair]
+        return pair
+
+    def join(self, one: int, other: int) -> None:
+        """Make two families one."""
+        one, other = self.of(one), self.of(other)
+        if one != other:
+            self._first[one] = other
+
+
+class _Meeting:
+    """How pairs of pieces meet, row by row: see ``kernels.contact_shapes``."""
+
+    def __init__(self, corners: Array, pieces: Pieces, p: Array, q: Array, margin: float) -> None:
+        m = len(p)
+        self.pieces, self.margin, self.pairs = pieces, margin, np.ascontiguousarray(np.column_stack([p, q]))
+        self.poses = Poses(pieces.owner, corners, np.zeros((*pieces.size.shape, 4)))
+        self.kind, self.gap, self.beside = np.zeros(m, dtype=np.int64), np.zeros(m), np.zeros(m)
+        self.polygon, self.count, self.plane = np.zeros((m, 32, 3)), np.zeros(m, dtype=np.int64), np.zeros((m, 4))
+        self.crossing, self.base_first = np.zeros((m, 5, 3)), np.zeros(m, dtype=bool)
+        self._look(slice(None), np.full(m, -1))
+
+    def meet_on(self, row: int, piece: int, face: int) -> None:
+        """Take a face of a piece as the base of a row, whatever the least overlap."""
+        self.base_first[row] = piece == self.pairs[row, 0]
+        self._look(slice(row, row + 1), np.array([face]))
+
+    def _look(self, rows: slice, face: NDArray[np.int64]) -> None:
+        x = self.pieces
+        kernels.contact_shapes(
+            self.poses.corners, x.n_corners, x.faces, x.size, x.n_faces, x.edges, x.n_edges, self.pairs[rows],
+            self.margin, FLAT, self.kind[rows], self.gap[rows], self.beside[rows], self.poses.planes,
+            self.polygon[rows], self.count[rows], self.plane[rows], self.crossing[rows], self.base_first[rows], face,
+        )  # fmt: skip
+
+
+def _on_faces_that_go_on(met: _Meeting, joints: Joints, bearings: Bearings, n_blocks: int) -> dict[int, int]:
+    """Let pairs that overlap little along two axes meet on the face that goes on: rows, and the joint beside each."""
+    found: dict[int, int] = {}
+    rows = np.flatnonzero((met.kind > 0) & (met.beside > -met.margin))
+    if not len(rows) or not len(bearings.row):
+        return found
+    ends = np.concatenate([joints.block_a[bearings.row], joints.block_b[bearings.row]])
+    order = np.argsort(ends, kind="stable")
+    cut = np.searchsorted(ends[order], np.arange(1, n_blocks))
+    of_block = np.split(order % len(bearings.row), cut)
+    for row in rows:
+        place = met.crossing[row, 2] if met.kind[row] == CROSSING else met.polygon[row, : met.count[row]].mean(axis=0)
+        on = goes_on(met.poses, joints, bearings, of_block, (met.pairs[row, 0], met.pairs[row, 1]), place)
+        if on is not None:
+            met.meet_on(int(row), on.piece, on.face)
+            if not on.own:
+                found[int(row)] = on.joint
+    return found
+
+
 def _outworn(
-    state: State, now: Measured, code: Array, key: Array, kind: Array, gap: Array, margin: float
-) -> NDArray[np.bool_]:
+    state: State, now: Measured, code: Array, key: Array, kind: Array, gap: Array, margin: float,
+    turned: NDArray[np.bool_],
+) -> NDArray[np.bool_]:  # fmt: skip
     """Joints to drop or to cut anew, by the pair code of every joint and of every pair of pieces that are near now."""
     joints, points, first = state.joints, state.points, state.joints.start[:-1]
     if not len(first):
@@ -198,7 +267,6 @@ def _outworn(
     # the nearest points are others: a block has come to lie on another face, a corner has left its face, the edges no
     # longer cross within their lengths. As long as they are the same, a joint between faces is right at any turn
     elsewhere = np.abs(apart - nearest) > 0.01 * margin + 0.1 * np.abs(nearest)
-    turned = _turned_since(state) > TURN_LIMIT
     loose = ~carries & (sharp | ((shape > FACES) & elsewhere))
     return worn | loose | (elsewhere & carries & sharp) | (elsewhere & turned) | (nearest > 1.5 * margin)
 

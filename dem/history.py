@@ -10,17 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.archive import write_archive
 from dem.joints import losses
 from dem.papers import PAPERS
 from dem.resuming import Position, RunStatus, check_continues
 from dem.state import State
 from dem.vibration import state_system
-from limitmason.curve import Curve
+from limitmason.answers.curve import Curve
+from limitmason.answers.references import data_behind
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
-from limitmason.references import data_behind
+from limitmason.storage.files import read_archive, write_archive
+from limitmason.storage.frozen import ReadOnly
 from limitmason.vibration.system import VibratingSystem
 
 Array = NDArray[np.float64]
@@ -51,7 +52,7 @@ _ARRAYS = ("reaction", "reaction_blocks", "shift", "quaternion", "opening", "sli
 
 
 @dataclass(frozen=True, eq=False)
-class History:
+class History(ReadOnly):
     """Record of a simulation.
 
     Parameters
@@ -130,36 +131,32 @@ class History:
         InputError
             For an assembly with other blocks, interfaces or joint laws, and a file that lacks something, by name.
         """
-        with np.load(path, allow_pickle=False) as file:
+        file = read_archive(path)
 
-            def take(name: str) -> Any:
-                if name not in file:
-                    raise InputError(f"{path} lacks {name!r}: it is no history, or of another version of this package")
-                return file[name]
+        def take(name: str) -> Any:
+            if name not in file:
+                raise InputError(f"{path} lacks {name!r}: it is no history, or of another version of this package")
+            return file[name]
 
-            state = State.from_arrays(
-                {k.removeprefix("state."): file[k] for k in file.files if k.startswith("state.")}, path
-            )
-            check_continues(assembly, state, Loads(state.dead, state.live), None)
-            brake, every = take("settings.damping").tolist(), int(take("settings.detect_every"))
-            # archives written before there was combined damping have three numbers
-            damping = None if np.isnan(brake[0]) else Damping(*brake[:2], *map(bool, brake[2:]))
-            return cls(
-                assembly, RunStatus(str(take("status"))), {c: take(f"scalar.{c}") for c in COLUMNS}, state=state,
-                **{k: take(k) for k in _ARRAYS},
-                tie_force=file["tie_force"] if "tie_force" in file else np.zeros((len(take("shift")), 0)),
-                stages=tuple(take("stages").tolist()),
-                warnings=tuple(take("notes").tolist()), factors=tuple(take("factors").tolist()),
-                position=Position.from_arrays(file),
-                settings=(
-                    int(take("settings.sample")), damping, tuple(take("settings.stages").tolist()),
-                    None if every < 0 else every, RunStatus(str(take("settings.status"))),
-                ),
-                same=(
-                    dict(zip(file["same.names"].tolist(), file["same.digests"].tolist(), strict=True))
-                    if "same.names" in file else {}
-                ),
-            )  # fmt: skip
+        state = State.from_arrays(
+            {k.removeprefix("state."): v for k, v in file.items() if k.startswith("state.")}, path
+        )
+        check_continues(assembly, state, Loads(state.dead, state.live), None)
+        brake, every = take("settings.damping").tolist(), int(take("settings.detect_every"))
+        damping = None if np.isnan(brake[0]) else Damping(*brake[:2], *map(bool, brake[2:]))
+        return cls(
+            assembly, RunStatus(str(take("status"))), {c: take(f"scalar.{c}") for c in COLUMNS}, state=state,
+            **{k: take(k) for k in _ARRAYS},
+            tie_force=take("tie_force"),
+            stages=tuple(take("stages").tolist()),
+            warnings=tuple(take("notes").tolist()), factors=tuple(take("factors").tolist()),
+            position=Position.from_arrays(file),
+            settings=(
+                int(take("settings.sample")), damping, tuple(take("settings.stages").tolist()),
+                None if every < 0 else every, RunStatus(str(take("settings.status"))),
+            ),
+            same=dict(zip(take("same.names").tolist(), take("same.digests").tolist(), strict=True)),
+        )  # fmt: skip
 
     def __getitem__(self, name: str) -> Array:
         """A recorded scalar by its name in ``COLUMNS``."""

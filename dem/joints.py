@@ -29,13 +29,13 @@ from dem.kernels import (
     Joints,
     Points,
 )
-from limitmason.contact_points import ContactPoints, contact_points
 from limitmason.errors import InputError, NotApplicable
-from limitmason.law import SUDDEN, peak_law, residual_law, softening
+from limitmason.mechanics.contact_points import ContactPoints, contact_points
+from limitmason.mechanics.law import SUDDEN, peak_law, residual_law, softening
+from limitmason.mechanics.plane import Plane
+from limitmason.mechanics.stated import lost_in_failure
+from limitmason.mechanics.stiffness import SETTLEMENT, default_stiffness
 from limitmason.model import Assembly, LostBy, Unloading
-from limitmason.plane import Plane
-from limitmason.stated import lost_in_failure
-from limitmason.stiffness import SETTLEMENT, default_stiffness
 
 Array = NDArray[np.float64]
 PerJoint = float | Mapping[str, float] | Sequence[float] | Array
@@ -54,6 +54,7 @@ class JointOptions:
         their own take no other length
     residual_dilatancy_angle_deg : psi after softening [deg]; None keeps psi
     stiffness_factor : multiplies kn and ks of every joint [-]
+    shear_factor : multiplies ks of every joint once more [-]
     dashpot : viscous over elastic contact stiffness [s], 0 for none. None is none in quasi-static runs and, with real
         masses, what damps the fastest motion of a block by a tenth of critical. It acts in closed joints only, so that
         free flight loses nothing, and together with the spring inside Coulomb's law
@@ -74,6 +75,7 @@ class JointOptions:
     softening_slip: PerJoint = 0.0
     residual_dilatancy_angle_deg: PerJoint | None = None
     stiffness_factor: float = 1.0
+    shear_factor: float = 1.0
     dashpot: PerJoint | None = None
 
 
@@ -171,7 +173,7 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
     for k, joint in enumerate(laws):
         kn = (joint.normal_stiffness or standard) * options.stiffness_factor
         ks = joint.shear_stiffness
-        ks = kn if ks is None else ks * options.stiffness_factor
+        ks = (kn if ks is None else ks * options.stiffness_factor) * options.shear_factor
         if not ks > 0.0:
             raise NotApplicable(f"joint of interface {k} has shear_stiffness 0: it must be positive in the DEM")
         out[k, [LAW_KN, LAW_KS]] = kn, ks

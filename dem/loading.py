@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from limitmason.errors import InputError
 from limitmason.model import Assembly
-from limitmason.model.stages import COAST, HOLD, BaseMotion, Drive, Stage
+from limitmason.model.stages import COAST, HOLD, BaseMotion, Drive, Stage, Tilt
 
 SERVO_EVERY = 10
 """Steps between two corrections of a servo's velocity."""
@@ -60,6 +60,19 @@ def servo_holds(stage: Stage, assembly: Assembly) -> NDArray[np.bool_]:
         held[i, 2] = True
         held[i, 3:] = servo.parallel
     return held
+
+
+def prescribed(assembly: Assembly, stages: Sequence[Stage]) -> NDArray[np.float64]:
+    """Twists that stages prescribe: of driven blocks, of the ground and of a tilting table, shape (k, 6)."""
+    rows = [np.zeros((0, 6))]
+    for stage in stages:
+        if isinstance(stage, Drive):
+            rows.append(stage.twists(assembly)[0])
+        elif isinstance(stage, BaseMotion):
+            rows.append(np.concatenate([stage.direction, np.zeros(3)])[None])
+        elif isinstance(stage, Tilt):
+            rows.append(np.concatenate([np.zeros(3), stage.axis])[None])
+    return np.concatenate(rows)
 
 
 def stage_length(stage: Stage) -> tuple[int | None, float | None]:

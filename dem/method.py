@@ -5,9 +5,9 @@ import math
 from dem.collapse import collapse
 from dem.papers import COLLAPSE
 from dem.push import push
-from dem.settings import CHECKS, RENAMED, DemSettings
-from limitmason.method import Look, Method
-from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction, Range
+from dem.settings import CHECKS, DemSettings
+from limitmason.answers.method import DISPLACED, Look, Method
+from limitmason.answers.results import ALMOST_SOLVED, SOLVED, Prediction, Range
 
 
 def _bracket_and_budget(found: Prediction) -> Range:
@@ -29,9 +29,9 @@ DEM = Method(
     look=Look("DEM", "VERMILION", "o"),
     cheap={"error_budget": ()},  # dearer than the answer itself
     stated={"error_budget": CHECKS},
-    renamed=RENAMED,
     kept=("error budget",),
     theorem="simulation",
     drive=push,
     references=COLLAPSE,
+    levers=DISPLACED,
 )

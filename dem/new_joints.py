@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.deformation import add_modal_mass, coupled_of, fastest_of, relative_deformation, with_joints
+from dem.deformation import add_modal_mass, coupled_of, fastest_of, with_joints
 from dem.kernels import (
     E_DAMPING,
     E_KINETIC,
@@ -16,15 +16,13 @@ from dem.kernels import (
     LAW_DIL_R,
     LAW_FT,
     LAW_FT_R,
-    LAW_KN,
-    LAW_KS,
     LAW_LIFT,
     LAW_RATE,
     Joints,
     Points,
 )
 from dem.stability import block_stiffness, scaled_masses, stable_step
-from dem.state import DYNAMIC, Measured, State
+from dem.state import DYNAMIC, State
 from limitmason.model import Assembly
 
 Array = NDArray[np.float64]
@@ -75,8 +73,14 @@ def face_joint(
     rot: Array,
     place: Array,
     contact: int,
+    like: int | None = None,
 ) -> Fresh | None:
-    """Joint on a polygon of block b's face above the plane of block a's face, blocks (a, b)."""
+    """Joint on a polygon of block b's face above the plane of block a's face, blocks (a, b).
+
+    Parameters
+    ----------
+    like : joint whose law a pair without an interface takes: its own, or that on a face that goes on in this one
+    """
     a, b = blocks
     n = plane[:3]
     height = polygon @ n - plane[3]
@@ -106,7 +110,7 @@ def face_joint(
     qa, qb = state.bodies.quat[a], state.bodies.quat[b]
     relative = _multiply(qa * (1, -1, -1, -1), qb)
     offset = (assembly.centroids[b] + arm_b) - (assembly.centroids[a] + arm_a)
-    law, origin = _law_for(assembly, state, a, b)
+    law, origin = _law_for(assembly, state, blocks, like, (rot, place), n, centre)
     m = len(area)
     return Fresh(
         a, b, grid[:, 0], grid[:, 1], area, gap, world @ ra, world, centre + grid @ world[:2],
@@ -146,7 +150,7 @@ def crossing_joint(
     arm_a, arm_b = ra.T @ (point_a - place[a]), rb.T @ (point_b - place[b])
     world = np.stack([along_a, np.cross(n, along_a), n])
     q = state.bodies.quat
-    law, origin = _law_for(assembly, state, a, b)
+    law, origin = _law_for(assembly, state, blocks, None, (rot, place), n, point_a)
     law[[LAW_C, LAW_C_R, LAW_FT, LAW_FT_R, LAW_DIL, LAW_DIL_R, LAW_RATE]] = 0.0
     law[LAW_CROSS] = 1.0
     area = np.array([_point_area(assembly, a, b)])
@@ -159,94 +163,37 @@ def crossing_joint(
     )  # fmt: skip
 
 
-def _law_for(assembly: Assembly, state: State, a: int, b: int) -> tuple[Array, int]:
-    """Law of the pair's interface, or an unbonded one of either block; and the interface it came from (encoded)."""
-    x = assembly.arrays
+def _law_for(
+    assembly: Assembly, state: State, blocks: tuple[int, int], like: int | None, pose: tuple[Array, Array],
+    n: Array, at: Array,
+) -> tuple[Array, int]:  # fmt: skip
+    """Law of the pair's interface, or an unbonded one; and the interface it came from (encoded).
+
+    Parameters
+    ----------
+    like : joint whose law a pair without an interface takes; None for the interface on the nearest face of either
+        block that looks the same way
+    pose : rotation and place of all blocks
+    n, at : normal from a to b and place of the contact [m]
+    """
+    x, (a, b), (rot, place) = assembly.arrays, blocks, pose
     same = ((x.block_a == a) & (x.block_b == b)) | ((x.block_a == b) & (x.block_b == a))
     if same.any():
         k = int(np.flatnonzero(same)[0])
         return state.laws[k].copy(), -2 - k
-    near = (x.block_a == a) | (x.block_a == b) | (x.block_b == a) | (x.block_b == b)
-    law = state.laws[int(np.flatnonzero(near)[0]) if near.any() else 0].copy()
+    if like is not None:
+        law = state.joints.law[like].copy()
+    else:
+        score = np.full(len(state.laws), -np.inf)
+        for block, outward in ((a, n), (b, -n)):
+            own, local = rot[block].T @ outward, assembly.centroids[block] + rot[block].T @ (at - place[block])
+            looks = np.round(np.where(x.block_a == block, 1.0, -1.0) * (x.normal @ own), 2)
+            far = np.linalg.norm(x.centre - local, axis=1)
+            near = (x.block_a == block) | (x.block_b == block)
+            score = np.where(near, np.maximum(score, looks - 1e-3 * far / (far.max() + 1e-300)), score)
+        law = state.laws[int(score.argmax())].copy()
     law[[LAW_C, LAW_C_R, LAW_FT, LAW_FT_R]] = 0.0
     return law, -1
-
-
-def inherit(state: State, now: Measured, pair_of: Array, new: Fresh) -> None:
-    """Elastic shear displacement, dilation and damage of the nearest old point of the same pair."""
-    old = np.flatnonzero((pair_of == sorted((new.a, new.b))).all(axis=1))
-    if not len(old):
-        return
-    mine = np.flatnonzero(np.isin(now.owner, old))
-    nearest = mine[((new.position[:, None] - now.position[mine][None]) ** 2).sum(axis=2).argmin(axis=1)]
-    points, joints = state.points, state.joints
-    owner = now.owner[nearest]
-    # force on block b of the old joint; the new joint may have swapped a and b
-    sign = np.where(joints.block_b[owner] == new.b, 1.0, -1.0)
-    shear = (now.force[nearest] * sign[:, None]) / points.area[nearest][:, None]
-    if new.contact == CROSSING or (state.contact[old] == CROSSING).any():
-        # a point and an area: the force is what stays
-        along = np.where(joints.block_b[now.owner[mine]] == new.b, 1.0, -1.0)
-        shear[:] = (now.force[mine] * along[:, None]).sum(axis=0) / new.area.sum()
-    new.slip[:, 0] = shear @ new.world[0] / new.law[LAW_KS]
-    new.slip[:, 1] = shear @ new.world[1] / new.law[LAW_KS]
-    new.lift[:] = 0.0 if new.contact == CROSSING else points.lift[nearest]
-    new.damage[:] = points.damage[nearest]
-
-
-def deformed(state: State, new: Fresh) -> Fresh:
-    """The joint between the faces as they are deformed now: its shear force stays, its opening is that of the faces."""
-    if state.modes is None or state.deformation is None or new.contact == CROSSING:
-        return new
-    one = Joints(
-        np.array([new.a]), np.array([new.b]), np.array([0, len(new.s)]), new.frame[None], new.turn[None],
-        new.arm_a[None], new.arm_b[None], new.offset[None], new.law[None], new.edge[None],
-    )  # fmt: skip
-    change = relative_deformation(state.deformation, state.modes, one, new.s, new.t)
-    new.slip[:] += change[:, :2]
-    return new._replace(apart=change[:, 2])
-
-
-def keep_energy(state: State, now: Measured, code: Array, made: list[Fresh], n_blocks: int) -> None:
-    """Widen the gaps of the new joints of a pair until they store no more normal elastic energy than the old ones.
-
-    Cut anew under load, the points lie elsewhere; a pair first seen when it overlaps has none to give. Only points that
-    are pressed are set back, and :func:`close_setbacks` takes it back as they open.
-    """
-    points = state.points
-    kn = state.joints.law[now.owner, LAW_KN]
-    stored = 0.5 * kn * points.area * np.maximum(-now.opening, 0.0) ** 2
-    pairs: dict[int, list[Fresh]] = {}
-    for new in made:
-        pairs.setdefault(min(new.a, new.b) * n_blocks + max(new.a, new.b), []).append(new)
-    for pair, group in pairs.items():
-        allowed = float(stored[code[now.owner] == pair].sum())
-        stiff = np.concatenate([0.5 * new.law[LAW_KN] * new.area for new in group])
-        deep = np.concatenate([new.lift - new.gap - new.apart for new in group])
-        if _stored(stiff, deep) <= allowed * (1.0 + 1e-12):
-            continue
-        low, high = 0.0, float(deep.max())
-        while high - low > 1e-12 * float(deep.max()):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if _stored(stiff, deep - middle) > allowed else (low, middle)
-        for new in group:
-            new.setback[:] = np.clip(new.lift - new.gap - new.apart, 0.0, high)
-            new.gap[:] += new.setback
-
-
-def close_setbacks(state: State, now: Measured) -> None:
-    """Take back what :func:`keep_energy` has set back, as far as a point without force is open: no energy changes."""
-    if not state.setback.any():
-        return
-    free = ~now.force.any(axis=1)
-    less = np.where(free, np.minimum(state.setback, np.maximum(now.opening, 0.0)), 0.0)
-    state.points.gap[:] -= less
-    state.setback -= less
-    now.opening[:] -= less
-
-
-def _stored(stiff: Array, deep: Array) -> float:
-    return float((stiff * np.maximum(deep, 0.0) ** 2).sum())
 
 
 def _fan(xy: Array) -> tuple[Array, Array]:

@@ -1,6 +1,6 @@
 """What to cite for the distinct element method of this package."""
 
-from limitmason.references import METHOD, THEORY, Cited, Reference
+from limitmason.answers.references import METHOD, THEORY, Cited, Reference
 
 CUNDALL_STRACK = Reference(
     "cundall1979", "article", "A discrete numerical model for granular assemblies",

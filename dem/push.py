@@ -5,12 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dem.driving import SLOWER, named, turning_points, unit_twist, widest_spacing
 from dem.history import History
 from dem.joints import Grid, JointOptions, per_interface
 from dem.pace import default_steps, slowest_period, softest_note
@@ -23,12 +25,13 @@ from dem.state import State, UnstableError, make_state
 from dem.zones.push import push_zoned
 from limitmason.deformable import PLANE_STRESS, SOLID
 from limitmason.deformable.levels import LUMPED, MODAL, RIGID, ZONED
+from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
-from limitmason.lumped_units import with_lumped_units
+from limitmason.mechanics.contact_points import on_few_points
+from limitmason.mechanics.lumped_units import with_lumped_units
+from limitmason.mechanics.plane import find_plane
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Drive, Hold, Settle, Stage
-from limitmason.plane import find_plane
-from limitmason.progress import reached, watched
 
 Array = NDArray[np.float64]
 
@@ -36,9 +39,6 @@ BLOCKS: Mapping[str, Callable[[Assembly], Assembly]] = {
     RIGID: lambda assembly: assembly, LUMPED: with_lumped_units, MODAL: lambda assembly: assembly,
 }  # fmt: skip
 """How the units deform: not at all; through joints that take the units' compliance over; in modes of their own."""
-
-SLOWER = 3
-"""The second run is so many times slower."""
 
 GENTLE = 0.02
 """Part of the path over which the drive starts at a quarter of its speed [-]."""
@@ -93,7 +93,7 @@ def push(
     to : displacement at the end [m]; several are a path with turning points (cycles), each from the start
     loads : dead loads; self weight alone by default. Live loads do not act
     blocks : "rigid"; "lumped": rigid blocks whose joints take over the compliance of the units' material, see
-        :func:`limitmason.lumped_units.with_lumped_units`; "modal": blocks that strain and bend, see
+        :func:`limitmason.mechanics.lumped_units.with_lumped_units`; "modal": blocks that strain and bend, see
         :func:`dem.make_state`; "zoned": each block with a material cut into zones that strain, in walls in the x-z
         plane also yield and crack in tension, see :func:`dem.zones.push.push_zoned`
     stress : of modal and zoned blocks: "plane stress" (the default of a plane problem, and of all zoned ones), "plane
@@ -168,7 +168,7 @@ def push(
         raise InputError(f"samples must be at least 10 and steps at least 100, got {samples!r} and {steps!r}")
     if calm is not None:
         drive = replace(drive, calm=calm)
-    path, unit = _path(to), _unit(drive, assembly)
+    path, unit = turning_points(to), unit_twist(drive, assembly)[0]
     model = BLOCKS[blocks](assembly)
     loads = loads if loads is not None else Loads.weight(model)
     loads = Loads(loads.dead, np.zeros_like(loads.dead), loads.name)
@@ -180,8 +180,11 @@ def push(
         stress = PLANE_STRESS if blocks == MODAL and plane is not None else SOLID
     state = make_state(
         model, loads, contact_points=grid, joint_options=joint_options, blocks=MODAL if blocks == MODAL else RIGID,
-        plane=None if blocks == MODAL and stress == SOLID else plane, stress=stress,
+        plane=None if blocks == MODAL and stress == SOLID else plane, stress=stress, driven=unit,
     )  # fmt: skip
+    if contact_points is None:
+        finer = "give contact_points, the spacing [m], a twelfth of the thickness"
+        state = replace(state, warnings=(*state.warnings, *on_few_points(model, finer)))
     reached(None, "settling")
     rest = settle or Settle(tolerance=1e-5)
     if drive.servo:
@@ -226,7 +229,7 @@ def push(
         if history.status == "interrupted":
             break
     level = f"{blocks}, {stress}" if blocks == MODAL else blocks
-    words = {"blocks": level, "spacing": _spacing(settled.state), "label": label or _label(drive)}
+    words = {"blocks": level, "spacing": _spacing(settled.state), "label": named(drive, label)}
     curves = [
         make_curve(model, settled, history, unit, count, **words)
         for history, count in zip(runs, (steps, SLOWER * steps), strict=False)
@@ -247,52 +250,23 @@ def default_spacing(assembly: Assembly) -> float:
     return 0.5 * float(spans.min(axis=0).min())
 
 
-def _path(to: float | Sequence[float]) -> list[float]:
-    """Turning points [m], checked."""
-    path = [float(v) for v in np.atleast_1d(np.asarray(to, dtype=float))]
-    ends = np.diff([0.0, *path])
-    if not len(path) or not np.isfinite(path).all() or not (np.abs(ends) > 0.0).all():
-        raise InputError(f"to must be a displacement [m] or a path of different ones, got {to!r}")
-    return path
-
-
-def _unit(drive: Drive, assembly: Assembly) -> Array:
-    """Twist of the blocks per displacement of 1 m, shape (n, 6)."""
-    if not isinstance(drive, Drive):
-        raise InputError(f"drive must be a limitmason Drive such as Drive({{'plate': {{'z': -1.0}}}}), got {drive!r}")
-    travel, held = drive.twists(assembly)
-    size = float(np.linalg.norm(travel[:, :3], axis=1).max())
-    if not size > 0.0:
-        raise InputError("the drive has no direction: give a translation, such as {'plate': {'z': -1.0}}")
-    taken = held & assembly.held
-    if taken.any():
-        name = assembly.blocks[int(np.flatnonzero(taken.any(axis=1))[0])].name
-        raise InputError(f"block {name!r} is held by a support in a degree of freedom that the drive moves")
-    if drive.steps is not None or drive.duration is not None:
-        raise InputError("the drive of a push is a direction: leave out its steps and duration, and give steps to push")
-    return travel / size
-
-
 def _plane(assembly: Assembly, loads: Loads, unit: Array) -> Any:
     """Plane of a plane problem along the global axes, None in space."""
-    plane = find_plane(assembly, loads)
-    if plane is None or not np.isclose(np.abs(plane.normal).max(), 1.0, atol=1e-12):
-        return None
-    out = np.abs(plane.normal) > 0.5
-    return None if unit[:, np.concatenate([out, ~out])].any() else plane
+    plane = find_plane(assembly, loads, unit)
+    return plane if plane is not None and np.isclose(np.abs(plane.normal).max(), 1.0, atol=1e-12) else None
 
 
 def _signature(assembly: Assembly, state: State, **settings: Any) -> dict[str, str]:
     """What the files of a push must have in common with it: settings and what of the model joints do not say."""
     b, p = state.bodies, state.points
     parts = {
-        "model": (*(block.vertices for block in assembly.blocks), b.mass, b.inv_inertia, assembly.held),
-        "materials": (*(state.modes or ()),),
+        "scaled masses": (b.mass, b.inv_inertia),
+        "strain shapes": (*(state.modes or ()),),
         "contact points": (p.s, p.t, p.area, p.gap),
         "loads": (state.dead,),
     }
     made = {name: digest(*(np.ascontiguousarray(v).tobytes() for v in arrays)) for name, arrays in parts.items()}
-    return made | _digests(**settings)
+    return assembly.fingerprint.digests | made | _digests(**settings)
 
 
 def _digests(**settings: Any) -> dict[str, str]:
@@ -350,17 +324,8 @@ def _run_file(checkpoint: str | Path | None, number: int) -> Path | None:
 
 def _spacing(state: State) -> float:
     """Largest distance between neighbouring contact points of a joint [m]."""
-    p, j = state.points, state.joints
-    far = 0.0
-    for a, b in zip(j.start[:-1], j.start[1:], strict=True):
-        for along in (p.s[a:b], p.t[a:b]):
-            places = np.unique(np.round(along, 9))
-            far = max(far, float(np.diff(places).max(initial=0.0)))
-    return far
-
-
-def _label(drive: Drive) -> str:
-    return ", ".join(str(b) for b in drive.displacement)
+    p, start = state.points, state.joints.start
+    return widest_spacing((p.s[a:b], p.t[a:b]) for a, b in pairwise(start))
 
 
 class _Follower:

@@ -14,12 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.archive import JOINT_FIELDS, joint_table
 from dem.joints import JointOptions, make_laws
 from dem.state import State
-from dem.ties import make_ties
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
+from limitmason.model.fingerprint import check_same_loads
 from limitmason.model.stages import Stage
 
 Array = NDArray[np.float64]
@@ -75,8 +74,7 @@ class Position:
         """Inverse of :meth:`arrays`; None where the run was over."""
         if "position.stage" not in file:
             return None
-        # a version before did not wait
-        raw = {f.name: file[f"position.{f.name}"] for f in fields(cls) if f"position.{f.name}" in file}
+        raw = {f.name: file[f"position.{f.name}"] for f in fields(cls)}
         numbers: dict[str, Callable[[Any], Any]] = {
             "stage": int, "done": int, "quiet": int, "waited": int, "begun": float, "dt": float,
             "outcome": lambda x: RunStatus(str(x)),
@@ -92,16 +90,10 @@ def part_file(checkpoint: str | Path | None, name: str) -> Path | None:
     return path.with_name(f"{path.stem}-{name}.npz")
 
 
-_NEWER = {"calm": None, "combined": False}
-"""Fields of stages and their damping since 0.1, with what they are where they change nothing."""
-
-
 def spelled(value: Any) -> str:
     """A stage, or a part of one, in full: two are equal where this is."""
     if is_dataclass(value) and not isinstance(value, type):
-        # a file of a version that knew no such field goes on: left out where it says what that version did
-        shown = [f.name for f in fields(value) if f.name not in _NEWER or getattr(value, f.name) != _NEWER[f.name]]
-        parts = ", ".join(f"{name}={spelled(getattr(value, name))}" for name in shown)
+        parts = ", ".join(f"{f.name}={spelled(getattr(value, f.name))}" for f in fields(value))
         return f"{type(value).__name__}({parts})"
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{k!r}: {spelled(v)}" for k, v in value.items()) + "}"
@@ -119,8 +111,6 @@ def check_same_stages(stages: Sequence[Stage], before: Sequence[str]) -> None:
         Naming the first stage that differs.
     """
     now = [spelled(s) for s in stages]
-    # files written before a newer field was left out where it changes nothing
-    before = [b.replace(", combined=False", "") for b in before]
     for number, (one, two) in enumerate(zip(now, before, strict=False)):
         if one != two:
             raise InputError(f"stage {number} is not the one the run was cut off in: {one} against {two}")
@@ -165,34 +155,13 @@ def check_continues(assembly: Assembly, state: State, loads: Loads, options: Joi
     InputError
         Naming the block, or the joint and its field.
     """
-    n = assembly.n_blocks
-    if len(state.bodies.mass) != n or len(state.joint_table) != len(assembly.interfaces):
-        raise InputError(
-            f"the state is of another assembly: {len(state.bodies.mass)} blocks and {len(state.joint_table)} "
-            f"interfaces, not {n} and {len(assembly.interfaces)}"
-        )
-    now = joint_table(assembly)
-    same = (now == state.joint_table) | (np.isnan(now) & np.isnan(state.joint_table))
-    if not same.all():
-        k, f = np.argwhere(~same)[0]
-        a, b = (assembly.blocks[i].name for i in (assembly.arrays.block_a[k], assembly.arrays.block_b[k]))
-        raise InputError(
-            f"the joint between {a!r} and {b!r} has another {JOINT_FIELDS[f]} now ({now[k, f]:g}) than in the run that "
-            f"ended in this state ({state.joint_table[k, f]:g}), which goes on with its own laws: make a new state"
-        )
-    ties, _ = make_ties(assembly)
-    for name in ("block_a", "block_b", "span", "strength"):
-        if not np.array_equal(getattr(ties, name), getattr(state.ties, name)):
-            raise InputError(
-                f"the ties of the assembly ({len(ties.block_a)}) are not those of the run that ended in this state "
-                f"({len(state.ties.block_a)}), which differ in their {name}: make a new state"
-            )
+    assembly.fingerprint.check_same(state.model, "the state to go on from")
     if options is not None:
         laws, _ = make_laws(assembly, state.dead, options)
-        kept = [c for c in range(kernels.LAW_DASH) if c != kernels.LAW_CROSS]
-        kept += [kernels.LAW_RATE_SLIP, kernels.LAW_SECANT]
-        kept += [kernels.LAW_DASH] if options.dashpot is not None else []
-        if not np.array_equal(laws[:, kept], state.laws[:, kept]):
+        if options.dashpot is None:
+            # a dynamic run has chosen its own
+            laws[:, kernels.LAW_DASH] = state.laws[:, kernels.LAW_DASH]
+        if not np.array_equal(laws, state.laws):
             raise InputError(
                 "joint_options differ from those of the run that ended in this state, which goes on with its own laws: "
                 "leave them out, or make a new state"
@@ -202,16 +171,11 @@ def check_continues(assembly: Assembly, state: State, loads: Loads, options: Joi
     for case, mine, old in (("dead", loads.dead, state.dead), ("live", loads.live, state.live)):
         if case == "live" and state.factors[2] == 0.0:
             continue
-        scale = max(float(np.abs(old).max(initial=0.0)), 1e-300)
-        free = ~assembly.fixed
-        off = (np.abs(mine - old) > 1e-12 * scale).any(axis=1) & free
-        if off.any():
-            i = int(np.flatnonzero(off)[0])
-            raise InputError(
-                f"the {case} load of block {assembly.blocks[i].name!r} is {mine[i].tolist()} now and was "
-                f"{old[i].tolist()} in the run that ended in this state: a jump of a load that acts is not a load "
-                "history; leave loads out to keep them, or bring the change as live load"
-            )
+        what = (
+            "the run that ended in this state: a jump of a load that acts is not a load history; leave loads out to "
+            "keep them, or bring the change as live load"
+        )
+        check_same_loads(case, mine, old, [b.name for b in assembly.blocks], what, ~assembly.fixed[:, None])
 
 
 class Interrupt:

@@ -18,12 +18,12 @@ from dem.stepping import (
     hold,
     run,
 )
+from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Mechanism, Status
+from limitmason.display.progress import reached, watched
 from limitmason.errors import NotApplicable
+from limitmason.mechanics.resultants import scaled_mechanism
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
-from limitmason.progress import reached, watched
-from limitmason.resultants import scaled_mechanism
-from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Mechanism, Status
 
 Array = NDArray[np.float64]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -17,10 +16,7 @@ from limitmason.model.stages import Damping
 
 Grid = tuple[int, int]
 
-CHECKS = ("stiffness", "contact points", "rate")
-
-RENAMED = {"method": "loading"}
-"""Old names of settings, taken for one release: ``method`` is that of ``limitmason.predict``."""
+CHECKS = ("stiffness", "ks/kn", "contact points", "rate")
 
 
 class Loading(StrEnum):
@@ -45,9 +41,10 @@ class DemSettings:
         largest multiplier at the supports as max(Rh / Rv) does, repeats at half speed and extrapolates to none, until
         that changes by < 1 %
     tolerance : width of the final bracket over the multiplier [-], 0.005 by default; increments only
-    error_budget : what to repeat the search with: "stiffness" (kn, ks x 10), "contact points" (x 2) and "rate"
-        (increments half as long; a ramp at half speed). The repeats start near the multiplier found and close in on it
-        to twice ``tolerance``; all three together take two to four times as long as the search. () for none
+    error_budget : what to repeat the search with: "stiffness" (kn, ks x 10), "ks/kn" (ks x 0.4, which decides how
+        wedged blocks share their thrust), "contact points" (x 2) and "rate" (increments half as long; a ramp at half
+        speed). The repeats start near the multiplier found and close in on it to twice ``tolerance``; all four together
+        take two to five times as long as the search. () for none
     joint_options : limits of dilation, softening lengths
     blocks, stress : "rigid", or "modal" blocks that strain and bend, in space ("solid"), "plane stress" or "plane
         strain"; see :func:`dem.make_state`
@@ -106,22 +103,12 @@ class DemSettings:
             if check not in CHECKS:
                 raise InputError(f"unknown check {check!r} in error_budget; known: {', '.join(CHECKS)}")
 
-    def with_options(self, options: Mapping[str, Any], *, stacklevel: int = 2) -> DemSettings:
-        """These settings with some replaced by name, also by the names of 0.1.
+    def with_options(self, options: Mapping[str, Any]) -> DemSettings:
+        """These settings with some replaced by name.
 
         Raises
         ------
         TypeError
-            For an unknown name, and for one that is given by its old and its new name.
+            For an unknown name.
         """
-        options = dict(options)
-        for old, new in RENAMED.items():
-            if old in options:
-                if new in options:
-                    raise TypeError(f"{old!r} is the old name of {new!r}: give it once")
-                warnings.warn(
-                    f"the DEM's {old!r} is now {new!r}; the old name goes with the next release", DeprecationWarning,
-                    stacklevel=stacklevel + 1,
-                )  # fmt: skip
-                options[new] = options.pop(old)
         return replace(self, **options) if options else self

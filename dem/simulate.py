@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from dem.history import History
 from dem.joints import JointOptions
-from dem.loading import SERVO_EVERY, check_base_motions, servo_holds, stage_length
+from dem.loading import SERVO_EVERY, check_base_motions, prescribed, servo_holds, stage_length
 from dem.recording import Recorder, Watch
 from dem.resuming import (
     Interrupt,
@@ -28,10 +28,10 @@ from dem.state import DYNAMIC, QUASI_STATIC, State, UnstableError, make_state
 from dem.stepping import displacement_since, restless, run
 from limitmason.deformable import SOLID
 from limitmason.deformable.levels import RIGID
+from limitmason.display.progress import reached, task, watched
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import COAST, BaseMotion, Damping, Drive, Servo, Settle, Stage
-from limitmason.progress import reached, task, watched
 
 Array = NDArray[np.float64]
 Progress = Callable[[Mapping[str, Any]], object]
@@ -121,7 +121,7 @@ def simulate(
         state = make_state(
             assembly, loads, contact_points=contact_points or (4, 8), contact_model=contact_model or "grid",
             joint_options=joint_options, mode=mode or QUASI_STATIC, dt=dt, blocks=blocks or RIGID,
-            stress=stress or SOLID,
+            stress=stress or SOLID, driven=prescribed(assembly, todo),
         )  # fmt: skip
     else:
         state = (start.state if isinstance(start, History) else start).copy()
@@ -313,19 +313,26 @@ def _run_stage(
         count = min(sample - at.done % sample, left, rec.steps_to_look())
         if servos:
             count = min(count, SERVO_EVERY)
+        if duration is not None:
+            # the stage ends at a whole step: what it prescribes is neither stretched nor overshot
+            rest = duration - (state.time - at.begun)
+            if abs(left * state.dt - rest) > 1e-9 * rest:
+                state.dt = rest / left
         waits = False
         if calm is not None:
             count = min(count, CALM_EVERY)
             waits = at.waited < PATIENCE and restless(state, calm)
-        ahead = np.arange(1, count + 1)
+        ahead = np.arange(count + 1)
         elapsed = state.time - at.begun
         part = (
             (at.done + ahead) / steps if steps is not None else np.minimum((elapsed + ahead * state.dt) / duration, 1.0)
         )
         table = rec.table(at.factors, target, part, stage)
+        # what acts where the blocks are at the beginning of a step are the loads of that time; scaled masses have none
+        acting = table[:-1] if dynamic else table[1:]
         speeds = np.ones((count, len(drives) - len(servos)))
         if isinstance(stage, BaseMotion):
-            speeds[:, own] = stage.velocity(elapsed + (ahead - 0.5) * state.dt)
+            speeds[:, own] = stage.velocity(elapsed + (ahead[1:] - 0.5) * state.dt)
         elif isinstance(stage, Drive) and steps is not None:
             # new contacts may have shortened the step since the stage began
             speeds[:, own] = 0.0 if waits else at.dt / state.dt
@@ -333,7 +340,7 @@ def _run_stage(
             descent = np.array([servo.velocity(state, count) for servo in servos])
             speeds = np.concatenate([speeds, np.tile(descent, (count, 1))], axis=1)
         # what waits for rest has no steady motion to be let through
-        run(state, rec.cases, table, replace(brake, combined=False) if waits else brake, drives, speeds)
+        run(state, rec.cases, acting, replace(brake, combined=False) if waits else brake, drives, speeds)
         state.factors = table[-1].copy()
         if waits:
             at.waited += count
@@ -368,6 +375,8 @@ def _run_stage(
             return RunStatus.INTERRUPTED
         if over:
             break
+    if duration is not None and np.isclose(state.dt * np.ceil(duration / at.dt - 1e-9), duration, rtol=1e-9):
+        state.dt = at.dt  # unless new contacts have shortened it
     held = at.held.copy()
     if isinstance(stage, Drive) and stage.keep:
         held |= stage.twists(assembly)[1]

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.archive import joint_table, law_of_0_1, table_of_0_1, write_archive
 from dem.deformation import (
     BlockStress,
     Deformation,
@@ -28,18 +27,24 @@ from dem.kernels.deformed_plane import PLANE_MODES
 from dem.kernels.deformed_space import SPACE_MODES
 from dem.stability import block_stiffness, scaled_masses, stable_step
 from dem.ties import NO_TIES, make_ties, pulls, stored_energy
+from limitmason.answers.results import Resultants
 from limitmason.deformable import SOLID
 from limitmason.deformable.levels import MODAL, RIGID
 from limitmason.errors import InputError, NotConverged
-from limitmason.law_table import refuse_ties
+from limitmason.mechanics.contact_points import on_few_points
+from limitmason.mechanics.law_table import refuse_ties
+from limitmason.mechanics.plane import Plane
+from limitmason.mechanics.resultants import resultants_from_points
 from limitmason.model import Assembly, Loads
-from limitmason.plane import Plane
-from limitmason.resultants import resultants_from_points
-from limitmason.results import Resultants
+from limitmason.model.fingerprint import Fingerprint
+from limitmason.storage.files import read_archive, write_archive
+
+DEFAULT_POINTS = (4, 8)
+"""Contact points along the unit and across the thickness, unless told."""
 
 Array = NDArray[np.float64]
 QUASI_STATIC, DYNAMIC = "quasi-static", "dynamic"
-_PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "factors", "ground", "joint_table", "setback")
+_PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "factors", "ground", "setback")
 
 
 class UnsettledError(NotConverged):
@@ -74,7 +79,7 @@ class State:
     dead, live : loads it was made for or run with last [N, N m], shape (n, 6)
     factors : of the load cases now: dead loads but weight, weight, live loads, weight along x, and along y, shape (5,)
     ground : velocity at which held blocks coast after a base motion [m/s], shape (3,)
-    joint_table : what the joints of the assembly said when it was made, columns ``JOINT_FIELDS``, shape (k, ..)
+    model : fingerprint of the assembly it belongs to
     modes, deformation : of blocks that deform, None where all are rigid
     setback : part of the gap of points cut anew under load that keeps their energy, until they open [m], shape (m,)
     ties : kernel arrays of the ties
@@ -94,7 +99,7 @@ class State:
     live: Array
     factors: Array
     ground: Array
-    joint_table: Array
+    model: Fingerprint
     setback: Array
     warnings: tuple[str, ...] = field(default_factory=tuple)
     modes: Modes | None = None
@@ -124,7 +129,7 @@ class State:
         if self.modes is not None and self.deformation is not None:
             out |= {f"modes.{k}": v for k, v in self.modes._asdict().items()}
             out |= self.deformation.arrays()
-        return out | {
+        return out | {f"model.{k}": v for k, v in self.model.arrays.items()} | {
             "clock": np.array([self.time, self.dt]), "mode": np.array(self.mode),
             "warnings": np.array(self.warnings, str),
         }  # fmt: skip
@@ -149,11 +154,16 @@ class State:
         def group(kind: Any, name: str) -> Any:
             return kind(*(take(f"{name}.{key}") for key in kind._fields))
 
+        model = Fingerprint({k.removeprefix("model."): v for k, v in file.items() if k.startswith("model.")})
+        if not model.arrays:
+            raise InputError(
+                f"{path} does not say which model it is of: it was written by another version of this package; run it "
+                "again from the start"
+            )
         clock, total = take("clock"), take("total")
         if len(total) != kernels.E_SIZE:
             raise InputError(f"{path} was written by another version of this package: its sums of energy differ")
         plain = {name: take(name) for name in _PLAIN}
-        joints = group(Joints, "joints")
         modes = deformation = None
         if "modes.value" in file:
             modes = group(Modes, "modes")
@@ -166,11 +176,11 @@ class State:
             shapes = {f.name: take(f"deformation.{f.name}") for f in fields(Deformation)}
             deformation = Deformation(**shapes | {"state": str(shapes["state"])})
         return cls(
-            group(Points, "points"), joints._replace(law=law_of_0_1(joints.law)), group(Bodies, "bodies"),
-            ties=group(Ties, "ties") if "ties.block_a" in file else NO_TIES,
+            group(Points, "points"), group(Joints, "joints"), group(Bodies, "bodies"), ties=group(Ties, "ties"),
+            model=model,
             time=float(clock[0]), dt=float(clock[1]), mode=str(take("mode")),
             warnings=tuple(str(w) for w in take("warnings")), modes=modes, deformation=deformation,
-            **(plain | {"laws": law_of_0_1(plain["laws"]), "joint_table": table_of_0_1(plain["joint_table"])}),
+            **plain,
         )  # fmt: skip
 
     def save(self, path: str | Path) -> None:
@@ -180,8 +190,7 @@ class State:
     @classmethod
     def load(cls, path: str | Path) -> State:
         """Read a state written by :meth:`save`."""
-        with np.load(path, allow_pickle=False) as file:
-            return cls.from_arrays(file, path)
+        return cls.from_arrays(read_archive(path), path)
 
     def energy_of_motion(self) -> float:
         """Kinetic energy of the free degrees of freedom from the velocities and angular momenta as they are now [J]."""
@@ -275,7 +284,7 @@ def make_state(
     assembly: Assembly,
     loads: Loads,
     *,
-    contact_points: Grid = (4, 8),
+    contact_points: Grid = DEFAULT_POINTS,
     contact_model: str = "grid",
     joint_options: JointOptions | None = None,
     mode: str = QUASI_STATIC,
@@ -284,6 +293,7 @@ def make_state(
     plane: Plane | None = None,
     blocks: str = RIGID,
     stress: str = SOLID,
+    driven: Array | None = None,
 ) -> State:
     """State of an assembly at rest in its reference position, free of stress.
 
@@ -291,19 +301,21 @@ def make_state(
     ----------
     loads : its dead loads set the default stiffness
     contact_points : points along the unit and across the thickness, one pair or one per kind of joint or per wall, or
-        their largest spacing [m]; see :func:`limitmason.contact_points.contact_points`
+        their largest spacing [m]; see :func:`limitmason.mechanics.contact_points.contact_points`
     contact_model : "grid", or "vertices" for the corners of every interface
     mode : "quasi-static" scales mass and inertia so that every block is as fast as the step allows; "dynamic" keeps
         the real ones
     dt : [s]; None chooses 1 (quasi-static, where time has no meaning) or the stable step (dynamic)
     safety : fraction of the bound of the stable time step that is used; 0.65 by default: local damping up to 0.8 makes
         a decelerating block 1.8 times as stiff, and 0.9 falls into a limit cycle
-    plane : of a plane problem whose normal is a global axis, from :func:`limitmason.plane.find_plane`: one row of
+    plane : of a plane problem whose normal is a global axis, from :func:`limitmason.mechanics.plane.find_plane`: one
+        row of
         contact points lies on it, and every block is held in the motions out of it; found where ``stress`` asks for it
     blocks : "rigid", or "modal": blocks with a material strain uniformly, bend and twist, see
         :func:`limitmason.deformable.modal_block`; blocks without one, and wholly held ones, stay rigid. Dead and live
         loads act as body forces, which do not deform a block
     stress : "solid", "plane stress" or "plane strain"; modal blocks only
+    driven : twists that stages will prescribe, shape (k, 6); a plane found for ``stress`` holds them
 
     Raises
     ------
@@ -320,7 +332,7 @@ def make_state(
         raise InputError("every block is held: there is nothing to simulate")
     if blocks == MODAL:
         refuse_ties(assembly, "a block that strains in modes", "use blocks='rigid'")
-    needed = plane_of(assembly, loads, blocks, stress)
+    needed = plane_of(assembly, loads, blocks, stress, driven)
     plane = needed if plane is None else plane
     held = assembly.held.copy()
     if plane is not None:
@@ -332,6 +344,8 @@ def make_state(
     points, joints, interface, laws, warnings = make_joints(assembly, loads.dead, contacts, options)
     ties, said = make_ties(assembly, options.stiffness_factor)
     warnings = (*warnings, *said)
+    if contact_model == "grid" and contact_points == DEFAULT_POINTS:
+        warnings += on_few_points(assembly, "give contact_model='lobatto' and contact_points=(15, 15)")
     stiffness = block_stiffness(points, joints, n, ties=ties)
     moves = np.ones(6, dtype=bool)
     if plane is not None:
@@ -383,6 +397,6 @@ def make_state(
     whole_faces = np.ones(len(interface), dtype=np.int64)
     return State(
         points, joints, bodies, interface, total, 0.0, float(dt), mode, laws, whole_faces, loads.dead.copy(),
-        loads.live.copy(), np.array((1.0, 1.0, 0.0, 0.0, 0.0)), np.zeros(3), joint_table(assembly),
+        loads.live.copy(), np.array((1.0, 1.0, 0.0, 0.0, 0.0)), np.zeros(3), assembly.fingerprint,
         np.zeros(len(points.s)), warnings, modes, deformation, ties,
     )  # fmt: skip

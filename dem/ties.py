@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.kernels import Bodies, Ties
+from limitmason.mechanics.tie_springs import NO_TIES as NO_SPRINGS
+from limitmason.mechanics.tie_springs import TieSprings, stretched, tension, tie_springs
 from limitmason.model import Assembly
-from limitmason.tie_springs import NO_TIES as NO_SPRINGS
-from limitmason.tie_springs import TieSprings, stretched, tension, tie_springs
 
 Array = NDArray[np.float64]
 

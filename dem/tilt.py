@@ -17,11 +17,12 @@ from dem.search import increments as held_loads
 from dem.settings import Grid
 from dem.simulate import simulate
 from dem.stepping import UNDECIDED, Scale
+from limitmason.answers.results import UNBOUNDED, Prediction
+from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Settle, Tilt
-from limitmason.progress import reached, watched
-from limitmason.results import UNBOUNDED, Prediction
+from limitmason.storage.frozen import ReadOnly
 
 Array = NDArray[np.float64]
 
@@ -44,7 +45,7 @@ DID_NOT_FALL = TiltStatus.DID_NOT_FALL
 
 
 @dataclass(frozen=True, eq=False)
-class TiltTest:
+class TiltTest(ReadOnly):
     """A tilting test.
 
     Parameters

@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.kernels import LAW_C, LAW_C_R, LAW_FT, LAW_FT_R, LAW_KN, LAW_KS, LAW_MU, LAW_MU_R
-from limitmason.contact_points import ContactPoints
 from limitmason.deformable import modal_blocks
 from limitmason.deformable.levels import MODAL, RIGID
 from limitmason.errors import NotApplicable
+from limitmason.mechanics.contact_points import ContactPoints
+from limitmason.mechanics.plane import find_plane
 from limitmason.model import Assembly, Loads
-from limitmason.plane import find_plane
 from limitmason.vibration.blocks import block_system, state_stiffness
 from limitmason.vibration.system import VibratingSystem
 
@@ -47,7 +47,8 @@ def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSyste
     if state.deformation is not None:
         kind, normal = MODAL, state.deformation.normal if state.deformation.plane else None
         shapes = modal_blocks(assembly, state.deformation.state, normal)
-        plane = None if normal is None else find_plane(assembly, Loads(state.dead, state.live))
+        turns = None if normal is None else np.concatenate([np.zeros(3), normal])[None]
+        plane = None if normal is None else find_plane(assembly, Loads(state.dead, state.live), turns)
     points = ContactPoints(place, k, p.area, directions, x.block_a[k], x.block_b[k])
     law = state.laws[k]
     normal = np.einsum("mi,mi->m", now.force, _turned(state, directions[:, 0], points.block_a))

@@ -14,9 +14,9 @@ import numpy as np
 
 import limitmason as lm
 from limitmason import figures
+from limitmason.answers.curve import Curve
 from limitmason.capacity import Ensemble, imperfection_ensemble
-from limitmason.csv_table import parsed, write_table
-from limitmason.curve import Curve
+from limitmason.storage.csv_table import parsed, write_table
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figure
 OUT.mkdir(parents=True, exist_ok=True)

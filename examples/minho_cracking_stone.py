@@ -16,8 +16,8 @@ import numpy as np
 
 import dem
 import limitmason as lm
-from limitmason.csv_table import parsed, write_table
-from limitmason.text_table import aligned
+from limitmason.display.text_table import aligned
+from limitmason.storage.csv_table import parsed, write_table
 
 FULL = "--full" in sys.argv
 STORED = Path(__file__).resolve().parent / "stored" / "minho_cracking_stone.csv"

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import limitmason as lm
 from limitmason import figures, study
+from limitmason.display.text_table import markdown
 from limitmason.experiments import stochastic_brick_panels as published
-from limitmason.text_table import markdown
 
 OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 OUT.mkdir(parents=True, exist_ok=True)

@@ -6,9 +6,12 @@ Units are SI, axes right-handed with z up, compression positive; angles are radi
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from limitmason import notebook, references
+from limitmason.answers import references
+from limitmason.answers.curve import Curve
+from limitmason.answers.results import Certificate, Mechanism, Prediction, Resultants
 from limitmason.constants import VERSION
-from limitmason.curve import Curve
+from limitmason.display import notebook
+from limitmason.display.progress import show_progress
 from limitmason.model import (
     Assembly,
     Block,
@@ -23,24 +26,21 @@ from limitmason.model import (
     Tie,
     ring_beam,
 )
-from limitmason.progress import show_progress
-from limitmason.results import Certificate, Mechanism, Prediction, Resultants
 
 if TYPE_CHECKING:
     from limitmason import (
+        answers,
         build,
         calibration,
         causes,
-        certificate,
         continuum,
         diagnosis,
-        equilibrium,
         experiments,
         figures,
         formats,
         limit,
+        mechanics,
         methods,
-        results,
         study,
         validation,
         vibration,
@@ -59,19 +59,18 @@ references.data_by(lambda source: import_module("limitmason.experiments.registry
 
 # loaded on first use: a script that only builds an assembly waits for neither solver nor matplotlib
 _MODULES = (
+    "answers",
     "build",
     "calibration",
     "causes",
-    "certificate",
     "continuum",
     "diagnosis",
-    "equilibrium",
     "experiments",
     "figures",
     "formats",
     "limit",
+    "mechanics",
     "methods",
-    "results",
     "study",
     "validation",
     "vibration",

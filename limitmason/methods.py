@@ -5,12 +5,12 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any
 
+from limitmason.answers.method import ASSOCIATIVE, DEM, LIMIT, MECHANISMS, NON_ASSOCIATIVE, THEORIES, Look, Method
+from limitmason.answers.results import FlowRule, Prediction
 from limitmason.errors import InputError
-from limitmason.method import ASSOCIATIVE, DEM, LIMIT, MECHANISMS, NON_ASSOCIATIVE, THEORIES, Look, Method
+from limitmason.mechanics.stated import with_statements
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import FlowRule, Prediction
-from limitmason.stated import with_statements
 
 __all__ = [
     "ASSOCIATIVE",
@@ -36,7 +36,7 @@ METHODS: Mapping[str, str] = {
     "sustained": "limitmason.validation.sustained:SUSTAINED",
 }
 """Method name to "module:object"; other packages add theirs through the entry-point group "limitmason.methods", as a
-:class:`limitmason.method.Method` or as a plain function of assembly and loads."""
+:class:`limitmason.answers.method.Method` or as a plain function of assembly and loads."""
 
 ENTRY_POINT_GROUP = "limitmason.methods"
 

@@ -5,11 +5,7 @@ Facades out of plane: simple rocking (A), compound rocking with stepped cracks i
 prescribe their friction: engineering estimates, no bounds of limit analysis; ``Prediction.bound`` says which is what.
 """
 
-import warnings
-from importlib import import_module
-from typing import Any
-
-from limitmason.stiffness import (
+from limitmason.mechanics.stiffness import (
     masonry_modulus_bui,
     masonry_modulus_gonen,
     masonry_modulus_itasca,
@@ -81,11 +77,3 @@ __all__ = [
     "torsion_radius",
     "torsion_shear_curve",
 ]
-
-
-def __getattr__(name: str) -> Any:
-    """The old name of ``mechanisms.murano_table_10``, for one release."""
-    if name != "murano":
-        raise AttributeError(f"module 'mechanisms' has no attribute {name!r}")
-    warnings.warn("mechanisms.murano is now mechanisms.murano_table_10", DeprecationWarning, stacklevel=2)
-    return import_module("mechanisms.murano_table_10")

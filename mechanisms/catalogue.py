@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
+from limitmason.answers.results import Prediction
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import Prediction
 from mechanisms.classical import overturning, sliding
 from mechanisms.flexure import horizontal_flexure
 from mechanisms.in_plane import sloping_crack, stepped_crack

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.answers.results import Bound, BoundKind, Prediction
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import Bound, BoundKind, Prediction
 from mechanisms.flexure import flexure_terms
 from mechanisms.motion import FREE_WALL, THIS_MOTION, UPPER_IDEAL, answer, flexure_twists, rotation, translation
 from mechanisms.optimum import ratio

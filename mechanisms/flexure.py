@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.answers.results import Prediction
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import Prediction
 from mechanisms.friction import FrictionSums, bed_joint_friction, edge_radii, torsion_radius
 from mechanisms.motion import ESTIMATE, THIS_MOTION, answer, flexure_twists
 from mechanisms.optimum import Smallest, ratio, smallest_ratio
@@ -122,9 +122,10 @@ def horizontal_flexure(
     height, pair = n * f.course_height, edge_radii(f.staggering, f.thickness)
     edges = [flexure_terms(f, n, contact_factor * r, reduction=reduction, interaction=interaction) for r in pair]
     terms = flexure_terms(f, n, contact_factor * arm, reduction=reduction)
-    details = {
+    hinge_height = f.height - height
+    details: dict[str, Any] = {
         "hinge_courses": n,
-        "hinge_height": f.height - height,
+        "hinge_height": hinge_height,
         "crack_tangent": tangent,
         "crack_angle_deg": math.degrees(math.atan(tangent)),
         "middle_width": _whole_length(f) - 2.0 * height * tangent,
@@ -139,12 +140,12 @@ def horizontal_flexure(
         details["power"] = flexure_power(
             f, hinge=n, tangent=tangent, contact_factor=contact_factor, torsion_radius=arm, reduction=omega
         ).as_dict()
-    warnings = ()
+    warnings: tuple[str, ...] = ()
     if interaction:
         warnings = ("the interaction term assumes a base without shear; small angles and few courses rest on it alone",)
     twists = None
     if seen.assembly is not None and seen.loads is not None and tangent > 0.0:
-        twists = flexure_twists(seen.assembly, seen.loads, foot_level(seen.assembly) + details["hinge_height"], tangent)
+        twists = flexure_twists(seen.assembly, seen.loads, foot_level(seen.assembly) + hinge_height, tangent)
         twists = twists if (seen.loads.live * twists).sum() > 0.0 else None
     return answer(
         "horizontal flexure (D)", value, facade=f, assembly=seen.assembly, loads=seen.loads, twists=twists,

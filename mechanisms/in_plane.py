@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.answers.results import Bound, BoundKind, Prediction
 from limitmason.errors import NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import Bound, BoundKind, Prediction
 from mechanisms.motion import ESTIMATE, UPPER_IDEAL, above, answer, rotation
 from mechanisms.parameters import Facade, foot_level, load_direction, read, wall_recipe
 from mechanisms.virtual_work import ContactCheck, check_contacts

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from limitmason.method import Look, Method, settings_of
-from limitmason.results import Prediction, Range
+from limitmason.answers.method import Look, Method, settings_of
+from limitmason.answers.results import Prediction, Range
 from mechanisms.catalogue import smallest
 from mechanisms.papers import PAPERS
 
@@ -41,4 +41,5 @@ MECHANISMS = Method(
     ),
     theorem="mechanism",
     references=PAPERS,
+    levers=("friction", "weights", "overload", "reading"),
 )  # fmt: skip

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from limitmason.answers.results import NO_TILT, SOLVED, Bound, BoundKind, Certificate, Mechanism, Prediction
 from limitmason.errors import NotApplicable
-from limitmason.law_table import MECHANISMS, RESIDUAL, TERMS
-from limitmason.law_table import notes as left_out
+from limitmason.mechanics.law_table import MECHANISMS, RESIDUAL, TERMS
+from limitmason.mechanics.law_table import notes as left_out
+from limitmason.mechanics.resultants import scaled_mechanism
+from limitmason.mechanics.stated import why_no_tilt_angle
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.resultants import scaled_mechanism
-from limitmason.results import NO_TILT, SOLVED, Bound, BoundKind, Certificate, Mechanism, Prediction
-from limitmason.stated import why_no_tilt_angle
 from mechanisms.parameters import Facade, load_direction, wall_recipe
 from mechanisms.virtual_work import ContactCheck, check_contacts
 

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.answers.results import Prediction
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import Prediction
 from mechanisms.friction import FrictionSums, bed_joint_friction, joint_friction
 from mechanisms.motion import ESTIMATE, UPPER_IDEAL, answer, rocking_twists
 from mechanisms.optimum import Smallest, ratio, smallest_ratio
@@ -240,7 +240,7 @@ def rocking_terms(
     share = np.array([1.0, -1.0 / f.steepest_crack, 0.0]) if reduction is None else np.array([reduction, 0.0, 0.0])
     side_n += share * sums.moment
     if below_crack == "connected" and crossed < hinge:
-        joints = np.arange(crossed + 1, hinge + 1)
+        joints = np.arange(crossed + 1.0, hinge + 1.0)
         side_n[0] += float(_joint_forces(f, joints) @ ((hinge - joints) * h))
     return Rocking(resisting + f.side_walls * side_n, driving + f.side_walls * side_d, sums)
 

@@ -3,7 +3,7 @@
 Which of their terms are taken from a source and which are derived: docs/mechanisms.md.
 """
 
-from limitmason.references import THEORY, Cited, Reference
+from limitmason.answers.references import THEORY, Cited, Reference
 
 MURANO = Reference(
     "murano-two-leaf", "misc",

@@ -61,16 +61,16 @@ class Facade:
     unit_weight: float
     friction: float
     side_walls: int = 0
-    side_wall_thickness: float | None = None
+    side_wall_thickness: float = None  # type: ignore[assignment]  # None takes its default below
     side_wall_length: float = math.inf
     overload: float = 0.0
     side_overload: float = 0.0
-    overload_length: float | None = None
-    overload_offset: float | None = None
+    overload_length: float = None  # type: ignore[assignment]  # None takes its default below
+    overload_offset: float = None  # type: ignore[assignment]  # None takes its default below
     overload_inertia: float = 1.0
     overload_rise: float = 0.0
-    crack_offset: float | None = None
-    steepest_crack: float | None = None
+    crack_offset: float = None  # type: ignore[assignment]  # None takes its default below
+    steepest_crack: float = None  # type: ignore[assignment]  # None takes its default below
 
     def __post_init__(self) -> None:
         """Fill what follows from other fields, and say which one is wrong."""

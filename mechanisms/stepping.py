@@ -56,7 +56,7 @@ def best_steps(facade: Facade, hinge: int, *, reduction: float = 1.0, keep_all: 
     # power (resisting, driving) of course j with k steps below it, without and with a step of its own
     plain = np.zeros((hinge + 1, most + 1, 2))
     step = np.zeros((hinge + 1, most + 1, 2))
-    for j in joints:
+    for j in range(1, hinge + 1):
         z0 = top - j * h
         for k in range(most + 1):
             plain[j, k] = _course_power(f, k * advance, k * advance, z0)
@@ -68,7 +68,8 @@ def best_steps(facade: Facade, hinge: int, *, reduction: float = 1.0, keep_all: 
         f.side_overload * width * (f.crack_offset + 0.5 * width), f.side_overload * width * top,
     ])  # fmt: skip
 
-    value, chosen = np.inf, ()
+    value = np.inf
+    chosen: tuple[int, ...] = ()
     guess = float((base[0] + f.side_walls * plain[1:, 0, 0].sum()) / base[1])
     while guess < value:
         value = guess

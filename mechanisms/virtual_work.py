@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.contact_points import ContactPoints, contact_points
-from limitmason.equilibrium import equilibrium_matrix
 from limitmason.errors import NotApplicable
-from limitmason.law import interface_law
+from limitmason.mechanics.contact_points import ContactPoints, contact_points
+from limitmason.mechanics.equilibrium import equilibrium_matrix
+from limitmason.mechanics.law import interface_law
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.parameters import Facade
@@ -225,7 +225,7 @@ def check_contacts(assembly: Assembly, loads: Loads, twists: Array) -> ContactCh
     return ContactCheck(abs(float(excess.min(initial=0.0))) / largest, multiplier, opening, sliding, points)
 
 
-def _box(field: Callable[[Array, float], Array], x0: float, x1: float, z0: float, z1: float) -> float:
+def _box(field: Callable[[Array, float], Array | float], x0: float, x1: float, z0: float, z1: float) -> float:
     return _under(field, x0, lambda z: x1, z0, z1)
 
 

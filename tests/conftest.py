@@ -1,7 +1,12 @@
+"""Threads, the package under test, what is slow, and the lanes that change what no answer may hang on."""
+
 import os
+import random
+import zlib
 from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 # one thread per process: the runs share two cores, and timings of figures and programs stay comparable
@@ -18,12 +23,66 @@ if (HOME / "pyproject.toml").exists():
 SLOW = Path(__file__).with_name("slow.txt").read_text(encoding="utf-8").split("\n")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark as slow what ``slow.txt`` names: files, tests or single cases, by their path below ``tests``."""
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Lanes: an answer hangs neither on the last digits of the blocks nor on the order of tests or of sums."""
+    lanes = parser.getgroup("lanes")
+    lanes.addoption("--jitter", type=int, default=0, help="seed: every block is moved by up to 1e-12 m along each axis")
+    lanes.addoption("--shuffle", type=int, default=0, help="seed: modules, and tests within them, in random order")
+    lanes.addoption("--strict-math", action="store_true", help="kernels add in the order in which they are written")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Set up the lanes before any test module imports the package."""
+    if config.getoption("strict_math"):
+        _compile_in_order(Path(config.cache.mkdir("strict-math")))
+    if seed := config.getoption("jitter"):
+        _move_blocks(seed)
+
+
+def _compile_in_order(kept: Path) -> None:
+    os.environ["NUMBA_CACHE_DIR"] = str(kept)  # read by numba when it is imported
+    import numba
+
+    compile_as_asked = numba.njit
+
+    def in_order(*functions, **options):
+        return compile_as_asked(*functions, **{**options, "fastmath": False})
+
+    numba.njit = in_order
+
+
+def _move_blocks(seed: int) -> None:
+    from limitmason.model import assembly
+
+    read = assembly.read_pieces
+
+    def moved(solid, name):
+        # by its name: the same model made twice, or in another order, is the same
+        move = 1e-12 * np.random.default_rng(zlib.crc32(f"{seed} {name}".encode())).uniform(-1.0, 1.0, 3)
+        pieces = tuple(p._replace(vertices=p.vertices + move) for p in read(solid, name))
+        for piece in pieces:
+            piece.vertices.setflags(write=False)
+        return pieces
+
+    assembly.read_pieces = moved
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark as slow the single cases that ``slow.txt`` names by their path below ``tests``; put the lanes in force."""
     slow = {line for line in SLOW if line}
     tests = Path(__file__).parent
     for item in items:
         file = item.path.relative_to(tests).as_posix() if item.path.is_relative_to(tests) else ""
         name = f"{file}::{item.name}"
-        if slow & {file, name, name.partition("[")[0]}:
+        if name in slow:
             item.add_marker(pytest.mark.slow)
+    if config.getoption("jitter"):
+        for item in items:
+            if item.get_closest_marker("exact"):
+                item.add_marker(pytest.mark.skip(reason="compares last digits"))
+    if seed := config.getoption("shuffle"):
+        order = random.Random(seed)
+        files = sorted({item.path for item in items})
+        order.shuffle(files)
+        order.shuffle(items)
+        items.sort(key=lambda item: files.index(item.path))  # module fixtures are made once all the same

@@ -19,10 +19,10 @@ from matplotlib.figure import Figure
 import dem
 from dem.zones.push_curve import ZonedCurve
 from limitmason import experiments
+from limitmason.display.text_table import filled, markdown
 from limitmason.experiments import Experiment
 from limitmason.experiments.bnw_walls import ASSUMED
 from limitmason.figures import load_displacement, plasticity
-from limitmason.text_table import filled, markdown
 
 NAME = "bnw-walls"
 WALLS = ("BNW1", "BNW2", "BNW3")

@@ -13,9 +13,9 @@ from typing import Any
 
 import limitmason as lm
 from limitmason.calibration import Fit
+from limitmason.display.text_table import filled, markdown
 from limitmason.experiments.brick_panels_opening import surrogate
 from limitmason.experiments.murano_u_walls import literature
-from limitmason.text_table import filled, markdown
 from validation import murano_strength, panel_calibration
 from validation.panel_calibration import L1_OUTLINES, OUTLINES, PAPER, UNKNOWN
 
@@ -40,7 +40,7 @@ eight steps: a peak that jumps by 2 % has no sharper minimum.
 
 [parameters]
 
-Intervals are profiles by direct runs, the other five refitted in {refitted} evaluations; "open" where a panel at the
+Intervals are profiles by direct runs, the other five refitted; "open" where a panel at the
 bound of the search meets the tests as well. That of the tensile strength is of the first crack alone, which knows no
 cohesion and no friction; whether the peak can follow to its ends was not run.
 
@@ -165,7 +165,7 @@ def stiffness() -> Lines:
         fit = lm.calibrate(
             model, {"frequency": lm.Target(target, 0.05, unit="Hz")},
             [lm.Parameter("normal_stiffness", 1e9 * known.median, (1e8, 1e12), unit="Pa/m")],
-            ties={"shear_stiffness": literature.TIES["shear_stiffness"]}, starts=1, step=1e-3, intervals=False,
+            ties={"shear_stiffness": literature.TIES["shear_stiffness"]}, starts=1, intervals=False,
             leave_out=None,
         )  # fmt: skip
         lines.append([
@@ -188,7 +188,7 @@ def strength(store: Path, progress: Callable[[str], object] | None = None) -> Li
             case.wall, case.name, f"{1e-6 * case.unknown.start:.3g}", f"{1e-6 * value:.3g}",
             f"{100 * fit.deviation[name]:.0f} %", f"{1e-6 * fit.tied['cohesion']:.3g}",
             f"{test.row['ft']}, {test.row['c']}", f"{fit.rows[0][3] / 1e3:.1f}",
-            f"{fit.problem.runs.found + fit.problem.runs.calls}",
+            f"{fit.objective.runs.found + fit.objective.runs.calls}",
         ])  # fmt: skip
     return lines
 
@@ -204,7 +204,7 @@ def dry(fits: Sequence[tuple[murano_strength.Case, Fit]]) -> Lines:
         lines.append([
             kept, f"{1e-3 * case.unknown.start:g}", f"{1e-3 * fit.parameters['tensile_strength']:.3f}",
             f"{low:.3f} to {high:.3f}{ended}", "0", f"{fit.rows[0][3] / 1e3:.2f}",
-            f"{fit.problem.runs.found + fit.problem.runs.calls}",
+            f"{fit.objective.runs.found + fit.objective.runs.calls}",
         ])  # fmt: skip
     return lines
 
@@ -241,7 +241,6 @@ def page(store: Path, progress: Callable[[str], object] | None = None) -> str:
         "headline": f"peaks of {min(l1):.2f} and {max(l1):.2f} kN on its two possible outlines where 1.6 was measured, "
         f"{100 * (min(l1) / 1.6 - 1):+.0f} and {100 * (max(l1) / 1.6 - 1):+.0f} %",
         "dry_says": dry_says(dry_fits),
-        "refitted": f"{panel_calibration.REFITTED}",
         "paper_says": f"on this outline it gives {paper['first crack'] / 1e3:.2f} kN at the first crack and "
         f"{paper['peak'] / 1e3:.2f} kN at the peak, where the tests have means of 1.41 and 4.77 kN. Which of the many "
         "is true the four panels cannot say; a triplet, a pull-off and a joint column would "

@@ -6,7 +6,6 @@ makes ``mcmaster.md``; answers are kept in the file of ``--kept`` as they come.
 """
 
 import argparse
-import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -18,12 +17,12 @@ import dem
 from limitmason import experiments
 from limitmason.build.cracks import with_potential_cracks
 from limitmason.deformable.levels import MODAL, RIGID
+from limitmason.display.text_table import filled, markdown
 from limitmason.experiments import mcmaster_bending as mcmaster
 from limitmason.experiments.record import Experiment
 from limitmason.model import Assembly, Loads, Material
 from limitmason.model.joint import Joint, LostBy
-from limitmason.study.store import write_whole
-from limitmason.text_table import filled, markdown
+from limitmason.study import Memo, fingerprint
 
 NAME = "mcmaster-bending"
 POINTS, FINER = (4, 8), (8, 16)
@@ -118,20 +117,16 @@ class Answers:
     """Strengths, each computed once and kept in a file."""
 
     def __init__(self, file: Path | None) -> None:
-        self.file = file
-        self.known: dict[str, dict[str, float]] = {}
-        if file is not None and file.exists():
-            self.known = json.loads(file.read_text(encoding="utf-8"))
+        self.memo = Memo(file, kind=dict)
 
     def __call__(self, specimen: str, **options: Any) -> dict[str, float]:
         """Answer of a specimen with options; see :func:`bent`."""
-        key = json.dumps([specimen, {"points": POINTS, "steps": STEPS, **options}], sort_keys=True)
-        if key not in self.known:
-            print(specimen, options, flush=True)
-            self.known[key] = bent(specimen, **options)
-            if self.file is not None:
-                write_whole(self.file, json.dumps(self.known, indent=1))
-        return self.known[key]
+        call = [specimen, {"points": POINTS, "steps": STEPS, **options}]
+        return self.memo.once([*call, fingerprint(*call, bent)], lambda: self._bent(specimen, **options))
+
+    def _bent(self, specimen: str, **options: Any) -> dict[str, float]:
+        print(specimen, options, flush=True)
+        return bent(specimen, **options)
 
 
 def bent(

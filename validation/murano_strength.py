@@ -24,8 +24,6 @@ SCATTER = {"DS": 0.10, "REGW": 0.05}
 """Of the peak, about half the difference of the two values that the source prints of each."""
 
 
-STEP = {"tensile_strength": 0.1, "friction_angle_deg": 0.1, "dry": 50.0}
-"""Of finite differences: on logarithms; of a dry joint's tensile strength, which may be zero, in Pa."""
 DRY = "DS"
 
 
@@ -36,11 +34,6 @@ class Case:
     wall: str
     unknown: lm.Parameter
     options: dict[str, str]
-
-    @property
-    def step(self) -> float:
-        """Of finite differences on the scale of the unknown."""
-        return STEP[self.unknown.name if self.unknown.log else "dry"]
 
     @property
     def most(self) -> int:
@@ -146,7 +139,7 @@ def fitted(case: Case, store: Path, progress: Callable[[str], object] | None = N
     key = f"{NAME} {case.wall} {words} {STEPS} {POINTS}"
     return lm.calibrate(
         model(case), _peaks(case.wall), [case.unknown], ties=ties(case), leave_out=None, intervals=case.wall == DRY,
-        starts=1, step=case.step, most=case.most,
+        starts=1, most=case.most,
         store=store / f"murano-{case.wall}-{words.replace(' ', '-').replace(',', '')}.jsonl", key=key,
         progress=progress,
     )  # fmt: skip

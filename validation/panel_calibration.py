@@ -10,29 +10,26 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy import stats
 
 import dem
 import limitmason as lm
 from dem.push import default_spacing
 from limitmason import study
-from limitmason.calibration.problem import profile_end
-from limitmason.contact_points import contact_points
+from limitmason.calibration.profile import end as profile_end
 from limitmason.errors import NotConverged
 from limitmason.experiments import brick_panels_opening as panels
-from limitmason.lumped_units import with_lumped_units
+from limitmason.mechanics.contact_points import contact_points
+from limitmason.mechanics.lumped_units import with_lumped_units
+from limitmason.mechanics.plane import find_plane
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.plane import find_plane
 
 NAME = "brick-panels-opening"
 OUTLINES = ("787.5/8/4", "675/8/5", "1350/4/3")
 L1_OUTLINES = ("787.5/8/4", "562.5/8/4")
 TRAVEL, STEPS = 1.3e-3, 6000
-STEP = 0.15
-"""Of finite differences on log-parameters: sees past a peak that jumps by 1 to 2 %."""
-REFITTED, SHARP = 8, 0.5
-"""Evaluations of a refit along a profile, and how far beyond an end its search may stop: a peak jumps by 2 %."""
+STEPS_OF_A_SEARCH = 8
+"""Of the fit: a peak that jumps by 1 to 2 % has no sharper minimum."""
 UNKNOWN = (
     lm.Parameter("normal_stiffness", 83e9, (5e9, 5e11), unit="Pa/m"),
     lm.Parameter("shear_stiffness", 36e9, (2e9, 2e11), unit="Pa/m"),
@@ -122,7 +119,8 @@ def measured() -> dict[str, dict[str, lm.Target]]:
 def fitted(outline: str, store: Path, starts: int, progress: Callable[[str], object] | None = None) -> Any:
     """Fit of S1 to S4 on one outline."""
     return lm.calibrate(
-        model("S1", outline), measured(), UNKNOWN, leave_out=None, intervals=False, starts=starts, step=STEP, most=8,
+        model("S1", outline), measured(), UNKNOWN, leave_out=None, intervals=False, starts=starts,
+        most=STEPS_OF_A_SEARCH,
         store=store / f"panel-{outline.replace('/', '-')}.jsonl", key=f"{NAME} {outline} {TRAVEL} {STEPS} elastic",
         progress=progress,
     )  # fmt: skip
@@ -139,15 +137,11 @@ def ends(fit: Any, outline: str) -> dict[str, tuple[float, float]]:
     All by direct runs, kept with those of the fit. The tensile strength has its interval from the first crack alone,
     which knows joint stiffnesses beside it and nothing else; the peak is free to follow by cohesion and friction.
     """
-    out, problem, best = {}, fit.problem, fit.minimum
-    rise = float(stats.chi2.ppf(fit.level, 1))
+    out, best = {}, fit.minimum
+    rise = fit.objective.rise(best, fit.level)
     for axis, p in enumerate(UNKNOWN):
         if p.name != "tensile_strength":
-            low, high = (
-                profile_end(problem, best, axis, sign, fit.information.covariance, rise, "least squares", REFITTED,
-                            SHARP)[0]
-                for sign in (-1, 1)
-            )
+            low, high = (profile_end(fit.objective, best, fit.slopes, axis, sign, rise) for sign in (-1, 1))
             out[p.name] = (low if np.isinf(low) else p.value(low), high if np.isinf(high) else p.value(high))
     (strength,) = (p for p in UNKNOWN if p.name == "tensile_strength")
     low, high = (e if np.isinf(e) else strength.value(e) for e in calibrated_elastic(fit, outline).ends[-1])
@@ -161,8 +155,7 @@ def calibrated_elastic(fit: Any, outline: str) -> Any:
     targets = {name: {"first crack": t["first crack"]} for name, t in measured().items()}
     unknown = [p for p in UNKNOWN if p.name in ("normal_stiffness", "shear_stiffness", "tensile_strength")]
     return lm.calibrate(
-        lm.calibration.JointModel(wall, first_crack), targets, unknown, leave_out=None, starts=1, step=0.02,
-        most=REFITTED,
+        lm.calibration.JointModel(wall, first_crack), targets, unknown, leave_out=None, starts=1,
     )  # fmt: skip
 
 

@@ -19,14 +19,14 @@ from matplotlib.figure import Figure
 import limitmason as lm
 import mechanisms
 from limitmason import experiments
+from limitmason.answers.curve import Curve, Event
 from limitmason.capacity import Steps
 from limitmason.continuum import SolidCurve, load_curve, push, solve_elastic
 from limitmason.continuum.path import INTERRUPTED
-from limitmason.curve import Curve, Event
+from limitmason.display.text_table import filled, markdown
 from limitmason.errors import InputError, NotConverged
 from limitmason.experiments.murano_u_walls import macro, micro
 from limitmason.figures import load_displacement, print_style
-from limitmason.text_table import filled, markdown
 
 NAME = "murano-u-walls"
 MODELS = (("DS", "step 1", 6e-3), ("DS", "final", 6e-3), ("REGW", "final", 6e-3))

@@ -17,7 +17,7 @@ from dem.kernels.kinematics import relative_motion
 from dem.kernels.law import fall_of, peak_of, return_map
 
 Numbers = tuple[float, ...]
-PLANE_MODES = 7  # known to the compiler, which unrolls its loops
+PLANE_MODES = 9  # known to the compiler, which unrolls its loops
 
 
 @kernel(forceinline=True)

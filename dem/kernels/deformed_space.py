@@ -17,7 +17,7 @@ from dem.kernels.kinematics import relative_motion
 from dem.kernels.law import fall_of, peak_of, return_map
 
 Numbers = tuple[float, ...]
-SPACE_MODES = 15  # known to the compiler, which unrolls its loops
+SPACE_MODES = 21  # known to the compiler, which unrolls its loops
 
 
 @kernel(forceinline=True)

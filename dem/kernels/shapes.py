@@ -27,17 +27,35 @@ def _plane_of(corners, faces, size, p, f, out):
 
 
 @kernel(fast=False, counted=True)
+def _gap_above(corners, n_corners, planes, p, f, q):
+    """Height above face f of p of q's corner nearest to it [m], and its number."""
+    gap, low = 1e300, 0
+    for k in range(n_corners[q]):
+        h = planes[p, f, 0] * corners[q, k, 0] + planes[p, f, 1] * corners[q, k, 1]
+        h += planes[p, f, 2] * corners[q, k, 2] - planes[p, f, 3]
+        if h < gap:
+            gap, low = h, k
+    return gap, low
+
+
+@kernel(fast=False, counted=True)
+def _widest_beside(corners, n_corners, planes, n_faces, p, q, axis, flat):
+    """Gap of the face of p that separates q the most, of those whose normals leave an axis by more than ``flat``."""
+    widest = -1e300
+    for f in range(n_faces[p]):
+        c = planes[p, f, 0] * axis[0] + planes[p, f, 1] * axis[1] + planes[p, f, 2] * axis[2]
+        if abs(c) < flat:
+            widest = max(widest, _gap_above(corners, n_corners, planes, p, f, q)[0])
+    return widest
+
+
+@kernel(fast=False, counted=True)
 def _widest_gap(corners, n_corners, planes, n_faces, p, q, best):
     """Face of p that separates q the most, and q's corner nearest to it; plane and gap written to ``best`` (5)."""
     found, nearest = -1, 0
     best[4] = -1e300
     for f in range(n_faces[p]):
-        gap, low = 1e300, 0
-        for k in range(n_corners[q]):
-            h = planes[p, f, 0] * corners[q, k, 0] + planes[p, f, 1] * corners[q, k, 1]
-            h += planes[p, f, 2] * corners[q, k, 2] - planes[p, f, 3]
-            if h < gap:
-                gap, low = h, k
+        gap, low = _gap_above(corners, n_corners, planes, p, f, q)
         if gap > best[4]:
             found, nearest, best[4] = f, low, gap
             best[:4] = planes[p, f]
@@ -94,7 +112,7 @@ def _widest_crossing(corners, edges, n_edges, planes, p, q, out):
 @kernel(fast=False, counted=True)
 def contact_shapes(
     corners, n_corners, faces, size, n_faces, edges, n_edges, pairs, margin, flat,
-    kind, gap, polygon, count, plane_out, crossing, first_is_base,
+    kind, gap, beside, planes, polygon, count, plane_out, crossing, first_is_base, base_face,
 ):  # fmt: skip
     """How every pair of convex pieces nearer than ``margin`` meets, at any relative rotation.
 
@@ -113,14 +131,17 @@ def contact_shapes(
     flat : cosine of the angle between the normals of faces that lie on each other
     kind : written, 0 apart, 1 face on face, 2 edge or corner on a face, 3 two edges, shape (m,)
     gap : along the axis, negative where the pieces overlap [m], written, shape (m,)
+    beside : widest gap along the normals of faces that leave the axis by more than ``flat`` [m], written, shape (m,)
+    planes : outward normal and offset [m] of every face of the pieces, written, shape (p, f, 4)
     polygon, count : of kinds 1 and 2 [m], written, shapes (m, 32, 3), (m,)
     plane_out : of kinds 1 and 2, unit normal away from the base and offset [m], written, shape (m, 4)
     crossing : of kind 3, see :func:`_widest_crossing`, first piece first, written, shape (m, 5, 3)
-    first_is_base : written, shape (m,)
+    first_is_base : written, shape (m,); given where ``base_face`` is
+    base_face : face of the base that is asked for whatever the gaps, -1 for that of the widest gap, shape (m,)
     """
     plane, best_p, best_q, side = np.empty(4), np.empty(5), np.empty(5), np.empty(4)
     one, two = np.empty((32, 3)), np.empty((32, 3))
-    planes, known = np.empty((len(corners), faces.shape[1], 4)), np.zeros(len(corners), dtype=np.bool_)
+    known = np.zeros(len(corners), dtype=np.bool_)
     for m in range(len(pairs)):
         kind[m] = count[m] = 0
         p, q = pairs[m, 0], pairs[m, 1]
@@ -130,23 +151,36 @@ def contact_shapes(
                 for f in range(n_faces[i]):
                     _plane_of(corners, faces, size, i, f, plane)
                     planes[i, f] = plane
-        fp, low_q = _widest_gap(corners, n_corners, planes, n_faces, p, q, best_p)
-        if best_p[4] > margin:
-            continue
-        fq, low_p = _widest_gap(corners, n_corners, planes, n_faces, q, p, best_q)
-        if best_q[4] > margin:
-            continue
-        first = best_p[4] >= best_q[4] - 1e-3 * margin
-        base, other, face = (p, q, fp) if first else (q, p, fq)
-        ref = best_p if first else best_q
-        lowest = low_q if first else low_p
-        gap[m] = ref[4]
-        wide, steepest = _widest_crossing(corners, edges, n_edges, planes, p, q, crossing[m])
-        if wide > margin:
-            continue
-        if wide > ref[4] + 1e-6 * margin and steepest < flat:
-            kind[m], gap[m], first_is_base[m] = 3, wide, True
-            continue
+        if base_face[m] >= 0:
+            first, face, ref = first_is_base[m], base_face[m], best_p
+            base, other = (p, q) if first else (q, p)
+            ref[:4] = planes[base, face]
+            ref[4], lowest = _gap_above(corners, n_corners, planes, base, face, other)
+            gap[m] = ref[4]
+        else:
+            fp, low_q = _widest_gap(corners, n_corners, planes, n_faces, p, q, best_p)
+            if best_p[4] > margin:
+                continue
+            fq, low_p = _widest_gap(corners, n_corners, planes, n_faces, q, p, best_q)
+            if best_q[4] > margin:
+                continue
+            first = best_p[4] >= best_q[4] - 1e-3 * margin
+            base, other, face = (p, q, fp) if first else (q, p, fq)
+            ref = best_p if first else best_q
+            lowest = low_q if first else low_p
+            gap[m] = ref[4]
+            wide, steepest = _widest_crossing(corners, edges, n_edges, planes, p, q, crossing[m])
+            if wide > margin:
+                continue
+            crosses = wide > ref[4] + 1e-6 * margin and steepest < flat
+            axis = crossing[m, 4] if crosses else ref[:3]
+            beside[m] = max(
+                _widest_beside(corners, n_corners, planes, n_faces, p, q, axis, flat),
+                _widest_beside(corners, n_corners, planes, n_faces, q, p, axis, flat),
+            )
+            if crosses:
+                kind[m], gap[m], first_is_base[m] = 3, wide, True
+                continue
         opposed, low = 0, 2.0
         for f in range(n_faces[other]):
             touches = False

@@ -22,7 +22,7 @@ from dem.zones.yielding import material_row
 from dem.zones.zoned_model import ZonedModel
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID
 from limitmason.errors import InputError
-from limitmason.law_table import refuse_ties
+from limitmason.mechanics.law_table import refuse_ties
 from limitmason.model import Assembly, Block, Loads, Material
 
 Array = NDArray[np.float64]

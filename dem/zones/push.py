@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dem.driving import SLOWER, named, turning_points, unit_twist
 from dem.joints import Grid, JointOptions
 from dem.kernels.arrays import LAW_KN, LAW_KS
 from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_SUPPORT
@@ -23,16 +24,13 @@ from dem.zones.push_curve import ZonedCurve, rigid_motion, zone_state, zoned_cur
 from dem.zones.recording import EVERY, Record, load, save, signature
 from dem.zones.zoned_model import ZonedModel
 from limitmason.deformable import PLANE_STRESS, SOLID
+from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotConverged
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Drive
-from limitmason.progress import reached, watched
 
 Array = NDArray[np.float64]
 Progress = Callable[[Mapping[str, Any]], object]
-
-SLOWER = 3
-"""The second run is so many times slower."""
 
 LEAST_STEPS = 40_000
 """Steps that the faster run takes, at least: a brittle panel that fails at 9 kN carries 14 to 19 in 6000 to 20 000."""
@@ -105,13 +103,15 @@ def push_zoned(
     NotConverged
         Where the structure does not settle under its dead loads.
     """
-    path = [float(v) for v in np.atleast_1d(np.asarray(to, dtype=float))]
-    ends = np.diff([0.0, *path])
-    if not len(path) or not np.isfinite(path).all() or not (np.abs(ends) > 0.0).all():
-        raise InputError(f"to must be a displacement [m] or a path of different ones, got {to!r}")
+    path = turning_points(to)
     if samples < 10 or (steps is not None and steps < 10 * samples):
         raise InputError(f"samples must be at least 10 and steps ten times as many, got {samples!r} and {steps!r}")
-    unit, held = _unit(drive, assembly, plane)
+    unit, held = unit_twist(drive, assembly)
+    if plane != SOLID and unit[:, [1, 3, 5]].any():
+        raise InputError(
+            f"the drive leaves the x-z plane, in which zoned blocks stay: give x, z or ry, or stress={SOLID!r} "
+            "for zones in space"
+        )
     loads = loads if loads is not None else Loads.weight(assembly)
     dead = loads.dead.copy()
     for name, servo in drive.servo.items():
@@ -157,7 +157,7 @@ def push_zoned(
         follow = _Follower(progress, number, sum(counts[:number]), sum(counts), per_step)
         name = "v" if number == 0 else f"v{SLOWER}"
         curve = _run(_twin(settled), unit[stiff], rows, hold, path, count, samples, follow, part_file(checkpoint, name))
-        curves.append(replace(curve, label=label or ", ".join(str(b) for b in drive.displacement)))
+        curves.append(replace(curve, label=named(drive, label)))
         if curve.status == "interrupted":
             break
     if len(curves) == 1:
@@ -220,28 +220,6 @@ def _unsettled(model: ZonedModel) -> str:
             f"the rounding of springs too stiff for them; {_contrast(model)}. Take softer units or joints"
         )
     return f"the structure does not settle under its dead loads ({force}): it falls before it is driven"
-
-
-def _unit(drive: Drive, assembly: Assembly, plane: str) -> tuple[Array, NDArray[np.bool_]]:
-    """Twist of the blocks per displacement of 1 m, and the freedoms the drive holds, shapes (n, 6)."""
-    if not isinstance(drive, Drive):
-        raise InputError(f"drive must be a limitmason Drive such as Drive({{'plate': {{'z': -1.0}}}}), got {drive!r}")
-    if drive.steps is not None or drive.duration is not None:
-        raise InputError("the drive of a push is a direction: leave out its steps and duration, and give steps to push")
-    travel, held = drive.twists(assembly)
-    size = float(np.linalg.norm(travel[:, :3], axis=1).max())
-    if not size > 0.0:
-        raise InputError("the drive has no direction: give a translation, such as {'plate': {'z': -1.0}}")
-    if plane != SOLID and travel[:, [1, 3, 5]].any():
-        raise InputError(
-            f"the drive leaves the x-z plane, in which zoned blocks stay: give x, z or ry, or stress={SOLID!r} "
-            "for zones in space"
-        )
-    taken = held & assembly.held
-    if taken.any():
-        name = assembly.blocks[int(np.flatnonzero(taken.any(axis=1))[0])].name
-        raise InputError(f"block {name!r} is held by a support in a degree of freedom that the drive moves")
-    return travel / size, held
 
 
 def _twin(model: ZonedModel) -> ZonedModel:

@@ -8,21 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from dem.driving import widest_spacing
 from dem.joint_marks import JointMarks
 from dem.kernels.solid_arrays import FaceContacts, RigidSolids
 from dem.kernels.zone_arrays import Sides, Zones
 from dem.papers import PAPERS
-from dem.push_curve import BY_WEIGHT, RESTLESS, JointPoint, PushCurve
+from dem.push_curve import JointPoint, PushCurve, dynamic_notes, failure_events
 from dem.zones.marks import AT_YIELD, ELASTIC, TENSION, YIELDED
 from dem.zones.mesh import ZoneMesh
 from dem.zones.recording import Record, ZoneState
 from dem.zones.solid_mesh import SolidMesh
 from dem.zones.zoned_model import ZonedModel
-from limitmason.curve import Event
+from limitmason.answers.curve import Event
+from limitmason.answers.references import data_behind
 from limitmason.deformable import SOLID
 from limitmason.deformable.levels import ZONED
 from limitmason.errors import InputError
-from limitmason.references import data_behind
 
 Array = NDArray[np.float64]
 
@@ -108,12 +109,7 @@ def zoned_curve(model: ZonedModel, record: Record, steps: int, twist: Array) -> 
     moved, marks, zones = record.moved, record.marks, record.zones
     notes = [*model.warnings, *([record.ended] if record.ended else [])]
     restless = np.array(record.kinetic)
-    if (restless > RESTLESS).any():
-        where = moved[int(np.argmax(restless > RESTLESS))]
-        notes.append(
-            f"kinetic energy reaches {restless.max():.1e} of the work, above {RESTLESS:g} first at {where:.3g} m: from "
-            "there on drops are dynamic, and what follows one is a fall, not a branch of equilibrium"
-        )
+    notes += dynamic_notes(np.array(moved), restless)
     slid = float(np.nanmax(marks[-1].slip, initial=0.0))
     if slid > 0.5 * _shortest(model):
         notes.append(
@@ -130,10 +126,7 @@ def zoned_curve(model: ZonedModel, record: Record, steps: int, twist: Array) -> 
         plane=model.plane, seconds=record.seconds, references=(*PAPERS, *data_behind(model.assembly.recipe)),
         **columns,
     )  # fmt: skip
-    events = []
-    first = curve.first_failure
-    if first is not None:
-        events.append(Event("first failure" if first.index else BY_WEIGHT, first.index, first.where, first.value))
+    events = [*failure_events(curve)]
     for name, wanted in (("unit yields", (AT_YIELD, YIELDED)), ("unit cracks", (TENSION,))):
         for i, state in enumerate(zones):
             hit = np.flatnonzero(np.isin(state.marks, wanted))
@@ -155,16 +148,15 @@ def _shortest(model: ZonedModel) -> float:
 
 def _spacing(model: ZonedModel) -> float:
     """Largest distance between neighbouring contact points of a joint [m]."""
-    contacts, far = model.contacts, 0.0
-    for row in range(len(model.interface)):
+    contacts = model.contacts
+
+    def along(row: int) -> Array:
         own = contacts.joint == row
         if isinstance(contacts, FaceContacts):
-            places = contacts.origin[own] @ contacts.tangent[row].T
-        else:
-            places = contacts.arc[own][:, None]
-        for along in places.T:
-            far = max(far, float(np.diff(np.unique(np.round(along, 9))).max(initial=0.0)))
-    return far
+            return np.asarray((contacts.origin[own] @ contacts.tangent[row].T).T)
+        return np.asarray(contacts.arc[own][None])
+
+    return widest_spacing(along(row) for row in range(len(model.interface)))
 
 
 def zone_state(model: ZonedModel) -> ZoneState:

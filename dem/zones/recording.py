@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.archive import write_archive
 from dem.joint_marks import JointMarks
 from dem.kernels.solid_arrays import FaceContacts
 from dem.resuming import RunStatus, check_same, digest
@@ -16,6 +15,7 @@ from dem.zones.marks import zone_marks
 from dem.zones.solid_mesh import SolidMesh
 from dem.zones.zoned_model import ZonedModel
 from limitmason.errors import InputError
+from limitmason.storage.files import read_archive, write_archive
 
 Array = NDArray[np.float64]
 
@@ -112,10 +112,11 @@ def signature(model: ZonedModel, **settings: Any) -> dict[str, str]:
         "joints": (model.law, model.interface),
         "contact points": (c.joint, *on_a, c.node, c.share, c.area, c.gap),
         "loads": (model.nodes.load, model.rigid.load),
-        "supports": (model.assembly.held,),
     }
-    out = {name: digest(*(np.ascontiguousarray(v).tobytes() for v in arrays)) for name, arrays in parts.items()}
-    return out | {name: digest(repr(value).encode()) for name, value in settings.items()}
+    out, whole = {}, model.assembly.fingerprint.digests
+    for name, arrays in parts.items():
+        out[name] = digest(whole.pop(name, "").encode(), *(np.ascontiguousarray(v).tobytes() for v in arrays))
+    return out | whole | {name: digest(repr(value).encode()) for name, value in settings.items()}
 
 
 def _moving(model: ZonedModel) -> list[tuple[str, str]]:
@@ -148,14 +149,14 @@ def load(path: Path, model: ZonedModel, same: Mapping[str, str]) -> tuple[Record
     InputError
         For a file of another kind, and one of another model or run, naming what differs.
     """
-    with np.load(path, allow_pickle=False) as file:
-        if "same.names" not in file:
-            raise InputError(f"{path} is no checkpoint of zoned blocks: give another file")
-        then = dict(zip(file["same.names"].tolist(), file["same.digests"].tolist(), strict=True))
-        check_same(path, then, same)
-        for group, name in _moving(model):
-            getattr(getattr(model, group), name)[...] = file[f"{group}.{name}"]
-        model.total[...] = file["total"]
-        kept = {k.removeprefix("record."): file[k] for k in file.files if k.startswith("record.")}
-        numbers = {k.removeprefix("number."): float(file[k]) for k in file.files if k.startswith("number.")}
+    file = read_archive(path)
+    if "same.names" not in file:
+        raise InputError(f"{path} is no checkpoint of zoned blocks: give another file")
+    then = dict(zip(file["same.names"].tolist(), file["same.digests"].tolist(), strict=True))
+    check_same(path, then, same)
+    for group, name in _moving(model):
+        getattr(getattr(model, group), name)[...] = file[f"{group}.{name}"]
+    model.total[...] = file["total"]
+    kept = {k.removeprefix("record."): v for k, v in file.items() if k.startswith("record.")}
+    numbers = {k.removeprefix("number."): float(v) for k, v in file.items() if k.startswith("number.")}
     return (Record.from_arrays(kept) if kept else None), numbers

@@ -15,7 +15,7 @@ from dem.kernels.yielding import (
     MAT_STRAIN,
     MAT_YIELDS,
 )
-from limitmason.law import unit_tension
+from limitmason.mechanics.law import unit_tension
 from limitmason.model import Material
 
 Array = NDArray[np.float64]

@@ -38,27 +38,20 @@ PACKAGES = {
     "limitmason.causes": "Physical extensions of a model.",
     "limitmason.figures": "Figures and the interactive scene.",
     "limitmason.formats": "Files in and out.",
-    "limitmason.results": "Answers, bounds, certificates.",
-    "limitmason.certificate": "The check of an answer.",
-    "limitmason.equilibrium": "The equilibrium matrix.",
+    "limitmason.answers": "Answers, bounds, curves, papers.",
+    "limitmason.mechanics": "What all methods share: the law, contact points, equilibrium, certificates.",
     "limitmason.errors": "What is raised.",
 }
 """Public packages and modules in the order of the reference."""
 
 OURS = {name.partition(".")[0] for name in PACKAGES}
 
-FORMER = {
-    "limitmason.packaged": "limitmason.validation",
-    "limitmason.side_by_side": "limitmason.validation",
-    "limitmason.diagnosis.catalogue": "limitmason.causes",
-}
-"""Names of one release ago that lead to others, and where."""
-
 COPIED = {
     "theories.md": "docs/theories.md",
     "predicted.md": "docs/predicted.md",
     "findings.md": "docs/findings.md",
     "limits.md": "docs/limits.md",
+    "glossary.md": "docs/glossary.md",
     "laws.md": "docs/laws.md",
     "mechanisms.md": "docs/mechanisms.md",
     "methods.md": "docs/methods.md",
@@ -210,10 +203,9 @@ def names_of(module: ModuleType) -> list[str]:
 
 
 def public_names(module: ModuleType) -> Iterator[tuple[str, object]]:
-    """Public names of a module and their objects; of a former name the package that it leads to."""
+    """Public names of a module and their objects."""
     for name in names_of(module):
-        former = FORMER.get(f"{module.__name__}.{name}")
-        yield name, importlib.import_module(former) if former else getattr(module, name)
+        yield name, getattr(module, name)
 
 
 def home_of(name: str, thing: object, package: str) -> str | None:
@@ -252,9 +244,8 @@ def entry(package: str, name: str, thing: object) -> str:
     """The reference of one public name, in reStructuredText."""
     full = f"{package}.{name}"
     if inspect.ismodule(thing):
-        former = ", its former name" if full in FORMER else ""
         listed = "\n   :no-index:" if thing.__name__ == full else ""  # its own page lists it
-        return f".. py:attribute:: {name}{listed}\n\n   The package :doc:`{thing.__name__}`{former}.\n"
+        return f".. py:attribute:: {name}{listed}\n\n   The package :doc:`{thing.__name__}`.\n"
     home = home_of(name, thing, package)
     if home is not None:
         return f".. py:data:: {name}\n   :no-index-entry:\n\n   The same as :py:obj:`{home}.{name}`.\n"
@@ -298,9 +289,8 @@ def write_reference(folder: Path) -> None:
     folder.mkdir(parents=True)
     rows = "\n".join(f"   * - :doc:`{p}`\n     - {words}" for p, words in PACKAGES.items())
     tree = "\n".join(f"   {p}" for p in PACKAGES)
-    former = "\n".join(f"- ``{old}`` is now :doc:`{new}`." for old, new in FORMER.items())
     (folder / "index.rst").write_text(
-        f"API reference\n=============\n\n.. list-table::\n\n{rows}\n\nNames of one release ago:\n\n{former}\n\n"
+        f"API reference\n=============\n\n.. list-table::\n\n{rows}\n\n"
         f".. toctree::\n   :hidden:\n\n{tree}\n",
         encoding="utf-8",
     )

@@ -5,8 +5,9 @@
 ...                    ties={"shear_stiffness": "normal_stiffness / 2"})
 """
 
-from limitmason.calibration.fit import Fit, LeftOut, Predicted
-from limitmason.calibration.fitting import calibrate
+from limitmason.calibration.cross_validation import LeftOut
+from limitmason.calibration.estimation import calibrate
+from limitmason.calibration.fit import Fit, Predicted
 from limitmason.calibration.information import Free, NextTest
 from limitmason.calibration.joint_model import JointModel
 from limitmason.calibration.parameter import Parameter

@@ -12,15 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from limitmason.answers.curve import Curve
+from limitmason.calibration.cross_validation import LeftOut
 from limitmason.calibration.information import Free, Information, NextTest, ranked, relative
-from limitmason.calibration.problem import LOST, Minimum, Problem
+from limitmason.calibration.objective import LOST, Minimum, Objective
 from limitmason.calibration.runs import Model, taken
+from limitmason.calibration.search import SAME, Slopes
 from limitmason.calibration.targets import outputs_of
-from limitmason.curve import Curve
 from limitmason.diagnosis import Cause, Diagnosis, Measured, Noise, Study
+from limitmason.display.text_table import aligned
 from limitmason.errors import InputError
+from limitmason.storage.frozen import ReadOnly
 from limitmason.study.workers import run_points
-from limitmason.text_table import aligned
 
 Array = NDArray[np.float64]
 
@@ -32,6 +35,9 @@ MOST_REFITTED = 3
 """More parameters than these are not refitted unasked: every one multiplies the runs of a diagnosis by three."""
 
 
+_LOOSE: Mapping[tuple[str, ...], str] = {("below",): "NOT from below", ("above",): "NOT from above"}
+
+
 class Predicted(NamedTuple):
     """A prediction with the interval that the fit's parameters leave it; the model's own error is not in it."""
 
@@ -40,84 +46,44 @@ class Predicted(NamedTuple):
     high: float
 
 
-class LeftOutRow(NamedTuple):
-    """A number that the fit did not see: ``error`` is predicted / measured - 1 (or the difference in its unit).
-
-    ``deviation`` is what the parameters leave open in the prediction, on the same scale.
-    """
-
-    group: str
-    quantity: str
-    measured: float
-    predicted: float
-    error: float
-    deviation: float
-
-
-@dataclass(frozen=True)
-class LeftOut:
-    """Errors on what was left out of the fit, group by group.
-
-    Parameters
-    ----------
-    rows : one per number
-    by : what the groups are
-    """
-
-    rows: tuple[LeftOutRow, ...]
-    by: str
-
-    @property
-    def error(self) -> float:
-        """Root mean square of log(predicted / measured) over all numbers compared by their ratio [-]."""
-        logs = [math.log(r.predicted / r.measured) for r in self.rows if r.predicted > 0.0 and r.measured > 0.0]
-        return float(np.sqrt(np.mean(np.square(logs)))) if logs else math.nan
-
-    def __str__(self) -> str:
-        """The table."""
-        head = [["left out", "quantity", "measured", "predicted", "error", "left open"]]
-        return aligned(head + [[r.group, r.quantity, f"{r.measured:.4g}", f"{r.predicted:.4g}", f"{r.error:+.1%}",
-                                f"{r.deviation:.1%}"] for r in self.rows], "<<>>>>")  # fmt: skip
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class Fit:
+class Fit(ReadOnly):
     """Answer of :func:`limitmason.calibrate`.
 
     Parameters
     ----------
-    problem : what was asked
+    objective : what was asked, and all that was tried
     minimum : the best that was found
     minima : where every start ended
-    information : slopes at the best
+    information : what the slopes at the best say
+    slopes : at the best, with the moves they were taken over
     level : of the intervals [-]
     ends : profile interval of every parameter on the scale of the fit, infinite where only a bound ends it; None
         where intervals were not asked for
     left_out : errors on what was left out; None where nothing was
-    scatter_known : whether the deviations were stated; else they were taken from the misfit
     groups : of the entries
     """
 
-    problem: Problem
+    objective: Objective
     minimum: Minimum
     minima: tuple[Minimum, ...]
     information: Information
+    slopes: Slopes
     level: float
     ends: Array | None
     left_out: LeftOut | None
-    scatter_known: bool
     groups: tuple[str, ...]
     warnings: tuple[str, ...] = field(default=())
 
     @property
     def parameters(self) -> dict[str, float]:
         """Fitted values by name, ties not included."""
-        return self.problem.scale.values(self.minimum.x)
+        return self.objective.scale.values(self.minimum.x)
 
     @property
     def tied(self) -> dict[str, float]:
         """All values by name, those tied to the fitted ones included."""
-        return {k: float(v) for k, v in self.problem.runs.ties(self.parameters).items()}
+        return {k: float(v) for k, v in self.objective.runs.ties(self.parameters).items()}
 
     @property
     def interval(self) -> dict[str, tuple[float, float]]:
@@ -131,15 +97,18 @@ class Fit:
         if self.ends is None:
             raise InputError("intervals were not computed: calibrate(..., intervals=True)")
         out = {}
-        for p, (low, high) in zip(self.problem.scale.parameters, self.ends, strict=True):
+        for p, (low, high) in zip(self.objective.scale.parameters, self.ends, strict=True):
             out[p.name] = (p.bounds[0] if math.isinf(low) else p.value(low),
                            p.bounds[1] if math.isinf(high) else p.value(high))  # fmt: skip
         return out
 
     @property
     def deviation(self) -> dict[str, float]:
-        """Fisher deviation by name: relative for a parameter on a log scale; infinite where the data do not see it."""
-        return dict(zip(self.problem.scale.names, self.information.deviation.tolist(), strict=True))
+        """Deviation by name from the slopes over one deviation, of the side that the data see less.
+
+        Relative for a parameter on a log scale; infinite where the data do not see it.
+        """
+        return dict(zip(self.objective.scale.names, self.information.deviation.tolist(), strict=True))
 
     @property
     def correlation(self) -> Array:
@@ -147,9 +116,30 @@ class Fit:
         return self.information.correlation
 
     @property
+    def open_sides(self) -> dict[str, tuple[str, ...]]:
+        """Sides, "below" and "above", on which the data set a parameter no end within its bounds, by name."""
+        scale = self.objective.scale
+        deviation = self.information.to_sides
+        loose: NDArray[np.bool_] = ~np.isfinite(deviation)
+        if self.ends is not None:
+            loose = np.asarray(np.isinf(self.ends).T & (deviation > scale.resolution))
+        return {n: ("below",) * bool(loose[0, k]) + ("above",) * bool(loose[1, k]) for k, n in enumerate(scale.names)}
+
+    @property
     def identified(self) -> tuple[str, ...]:
-        """Parameters whose Fisher deviation stays within their resolution."""
-        return tuple(n for n, yes in zip(self.problem.scale.names, self.information.identified, strict=True) if yes)
+        """Parameters that the data hold to within their resolution on both sides.
+
+        By the ends of the interval, over the deviations of the level; where a bound lies within it, or none was asked
+        for, by the slopes over one deviation.
+        """
+        scale = self.objective.scale
+        held = self.information.to_sides <= scale.resolution
+        if self.ends is not None:
+            best = self.minimum
+            reach = math.sqrt(self.objective.rise(best, self.level) / self.objective.variance(best)) * scale.resolution
+            away = np.abs(self.ends - best.x[:, None]).T
+            held = np.where(np.isinf(away), held, away <= reach)
+        return tuple(n for k, n in enumerate(scale.names) if held[:, k].all())
 
     @property
     def unidentified(self) -> tuple[Free, ...]:
@@ -164,7 +154,7 @@ class Fit:
     @property
     def rows(self) -> tuple[tuple[str, str, float, float, float], ...]:
         """Test, quantity, measured, fitted and residual in standard deviations of every number."""
-        p = self.problem
+        p = self.objective
         fitted, residual = p.predicted([self.minimum.x])[0], p.residuals([self.minimum.x])[0]
         return tuple((e.test, e.label, e.measured, float(f), float(r))
                      for e, f, r in zip(p.entries, fitted, residual, strict=True))  # fmt: skip
@@ -194,22 +184,23 @@ class Fit:
 
     def _slopes(self, other: Model) -> tuple[list[str], list[float], Array]:
         """Names and values of a model's numbers at the fit, and slopes of their logarithms, shape (k, p)."""
-        problem, x = self.problem, self.minimum.x
-        takes = taken(other, (*problem.scale.names, *problem.runs.ties.formulas))
+        objective, x = self.objective, self.minimum.x
+        takes = taken(other, (*objective.scale.names, *objective.runs.ties.formulas))
         if not takes:
-            raise InputError(f"the other model takes none of the parameters {', '.join(problem.scale.names)}")
+            raise InputError(f"the other model takes none of the parameters {', '.join(objective.scale.names)}")
+        # over the moves that the fit's own slopes were taken over
         points, width = [x], []
         for k in range(len(x)):
-            for side in (1.0, -1.0):
+            for move in (self.slopes.up[k], -self.slopes.down[k]):
                 y = x.copy()
-                y[k] = np.clip(x[k] + side * problem.step, problem.scale.low[k], problem.scale.high[k])
+                y[k] = np.clip(x[k] + move, objective.scale.low[k], objective.scale.high[k])
                 points.append(y)
             width.append(points[-2][k] - points[-1][k])
         jobs = []
         for number, y in enumerate(points):
-            every = problem.runs.ties(problem.scale.values(y))
+            every = objective.runs.ties(objective.scale.values(y))
             jobs.append((number, {"model": other, "parameters": {n: float(every[n]) for n in takes}}))
-        found = dict(run_points(_numbers, jobs, problem.runs.executor, problem.runs.workers))
+        found = dict(run_points(_numbers, jobs, objective.runs.executor, objective.runs.workers))
         base = found[0]
         if not base:
             raise InputError("the other model gives neither numbers nor curves")
@@ -267,11 +258,11 @@ class Fit:
         InputError
             For fewer than four such numbers, a name that was not fitted, or one that the data do not see.
         """
-        p = self.problem
+        p = self.objective
         kept = [k for k, e in enumerate(p.entries) if e.relative]
         if refit is None:
             refit = self.identified if len(self.identified) <= MOST_REFITTED else ()
-        strained = math.sqrt(max(self.misfit / max(p.n - len(p.scale), 1), 1.0)) if self.scatter_known else 1.0
+        strained = math.sqrt(max(self.misfit / max(p.n - len(p.scale), 1), 1.0)) if p.known else 1.0
         nuisance = {}
         for name in refit:
             if name not in p.scale.names:
@@ -290,7 +281,7 @@ class Fit:
             {"test": e.test, "quantity": e.label, "model": p.model_of[k], "place": p.place_of[k]}
             for e, k in zip(entries, kept, strict=True)
         ]
-        noise = Noise(tuple(float(s) for s in p.deviation[kept])) if self.scatter_known else Noise.unknown()
+        noise = Noise(tuple(float(s) for s in p.deviation[kept])) if p.known else Noise.unknown()
         study = Study(
             specimens, simulate, [e.measured for e in entries], noise, nuisance, ("test", "quantity"),
             levels=9, causes=tuple(causes), cache=cache, n_jobs=p.runs.workers,
@@ -303,20 +294,21 @@ class Fit:
         if self.left_out is not None:
             by = self.left_out.by
             lines.append(f"error on what was left out ({by} by {by}): {self.left_out.error:.1%}")
-        lines.append(f"misfit {self.misfit:.3g} of {self.problem.n} numbers with {len(self.problem.scale)} parameters")
+        n, p = self.objective.n, len(self.objective.scale)
+        lines.append(f"misfit {self.misfit:.3g} of {n} numbers with {p} parameters")
         head = ["parameter", "unit", "value", f"{self.level:.0%} interval", "deviation", "identified"]
         table = [head]
         interval = self.interval if self.ends is not None else {}
-        for k, p in enumerate(self.problem.scale.parameters):
+        for k, own in enumerate(self.objective.scale.parameters):
             ends = "-"
             if self.ends is not None:
-                low, high = interval[p.name]
+                low, high = interval[own.name]
                 open_low, open_high = np.isinf(self.ends[k])
                 ends = f"{'bound ' if open_low else ''}{low:.4g} to {'bound ' if open_high else ''}{high:.4g}"
-            sd = self.deviation[p.name]
-            shown = "not seen" if math.isinf(sd) else f"{sd:.1%}" if p.log else f"{sd:.3g}"
-            table.append([p.name, p.unit, f"{self.parameters[p.name]:.5g}", ends, shown,
-                          "yes" if p.name in self.identified else "NO"])  # fmt: skip
+            sd = self.deviation[own.name]
+            shown = "not seen" if math.isinf(sd) else f"{sd:.1%}" if own.log else f"{sd:.3g}"
+            held = "yes" if own.name in self.identified else _LOOSE.get(self.open_sides[own.name], "NO")
+            table.append([own.name, own.unit, f"{self.parameters[own.name]:.5g}", ends, shown, held])
         lines.append(aligned(table, "<<><>>"))
         lines += [f"free: {c}" for c in self.unidentified]
         return "\n".join([*lines, *(f"warning: {w}" for w in self.warnings)])
@@ -361,23 +353,30 @@ def _numbers(model: Model, parameters: Mapping[str, float]) -> dict[str, float]:
     return out
 
 
-def fit_warnings(problem: Problem, best: Minimum, minima: Sequence[Minimum], known: bool) -> tuple[str, ...]:
+def fit_warnings(objective: Objective, best: Minimum, minima: Sequence[Minimum], rise: float) -> tuple[str, ...]:
     """What a user should know before trusting a fit."""
-    out = []
-    lost = [e.label for e, r in zip(problem.entries, problem.residuals([best.x])[0], strict=True) if r == LOST]
+    out, scale = [], objective.scale
+    lost = [e.label for e, r in zip(objective.entries, best.residuals, strict=True) if r == LOST]
     if lost:
         out.append(f"the model gives no {', '.join(lost)} at the fit")
-    same = sum(m.chi2 - best.chi2 < 0.1 for m in minima)
-    if len(minima) > 1 and same < 2:
+    near = SAME * objective.variance(best)
+    if len(minima) > 1 and sum(m.chi2 - best.chi2 < near for m in minima) < 2:
         out.append(f"only one of {len(minima)} starts ended at this misfit: give more, or see whether the model jumps")
     if not best.converged:
-        out.append("the search ended at its limit of runs, not at a minimum")
-    scale = problem.scale
+        out.append("the search ended at its limit of steps, not at a minimum")
+    apart = [best]
+    for m in minima:
+        between = [] if m.chi2 > best.chi2 + rise else [objective.at(0.5 * (m.x + b.x)) for b in apart]
+        if between and all(r @ r > best.chi2 + rise for r in between):
+            apart.append(m)
+            values = ", ".join(f"{n} {v:.4g}" for n, v in scale.values(m.x).items())
+            out.append(f"another minimum meets the targets as well, {values} (misfit {m.chi2:.3g}): an interval that "
+                       "holds both also holds what lies between")  # fmt: skip
     close = 1e-6 * (scale.high - scale.low)
     for name, x, low, high, c in zip(scale.names, best.x, scale.low, scale.high, close, strict=True):
         if x - low < c or high - x < c:
             out.append(f"{name} lies on its bound")
-    dof = problem.n - len(scale)
-    if known and best.chi2 > stats.chi2.ppf(0.99, max(dof, 1)):
+    dof = objective.n - len(scale)
+    if objective.known and best.chi2 > stats.chi2.ppf(0.99, max(dof, 1)):
         out.append(f"the targets are missed by more than their scatter (misfit {best.chi2:.3g}): ask fit.diagnose")
     return tuple(out)

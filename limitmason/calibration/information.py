@@ -11,9 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.calibration.parameter import Scale
-from limitmason.text_table import aligned
+from limitmason.display.text_table import aligned
+from limitmason.storage.frozen import ReadOnly
 
 Array = NDArray[np.float64]
+
+KINK = 2.0
+"""Slopes to both sides that differ by less than this factor are those of a curve, and their mean counts."""
 
 BLIND = 1e-7
 """Singular values below this part of one standard deviation per resolution are zero: the data do not see the move."""
@@ -36,7 +40,7 @@ class Free(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Information:
+class Information(ReadOnly):
     """Fisher information of a fit.
 
     Parameters
@@ -44,29 +48,47 @@ class Information:
     scale : of the parameters
     slopes : of the residuals in standard deviations, shape (n, p)
     variance : of a residual [-]; 1 where the scatter is known
+    sides : slopes to below and above, NaN where a bound leaves no room, shape (2, n, p)
     """
 
     scale: Scale
     slopes: Array
-    variance: float = 1.0
+    variance: float
+    sides: Array
 
-    def _parts(self) -> tuple[Array, Array]:
+    def _parts(self, slopes: Array | None = None) -> tuple[Array, Array]:
         """Deviation of every principal move in resolutions, infinite where unseen, and the moves, shape (p, p)."""
         p = len(self.scale)
-        seen = self.slopes * self.scale.resolution
+        seen = (self.slopes if slopes is None else slopes) * self.scale.resolution
         _, size, moves = np.linalg.svd(np.vstack([seen, np.zeros((p, p))]), full_matrices=False)
         floor = max(BLIND, 1e-10 * float(size.max(initial=0.0)))
         with np.errstate(divide="ignore"):
             return np.where(size > floor, np.sqrt(self.variance) / np.maximum(size, 1e-300), inf), moves
 
-    @property
-    def deviation(self) -> Array:
-        """Fisher deviation of every parameter on the scale of the fit, infinite where the data do not see it."""
-        size, moves = self._parts()
+    def _deviation(self, slopes: Array) -> Array:
+        size, moves = self._parts(slopes)
         blind = np.isinf(size)
         known = (np.where(blind, 0.0, size)[:, None] * moves) ** 2
         hidden = (moves[blind] ** 2).sum(axis=0) > 1e-8
         return np.where(hidden, inf, np.sqrt(known.sum(axis=0))) * self.scale.resolution
+
+    @property
+    def to_sides(self) -> Array:
+        """Fisher deviation to below and above, which differ at a kink alone, shape (2, p)."""
+        out = np.zeros((2, len(self.scale)))
+        for side, own in enumerate(self.sides):
+            for k in range(len(self.scale)):
+                slopes = self.slopes.copy()
+                sizes = np.linalg.norm(self.sides[:, :, k], axis=1)
+                if not sizes.max() <= KINK * sizes.min() and not np.isnan(sizes).any():
+                    slopes[:, k] = own[:, k]
+                out[side, k] = self._deviation(slopes)[k]
+        return out
+
+    @property
+    def deviation(self) -> Array:
+        """Fisher deviation on the scale of the fit, of the weaker side; infinite where the data see nothing there."""
+        return np.asarray(self.to_sides.max(axis=0))
 
     @property
     def covariance(self) -> Array:
@@ -108,7 +130,12 @@ class Information:
 
     def with_slopes(self, more: Array) -> Information:
         """The information with further residuals."""
-        return Information(self.scale, np.vstack([self.slopes, more]), self.variance)
+        return Information(self.scale, np.vstack([self.slopes, more]), self.variance,
+                           np.concatenate([self.sides, [more, more]], axis=1))  # fmt: skip
+
+    def of(self, kept: Array, variance: float) -> Information:
+        """The information of some of the residuals."""
+        return Information(self.scale, self.slopes[kept], variance, self.sides[:, kept])
 
 
 class Candidate(NamedTuple):

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.errors import InputError
+from limitmason.storage.frozen import ReadOnly, frozen
 
 Array = NDArray[np.float64]
 
@@ -24,7 +25,8 @@ class Parameter:
     start : first guess, from the literature
     bounds : lowest and highest possible value
     log : fitted on the scale of its logarithm; for every quantity that is positive by nature
-    resolution : deviation above which it is called unidentified: relative for ``log``, else in its own unit
+    resolution : deviation above which it is called unidentified: relative for ``log``, 0.1 by default; else in its own
+        unit, by default a hundredth of the width of the bounds
     unit : shown in tables
 
     Raises
@@ -37,7 +39,7 @@ class Parameter:
     start: float
     bounds: tuple[float, float]
     log: bool = True
-    resolution: float = 0.1
+    resolution: float | None = None
     unit: str = "-"
 
     def __post_init__(self) -> None:
@@ -51,7 +53,9 @@ class Parameter:
             raise InputError(f"parameter {self.name!r}: the start {self.start!r} lies outside its bounds {self.bounds}")
         if self.log and low <= 0.0:
             raise InputError(f"parameter {self.name!r}: log=True needs a positive lower bound, got {low!r}")
-        if not self.resolution > 0.0:
+        if self.resolution is None:
+            object.__setattr__(self, "resolution", 0.1 if self.log else 0.01 * (high - low))
+        elif not self.resolution > 0.0:
             raise InputError(f"parameter {self.name!r}: the resolution must be positive, got {self.resolution!r}")
 
     def inner(self, value: float) -> float:
@@ -60,10 +64,10 @@ class Parameter:
 
     def value(self, inner: float) -> float:
         """Value at a coordinate, within the bounds."""
-        return min(max(math.exp(inner) if self.log else inner, self.bounds[0]), self.bounds[1])
+        return min(max(math.exp(inner) if self.log else float(inner), self.bounds[0]), self.bounds[1])
 
 
-class Scale:
+class Scale(ReadOnly):
     """All parameters of a calibration as one vector.
 
     Parameters
@@ -81,10 +85,10 @@ class Scale:
         self.names = tuple(p.name for p in self.parameters)
         if len(set(self.names)) < len(self.names):
             raise InputError(f"a parameter is given twice: {', '.join(self.names)}")
-        self.low = np.array([p.inner(p.bounds[0]) for p in self.parameters])
-        self.high = np.array([p.inner(p.bounds[1]) for p in self.parameters])
-        self.start = np.array([p.inner(p.start) for p in self.parameters])
-        self.resolution = np.array([p.resolution for p in self.parameters])
+        self.low = frozen(np.array([p.inner(p.bounds[0]) for p in self.parameters]))
+        self.high = frozen(np.array([p.inner(p.bounds[1]) for p in self.parameters]))
+        self.start = frozen(np.array([p.inner(p.start) for p in self.parameters]))
+        self.resolution = frozen(np.array([p.resolution for p in self.parameters], dtype=float))
 
     def __len__(self) -> int:
         return len(self.parameters)

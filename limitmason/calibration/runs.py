@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.calibration.targets import Reading, check_units, outputs_of
+from limitmason.display.progress import reached
 from limitmason.errors import InputError, NotApplicable, NotConverged
-from limitmason.progress import reached
-from limitmason.study.store import RowStore
+from limitmason.study.memo import Memo
 from limitmason.study.sweep import Progress
 from limitmason.study.ties import Ties
-from limitmason.study.workers import run_points
 
 Array = NDArray[np.float64]
 Model = Callable[..., Any]
@@ -60,11 +59,7 @@ class Runs:
             raise InputError(f"no model takes the parameter {idle[0]!r}; they take: {', '.join(every) or 'none'}")
         self.executor, self.workers, self.progress = executor, workers, progress
         self.calls, self.seconds, self.stage, self.left = 0, 0.0, "", 0
-        self._known: dict[tuple[int, tuple[float, ...]], tuple[Array, str]] = {}
-        self._store = None if store is None else RowStore(store, key)
-        for row in () if self._store is None else self._store.rows.values():
-            self._known[(row["model"], tuple(row["parameters"]))] = (np.array(row["values"], dtype=float), row["note"])
-        self.found = len(self._known)
+        self.memo = Memo(store, key, kind=dict)
 
     def __call__(self, points: Sequence[Mapping[str, float]], of: Iterable[int]) -> list[list[Array]]:
         """Numbers read of some models at every point; NaN where a model refuses or finds no answer.
@@ -75,44 +70,34 @@ class Runs:
         of : numbers of the models wanted
         """
         of = list(of)
-        wanted = [[(m, self._key(m, p)) for m in of] for p in points]
-        missing: dict[tuple[int, tuple[float, ...]], dict[str, Any]] = {}
-        for p, row in zip(points, wanted, strict=True):
-            for m, key in row:
-                if (m, key) not in self._known:
-                    missing[(m, key)] = {"number": m, "parameters": self._taken(m, p)}
+        wanted = [[self._key(m, p) for m in of] for p in points]
+        missing = {
+            key: {"model": self.models[m], "readings": self.readings[m], "aimed": self.aimed[m],
+                  "parameters": self._taken(m, p)}
+            for p, row in zip(points, wanted, strict=True) for m, key in zip(of, row, strict=True)
+            if key not in self.memo
+        }  # fmt: skip
         if missing:
             self._run(missing)
-        return [[self._known[k][0] for k in row] for row in wanted]
+        return [[np.array(self.memo[key]["values"], dtype=float) for key in row] for row in wanted]
 
     def note(self, point: Mapping[str, float], of: int) -> str:
         """Why a run gave no answer; empty where it did."""
-        return self._known[(of, self._key(of, point))][1]
+        return str(self.memo[self._key(of, point)]["note"])
 
     def _taken(self, m: int, point: Mapping[str, float]) -> dict[str, float]:
         every = self.ties(point)
         return {n: float(every[n]) for n in self.takes[m]}
 
-    def _key(self, m: int, point: Mapping[str, float]) -> tuple[float, ...]:
-        return tuple(self._taken(m, point).values())
+    def _key(self, m: int, point: Mapping[str, float]) -> tuple[int | float, ...]:
+        return (m, *self._taken(m, point).values())
 
-    def _run(self, missing: Mapping[tuple[int, tuple[float, ...]], dict[str, Any]]) -> None:
-        keys, clock = list(missing), time.perf_counter()
-        jobs = [
-            (k, {"model": self.models[m], "readings": self.readings[m], "aimed": self.aimed[m],
-                 "parameters": missing[(m, p)]["parameters"]})
-            for k, (m, p) in enumerate(keys)
-        ]  # fmt: skip
-        before = self.calls
-        for k, row in run_points(_one, jobs, self.executor, self.workers):
-            m, p = keys[k]
-            self._known[keys[k]] = (np.array(row["values"], dtype=float), row["note"])
+    def _run(self, missing: Mapping[tuple[int | float, ...], dict[str, Any]]) -> None:
+        clock, before = time.perf_counter(), self.calls
+        for _ in self.memo.map(_one, missing, executor=self.executor, workers=self.workers):
             self.calls += 1
-            ahead = max(self.left, len(keys) - (self.calls - before))
+            ahead = max(self.left, len(missing) - (self.calls - before))
             reached(self.calls / (self.calls + ahead), f"{self.stage}: {self.calls} runs")
-            if self._store is not None:
-                number = len(self._store.rows)
-                self._store.add(number, {"model": m, "parameters": list(p), **row})
         self.seconds += time.perf_counter() - clock
         if self.progress is not None:
             left = f", about {self.seconds / self.calls * self.left:.0f} s left" if self.left else ""

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from limitmason.curve import Curve
+from limitmason.answers.curve import Curve
+from limitmason.answers.results import Prediction
 from limitmason.errors import InputError
-from limitmason.results import Prediction
 
 FIRST_CRACK = "first crack"
 FEATURES = ("stiffness", FIRST_CRACK, "peak", "peak displacement", "residual", "area")
@@ -127,6 +128,8 @@ class Reading(NamedTuple):
                 values = np.atleast_1d(np.asarray(found, dtype=float))
             except (TypeError, ValueError):
                 raise InputError(f"the model's {self.output!r} is no number: {found!r}") from None
+            if values.ndim > 1:
+                raise InputError(f"the model's {self.output!r} is an array of shape {values.shape}, not a sequence")
             return float(values[int(self.at)]) if int(self.at) < len(values) else math.nan
         if not isinstance(found, Curve):
             raise InputError(f"the model's {self.output!r} must be a Curve, as the target is, got {found!r}")
@@ -192,7 +195,7 @@ def entries_of(test: str, name: str, target: Any) -> list[Entry]:
         return _entries_of_curve(test, name, target)
     if isinstance(target, tuple) and len(target) == 2:
         target = Target(*target)
-    elif isinstance(target, int | float) and not isinstance(target, bool):
+    elif isinstance(target, Real) and not isinstance(target, bool):
         target = Target(float(target))
     if not isinstance(target, Target):
         raise InputError(f"target {name!r} must be a Target, a CurveTarget, a Curve or a number, got {target!r}")

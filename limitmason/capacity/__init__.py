@@ -1,11 +1,12 @@
 """Capacity curves: static paths past limit points, by cone programs with a Newton finish on the DEM's joint law."""
 
+from limitmason.answers.curve import Energy
 from limitmason.capacity.analysis import pushover
 from limitmason.capacity.certificate import StepCertificate
 from limitmason.capacity.elastic_range import ElasticRange, Onset, elastic_range
 from limitmason.capacity.ensemble import Ensemble, imperfection_ensemble
-from limitmason.capacity.path import Steps
-from limitmason.capacity.result import Break, Energy, PushoverCurve, Stability
+from limitmason.capacity.result import Break, PushoverCurve, Stability
+from limitmason.capacity.steps import Steps
 
 __all__ = [
     "Break",

@@ -5,12 +5,15 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from limitmason.capacity import breaking, path, stepping
+from limitmason.answers.references import data_behind
+from limitmason.answers.results import Prediction
+from limitmason.capacity import path
 from limitmason.capacity.certificate import Structure
 from limitmason.capacity.certified import certified_curve
 from limitmason.capacity.contacts import first_contacts, points_of_path
@@ -18,28 +21,27 @@ from limitmason.capacity.crossing import with_crossings
 from limitmason.capacity.deformable import Deformation, deformation, lumped, plane_of
 from limitmason.capacity.faces import shapes_of, with_faces
 from limitmason.capacity.generations import Generations
+from limitmason.capacity.going_on import begin
 from limitmason.capacity.joint_laws import fall, refuse, refuse_partial_rotations, stiffnesses
-from limitmason.capacity.kinematics import Pose, at_rest, make_bodies
+from limitmason.capacity.kinematics import at_rest, make_bodies
 from limitmason.capacity.misfit import begun_with, of_forces, of_gaps
 from limitmason.capacity.papers import PAPERS
-from limitmason.capacity.path import Steps
 from limitmason.capacity.point_law import Elastic
 from limitmason.capacity.result import PushoverCurve
-from limitmason.capacity.stepping import Node
+from limitmason.capacity.steps import Steps
 from limitmason.capacity.system import System
 from limitmason.capacity.ties import make_ties
-from limitmason.contact_points import Grid
 from limitmason.deformable.levels import ELASTIC, LUMPED, MODAL, RIGID
-from limitmason.equilibrium import degrees_of_freedom, project
+from limitmason.display.progress import watched
 from limitmason.errors import InputError, NotApplicable
-from limitmason.law import interface_law
-from limitmason.law_table import refuse_ties
+from limitmason.mechanics.contact_points import Grid
+from limitmason.mechanics.equilibrium import degrees_of_freedom, project
+from limitmason.mechanics.law import interface_law
+from limitmason.mechanics.law_table import refuse_ties
+from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
-from limitmason.progress import watched
-from limitmason.references import data_behind
-from limitmason.results import Prediction
 
 Array = NDArray[np.float64]
 
@@ -76,32 +78,37 @@ def pushover(
     ----------
     assembly, loads : the problem; loads keep their direction, and their moments about the centroids, as blocks move
     control : what is prescribed: "live", the mean displacement along the live forces, sum(live . shift) / sum |live|;
-        or (block, "x"), "y" or "z" of its centroid. A block that is held along this axis is a support that moves: the
-        loads are then dead only, and the load of the curve is the force along the axis with which the support acts on
-        the structure [N]
+        or (block, "x"), "y" or "z" of its centroid, of the mean over the block where it deforms. A block that is held
+        along this axis is a support that moves: the loads are then dead only, and the load of the curve is the force
+        along the axis with which the support acts on the structure [N]
     to : control displacement from the state under dead load [m]; negative for the other sense; None goes on until the
         load has fallen 0.2 % below its first limit point, at most to half a block; a support needs a number
     blocks : "rigid"; "lumped", rigid with the compliance of the units' material in the joints
-        (:func:`limitmason.lumped_units.with_lumped_units`); "modal", blocks that strain and bend, the shapes of
+        (:func:`limitmason.mechanics.lumped_units.with_lumped_units`); "modal", blocks that strain and bend, the shapes
+        of
         :func:`dem.push`'s; "elastic", elastic bodies condensed to their joint points
-        (:class:`limitmason.deformable.PolynomialBlock`). Blocks without a material, and held ones, stay rigid
+        (:func:`limitmason.deformable.polynomial_block`). Blocks without a material, and held ones, stay rigid
     stress : of modal and elastic blocks: "plane stress" (the default of a plane problem), "plane strain", or "solid",
         which takes a plane problem in space too
-    contact_model, grid : as in :func:`limitmason.contact_points.contact_points`; "grid" where a grid is given, the
-        model of ``initial`` where this is given (its ``grid`` is to be repeated), else "vertices", but in space, where
-        joints have cohesion or tensile strength, a grid of 5 x 5 points: at the corners alone cohesion resists twisting
-        1.85 times as much as on a square face, at 5 x 5 points 1.04 times. Two points on a side bend three times too
-        stiffly, which matters where blocks deform
+    contact_model, grid : as in :func:`limitmason.mechanics.contact_points.contact_points`; "grid" where a grid is
+        given, the
+        model of ``initial`` where this is given (its ``grid`` is to be repeated), else what the joints need. That is
+        "lobatto" with 15 points on a side where joints crush or lose strength: right to 2 %, where corners alone carry
+        twice and three times as much. In space, where they have plastic cohesion or tension, it is a grid of 5 x 5
+        points: at the corners alone cohesion resists twisting 1.85 times as much as on a square face, at 5 x 5 points
+        0.98 times. Else it is "vertices". Two points on a side bend three times too stiffly, which matters where blocks
+        deform
     contacts : "anew" as in the notes, the default for rigid and lumped blocks; "first", that of blocks that deform,
         keeps the points of the undeformed joints for ever, with the frame carried by the interface's block a, as
         :func:`dem.collapse` and programs of contact pairs do
     gaps : opening of every contact point in the reference pose [m], 0 or more, in the order of
-        :func:`limitmason.contact_points.contact_points` with the same settings; faces that touch by default. See
+        :func:`limitmason.mechanics.contact_points.contact_points` with the same settings; faces that touch by default.
+        See
         :func:`imperfection_ensemble`
     stiffness : kn, or (kn, ks), of every joint [Pa/m]; by default that of the joints, else the DEM's default
     steps : see :class:`Steps`
     start : curve whose last state is gone on from, for the same model, contact points and dead load; its live load must
-        be the same up to a factor, which may be negative
+        be the same up to a factor, which may be negative. ``to`` counts from the state under dead load, as before
     initial : prediction of limit analysis on the same points, with whose joint forces the path begins, at its
         multiplier in the reference pose and along its mechanism: joints misfit by what their springs need for these
         forces. The way to states that no path from the unstressed structure reaches; see :mod:`.misfit`
@@ -111,8 +118,8 @@ def pushover(
     -------
     PushoverCurve
         ``status`` is "reached", "limit point passed", "slides on at constant load", "overturned" (the multiplier came
-        back to zero), "stopped" or "cannot stand under dead load". The first limit point at psi < phi is that of the
-        path from the unstressed wall: an estimate, no bound.
+        back to zero), "open joints still bear bond", "stopped" or "cannot stand under dead load". The first limit point
+        at psi < phi is that of the path from the unstressed wall: an estimate, no bound.
 
     Raises
     ------
@@ -133,21 +140,18 @@ def pushover(
     rotation, yield at their strength and hang loose when they shorten.
 
     Joints without residual values and fracture energies are perfectly plastic, and tension that opens one leaves no
-    damage. Over fracture energies strength is lost along the step, which ends on the falling law. Where it is lost at
-    once the step ends at the first point that reaches its strength; that point and those it overloads break at the same
-    displacement: two samples, the second a jump with its energy in ``curve.breaks``. The load then often recovers:
-    with such joints ``to=None`` goes on until a fifth of the largest load is lost.
+    damage: a path ends where open joints still bear such a bond to an effect, and names the joint. Over fracture
+    energies strength is lost along the step, which ends on the falling law. Where it is lost at once the step ends at
+    the first point that reaches its strength; that point and those it overloads break at the same displacement: two
+    samples, the second a jump with its energy in ``curve.breaks``. The load then often recovers: with such joints
+    ``to=None`` goes on until a fifth of the largest load is lost.
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
     refuse(assembly, loads)
     deforming = blocks in (MODAL, ELASTIC)
-    contacts = contacts or (FIRST if deforming else ANEW)
-    if contacts not in (ANEW, FIRST):
-        raise InputError(f"contacts must be {ANEW!r} or {FIRST!r}, got {contacts!r}")
-    if deforming:
-        refuse_ties(assembly, f"a capacity curve of {blocks} blocks", "use blocks='rigid', or assembly.with_ties(())")
-    if deforming and contacts == ANEW:
-        raise NotApplicable(f"contacts are not found anew between {blocks} blocks: leave contacts out")
+    anew = _found_anew(assembly, blocks, contacts, deforming)
+    if initial is not None and deforming:
+        raise NotApplicable("initial forces go with rigid blocks: limit analysis knows no strains")
     if blocks == LUMPED:
         assembly = lumped(assembly, stiffness)
     moving = _moving_support(assembly, control)
@@ -156,61 +160,43 @@ def pushover(
             raise InputError("control is a support that moves: say how far, to=...")
         loads, assembly = _guided(assembly, loads, *moving)
     plane, stress = plane_of(assembly, loads, blocks, stress)
-    points = points_of_path(assembly, plane, contact_model, grid, initial)
-    if not points.count:
-        raise InputError("no joint touches a free block: there is nothing that could carry a load")
+    points, of_points = points_of_path(assembly, plane, contact_model, grid, initial)
     if plane is None:
         refuse_partial_rotations(assembly)
     kn, ks, warnings = stiffnesses(assembly, loads, stiffness)
     ties, of_ties = make_ties(assembly)
-    warnings += of_ties
+    warnings += [*of_points, *of_ties]
     basis, free = degrees_of_freedom(assembly, plane)
     dead, live = project(loads.dead, basis) * free, project(loads.live, basis) * free
-    mine: NDArray[np.bool_] = np.asarray(free.any(axis=1))
-    if moving is not None:
-        mine[moving[0]] = False
-    weight = float(np.linalg.norm(loads.dead[mine, :3], axis=1).mean()) or float(
-        np.linalg.norm(loads.live[mine, :3], axis=1).mean()
-    )
-    size = float(np.median(np.cbrt(assembly.arrays.volume[mine])))
+    weight, size = _units(assembly, loads, free, moving)
     row, ratio = _control(assembly, control, basis, free, live)
     if initial is not None and not (gaps is None and start is None and moving is None):
         raise InputError("initial forces go with the structure as built: without gaps, start and a support that moves")
     misfit = of_gaps(points, gaps) if initial is None else of_forces(points, initial, kn, ks)
     law, falls = interface_law(assembly.arrays, convex=False), fall(assembly, kn, ks)
     first, shapes = first_contacts(points, law, kn, ks, misfit, falls), None
-    if contacts == ANEW:
+    if anew:
         shapes, first = shapes_of(assembly, first, plane, size)
         if plane is None:
             shapes, first = with_crossings(shapes, first, assembly)
         first = with_faces(shapes, first, assembly)
 
-    def equations(s: Structure) -> System:
-        p = s.points
-        return System(
-            make_bodies(assembly, p, plane, bent), Elastic(p.law, p.kn, p.ks, p.fall), dead, live, row, weight, size,
-            length, np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness, ties,
-        )  # fmt: skip
-
     length = weight / float((first.kn * first.area).mean())
     bent = deformation(assembly, points, blocks, stress, plane, kn, ks) if deforming else None
+    equations = partial(
+        _equations, assembly, plane=plane, bent=bent, dead=dead, live=live, control=row, weight=weight, size=size,
+        length=length, ties=ties,
+    )  # fmt: skip
     structure = Structure(assembly, loads, first, weight, size, length, bent, ties.stiffness)
     held = None if moving is None else 0.0
     if initial is None:
-        generations, nodes, origin = _begin(Generations(shapes, equations, [structure]), start, say, held, ratio)
+        generations, nodes, origin = begin(Generations(shapes, equations, [structure]), start, say, held, ratio)
     else:
-        if deforming:
-            raise NotApplicable("initial forces go with rigid blocks: limit analysis knows no strains")
         generations, origin = Generations(shapes, equations, [structure]), at_rest(assembly.n_blocks)
         nodes = begun_with(generations.systems[0], initial, to, ratio, steps or Steps())
     system = generations.systems[0]
     if not nodes:
-        warnings.append("no equilibrium under the dead load was found: is it carried, and is every block held?")
-        return PushoverCurve(
-            np.zeros(1), np.zeros(1), load_unit="-", label="pushover", status=path.CANNOT_STAND,
-            warnings=tuple(warnings), source="limitmason", generations=generations,
-            references=(*PAPERS, *data_behind(assembly.recipe)),
-        )  # fmt: skip
+        return _falls(generations, warnings)
     if to is not None and not (np.isfinite(to) and to != 0.0):
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
 
@@ -221,6 +207,47 @@ def pushover(
     warnings += said
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
     return certified_curve(generations, nodes, origin, status, warnings, 1.0 if moving is None else ratio)
+
+
+def _found_anew(assembly: Assembly, blocks: str, contacts: str | None, deforming: bool) -> bool:
+    """Whether contacts are found anew on the way; refuses what blocks that deform do not take."""
+    if contacts not in (ANEW, FIRST, None):
+        raise InputError(f"contacts must be {ANEW!r} or {FIRST!r}, got {contacts!r}")
+    if deforming:
+        refuse_ties(assembly, f"a capacity curve of {blocks} blocks", "use blocks='rigid', or assembly.with_ties(())")
+    if deforming and contacts == ANEW:
+        raise NotApplicable(f"contacts are not found anew between {blocks} blocks: leave contacts out")
+    return contacts == ANEW or (contacts is None and not deforming)
+
+
+def _units(assembly: Assembly, loads: Loads, free: NDArray, moving: tuple[int, int] | None) -> tuple[float, float]:
+    """Mean weight [N] and median size [m] of the blocks that move freely."""
+    mine: NDArray[np.bool_] = np.asarray(free.any(axis=1))
+    if moving is not None:
+        mine[moving[0]] = False
+    dead, live = (float(np.linalg.norm(w[mine, :3], axis=1).mean()) for w in (loads.dead, loads.live))
+    return dead or live, float(np.median(np.cbrt(assembly.arrays.volume[mine])))
+
+
+def _falls(generations: Generations, warnings: list[str]) -> PushoverCurve:
+    """The curve of a structure that does not stand."""
+    said = "no equilibrium under the dead load was found: is it carried, and is every block held?"
+    return PushoverCurve(
+        np.zeros(1), np.zeros(1), load_unit="-", label="pushover", status=path.CANNOT_STAND,
+        warnings=(*warnings, said), source="limitmason", generations=generations,
+        references=(*PAPERS, *data_behind(generations.structures[0].assembly.recipe)),
+    )  # fmt: skip
+
+
+def _equations(
+    assembly: Assembly, s: Structure, *, plane: Plane | None, bent: Deformation | None, **given: Any
+) -> System:
+    """Equations of a structure; a function of the module, so that a curve goes to other processes."""
+    p = s.points
+    return System(
+        make_bodies(assembly, p, plane, bent), Elastic(p.law, p.kn, p.ks, p.fall),
+        springs=np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness, **given,
+    )  # fmt: skip
 
 
 def _moving_support(assembly: Assembly, control: Any) -> tuple[int, int] | None:
@@ -269,65 +296,3 @@ def _control(assembly: Assembly, control: Any, basis: Array, free: NDArray, live
         raise InputError(f"control: block {control[0]!r} does not move along {control[1]!r}")
     # the load that pushes a block down grows while its z falls
     return row, -total if float((row * live).sum()) < 0.0 else total
-
-
-def _begin(
-    new: Generations, start: PushoverCurve | None, say: Callable[[str], None], held: float | None, ratio: float
-) -> tuple[Generations, list[Node], Pose]:
-    """The generations to go on with, the first node, and the pose under dead load from which displacements count."""
-    now = new.structures[0]
-    if start is None:
-        first = stepping.dead_load(new.systems[0], held, ratio)
-        if first is None:
-            return new, [], new.systems[0].at_rest()
-        say(f"dead load: {first.programs} programs, {first.iterations} iterations of Newton")
-        system = new.systems[0]
-        if breaking.brittle(system):
-            over = breaking.overload_of(system, system.virgin(), first)
-            if len(rows := breaking.due(over)):
-                say(f"joints break under the dead load, {len(rows)} points first")
-                broken = breaking.released(system, first._replace(due=rows), ratio, held)
-                if broken is None:
-                    return new, [], system.at_rest()
-                first = broken._replace(jump=False)
-        return new, [first._replace(looked=system.at_rest())], first.pose
-    if start.generations is None or not start.nodes:
-        raise InputError("start is a curve without states: there is nothing to go on from")
-    before = start.generations.structures[0]
-    same = (
-        before.points.place_a.shape == now.points.place_a.shape
-        and np.allclose(before.points.place_a, now.points.place_a, rtol=0.0, atol=1e-9 * now.size)
-        and np.array_equal(before.points.block_a, now.points.block_a)
-        and np.allclose(before.points.kn, now.points.kn)
-        and np.allclose(before.points.ks, now.points.ks)
-        and np.allclose(before.loads.dead, now.loads.dead)
-        and _deform_alike(before.deformation, now.deformation)
-        and np.array_equal(before.tie_stiffness, now.tie_stiffness)
-    )
-    if not same:
-        raise InputError(
-            "start is a curve of another model: points (repeat contact_model and grid), "
-            "stiffness, blocks and dead load must be the same"
-        )
-    old, live = before.loads.live, now.loads.live
-    factor = float((old * live).sum() / (live * live).sum())
-    if not np.allclose(old, factor * live, rtol=0.0, atol=1e-9 * np.abs(old).max()):
-        raise NotApplicable("start: the live load may change by a factor only; other live loads are not followed")
-    generations = Generations(new.shapes, new.make, [s._replace(loads=now.loads) for s in start.generations.structures])
-    last = start.nodes[-1]
-    first = last._replace(
-        multiplier=factor * last.multiplier, control=new.systems[0].controlled(last.pose), programs=0, iterations=0,
-        jump=False,
-    )  # fmt: skip
-    assert start.origin is not None
-    return generations, [first], start.origin
-
-
-def _deform_alike(one: Deformation | None, other: Deformation | None) -> bool:
-    if one is None or other is None:
-        return one is other
-    return (
-        one.stiffness.shape == other.stiffness.shape
-        and np.allclose(one.stiffness, other.stiffness)
-        and np.allclose(one.shapes_b, other.shapes_b)
-    )

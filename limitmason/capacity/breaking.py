@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 _CUTS = 25  # tries to end a step where the first point breaks
+_LEAP, _SURE = 0.02, 8  # of the step, and tries: where the first point still breaks only beyond, the state leaps
 _ROUNDS = 400  # of points that break one after the other at one displacement
 _TOGETHER = 0.5  # of the largest overload: what breaks in one round
 
@@ -72,27 +73,29 @@ def overload_of(system: System, old: History, node: Node) -> Array:
     return overload(system, old, system.evaluate(node.pose, old, node.multiplier))
 
 
-def cut(system: System, last: Node, new: Node, ratio: float) -> Node | None:
-    """The step from ``last`` to ``new``, ended where the first point breaks; its ``due`` are the points that do.
+def cut(system: System, last: Node, new: Node, ratio: float) -> tuple[Node | None, Index | None]:
+    """The step from ``last`` to ``new``, ended where the first point breaks, and the points that then do.
 
-    None where a shorter step is not found.
+    No node where a shorter step is not found; no points where none breaks.
     """
     over = overload_of(system, last.history, new)
     high, above = new, float(over.max(initial=-np.inf))
     if above <= 0.0:
-        return new
+        return new, None
     if new.jump:
-        return new._replace(due=due(over))
+        return new, due(over)
     low, below = last, float(overload_of(system, last.history, last).max(initial=-np.inf))
     below = min(below, -WITHIN)
     for k in range(_CUTS):
         if above <= WITHIN:
-            return high._replace(due=due(over))
+            return high, due(over)
+        if k >= _SURE and abs(high.control - low.control) < _LEAP * abs(new.control - last.control):
+            break
         share = (0.5 * WITHIN - below) / (above - below) if k % 4 < 3 else 0.5
         target = low.control + float(np.clip(share, 0.02, 0.98)) * (high.control - low.control)
         tried = step(system, last, target, _between(last, high, target), ratio)
         if tried is None:
-            return None
+            return None, None
         found = overload_of(system, last.history, tried)
         worst = float(found.max(initial=-np.inf))
         if worst > 0.0:
@@ -100,7 +103,7 @@ def cut(system: System, last: Node, new: Node, ratio: float) -> Node | None:
         else:
             low, below = tried, min(worst, -0.01 * WITHIN)
     # where the state leaps there is none just at the strength: the leap is part of the jump
-    return high._replace(jump=True, due=due(over))
+    return high._replace(jump=True), due(over)
 
 
 def _between(last: Node, far: Node, target: float) -> tuple[Pose, float]:
@@ -109,19 +112,19 @@ def _between(last: Node, far: Node, target: float) -> tuple[Pose, float]:
     return pose, last.multiplier + share * (far.multiplier - last.multiplier)
 
 
-def released(system: System, node: Node, ratio: float, target: float | None) -> Node | None:
-    """The state after the points that are due have broken, and those that their load then breaks.
+def released(system: System, node: Node, rows: Index, ratio: float, target: float | None) -> Node | None:
+    """The state after points have broken, and those that their load then breaks.
 
     Parameters
     ----------
+    rows : the points that break first
     target : control displacement that is held [m]; None for the multiplier
 
     Returns
     -------
     the node, a jump whose ``broken`` are the points; None where no equilibrium is found
     """
-    assert node.due is not None
-    history, broken = weakened(node.history, node.due), [node.due]
+    history, broken = weakened(node.history, rows), [rows]
     pose, multiplier, programs = node.pose, node.multiplier, 0
     for _ in range(_ROUNDS):
         solved = newton.solve(system, pose, multiplier, history, target)

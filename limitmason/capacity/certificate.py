@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from limitmason.capacity.contacts import Contacts
 from limitmason.capacity.deformable import Deformation
-from limitmason.law import SUDDEN, PointLaw
+from limitmason.mechanics.law import SUDDEN, PointLaw
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
@@ -188,6 +188,11 @@ def equilibrium(s: Structure, at: State) -> float:
     return max(largest, float(np.abs(on_shapes).max(initial=0.0)) / s.weight)
 
 
+def beyond_strength(s: Structure, at: State, apart: Array) -> Array:
+    """Opening of the points beyond their strength in a state [m], shape (m,); ``apart`` as :func:`forces` gives it."""
+    return np.asarray(np.maximum(apart[:, 0] - at.lift - strength(s, at).tension / s.points.kn, 0.0))
+
+
 def stored(s: Structure, at: State) -> float:
     """Elastic energy, with what opening against the tensile strength keeps [J]; a closing joint gives it back.
 
@@ -196,9 +201,8 @@ def stored(s: Structure, at: State) -> float:
     components, apart, _ = forces(s, at)
     stress = components / s.points.area[:, None]
     p = s.points
-    tension = strength(s, at).tension
-    beyond = np.maximum(apart[:, 0] - at.lift - tension / p.kn, 0.0)
-    density = 0.5 * stress[:, 0] ** 2 / p.kn + tension * beyond + 0.5 * (stress[:, 1:] ** 2).sum(axis=1) / p.ks
+    held = strength(s, at).tension * beyond_strength(s, at, apart)
+    density = 0.5 * stress[:, 0] ** 2 / p.kn + held + 0.5 * (stress[:, 1:] ** 2).sum(axis=1) / p.ks
     bent = 0.0 if s.deformation is None else 0.5 * float((s.deformation.stiffness * at.shapes**2).sum())
     pulled = 0.5 * float((tensions(s, at)[0] ** 2 / s.tie_stiffness).sum()) if s.assembly.ties else 0.0
     return float((density * p.area).sum()) + bent + pulled
@@ -212,7 +216,7 @@ def damage_error(s: Structure, before: State, after: State) -> float:
     components, apart, _ = forces(s, after)
     grown = np.asarray(after.damage) - before.damage
     now = strength(s, after)
-    beyond = np.maximum(apart[:, 0] - after.lift - now.tension / p.kn, 0.0)
+    beyond = beyond_strength(s, after, apart)
     # beyond the tip of the cone there is no shear strength that slip could break
     bears = now.shear_strength(components[:, 0] / p.area) >= -1e-12 * now.cohesion
     slid = np.where(bears, np.linalg.norm(after.slip - before.slip, axis=1), 0.0)
@@ -220,18 +224,11 @@ def damage_error(s: Structure, before: State, after: State) -> float:
     opening, slip = (np.where(a, 0.0, r) for a, r in zip(at_once, (p.by_opening, p.by_slip), strict=True))
     asked = np.minimum(np.maximum(before.damage, opening * beyond) + slip * slid, 1.0)
     off = np.abs(asked - after.damage)
-    reach, give = strength_lengths(s)
+    reach, give = (np.maximum(x, SHORTEST * s.length) for x in (p.law.tension / p.kn, p.law.cohesion / p.ks))
     whole = np.asarray(after.damage) < 1.0
     over = np.maximum(np.where(at_once[0] & whole, beyond / reach, 0.0), np.where(at_once[1] & whole, slid / give, 0.0))
     error = np.maximum(off, np.maximum(over - WITHIN, 0.0))
     return float(np.maximum(error, -grown).max(initial=0.0))
-
-
-def strength_lengths(s: Structure) -> tuple[Array, Array]:
-    """Elastic opening and slip of the points at their peak strength [m], not less than ``SHORTEST``, shape (m,)."""
-    p = s.points
-    least = SHORTEST * s.length
-    return np.maximum(p.law.tension / p.kn, least), np.maximum(p.law.cohesion / p.ks, least)
 
 
 def certify(s: Structure, before: State, after: State, jump: bool = False) -> tuple[StepCertificate, Balance]:
@@ -300,9 +297,7 @@ def _released(s: Structure, before: State, after: State) -> float:
     if not p.softens or not np.any(grown):
         return 0.0
     fall = strength(s, before).tension - strength(s, after).tension
-    last, first = (
-        np.maximum(forces(s, at)[1][:, 0] - at.lift - strength(s, at).tension / p.kn, 0.0) for at in (after, before)
-    )
+    last, first = (beyond_strength(s, at, forces(s, at)[1]) for at in (after, before))
     gradual = np.where((p.by_opening > 0.0) & (p.by_opening < SUDDEN), p.by_opening, np.inf)
     last = np.where(np.isinf(gradual), last, np.minimum(last, after.damage / gradual))
     begun = np.where(np.isinf(gradual), first, np.minimum(np.maximum(first, before.damage / gradual), last))

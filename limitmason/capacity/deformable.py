@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from limitmason.contact_points import ContactPoints
 from limitmason.deformable import PLANE_STRESS, SOLID, STATES
 from limitmason.deformable.levels import ELASTIC, LUMPED, MODAL, RIGID
 from limitmason.errors import InputError
-from limitmason.joint_shapes import Shapes, at_joints, shapes_of
-from limitmason.lumped_units import with_lumped_units
+from limitmason.mechanics.contact_points import ContactPoints
+from limitmason.mechanics.joint_shapes import Shapes, at_joints, shapes_of
+from limitmason.mechanics.lumped_units import with_lumped_units
+from limitmason.mechanics.plane import Plane, find_plane
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.plane import Plane, find_plane
 
 Array = NDArray[np.float64]
 

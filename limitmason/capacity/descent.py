@@ -15,7 +15,7 @@ from limitmason.capacity import newton
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import Elastic, History, Returned, return_map
 from limitmason.capacity.system import Evaluated, System
-from limitmason.tie_springs import tension
+from limitmason.mechanics.tie_springs import tension
 
 Array = NDArray[np.float64]
 

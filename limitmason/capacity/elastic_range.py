@@ -20,22 +20,23 @@ from limitmason.capacity.contacts import points_of_path
 from limitmason.capacity.deformable import lumped, plane_of
 from limitmason.capacity.joint_laws import stiffnesses
 from limitmason.capacity.point_range import CRITERIA, point_range
-from limitmason.contact_points import ContactPoints, Grid
 from limitmason.deformable.levels import ELASTIC, LUMPED, MODAL, RIGID
-from limitmason.equilibrium import degrees_of_freedom, project
 from limitmason.errors import InputError, NotApplicable
-from limitmason.joint_shapes import shapes_of
-from limitmason.law import PointLaw, interface_law
-from limitmason.law_table import refuse_ties
-from limitmason.lumped_units import with_lumped_units
+from limitmason.mechanics.contact_points import ContactPoints, Grid
+from limitmason.mechanics.equilibrium import degrees_of_freedom, project
+from limitmason.mechanics.joint_shapes import shapes_of
+from limitmason.mechanics.law import PointLaw, interface_law
+from limitmason.mechanics.law_table import refuse_ties
+from limitmason.mechanics.lumped_units import with_lumped_units
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.storage.frozen import ReadOnly
 from limitmason.vibration.blocks import stiffness_matrix
 
 Array = NDArray[np.float64]
 
-_NOTHING = 1e-12
-"""Of the largest stress that a load makes: below is what rounding leaves of none, 5e-15 in bonds of a hundred units."""
+_NOTHING = 1e-9
+"""Of the largest stress that a load makes: below is none. Blocks moved by 1e-12 m make 1e-12, rounding alone 5e-15."""
 
 _SAME = 1e-9  # of a stiffness, of an area, and of the model's size
 
@@ -65,7 +66,7 @@ class Onset(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class ElasticRange:
+class ElasticRange(ReadOnly):
     """Multipliers of the live load between which no joint point reaches its strength; c components at m points.
 
     Parameters
@@ -245,9 +246,7 @@ def elastic_range(
     if blocks == LUMPED:
         assembly = lumped(assembly, stiffness)
     plane, state = plane_of(assembly, loads, blocks, stress)
-    points = points_of_path(assembly, plane, "grid" if contact_model is None else contact_model, grid)
-    if not points.count:
-        raise InputError("no joint touches a free block: there is nothing that could carry a load")
+    points, _ = points_of_path(assembly, plane, "grid" if contact_model is None else contact_model, grid)
     kn, ks, warnings = stiffnesses(assembly, loads, stiffness)
     springs = np.column_stack([kn, *[ks] * (points.components - 1)])[points.interface]
     shapes = shapes_of(assembly, blocks, state, None if plane is None else plane.normal) if deforming else None
@@ -263,6 +262,12 @@ def elastic_range(
     moved[held] = _solved(sparse.csc_array(matrix[held][:, held]), wrench[held])
     stress_of = -springs[:, :, None] * (rows.T @ moved).reshape(points.count, points.components, 2)
     shift = np.einsum("ndl,xd->lnx", moved[: free.size].reshape(*free.shape, 2), basis[:3])
+    own = free.size
+    for i, shape in enumerate(shapes or ()):  # a shape moves the centroid too: rigid motions are means over the block
+        if shape is not None:
+            at = shape.displacement(assembly.centroids[i : i + 1])[0]
+            shift[:, i] += (at.T @ moved[own : own + shape.count]).T
+            own += shape.count
     level = f"{blocks}, {state}" if deforming else blocks
     return ElasticRange(
         assembly, points, stress_of[:, :, 0], stress_of[:, :, 1], shift[0], shift[1], level, tuple(warnings)

@@ -14,17 +14,18 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.answers.curve import Curve
 from limitmason.capacity.analysis import pushover
 from limitmason.capacity.contacts import points_of_path
 from limitmason.capacity.result import PushoverCurve
-from limitmason.contact_points import ContactPoints
-from limitmason.curve import Curve
+from limitmason.display.progress import reached, watched
+from limitmason.display.text_table import aligned
 from limitmason.errors import InputError
+from limitmason.mechanics.contact_points import ContactPoints
+from limitmason.mechanics.plane import find_plane
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.plane import find_plane
-from limitmason.progress import reached, watched
-from limitmason.text_table import aligned
+from limitmason.storage.frozen import ReadOnly
 
 Array = NDArray[np.float64]
 
@@ -51,7 +52,7 @@ class Spread(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Ensemble:
+class Ensemble(ReadOnly):
     """First loss of equilibrium and sustained load of paths from random gaps; NaN where a path has none.
 
     A path with a step that its certificate refuses has neither. ``curves`` are load multiplier against displacement.
@@ -124,7 +125,7 @@ def imperfection_ensemble(
     size = float(np.median(np.cbrt(assembly.arrays.volume[free])))
     least = thickness(assembly)
     placed = {k: settings[k] for k in ("contact_model", "grid") if k in settings}
-    points = points_of_path(assembly, find_plane(assembly, loads), **placed)
+    points, _ = points_of_path(assembly, find_plane(assembly, loads), **placed)
     first, sustained, status, curves = [], [], [], []
     for k in range(samples):
         reached(k / samples, f"path {k + 1} of {samples}", share=1.0 / samples)

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from limitmason.capacity.contacts import Contacts, turned_over
 from limitmason.capacity.kinematics import Pose, at_rest
 from limitmason.geometry.boxtree import overlapping_pairs
+from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
-from limitmason.plane import Plane
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -23,6 +23,8 @@ RUNS_OFF = 4.0
 MOVES_ON = 20.0
 """Overshoots by which a place where sides cross may move along the side that carries it in one step [-]."""
 
+_OPEN, _TURNS = 0.1, 3e-3
+
 LEAST = 0.05
 """Share of a step that is tried where too much would happen in all of it [-]."""
 
@@ -87,6 +89,30 @@ class Generations:
         self.systems.append(self.make(self.structures[-1]))
         history = found.history._replace(stretched=node.history.stretched)
         return node._replace(onward=Onward(len(self.structures) - 1, history, found.force, found.before))
+
+    def bonded(self, node: Node) -> str:
+        """Which perfectly plastic joint is open and still bears cohesion or tension; "" where that does not matter.
+
+        A bond ends by opening; the law does not say when. It is taken to matter where points are open by a tenth of a
+        block, or where the moment of their shear at the gap is above 0.003 of that of all forces over a block.
+        """
+        s = self.structures[node.generation]
+        p = s.points
+        bond = (np.maximum(p.law.cohesion, p.law.tension) > 0.0) & (np.maximum(p.by_opening, p.by_slip) == 0.0)
+        if not bond.any():
+            return ""
+        gap = np.where(bond, self.forces(node)[1][:, 0] - node.history.lift, 0.0)
+        bears = np.linalg.norm(node.force, axis=1)
+        turning = np.linalg.norm(node.force[:, 1:], axis=1) * np.maximum(gap, 0.0)
+        most = float((gap * (bears > 0.0)).max())
+        if most <= _OPEN * s.size and turning.sum() <= _TURNS * s.size * bears.sum():
+            return ""
+        k = int((gap * (bears > 0.0)).argmax())
+        a, b = (s.assembly.blocks[i].name for i in (p.block_a[k], p.block_b[k]))
+        return (
+            f"the joint between {a!r} and {b!r} is open by {most:.2g} m and still bears its perfectly plastic cohesion "
+            "or tension; give residual values or fracture energies to go on"
+        )
 
     def through(self, node: Node) -> str:
         """Names of two blocks that go through each other in a node, where they have no point; "" if none do."""

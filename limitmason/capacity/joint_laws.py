@@ -4,13 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.errors import InputError, NotApplicable
-from limitmason.law import SUDDEN, Fall, interface_law, residual_law, softening
-from limitmason.law_table import PUSHOVER, TERMS
-from limitmason.law_table import refuse as refuse_term
+from limitmason.mechanics.law import SUDDEN, Fall, interface_law, residual_law, softening
+from limitmason.mechanics.law_table import PUSHOVER, TERMS
+from limitmason.mechanics.law_table import refuse as refuse_term
+from limitmason.mechanics.stiffness import SETTLEMENT, default_stiffness
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Unloading
 from limitmason.model.load import Loads
-from limitmason.stiffness import SETTLEMENT, default_stiffness
 
 Array = NDArray[np.float64]
 

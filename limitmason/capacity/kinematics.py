@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from limitmason.capacity.contacts import Contacts
 from limitmason.capacity.deformable import Deformation
-from limitmason.equilibrium import degrees_of_freedom
 from limitmason.geometry.rotation import rotation_matrices
+from limitmason.mechanics.equilibrium import degrees_of_freedom
+from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
-from limitmason.plane import Plane
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -6,17 +6,17 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.answers.method import DISPLACED, Look, Method, settings_of
+from limitmason.answers.results import CANNOT_STAND, NOT_CONVERGED, SOLVED, Bound, BoundKind, Prediction, Range
 from limitmason.capacity.analysis import pushover
 from limitmason.capacity.papers import PAPERS
-from limitmason.capacity.path import Steps
 from limitmason.capacity.spread import governing_point
 from limitmason.capacity.spread import spread as variants
+from limitmason.capacity.steps import Steps
 from limitmason.errors import NotApplicable
-from limitmason.method import Look, Method, settings_of
+from limitmason.mechanics.stated import lost_in_failure
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import CANNOT_STAND, NOT_CONVERGED, SOLVED, Bound, BoundKind, Prediction, Range
-from limitmason.stated import lost_in_failure
 
 MEANING = "estimate: first limit point of the path from the unstressed wall"
 MEANING_SOFTENING = "estimate: largest load of the path from the unstressed wall, whose joints lose strength on the way"
@@ -98,7 +98,8 @@ PUSHOVER = Method(
     first_limit_point,
     settings_of("PushoverSettings", first_limit_point, pushover, without=("start", "to", "initial")),
     range_of=_sampled,
-    look=Look("capacity curve", "GREEN", "D"),
+    look=Look("capacity curve", "ORANGE", "s"),
     theorem="simulation",
     references=PAPERS,
+    levers=DISPLACED,
 )

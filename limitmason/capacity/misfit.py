@@ -8,14 +8,14 @@ structure is in that state before anything has moved, and a path goes on from th
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from limitmason.answers.results import Prediction
 from limitmason.capacity import newton, stepping
 from limitmason.capacity.kinematics import moved
-from limitmason.capacity.path import Steps
 from limitmason.capacity.stepping import Node
+from limitmason.capacity.steps import Steps
 from limitmason.capacity.system import System
-from limitmason.contact_points import ContactPoints
 from limitmason.errors import InputError
-from limitmason.results import Prediction
+from limitmason.mechanics.contact_points import ContactPoints
 
 Array = NDArray[np.float64]
 

@@ -1,6 +1,6 @@
 """What to cite for capacity curves of rigid blocks on elastic joints; the path itself is this package's own."""
 
-from limitmason.references import METHOD, SOLVER, Cited, Reference
+from limitmason.answers.references import METHOD, SOLVER, Cited, Reference
 
 HASLINGER = Reference(
     "haslinger1983", "article", "Approximation of the Signorini problem with friction, obeying the Coulomb law",

@@ -1,7 +1,11 @@
-"""The path: how long steps are, when they are halved, how a limit point is closed in on, and when to stop."""
+"""The path: how long steps are, when they are halved, how a limit point is closed in on, and when to stop.
+
+A try of a step is accepted, tried again shorter, or ends the path. Up to its limit point a path rises; it then closes
+in on it with short steps from the sample before the highest, and falls.
+"""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from itertools import pairwise
 
@@ -9,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.capacity import breaking, stepping
-from limitmason.capacity.generations import LEAST, Generations
-from limitmason.capacity.kinematics import Pose, contact, motion_between, moved
+from limitmason.capacity.generations import Generations
+from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.stepping import Node
+from limitmason.capacity.steps import Steps, extrapolated, until_open, until_stuck
 from limitmason.capacity.system import System
-from limitmason.errors import InputError
-from limitmason.progress import reached
+from limitmason.display.progress import reached
 
 
 class PathEnd(StrEnum):
@@ -25,10 +29,11 @@ class PathEnd(StrEnum):
     OVERTURNED = "overturned"
     STOPPED = "stopped"
     PLATEAU = "slides on at constant load"
+    OPENED = "open joints still bear bond"
     CANNOT_STAND = "cannot stand under dead load"
 
 
-REACHED, PASSED, OVERTURNED, STOPPED, PLATEAU, CANNOT_STAND = PathEnd
+REACHED, PASSED, OVERTURNED, STOPPED, PLATEAU, OPENED, CANNOT_STAND = PathEnd
 LEVEL, LASTING = 1e-6, 6  # a plateau: so little change, of the largest load, over so many samples
 
 FARTHEST = 0.5
@@ -42,46 +47,40 @@ _BEYOND = (1e-3, 3e-3, 1e-2)  # of the median block size: jumps that are tried w
 _PATIENT = 3  # failures of a step after which cone programs are solved for it
 _HALVINGS = 6  # of a step that loses or makes energy
 _OVER = 0.01  # least displacement of what overturns, of the median block size
+_CLOSER, _ROUNDS = 0.25, 8  # of the step before a limit point; rounds in which it is closed in on
 _DROP = 0.002  # fall below a limit point after which it is passed, of its load
 _DROP_OF_SOFTENING = 0.2  # the same where joints lose strength and others may take over
-_STUCK = 1e-3  # of the slip that it would have made: less of it is none
-_BEARS = 1e-4  # block weights: force of a point from which it counts how far it opens in a step
+_MISSED = 2e-3  # of the largest load: rise to a jump that may be left unseen
 
 
-@dataclass(frozen=True)
-class Steps:
-    """How a path is stepped.
+class Phase(StrEnum):
+    """Where a path is by its largest load."""
 
-    Parameters
-    ----------
-    first : first step, in elastic lengths (mean block weight over the mean stiffness of a contact point) [-]
-    largest : largest step over the median block size [-]
-    smooth : departure of the multiplier from its extrapolation up to which steps grow, of the largest so far [-]
-    peak : width in load within which the first limit point is known, of its load [-]
-    energy : energy that a step may leave over, of its gross work [-]
-    opening : gap to which a point that bears may open in a step, over the median block size [-]: where several points
-        may let go, and one of them does, a longer step may end with another open, on a branch that no continuous path
-        leads to
-    sliding : slip that a point which slid before may lose by sticking in a step, over the median block size [-]: a step
-        ends on the law of its end, so that a point that sticks there has not slid in it
-    most : tries of a step, with those that are halved, after which the path is given up
+    RISING = "rising"
+    CLOSING = "closing in on a limit point"
+    FALLING = "past a limit point"
+
+
+class Verdict(StrEnum):
+    """What becomes of a try of a step that does not end the path."""
+
+    ACCEPTED = "accepted"
+    SHORTER = "tried again, shorter"
+
+
+@dataclass
+class Try:
+    """A try of a step: from where, how far [m], what was extrapolated, and what was found.
+
+    ``due`` are the points that break from there at once.
     """
 
-    first: float = 0.25
-    largest: float = 0.04
-    smooth: float = 0.02
-    peak: float = 2e-4
-    energy: float = 0.01
-    opening: float = 1e-3
-    sliding: float = 4e-3
-    most: int = 400
-
-    def __post_init__(self) -> None:
-        """Refuse what is not positive."""
-        for name in ("first", "largest", "smooth", "peak", "energy", "opening", "sliding", "most"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise InputError(f"steps: {name} must be a positive number, got {value!r}")
+    system: System
+    last: Node
+    move: float
+    guess: tuple[Pose, float] | None
+    new: Node
+    due: NDArray[np.intp] | None = None
 
 
 def follow(
@@ -112,205 +111,267 @@ def follow(
     A step that leaves over more than ``steps.energy`` of its work is halved; where that does not mend it, energy that
     went is a jump, energy that came is refused.
     """
-    system = generations.systems[0]
-    begin = len(nodes) - 1
-    sense = 1.0 if to is None or to >= nodes[-1].control else -1.0
-    if to is None and ratio < 0.0:
-        sense = -1.0
-    toward = sense * np.sign(ratio)  # in which the multiplier grows
-    end = nodes[begin].control + sense * FARTHEST * system.size if to is None else to
-    longest = steps.largest * system.size
-    advance = steps.first * system.length
-    closing = failures = rough = tries = 0
-    coarse = advance
-    passed = False
-    warnings: list[str] = []
-    for _ in range(steps.most):
-        last = generations.begun(nodes[-1])
-        system = generations.systems[last.generation]
-        left = sense * (end - last.control)
-        if left <= 1e-9 * abs(end) or left <= 1e-6 * system.length:
-            return REACHED, warnings
-        advance = min(advance, longest)
-        move = left if left < 1.2 * advance else advance
-        guess = _extrapolated(system, nodes, begin, sense * move)
-        patience = _PATIENT if stepping.is_large(system) else 2
-        new = stepping.step(
-            system, last, last.control + sense * move, guess, ratio, patient=failures >= patience
-        )  # fmt: skip
-        if new is None and failures >= patience:
-            new = stepping.jump(system, last, last.control + sense * move, ratio)
+    path = _Path(generations, nodes, to, ratio, steps, say, loading)
+    return path.followed(), path.warnings
+
+
+@dataclass
+class _Path:
+    """A path on its way, see :func:`follow`."""
+
+    generations: Generations
+    nodes: list[Node]
+    to: float | None
+    ratio: float
+    steps: Steps
+    say: Callable[[str], None]
+    loading: bool
+    warnings: list[str] = field(default_factory=list)
+    phase: Phase = Phase.RISING
+    bound: float = np.inf  # steps that were seen to leap over the largest load
+    failures: int = 0  # of this step to be found
+    halved: int = 0  # this step, for energy or for bonds
+    rounds: int = 0  # of closing in on a limit point
+    short: int = 0  # steps of this round
+
+    def __post_init__(self) -> None:
+        """Where the path begins and ends, and its first step."""
+        system = self.generations.systems[0]
+        self.begin = len(self.nodes) - 1
+        self.origin = self.nodes[self.begin]
+        self.sense = 1.0 if self.to is None or self.to >= self.origin.control else -1.0
+        if self.to is None and self.ratio < 0.0:
+            self.sense = -1.0
+        self.toward = self.sense * np.sign(self.ratio)  # in which the multiplier grows
+        self.end = self.origin.control + self.sense * FARTHEST * system.size if self.to is None else self.to
+        self.longest = self.steps.largest * system.size
+        self.shortest = _SHORTEST * system.length
+        self.advance = self.coarse = self.steps.first * system.length
+
+    def followed(self) -> PathEnd:
+        """The whole path."""
+        for _ in range(self.steps.most):
+            verdict = self._step()
+            if isinstance(verdict, PathEnd):
+                return verdict
+        self.warnings.append(
+            f"{self.steps.most} tries of a step were made and {self.end:.4g} m was not reached: raise steps.most"
+        )
+        return STOPPED
+
+    def _step(self) -> Verdict | PathEnd:
+        """One try of a step: found, judged, closed in on, appended; then whether the path ends, and the next length."""
+        last = self.generations.begun(self.nodes[-1])
+        system = self.generations.systems[last.generation]
+        left = self.sense * (self.end - last.control)
+        if left <= 1e-9 * abs(self.end) or left <= 1e-6 * system.length:
+            return REACHED
+        found = self._found(system, last, left)
+        if not isinstance(found, Try):
+            return found
+        self.failures = 0
+        for judge in (self._leaps, self._goes_too_far, self._makes_energy, self._keeps_bonds):
+            verdict = judge(found)
+            if verdict is not Verdict.ACCEPTED:
+                return verdict
+        self.halved = 0
+        if self._closes_in(found):
+            return Verdict.SHORTER
+        end = self._appended(found) or self._ended(found.system, self.nodes[-1])
+        if end is None:
+            self._pace(found, self.nodes[-1])
+        return end or Verdict.ACCEPTED
+
+    def _stopped(self, last: Node, why: str, end: PathEnd = STOPPED) -> PathEnd:
+        self.warnings.append(f"the path stops at {last.control:.4g} m, lambda {last.multiplier:.5g}: {why}")
+        return end
+
+    def _found(self, system: System, last: Node, left: float) -> Try | Verdict | PathEnd:
+        """The state at the end of a step, by ever more costly ways the more often it failed."""
+        self.advance = min(self.advance, self.longest, self.bound)
+        move = left if left < 1.2 * self.advance else self.advance
+        guess = extrapolated(system, self.nodes, self.begin, self.sense * move)
+        patient = self.failures >= (_PATIENT if stepping.is_large(system) else 2)
+        target = last.control + self.sense * move
+        new = stepping.step(system, last, target, guess, self.ratio, patient=patient)
+        if new is None and patient:
+            new = stepping.jump(system, last, target, self.ratio)
             if new is not None:
-                say(f"jump at {new.control:.4g} m: lambda {last.multiplier:.5f} to {new.multiplier:.5f}")
-        if new is None and 0.5 * move < _SHORTEST * system.length and generations.shapes is not None:
-            # where a block has lost a support there may be nothing near; where it comes to rest is beyond
-            for share in _BEYOND:
-                move = min(left, share * system.size)
-                new = stepping.jump(system, last, last.control + sense * move, ratio)
-                if new is not None:
-                    say(f"jump to {new.control:.4g} m: lambda {last.multiplier:.5f} to {new.multiplier:.5f}")
-                    break
-            else:
-                move = 0.0
-        fragile = breaking.brittle(system)
-        if new is not None and fragile:
-            new = breaking.cut(system, last, new, ratio)
-        if new is None:
-            failures += 1
-            advance = 0.5 * move
-            if advance < _SHORTEST * system.length:
-                warnings.append(
-                    f"the path stops at {last.control:.4g} m, lambda {last.multiplier:.5g}: no step goes on from there"
-                )
-                return STOPPED, warnings
-            continue
-        failures = 0
-        new = new._replace(generation=last.generation)
-        share = 1.0
-        if not new.jump and new.due is None:
-            share = min(
-                _until_open(system, last, new, steps.opening * system.size),
-                generations.until_off(last, new),
-                generations.until_landed(last, new),
-                _until_stuck(generations, nodes, new, steps.sliding * system.size),
-            )
-        if share < 1.0 and move > _SHORTEST * system.length:
-            advance = share * move
-            continue
-        over = 0.0 if new.jump else generations.energy(last, new)
-        if abs(over) > steps.energy:
-            if rough < _HALVINGS and move > _SHORTEST * system.length:
-                rough += 1
-                advance = 0.5 * move
-                continue
-            if over < 0.0:
-                warnings.append(
-                    f"the path stops at {last.control:.4g} m, lambda {last.multiplier:.5g}: the next step would make "
-                    f"{-over:.1%} of its work out of nothing"
-                )
-                return STOPPED, warnings
-            new = new._replace(jump=True)
-            say(f"jump at {new.control:.4g} m: {over:.1%} of the step's work is lost")
-        rough = 0
-        # a limit point is closed in on from the node before the highest, with shorter steps
-        falls = toward * (last.multiplier - new.multiplier) > LEVEL * max(abs(n.multiplier) for n in nodes[begin:])
-        if loading and not passed and len(nodes) - begin >= 2 and not new.jump and last.broken is None and falls:
-            before = nodes[-2]
-            width = max(abs(last.multiplier - before.multiplier), abs(last.multiplier - new.multiplier))
-            if width > steps.peak * abs(last.multiplier) and closing < 8:
-                coarse = coarse if closing else abs(last.control - before.control)
-                closing, tries = closing + 1, 0
-                advance = 0.25 * abs(last.control - before.control)
-                nodes.pop()
-                continue
-            passed, closing = True, 0
-            move = 0.5 * max(coarse, move)
-        if new.due is None:
-            new = generations.looked_at(new, last)
-            met = generations.through(new) if generations.shapes is not None and new.looked is new.pose else ""
+                self.say(f"jump at {new.control:.4g} m: lambda {last.multiplier:.5f} to {new.multiplier:.5f}")
+        if new is None and 0.5 * move < self.shortest and self.generations.shapes is not None:
+            new, move = self._beyond(system, last, left)
+        due = None
+        if new is not None and breaking.brittle(system):
+            new, due = breaking.cut(system, last, new, self.ratio)
+        if new is not None:
+            return Try(system, last, move, guess, new._replace(generation=last.generation), due)
+        self.failures += 1
+        self.advance = 0.5 * move
+        return self._stopped(last, "no step goes on from there") if self.advance < self.shortest else Verdict.SHORTER
+
+    def _beyond(self, system: System, last: Node, left: float) -> tuple[Node | None, float]:
+        """Where a block that has lost a support comes to rest: there may be nothing near. Also how far that is [m]."""
+        for share in _BEYOND:
+            move = min(left, share * system.size)
+            new = stepping.jump(system, last, last.control + self.sense * move, self.ratio)
+            if new is not None:
+                self.say(f"jump to {new.control:.4g} m: lambda {last.multiplier:.5f} to {new.multiplier:.5f}")
+                return new, move
+        return None, 0.0
+
+    # ---- what a step must not do ----------------------------------------------------------------------------------
+
+    def _largest(self) -> float:
+        return max(abs(n.multiplier) for n in self.nodes[self.begin :])
+
+    def _leaps(self, a: Try) -> Verdict:
+        """A step that leaps while the load still rises to more than ever may have passed over the largest load."""
+        if not a.new.jump or a.guess is None or a.system.law.fall is None or a.move <= self.shortest:
+            return Verdict.ACCEPTED
+        if self.toward * a.guess[1] <= (1.0 + _MISSED) * self._largest():
+            return Verdict.ACCEPTED
+        self.advance = self.bound = 0.5 * a.move
+        return Verdict.SHORTER
+
+    def _goes_too_far(self, a: Try) -> Verdict:
+        """A step in which points open, land, stick or run off by more than is found at its end."""
+        if a.new.jump or a.due is not None:
+            return Verdict.ACCEPTED
+        made, size = self.generations, a.system.size
+        share = min(
+            until_open(a.system, a.last, a.new, self.steps.opening * size), made.until_off(a.last, a.new),
+            made.until_landed(a.last, a.new), until_stuck(made, self.nodes, a.new, self.steps.sliding * size),
+        )  # fmt: skip
+        if share == 1.0 or a.move <= self.shortest:
+            return Verdict.ACCEPTED
+        self.advance = share * a.move
+        return Verdict.SHORTER
+
+    def _halve(self, a: Try) -> bool:
+        """Whether the step is tried half as long once more."""
+        if self.halved >= _HALVINGS or a.move <= self.shortest:
+            return False
+        self.halved += 1
+        self.advance = 0.5 * a.move
+        return True
+
+    def _makes_energy(self, a: Try) -> Verdict | PathEnd:
+        """A step that loses energy is a jump; one that makes some is none."""
+        over = 0.0 if a.new.jump else self.generations.energy(a.last, a.new)
+        if abs(over) <= self.steps.energy:
+            return Verdict.ACCEPTED
+        if self._halve(a):
+            return Verdict.SHORTER
+        if over < 0.0:
+            return self._stopped(a.last, f"the next step would make {-over:.1%} of its work out of nothing")
+        a.new = a.new._replace(jump=True)
+        self.say(f"jump at {a.new.control:.4g} m: {over:.1%} of the step's work is lost")
+        return Verdict.ACCEPTED
+
+    def _keeps_bonds(self, a: Try) -> Verdict | PathEnd:
+        """Open joints that still bear their bond end a path."""
+        bonded = self.generations.bonded(a.new)
+        if not bonded:
+            return Verdict.ACCEPTED
+        return Verdict.SHORTER if self._halve(a) else self._stopped(a.last, bonded, OPENED)
+
+    # ---- limit points, and the end --------------------------------------------------------------------------------
+
+    def _closes_in(self, a: Try) -> bool:
+        """Whether a limit point lies behind that is not known to a width: from the node before the highest, shorter.
+
+        On the way back from a load of the other sense there is none to be found.
+        """
+        last, new, largest = a.last, a.new, self._largest()
+        falls = self.toward * last.multiplier > 0.0 and (
+            self.toward * (last.multiplier - new.multiplier) > LEVEL * largest
+        )
+        known = not self.loading or self.phase is Phase.FALLING or len(self.nodes) - self.begin < 2
+        if known or new.jump or last.broken is not None or not falls:
+            return False
+        before = self.nodes[-2]
+        width = max(abs(last.multiplier - before.multiplier), abs(last.multiplier - new.multiplier))
+        if width <= self.steps.peak * abs(last.multiplier) or self.rounds >= _ROUNDS:
+            self.phase, self.rounds = Phase.FALLING, 0
+            a.move = 0.5 * max(self.coarse, a.move)
+            return False
+        span = abs(last.control - before.control)
+        if self.phase is Phase.RISING:
+            self.coarse = span
+        self.phase, self.rounds, self.short = Phase.CLOSING, self.rounds + 1, 0
+        self.advance = _CLOSER * span
+        self.nodes.pop()
+        return True
+
+    def _appended(self, a: Try) -> PathEnd | None:
+        """Put the state on the path, with what breaks from it; a status where that does not go."""
+        made, last = self.generations, a.last
+        if a.due is None:
+            new = made.looked_at(a.new, last)
+            met = made.through(new) if made.shapes is not None and new.looked is new.pose else ""
             if met:
-                warnings.append(
-                    f"the path stops at {last.control:.4g} m, lambda {last.multiplier:.5g}: at {new.control:.4g} m "
-                    f"blocks would go through each other where they have no contact point: {met}"
-                )
-                return STOPPED, warnings
-            nodes.append(new)
+                return self._stopped(
+                    last, f"at {new.control:.4g} m blocks would go through each other where they have no contact "
+                    f"point: {met}",
+                )  # fmt: skip
+            self.nodes.append(new)
         else:
-            weak = new._replace(looked=last.looked)
-            broken = breaking.released(system, weak, ratio, weak.control)
-            nodes.append(weak)
+            weak = a.new._replace(looked=last.looked)
+            self.nodes.append(weak)
+            broken = breaking.released(a.system, weak, a.due, self.ratio, weak.control)
             if broken is None:
-                warnings.append(
-                    f"the path stops at {weak.control:.4g} m, lambda {weak.multiplier:.5g}: joints break and no "
-                    "equilibrium is found after it: a block that they held falls, or the state lies too far"
-                )
-                return STOPPED, warnings
-            new = generations.looked_at(broken._replace(generation=weak.generation, looked=last.looked), weak)
-            nodes.append(new)
-            closing = 0
-            count = _counted(new.broken)
-            say(f"u {new.control:.4g} m, {count} break: lambda {weak.multiplier:.5f} to {new.multiplier:.5f}")
+                return self._stopped(
+                    weak, "joints break and no equilibrium is found after it: a block that they held falls, or the "
+                    "state lies too far",
+                )  # fmt: skip
+            new = made.looked_at(broken._replace(generation=weak.generation, looked=last.looked), weak)
+            self.nodes.append(new)
+            self.rounds = 0
+            if self.phase is Phase.CLOSING:
+                self.phase = Phase.RISING
+            count = 0 if new.broken is None else len(new.broken)
+            points = "1 point" if count == 1 else f"{count} points"
+            self.say(f"u {new.control:.4g} m, {points} break: lambda {weak.multiplier:.5f} to {new.multiplier:.5f}")
         if new.onward is not None:
-            say(f"contacts found anew at {new.control:.4g} m")
+            self.say(f"contacts found anew at {new.control:.4g} m")
         line = f"u {new.control:.4g} m, lambda {new.multiplier:.5f}"
-        say(line)
-        began = nodes[begin].control
-        reached(None if to is None else (new.control - began) / (to - began), line)
-        largest = max(abs(n.multiplier) for n in nodes[begin:])
-        drop = _DROP_OF_SOFTENING if system.law.fall is not None else _DROP
-        fell = passed or system.law.fall is not None
-        if to is None and fell and toward * new.multiplier < (1.0 - drop) * largest:
-            return PASSED, warnings
-        level = [n.multiplier for n in nodes[begin:]][-LASTING:]
-        if to is None and len(level) == LASTING and max(level) - min(level) <= LEVEL * largest and not passed:
-            return PLATEAU, warnings
+        self.say(line)
+        began = self.origin.control
+        reached(None if self.to is None else (new.control - began) / (self.to - began), line)
+        return None
+
+    def _ended(self, system: System, new: Node) -> PathEnd | None:
+        """How the path ends with its last state; None where it goes on."""
+        loads = [n.multiplier for n in self.nodes[self.begin :]]
+        softens, passed = system.law.fall is not None, self.phase is Phase.FALLING
+        pushed, pushes = max(self.toward * m for m in loads), self.toward * new.multiplier
+        fell = pushed > 0.0 and (passed or softens)
+        if self.to is None and fell and pushes < (1.0 - (_DROP_OF_SOFTENING if softens else _DROP)) * pushed:
+            return PASSED
+        level = loads[-LASTING:]
+        flat = len(level) == LASTING and max(level) - min(level) <= LEVEL * self._largest()
+        if self.to is None and flat and not passed:
+            return PLATEAU
         # blocks that come down on each other through gaps may ask for a push the other way before they carry
-        far = abs(new.control - nodes[begin].control) > _OVER * system.size
-        if loading and fell and toward * new.multiplier <= 0.0 and far:
-            return OVERTURNED, warnings
-        off = np.inf if guess is None else abs(new.multiplier - guess[1]) / max(largest, 1e-300)
-        if closing and tries < _TRIES:
-            tries += 1
-            advance = move
+        far = abs(new.control - self.origin.control) > _OVER * system.size
+        return OVERTURNED if self.loading and fell and pushes <= 0.0 and far else None
+
+    def _pace(self, a: Try, new: Node) -> None:
+        """How long the next step is, by what this one took and by how well it was extrapolated."""
+        largest, smooth = self._largest(), self.steps.smooth
+        if new.jump or self.toward * new.multiplier < (1.0 - _MISSED) * largest:
+            self.bound = np.inf  # what could be passed over is behind
+        off = np.inf if a.guess is None else abs(new.multiplier - a.guess[1]) / max(largest, 1e-300)
+        if self.phase is Phase.CLOSING and self.short < _TRIES:
+            self.short += 1
+            factor = 1.0
         elif new.programs >= _COSTLY or new.iterations > _MANY:
-            advance = 0.6 * move
-        elif off < 0.25 * steps.smooth:
-            advance = (6.0 if off < 0.01 * steps.smooth else 2.5) * move
+            factor = 0.6
+        elif off < 0.25 * smooth:
+            factor = 6.0 if off < 0.01 * smooth else 2.5
         else:
-            advance = move * (1.5 if off < steps.smooth or guess is None else 0.7 if off > 4 * steps.smooth else 1.0)
-    warnings.append(f"{steps.most} tries of a step were made and {end:.4g} m was not reached: raise steps.most")
-    return STOPPED, warnings
-
-
-def _extrapolated(system: System, nodes: list[Node], begin: int, move: float) -> tuple[Pose, float] | None:
-    """Pose and multiplier by the last increment, or by the elastic tangent at the start."""
-    last = nodes[-1]
-    if len(nodes) - begin >= 2 and last.broken is None:
-        before = nodes[-2]
-        share = move / (last.control - before.control)
-        pose = moved(last.pose, share * motion_between(before.pose, last.pose))
-        return pose, last.multiplier + share * (last.multiplier - before.multiplier)
-    now = system.evaluate(last.pose, last.history, last.multiplier)
-    try:
-        step = system.bordered(now, "control").solve(np.concatenate([np.zeros(system.order), [move / system.length]]))
-    except RuntimeError:
-        return None
-    if not np.isfinite(step).all():
-        return None
-    return system.advanced(last.pose, step[:-1]), last.multiplier + float(step[-1])
-
-
-def _until_open(system: System, last: Node, new: Node, most: float) -> float:
-    """Share of a step in which no point that bore opens beyond a gap [m]; 1.0 for all of it.
-
-    On a line from what its spring is pressed by at the start to its gap at the end, up to half of that gap.
-    """
-    bore = last.force[:, 0] > _BEARS * system.weight
-    gap = contact(system.bodies, new.pose).displacement[:, 0] - new.history.lift
-    pressed = last.force[:, 0] / (system.law.kn * system.bodies.area)
-    far = bore & (gap > most)
-    if not far.any():
-        return 1.0
-    return max(LEAST, float(((pressed[far] + 0.5 * most) / (pressed[far] + gap[far])).min()))
-
-
-def _until_stuck(generations: Generations, nodes: list[Node], new: Node, most: float) -> float:
-    """Share of a step in which no point that slid before, and now sticks, would have slid on by more than a length."""
-    last = nodes[-1]
-    if len(nodes) < 2 or last.broken is not None or last.control == nodes[-2].control:
-        return 1.0
-    slid = np.linalg.norm(last.history.slip - generations.begun(nodes[-2]).history.slip, axis=1)
-    if last.onward is not None:
-        slid = np.where(last.onward.before < 0, 0.0, slid[last.onward.before])
-    on = slid * abs((new.control - last.control) / (last.control - nodes[-2].control))
-    made = np.linalg.norm(new.history.slip - generations.begun(last).history.slip, axis=1)
-    far = float(on[(made < _STUCK * on) & (new.force[:, 0] > 0.0)].max(initial=0.0))
-    return 1.0 if far <= most else max(LEAST, 0.7 * most / far)
-
-
-def _counted(points: NDArray[np.intp] | None) -> str:
-    n = 0 if points is None else len(points)
-    return "1 point" if n == 1 else f"{n} points"
+            factor = 1.5 if off < smooth or a.guess is None else 0.7 if off > 4 * smooth else 1.0
+        self.advance = factor * a.move
 
 
 def jumps(nodes: list[Node]) -> tuple[int, ...]:

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.law import Fall, PointLaw
+from limitmason.mechanics.law import Fall, PointLaw
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.law import PointLaw
+from limitmason.mechanics.law import PointLaw
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ gap is a linear cost. The multipliers of equilibrium are the pose increment. N_b
 program (Haslinger's fixed point); with psi = phi it drops out and one program is exact for its pose.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import clarabel
 import numpy as np
@@ -15,6 +15,7 @@ from scipy import sparse
 
 from limitmason.capacity.point_law import History
 from limitmason.capacity.system import Evaluated, System
+from limitmason.mechanics.law import PointLaw
 
 Array = NDArray[np.float64]
 
@@ -91,6 +92,43 @@ def solve_step(
         q.append(-soft * ties.stiffness * (at.pulled.elongation - old.stretched) / force)
     equations = sparse.hstack(columns, format="csc")
     unknowns = equations.shape[1]
+    place, limit, cones = _bounds(system, law, normal, c, unknowns)
+    matrix = sparse.vstack([equations, *place], format="csc")
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.max_iter = 100
+    settings.max_threads = 1
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
+    settings.tol_ktratio = 1e-9
+    quadratic = sparse.diags(np.concatenate(p), format="csc")
+    solver = clarabel.DefaultSolver(
+        quadratic,
+        np.concatenate(q),
+        matrix,
+        np.concatenate([-dead, *limit]),
+        [clarabel.ZeroConeT(order), *cones],
+        settings,
+    )
+    found = solver.solve()
+    if str(found.status) not in ("Solved", "AlmostSolved"):
+        return None
+    x, z = np.array(found.x), np.array(found.z)
+    return Stepped(z[:order], x[: c * m].reshape(m, c) * force, float(x[c * m]) if free else multiplier)
+
+
+def _bounds(
+    system: System, law: PointLaw, normal: Array | None, c: int, unknowns: int
+) -> tuple[list[sparse.csc_matrix], list[Array], list[Any]]:
+    """Rows, right sides and cones of what points and ties bear at most, in mean block weights.
+
+    Parameters
+    ----------
+    normal : N_bar [N], as in :func:`solve_step`
+    c : force components of a point
+    unknowns : of the program; forces of points come first and those of ties last
+    """
+    area, force, ties = system.bodies.area, system.weight, system.ties
+    m, t = len(area), len(ties.length)
     rows = np.arange(m)
     tan = law.tan_psi if normal is not None else law.tan_phi
     fixed = law.cohesion * area / force
@@ -105,7 +143,7 @@ def solve_step(
         pressed = np.arange(len(crushes)), c * crushes
         place.append(sparse.csc_matrix((np.ones(len(crushes)), pressed), shape=(len(crushes), unknowns)))
         limit.append(law.crushing[crushes] * area[crushes] / force)
-    cones = [clarabel.ZeroConeT(order), clarabel.NonnegativeConeT(len(crushes) + (m if c == 3 else 3 * m) + 2 * t)]
+    cones: list[Any] = [clarabel.NonnegativeConeT(len(crushes) + (m if c == 3 else 3 * m) + 2 * t)]
     if t:
         bounded = np.arange(unknowns - t, unknowns)
         for sign, bound in ((-1.0, np.zeros(t)), (1.0, ties.strength / force)):
@@ -126,19 +164,4 @@ def solve_step(
         place.append(sparse.csc_matrix((entry, (where, where)), shape=(3 * m, unknowns)))
         limit.append(np.column_stack([fixed, np.zeros((m, 2))]).ravel())
         cones += [clarabel.SecondOrderConeT(3)] * m
-    matrix = sparse.vstack([equations, *place], format="csc")
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.max_iter = 100
-    settings.max_threads = 1
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
-    settings.tol_ktratio = 1e-9
-    quadratic = sparse.diags(np.concatenate(p), format="csc")
-    solver = clarabel.DefaultSolver(
-        quadratic, np.concatenate(q), matrix, np.concatenate([-dead, *limit]), cones, settings
-    )
-    found = solver.solve()
-    if str(found.status) not in ("Solved", "AlmostSolved"):
-        return None
-    x, z = np.array(found.x), np.array(found.z)
-    return Stepped(z[:order], x[: c * m].reshape(m, c) * force, float(x[c * m]) if free else multiplier)
+    return place, limit, cones

@@ -9,39 +9,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from limitmason.answers.curve import Curve, CurvePoint, Energy
+from limitmason.answers.results import Mechanism, Resultants
 from limitmason.capacity.certificate import StepCertificate, Structure, strength, tensions
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose, motion_between
 from limitmason.capacity.path import LASTING, LEVEL
 from limitmason.capacity.stepping import Node
-from limitmason.contact_points import ContactPoints
-from limitmason.curve import Curve, CurvePoint
 from limitmason.deformable.levels import RIGID
 from limitmason.errors import InputError, NotApplicable
-from limitmason.plane import find_plane
-from limitmason.resultants import resultants_from_points, scaled_mechanism
-from limitmason.results import Mechanism, Resultants
+from limitmason.mechanics.contact_points import ContactPoints
+from limitmason.mechanics.plane import find_plane
+from limitmason.mechanics.resultants import resultants_from_points, scaled_mechanism
 from limitmason.vibration.blocks import block_system, state_stiffness
 from limitmason.vibration.system import VibratingSystem
 
 Array = NDArray[np.float64]
-
-
-class Energy(NamedTuple):
-    """Energy up to every sample [J], shape (n,): work of live and dead loads, stored, lost; and what is left over.
-
-    ``lost`` is that of slip and crushing, ``broken`` that of joints which lose strength over an opening, and ``jumped``
-    what jumps took, to motion and to joints that break at once. ``error`` is live + dead - stored - lost - broken -
-    jumped over the gross work |dW_live| + |dW_dead| so far, by second-order work.
-    """
-
-    live: Array
-    dead: Array
-    stored: Array
-    lost: Array
-    error: Array
-    broken: Array
-    jumped: Array
 
 
 class Break(NamedTuple):
@@ -126,9 +109,9 @@ class PushoverCurve(Curve):
         assembly = self.structure.assembly
         i = assembly.block_index(block)
         shift = np.array([n.pose.shift[i] for n in self.nodes])
-        if at is None:
+        if at is None and self.structure.deformation is None:
             return shift
-        arm = np.asarray(at, dtype=float) - assembly.centroids[i]
+        arm = np.asarray(assembly.centroids[i] if at is None else at, dtype=float) - assembly.centroids[i]
         if arm.shape != (3,) or not np.isfinite(arm).all():
             raise InputError(f"at must be a point x, y, z [m], got {at!r}")
         bent = np.zeros_like(shift)
@@ -168,10 +151,19 @@ class PushoverCurve(Curve):
         limit = left.shear_strength(components[:, 0])
         stiffness, found = state_stiffness(components[:, 0], shear, limit, left.tension, p.kn, p.ks, sliding)
         plane = None if s.points.components == 3 else find_plane(s.assembly, s.loads)
+        warnings: tuple[str, ...] = ()
+        if plane is not None:
+            warnings = ("the path was followed in its plane: only modes in this plane are found, none across it",)
+        on_joint = np.diff(np.flatnonzero(np.diff(p.interface, prepend=-1, append=-2)))
+        if on_joint.min() <= (4 if plane is None else 2):
+            warnings += (
+                "a joint has two points on a side, which bend three times too stiffly: frequencies are up to 1.7 times "
+                "too high; follow the path with contact_model='grid'",
+            )  # fmt: skip
         label = f"blocks at {self.displacement[sample]:.3g} m of a capacity curve, {found}"
         points = ContactPoints(p.place_a, p.interface, p.area, p.directions, p.block_a, p.block_b)
         shapes, blocks = (None, RIGID) if s.deformation is None else (s.deformation.shapes, s.deformation.blocks)
-        return block_system(s.assembly, points, stiffness[:, : p.components], label, (), plane, shapes, blocks)
+        return block_system(s.assembly, points, stiffness[:, : p.components], label, warnings, plane, shapes, blocks)
 
     def mechanism(self, step: int) -> Mechanism | None:
         """Motion from a sample to the next, scaled as a collapse mechanism; of the last, the motion that led to it.

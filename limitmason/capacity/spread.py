@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.answers.curve import CurvePoint
 from limitmason.capacity.analysis import pushover
 from limitmason.capacity.result import PushoverCurve
-from limitmason.curve import CurvePoint
 from limitmason.errors import InputError
+from limitmason.mechanics.stiffness import default_stiffness
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
-from limitmason.stiffness import default_stiffness
 
 STIFFNESS_RATIO, GRID, PRELOAD = "ks/kn", "grid", "preload"
 

@@ -41,8 +41,7 @@ class Node(NamedTuple):
     """A converged state of the path: pose, history, multiplier, control displacement [m], forces [N].
 
     ``generation`` is that of its contacts; ``onward`` those with which the path goes on, where they were found anew;
-    ``looked`` the pose in which they were last looked for. ``due`` are the points that break from this state, and
-    ``broken`` those that broke on the way to it.
+    ``looked`` the pose in which they were last looked for; ``broken`` the points that broke on the way to it.
     """
 
     pose: Pose
@@ -50,14 +49,12 @@ class Node(NamedTuple):
     multiplier: float
     control: float
     force: Array  # (m, c)
-    residual: float  # block weights
     jump: bool = False
     programs: int = 0
     iterations: int = 0
     generation: int = 0
     onward: Onward | None = None
     looked: Pose | None = None
-    due: NDArray[np.intp] | None = None
     broken: NDArray[np.intp] | None = None
 
 
@@ -65,7 +62,7 @@ def node_of(system: System, solved: newton.Solved, jump: bool = False, programs:
     """The node of a solved step: its history is committed here."""
     s = solved.state
     return Node(
-        s.pose, s.returned.history, solved.multiplier, system.controlled(s.pose), s.force, s.unbalance, jump, programs,
+        s.pose, s.returned.history, solved.multiplier, system.controlled(s.pose), s.force, jump, programs,
         solved.iterations,
     )  # fmt: skip
 

@@ -28,7 +28,7 @@ from limitmason.capacity.kinematics import (
 )
 from limitmason.capacity.point_law import Elastic, History, Returned, return_map, virgin
 from limitmason.capacity.ties import Pulled, pull, stiffness
-from limitmason.tie_springs import NO_TIES, TieSprings
+from limitmason.mechanics.tie_springs import NO_TIES, TieSprings
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

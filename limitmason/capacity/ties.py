@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.capacity.kinematics import Pose, cross_matrix
+from limitmason.mechanics.tie_springs import TieSprings, stretched, tension, tie_springs
 from limitmason.model.assembly import Assembly
-from limitmason.tie_springs import TieSprings, stretched, tension, tie_springs
 
 Array = NDArray[np.float64]
 

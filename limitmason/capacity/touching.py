@@ -20,7 +20,7 @@ from limitmason.capacity.crossing import as_near, crossings, gaps_at, is_crossin
 from limitmason.capacity.faces import Near, Shapes, beside, together, turned
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import History
-from limitmason.law import PointLaw
+from limitmason.mechanics.law import PointLaw
 from limitmason.model.assembly import Assembly
 
 Array = NDArray[np.float64]
@@ -38,6 +38,17 @@ class Renewed(NamedTuple):
     history: History
     force: Array
     before: Index
+
+
+class Made(NamedTuple):
+    """A new point, its force [N], slip and lift [m], damage [-], and whose heir it is in plane, -1 for none."""
+
+    contacts: Contacts
+    force: Array
+    slip: Array
+    lift: float
+    damage: float
+    heir_of: int
 
 
 def found_anew(
@@ -82,32 +93,24 @@ def found_anew(
     gone &= ~loaded | _succeeded(shapes, c, near, now_b, _present(assembly, pose, near))
     if c.components == 3:
         shares = _shares(shapes, c, gone, now_b, near, _present(assembly, pose, near))
-    rows: list[Contacts] = []
-    forces: list[Array] = []
-    slips: list[Array] = []
-    lifts: list[float] = []
-    hurt: list[float] = []
-    for row in np.lexsort((near.gap, near.face)):
+    made: list[Made] = []
+    # in plane what has left has one heir, of the same two blocks before others
+    later = ~_close(shapes, c, near, now_b, _present(assembly, pose, near))[gone].any(axis=0)
+    for row in np.lexsort((near.gap, near.face, later)):
         share = None if shares is None else shares[row]
-        made = _made(shapes, assembly, c, pose, history, force, gone, now_b, near, int(row), rows, share)
-        if made is None:
-            continue
-        rows.append(made[0])
-        forces.append(made[1])
-        slips.append(made[2])
-        lifts.append(made[3])
-        hurt.append(made[4])
-    if not (gone.any() or rows):
+        new = _made(shapes, assembly, c, pose, history, force, gone, now_b, near, int(row), made, share)
+        made += [] if new is None else [new]
+    if not (gone.any() or made):
         return None
     kept = c.at(~gone)
-    all_force, slip, lift = force[~gone], history.slip[~gone], history.lift[~gone]
-    for k, new in enumerate(rows):
-        kept = kept.with_rows(new)
-        all_force = np.vstack([all_force, forces[k]])
-        slip, lift = np.vstack([slip, slips[k]]), np.append(lift, lifts[k])
+    for new in made:
+        kept = kept.with_rows(new.contacts)
+    all_force = np.vstack([force[~gone], *(new.force for new in made)])
+    slip = np.vstack([history.slip[~gone], *(new.slip for new in made)])
+    lift = np.append(history.lift[~gone], [new.lift for new in made])
     order = kept.ordered()
-    damage = np.concatenate([np.broadcast_to(history.damage, history.lift.shape)[~gone], hurt])
-    before = np.concatenate([np.flatnonzero(~gone), np.full(len(rows), -1, np.intp)])
+    damage = np.append(np.broadcast_to(history.damage, history.lift.shape)[~gone], [new.damage for new in made])
+    before = np.concatenate([np.flatnonzero(~gone), np.full(len(made), -1, np.intp)])
     return Renewed(kept.at(order), History(slip[order], lift[order], damage[order]), all_force[order], before[order])
 
 
@@ -220,10 +223,10 @@ def _gaps(shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose) -> tuple[
 
 def _made(
     shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose, history: History, force: Array,
-    gone: NDArray[np.bool_], now_b: Array, near: Near, row: int, rows: list[Contacts],
+    gone: NDArray[np.bool_], now_b: Array, near: Near, row: int, others: list[Made],
     share: Array | None,
-) -> tuple[Contacts, Array, Array, float, float] | None:  # fmt: skip
-    """A new point with its force, slip, lift and damage; None where a point of the same two blocks is there already.
+) -> Made | None:  # fmt: skip
+    """A new point; None where a point of the same two blocks is there already.
 
     Parameters
     ----------
@@ -238,13 +241,15 @@ def _made(
     same = ((c.block_a == a) & (c.block_b == b)) | ((c.block_a == b) & (c.block_b == a))
     close = 0.5 * shapes.step
     if (same & ~gone & (apart < close)).any() or any(
-        {int(r.block_a[0]), int(r.block_b[0])} == {a, b} and np.abs(r.place_b[0] - place).max() < close for r in rows
+        {int(r.block_a[0]), int(r.block_b[0])} == {a, b} and np.abs(r.place_b[0] - place).max() < close
+        for r, *_ in others
     ):
         return None
     rotation_a = np.eye(3) + pose.turn[a]
     normal = shapes.normal[face]
     touching = (c.block_a == a) | (c.block_b == a) | (c.block_a == b) | (c.block_b == b)
     heirs = gone & touching & (apart < _HEIR * shapes.step + abs(float(near.gap[row])))
+    heirs[[other.heir_of for other in others if other.heir_of >= 0]] = False
     if (heirs & same).any():
         heirs &= same
     if share is not None:
@@ -290,14 +295,14 @@ def _made(
     sense = 1.0
     if interface[0] != NEW:
         sense = 1.0 if assembly.interfaces[int(interface[0])].block_b == b else -1.0
-    return (
+    return Made(
         Contacts(
             np.array([a]), np.array([b]), (x[a] + local)[None], place[None].copy(), directions[None],
             np.array([area]), interface, np.array([sense]), law, np.array([kn]), np.array([ks]), np.array([corner]),
             np.array([face]), rest, c.by_opening[[model]] * same[model],
             c.by_slip[[model]] * same[model],
         ),
-        components, slip, lift, damage,
+        components, slip, lift, damage, model if heirs.any() else -1,
     )  # fmt: skip
 
 

@@ -9,17 +9,17 @@ the declared causes by name; each is called as ``causes.cohesion(bounds, **optio
 study, :func:`table` says what each is, :func:`declare` declares one of your own.
 """
 
+from limitmason.answers.method import LEVERS
 from limitmason.causes.cause import Cause, Extension
-from limitmason.causes.declare import LEVERS, Declared, declare
+from limitmason.causes.declare import Declared, declare
 from limitmason.causes.elastic import dead_load_stress, elastic_displacements
-from limitmason.causes.lists import ALL, METHODS, acts_on, standard, table
+from limitmason.causes.lists import ALL, acts_on, standard, table
 
-_BY_FUNCTION = {declared.__name__: declared for declared in ALL.values()}
+_BY_FUNCTION = {declared.function.__name__: declared for declared in ALL.values()}
 
 __all__ = [
     "ALL",
     "LEVERS",
-    "METHODS",
     "Cause",
     "Declared",
     "Extension",

@@ -32,7 +32,7 @@ class Cause:
     source : where the physics comes from
     isolate : the experiment that would show this cause alone
     hidden_when : when data cannot show it, or cannot tell it from another cause
-    methods : names of the methods that feel it; empty is all
+    lever : what it pulls at, of ``causes.LEVERS``; methods say which of them they feel; empty is felt by all
     reads_specimen : ``apply`` of a simulation cause also takes ``specimen=``, for what differs from test to test
     analyses : most limit analyses that ``apply`` itself runs each time; 0 for nearly all causes
 
@@ -57,11 +57,11 @@ class Cause:
     source: str = ""
     isolate: str = ""
     hidden_when: str = ""
-    methods: tuple[str, ...] = ()
+    lever: str = ""
     reads_specimen: bool = False
     analyses: int = 0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         low, high = (float(b) for b in self.bounds)
         object.__setattr__(self, "bounds", (low, high))
         object.__setattr__(self, "baseline", float(self.baseline))
@@ -106,10 +106,11 @@ class Extension:
     steps: tuple[tuple[Cause, float], ...]
     specimen: Any = None
 
-    def __call__(self, *model):
+    def __call__(self, *model: Any) -> Any:
         """Apply all steps to the model."""
         for cause, size in self.steps:
             more = {"specimen": self.specimen} if cause.reads_specimen else {}
+            assert cause.apply is not None, "a cause without apply is a keyword of the simulator"
             changed = cause.apply(size, *model, **more)
             model = changed if len(model) != 1 and isinstance(changed, tuple) else (changed,)
         return model[0] if len(model) == 1 else model

@@ -15,38 +15,13 @@ import inspect
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import update_wrapper
-from types import MappingProxyType
 from typing import Any
 
+from limitmason.answers.method import LEVERS
 from limitmason.causes.cause import Cause
 from limitmason.errors import InputError
-from limitmason.method import ASSOCIATIVE, DEM, NON_ASSOCIATIVE
 
 Bounds = tuple[float, float]
-
-_LIMIT = (ASSOCIATIVE, NON_ASSOCIATIVE)
-
-LEVERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        "friction": (),
-        "friction of single joints": (*_LIMIT, DEM),
-        "cohesion": (*_LIMIT, DEM),
-        "tension": (*_LIMIT, DEM),
-        "dilatancy": (NON_ASSOCIATIVE, DEM),
-        "crushing": (*_LIMIT, DEM),
-        "torsion": (ASSOCIATIVE,),
-        "stiffness": (DEM,),
-        "faces": (*_LIMIT, DEM),
-        "blocks": (*_LIMIT, DEM),
-        "weights": (),
-        "displaced blocks": _LIMIT,
-        "direction of loads": (*_LIMIT, DEM),
-        "overload": (),
-        "reading": (),
-    }
-)
-"""What a cause pulls at, and the methods that feel it; none named is every method. The DEM displaces blocks itself."""
-
 
 @dataclass(frozen=True)
 class Edit:
@@ -96,7 +71,7 @@ class Declared:
         self.options = {p.name: p.default for p in parameters if p.kind is p.KEYWORD_ONLY and p.name != "specimen"}
         self.said: dict[str, Any] = {
             "name": name, "parameter": parameter, "physics": physics, "unit": unit, "source": source,
-            "isolate": isolate, "hidden_when": hidden_when, "methods": LEVERS[lever], "analyses": analyses,
+            "isolate": isolate, "hidden_when": hidden_when, "lever": lever, "analyses": analyses,
             "acts_on": "measurement" if lever == "reading" else "simulation",
             "reads_specimen": lever != "reading" and any(p.name == "specimen" for p in parameters),
         }  # fmt: skip
@@ -137,10 +112,10 @@ class Declared:
     def __reduce__(self) -> str | tuple[Any, ...]:
         if self.__module__ == "__main__":  # a worker process has another one: the function itself goes along
             return _made, (self.function, self.arguments)
-        return self.__qualname__  # found again by its name, as a function is
+        return self.function.__qualname__  # found again by its name, as a function is
 
     def __repr__(self) -> str:
-        return f"<declared cause {self.__module__}.{self.__qualname__}>"
+        return f"<declared cause {self.__module__}.{self.function.__qualname__}>"
 
 
 def declare(

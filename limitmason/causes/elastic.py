@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from limitmason.contact_points import contact_points
-from limitmason.equilibrium import equilibrium_matrix
 from limitmason.errors import InputError, NotApplicable
+from limitmason.mechanics.contact_points import contact_points
+from limitmason.mechanics.equilibrium import equilibrium_matrix
 from limitmason.model import Assembly, Loads
 
 Array = NDArray[np.float64]
@@ -84,7 +84,7 @@ def elastic_displacements(
     u[free] = scale @ solved
     force = -springs * (matrix.T @ u)
     normal = np.bincount(k, force[0::3], len(x.area))
-    return u.reshape(-1, 6), normal
+    return u.reshape(-1, 6), np.asarray(normal, dtype=np.float64)
 
 
 def dead_load_stress(assembly: Assembly, loads: Loads) -> Array:

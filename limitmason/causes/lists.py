@@ -10,10 +10,7 @@ from limitmason.causes import faces, joints, loads, measurement, shape
 from limitmason.causes.cause import Cause
 from limitmason.causes.declare import Declared
 from limitmason.errors import InputError
-from limitmason.method import ASSOCIATIVE, LIMIT, THEORIES
-
-METHODS = (LIMIT, *THEORIES)
-"""Methods that a list of causes is made for; "limit" is associative, as everywhere."""
+from limitmason.methods import LIMIT, METHODS, get_method
 
 TOPICS = (joints, faces, shape, loads, measurement)
 
@@ -23,23 +20,21 @@ ALL: Mapping[str, Declared] = MappingProxyType(
 """Every declared cause by its name."""
 
 
-def acts_on(cause: Cause, method: str) -> bool:
-    """Whether a method feels a cause.
+def acts_on(cause: Cause, method: str, *, plane: bool = True) -> bool:
+    """Whether a method feels a cause, and computes it with its default contact points.
 
     Parameters
     ----------
-    method : one of ``METHODS``
+    method : a name of :func:`limitmason.methods.available_methods`, or "limit", which is associative
+    plane : whether the structure works in its plane; in space the corners of a face cannot represent crushing
 
     Raises
     ------
     InputError
         For an unknown method.
     """
-    if method not in METHODS:
-        raise InputError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
-    if cause.acts_on == "measurement" or not cause.methods:
-        return True
-    return (ASSOCIATIVE if method == LIMIT else method) in cause.methods
+    chosen = get_method(method)
+    return cause.acts_on == "measurement" or not cause.lever or chosen.feels(cause.lever, plane=plane)
 
 
 def standard(
@@ -60,7 +55,7 @@ def standard(
     Parameters
     ----------
     plane : True for walls in the x-z plane that work in it; False for out-of-plane and spatial ones
-    method : the simulator's, one of ``METHODS``; causes that it does not feel are left out
+    method : the simulator's; causes that it does not feel, or cannot compute with its default points, are left out
     tilting : the multiplier was read as a tilt angle
     overload : at least one specimen carries dead load beyond self weight
     covariates : what is recorded of every specimen; "order" adds wear
@@ -103,15 +98,15 @@ def standard(
     unknown = [n for n in without if n not in names]
     if unknown:
         raise InputError(f"without: the list has no cause {unknown[0]!r}; it has {', '.join(names)}")
-    return [c for c in causes if acts_on(c, method) and c.name not in tuple(without)]
+    return [c for c in causes if acts_on(c, method, plane=plane) and c.name not in tuple(without)]
 
 
 def table() -> list[dict[str, str]]:
     """One row per cause: name, parameter, unit, baseline, bounds, methods, physics, isolating test, when hidden."""
-    rows = []
+    rows, methods = [], {name: get_method(name) for name in METHODS}
     for name, declared in ALL.items():
         cause = declared()
-        methods = ", ".join(cause.methods) or "every method"
+        feel = [m for m, method in methods.items() if method.feels(cause.lever)]
         rows.append(
             {
                 "cause": name,
@@ -119,7 +114,8 @@ def table() -> list[dict[str, str]]:
                 "unit": cause.unit,
                 "baseline": f"{cause.baseline:g}",
                 "bounds": f"{cause.bounds[0]:g} to {cause.bounds[1]:g}",
-                "acts on": cause.acts_on if cause.acts_on == "measurement" else methods,
+                "acts on": cause.acts_on if cause.acts_on == "measurement" else "every method" if feel == list(methods)
+                else ", ".join(feel),
                 "physics": cause.physics,
                 "source": cause.source,
                 "isolating experiment": cause.isolate,

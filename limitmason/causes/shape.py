@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -125,7 +126,7 @@ def second_order_displacement(
     Linear joints carry tension: real joints open and sway more, so it is a lower bound of the effect. In the DEM use
     :func:`joint_softness` instead.
     """
-    springs = {
+    springs: dict[str, Any] = {
         "normal_stiffness": 1.0 / (size * MM_PER_MPA),
         "shear_ratio": shear_ratio,
         "head_joints": head_joints,

@@ -1,9 +1,10 @@
 """Loads on blocks as causes read them: what is weight, what is overload, what all blocks share, and loads turned."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
@@ -72,14 +73,14 @@ def overload_of(assembly: Assembly, loads: Loads) -> Array:
     return np.where(np.abs(extra) > 1e-12 * largest, extra, 0.0)
 
 
-def rescaled_loads(old: Assembly, new: Assembly, loads: Loads, factors=(1.0, 1.0, 1.0)) -> Loads:
+def rescaled_loads(old: Assembly, new: Assembly, loads: Loads, factors: ArrayLike = (1.0, 1.0, 1.0)) -> Loads:
     """Loads of an assembly whose blocks changed their weight and size.
 
     Self weight, and the live load in proportion to it that most blocks share, follow the new weights. All other forces
     stay; their points of application move with the size.
     """
     share = shared_acceleration(old, loads)
-    out = {}
+    out: dict[str, Any] = {}
     for case, per_weight in (("dead", np.array([0.0, 0.0, -1.0])), ("live", share)):
         wrench = getattr(loads, case)
         body = np.zeros_like(wrench)

@@ -12,8 +12,8 @@ from typing import Any
 from limitmason import __version__
 from limitmason.cli import check, diagnosis, driven, models, packaged, theories
 from limitmason.cli.console import say
+from limitmason.display.progress import MODES, reached, show_progress, task
 from limitmason.errors import InputError, NotApplicable, NotConverged
-from limitmason.progress import MODES, reached, show_progress, task
 
 _DESCRIPTION = """\
 Collapse multiplier of rigid-block masonry: at what load a block structure collapses, how, and how far to trust it.

@@ -9,6 +9,7 @@ from pathlib import Path
 from limitmason.cli.console import figure_file, load_target, say, show_text
 from limitmason.errors import InputError
 from limitmason.model import Assembly, ContactError, ContactWarning, PlausibilityWarning
+from limitmason.storage.files import save_figure
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
@@ -53,7 +54,7 @@ def _check(options: argparse.Namespace) -> int:
     if options.figure:
         from limitmason import figures
 
-        figures.contact_report(assembly, report, title=title).savefig(options.figure, dpi=200)
+        save_figure(figures.contact_report(assembly, report, title=title), options.figure)
         say(f"wrote {options.figure}")
     return 1 if report.decisions or said else 0
 

@@ -8,13 +8,13 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import NamedTuple
 
+from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED, Prediction
+from limitmason.display.progress import wanted, write
 from limitmason.errors import InputError
 from limitmason.methods import ASSOCIATIVE, LIMIT, NON_ASSOCIATIVE, available_methods
 from limitmason.model.assembly import Assembly, ContactError
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
-from limitmason.progress import wanted, write
-from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED, Prediction
 
 _NAMED = 20
 """So many falling blocks are named; a figure shows the rest."""

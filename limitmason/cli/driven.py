@@ -7,15 +7,16 @@ import re
 from pathlib import Path
 from typing import Any
 
+from limitmason.answers.curve import Curve
 from limitmason.cli.console import figure_file, load_target, say, show_text, writable
-from limitmason.csv_table import write_table
-from limitmason.curve import Curve
 from limitmason.errors import InputError
 from limitmason.experiments.record import Experiment
 from limitmason.methods import DEM, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.stages import Drive
+from limitmason.storage.csv_table import write_table
+from limitmason.storage.files import save_figure
 
 _LENGTHS = {"": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
 
@@ -140,8 +141,8 @@ def _draw(options: argparse.Namespace, curve: Any, test: Experiment | None, titl
     if options.figure:
         known = test if test is not None and (test.measured or test.published) else None
         text = " ".join([*marks, *str(curve).splitlines()[3:6]])
-        figures.load_displacement(curve, measured=known, title=title, caption=text).savefig(options.figure, dpi=200)
+        save_figure(figures.load_displacement(curve, measured=known, title=title, caption=text), options.figure)
         say(f"wrote {options.figure}")
     if options.cracks:
-        figures.cracks(curve, title=title, caption=" ".join(marks) or None).savefig(options.cracks, dpi=200)
+        save_figure(figures.cracks(curve, title=title, caption=" ".join(marks) or None), options.cracks)
         say(f"wrote {options.cracks}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from limitmason.answers.results import Prediction
 from limitmason.cli.console import (
     ANALYSIS,
     analysis_options,
@@ -22,7 +23,7 @@ from limitmason.cli.console import (
 from limitmason.errors import InputError
 from limitmason.methods import predict
 from limitmason.model.assembly import Assembly
-from limitmason.results import Prediction
+from limitmason.storage.files import save_figure
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
@@ -102,7 +103,7 @@ def _draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | No
         if prediction.resultants is None:
             raise InputError(f"there are no joint forces to draw: {prediction.method!r} gives none")
         figure = figures.contact_forces(assembly, prediction, title=title, view=view)
-    figure.savefig(path, dpi=dpi)
+    save_figure(figure, path, dpi=dpi)
     say(f"wrote {path}")
 
 

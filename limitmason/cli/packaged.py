@@ -18,6 +18,7 @@ from limitmason.cli.console import (
     writable,
 )
 from limitmason.errors import InputError
+from limitmason.storage.files import save_figure, write_text
 
 if TYPE_CHECKING:
     pass
@@ -49,11 +50,6 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     summary = actions.add_parser("summary", help="all packaged cases as one Markdown table (some minutes)")
     summary.set_defaults(run=_summary)
     _add_methods(actions)
-    paper = actions.add_parser("paper", help="every number of a source's paper beside ours as one page (minutes)")
-    paper.add_argument("source")
-    paper.add_argument("--store", type=Path, metavar="FOLDER", help="keep answers here and go on after a kill")
-    paper.add_argument("--markdown", type=writable, metavar="FILE", help="write the page here, not to the terminal")
-    paper.set_defaults(run=_paper)
 
 
 def _add_methods(actions: argparse._SubParsersAction) -> None:
@@ -111,7 +107,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.figure:
         from limitmason import figures
 
-        figures.predicted_beside_references(rows).savefig(options.figure, dpi=200)
+        save_figure(figures.predicted_beside_references(rows), options.figure)
         say(f"wrote {options.figure}")
     return 0
 
@@ -151,7 +147,7 @@ def _methods(options: argparse.Namespace) -> int:
     missing = () if options.source or options.specimen else validation.not_covered()
     page = validation.as_markdown(found, missing, version=limitmason.__version__, thorough=options.thorough)
     if options.markdown:
-        options.markdown.write_text(page, encoding="utf-8")
+        write_text(options.markdown, page)
         say(f"wrote {options.markdown}")
     else:
         show_text(page)
@@ -159,20 +155,3 @@ def _methods(options: argparse.Namespace) -> int:
         validation.write_csv(found, options.csv)
         say(f"wrote {options.csv}")
     return 0
-
-
-def _paper(options: argparse.Namespace) -> int:
-    from limitmason import experiments
-
-    made = [s for s in experiments.sources() if experiments.recipe_of(s).paper is not None]
-    write = experiments.recipe_of(options.source).paper
-    if write is None:
-        raise InputError(f"{options.source} has no page of its paper; there are those of {', '.join(made)}")
-    page = write(store=options.store, progress=lines())
-    if options.markdown:
-        options.markdown.write_text(page, encoding="utf-8")
-        say(f"wrote {options.markdown}")
-    else:
-        show_text(page)
-    return 0
-

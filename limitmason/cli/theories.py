@@ -17,7 +17,8 @@ from limitmason.cli.console import (
     show_text,
 )
 from limitmason.errors import InputError
-from limitmason.methods import THEORIES, available_methods
+from limitmason.methods import THEORIES, available_methods, get_method
+from limitmason.storage.files import save_figure
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
@@ -56,7 +57,7 @@ def _report(options: argparse.Namespace) -> int:
 
     target = read_target(options.target, options)
     title = options.title or target.title
-    settings: dict[str, Any] = {"dem": {"error_budget": ()}} if "dem" in options.methods else {}
+    settings: dict[str, Any] = {m: dict(get_method(m).cheap) for m in options.methods if get_method(m).cheap}
     result = compare(target.assembly, target.loads, options.methods, progress=lines(), title=title, **settings)
     figures.structure_report(
         target.assembly, target.loads, result, options.output, title=title, assumed=target.assumed
@@ -87,6 +88,6 @@ def _compare(options: argparse.Namespace) -> int:
     if options.figure and solved:
         from limitmason import figures
 
-        figures.side_by_side(result).savefig(options.figure, dpi=200)
+        save_figure(figures.side_by_side(result), options.figure)
         say(f"wrote {options.figure}")
     return 0 if solved else 3

@@ -129,8 +129,8 @@ class Discretisation:
                 values[rows] = b.reshape(-1, 60).T @ db.reshape(len(rows), -1, 60)
         return values
 
-    def mass(self, density: Array, extra: Array | None = None) -> sparse.csc_array:
-        """Consistent mass of the free unknowns in the order of elimination [kg].
+    def mass(self, density: Array, extra: Array | None = None) -> Array:
+        """Consistent mass of every brick [kg], shape (m, 60, 60).
 
         Parameters
         ----------
@@ -146,8 +146,12 @@ class Discretisation:
         one = np.einsum("aq,mq,bq->mab", shape, volume * rho[:, None], shape, optimize=True)
         for i in range(3):
             values[:, :, i, :, i] = one
-        m = self.assembled(values.reshape(len(self.mesh), 60, 60))
-        return m if extra is None else sparse.csc_array(m + sparse.diags_array(extra[self.order]))
+        out = values.reshape(len(self.mesh), 60, 60)
+        if extra is not None:  # each on one brick that has it
+            unknown, first = np.unique(self.unknowns, return_index=True)
+            brick, place = np.divmod(first, 60)
+            out[brick, place, place] += extra[unknown]
+        return out
 
     def body_force(self, force: Array) -> Array:
         """Nodal forces of a force per volume of every brick [N/m3], shape (m, 3): [N], shape (3 n,)."""

@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from limitmason.continuum.solid import Continuum, Reactions
+from limitmason.storage.frozen import ReadOnly
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class ElasticState:
+class ElasticState(ReadOnly):
     """Displacements of a solid that stays elastic.
 
     Parameters

@@ -13,6 +13,7 @@ from limitmason.continuum.solid import Continuum
 Array = NDArray[np.float64]
 
 _NEAR, _FINISH = 5e-3, 12  # unbalance below which Newton may finish, and after how many secant iterations it is tried
+_SPENT = 0.01  # of the largest load: what softening leaves below it is balanced to the same force
 _LEAST = 0.05  # of the dead load: smallest part that Newton is tried with
 _CHUNK = 20000  # points whose law is worked out at once: bounds the memory
 
@@ -59,6 +60,7 @@ class Solver:
         self.row = control[d.order]
         self.live_row = self.live[d.order]
         self.factorisations = 0
+        self.largest = 0.0  # multiplier on the path so far
 
     def answer(self, displacement: Array, memory: Memory, *, secant: bool = False) -> Answer:
         """The law at all points."""
@@ -81,9 +83,10 @@ class Solver:
         return np.asarray((self.dead + multiplier * self.live - inner)[self.d.order])
 
     def size(self, multiplier: float) -> float:
-        """Norm of the loads on the free unknowns [N]."""
+        """Norm of the loads on the free unknowns [N], at least a hundredth of the largest on the path."""
         dead, live = (float(np.linalg.norm(f[self.d.order])) for f in (self.dead, self.live))
-        return max(dead + abs(multiplier) * live, 1e-3 * live, 1e-300)
+        least = _SPENT * self.largest if self.largest > 0.0 else 1e-3
+        return max(dead + abs(multiplier) * live, least * live, 1e-300)
 
     def factor(self, answer: Answer) -> Factor:
         """Factor of the stiffness from the tangents of an answer."""

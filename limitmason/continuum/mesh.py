@@ -14,6 +14,7 @@ from skfem.element import ElementHexS2
 
 from limitmason.errors import InputError, NotApplicable
 from limitmason.geometry import Solid
+from limitmason.storage.frozen import ReadOnly, frozen
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -31,7 +32,7 @@ class Box(NamedTuple):
     material: int = 0
 
 
-class Mesh:
+class Mesh(ReadOnly):
     """20-node bricks with trilinear geometry.
 
     Parameters
@@ -49,6 +50,7 @@ class Mesh:
         self.nodes: Array = np.ascontiguousarray(basis.doflocs.T)
         self.connectivity: Index = np.ascontiguousarray(basis.element_dofs.T)  # (m, 20)
         self.bricks, self.material = np.asarray(bricks), np.asarray(material)
+        frozen(vars(self))
 
     def __len__(self) -> int:
         return len(self.bricks)
@@ -56,17 +58,17 @@ class Mesh:
     @cached_property
     def corners(self) -> Array:
         """Corners of every brick [m], shape (m, 8, 3)."""
-        return np.asarray(self.solid.p.T[self.bricks])
+        return frozen(np.asarray(self.solid.p.T[self.bricks]))
 
     @cached_property
     def boundary(self) -> Index:
         """Numbers of the free faces, shape (f,)."""
-        return np.asarray(self.solid.boundary_facets())
+        return frozen(np.asarray(self.solid.boundary_facets()))
 
     @cached_property
     def boundary_owner(self) -> Index:
         """Brick that each free face belongs to, shape (f,)."""
-        return np.asarray(self.solid.f2t[0, self.boundary])
+        return frozen(np.asarray(self.solid.f2t[0, self.boundary]))
 
     @property
     def boundary_corners(self) -> Array:
@@ -93,7 +95,7 @@ class Mesh:
         faces, p = np.take_along_axis(faces, around, axis=1), np.take_along_axis(p, around[..., None], axis=1)
         outward = np.einsum("fi,fi->f", np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), middle - inside) > 0.0
         faces[~outward] = faces[~outward][:, ::-1]
-        return np.asarray(faces)
+        return frozen(np.asarray(faces))
 
     def at(self, points: ArrayLike) -> tuple[Index, Array]:
         """Brick that holds each point, and the values of its 20 shape functions there.

@@ -141,7 +141,7 @@ class Factor:
     def __init__(self, elimination: Elimination, values: Array) -> None:
         """Eliminate the fronts from the bottom up."""
         self.elimination, self.values = elimination, values
-        self.indefinite = 0
+        self.indefinite, self._below = 0, 0
         self._largest = float(np.abs(values).max(initial=0.0))
         self._whole: Callable[[Array], Array] | None = None
         self._done: list[_Eliminated] = []
@@ -162,6 +162,11 @@ class Factor:
         """Whether exchanges over the whole matrix were needed."""
         return self._whole is not None
 
+    @property
+    def negative(self) -> int | None:
+        """Negative eigenvalues, those of all fronts' own blocks (Haynsworth 1968); None where exchanges were needed."""
+        return None if self.exchanged else self._below
+
     def _eliminated(self, front: Front, updates: list[Array]) -> tuple[_Eliminated | None, Array]:
         """A front without its own unknowns, and what is left of its boundary; None where that cannot be done."""
         k, m = front.size, len(front.boundary)
@@ -178,6 +183,7 @@ class Factor:
             return _Eliminated(lower, None, below), left
         self.indefinite += 1
         full = np.tril(own) + np.tril(own, -1).T
+        self._below += int((np.linalg.eigvalsh(full) < 0.0).sum())
         factor, exchanges, failed = dgetrf(full, overwrite_a=1)
         if failed:
             return None, left

@@ -1,6 +1,6 @@
 """What to cite for the cracking continuum."""
 
-from limitmason.references import METHOD, SOLVER, THEORY, Cited, Reference
+from limitmason.answers.references import METHOD, SOLVER, THEORY, Cited, Reference
 
 ROTS = Reference(
     "rots1988", "phdthesis", "Computational modeling of concrete fracture", ("Rots, J. G.",), 1988,

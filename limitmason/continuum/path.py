@@ -12,15 +12,20 @@ from numpy.typing import ArrayLike, NDArray
 from limitmason.continuum.equilibrium import Node, Solver
 from limitmason.continuum.result import SolidCurve, curve_of
 from limitmason.continuum.solid import Continuum
+from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotConverged
 from limitmason.model.input import read_vector
-from limitmason.progress import reached, watched
 
 Array = NDArray[np.float64]
 
 REACHED, STOPPED, INTERRUPTED = "reached", "stopped", "interrupted"
 _NEWTON = 14  # iterations of an ordinary step
 _EASY = 5  # iterations up to which steps grow
+_GROWN = 1.5  # times as long as the step before
+_FAILED = 0.25  # part of a step that is tried where no Newton iteration ends it
+_IDLE = 0.01  # of the energy so far: work of a step below which its error does not count
+_FAILS = 3  # steps cut for that before a path is taken to break off
+_CUTS = 256  # first step over the shortest one
 _FLAT = 1.8  # longest over shortest edge of a brick from which a warning names it
 _BREAK = 400  # secant iterations of a jump
 
@@ -34,6 +39,7 @@ def push(
     first: float | None = None,
     largest: float | None = None,
     tolerance: float = 1e-3,
+    energy_error: float = 5e-3,
     band: float = 1.0,
     start: SolidCurve | None = None,
     checkpoint: str | Path | None = None,
@@ -48,6 +54,8 @@ def push(
     to : control displacement from the state under dead load at which to stop [m], > 0
     first, largest : first and largest step [m]; a hundredth and a thirtieth of ``to`` by default
     tolerance : norm of the unbalanced nodal forces over that of the loads [-]
+    energy_error : most energy that a straight line over a step may miss, over the work of the step [-]; steps are cut
+        for it, down to a 256th of the first; not below three times ``tolerance``, which leaves as much
     band : width over which a crack is smeared, over the cube root of a brick's volume [-]
     start : curve of the same model whose last state is gone on from
     checkpoint : file that the curve is written to after every tenth step, for :func:`load_curve` and ``start``
@@ -71,12 +79,13 @@ def push(
     stiff machine, and where it ends depends on what the run-through has broken. A homogeneous solid knows no joints: it
     cracks where strength is reached first, not where stones part. Energy is independent of the mesh where bricks are
     cubes: a crack across a flat brick has its thickness for a band, not the cube root of its volume. Where strain is
-    the same all over, a step that crosses the strength cracks every brick at once, on a path of more energy than that
-    of one crack: small steps there find the weakest brick.
+    the same all over, bricks whose strengths differ by less than five times ``energy_error`` crack together, on a path
+    of more energy than that of one crack.
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
     point, direction = read_vector("point of control", control[0]), read_vector("direction of control", control[1])
-    for name, value in (("to", to), ("first", first), ("largest", largest), ("tolerance", tolerance), ("band", band)):
+    given = {"to": to, "first": first, "largest": largest, "tolerance": tolerance, "energy_error": energy_error}
+    for name, value in (*given.items(), ("band", band)):
         if value is not None and not (np.isfinite(value) and value > 0.0):
             raise InputError(f"{name} must be positive, got {value!r}")
     if not np.abs(model.live).max() > 0.0:
@@ -86,19 +95,19 @@ def push(
     origin = nodes[0].control
     step = first or to / 100.0
     longest = largest or to / 30.0
+    least, budget = min(step, longest) / _CUTS, max(energy_error, 3.0 * tolerance)
     status = REACHED
     while (left := origin + to - nodes[-1].control) > 1e-9 * to:
         last = nodes[-1]
+        solver.largest = max(abs(n.multiplier) for n in nodes)
         target = last.control + (left if left < 1.2 * step else step)
-        new = _stepped(solver, nodes, target, say)
+        new = _stepped(solver, nodes, target, least, budget, say)
         if new is None:
             status = STOPPED
             break
         nodes = _forget([*nodes, new])
-        if new.jump or new.iterations <= _EASY:
-            step = min(1.5 * step, longest)
-        else:
-            step *= 0.7
+        step = min(max(new.control - last.control, least), step)
+        step = min(step * (_GROWN if new.jump or new.iterations <= _EASY else 0.7), longest)
         reached((new.control - origin) / to, f"{1e3 * (new.control - origin):.3g} mm")
         load = new.multiplier * float(np.linalg.norm(model.live.sum(axis=0)))
         say(
@@ -146,24 +155,48 @@ def _begun(solver: Solver, model: Continuum, start: SolidCurve | None, say: Call
     return list(start.nodes)
 
 
-def _stepped(solver: Solver, nodes: list[Node], target: float, say: Callable[[str], None]) -> Node | None:
-    """The next state: Newton from the extrapolated path, then from the last state, then breaking on."""
-    last = nodes[-1]
-    if len(nodes) > 1:
-        before = nodes[-2]
-        share = (target - last.control) / (last.control - before.control)
-        guess = last.displacement + share * (last.displacement - before.displacement)
-        factor = last.multiplier + share * (last.multiplier - before.multiplier)
-    else:
+def _stepped(
+    solver: Solver, nodes: list[Node], target: float, least: float, budget: float, say: Callable[[str], None]
+) -> Node | None:
+    """The next state: Newton from the extrapolated path, in shorter steps until its energy holds, else breaking on.
+
+    A step that runs past the strength of a brick finds states where its neighbours crack too, or one row of points of
+    the brick alone: both are in equilibrium, with more or less energy than one crack. The energy that a straight line
+    between both ends of the step misses tells: cut until that is small, the step ends just past the strength.
+    """
+    last, failed = nodes[-1], 0
+    while True:
+        length = target - last.control
         guess, factor = last.displacement, last.multiplier
-    new = solver.solve(last, guess, factor, target, _NEWTON)
-    if new is not None:
-        return new
-    # half the step tells a large step from a path that breaks off
-    middle = solver.solve(last, last.displacement, last.multiplier, 0.5 * (last.control + target), _NEWTON)
-    if middle is not None:
-        return middle
-    return solver.break_on(last, target, _BREAK, say)
+        if len(nodes) > 1:
+            before = nodes[-2]
+            share = length / (last.control - before.control)
+            guess = last.displacement + share * (last.displacement - before.displacement)
+            factor = last.multiplier + share * (last.multiplier - before.multiplier)
+        new = solver.solve(last, guess, factor, target, _NEWTON)
+        if new is None:
+            failed += 1
+            if length <= least or failed == _FAILS:
+                return solver.break_on(last, target, _BREAK, say)
+            cut = _FAILED
+        else:
+            error = _missed(solver, nodes[0], last, new)
+            if error <= budget or length <= least:
+                return new
+            cut = min(max(budget / error, 0.1), 0.7)
+        target = last.control + max(cut * length, least)
+
+
+def _missed(solver: Solver, begun: Node, last: Node, new: Node) -> float:
+    """Energy that the straight line from state to state misses, over the work of the step [-].
+
+    A step that does next to no work, at the end of softening, is measured by a hundredth of the energy taken so far.
+    """
+    travel = new.displacement - last.displacement
+    live, dead = 0.5 * (last.multiplier + new.multiplier) * float(travel @ solver.live), float(travel @ solver.dead)
+    taken = new.stored + new.lost - last.stored - last.lost
+    so_far = new.stored + new.lost - begun.stored - begun.lost
+    return abs(live + dead - taken) / max(abs(live) + abs(dead), _IDLE * abs(so_far), 1e-300)
 
 
 def _forget(nodes: list[Node]) -> list[Node]:

@@ -5,34 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from limitmason.answers.curve import Curve, Energy, Event
 from limitmason.continuum.equilibrium import Node, Solver
 from limitmason.continuum.papers import PAPERS
 from limitmason.continuum.rotating_crack import Memory
 from limitmason.continuum.solid import Continuum, vibrating
-from limitmason.curve import Curve, Event
 from limitmason.errors import InputError
+from limitmason.storage.files import read_archive, write_archive
 from limitmason.vibration.system import VibratingSystem
 
 Array = NDArray[np.float64]
 
 
-class Energy(NamedTuple):
-    """Energy up to every sample [J], shape (n,): work of live and dead loads, stored, lost in cracks and crushing.
-
-    ``error`` is live + dead - stored - lost over the gross work |dW_live| + |dW_dead| so far, from the dead load on.
-    What a jump sets free, and a real wall would throw off as motion, is part of it.
-    """
-
-    live: Array
-    dead: Array
-    stored: Array
-    lost: Array
-    error: Array
+_MISSED = 0.02  # error of the energy balance from which a curve warns
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +33,7 @@ class SolidCurve(Curve):
     nodes : states; memory, stress and cracks are kept where the load was largest and at the end
     model, control, tolerance : what was pushed, at which point and in which direction, and how exactly
     band : crack-band width over the cube root of a brick's volume [-]
-    energy : balance
+    energy : balance; what a jump sets free, and a real wall would throw off as motion, is part of its error
     """
 
     nodes: tuple[Node, ...] = ()
@@ -133,8 +122,7 @@ class SolidCurve(Curve):
             node = self.nodes[i]
             arrays |= {f"{i}/{k}": v for k, v in _fields(node).items()}
         assert last.memory is not None
-        with open(path, "wb") as file:
-            np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
+        write_archive(path, arrays, compressed=True)
 
 
 def load_curve(path: str | Path, model: Continuum) -> SolidCurve:
@@ -145,16 +133,16 @@ def load_curve(path: str | Path, model: Continuum) -> SolidCurve:
     InputError
         When the file is of a model with other nodes.
     """
-    with np.load(path, allow_pickle=False) as file:
-        u = file["displacement"]
-        if u.shape[1] != 3 * len(model.mesh.nodes):
-            raise InputError(f"{path} is of a model with {u.shape[1] // 3} nodes, this one has {len(model.mesh.nodes)}")
-        nodes = []
-        for i, (row, x) in enumerate(zip(file["scalars"], u, strict=True)):
-            full = {k: file[f"{i}/{k}"] for k in _FIELDS} if f"{i}/stress" in file.files else None
-            nodes.append(_node(x, row, full))
-        control = file["point"], file["direction"]
-        return curve_of(model, nodes, control, float(file["tolerance"]), str(file["status"]), (), float(file["band"]))
+    file = read_archive(path)
+    u = file["displacement"]
+    if u.shape[1] != 3 * len(model.mesh.nodes):
+        raise InputError(f"{path} is of a model with {u.shape[1] // 3} nodes, this one has {len(model.mesh.nodes)}")
+    nodes = []
+    for i, (row, x) in enumerate(zip(file["scalars"], u, strict=True)):
+        full = {k: file[f"{i}/{k}"] for k in _FIELDS} if f"{i}/stress" in file else None
+        nodes.append(_node(x, row, full))
+    control = file["point"], file["direction"]
+    return curve_of(model, nodes, control, float(file["tolerance"]), str(file["status"]), (), float(file["band"]))
 
 
 _FIELDS = ("tension", "compression", "lost", "stress", "crack")
@@ -201,6 +189,9 @@ def curve_of(
     cracked = [i for i, n in enumerate(nodes) if n.lost > 0.0]
     if cracked:
         events.append(Event("first crack", cracked[0]))
+    missed = float(np.abs(error).max())
+    if missed > _MISSED:
+        warnings = (*warnings, f"the energy balance is off by up to {missed:.1%} of the work: jumps, or steps too long")
     steps = tuple(i for i, n in enumerate(nodes) if n.jump)
     if steps:
         ran = f"{len(steps)} of {len(nodes) - 1} steps are jumps: no Newton iteration ended them"

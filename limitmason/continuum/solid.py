@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +19,7 @@ from limitmason.continuum.patch import patch_forces
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.input import read_number, read_vector
+from limitmason.storage.frozen import ReadOnly, frozen
 from limitmason.vibration.system import VibratingSystem
 
 Array = NDArray[np.float64]
@@ -34,7 +35,7 @@ class Reactions(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Continuum:
+class Continuum(ReadOnly):
     """A homogeneous solid of 20-node bricks; a frozen value, the ``with_`` methods return changed copies.
 
     Parameters
@@ -173,7 +174,7 @@ class Continuum:
         force[:, 2] = -GRAVITY * self.densities[self.mesh.material]
         dead = self.dead.copy()
         dead[:, 2] -= GRAVITY * self.lumped
-        return np.asarray(self.discretisation.body_force(force) + dead.ravel())
+        return frozen(np.asarray(self.discretisation.body_force(force) + dead.ravel()))
 
     def with_patch_pressure(
         self, corners: ArrayLike, *, pressure: float | None = None, force: float | None = None, case: str = "live"
@@ -252,7 +253,7 @@ class Continuum:
 
 
 @dataclass(frozen=True, eq=False)
-class NodeCarrier:
+class NodeCarrier(ReadOnly):
     """Shapes of nodes, shape (n, 3)."""
 
     model: Continuum
@@ -267,10 +268,10 @@ class NodeCarrier:
         """Share of each node in the volume times density, scaled to be positive, and what it carries [kg]."""
         model, d = self.model, self.model.discretisation
         rho = model.densities[model.mesh.material]
-        m = d.mass(model.densities).diagonal()  # row sums are negative at corners of such bricks
+        m = d.assembled(d.mass(model.densities)).diagonal()  # row sums are negative at corners of such bricks
         lumped = d.spread(m).reshape(-1, 3).max(axis=1)
         whole = float(d.volume.sum(axis=1) @ rho)
-        return np.asarray(lumped * (whole / lumped.sum()) + model.lumped)
+        return frozen(np.asarray(lumped * (whole / lumped.sum()) + model.lumped))
 
     @property
     def moving(self) -> NDArray[np.bool_]:
@@ -282,6 +283,16 @@ class NodeCarrier:
         return self.model.value_at(shape.ravel(), points)
 
 
+def _at_nodes(d: Discretisation, values: Array) -> Array:
+    """Displacements of all nodes from those that are free, shape (n, 3)."""
+    return d.spread(values).reshape(-1, 3)
+
+
+def _negative(d: Discretisation, factor: Factor, mass: Array, shift: float) -> int | None:
+    """How many (2 pi f)^2 lie below a value."""
+    return d.factor(factor.values - shift * mass).negative
+
+
 def vibrating(model: Continuum, factor: Factor, label: str, warnings: tuple[str, ...] = ()) -> VibratingSystem:
     """A solid with the factor of a stiffness, elastic or damaged."""
     d = model.discretisation
@@ -291,10 +302,11 @@ def vibrating(model: Continuum, factor: Factor, label: str, warnings: tuple[str,
         force = np.zeros((len(model.mesh), 3))
         force[:, i] = model.densities[model.mesh.material]
         excited[..., i] = (d.body_force(force) + extra * np.tile(np.eye(3)[i], len(excited))).reshape(-1, 3)
+    mass = d.mass(model.densities, extra)
     return VibratingSystem(
-        d.assembled(factor.values), d.mass(model.densities, extra), excited.reshape(-1, 3)[d.order],
-        lambda v: d.spread(v).reshape(-1, 3), NodeCarrier(model), np.full(3, model.mass), label,
-        lambda v: factor.solve(v, corrections=0), warnings,
+        d.assembled(factor.values), d.assembled(mass), excited.reshape(-1, 3)[d.order],
+        partial(_at_nodes, d), NodeCarrier(model), np.full(3, model.mass), label,
+        partial(factor.solve, corrections=0), warnings, partial(_negative, d, factor, mass),
     )  # fmt: skip
 
 

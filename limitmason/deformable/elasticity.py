@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from limitmason.errors import InputError
+from limitmason.storage.frozen import ReadOnly
 
 Array = NDArray[np.float64]
 
@@ -17,7 +18,7 @@ STATES = (SOLID, PLANE_STRESS, PLANE_STRAIN)
 
 
 @dataclass(frozen=True)
-class Elasticity:
+class Elasticity(ReadOnly):
     """sigma = lambda tr(eps) P + 2 mu eps, tension positive, for strains that lie in the space that P projects onto.
 
     In space P is the unit tensor and lambda is Lame's. In a plane P = 1 - n n^T, and lambda is that of plane stress,

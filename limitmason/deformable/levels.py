@@ -7,7 +7,7 @@ LUMPED = "lumped"
 """Not themselves: their compliance is put into the joints."""
 
 MODAL = "modal"
-"""In uniform strain, bending and other linear stresses, see :func:`limitmason.deformable.modal_block`."""
+"""In uniform strain, bending and shear, plane faces at the joints, see :func:`limitmason.deformable.modal_block`."""
 
 ELASTIC = "elastic"
 """As elastic bodies seen from their joints, see :func:`limitmason.deformable.polynomial_block`."""

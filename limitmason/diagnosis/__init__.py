@@ -4,8 +4,6 @@ A bootstrap confidence set of physical causes. It works for any ``simulate(speci
 positive prediction of what was measured; see :class:`Study`.
 """
 
-from importlib import import_module
-
 from limitmason.causes import Cause, Extension
 from limitmason.diagnosis.inference.decide import Rule
 from limitmason.diagnosis.inference.noise import Measured, Noise
@@ -28,13 +26,5 @@ __all__ = [
     "Rule",
     "Study",
     "binomial_interval",
-    "catalogue",
     "investigate",
 ]
-
-
-def __getattr__(name: str) -> object:
-    """The old name of ``limitmason.causes``, for one release."""
-    if name == "catalogue":
-        return import_module(f"{__name__}.catalogue")
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from limitmason import causes, experiments
+from limitmason.answers.references import Cited, data_behind
 from limitmason.causes.cause import Cause
 from limitmason.constants import VERSION
 from limitmason.diagnosis.inference.noise import Measured, Noise
@@ -28,7 +29,6 @@ from limitmason.experiments.series import (
     tilted,
 )
 from limitmason.methods import get_method
-from limitmason.references import Cited, data_behind
 
 ROLES = ("specimen", "direction", "group", "noise", "predicted")
 BATCHES = ("batch", "sensor", "operator", "laboratory")
@@ -206,8 +206,8 @@ def _tabulated(data: MeasuredTable, column: str, towards: Sequence[str], measure
 def _version(simulate: Any) -> str:
     """What makes simulated values on disk obsolete: another version of this package, an edit of the user's module."""
     source = getattr(sys.modules.get(getattr(simulate, "__module__", "")), "__file__", None)
-    own = isinstance(simulate, Collapse | Tabulated) or source is None
-    return VERSION if own else hashlib.sha256(Path(source).read_bytes()).hexdigest()[:16]
+    own = isinstance(simulate, Collapse | Tabulated)
+    return VERSION if own or source is None else hashlib.sha256(Path(source).read_bytes()).hexdigest()[:16]
 
 
 def _noise(

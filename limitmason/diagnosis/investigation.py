@@ -12,8 +12,8 @@ from limitmason.diagnosis.from_table import pool_rows
 from limitmason.diagnosis.inference.plan import NextTests
 from limitmason.diagnosis.rehearse import Rehearsal
 from limitmason.diagnosis.study import Study
+from limitmason.display.progress import watched
 from limitmason.experiments.measured_table import MeasuredTable
-from limitmason.progress import watched
 
 Pool = str | Path | MeasuredTable | Sequence[Any]
 

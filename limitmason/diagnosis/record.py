@@ -9,6 +9,7 @@ import numpy as np
 from limitmason.diagnosis.report import headline, meaning, warnings
 from limitmason.diagnosis.result import Diagnosis
 from limitmason.diagnosis.words import if_it_were_missing
+from limitmason.storage.files import write_text
 
 
 def record(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -48,6 +49,7 @@ def record(diagnosis: Diagnosis) -> dict[str, Any]:
             "error left out": gain.error_left_out, "log score left out": gain.leave_one_out.total,
         },
         "list": [c.name for c in diagnosis.listed],
+        "set aside": dict(diagnosis.aside),
         "specimens": diagnosis.n,
         "noise": str(diagnosis.noise),
         "seed": diagnosis.seed,
@@ -57,10 +59,8 @@ def record(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def write_record(path: str | Path, diagnosis: Diagnosis) -> Path:
     """Write :func:`record` as JSON."""
-    file = Path(path)
     text = json.dumps(record(diagnosis), indent=2, ensure_ascii=False, default=_plain)
-    file.write_text(text + "\n", encoding="utf-8")
-    return file
+    return write_text(path, text + "\n")
 
 
 def _plain(value: Any) -> Any:

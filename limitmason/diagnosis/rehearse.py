@@ -13,7 +13,7 @@ from limitmason.diagnosis.inference.grid import Grid
 from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.missing import position_of, visible
 from limitmason.diagnosis.inference.verdict import Verdict, VerdictKind
-from limitmason.progress import reached, watched
+from limitmason.display.progress import reached, watched
 
 OUTCOMES = ("none", "named", "behaves like it", "set with it", "wrong name", "behaves like another", "set without it",
             "two", "unexplained", "scatter")  # fmt: skip

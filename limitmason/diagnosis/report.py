@@ -7,8 +7,8 @@ import numpy as np
 
 from limitmason.causes.cause import Cause
 from limitmason.diagnosis.inference.checks import LIKE, Checks
-from limitmason.diagnosis.inference.nameless import CONSTANT
-from limitmason.diagnosis.inference.shapes import is_numeric
+from limitmason.diagnosis.inference.design import is_numeric
+from limitmason.diagnosis.inference.discrepancy import CONSTANT
 from limitmason.diagnosis.inference.shared import PLAUSIBLE
 from limitmason.diagnosis.result import Diagnosis
 from limitmason.diagnosis.words import (
@@ -68,8 +68,7 @@ def headline(diagnosis: Diagnosis) -> str:
 
 def meaning(diagnosis: Diagnosis) -> list[str]:
     """The verdict in plain sentences: what follows from it and what to do."""
-    kind = diagnosis.kind
-    by_name = {c.name: c for c in diagnosis.listed}
+    kind, by_name = diagnosis.kind, diagnosis.by_name
     before = 100.0 * float(np.sqrt(np.mean(diagnosis.residuals["baseline"] ** 2)))
     if kind == "none":
         return [
@@ -168,8 +167,7 @@ def basis(diagnosis: Diagnosis) -> list[str]:
 def table(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     """One row per cause of the list and per pair that is kept."""
     verdict = diagnosis.verdict
-    rows = []
-    by_name = {c.name: c for c in diagnosis.listed}
+    rows, by_name = [], diagnosis.by_name
     shown = [(c.name,) for c in diagnosis.listed] + [n for n in diagnosis.pairs if len(n) == 2]
     for names in shown:
         tested = verdict.tested[names]
@@ -207,14 +205,9 @@ def report(diagnosis: Diagnosis, checks: Checks | None = None) -> str:
     lines = [first[0].upper() + first[1:] + ".", "", *meaning(diagnosis), ""]
     lines.append(
         f"{diagnosis.n} specimens, seed {diagnosis.seed}, at most {diagnosis.rule.draws} draws. Gate: "
-        + ", ".join(f"{k} p {shown_p(v)}" for k, v in verdict.p.items())
-        + "."
+        f"{gate_words(verdict.p)}."
     )
-    lines += basis(diagnosis)
-    if diagnosis.covariate:
-        lines.append(
-            f"The residuals of the baseline vary with {diagnosis.covariate} ({verdict.trend}); a pointer, not a cause."
-        )
+    lines += [*basis(diagnosis), *trend_words(diagnosis)]
     if diagnosis.kept:
         lines += [
             "",
@@ -225,7 +218,7 @@ def report(diagnosis: Diagnosis, checks: Checks | None = None) -> str:
         told = f" ({enumerated(diagnosis.unrecorded)} are not recorded, which makes them larger)"
         seen = f"Smallest size that would have been seen nine times in ten{told if diagnosis.unrecorded else ''}:"
         lines += ["", seen]
-        lines += [f"  {c.name}: {_sizes(c, diagnosis.detectable[c.name])}" for c in diagnosis.listed]
+        lines += [f"  {c.name}: {seen_from(c, diagnosis.detectable[c.name])}" for c in diagnosis.listed]
     lines += ["", "The verdict is conditional on this list:"]
     width = max(len(c.name) for c in diagnosis.listed)
     for cause in diagnosis.listed:
@@ -242,7 +235,7 @@ def report(diagnosis: Diagnosis, checks: Checks | None = None) -> str:
 
 def warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
     """What limits the verdict, from the list, the noise, the tables and the estimates."""
-    out: list[str] = []
+    out = [f"Set aside, for it cannot be computed: {name} ({reason})." for name, reason in diagnosis.aside.items()]
     if diagnosis.covariate:
         out += _collinear(diagnosis.covariates, diagnosis.covariate)
     if diagnosis.groups is None and _repeats(diagnosis.covariates):
@@ -276,19 +269,11 @@ def warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
 
 
 def _kept_lines(diagnosis: Diagnosis) -> list[str]:
-    by_name = {c.name: c for c in diagnosis.listed}
     lines = []
     for names in diagnosis.kept[:8]:
-        tested = diagnosis.verdict.tested[names]
-        parts = []
-        for name, size in zip(names, tested.sizes, strict=True):
-            cause: Cause = by_name[name]
-            interval = diagnosis.estimates.get(name) if names == diagnosis.kept[0] or len(names) == 1 else None
-            shown = f"{name} = {cause.show(size)}"
-            parts.append(shown + (f" [{cause.show(interval.low)}, {cause.show(interval.high)}]" if interval else ""))
-        evidence = ", ".join(f"{k} p {shown_p(v)}" for k, v in tested.p.items())
-        lines.append(f"  {' and '.join(parts)}; {evidence}")
-        physics = physics_of([by_name[n] for n in names])
+        evidence = gate_words(diagnosis.verdict.tested[names].p)
+        lines.append(f"  {' and '.join(diagnosis.sized(names))}; {evidence}")
+        physics = physics_of([diagnosis.by_name[n] for n in names])
         if physics:
             lines.append(f"    {physics}")
         lines.append(f"    {diagnosis.gains[names]}")
@@ -364,18 +349,31 @@ def state_of(diagnosis: Diagnosis, names: tuple[str, ...]) -> str:
     return "rejected: " + _why(tested.p, diagnosis.rule) if tested.p else "not tested"
 
 
-def _why(p: dict[str, float], rule) -> str:
+def _why(p: Mapping[str, float], rule) -> str:
     limits = {"deficit": rule.deficit, "shape": rule.kept_shape, "scatter": rule.kept_scatter}
-    bad = [f"{k} p {shown_p(v)}" for k, v in p.items() if v < limits[k]]
-    return ", ".join(bad) or "far behind the best"
+    return gate_words({k: v for k, v in p.items() if v < limits[k]}) or "far behind the best"
 
 
-def _sizes(cause: Cause, sizes) -> str:
+def seen_from(cause: Cause, sizes: Sequence[float | None]) -> str:
+    """Smallest sizes that would have been seen, per side of the baseline."""
     shown = [
         cause.show(s) if s is not None else f"not within the bound {cause.show(side)}"
         for s, side in zip(sizes, cause.sides, strict=True)
     ]
     return " or ".join(shown)
+
+
+def trend_words(diagnosis: Diagnosis) -> list[str]:
+    """The covariate that the residuals of the baseline vary with; empty where there is none."""
+    if not diagnosis.covariate:
+        return []
+    trend = diagnosis.verdict.trend
+    return [f"The residuals of the baseline vary with {diagnosis.covariate} ({trend}); a pointer, not a cause."]
+
+
+def gate_words(p: Mapping[str, float]) -> str:
+    """Tail probabilities by their names."""
+    return ", ".join(f"{k} p {shown_p(v)}" for k, v in p.items())
 
 
 def shown_p(value: float) -> str:

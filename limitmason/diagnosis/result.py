@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from limitmason.answers.references import Citable, Cited
 from limitmason.causes.cause import Cause
 from limitmason.diagnosis.inference.bootstrap import Draws
 from limitmason.diagnosis.inference.checks import Checks, judge_again
@@ -18,18 +19,17 @@ from limitmason.diagnosis.inference.estimate import Estimate, estimate
 from limitmason.diagnosis.inference.gain import Gain, measure_gain
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, confusable, detectable
-from limitmason.diagnosis.inference.shared import Shares
-from limitmason.diagnosis.inference.unrecorded import seen_if_shared
+from limitmason.diagnosis.inference.shared import Shares, seen_if_shared
 from limitmason.diagnosis.inference.verdict import Earned, Verdict, VerdictKind
 from limitmason.diagnosis.rehearse import Rehearsal
-from limitmason.notebook import Shown
-from limitmason.references import Citable, Cited
+from limitmason.display.notebook import Shown
+from limitmason.storage.frozen import ReadOnly
 
 GAINS = 8  # most kept explanations whose gain is measured
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Diagnosis(Shown, Citable):
+class Diagnosis(Shown, Citable, ReadOnly):
     """Verdict of a study, conditional on its list of causes: data and tables, no simulator.
 
     Parameters
@@ -46,6 +46,7 @@ class Diagnosis(Shown, Citable):
     redrawn : names of the measured inputs that have an error
     unrecorded : circumstances of the tests that no column tells and that tests may share
     table_errors : largest error of each cause's table between its levels, in units of the noise
+    aside : causes that were asked for and could not be computed, by name, with the reason
     rehearsal : blind trials on this design with the true cause missing from this list, where they were made before
 
     Notes
@@ -73,6 +74,7 @@ class Diagnosis(Shown, Citable):
     table_errors: Mapping[str, float]
     rehearsal: Rehearsal | None
     references: tuple[Cited, ...] = field(default=(), kw_only=True)
+    aside: Mapping[str, str] = field(default_factory=dict, kw_only=True)
     _judged: list[Checks] = field(default_factory=list, init=False)
 
     @property
@@ -104,6 +106,21 @@ class Diagnosis(Shown, Citable):
     def kept(self) -> tuple[Names, ...]:
         """Explanations that are not rejected: single causes or pairs, best first."""
         return self.verdict.kept
+
+    @cached_property
+    def by_name(self) -> dict[str, Cause]:
+        """The causes of the list by their names."""
+        return {c.name: c for c in self.listed}
+
+    def sized(self, names: Names) -> list[str]:
+        """Every cause of a kept explanation with its size, and with its 95 % interval where it is its own."""
+        out = []
+        for name, size in zip(names, self.verdict.tested[names].sizes, strict=True):
+            cause, known = self.by_name[name], len(names) == 1 or names == self.kept[0]
+            ends = self.estimates.get(name) if known else None
+            shown = f" [{cause.show(ends.low)}, {cause.show(ends.high)}]" if ends else ""
+            out.append(f"{name} = {cause.show(size)}{shown}")
+        return out
 
     @cached_property
     def estimates(self) -> dict[str, Estimate]:

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from limitmason import experiments
+from limitmason.answers.method import Method
+from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED
 from limitmason.errors import InputError, NotConverged
-from limitmason.method import Method
 from limitmason.methods import get_method, predict
 from limitmason.model import Assembly, Loads
-from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED
-from limitmason.study.store import fingerprint
+from limitmason.study.content import fingerprint
 
 Build = Callable[..., tuple[Assembly, Loads]]
 FLOOR = 1e-3
@@ -44,7 +44,7 @@ class Collapse:
         """Text that is the same for specimens with the same predictions whatever the parameters; None: not known."""
         return None if self.same is None else self.same(specimen)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         get_method(self.method, self.options.get("flow_rule"))  # refuses an unknown one
         if not self.floor > 0:
             raise InputError(f"floor must be positive, got {self.floor!r}: a prediction needs a logarithm")

@@ -1,10 +1,7 @@
 """Calls of the user's simulator: checked, counted, never repeated, in parallel, and kept on disk if asked."""
 
-import hashlib
 import inspect
-import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import fields, is_dataclass
 from math import isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,9 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from limitmason.causes.cause import Cause, Extension
+from limitmason.display.progress import reached, task
 from limitmason.errors import InputError
-from limitmason.progress import reached, task
-from limitmason.study.store import fingerprint
+from limitmason.study.content import fingerprint, fingerprint_of_code
+from limitmason.study.memo import Memo
 from limitmason.study.workers import run_points
 
 OWN = "in code given to the study: "  # begins the note on an error that code of the user raised
@@ -50,7 +48,8 @@ class Simulator:
     specimens : what is passed to it, one per measured value
     cache : file that keeps every value, one line each; an interrupted study goes on where it stopped
     n_jobs : processes
-    version : part of the key on disk; change it when ``simulate`` changes, or old values are read back
+    version : part of the key on disk, for what it does not see; with one, lists and mappings that ``simulate`` holds
+        are taken for its own state, such as counters, and do not count
 
     Notes
     -----
@@ -58,9 +57,9 @@ class Simulator:
     the function has such an attribute (None is no statement), else mappings with equal content but for "measured".
     Causes that read the specimen are still simulated for each.
 
-    The key on disk holds the function (name, code, what it closes over), ``version``, the specimen, the parameters and
-    the causes with their options. It does not see an edit of what the function calls: change ``version`` then.
-    Values are written as they come, in any order; a kill loses only the calls under way.
+    The key in the file holds the function with all that it uses of its module (:func:`limitmason.study.fingerprint`),
+    ``version``, the specimen, the parameters and the causes with their options. What it reads elsewhere, such as a
+    file, is not seen: change ``version`` then. A kill loses only the calls under way.
     """
 
     def __init__(
@@ -82,11 +81,12 @@ class Simulator:
         self.calls = 0
         self.progress: Callable[[int], None] | None = None  # told the number of calls after each
         self._known: dict[tuple[str, tuple, tuple], float] = {}  # by what the specimen is
-        self._disk: dict[str, float] = {}
         self._equal: list[str] | None = None
-        self._names: dict[str, str] = {}  # on disk
-        if self.cache is not None and self.cache.exists():
-            self._disk = _read(self.cache)
+        self._memo = None if cache is None else Memo(cache, kind=(int, float))
+        # of the function as it is now: calls may change what it holds
+        known = fingerprint_of_code if version else fingerprint
+        self._of = "" if cache is None else known(simulate, version)
+        self._names: dict[str | int, str] = {}  # of specimens and causes in the file
 
     def check_parameters(self, names: Iterable[str], of: str) -> None:
         """Refuse parameters that ``simulate`` does not take.
@@ -122,9 +122,9 @@ class Simulator:
         for key, job in zip(keys, jobs, strict=True):
             if key not in self._known and key not in missing:
                 missing[key] = job
-        if missing and self.cache is not None:
-            for key in [k for k in missing if self._text(missing[k]) in self._disk]:
-                self._known[key] = self._disk[self._text(missing.pop(key))]
+        if self._memo is not None:
+            for key in [k for k in missing if self._text(missing[k]) in self._memo]:
+                self._known[key] = float(self._memo[self._text(missing.pop(key))])
         if missing:
             self._run(missing)
         return np.array([self._known[key] for key in keys])
@@ -140,21 +140,11 @@ class Simulator:
             (k, {"simulate": self.simulate, "specimen": self.specimens[j.specimen], "job": j})
             for k, j in enumerate(jobs)
         ]
-        values = run_points(_call, calls, None, self.n_jobs)
-        if self.cache is None:
-            for k, value in values:
-                self._known[keys[k]] = self._checked(jobs[k], value)
-                reached((self.calls - before) / len(jobs), f"{self.calls - before} of {len(jobs)}")
-            return
-        self.cache.parent.mkdir(parents=True, exist_ok=True)
-        torn = self.cache.exists() and not self.cache.read_bytes().endswith(b"\n")
-        with self.cache.open("a", encoding="utf-8") as out:
-            out.write("\n" if torn else "")  # a line cut short by a kill must not swallow the next
-            for k, value in values:
-                self._known[keys[k]] = self._checked(jobs[k], value)
-                out.write(json.dumps([self._text(jobs[k]), self._known[keys[k]]]) + "\n")
-                out.flush()
-                reached((self.calls - before) / len(jobs), f"{self.calls - before} of {len(jobs)}")
+        for k, value in run_points(_call, calls, None, self.n_jobs):
+            self._known[keys[k]] = self._checked(jobs[k], value)
+            if self._memo is not None:
+                self._memo.keep(self._text(jobs[k]), self._known[keys[k]])
+            reached((self.calls - before) / len(jobs), f"{self.calls - before} of {len(jobs)}")
 
     def _checked(self, job: Job, value) -> float:
         self.calls += 1
@@ -165,6 +155,7 @@ class Simulator:
     def on(self, specimens: Sequence[Any]) -> "Simulator":
         """A simulator of other specimens that knows what is known of those equal to these."""
         out = Simulator(self.simulate, specimens, cache=self.cache, n_jobs=self.n_jobs, version=self.version)
+        out._of = self._of
         out._known = {key: value for key, value in self._known.items() if not key[0].startswith(NUMBERED)}
         return out
 
@@ -182,45 +173,21 @@ class Simulator:
         if said is not None:
             return f"identity {said}"
         if isinstance(specimen, Mapping):
-            return f"equal {_identity({k: v for k, v in specimen.items() if k != 'measured'})}"
+            return f"equal {fingerprint({k: v for k, v in specimen.items() if k != 'measured'})}"
         return f"{NUMBERED}{number}"
 
     def _text(self, job: Job) -> str:
+        """Key in the file: function, specimen, parameters and causes."""
         who = self._who(job)
-        if who not in self._names:
-            specimen = _identity(self.specimens[job.specimen]) if who.startswith(NUMBERED) else who
-            self._names[who] = f"{_identity(self.simulate)} {self.version} {specimen}"
-        steps = [f"{c.name} {c.parameter} {_identity(c.apply)} {size!r}" for c, size in job.steps]
-        text = f"{self._names[who]} {job.parameters!r} {steps!r}"
-        return hashlib.sha256(text.encode()).hexdigest()[:32]
+        specimen = self._named(who, lambda: self.specimens[job.specimen] if who.startswith(NUMBERED) else who)
+        steps = [(c.name, c.parameter, self._named(id(c), lambda c=c: c.apply), size) for c, size in job.steps]
+        return fingerprint(self._of, specimen, job.parameters, steps)[:32]
 
-
-def _identity(thing: Any) -> str:
-    """What a value on disk belongs to, the same in every process: content where there is one, else the ``repr``."""
-    inside = [c.cell_contents for c in getattr(thing, "__closure__", None) or () if _filled(c)]
-    plain = [v for v in inside if isinstance(v, bool | int | float | str | tuple)]
-    if is_dataclass(thing) and not isinstance(thing, type):
-        parts = [f"{f.name}={_identity(getattr(thing, f.name))}" for f in fields(thing)]
-        return f"{type(thing).__module__}.{type(thing).__qualname__}({', '.join(parts)})"
-    try:
-        return fingerprint(getattr(thing, "__module__", ""), thing, plain)
-    except (TypeError, ValueError):
-        return json.dumps(thing, sort_keys=True, default=_content)
-
-
-def _content(thing: Any) -> str:
-    """Content of what JSON does not know: a repr may be short, and the same for two different structures."""
-    if isinstance(thing, np.ndarray):
-        digest = hashlib.sha256(np.ascontiguousarray(thing).tobytes()).hexdigest()[:16]
-        return f"array {thing.dtype} {thing.shape} {digest}"
-    return _identity(thing) if is_dataclass(thing) and not isinstance(thing, type) else repr(thing)
-
-
-def _filled(cell: Any) -> bool:
-    try:
-        return cell.cell_contents is not cell
-    except ValueError:
-        return False
+    def _named(self, what: str | int, thing: Callable[[], Any]) -> str:
+        """Fingerprint of a specimen or a cause, made once."""
+        if what not in self._names:
+            self._names[what] = fingerprint(thing())
+        return self._names[what]
 
 
 def positive(value: Any, what: Callable[[], str]) -> float:
@@ -260,15 +227,3 @@ def _short(thing: Any, width: int = 160) -> str:
 def _show(job: Job) -> str:
     given = [f"{k}={float(v)!r}" for k, v in job.parameters] + [f"{c.name}={float(v)!r}" for c, v in job.steps]
     return ", ".join(given) or "no parameters"
-
-
-def _read(path: Path) -> dict[str, float]:
-    """Values on disk; a line cut short by a kill is skipped."""
-    out: dict[str, float] = {}
-    for line in path.read_text(encoding="utf-8").splitlines():
-        try:
-            key, value = json.loads(line)
-            out[str(key)] = float(value)
-        except (ValueError, TypeError):
-            continue
-    return out

@@ -21,13 +21,14 @@ from limitmason.diagnosis.tables import Made, Tables, placing_noise
 from limitmason.diagnosis.tabulate import Tabulator
 from limitmason.errors import InputError
 from limitmason.experiments.measured_table import MeasuredTable
+from limitmason.storage.frozen import ReadOnly
 
 FEWEST = 4  # specimens
 STATEMENTS = ("measured", "noise", "groups", "covariates", "causes", "about", "shared")  # no table depends on them
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Statement:
+class Statement(ReadOnly):
     """What a :class:`~limitmason.diagnosis.Study` is made of; parameters, units and errors are told there."""
 
     specimens: Sequence[Any]

@@ -26,8 +26,8 @@ from limitmason.diagnosis.specimens import called
 from limitmason.diagnosis.statement import Statement
 from limitmason.diagnosis.suggest import suggest
 from limitmason.diagnosis.tables import ASSUMED_NOISE, PoolGrids
+from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
-from limitmason.progress import reached, watched
 
 ROUNDS = 6
 
@@ -72,6 +72,9 @@ class Study(Statement):
     """
 
     def _listed(self, causes: Iterable[Cause] | None) -> tuple[Cause, ...]:
+        return self.tables.computable(self._checked(causes))
+
+    def _checked(self, causes: Iterable[Cause] | None) -> tuple[Cause, ...]:
         return check_causes(self.causes if causes is None else causes, self.nuisance)
 
     def design(self, causes: Iterable[Cause] | None = None) -> Design:
@@ -156,11 +159,16 @@ class Study(Statement):
         ------
         InputError
             Without measured values.
+
+        Notes
+        -----
+        A cause that the simulator refuses, or finds no answer for, is set aside: the answer's ``aside`` names it with
+        the reason, and its warnings do.
         """
         if self.measured is None:
             raise InputError("the study has no measured values: it can plan (confusable, rehearse), not diagnose")
-        causes = self._listed(causes)
         reached(None, "tables")
+        asked, causes = self._checked(causes), self._listed(causes)
         design, rule = self.design(causes), rule or Rule()
         reached(None, "verdict")
         chances = Draws.make([seed, self.n], self.n, design.inputs, self.noise, draws)
@@ -202,6 +210,7 @@ class Study(Statement):
             table_errors={c.name: self.table(c).error for c in causes},
             rehearsal=self._made.rehearsed.get(causes),
             study=self,
+            aside={c.name: self.tables.aside[c] for c in asked if c not in causes},
             references=self.about.references,
         )
         return checked_by_group(answer)
@@ -262,7 +271,7 @@ class Study(Statement):
             if isinstance(hide, str) and hide != "each":
                 raise InputError(f"hide must be 'each' or causes, got {hide!r}")
             hidden = []
-            for cause in causes if isinstance(hide, str) else check_causes(hide, self.nuisance):
+            for cause in causes if isinstance(hide, str) else self._listed(hide):
                 rest = tuple(c for c in causes if c.name != cause.name)
                 if not rest:
                     raise InputError(f"without {cause.name!r} the list is empty: a list of two and more is needed")
@@ -277,7 +286,7 @@ class Study(Statement):
 
     def plan(self, causes: Iterable[Cause], pool: Sequence[Any], k: int = 4) -> NextTests:
         """Specimens of a pool that would tell the causes of the list apart, before anything is measured."""
-        return self._suggested(check_causes(causes, self.nuisance), pool, k, None)
+        return self._suggested(self._listed(causes), pool, k, None)
 
     def next_tests(self, diagnosis: Diagnosis, pool: Sequence[Any], k: int = 4) -> NextTests:
         """Specimens of a pool that would tell the kept causes of a diagnosis apart best, or earn the one name.

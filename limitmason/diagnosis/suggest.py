@@ -5,13 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.diagnosis.inference.design import Design, Names
-from limitmason.diagnosis.inference.earned import Rivals, effect_of, slopes_of, tests_that_earn
-from limitmason.diagnosis.inference.fit import values_of
+from limitmason.diagnosis.inference.design import Design, Names, is_numeric
+from limitmason.diagnosis.inference.discrepancy import Nameless, Rivals, tests_that_earn
 from limitmason.diagnosis.inference.grid import Grid, at_measured
-from limitmason.diagnosis.inference.nameless import Nameless
 from limitmason.diagnosis.inference.plan import NextTests, choose_tests, confusable
-from limitmason.diagnosis.inference.shapes import is_numeric
 from limitmason.diagnosis.result import Diagnosis
 from limitmason.errors import InputError
 
@@ -71,8 +68,8 @@ def _earn(design: Design, there: Mapping[Names, Grid], pool: list, k: int, diagn
             both[name] = [*values, *more]
     effect, slopes = [], []
     for null, grid in ((design.null, design.grid(names)), (there[()], there[names])):
-        effect.append(effect_of(null, grid, fit))
-        slopes.append(slopes_of(null))
+        effect.append(grid.effect(null, fit.node, fit.position))
+        slopes.append(null.slopes)
     scale = np.concatenate([design.scale, np.full(len(pool), float(np.mean(design.scale)))])
     rivals = Nameless.of(both, scale, np.concatenate(slopes))
     whole = np.concatenate(slopes), np.concatenate(effect)
@@ -122,7 +119,9 @@ def _hypotheses(design: Design, there: Mapping[Names, Grid], diagnosis: Diagnosi
 def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested):
     """Predictions of a fitted explanation here and on the pool, by the nearest cell of both grids."""
     grid, pool = design.grid(names), there[names]
-    return values_of(grid, tested.fit)[0], values_of(pool, tested.fit)[0], grid.z_at(tested.fit.position)[0]
+    fit = tested.fit
+    here, there = (g.values_from(fit.node, fit.position)[0] for g in (grid, pool))
+    return here, there, grid.z_at(fit.position)[0]
 
 
 def _spread(covariate: str | None, pool: list, k: int) -> NextTests:

@@ -7,15 +7,14 @@ from typing import Any
 import numpy as np
 
 from limitmason.causes.cause import Cause, cause_pairs
-from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.design import Design, Names, Shapes
 from limitmason.diagnosis.inference.grid import Grid, Table, at_measured
 from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.noise import Noise
-from limitmason.diagnosis.inference.shapes import Shapes
 from limitmason.diagnosis.inference.verdict import Verdict
 from limitmason.diagnosis.rehearse import Rehearsal
 from limitmason.diagnosis.tabulate import Tabulator
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotApplicable, NotConverged
 
 ASSUMED_NOISE = 0.04  # places levels and nodes, and scales distances, where the noise is unknown
 PAIR_TABLES = ("verified", "exact", "additive")
@@ -42,6 +41,7 @@ class Tables:
             raise InputError(f"pair_tables must be one of {PAIR_TABLES}, got {pair_tables!r}")
         self.tabulator = tabulator
         self.pair_tables = pair_tables
+        self.aside: dict[Cause, str] = {}
         self._base: Table | None = None
         self._singles: dict[Cause, Table] = {}
         self._pairs: dict[frozenset[Cause], Table] = {}
@@ -58,6 +58,26 @@ class Tables:
         if cause not in self._singles:
             self._singles[cause] = self.tabulator.single(cause)
         return self._singles[cause]
+
+    def computable(self, causes: tuple[Cause, ...]) -> tuple[Cause, ...]:
+        """The causes that the simulator computes; the others are set aside in ``aside``, with the reason.
+
+        Raises
+        ------
+        NotApplicable
+            Where none is left; an error of the model without any cause comes through as it is.
+        """
+        self.base()
+        for cause in causes:
+            if cause not in self.aside:
+                try:
+                    self.single(cause)
+                except (NotApplicable, NotConverged) as reason:
+                    self.aside[cause] = str(reason)
+        left = tuple(c for c in causes if c not in self.aside)
+        if not left:
+            raise NotApplicable(f"no cause of the list can be computed; {causes[0].name}: {self.aside[causes[0]]}")
+        return left
 
     def pair(self, first: Cause, second: Cause) -> Table:
         """Table of two causes, by the simulator or from their own effects as ``pair_tables`` says."""

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from limitmason.causes.cause import Cause
-from limitmason.diagnosis.inference.nameless import CONSTANT, TOGETHER
+from limitmason.diagnosis.inference.discrepancy import CONSTANT, TOGETHER
 from limitmason.diagnosis.inference.verdict import VerdictKind
 from limitmason.diagnosis.result import Diagnosis
 
@@ -67,7 +67,7 @@ def behind_the_name(diagnosis: Diagnosis) -> list[str]:
 
 def earning_test(diagnosis: Diagnosis) -> str:
     """The test that would earn the name."""
-    record, by_name = diagnosis.earned, {c.name: c for c in diagnosis.listed}
+    record, by_name = diagnosis.earned, diagnosis.by_name
     alone = [f"{n}: {by_name[n].isolate}" for n in diagnosis.causes if by_name[n].isolate]
     if record is None or record.along == CONSTANT:
         vary = "tests in which the effect would differ from one specimen to the other"

@@ -10,6 +10,7 @@ A source is one folder here: data, ``source.json``, licence, and a module with i
 """
 
 from importlib import import_module
+from typing import Any
 
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, Source, Target
@@ -39,7 +40,7 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str):
+def __getattr__(name: str) -> Any:
     """Hand on what compares predictions with these values."""
     if name in _VALIDATION:
         return getattr(import_module("limitmason.validation"), name)

@@ -8,8 +8,8 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from limitmason.csv_table import UNITS, parsed, write_table
 from limitmason.errors import InputError
+from limitmason.storage.csv_table import UNITS, parsed, write_table
 
 FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6}
 

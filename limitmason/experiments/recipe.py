@@ -22,8 +22,6 @@ class Recipe:
     curve : measured curve of an experiment; None where none was found for any
     shown : how the source is shown beside the theories
     drive : what was driven and which way, of an experiment; None where nothing was
-    paper : page with the paper's numbers beside ours as Markdown, called with ``progress`` and a folder ``store``; None
-        where there is none
     """
 
     specimens: Callable[[], tuple[str, ...]]
@@ -33,4 +31,3 @@ class Recipe:
     curve: Callable[..., Any] | None = None
     shown: Shown = field(default_factory=Shown)
     drive: Callable[..., Any] | None = None
-    paper: Callable[..., str] | None = None

@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from limitmason.curve import Curve
+from limitmason.answers.curve import Curve
+from limitmason.answers.references import DATA, LIMITMASON, Citation, Cited, Reference
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.stages import Drive
-from limitmason.references import DATA, LIMITMASON, Citation, Cited, Reference
 
-_EMPTY: Mapping[str, Any] = MappingProxyType({})
 KINDS = ("measured", "published", "recomputed")
 
 
@@ -108,7 +106,7 @@ class Target(NamedTuple):
     kind: str
     flow_rule: str | None = None
     direction: str = "+"
-    options: Mapping[str, Any] = _EMPTY
+    options: Mapping[str, Any] = {}
     copy: bool = False
 
 

@@ -5,11 +5,11 @@ from difflib import get_close_matches
 from functools import cache
 from importlib import import_module
 
+from limitmason.answers.references import Cited
 from limitmason.errors import InputError
 from limitmason.experiments import tables
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment
-from limitmason.references import Cited
 
 
 @cache

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 
@@ -29,7 +28,7 @@ class Variant(NamedTuple):
     """Options of the assembly in which a source is shown, with a name; the empty name is the source as packaged."""
 
     name: str = ""
-    options: Mapping[str, Any] = MappingProxyType({})
+    options: Mapping[str, Any] = {}
 
 
 class Departure(NamedTuple):

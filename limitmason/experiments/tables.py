@@ -8,10 +8,10 @@ from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 
-from limitmason.csv_table import parsed
+from limitmason.answers.references import DATA, Cited, Reference
 from limitmason.errors import InputError
 from limitmason.experiments.record import Quantity, Source
-from limitmason.references import DATA, Cited, Reference
+from limitmason.storage.csv_table import parsed
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ class Table:
             first = next(iter(row.values()))
             raise InputError(f"{self.name}: {column} of {first!r} is not a number: {text!r}") from None
 
-    def quantities(self, row: Mapping[str, str], columns: Mapping[str, str]) -> dict[str, Quantity]:
+    def quantities(self, row: Mapping[str, str], columns: Mapping[str, str], note: str = "") -> dict[str, Quantity]:
         """Cells that are not blank, renamed: ``columns`` maps the new name to the column."""
-        found = {name: self.quantity(row, column) for name, column in columns.items()}
+        found = {name: self.quantity(row, column, note) for name, column in columns.items()}
         return {name: value for name, value in found.items() if value is not None}
 
 
@@ -72,7 +72,7 @@ def read_table(source: str, name: str) -> Table:
 
 
 def parse_table(text: str, name: str) -> Table:
-    """Table from the text of a CSV file; see :mod:`limitmason.csv_table`."""
+    """Table from the text of a CSV file; see :mod:`limitmason.storage.csv_table`."""
     header, units, rows, lines, units_line, _ = parsed(text, name)
     if len(set(header)) < len(header):
         raise InputError(f"{name}: a column name is used twice")

@@ -14,7 +14,6 @@ from limitmason.figures.diagnosis_folder import diagnosis_folder
 from limitmason.figures.diagnosis_page import diagnosis_page
 from limitmason.figures.forces import contact_forces
 from limitmason.figures.history import history_curves, load_displacement
-from limitmason.figures.layouts import layout_search
 from limitmason.figures.mechanism import assembly, mechanism
 from limitmason.figures.modes import mac_matrix, mode_film, mode_shape
 from limitmason.figures.plasticity import plasticity
@@ -44,7 +43,6 @@ __all__ = [
     "gap",
     "histogram",
     "history_curves",
-    "layout_search",
     "load_displacement",
     "mac_matrix",
     "mechanism",

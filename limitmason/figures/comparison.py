@@ -192,7 +192,7 @@ def _limits(rows: list[Row], log: bool) -> tuple[float, float]:
     return (0.0 if low == 0.0 else low - pad), high + pad
 
 
-def _draw_group(ax: Axes, rows: list[Row], group: str, k: int):
+def _draw_group(ax: Axes, rows: list[Row], group: str, k: int) -> Any:
     colour, marker = style.SERIES[k % len(style.SERIES)], style.MARKERS[k % len(style.MARKERS)]
     x, y = np.array([r.published for r in rows]), np.array([r.predicted for r in rows])
     for values, other, horizontal in ((x, y, True), (y, x, False)):

@@ -89,8 +89,8 @@ def contact_report(
     _points(page.ax, [e.place for e in report.edges], axes, "x", _EDGE, "edges")
     if labels:
         misses = report.near_misses[:_LABELLED]
-        rows = [(m, _MISS) for m in misses] + [(m, _WEDGE) for m in report.kept[: _LABELLED - len(misses)]]
-        _label(page, rows, axes)
+        named = [(m, _MISS) for m in misses] + [(m, _WEDGE) for m in report.kept[: _LABELLED - len(misses)]]
+        _label(page, named, axes)
     handles = _handles(report, fixed=bool(model.fixed.any()), plane=plane is not None)
     return page.finish(title, _caption(report), handles)
 
@@ -169,7 +169,7 @@ def _label(page: style.Page, rows: list[tuple[NearMiss, str]], axes: Array) -> N
                 break
         taken.append(low)
         ax.annotate(
-            text, at, tuple(step), textcoords="offset points", ha="left" if step[0] > 0 else "right",
+            text, tuple(at), tuple(step), textcoords="offset points", ha="left" if step[0] > 0 else "right",
             va="bottom" if step[1] > 0 else "top", fontsize=size, color=colour,
             bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": colour, "linewidth": 0.4},
             arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.5}, zorder=7.0, annotation_clip=False,

@@ -17,8 +17,8 @@ from limitmason.figures.mechanism import chosen_plane, page_frame
 from limitmason.figures.motion import MovingJoints, RigidMotion, structure_size
 from limitmason.figures.painter import camera
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
+from limitmason.mechanics.plane import Plane
 from limitmason.model import Assembly
-from limitmason.plane import Plane
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

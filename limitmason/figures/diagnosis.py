@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from limitmason.diagnosis.inference.shapes import is_numeric
+from limitmason.diagnosis.inference.design import is_numeric
 from limitmason.diagnosis.report import headline
 from limitmason.figures import style
 from limitmason.figures.confusion import distance_legend, draw_distances
@@ -315,7 +315,7 @@ def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
 def _predicted(ax: Axes, result: Any, quantity: str) -> int:
     """Predicted against measured before and after; returns the lines of its legend."""
     measured = np.asarray(result.measured)
-    sets = [((), result.predicted(()), _BASE, "baseline")]
+    sets: list[tuple[tuple[str, ...], Any, str, str]] = [((), result.predicted(()), _BASE, "baseline")]
     for names, colour in list(_colours(result).items())[:1]:
         sets.append((names, result.predicted(names), colour, " + ".join(names)))
     handles: list[Any] = []

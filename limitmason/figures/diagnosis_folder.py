@@ -5,12 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from limitmason.csv_table import write_table
 from limitmason.diagnosis.record import write_record
 from limitmason.errors import InputError
 from limitmason.figures.confusion import confusable, rehearsal
 from limitmason.figures.diagnosis import diagnosis
 from limitmason.figures.diagnosis_page import diagnosis_page
+from limitmason.storage.csv_table import write_table
+from limitmason.storage.files import save_figure, write_text
 
 
 def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> list[Path]:
@@ -37,14 +38,14 @@ def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> 
         raise InputError(f"{out} is a file; name a folder")
     out.mkdir(parents=True, exist_ok=True)
     about = answer.study.about
-    (out / "report.txt").write_text(found.report(checks=checks) + "\n", encoding="utf-8")
+    write_text(out / "report.txt", found.report(checks=checks) + "\n")
     picture = diagnosis(answer, units=about.units, quantity=about.quantity, title=about.title)
-    picture.savefig(out / "diagnosis.png", dpi=200)
-    confusable(answer.distances, title=about.title).savefig(out / "confusable.png", dpi=200)
+    save_figure(picture, out / "diagnosis.png")
+    save_figure(confusable(answer.distances, title=about.title), out / "confusable.png")
     files = ["report.txt", "diagnosis.html", "diagnosis.png", "confusable.png"]
     for trials, name in ((found.rehearsal, "rehearsal.png"), (found.missing, "missing.png")):
         if trials is not None:
-            rehearsal(trials, title=about.title).savefig(out / name, dpi=200)
+            save_figure(rehearsal(trials, title=about.title), out / name)
             files.append(name)
     write_causes(out / "causes.csv", answer)
     diagnosis_page(

@@ -10,7 +10,17 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from limitmason.diagnosis.report import basis, check_lines, headline, meaning, shown_p, state_of, warnings
+from limitmason.diagnosis.report import (
+    basis,
+    check_lines,
+    gate_words,
+    headline,
+    meaning,
+    seen_from,
+    state_of,
+    trend_words,
+    warnings,
+)
 from limitmason.diagnosis.words import if_it_were_missing
 from limitmason.figures.confusion import rehearsal as draw_rehearsal
 from limitmason.figures.diagnosis import diagnosis as diagnosis_figure
@@ -68,11 +78,9 @@ def diagnosis_page(
         parts.append("<h2>What the better model gains</h2>" + _gains(result))
     parts.append("<h2>The causes considered</h2>" + _causes(result))
     parts.append("<h2>What it rests on</h2>" + bullets([*basis(result), *notes]))
-    if result.covariate:
-        trend = f"The residuals of the baseline vary with {result.covariate} ({result.verdict.trend}). "
-        parts.append(f"<p>{escape(trend)}A pointer, not a cause.</p>")
-    gate = ", ".join(f"{k} p {shown_p(v)}" for k, v in result.verdict.p.items())
-    parts.append(f'<p class="small">Gate for &ldquo;none&rdquo;: {escape(gate)}. Seed {result.seed}.</p>')
+    parts += [f"<p>{escape(text)}</p>" for text in trend_words(result)]
+    gate = escape(gate_words(result.verdict.p))
+    parts.append(f'<p class="small">Gate for &ldquo;none&rdquo;: {gate}. Seed {result.seed}.</p>')
     hangs = check_lines(result, result.checks) if checks else []
     parts.append("<h2>What to keep in mind</h2>" + bullets([*hangs, *warnings(result)]))
     parts.append("<h2>What this design can tell apart</h2>" + _distances(result))
@@ -86,19 +94,14 @@ def diagnosis_page(
 
 
 def _gains(result: Any) -> str:
-    by_name = {c.name: c for c in result.listed}
     rows = []
     for names in result.kept[:8]:
         gain = result.gains[names]
-        sizes = []
-        for name, size in zip(names, result.verdict.tested[names].sizes, strict=True):
-            known = result.estimates.get(name) if len(names) == 1 or names == result.kept[0] else None
-            ends = f" [{known.low:.3g}, {known.high:.3g}]" if known else ""
-            sizes.append(f"{name} = {by_name[name].show(size)}{ends}")
         by_group = "no groups given" if gain.leave_group_out is None else str(gain.leave_group_out)
         rows.append(("kept" if names == result.kept[0] else "", [
-            " and ".join(sizes), (f"{100 * gain.error_before:.1f} %",), (f"{100 * gain.error_after:.1f} %",),
-            (f"{100 * gain.error_left_out:.1f} %",), (str(gain.leave_one_out),), (by_group,), (str(gain.selected),),
+            " and ".join(result.sized(names)), (f"{100 * gain.error_before:.1f} %",),
+            (f"{100 * gain.error_after:.1f} %",), (f"{100 * gain.error_left_out:.1f} %",),
+            (str(gain.leave_one_out),), (by_group,), (str(gain.selected),),
         ]))  # fmt: skip
     header = ["extension, size [95 % interval]", "error before", "after", "specimens left out",
               "log score, leave one out", "leave group out", "choice repeated in each fold"]  # fmt: skip
@@ -117,9 +120,6 @@ def _causes(result: Any) -> str:
     rows = []
     for cause in result.listed:
         tested = result.verdict.tested[(cause.name,)]
-        seen = " or ".join(
-            "not within its bound" if s is None else cause.show(s) for s in result.detectable[cause.name]
-        )
         physics = "; ".join(
             p for p in (cause.physics, f"source: {cause.source}" if cause.source else "",
                         f"shown alone by: {cause.isolate}" if cause.isolate else "") if p
@@ -127,7 +127,8 @@ def _causes(result: Any) -> str:
         bounds = f"{cause.bounds[0]:g} to {cause.bounds[1]:g}" + ("" if cause.unit == "-" else f" {cause.unit}")
         rows.append(("kept" if tested.kept else "", [
             cause.name, cause.acts_on, physics, (f"{cause.baseline:g}; {bounds}",), (cause.show(tested.sizes[0]),),
-            (f"{tested.gain:+.1f}",), state_of(result, (cause.name,)), seen,
+            (f"{tested.gain:+.1f}",), state_of(result, (cause.name,)),
+            seen_from(cause, result.detectable[cause.name]),
         ]))  # fmt: skip
     header = ["cause", "acts on", "physics", "baseline; bounds", "best fit", "log-likelihood", "verdict",
               "would have been seen from"]  # fmt: skip

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from limitmason.figures import style
 from limitmason.figures.motion import MovingJoints, RigidMotion
 from limitmason.figures.outline import elevation_loops
+from limitmason.mechanics.plane import Plane
 from limitmason.model import Assembly
-from limitmason.plane import Plane
 
 Array = NDArray[np.float64]
 
@@ -180,10 +180,12 @@ def draw_joints(ax: Axes, view: Elevation, joints: MovingJoints, motion: RigidMo
         a, b = view.segments(rows, motion)
         gaps = np.concatenate([a, b[:, ::-1]], axis=1)
         ax.add_collection(
-            PolyCollection(gaps, facecolors=style.pale(colour), edgecolors="none", linewidths=0.0, gid=gid, zorder=2.6)
+            PolyCollection(
+                list(gaps), facecolors=style.pale(colour), edgecolors="none", linewidths=0.0, gid=gid, zorder=2.6
+            )
         )
         faces, thick = np.concatenate([a, b]), 1.3 * width + 0.3
-        ax.add_collection(LineCollection(faces, colors=colour, linewidths=thick, gid=f"{gid} faces", zorder=3.0))
+        ax.add_collection(LineCollection(list(faces), colors=colour, linewidths=thick, gid=f"{gid} faces", zorder=3.0))
 
 
 def joint_handles(joints: MovingJoints | None, *, fixed: bool, ghost: bool, hatch: bool = True) -> list[Patch | Line2D]:
@@ -217,5 +219,5 @@ def set_frame(ax: Axes, view: Elevation, frame: Frame) -> None:
 def label_blocks(ax: Axes, view: Elevation, size: float) -> None:
     """Names at the blocks' centroids, at a font size [pt]."""
     for i, block in enumerate(view.assembly.blocks):
-        at = view.assembly.centroids[i] @ view.axes
-        ax.text(*at, block.name, ha="center", va="center", fontsize=size, color=style.FAINT, zorder=4, clip_on=True)
+        x, y = view.assembly.centroids[i] @ view.axes
+        ax.text(x, y, block.name, ha="center", va="center", fontsize=size, color=style.FAINT, zorder=4, clip_on=True)

@@ -11,14 +11,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from limitmason.answers.results import Prediction
 from limitmason.errors import InputError
 from limitmason.figures import elevation, solid, style
 from limitmason.figures.mechanism import chosen_plane, page_frame
 from limitmason.figures.painter import camera
 from limitmason.figures.tie_lines import draw_ties
-from limitmason.law import interface_law
+from limitmason.mechanics.law import interface_law
 from limitmason.model import Assembly, AssemblyArrays
-from limitmason.results import Prediction
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -140,10 +140,10 @@ def _in_order(group: set[int], around: dict[int, list[Pair]], fixed: Flags) -> l
     if not ends:
         return []
     block = ends[0]
-    pair: Pair | None = next((p for p in around[block] if held(p)), around[block][0])
-    if not held(pair):
-        block = pair[0] + pair[1] - block
-    order = [pair]
+    first = next((p for p in around[block] if held(p)), around[block][0])
+    if not held(first):
+        block = first[0] + first[1] - block
+    order = [first]
     while (pair := next((p for p in around[block] if p not in order), None)) is not None:
         order.append(pair)
         if held(pair):
@@ -288,4 +288,4 @@ def _draw_line(ax: Axes, line: ThrustLine, forces: JointForces, axes: Array, thi
     )  # fmt: skip
     sliding = [bool(forces.at_friction_limit[k]) for k in line.interfaces] if len(line.interfaces) == len(flat) else []
     colours = [style.BLUE if s else style.BLACK for s in sliding] or style.BLACK
-    ax.scatter(*flat.T, s=7.0, c=colours, linewidths=0.0, zorder=4.5, gid="centres of pressure")
+    ax.scatter(flat[:, 0], flat[:, 1], s=7.0, c=colours, linewidths=0.0, zorder=4.5, gid="centres of pressure")

@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from limitmason.curve import Curve
+from limitmason.answers.curve import Curve
 from limitmason.errors import InputError
 from limitmason.figures import style
 

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from limitmason.answers.results import Prediction
 from limitmason.errors import InputError
 from limitmason.figures import elevation, solid, style
 from limitmason.figures.motion import (
@@ -21,9 +22,8 @@ from limitmason.figures.motion import (
 from limitmason.figures.outline import elevation_plane, wall_plane
 from limitmason.figures.painter import camera
 from limitmason.figures.tie_lines import draw_ties, stretching
+from limitmason.mechanics.plane import Plane
 from limitmason.model import Assembly
-from limitmason.plane import Plane
-from limitmason.results import Prediction
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from limitmason.answers.results import Prediction
 from limitmason.errors import InputError
 from limitmason.model import Assembly
-from limitmason.results import Prediction
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -8,7 +8,8 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from limitmason.curve import Curve
+from limitmason.answers.curve import Curve
+from limitmason.answers.results import Prediction
 from limitmason.diagnosis import Diagnosis
 from limitmason.errors import InputError
 from limitmason.figures.diagnosis import diagnosis
@@ -16,7 +17,6 @@ from limitmason.figures.history import history_curves, load_displacement
 from limitmason.figures.mechanism import assembly, mechanism
 from limitmason.figures.studies import side_by_side
 from limitmason.model import Assembly
-from limitmason.results import Prediction
 from limitmason.validation import SideBySide
 
 MANY = 400

@@ -12,8 +12,8 @@ from scipy.spatial import ConvexHull
 
 from limitmason.geometry import Solid
 from limitmason.geometry.polyhedron import face_planes
+from limitmason.mechanics.plane import Plane
 from limitmason.model import Assembly, Block
-from limitmason.plane import Plane
 
 Array = NDArray[np.float64]
 

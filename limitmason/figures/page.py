@@ -11,6 +11,8 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from limitmason.storage.files import write_text
+
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff; max-width: 62rem; margin: 2rem auto;
        padding: 0 1rem; }
@@ -39,9 +41,7 @@ def write_page(path: str | Path, title: str, parts: Sequence[str]) -> Path:
         + "\n".join(parts)
         + "\n</body></html>\n"
     )
-    target = Path(path)
-    target.write_text(text, encoding="utf-8")
-    return target
+    return write_text(path, text)
 
 
 def image(figure: Figure, description: str) -> str:

@@ -134,7 +134,7 @@ def _which_in_front(
     back = (apart & (slope < 0.0)).any(axis=1)
     verdict = np.where(ahead & ~back, 1, np.where(back & ~ahead, -1, 0))
     best = gap.argmax(axis=1)
-    touching = ~apart.any(axis=1)
+    touching = np.asarray(~apart.any(axis=1))
     verdict = np.where(touching, np.sign(slope[np.arange(len(i)), best]).astype(int), verdict)
     return np.where((apart & edge_on).any(axis=1), 0, verdict), touching
 

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from limitmason.diagnosis.inference.shapes import Shapes, is_numeric
+from limitmason.diagnosis.inference.design import Shapes, is_numeric
 from limitmason.figures import style
 
 LABELS = 6  # of a covariate whose words are written out

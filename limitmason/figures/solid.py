@@ -119,19 +119,20 @@ def draw_solids(
     fixed = scene.assembly.fixed
     marks = _joint_marks(scene, joints)
     rows = [] if before is None or ghosts is None else np.flatnonzero(ghosts[before.owner]).tolist()
+    was = before or scene
     ink = _Ink()
     if len(rows) > _MANY_GHOSTS:
         for piece in rows:
-            ink.strokes(_edge_strokes(before, piece, set(before.facing(piece))), style.GHOST, 0.8 * width)
+            ink.strokes(_edge_strokes(was, piece, set(was.facing(piece))), style.GHOST, 0.8 * width)
         rows = []
     order = back_to_front(scene.pieces, scene.faces, scene.view)
     waiting: dict[int, list[int]] = {}
-    places = places_behind(order, scene.pieces, [before.pieces[p] for p in rows], scene.view) if rows else []
+    places = places_behind(order, scene.pieces, [was.pieces[p] for p in rows], scene.view) if rows else []
     for ghost, place in zip(rows, places, strict=True):
         waiting.setdefault(place, []).append(ghost)
     for place, piece in enumerate(order):
         for ghost in waiting.get(place, ()):
-            strokes = _edge_strokes(before, ghost, set(before.facing(ghost)))
+            strokes = _edge_strokes(was, ghost, set(was.facing(ghost)))
             ink.strokes(strokes, style.GHOST, 0.8 * width, dashed=True)
         block = int(scene.owner[piece])
         colour = style.FIXED if fixed[block] else style.STONE if moving[block] else style.STILL
@@ -144,7 +145,7 @@ def draw_solids(
         for strokes, tint in marks.get(piece, ()):
             ink.strokes(strokes, tint, 1.6 * width + 0.5)
     for ghost in waiting.get(len(order), ()):
-        ink.strokes(_edge_strokes(before, ghost, set(before.facing(ghost))), style.GHOST, 0.8 * width, dashed=True)
+        ink.strokes(_edge_strokes(was, ghost, set(was.facing(ghost))), style.GHOST, 0.8 * width, dashed=True)
     ax.add_collection(ink.collection(gid="blocks", zorder=2.0))
 
 
@@ -207,17 +208,18 @@ def _shared_faces(assembly: Assembly) -> set[tuple[int, int]]:
 def _shaded(colour: str, normal: Array, view: Camera) -> tuple[float, float, float]:
     light = _LIGHT / np.linalg.norm(_LIGHT)
     lit = max(0.0, float(np.array([normal @ view.right, normal @ view.up, normal @ view.towards]) @ light))
-    return tuple(float(c) * (0.72 + 0.28 * lit) for c in to_rgb(colour))
+    red, green, blue = (float(c) * (0.72 + 0.28 * lit) for c in to_rgb(colour))
+    return red, green, blue
 
 
 def draw_triad(ax: Axes, view: Camera, corner: Array, length: float, width: float = 0.8) -> None:
     """Axes x, y, z at a corner of the page, each as long as the stated length: they are the scale of the drawing."""
     for name, direction in (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)), ("z", (0.0, 0.0, 1.0))):
         tip = corner + length * view.project(np.array([direction]))[0]
-        ax.annotate("", tip, corner, arrowprops={"arrowstyle": "-|>", "linewidth": width, "color": style.FAINT,
-                                                  "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 6.0})  # fmt: skip
+        arrow = {"arrowstyle": "-|>", "linewidth": width, "color": style.FAINT, "shrinkA": 0.0, "shrinkB": 0.0}
+        ax.annotate("", tuple(tip), tuple(corner), arrowprops={**arrow, "mutation_scale": 6.0})
         beyond = corner + 1.2 * (tip - corner)
-        ax.text(*beyond, name, fontsize=7.0, color=style.FAINT, ha="center", va="center")
+        ax.text(beyond[0], beyond[1], name, fontsize=7.0, color=style.FAINT, ha="center", va="center")
 
 
 def block_size(assembly: Assembly) -> float:
@@ -252,7 +254,8 @@ class Layout:
     def draw(self, ax: Axes) -> None:
         """Triad, its length, limits; equal axes without a frame."""
         draw_triad(ax, self.view, self.origin, self.length)
-        ax.text(*self.label, f"axes {self.length:g} m", fontsize=7.0, color=style.FAINT, va="bottom", gid="scale")
+        x, y = self.label
+        ax.text(x, y, f"axes {self.length:g} m", fontsize=7.0, color=style.FAINT, va="bottom", gid="scale")
         ax.set_xlim(self.low[0], self.high[0])
         ax.set_ylim(self.low[1], self.high[1])
         ax.set_aspect("equal", adjustable="box")

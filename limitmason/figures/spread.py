@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from limitmason.curve import Curve
+from limitmason.answers.curve import Curve
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.studies import _frame, _paper

@@ -12,9 +12,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from limitmason.answers.method import Look
 from limitmason.errors import InputError
 from limitmason.figures import style
-from limitmason.method import Look
 from limitmason.methods import available_methods, get_method
 
 _MONOLITH = Look("in one piece", "BLACK", "s")
@@ -41,7 +41,7 @@ _ORDERS = {"switched in this order": ("v", style.BLACK), "in the reverse order":
 
 def _paper(width: float, height: float, ax: Axes | None) -> tuple[Figure, Axes]:
     if ax is not None:
-        return ax.get_figure(), ax
+        return style.figure_of(ax), ax
     figure = Figure(figsize=(width, height), dpi=200, layout="constrained")
     FigureCanvasAgg(figure)
     return figure, figure.add_subplot()
@@ -194,7 +194,7 @@ def study_lines(
     for number, group in enumerate(groups):
         own = sorted((r for r in rows if tuple(r.get(k) for k in by) == group), key=lambda r: r[x])
         solid = [r for r in own if r.get("status") != "extrapolated"]
-        method = own[0].get("method")
+        method = str(own[0].get("method"))
         # groups of one method are told apart by fill and line, methods by colour and marker
         by_method = bool(by) and by[0] == "method"
         second = [g for g in groups if g[:1] == group[:1]].index(group) if by_method else 0
@@ -226,7 +226,7 @@ def study_lines(
             ax.plot([place(guess[0][x])], [guess[0][y]], marker, markerfacecolor="white", color=colour, markersize=4.5,
                     gid="extrapolated")  # fmt: skip
         if by:
-            handles.append(Line2D([], [], linestyle=line or "none", label=_group_name(by, group), **look))
+            handles.append(Line2D([], [], label=_group_name(by, group), **{**look, "linestyle": line or "none"}))
     for number, (name, points) in enumerate((published or {}).items()):
         u, v = np.array(points, dtype=float).T
         ax.plot(u, v, ("x", "+", "*")[number % 3], color=style.BLACK, markersize=6, zorder=4, gid="published")
@@ -307,7 +307,9 @@ def gap(result: Any, *, title: str | None = None, ax: Axes | None = None) -> Fig
     colours = {"flow rule": style.BLUE, "pressure in the faces": style.GREEN, "geometry change": style.ORANGE,
                "shear softness": style.PURPLE, "rate": style.YELLOW}  # fmt: skip
     ax.bar([0], [level], 0.62, color=style.pale(style.BLUE, 0.55), edgecolor=style.OUTLINE, gid="associative")
-    steps = [(s.assumption, s.mean, (s.forward, s.backward)) for s in result.shares]
+    steps: list[tuple[str, float, tuple[float, float] | None]] = [
+        (s.assumption, s.mean, (s.forward, s.backward)) for s in result.shares
+    ]
     steps.append(("not\nexplained", result.remainder, None))
     lows = [result.associative, result.dem]
     for name, mean, orders in steps:

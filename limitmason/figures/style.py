@@ -90,7 +90,7 @@ def print_style(width: float | None = None) -> Iterator[None]:
         raise InputError(f"a figure is {NARROWEST:g} to {WIDEST:g} mm wide, got {width!r}")
     before = _width.set(_width.get() if width is None else float(width))
     try:
-        with mpl.rc_context(_RC):
+        with mpl.rc_context(_RC):  # type: ignore[arg-type]  # keys are known to matplotlib
             yield
     finally:
         _width.reset(before)
@@ -165,6 +165,14 @@ class Heading:
                         linespacing=1.3, gid="caption")  # fmt: skip
 
 
+def figure_of(ax: Axes) -> Figure:
+    """The whole figure that axes lie on, also those of a part of it."""
+    figure = ax.figure
+    while not isinstance(figure, Figure):
+        figure = figure.figure
+    return figure
+
+
 class Page:
     """A drawing with equal axes on a page that fits it: margins in inches, title and caption above, legend below.
 
@@ -190,14 +198,14 @@ class Page:
             self.ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         else:
             self.ax = ax
-            across, along = ax.figure.get_size_inches()
+            across, along = self.figure.get_size_inches()
             box = ax.get_position()
             self.inch = min(across * box.width / self.width, along * box.height / self.height)
 
     @property
     def figure(self) -> Figure:
         """The figure drawn on."""
-        return self.ax.get_figure(root=True) if hasattr(self.ax.figure, "subfigures") else self.ax.figure
+        return figure_of(self.ax)
 
     def line_width(self, size: float) -> float:
         """Outline width [pt] that neither hides small blocks nor looks thin on large ones; size is a block's [m]."""
@@ -232,7 +240,7 @@ class Page:
 
     def _finish_axes(self, title: str | None, text: str | None, handles: list[Any]) -> None:
         ax = self.ax
-        across = ax.figure.get_size_inches()[0] * ax.get_position().width
+        across = self.figure.get_size_inches()[0] * ax.get_position().width
         lines = textwrap.wrap(text, max(int(across / 0.0555), 24)) if text else []
         if lines:
             ax.annotate("\n".join(lines), (0.0, 1.0), (0.0, 4.0), xycoords="axes fraction", textcoords="offset points",
@@ -275,7 +283,8 @@ def metre_axes(ax: Axes, names: tuple[str, str]) -> None:
 
 def pale(colour: str, share: float = 0.42) -> tuple[float, float, float]:
     """A colour mixed with white; opaque, so that what lies below does not shine through."""
-    return tuple(1.0 - share * (1.0 - c) for c in to_rgb(colour))
+    red, green, blue = (1.0 - share * (1.0 - c) for c in to_rgb(colour))
+    return red, green, blue
 
 
 def round_length(length: float) -> float:

@@ -8,12 +8,12 @@ from typing import Any
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from limitmason.curve import Curve
+from limitmason.answers.curve import Curve
+from limitmason.answers.results import Prediction
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.mechanism import mechanism
 from limitmason.model import Assembly
-from limitmason.results import Prediction
 
 
 @style.in_print_style

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from limitmason.answers.results import Prediction
 from limitmason.errors import InputError
 from limitmason.experiments.measured_table import MeasuredTable, read_measured, write_measured
 from limitmason.formats.answers import read_prediction, write_prediction
@@ -23,7 +24,6 @@ from limitmason.formats.template import write_model_template
 from limitmason.formats.tracing import Cleaned, clean
 from limitmason.formats.vtu import write_solid, write_vtu
 from limitmason.model import Assembly, Loads
-from limitmason.results import Prediction
 
 __all__ = [
     "DRAWINGS",

@@ -14,11 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.errors import InputError
-from limitmason.formats.document import Node, plain, read_document, restored, write_document
-from limitmason.model import Assembly
-from limitmason.references import Citation, Cited, Reference, given_fields
-from limitmason.results import (
+from limitmason.answers.references import Citation, Cited, Reference, given_fields
+from limitmason.answers.results import (
     Bound,
     BoundKind,
     Certificate,
@@ -30,6 +27,9 @@ from limitmason.results import (
     Resultants,
     Status,
 )
+from limitmason.errors import InputError
+from limitmason.formats.document import Node, plain, read_document, restored, write_document
+from limitmason.model import Assembly
 
 SCHEMA, VERSION = "limitmason-prediction", 2
 UNITS = {

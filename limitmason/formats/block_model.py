@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.answers.results import Prediction
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError, NotApplicable
 from limitmason.methods import LIMIT, predict
 from limitmason.model import Assembly, Joint, Loads
-from limitmason.results import Prediction
 
 Array = NDArray[np.float64]
 

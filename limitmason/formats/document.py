@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.errors import InputError
+from limitmason.storage.files import read_json, write_text
 
 Array = NDArray[np.float64]
 
@@ -132,14 +133,7 @@ def read_document(path: str | Path, schema: str, version: int) -> Node:
         When there is no such file.
     """
     name = str(path)
-    try:
-        value = json.loads(Path(path).read_text(encoding="utf-8"), object_pairs_hook=_without_doubles)
-    except json.JSONDecodeError as error:
-        raise InputError(f"{name}: line {error.lineno}, column {error.colno}: not JSON: {error.msg}") from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"{name}: not a text file in UTF-8: {error.reason} at byte {error.start}") from None
-    except _Double as error:
-        raise InputError(f"{name}: key {error.args[0]!r} is given twice in one object") from None
+    value = read_json(path)
     node = Node(value, name)
     node.mapping()
     if "schema" not in node:
@@ -152,19 +146,6 @@ def read_document(path: str | Path, schema: str, version: int) -> Node:
     if number.value > version:
         raise number.error(f"the file has version {number.value}, this limitmason reads up to {version}: update it")
     return node
-
-
-class _Double(Exception):
-    pass
-
-
-def _without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    out: dict[str, Any] = {}
-    for key, value in pairs:
-        if key in out:
-            raise _Double(key)
-        out[key] = value
-    return out
 
 
 def write_document(path: str | Path, document: Mapping[str, Any]) -> None:
@@ -180,7 +161,7 @@ def write_document(path: str | Path, document: Mapping[str, Any]) -> None:
             lines.append(f"{head}{{\n{entries}\n  }}")
         else:
             lines.append(head + _compact(value))
-    Path(path).write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+    write_text(path, "{\n" + ",\n".join(lines) + "\n}\n")
 
 
 def _rows(value: Any) -> str:

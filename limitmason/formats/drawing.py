@@ -152,6 +152,9 @@ def _read(
         cleaned = clean(outlines, near or 0.0, mortar=mortar or 0.0, names=names)
     if cleaned is not None:
         outlines, names = cleaned.outlines, cleaned.names
+    if mortar:
+        # joints were made to meet side by side: those that go on from each other at a small angle are no wedges
+        given |= {"angle_tolerance_deg": 0.05, "wedge_tolerance_deg": 0.0}
     on_support = {name for name in names if name.rpartition("-")[0].casefold() in SUPPORTS}
     wall = Assembly.from_polygons(
         outlines, names=names, thickness=1.0 if thickness is None else thickness,

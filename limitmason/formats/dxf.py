@@ -26,6 +26,8 @@ _UNITS = {
 _POLYLINES = ("LWPOLYLINE", "POLYLINE")
 _CURVES = (*_POLYLINES, "LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
 
+_OWN = "0"  # the layer that takes that of the insert
+
 _FITTED = 2 | 4  # flags of a POLYLINE whose vertices were put there by curve or spline fitting
 
 
@@ -40,7 +42,8 @@ def read_dxf(
     """Read the outlines of blocks in the model space: closed polylines, circles, ellipses and splines, and open ones,
     lines and arcs where they form loops.
 
-    The drawing's x is x, its y becomes z (up). Inserted blocks of the drawing are taken apart. Arcs become chords.
+    The drawing's x is x, its y becomes z (up). Inserted blocks of the drawing are taken apart; what lies on their layer
+    0 takes the layer of the insert. Arcs become chords.
     Lines of a layer form a loop where their ends meet within ``gap``; what encloses nothing is counted in a warning.
     Texts, dimensions and hatches, which repeat the lines around them, are left out.
 
@@ -85,22 +88,26 @@ def read_dxf(
         if isinstance(error, FileNotFoundError):
             raise
         raise InputError(f"{path}: not a DXF drawing: {error}") from None
+    except (StopIteration, ValueError, LookupError, AttributeError, RuntimeError) as error:
+        # a file that ends too early leaves the reader with what it did not expect
+        raise InputError(f"{path}: not a whole DXF drawing ({type(error).__name__} {error}): written again?") from None
     metres = _metres_per_unit(drawing, path) if scale is None else float(scale)
     if not (np.isfinite(metres) and metres > 0.0):
         raise InputError(f"scale must be positive [m per drawing unit], got {scale!r}")
     wanted = None if layers is None else {name.casefold() for name in layers}
     if wanted is not None:
         known = {layer.dxf.name.casefold(): layer.dxf.name for layer in drawing.layers}
+        known |= {layer.casefold(): layer for _, layer in _entities(drawing.modelspace())}
         unknown = sorted(wanted - set(known))
         if unknown:
             there = ", ".join(sorted(known.values()))
             raise InputError(f"{path}: there is no layer {unknown[0]!r}; there are {there}")
     drawn = Drawn()
-    for entity in _entities(drawing.modelspace()):
-        if wanted is None or entity.dxf.layer.casefold() in wanted:
-            where = f"{path}: layer {entity.dxf.layer!r}, entity {entity.dxf.handle}"
+    for entity, layer in _entities(drawing.modelspace()):
+        if wanted is None or layer.casefold() in wanted:
+            where = f"{path}: layer {layer!r}, entity {entity.dxf.handle or 'of an inserted block'}"
             points, closed = _line(entity, ezpath, metres, flatness, where)
-            drawn.take(entity.dxf.layer, points, closed, entity.dxftype(), where)
+            drawn.take(layer, points, closed, entity.dxftype(), where)
     found = drawn.outlines(gap, path, _POLYLINES)
     if not found.outlines:
         where = "" if wanted is None else " on the layers asked for"
@@ -116,13 +123,18 @@ def _line(entity: Any, ezpath: Any, metres: float, flatness: float, where: str) 
     return _in_plane(points, where) * metres, False
 
 
-def _entities(space: Any) -> Iterable[Any]:
-    """Lines and curves of a space, those of inserted blocks too."""
+def _entities(space: Any, inserted_on: str = _OWN) -> Iterable[tuple[Any, str]]:
+    """Lines and curves of a space with their layers, those of inserted blocks and of their arrays too.
+
+    What lies on layer 0 of a block lies on the layer on which this is inserted.
+    """
     for entity in space:
+        layer = inserted_on if entity.dxf.layer == _OWN else entity.dxf.layer
         if entity.dxftype() == "INSERT":
-            yield from _entities(entity.virtual_entities())
+            for one in entity.multi_insert() if entity.mcount > 1 else (entity,):
+                yield from _entities(one.virtual_entities(), layer)
         elif entity.dxftype() in _CURVES:
-            yield entity
+            yield entity, layer
 
 
 def _metres_per_unit(drawing: Any, path: str | Path) -> float:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from limitmason.errors import InputError
 from limitmason.geometry import Solid
 from limitmason.model import Assembly
+from limitmason.storage.files import read_text, write_text
 
 Array = NDArray[np.float64]
 
@@ -68,7 +69,7 @@ def write_obj(path: str | Path, assembly: Assembly | Solids) -> None:
             lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in np.asarray(part.vertices, dtype=float).tolist()]
             lines += ["f " + " ".join(str(first + i) for i in face) for face in part.faces]
             first += len(part.vertices)
-    Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_text(path, "\n".join(lines) + "\n")
 
 
 def read_obj(path: str | Path, *, scale: float = 1.0, up: str = "z") -> Solids:
@@ -114,10 +115,7 @@ def _parsed(path: str | Path) -> tuple[list[list[float]], list[_Face]]:
     faces: list[_Face] = []
     thing: str | None = None
     group: str | None = None
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: not a text file in UTF-8: {error.reason} at byte {error.start}") from None
+    text = read_text(path)
     pending = ""
     for number, raw in enumerate(text.splitlines(), 1):
         # names may hold a number sign, everything else ends there

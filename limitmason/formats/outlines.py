@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.errors import InputError
+from limitmason.formats.svg_paths import LARGEST
 from limitmason.formats.tracing import loops
 from limitmason.model.plausibility import PlausibilityWarning
 
@@ -54,8 +55,10 @@ class Drawn:
         Raises
         ------
         InputError
-            For a closed line of fewer than three corners.
+            For a closed line of fewer than three corners, and for one that leaves the numbers.
         """
+        if not (np.abs(points) < LARGEST).all():
+            raise InputError(f"{where}: a coordinate is no number, or beyond {LARGEST:g} m")
         if layer not in self.closed:
             self.layers.append(layer)
             self.closed[layer], self.open[layer] = [], []

@@ -14,6 +14,7 @@ from limitmason.errors import InputError
 from limitmason.formats import vtu
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.model import Assembly
+from limitmason.storage.files import write_text
 
 Array = NDArray[np.float64]
 
@@ -124,4 +125,4 @@ def _write_index(path: Path, files: Sequence[Path], times: Array) -> None:
     for file, time in zip(files, times.tolist(), strict=True):
         out.append(f'<DataSet timestep="{time!r}" part="0" file={quoteattr(file.name)}/>')
     out += ["</Collection>", "</VTKFile>", ""]
-    path.write_text("\n".join(out), encoding="utf-8")
+    write_text(path, "\n".join(out))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from limitmason.errors import InputError
 from limitmason.formats.outlines import Drawn, Outlines
-from limitmason.formats.svg_paths import Line, matrix_of, numbers_of, shape_lines
+from limitmason.formats.svg_paths import Line, matrix_of, numbers_of, shape_lines, viewport
 
 Array = NDArray[np.float64]
 
@@ -74,7 +75,10 @@ def read_svg(
         With the number of open lines of each layer that enclose nothing.
     """
     root = _root(path)
-    shapes = list(_shapes(root, np.eye(3), None, path, {e.get("id", ""): e for e in root.iter()}))
+    by_id = {e.get("id", ""): e for e in root.iter()}
+    outer = matrix_of(root.get("transform", ""), str(path))
+    # the outermost element has the units in which the drawing is read
+    shapes = [s for child in root for s in _shapes(child, outer, None, path, by_id, _room(root), 1)]
     shapes = _on_layers(shapes, layers, path)
     if scale is None:
         raise InputError(f"{path}: {_size_text(root, shapes)}; give scale=, the metres per unit (--scale)")
@@ -106,15 +110,24 @@ def _root(path: str | Path) -> ElementTree.Element:
     return root
 
 
+def _room(root: ElementTree.Element) -> tuple[float, float]:
+    """Size of the drawing in its units, as far as it says one."""
+    box = re.findall(r"[^\s,]+", root.get("viewBox", ""))[2:] or [root.get("width", ""), root.get("height", "")]
+    try:
+        return float(box[0].removesuffix("px")), float(box[1].removesuffix("px"))
+    except (ValueError, IndexError):
+        return 100.0, 100.0
+
+
 def _kind(element: ElementTree.Element) -> str:
     return element.tag.rpartition("}")[2] if isinstance(element.tag, str) else ""
 
 
 def _shapes(
     element: ElementTree.Element, matrix: Array, layer: str | None, path: str | Path,
-    by_id: dict[str, ElementTree.Element], depth: int = 0,
+    by_id: dict[str, ElementTree.Element], room: tuple[float, float], depth: int = 0,
 ) -> Iterator[_Shape]:  # fmt: skip
-    """Every visible shape below an element."""
+    """Every visible shape below an element; ``room`` is the size of the drawing around it, in its units."""
     kind = _kind(element)
     style = (element.get("style") or "").replace(" ", "")
     hidden = element.get("display") == "none" or "display:none" in style
@@ -128,6 +141,9 @@ def _shapes(
         name = element.get(_LABEL) or element.get("id")
         if name and (layer is None or element.get(_MODE) == "layer"):
             layer = name
+    if kind == "svg":
+        inner, room = viewport(element, element, room, where)
+        matrix = matrix @ inner
     if kind == "use":
         link = element.get("href") or element.get(_LINK) or ""
         target = by_id.get(link.removeprefix("#"))
@@ -135,14 +151,16 @@ def _shapes(
             raise InputError(f"{where}: a copy of {link!r}, which is not in the drawing")
         shift = np.eye(3)
         shift[:2, 2] = [numbers_of(element.get(k, "0"), where)[0] for k in ("x", "y")]
-        children = target if _kind(target) == "symbol" else [target]
-        for child in children:
-            yield from _shapes(child, matrix @ shift, layer, path, by_id, depth + 1)
+        inner = shift
+        if _kind(target) == "symbol":
+            inner, room = viewport(target, element, room, where)
+        for child in target if _kind(target) == "symbol" else [target]:
+            yield from _shapes(child, matrix @ inner, layer, path, by_id, room, depth + 1)
         return
     if kind in ("path", "polygon", "polyline", "rect", "circle", "ellipse", "line"):
         yield _Shape(element, kind, layer or _NO_LAYER, matrix, where)
     for child in element:
-        yield from _shapes(child, matrix, layer, path, by_id, depth + 1)
+        yield from _shapes(child, matrix, layer, path, by_id, room, depth + 1)
 
 
 def _on_layers(shapes: list[_Shape], layers: Iterable[str] | None, path: str | Path) -> list[_Shape]:

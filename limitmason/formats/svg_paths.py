@@ -15,6 +15,9 @@ from limitmason.errors import InputError
 
 Array = NDArray[np.float64]
 
+LARGEST = 1e30
+"""Numbers beyond it are errors of a drawing; the squares and products of others can be taken."""
+
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _TOKEN = re.compile(rf"([MmZzLlHhVvCcSsQqTtAa])|({_NUMBER.pattern})|([^\s,])")
 _ARGUMENTS = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7, "Z": 0}
@@ -37,10 +40,17 @@ def numbers_of(text: str, where: str) -> list[float]:
     """
     if re.search(r"\d\s*(%|mm|cm|in|pt|pc|em|ex)\b|%", text):
         raise InputError(f"{where}: {text!r} has a unit of its own; let the program write plain numbers")
-    found = [float(n) for n in _NUMBER.findall(text)]
+    found = [_number(n, where) for n in _NUMBER.findall(text)]
     if not found:
         raise InputError(f"{where}: {text!r} is no number")
     return found
+
+
+def _number(text: str, where: str) -> float:
+    value = float(text)
+    if abs(value) > LARGEST:
+        raise InputError(f"{where}: {text} is beyond {LARGEST:g} units")
+    return value
 
 
 def matrix_of(text: str, where: str) -> Array:
@@ -56,7 +66,7 @@ def matrix_of(text: str, where: str) -> Array:
     if rest:
         raise InputError(f"{where}: transform {text!r} cannot be read")
     for name, given in re.findall(r"(\w+)\s*\(([^)]*)\)", text):
-        n = [float(v) for v in _NUMBER.findall(given)]
+        n = [_number(v, where) for v in _NUMBER.findall(given)]
         step = np.eye(3)
         if name == "matrix" and len(n) == 6:
             step[:2] = np.array(n).reshape(3, 2).T
@@ -75,6 +85,49 @@ def matrix_of(text: str, where: str) -> Array:
             raise InputError(f"{where}: transform {name}({given}) cannot be read")
         out = out @ step
     return out
+
+
+def viewport(
+    element: ElementTree.Element, placed: ElementTree.Element, room: tuple[float, float], where: str
+) -> tuple[Array, tuple[float, float]]:
+    """Matrix (3, 3) of a drawing within a drawing, and the size of its inside in its own units.
+
+    Parameters
+    ----------
+    element : svg or symbol, with its ``viewBox`` and ``preserveAspectRatio``
+    placed : what says where it stands, ``x``, ``y``, ``width`` and ``height``: itself, or the copy of a symbol
+    room : size of the drawing around it, of which percentages are, in its units
+
+    Raises
+    ------
+    InputError
+        For a viewBox without a size, and words that cannot be read.
+    """
+
+    def length(name: str, of: float, default: str) -> float:
+        text = placed.get(name, default).strip()
+        share = 0.01 * of if text.endswith("%") else 1.0
+        return share * numbers_of(text.removesuffix("%"), where)[0]
+
+    box = None if element.get("viewBox") is None else numbers_of(element.get("viewBox", ""), where)
+    if box is not None and (len(box) != 4 or min(box[2:]) <= 0.0):
+        raise InputError(f"{where}: viewBox {element.get('viewBox')!r} is no x, y, width and height")
+    out = np.eye(3)
+    out[:2, 2] = length("x", room[0], "0"), length("y", room[1], "0")
+    size = np.array([length("width", room[0], "100%"), length("height", room[1], "100%")])
+    if box is None:
+        return out, (float(size[0]), float(size[1]))
+    words = (element.get("preserveAspectRatio") or "xMidYMid meet").split()
+    if not re.fullmatch(r"none|x(Min|Mid|Max)Y(Min|Mid|Max)", words[0]):
+        raise InputError(f"{where}: preserveAspectRatio {words[0]!r} cannot be read")
+    share = size / box[2:]
+    if words[0] != "none":
+        share = np.full(2, share.max() if "slice" in words else share.min())
+        place = np.array([{"Min": 0.0, "Mid": 0.5, "Max": 1.0}[w] for w in (words[0][1:4], words[0][5:8])])
+        out[:2, 2] += place * (size - share * box[2:])
+    inner = np.diag([*share, 1.0])
+    inner[:2, 2] = -share * box[:2]
+    return out @ inner, (box[2], box[3])
 
 
 def shape_lines(element: ElementTree.Element, kind: str, flatness: float, where: str) -> Iterator[Line]:
@@ -208,7 +261,7 @@ def _tokens(data: str, where: str) -> Iterator[tuple[str | None, float]]:
             yield letter, 0.0
         else:
             count += 1
-            yield None, float(found.group(2))
+            yield None, _number(found.group(2), where)
 
 
 def _bezier(handles: list[Array], flatness: float) -> list[Array]:
@@ -231,7 +284,7 @@ def _bezier(handles: list[Array], flatness: float) -> list[Array]:
 def _arc(start: Array, n: Array, end: Array, flatness: float) -> list[Array]:
     """Points of an elliptic arc after its first, by its centre (SVG 1.1, appendix F.6.5)."""
     radii = np.abs(n[:2])
-    if radii.min() == 0.0 or np.allclose(start, end):
+    if radii.min() < 1.0 / LARGEST or np.allclose(start, end):
         return [end]
     c, s = np.cos(np.deg2rad(n[2])), np.sin(np.deg2rad(n[2]))
     turn = np.array([[c, s], [-s, c]])

@@ -5,6 +5,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from limitmason.errors import InputError
+from limitmason.storage.files import write_text
 
 _MODEL = """\
 {
@@ -47,4 +48,4 @@ def write_model_template(path: str | Path) -> None:
             stones[f"stone-{course + 1}-{k}"] = [[left, low], [right, low], [right, high], [left, high]]
     rows = [[f"  {json.dumps(outline)}" for outline in stones.values()], [f'  "{name}"' for name in stones]]
     outlines, names = (",\n".join(r) for r in rows)
-    path.write_text(_MODEL.replace("OUTLINES", outlines).replace("NAMES", names), encoding="utf-8")
+    write_text(path, _MODEL.replace("OUTLINES", outlines).replace("NAMES", names))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from limitmason.errors import InputError
+from limitmason.formats.mortar import grown
 
 Array = NDArray[np.float64]
 
@@ -52,9 +53,9 @@ class Cleaned(NamedTuple):
     def __str__(self) -> str:
         """What was changed, a line for each stone; of many that were moved the farthest :data:`SHOWN`."""
         head = f"{len(self.outlines)} outlines; largest move of a corner {1e3 * self.largest_move:.3g} mm"
-        grown = [c.size for c in self.changes if c.what == "grown"]
-        if grown:
-            head += f"; {len(grown)} grown by {1e3 * max(grown):.3g} mm, half a mortar joint"
+        wider = [c.size for c in self.changes if c.what == "grown"]
+        if wider:
+            head += f"; {len(wider)} grown by up to {1e3 * max(wider):.3g} mm, each over half a mortar joint"
         moved = sorted((c for c in self.changes if c.what == "moved"), key=lambda c: -c.size)
         lines = [f"  {c.name}: {c.what}" for c in self.changes if not c.size]
         lines += [f"  {c.name}: {c.what} by up to {1e3 * c.size:.3g} mm" for c in moved[:SHOWN]]
@@ -77,8 +78,9 @@ def clean(
     ----------
     outlines : closed polygons x, z [m], shape (n, 2) each
     gap : largest distance that counts as an error of drawing [m]
-    mortar : thickness of the mortar joints, drawn as open space between the stones [m]: every stone first grows by half
-        of it where another one stands across a joint, and keeps its free sides
+    mortar : largest thickness of the mortar joints, drawn as open space between the stones [m]: every stone takes what
+        of it is nearer to it than to another, which also parts stones that overlap, and keeps its free sides; corners
+        do not move then. Joints of up to the thickness and twice the gap are closed
     names : of the outlines; "stone 1" ... where omitted
 
     Returns
@@ -95,10 +97,11 @@ def clean(
 
     Notes
     -----
-    Stones grow within the closing of all stones, which are dilated and then eroded by half the mortar's thickness and
-    the gap: that fills joints and notches up to that width, not openings or the space beside the wall. The thickness
-    stays in ``Cleaned.mortar`` for the stiffness of the joints, k = E_m / thickness and the like
-    (:mod:`limitmason.stiffness`). The weight of the mortar is counted at the density of the stones.
+    Stones grow as in :mod:`limitmason.formats.mortar`: they fill joints and notches, not openings or the space beside
+    the wall, and keep their total area. The thickness stays in ``Cleaned.mortar`` for the stiffness of the
+    joints, k = E_m / thickness and the like (:mod:`limitmason.mechanics.stiffness`). The weight of the mortar is
+    counted at the
+    density of the stones.
     """
     if not (np.isfinite(mortar) and mortar >= 0.0):
         raise InputError(f"mortar must be a length, zero or more [m], got {mortar!r}")
@@ -113,11 +116,15 @@ def clean(
     rings, labels = [rings[i] for i in kept], [labels[i] for i in kept]
     changes = [Change(n, f"dropped: the same as {o}", 0.0) for n, o in twice]
     if mortar > 0.0:
-        rings, by = _grown(rings, mortar, gap, shapely)
-        changes += [Change(n, "grown", b) for n, b in zip(labels, by, strict=True) if b > 0.0]
+        cells = [_straight(_merged(c, 1e-6 * mortar)) for c in grown(rings, labels, mortar, gap, shapely)]
+        for name, cell, ring in zip(labels, cells, rings, strict=True):
+            by = float(shapely.distance(shapely.points(cell), shapely.Polygon(ring)).max())
+            changes += [Change(name, "grown", by)] * (by > 1e-6 * mortar)
+        rings = cells
     start = [r.copy() for r in rings]
-    _meet_corners(rings, gap)
-    _meet_edges(rings, start, gap, shapely)
+    if mortar == 0.0:
+        _meet_corners(rings, gap)
+        _meet_edges(rings, start, gap, shapely)
     out = []
     for ring, before, name in zip(rings, start, labels, strict=True):
         move = float(np.linalg.norm(ring - before, axis=1).max(initial=0.0))
@@ -175,22 +182,6 @@ def _once(rings: list[Array], names: list[str], shapely: Any) -> tuple[list[int]
             if common > SAME * max(polygons[i].area, polygons[j].area):
                 dropped[j] = i
     return [i for i in range(len(rings)) if i not in dropped], [(names[j], names[i]) for j, i in dropped.items()]
-
-
-def _grown(rings: list[Array], mortar: float, gap: float, shapely: Any) -> tuple[list[Array], list[float]]:
-    """Outlines grown by half a mortar joint within the closing of all, and by how much each was [m]."""
-    polygons = shapely.polygons(rings)
-    reach = 0.5 * mortar + gap
-    whole = shapely.union_all(polygons).buffer(reach, join_style="mitre").buffer(-reach, join_style="mitre")
-    out, by = [], []
-    for polygon, ring in zip(polygons, rings, strict=True):
-        larger = polygon.buffer(0.5 * mortar, join_style="mitre").intersection(whole.union(polygon))
-        parts = [p for p in shapely.get_parts(larger) if p.geom_type == "Polygon"]
-        best = max(parts, key=lambda p: p.area)
-        by.append(0.5 * mortar if best.area > polygon.area * (1.0 + 1e-9) else 0.0)
-        corners = np.array(shapely.geometry.polygon.orient(best).exterior.coords[:-1])
-        out.append(_straight(_merged(corners, 1e-6 * mortar)) if by[-1] else ring)
-    return out, by
 
 
 def _meet_corners(rings: list[Array], gap: float) -> None:

@@ -11,11 +11,12 @@ from xml.sax.saxutils import escape
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.answers.results import Prediction
 from limitmason.continuum import Continuum
 from limitmason.continuum.mesh import CORNERS
 from limitmason.errors import InputError
 from limitmason.model import Assembly
-from limitmason.results import Prediction
+from limitmason.storage.files import utf8, write_text
 
 Array = NDArray
 
@@ -229,7 +230,7 @@ def _write(
         "<UnstructuredGrid>",
     ]
     if names:
-        text = "\n".join(names).encode()
+        text = utf8("\n".join(names), path)
         codes = " ".join(str(b) for b in (*text, 0))
         out += [
             "<FieldData>",
@@ -246,7 +247,7 @@ def _write(
     for tag, table in (("CellData", cells), ("PointData", points)):
         out += [f"<{tag}>", *(_array(name, values, encoding) for name, values in table.items()), f"</{tag}>"]
     out += ["</Piece>", "</UnstructuredGrid>", "</VTKFile>", ""]
-    path.write_text("\n".join(out), encoding="utf-8")
+    write_text(path, "\n".join(out))
 
 
 def _array(name: str, values: Array, encoding: str) -> str:

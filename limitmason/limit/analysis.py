@@ -1,24 +1,23 @@
 """The public entry to limit analysis."""
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from limitmason.contact_points import Grid, chosen_grid
+from limitmason.answers.results import ALMOST_SOLVED, SOLVED, Prediction
+from limitmason.display.progress import watched
 from limitmason.errors import InputError
 from limitmason.limit.associative import analyse
 from limitmason.limit.contact_notes import with_contact_warnings
 from limitmason.limit.papers import papers_behind
 from limitmason.limit.parts import governed, independent_parts
 from limitmason.limit.program.problem import Problem, make_problem
+from limitmason.mechanics.contact_points import Grid, chosen_grid
+from limitmason.mechanics.stated import states
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.progress import watched
-from limitmason.results import ALMOST_SOLVED, SOLVED, Prediction
-from limitmason.stated import states
 
 FLOW_RULES = ("associative", "non-associative")
 
@@ -67,11 +66,12 @@ def limit_analysis(
     Returns
     -------
     Prediction
-        ``status`` tells apart "solved", "almost solved", "cannot stand under dead load", "unbounded" and
-        "not converged"; ``bound`` says what the number is relative to which joint law. Of a structure that cannot
-        stand ``mechanism`` is the motion by which it falls and ``details["falling_blocks"]`` names its blocks. Parts of
-        the assembly that no joint between free blocks connects are solved apart, each in units of its own load; the
-        smallest multiplier governs, ``details["parts"]`` lists them all.
+        ``status`` tells apart "solved", "almost solved", "cannot stand under dead load", "unbounded", "not converged"
+        and "time limit ended it", for a non-associative state that is not yet admissible; ``bound`` says what the
+        number is relative to which joint law. Of a structure that cannot stand ``mechanism`` is the motion by which it
+        falls and ``details["falling_blocks"]`` names its blocks. Parts of the assembly that no joint between free
+        blocks connects are solved apart, each in units of its own load; the smallest multiplier governs,
+        ``details["parts"]`` lists them all.
 
     Raises
     ------
@@ -134,9 +134,6 @@ def _nonassociative(problem: Problem, settings: dict[str, Any], options: dict[st
 
     if problem.cells:
         _, problem = analyse(problem, **settings)  # cohesive faces need cells as fine as their torsion asks for
-    if "budget" in options:
-        warnings.warn("budget is called time_limit", DeprecationWarning, stacklevel=2)
-        options = {"time_limit": options["budget"], **{k: v for k, v in options.items() if k != "budget"}}
     prediction = solve_nonassociative(problem, **settings, **options)
     c = prediction.certificate
     if prediction.status != SOLVED or c is None or c.accepted:

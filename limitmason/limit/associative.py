@@ -8,22 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.certificate import certify, kinematic_multiplier
-from limitmason.errors import InputError
-from limitmason.limit.associative_warnings import REASON, warnings_of
-from limitmason.limit.interior_point.coverage import unsupported
-from limitmason.limit.program.cones import Cones, make_cones
-from limitmason.limit.program.face_cells import Cells, refined, spread_cohesion
-from limitmason.limit.program.idle_joints import without_rounding
-from limitmason.limit.program.problem import Problem, make_problem
-from limitmason.limit.program.scaling import balanced, spread
-from limitmason.limit.program.static import Solution, opening_motion, stands_under_dead_load
-from limitmason.limit.solvers import solve_program
-from limitmason.limit.torsion import with_torsion_limit
-from limitmason.model.load import Loads
-from limitmason.residuals import load_on_blocks
-from limitmason.resultants import resultants_from_points, scaled_mechanism
-from limitmason.results import (
+from limitmason.answers.results import (
     ALMOST_SOLVED,
     CANNOT_STAND,
     GAP,
@@ -40,6 +25,21 @@ from limitmason.results import (
     Resultants,
     Status,
 )
+from limitmason.errors import InputError
+from limitmason.limit.associative_warnings import REASON, warnings_of
+from limitmason.limit.interior_point.coverage import unsupported
+from limitmason.limit.program.cones import Cones, make_cones
+from limitmason.limit.program.face_cells import Cells, refined, spread_cohesion
+from limitmason.limit.program.idle_joints import without_rounding
+from limitmason.limit.program.problem import Problem, make_problem
+from limitmason.limit.program.scaling import balanced, spread
+from limitmason.limit.program.static import Solution, opening_motion, stands_under_dead_load
+from limitmason.limit.solvers import solve_program
+from limitmason.limit.torsion import with_torsion_limit
+from limitmason.mechanics.certificate import certify, kinematic_multiplier
+from limitmason.mechanics.residuals import load_on_blocks
+from limitmason.mechanics.resultants import resultants_from_points, scaled_mechanism
+from limitmason.model.load import Loads
 
 Array = NDArray[np.float64]
 

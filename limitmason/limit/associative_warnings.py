@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from limitmason.law import interface_law
-from limitmason.law_table import ASSOCIATIVE, notes
+from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, UNBOUNDED, Prediction
 from limitmason.limit.program.face_cells import spread_cohesion
 from limitmason.limit.program.problem import Problem
-from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, UNBOUNDED, Prediction
+from limitmason.mechanics.law import interface_law
+from limitmason.mechanics.law_table import ASSOCIATIVE, notes
 
 CONFINEMENT_WARNING = 10.0
 """Largest joint force over the total load from which an answer is said to rest on self-stress."""

@@ -5,8 +5,8 @@ from dataclasses import replace
 from functools import wraps
 from typing import Any, TypeVar, cast
 
+from limitmason.answers.results import Prediction
 from limitmason.model.assembly import Assembly
-from limitmason.results import Prediction
 
 Analysis = TypeVar("Analysis", bound=Callable[..., Prediction])
 

@@ -3,13 +3,13 @@
 import math
 from typing import Any
 
+from limitmason.answers.method import Look, Method, settings_of
+from limitmason.answers.results import ALMOST_SOLVED, SOLVED, FlowRule, Prediction, Range
 from limitmason.limit import papers
 from limitmason.limit.analysis import limit_analysis
 from limitmason.limit.nonassociative.analysis import solve_nonassociative
-from limitmason.method import Look, Method, settings_of
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import ALMOST_SOLVED, SOLVED, FlowRule, Prediction, Range
 
 
 def _associative(assembly: Assembly, loads: Loads, **settings: Any) -> Prediction:
@@ -29,6 +29,11 @@ def _certified_states(found: Prediction) -> Range:
     return Range(min(ends), max(ends), "certified states found")
 
 
+_LEVERS = (
+    "friction", "friction of single joints", "cohesion", "tension", "faces", "blocks", "weights", "displaced blocks",
+    "direction of loads", "overload", "reading",
+)  # fmt: skip
+
 ASSOCIATIVE = Method(
     "associative",
     _associative,
@@ -36,6 +41,8 @@ ASSOCIATIVE = Method(
     look=Look("limit analysis,\nassociative", "BLUE", "v"),
     theorem="upper",
     references=papers.ASSOCIATIVE,
+    levers=(*_LEVERS, "torsion"),
+    plane_levers=("crushing",),  # in space the corners of a face cannot represent it
 )
 
 NON_ASSOCIATIVE = Method(
@@ -45,7 +52,7 @@ NON_ASSOCIATIVE = Method(
     range_of=_certified_states,
     look=Look("limit analysis,\nnon-associative", "SKY", "^"),
     kept=("radenkovic",),
-    renamed={"budget": "time_limit"},
     theorem="admissible",
     references=papers.NON_ASSOCIATIVE,
+    levers=(*_LEVERS, "dilatancy"),  # crushing on a grid only
 )

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from limitmason.references import METHOD, SOLVER, THEORY, Cited, Reference
-from limitmason.results import FlowRule, Prediction
+from limitmason.answers.references import METHOD, SOLVER, THEORY, Cited, Reference
+from limitmason.answers.results import FlowRule, Prediction
 
 LIVESLEY = Reference(
     "livesley1978", "article", "Limit analysis of structures formed from rigid blocks", ("Livesley, R. K.",), 1978,

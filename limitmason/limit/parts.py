@@ -11,25 +11,26 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.certificate import certify
-from limitmason.limit.associative import carry
-from limitmason.limit.program.problem import make_problem
-from limitmason.model.assembly import Assembly
-from limitmason.model.load import Loads
-from limitmason.model.support import Support
-from limitmason.residuals import part_labels
-from limitmason.resultants import resultants_from_points, scaled_mechanism
-from limitmason.results import (
+from limitmason.answers.results import (
     ALMOST_SOLVED,
     CANNOT_STAND,
     NOT_CONVERGED,
     SOLVED,
+    TIME_ENDED,
     UNBOUNDED,
     Bound,
     BoundKind,
     Prediction,
     Resultants,
 )
+from limitmason.limit.associative import carry
+from limitmason.limit.program.problem import make_problem
+from limitmason.mechanics.certificate import certify
+from limitmason.mechanics.residuals import part_labels
+from limitmason.mechanics.resultants import resultants_from_points, scaled_mechanism
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+from limitmason.model.support import Support
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -88,6 +89,8 @@ def governed(
                 return _of_part(prediction, k, rows)
     lead = min(found, key=lambda k: found[k].collapse_multiplier)
     first = found[lead]
+    if any(prediction.status == TIME_ENDED for prediction in found.values()):
+        return _of_part(replace(first, status=TIME_ENDED), lead, rows)
     value = first.collapse_multiplier if first.status != UNBOUNDED else 0.0
     forces = [] if first.resultants is None else [first.resultants]
     for k in range(len(parts)):

@@ -7,12 +7,12 @@ The own solver is compiled by numba and therefore loaded only when it is used. I
 import logging
 from typing import TYPE_CHECKING
 
+from limitmason.answers.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED
 from limitmason.errors import InputError
 from limitmason.limit.interior_point.coverage import unsupported
 from limitmason.limit.program.cones import Cones
 from limitmason.limit.program.problem import Problem
 from limitmason.limit.program.static import Solution, solve_static
-from limitmason.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED
 
 SOLVERS = ("auto", "clarabel", "interior-point", "cvxpy")
 

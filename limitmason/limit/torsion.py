@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.answers.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED
 from limitmason.geometry.polygon import centred_overlap, polar_mean_radius
 from limitmason.limit.program.cones import TorsionLimit, make_cones
 from limitmason.limit.program.problem import Problem
 from limitmason.limit.program.static import Solution, solve_static
-from limitmason.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED
 
 Array = NDArray[np.float64]
 

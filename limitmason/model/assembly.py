@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from limitmason.display.notebook import Shown
 from limitmason.errors import InputError
 from limitmason.geometry.contact import KEPT, ContactRules, Doubt
 from limitmason.geometry.polygon import clean_outline, convex_pieces
@@ -39,7 +40,6 @@ from limitmason.model.plausibility import warn_of_blocks, warn_of_tolerance
 from limitmason.model.support import Support
 from limitmason.model.tie import Tie
 from limitmason.model.tied import fitted
-from limitmason.notebook import Shown
 
 
 class ContactError(InputError):

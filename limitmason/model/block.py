@@ -8,14 +8,17 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid, mass_properties, steiner
+from limitmason.model.input import read_vector
 from limitmason.model.material import Material
+from limitmason.storage.frozen import ReadOnly, frozen, owned
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
+class Block(ReadOnly):
     """Unit or voussoir: a closed polyhedron given as convex pieces.
 
     Parameters
@@ -25,6 +28,11 @@ class Block:
     density : mass density [kg/m3], >= 0
     axis : length direction of the unit as laid, unit vector, shape (3,), or None
     material : what deforms, yields or cracks in it; None where it is rigid in every theory
+
+    Raises
+    ------
+    InputError
+        For an axis that is no direction.
     """
 
     name: str
@@ -33,13 +41,22 @@ class Block:
     axis: Array | None = None
     material: Material | None = None
 
+    def __post_init__(self) -> None:
+        """Take vertices and axis as arrays of its own, which nobody changes, and check the axis."""
+        object.__setattr__(self, "parts", tuple(Solid(owned(p.vertices), p.faces) for p in self.parts))
+        if self.axis is not None:
+            axis = read_vector(f"axis of block {self.name!r}", self.axis)
+            if not 0.0 < np.abs(axis).max() < 1e100:
+                raise InputError(f"axis of block {self.name!r} must be a direction, got {self.axis!r}")
+            object.__setattr__(self, "axis", owned(axis))
+
     @cached_property
     def _properties(self) -> tuple[float, Array, Array]:
         part = mass_properties(self.parts)
         volume = float(part.volume.sum())
         centroid = (part.volume[:, None] * part.centroid).sum(axis=0) / volume
         arm = part.centroid - centroid
-        return volume, centroid, (part.inertia + part.volume[:, None, None] * steiner(arm)).sum(axis=0)
+        return volume, frozen(centroid), frozen((part.inertia + part.volume[:, None, None] * steiner(arm)).sum(axis=0))
 
     def __repr__(self) -> str:
         return f"<Block {self.name!r}: {self.volume:.4g} m3, {self.mass:.4g} kg, {len(self.parts)} convex part(s)>"
@@ -57,7 +74,7 @@ class Block:
     @property
     def inertia(self) -> Array:
         """Inertia tensor about the centroid [kg m2], shape (3, 3)."""
-        return self.density * self._properties[2]
+        return frozen(self.density * self._properties[2])
 
     @property
     def mass(self) -> float:
@@ -67,10 +84,10 @@ class Block:
     @property
     def vertices(self) -> Array:
         """Vertices of all parts [m], shape (n, 3)."""
-        return np.vstack([part.vertices for part in self.parts])
+        return frozen(np.vstack([part.vertices for part in self.parts]))
 
     @property
     def bounds(self) -> Array:
         """Lowest and highest coordinates [m], shape (2, 3)."""
         v = self.vertices
-        return np.array([v.min(axis=0), v.max(axis=0)])
+        return frozen(np.array([v.min(axis=0), v.max(axis=0)]))

@@ -14,15 +14,17 @@ from limitmason.geometry.contact import ContactRules, Doubt
 from limitmason.geometry.polyhedron import mass_properties, steiner
 from limitmason.model.arrays import AssemblyArrays, face_arrays, with_ties
 from limitmason.model.block import Block
+from limitmason.model.fingerprint import Fingerprint
 from limitmason.model.interface import Interface
 from limitmason.model.support import Support
 from limitmason.model.tie import Tie
+from limitmason.storage.frozen import ReadOnly, frozen
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Blockwork:
+class Blockwork(ReadOnly):
     """What an :class:`~limitmason.Assembly` holds, less how it is built and changed; see there.
 
     The parts that an assembly is made with (detection of contacts, moved copies, the contact report) read this.
@@ -53,6 +55,8 @@ class Blockwork:
                 near = sorted(self._numbers, key=lambda n: (n[:3] != block[:3], abs(len(n) - len(block))))[:5]
                 raise InputError(f"there is no block named {block!r}; names include {', '.join(near)}")
             return self._numbers[block]
+        if not isinstance(block, int | np.integer):
+            raise InputError(f"one block is needed, by its name or number; got {block!r}")
         if not 0 <= int(block) < self.n_blocks:
             raise InputError(f"block number {block} is outside 0 .. {self.n_blocks - 1}")
         return int(block)
@@ -71,12 +75,12 @@ class Blockwork:
         flags = np.zeros((self.n_blocks, 6), dtype=bool)
         for support in self.supports:
             flags[self.block_index(support.block)] |= np.array(support.held)
-        return flags
+        return frozen(flags)
 
     @property
     def fixed(self) -> NDArray[np.bool_]:
         """Blocks held in all six degrees of freedom, shape (n_blocks,)."""
-        return np.asarray(self.held.all(axis=1))
+        return frozen(np.asarray(self.held.all(axis=1)))
 
     @cached_property
     def _mass_properties(self) -> tuple[Array, Array, Array]:
@@ -90,7 +94,7 @@ class Blockwork:
         arm = part.centroid - centroid[owner]
         inertia = np.zeros((self.n_blocks, 3, 3))
         np.add.at(inertia, owner, part.inertia + part.volume[:, None, None] * steiner(arm))
-        return volume, centroid, inertia
+        return frozen((volume, centroid, inertia))
 
     @property
     def centroids(self) -> Array:
@@ -105,7 +109,7 @@ class Blockwork:
     @property
     def weights(self) -> Array:
         """Block weights, density times volume times g [N], shape (n_blocks,)."""
-        return np.array([b.density for b in self.blocks]) * self.volumes * GRAVITY
+        return frozen(np.array([b.density for b in self.blocks]) * self.volumes * GRAVITY)
 
     @cached_property
     def arrays(self) -> AssemblyArrays:
@@ -125,12 +129,20 @@ class Blockwork:
             for key, j in laws.items()
         }  # fmt: skip
         law = np.array([table[id(i.joint)] for i in self.interfaces], dtype=float).reshape(k, 7)
-        return AssemblyArrays(
+        return frozen(AssemblyArrays(
             centroid, volume, density * volume, density[:, None, None] * inertia, density * volume * GRAVITY, self.held,
             np.array([i.block_a for i in self.interfaces], dtype=np.intp),
             np.array([i.block_b for i in self.interfaces], dtype=np.intp),
             normal, t1, t2, centre, area, corners, start, *np.ascontiguousarray(law.T),
-        )  # fmt: skip
+        ))  # fmt: skip
+
+    @cached_property
+    def fingerprint(self) -> Fingerprint:
+        """What tells this model from another: blocks, joints, supports, ties, materials."""
+        ends = [
+            (self.block_index(t.block_a), -1 if t.block_b is None else self.block_index(t.block_b)) for t in self.ties
+        ]
+        return Fingerprint.of(self.blocks, self.held, self.interfaces, self.ties, np.array(ends), self.tolerance)
 
     def ground_for(self, what: str) -> int:
         """Number of the block that stands for the ground, the first wholly held one; ``what`` asks for it."""
@@ -150,7 +162,7 @@ class Blockwork:
             return self.arrays
         a = np.array([self.block_index(t.block_a) for t in self.ties], dtype=np.intp)
         b = [self.ground_for(str(t)) if t.block_b is None else self.block_index(t.block_b) for t in self.ties]
-        return with_ties(
+        return frozen(with_ties(
             self.arrays, a, np.array(b, dtype=np.intp), np.array([t.ends for t in self.ties]),
             np.array([t.strength for t in self.ties]), np.array([t.axial_stiffness for t in self.ties]),
-        )  # fmt: skip
+        ))  # fmt: skip

@@ -39,6 +39,7 @@ from limitmason.model.detection import (
     pieces_of,
 )
 from limitmason.model.face_touch import UntouchedFace, contact_gaps, least_width, untouched_faces
+from limitmason.storage.frozen import ReadOnly
 
 Array = NDArray[np.float64]
 
@@ -91,7 +92,7 @@ class EdgeContact(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class ContactReport:
+class ContactReport(ReadOnly):
     """What :meth:`limitmason.Assembly.contact_report` found; ``str`` makes a table of it.
 
     Parameters

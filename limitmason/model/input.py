@@ -44,6 +44,8 @@ def read_pieces(solid: Any, name: str) -> tuple[Solid, ...]:
             v.setflags(write=False)
             if not isinstance(faces, tuple) or not all(isinstance(f, tuple) for f in faces):
                 faces = tuple(tuple(int(i) for i in f) for f in faces)
+            if len(faces) < 4:
+                raise InputError(f"a solid has four faces or more, here are {len(faces)}")
             out.append(Solid(v, faces))
     except (TypeError, ValueError) as error:
         raise InputError(f"block {name!r}: expected (vertices, faces) or a list of such pieces; {error}") from None

@@ -11,12 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 from limitmason.errors import InputError
 from limitmason.geometry.polygon import clip_convex
 from limitmason.model.joint import Joint
+from limitmason.storage.frozen import ReadOnly, owned
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Interface:
+class Interface(ReadOnly):
     """Contact between block a and block b.
 
     Parameters
@@ -34,6 +35,11 @@ class Interface:
     normal: Array
     joint: Joint
     kind: str
+
+    def __post_init__(self) -> None:
+        """Take polygon and normal as arrays of its own, which nobody changes."""
+        object.__setattr__(self, "polygon", owned(self.polygon))
+        object.__setattr__(self, "normal", owned(self.normal))
 
     def __repr__(self) -> str:
         return f"<Interface of blocks {self.block_a} and {self.block_b}: {self.kind}, {self.area:.4g} m2, {self.joint}>"

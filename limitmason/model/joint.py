@@ -38,8 +38,8 @@ class Joint:
     friction_angle_deg : phi [deg], 0 <= phi < 90
     dilatancy_angle_deg : psi [deg], 0 <= psi <= phi; used by non-associative limit analysis and the DEM
     cohesion : c [Pa]
-    tensile_strength : ft [Pa]; where ft > c / tan(phi) the DEM takes it as it is and every other method cuts it at the
-        apex of the Coulomb cone, and the answer warns
+    tensile_strength : ft [Pa]; where ft > c / tan(phi) the DEM and the capacity curve take it as it is, every other
+        method cuts it at the apex of the Coulomb cone, and the answer warns
     compressive_strength : fc [Pa], infinite by default
     normal_stiffness, shear_stiffness : kn, ks [Pa/m]; needed by the DEM only
     residual_friction_angle_deg, residual_cohesion, residual_tensile_strength : values after failure [deg], [Pa];

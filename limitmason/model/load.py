@@ -15,11 +15,15 @@ from limitmason.model.backfill import backfill_wrenches
 from limitmason.model.input import read_number, read_vector
 from limitmason.model.patch import patch_wrenches
 from limitmason.model.plausibility import warn_of_point, warn_of_pressure
+from limitmason.storage.frozen import ReadOnly
 
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
 
 Array = NDArray[np.float64]
+
+LARGEST = 1e30
+"""Loads beyond it are errors of input [N, N m]: the squares of others are numbers."""
 
 _SIDES = {
     "top": (0, 0, 1),
@@ -34,7 +38,7 @@ _SIDES = {
 
 
 @dataclass(frozen=True, eq=False)
-class Loads:
+class Loads(ReadOnly):
     """Dead and live loads; the structure carries dead + lambda live.
 
     Parameters
@@ -65,7 +69,9 @@ class Loads:
             if not np.isfinite(wrench).all():
                 block = int(np.flatnonzero(~np.isfinite(wrench).all(axis=1))[0])
                 raise InputError(f"{label} load of block number {block} is not finite (NaN or infinite)")
-            wrench.setflags(write=False)
+            if (np.abs(wrench) > LARGEST).any():
+                block = int(np.argmax(np.abs(wrench).max(axis=1)))
+                raise InputError(f"{label} load of block number {block} is beyond {LARGEST:g} N or N m")
             object.__setattr__(self, label, wrench)
         if self.dead.shape != self.live.shape:
             raise InputError(f"dead loads are given for {len(self.dead)} blocks, live loads for {len(self.live)}")
@@ -168,8 +174,8 @@ class Loads:
         """
         i = assembly.block_index(block)
         f = np.asarray(force, dtype=float)
-        if f.shape != (3,) or not np.isfinite(f).all():
-            raise InputError(f"force on block {block!r} must be three finite numbers [N], got {force!r}")
+        if f.shape != (3,) or not (np.abs(f) < LARGEST).all():
+            raise InputError(f"force on block {block!r} must be three finite numbers below {LARGEST:g}, got {force!r}")
         arm = np.zeros(3) if at is None else read_vector("at", at) - assembly.centroids[i]
         if at is not None and f.any():
             warn_of_point(assembly.blocks[i].name, arm + assembly.centroids[i], assembly.blocks[i].bounds)

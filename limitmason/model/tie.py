@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from limitmason.errors import InputError
+from limitmason.storage.frozen import ReadOnly, frozen
 
 Array = NDArray[np.float64]
 
@@ -16,7 +17,7 @@ STRENGTHS = {"yield_force": "yield", "bond_force": "bond", "anchor_force": "anch
 
 
 @dataclass(frozen=True, eq=False)
-class Tie:
+class Tie(ReadOnly):
     """A tie between a point of block a and a point of block b, or of the ground: 0 <= T <= strength, tension only.
 
     T = k (L - L0 - plastic elongation), not below zero and not above the strength, which is the least of yield, bond
@@ -101,7 +102,7 @@ class Tie:
     @property
     def ends(self) -> Array:
         """Both points [m], shape (2, 3)."""
-        return np.array([self.point_a, self.point_b], dtype=float)
+        return frozen(np.array([self.point_a, self.point_b], dtype=float))
 
     @property
     def length(self) -> float:
@@ -113,7 +114,7 @@ class Tie:
     def direction(self) -> Array:
         """Unit vector from point a to point b, shape (3,)."""
         a, b = self.ends
-        return np.asarray((b - a) / np.linalg.norm(b - a))
+        return frozen(np.asarray((b - a) / np.linalg.norm(b - a)))
 
     @property
     def strengths(self) -> dict[str, float]:

@@ -4,27 +4,21 @@ Every study returns a :class:`Table`, runs on any executor, and goes on after a 
 """
 
 from limitmason.study.block_size import block_size_study
+from limitmason.study.content import fingerprint
 from limitmason.study.dilatancy import contact_point_study, dilatancy_study, with_dilatancy
 from limitmason.study.draws import Random, lognormal, normal, uniform
 from limitmason.study.gap import GapAttribution, attribute_gap
-from limitmason.study.layout_catalogue import COLUMNS as CATALOGUE_COLUMNS
-from limitmason.study.layout_catalogue import compute_layouts
-from limitmason.study.layout_search import Finding, LayoutSearch, search_layouts
+from limitmason.study.memo import Memo
 from limitmason.study.montecarlo import SobolIndices, curves_of, monte_carlo, sobol
-from limitmason.study.search_report import layout_report
 from limitmason.study.spread import Running, Sensitivity, Share, Stop, running, sensitivity, shares
-from limitmason.study.store import RowStore, fingerprint
 from limitmason.study.sweep import sweep
 from limitmason.study.table import Table
 from limitmason.study.workers import Unfinished
 
 __all__ = [
-    "CATALOGUE_COLUMNS",
-    "Finding",
     "GapAttribution",
-    "LayoutSearch",
+    "Memo",
     "Random",
-    "RowStore",
     "Running",
     "Sensitivity",
     "Share",
@@ -34,17 +28,14 @@ __all__ = [
     "Unfinished",
     "attribute_gap",
     "block_size_study",
-    "compute_layouts",
     "contact_point_study",
     "curves_of",
     "dilatancy_study",
     "fingerprint",
-    "layout_report",
     "lognormal",
     "monte_carlo",
     "normal",
     "running",
-    "search_layouts",
     "sensitivity",
     "shares",
     "sobol",

@@ -14,7 +14,7 @@ from limitmason.errors import InputError
 from limitmason.methods import ASSOCIATIVE, MECHANISMS, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.study.store import fingerprint
+from limitmason.study.content import fingerprint
 from limitmason.study.sweep import Progress, sweep
 from limitmason.study.table import Table
 

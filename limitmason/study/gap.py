@@ -10,15 +10,16 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.answers.results import ALMOST_SOLVED, SOLVED
 from limitmason.errors import InputError
+from limitmason.mechanics.stiffness import default_stiffness
 from limitmason.methods import ASSOCIATIVE, DEM, get_method, predict
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
-from limitmason.results import ALMOST_SOLVED, SOLVED
-from limitmason.stiffness import default_stiffness
+from limitmason.storage.frozen import ReadOnly
+from limitmason.study.content import fingerprint
 from limitmason.study.dilatancy import with_dilatancy
-from limitmason.study.store import fingerprint
 from limitmason.study.sweep import Progress, sweep
 from limitmason.study.table import Table
 
@@ -68,7 +69,7 @@ class Share:
 
 
 @dataclass(frozen=True, eq=False)
-class GapAttribution:
+class GapAttribution(ReadOnly):
     """The way from the associative multiplier to the DEM's.
 
     Parameters

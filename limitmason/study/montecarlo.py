@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 from scipy import stats
 from scipy.stats import qmc
 
-from limitmason.curve import Curve
+from limitmason.answers.curve import Curve
+from limitmason.answers.results import Prediction
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.methods import get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.results import Prediction
+from limitmason.storage.frozen import ReadOnly
+from limitmason.study.content import fingerprint
 from limitmason.study.draws import (
     BLOCK_BOUNDS,
     BOUNDS,
@@ -32,7 +34,6 @@ from limitmason.study.draws import (
     draw_joints,
 )
 from limitmason.study.spread import Stop
-from limitmason.study.store import fingerprint
 from limitmason.study.sweep import Progress, sweep
 from limitmason.study.table import Table
 from limitmason.study.ties import Ties
@@ -268,7 +269,7 @@ def _answers(found: Any) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, eq=False)
-class SobolIndices:
+class SobolIndices(ReadOnly):
     """Shares of the multiplier's variance.
 
     Parameters

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from limitmason.errors import InputError
+from limitmason.storage.frozen import ReadOnly
 from limitmason.study.draws import BLOCK_BOUNDS, BOUNDS
 from limitmason.study.table import Table
 
@@ -18,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Running:
+class Running(ReadOnly):
     """Mean and spread of a column over its first n runs.
 
     Parameters

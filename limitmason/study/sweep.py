@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
 
+from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
-from limitmason.progress import reached, watched
-from limitmason.study.store import RowStore, fingerprint, plain
+from limitmason.study.content import fingerprint
+from limitmason.study.memo import Memo
 from limitmason.study.table import Table
-from limitmason.study.workers import Unfinished, as_row, run_points
+from limitmason.study.workers import as_row
 
 Progress = Callable[[str], object]
 
@@ -64,29 +66,22 @@ def sweep(
         What ``function`` raises; the rows finished before are in the store.
     """
     points = _points(parameters)
-    kept: RowStore | None = None
-    if store is not None:
-        kept = RowStore(store, key or fingerprint("sweep", function, points))
-    rows: dict[int, Mapping[str, Any]] = {} if kept is None else {k: v for k, v in kept.rows.items() if k < len(points)}
+    memo = Memo(store, "" if store is None else key or fingerprint("sweep", function, points), kind=dict)
+    rows = {k: memo[k] for k in range(len(points)) if k in memo}
     if rows and progress is not None:
-        progress(f"{len(rows)} of {len(points)} runs are in {kept.path if kept else 'the store'}")
+        progress(f"{len(rows)} of {len(points)} runs are in {store}")
     size = len(points) if enough is None else batch or len(points)
     if size < 1:
         raise InputError(f"batch must be at least 1, got {batch!r}")
     clock, done, end = time.perf_counter(), 0, 0
     while end < len(points):
         end = min(end + size, len(points))
-        missing = [(k, points[k]) for k in range(end) if k not in rows]
         alone = 1.0 / len(points) if executor is None and workers == 1 else 0.0
         reached(len(rows) / len(points), share=alone)
-        for number, result in run_points(function, missing, executor, workers):
-            if isinstance(result, Unfinished):
-                continue
-            # through the same form as the store's, so that a resumed table equals an uninterrupted one
-            rows[number] = plain({**_shown(points[number]), **as_row(result)})
+        jobs = {k: points[k] for k in range(end)}
+        for number, row in memo.map(function, jobs, executor=executor, workers=workers, row=partial(_row, points)):
+            rows[number] = row
             done += 1
-            if kept is not None:
-                kept.add(number, rows[number])
             reached(len(rows) / len(points), f"{len(rows)} of {len(points)} runs", share=alone)
             if progress is not None:
                 left = (time.perf_counter() - clock) / done * (len(points) - len(rows))
@@ -98,6 +93,10 @@ def sweep(
     unfinished = end - len(found)
     notes = (f"{unfinished} of {end} runs are not finished: call again with the same store",) if unfinished else ()
     return replace(found, notes=notes)
+
+
+def _row(points: Sequence[Mapping[str, Any]], number: int, result: Any) -> dict[str, Any]:
+    return {**_shown(points[number]), **as_row(result)}
 
 
 def _table(rows: Mapping[int, Mapping[str, Any]], end: int, units: Mapping[str, str] | None) -> Table:

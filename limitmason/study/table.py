@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,10 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.csv_table import write_table
-from limitmason.notebook import html_table
-from limitmason.study.store import same
-from limitmason.text_table import aligned
+from limitmason.display.notebook import html_table
+from limitmason.display.text_table import aligned
+from limitmason.storage.csv_table import write_table
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class Table:
         if not isinstance(other, Table):
             return NotImplemented
         return len(self) == len(other) and all(
-            list(a) == list(b) and all(same(a[k], b[k]) for k in a) for a, b in zip(self, other, strict=True)
+            list(a) == list(b) and all(_same(a[k], b[k]) for k in a) for a, b in zip(self, other, strict=True)
         )
 
     __hash__ = None  # type: ignore[assignment]
@@ -65,7 +65,7 @@ class Table:
         for name in wanted:
             if name not in self.columns:
                 raise KeyError(f"the table has no column {name!r}; columns: {', '.join(self.columns)}")
-        kept = tuple(r for r in self.rows if all(same(r.get(k), v) for k, v in wanted.items()))
+        kept = tuple(r for r in self.rows if all(_same(r.get(k), v) for k, v in wanted.items()))
         return Table(kept, self.units, self.notes)
 
     def write_csv(self, path: str | Path) -> None:
@@ -94,3 +94,10 @@ def _text(value: Any) -> str:
     if value is None:
         return "-"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _same(a: Any, b: Any) -> bool:
+    """Equality of table entries in which NaN equals NaN."""
+    if isinstance(a, float) and isinstance(b, float) and math.isnan(a) and math.isnan(b):
+        return True
+    return bool(a == b)

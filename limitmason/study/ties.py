@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import math
 import operator
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
@@ -69,25 +68,43 @@ class Ties:
             raise InputError(f"{twice[0]!r} is tied and given: leave one of them out")
 
     def __call__(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The values with those tied to them; arrays element by element."""
+        """The values with those tied to them; arrays element by element.
+
+        Raises
+        ------
+        InputError
+            Where a formula gives no finite number.
+        """
         found = dict(values)
         for name in self.order:
-            found[name] = _value(self._trees[name].body, found)
+            # numbers of fixed size: a power of powers overflows at once where whole numbers would grow without end
+            with np.errstate(all="ignore"):
+                found[name] = _value(self._trees[name].body, found)
+            if not np.isfinite(found[name]).all():
+                at = ", ".join(f"{n} = {found[n]}" for n in sorted(self.direct(name)))
+                raise InputError(f"the tie of {name!r}, {self.formulas[name]!r}, gives no finite number"
+                                 + (f" at {at}" if at else ""))  # fmt: skip
         return found
 
     def __bool__(self) -> bool:
         return bool(self.formulas)
 
 
+LONGEST = 1000
+"""Characters of a formula: deeper nesting than these allow would exhaust the parser."""
+
+
 def _parsed(name: str, text: str) -> ast.Expression:
     try:
+        if len(text) > LONGEST:
+            raise InputError(f"the tie of {name!r} is a formula of {len(text)} characters, the most are {LONGEST}")
         tree = ast.parse(text, mode="eval")
-    except (SyntaxError, TypeError, ValueError):
+    except (SyntaxError, TypeError, ValueError, RecursionError, MemoryError):
         raise InputError(f"the tie of {name!r} is no formula: {text!r}") from None
     for node in ast.walk(tree):
         fine = (
             isinstance(node, ast.Expression | ast.Name | ast.Load)
-            or (isinstance(node, ast.Constant) and isinstance(node.value, int | float) and math.isfinite(node.value))
+            or (isinstance(node, ast.Constant) and isinstance(node.value, int | float) and abs(node.value) < 1e300)
             or (isinstance(node, ast.BinOp) and type(node.op) in _BINARY)
             or (isinstance(node, ast.UnaryOp) and type(node.op) in _SIGNS)
             or type(node) in _BINARY
@@ -111,6 +128,7 @@ def _value(node: ast.AST, values: Mapping[str, Any]) -> Any:
         assert isinstance(node.func, ast.Name)
         return FUNCTIONS[node.func.id](_value(node.args[0], values))
     if isinstance(node, ast.Name):
-        return values[node.id]
+        return np.asarray(values[node.id], dtype=float)[()]
     assert isinstance(node, ast.Constant)
-    return node.value
+    assert isinstance(node.value, int | float)
+    return np.float64(node.value)

@@ -15,8 +15,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, as_completed, wait
 from typing import Any
 
+from limitmason.answers.results import Prediction
 from limitmason.errors import InputError
-from limitmason.results import Prediction
 
 Job = tuple[int, Mapping[str, Any]]
 

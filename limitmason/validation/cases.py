@@ -12,7 +12,7 @@ from limitmason.experiments.record import Experiment, Target
 from limitmason.experiments.registry import all_cases, load, recipe_of, sources, specimens
 from limitmason.experiments.shown import Settings
 from limitmason.model.assembly import Assembly
-from limitmason.study.store import fingerprint
+from limitmason.study.content import fingerprint
 
 
 @dataclass(frozen=True)

@@ -10,21 +10,24 @@ from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
+from limitmason.answers.references import LIMITMASON, Citation
+from limitmason.answers.results import Bound, Prediction
+from limitmason.display.notebook import Shown
+from limitmason.display.progress import reached, watched
+from limitmason.display.text_table import aligned, markdown
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments.record import Quantity
 from limitmason.limit.range.proven_range import proven_range
 from limitmason.methods import NON_ASSOCIATIVE, THEORIES, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.notebook import Shown
-from limitmason.progress import reached, watched
-from limitmason.references import LIMITMASON, Citation
-from limitmason.results import Bound, Prediction
-from limitmason.study.store import DocumentStore
-from limitmason.text_table import aligned, markdown
-from limitmason.validation.rows import NAN, Row
+from limitmason.study.content import fingerprint
+from limitmason.study.memo import Memo
+from limitmason.validation.findings import Answers
+from limitmason.validation.rows import Row
 
-SCHEMA = "limitmason-answer"
+ANSWERS = "answers.jsonl"
+"""File of a store's folder."""
 
 _WIDE = 100  # characters of a line below the table
 
@@ -64,9 +67,9 @@ class SideBySide(Shown):
             ratio = f"{r.ratio:.3f}" if math.isfinite(r.ratio) else "-"
             lines.append([r.method, value, ends, ratio, r.status, f"{r.seconds:.1f}", kind])
         if self.measured is not None:
-            low, value, high = self.measured
+            low, middle, high = self.measured
             ends = f"{low:.4f} to {high:.4f}" if high > low else ""
-            lines.append(["test", f"{value:.5f}", ends, "1.000", "measured", "", ""])
+            lines.append(["test", f"{middle:.5f}", ends, "1.000", "measured", "", ""])
         else:
             lines = [line[:3] + line[4:] for line in lines]
         return lines
@@ -106,33 +109,16 @@ class SideBySide(Shown):
         return "\n".join(markdown(self._lines()))
 
     def findings(self) -> tuple[str, ...]:
-        """What theory demands of the answers, checked; each line begins with "holds", "open" or "BROKEN".
+        """What theory demands of the answers: each line begins with "holds", "open", "BROKEN" or "not checked".
 
         Notes
         -----
         Non-associative <= associative, and associative <= a mechanism that is admissible on the same interfaces, are
-        theorems. The DEM must lie inside the range of the non-associative law within its own error budget; its finite
-        stiffness and its pressure in the faces may take it out, so that is "open" and needs an explanation.
+        theorems. A simulation must lie inside the range of the non-associative law within its own error budget. Finite
+        stiffness and the pressure in the faces may take it out: that is "open" and needs an explanation. A demand on an
+        answer that was not computed is "not checked", or says which end of the range is missing.
         """
-        solved = {get_method(r.method).theorem: r for r in reversed(self.rows) if r.solved}
-        upper, lower, mechanism = (solved.get(t) for t in ("upper", "admissible", "mechanism"))
-        out = []
-        if upper and lower:
-            good = lower.multiplier <= upper.multiplier * (1.0 + 1e-6) + 1e-9
-            out.append(f"{'holds' if good else 'BROKEN'}: non-associative <= associative ({_pair(lower, upper)})")
-        for row in self.rows if upper else ():
-            if row.solved and get_method(row.method).theorem == "simulation":
-                out.append(self._simulation(row, lower, upper))
-        if upper and mechanism:
-            bound = mechanism.details.get("smallest_upper_bound", NAN)
-            name = mechanism.details.get("smallest_upper_bound_of")
-            if math.isfinite(bound):
-                good = upper.multiplier <= bound * (1.0 + 1e-6) + 1e-9
-                out.append(
-                    f"{'holds' if good else 'BROKEN'}: associative <= admissible mechanism "
-                    f"({upper.multiplier:.5f}, {name} {bound:.5f})"
-                )
-        return tuple(out)
+        return tuple(map(str, Answers(self.rows).findings()))
 
     def _told(self) -> list[str]:
         """What the loads mean, as lines of a terminal."""
@@ -165,22 +151,6 @@ class SideBySide(Shown):
         if "associative" in self and self["associative"].solved:
             out.append(f"associative: {self['associative'].multiplier:.5f}, which no admissible state exceeds")
         return tuple(out)
-
-    @staticmethod
-    def _simulation(row: Row, lower: Row | None, upper: Row) -> str:
-        name = get_method(row.method).look.name
-        low, high = (row.low, row.high) if row.has_range else (row.multiplier, row.multiplier)
-        floor = lower.multiplier if lower else 0.0
-        text = f"{name} {low:.5f} to {high:.5f}, admissible {floor:.5f} to {upper.multiplier:.5f}"
-        if low > upper.multiplier:
-            return f"open: the {name} lies above the associative value beyond its error budget ({text})"
-        if high < floor:
-            return f"open: the {name} lies below the smallest admissible multiplier found ({text})"
-        return f"holds: the {name} lies inside the admissible range within its error budget ({text})"
-
-
-def _pair(a: Row, b: Row) -> str:
-    return f"{a.multiplier:.5f}, {b.multiplier:.5f}"
 
 
 @watched("compare")
@@ -229,32 +199,32 @@ def compare(
     Notes
     -----
     A method that refuses the structure (``NotApplicable``) or finds no answer (``NotConverged``) has a row that says
-    why; wrong input and every other error come through. The store knows model, loads, method and options, not
-    the version of the code: start a new folder after an update.
+    why; wrong input and every other error come through. The store knows model, loads, method, options and the version
+    of this package: that of another version is refused.
     """
     methods = (methods,) if isinstance(methods, str) else tuple(methods)
     settings = _settings(methods, options)
     if proven is not None and not any(get_method(m).theorem == "admissible" for m in methods):
         raise InputError(f"proven is for {NON_ASSOCIATIVE!r}, which is not among the methods {', '.join(methods)}")
     test = measured_range(measured)
-    kept = None if store is None else DocumentStore(store, SCHEMA)
+    memo = None if store is None else Memo(Path(store) / ANSWERS, kind=dict)
     say = progress or (lambda _: None)
     rows: list[Row] = []
     for k, method in enumerate(methods, 1):
         # without a store there is nothing to identify, and options may be any objects
-        path = None
-        if kept is not None:
+        key = [method]
+        if memo is not None:
             limit = proven if get_method(method).theorem == "admissible" else None
-            path = kept.path(method, assembly, loads, method, settings[method], limit)
-        row = None if kept is None else kept.read(path, Row.restored)
+            key.append(fingerprint(assembly, loads, method, settings[method], limit))
+        row = None if memo is None or key not in memo else Row.restored(memo[key], memo.path)
         where = f"[{k}/{len(methods)}] {method}"
         reached((k - 1) / len(methods), method, share=1.0 / len(methods))
         if row is None:
             say(f"{where} ...")
             given = {**settings[method], **_taken_over(method, settings, rows)}
             row = _solve(assembly, loads, method, given, proven)
-            if kept is not None:
-                kept.write(path, row.stored())
+            if memo is not None:
+                memo.keep(key, row.stored())
             say(f"{where}: {row.multiplier:.5g} ({row.status}; {row.seconds:.1f} s)")
         else:
             say(f"{where}: {row.multiplier:.5g} (from the store)")

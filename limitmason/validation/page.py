@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 
-from limitmason.csv_table import write_table
+from limitmason.display.text_table import markdown, names_of, span
 from limitmason.methods import ASSOCIATIVE, DEM, MECHANISMS, THEORIES, get_method
-from limitmason.text_table import markdown, names_of, span
+from limitmason.storage.csv_table import write_table
 from limitmason.validation.cases import Case, Reference, settings_of
 from limitmason.validation.comparing import SideBySide
+from limitmason.validation.findings import BROKEN, HOLDS, INSIDE, NOT_CHECKED, Answers
 from limitmason.validation.rows import REFUSED, Row
 from limitmason.validation.solving import dem_verdict
 
@@ -148,22 +149,29 @@ def _refusals(own: Found) -> list[str]:
 
 def _checks(own: Found) -> list[str]:
     """What theory demands, counted, and every case that needs an explanation with it."""
-    kept, broken, outside, silent, inside = 0, [], [], [], 0
+    kept, broken, outside, silent, inside, left = 0, [], [], [], 0, []
     for case, result in own.items():
-        for line in result.findings():
-            kept += line.startswith("holds") and "DEM" not in line
-            broken += [f"- BROKEN, {case.name}: {line}"] if line.startswith("BROKEN") else []
-        verdict = dem_verdict(result)
-        inside += verdict == "inside"
-        if verdict and verdict != "inside":
+        answers = Answers(result.rows)
+        for finding in answers.findings():
+            kept += finding.state == HOLDS and finding.method != DEM
+            broken += [f"- BROKEN, {case.name}: {finding}"] if finding.state == BROKEN else []
+            left += [case.name] if finding.state == NOT_CHECKED and finding.method != DEM else []
+        if DEM not in result or result[DEM].refusal is not None:
+            continue
+        verdict = answers.position(result[DEM])
+        inside += verdict == INSIDE
+        if verdict and verdict != INSIDE:
             outside.append(f"- {case.name}: the DEM lies {verdict}. {_reason(case, verdict)}")
-        if DEM in result and not result[DEM].solved and result[DEM].refusal is None:
+        if not result[DEM].solved:
             silent.append(f"- {case.name}: DEM {result[DEM].status}. {_reason(case, result[DEM].status)}")
+        elif not verdict:
+            silent.append(f"- {case.name}: the admissible range beside the DEM was not computed whole.")
     total = inside + len(outside)
     out = [""]
     if kept or broken:
+        rest = f"; {len(left)} not checked, where there is no range or no bound to compare" if left else ""
         text = "Orders that theory demands (non-associative <= associative <= admissible mechanism)"
-        out.append(f"{text}: {kept} hold, {len(broken)} broken.")
+        out.append(f"{text}: {kept} hold, {len(broken)} broken{rest}.")
     if total:
         out.append(f"The DEM lies inside the admissible range within its error bar in {inside} of {total} cases.")
     return [*(out if len(out) > 1 else []), *([""] if broken or outside or silent else []), *broken, *outside, *silent]

@@ -7,10 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from limitmason.answers.references import Cited
+from limitmason.answers.results import ALMOST_SOLVED, SOLVED, Bound, BoundKind, Prediction
+from limitmason.errors import InputError
 from limitmason.experiments.record import Quantity
 from limitmason.methods import get_method
-from limitmason.references import Cited
-from limitmason.results import ALMOST_SOLVED, SOLVED, Bound, BoundKind, Prediction
 
 NAN = float("nan")
 REFUSED = "does not apply"
@@ -132,17 +133,20 @@ class Row:
 
     def stored(self) -> dict[str, Any]:
         """What a store keeps of it; :meth:`restored` reads it."""
-        return {name: getattr(self, name) for name in STORED}
+        out = {name: getattr(self, name) for name in STORED}
+        return {**out, "bound": str(self.bound), "status": str(self.status)}
 
     @classmethod
-    def restored(cls, document: Mapping[str, Any]) -> Row:
-        """A row from what a store kept, also of version 0.1.
+    def restored(cls, document: Mapping[str, Any], path: object) -> Row:
+        """A row from what a store kept.
 
         Raises
         ------
-        KeyError, TypeError
-            For a document that lacks a field or is no mapping.
+        InputError
+            Naming the file, for a document that lacks a field.
         """
+        if missing := [name for name in STORED if name not in document]:
+            raise InputError(f"{path} holds an answer without {missing[0]!r}: remove its line to compute it again")
         values = {name: document[name] for name in STORED}
         words, governing = values["bound"], values["details"].get("governing")
         # the words begin with the kind, behind the name of the mechanism that governs

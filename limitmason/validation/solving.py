@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from limitmason.display.progress import reached, task
 from limitmason.errors import InputError
 from limitmason.experiments.shown import Settings
 from limitmason.methods import ASSOCIATIVE, DEM, MECHANISMS, NON_ASSOCIATIVE, THEORIES, get_method
-from limitmason.progress import reached, task
 from limitmason.validation.cases import Case, settings_of
 from limitmason.validation.comparing import SideBySide, compare
+from limitmason.validation.findings import INSIDE, Answers
 from limitmason.validation.rows import Row
 
 Progress = Callable[[str], object]
-_SAME = 1e-6
 
 
 def dem_verdict(result: SideBySide) -> str:
@@ -25,15 +25,7 @@ def dem_verdict(result: SideBySide) -> str:
 
     The DEM counts with its error bar; "" where one of the answers is missing.
     """
-    if any(name not in result or not result[name].solved for name in (ASSOCIATIVE, NON_ASSOCIATIVE, DEM)):
-        return ""
-    dem, upper, lower = result[DEM], result[ASSOCIATIVE].multiplier, result[NON_ASSOCIATIVE]
-    floor = min(v for v in (lower.low, lower.multiplier) if math.isfinite(v))
-    if dem.low > upper * (1.0 + _SAME):
-        return f"above by {dem.low / upper - 1.0:.2%}"
-    if dem.high < floor * (1.0 - _SAME):
-        return f"below by {1.0 - dem.high / floor:.2%}"
-    return "inside"
+    return Answers(result.rows).position(result[DEM]) if DEM in result else ""
 
 
 def solve_cases(
@@ -64,8 +56,8 @@ def solve_cases(
     Notes
     -----
     The DEM's error bar is the bracket of its search. Where that leaves the DEM outside the admissible range, and
-    everywhere in thorough runs, it is the whole error budget. The store does not know the version of the code: start a
-    new folder after an update.
+    everywhere in thorough runs, it is the whole error budget. A store of another version of this package is
+    refused.
     """
     wanted = list(wanted)
     with task("cases", shown=progress is None):
@@ -93,8 +85,12 @@ def _solve_all(
     answers: dict[Case, SideBySide] = {}
     for k, c in enumerate(wanted, 1):
         reached((k - 1) / len(wanted), str(c.name), share=1.0 / len(wanted))
-        answers[c] = _solve(c, methods, thorough, store, lambda line, k=k: say(f"[{k}/{len(wanted)}] {line}"))
+        answers[c] = _solve(c, methods, thorough, store, partial(_numbered, say, f"[{k}/{len(wanted)}]"))
     return answers
+
+
+def _numbered(say: Progress, number: str, line: str) -> None:
+    say(f"{number} {line}")
 
 
 def _solve_alone(case: Case, methods: Sequence[str], thorough: bool, store: str | Path) -> str:
@@ -107,7 +103,8 @@ def _solve(case: Case, methods: Sequence[str], thorough: bool, store: str | Path
     settings = settings_of(case, thorough=thorough)
 
     def ask(names: Sequence[str], *, whole: bool) -> SideBySide:
-        options = {k: v for k, v in _options(settings, whole).items() if k in names or k.replace("_", "-") in names}
+        every = _options(settings, whole).items()
+        options: dict[str, Any] = {k: v for k, v in every if k in names or k.replace("_", "-") in names}
         return compare(
             case.test.assembly(), case.test.loads(case.direction), names, store=store, proven=settings.proven,
             progress=lambda line: say(f"{title}: {line}"), title=title, **options,
@@ -118,7 +115,7 @@ def _solve(case: Case, methods: Sequence[str], thorough: bool, store: str | Path
     if left_out:
         own = {r.method: r for r in result.rows} | {m: Row.refused(m, why) for m, why in left_out.items()}
         result = replace(result, rows=tuple(own[m] for m in methods))
-    if not thorough and dem_verdict(result) not in ("", "inside"):
+    if not thorough and dem_verdict(result) not in ("", INSIDE):
         whole = ask((DEM,), whole=True)[DEM]
         result = replace(result, rows=tuple(whole if r.method == DEM else r for r in result.rows))
     return result

@@ -7,14 +7,14 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from limitmason.csv_table import write_table
+from limitmason.answers.results import Prediction
+from limitmason.display.progress import reached, watched
+from limitmason.display.text_table import aligned
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments.record import KINDS, Experiment, Target
 from limitmason.experiments.registry import all_cases, sources
 from limitmason.methods import LIMIT, get_method, predict
-from limitmason.progress import reached, watched
-from limitmason.results import Prediction
-from limitmason.text_table import aligned
+from limitmason.storage.csv_table import write_table
 from limitmason.validation.rows import NAN, Row
 
 NO_MODEL = "no assembly"
@@ -183,7 +183,7 @@ def write_rows(rows: Iterable[Row], path: str | Path) -> None:
 def as_text(rows: Iterable[Row]) -> str:
     """Rows as a table in plain text, one line each."""
     header = ("experiment", "quantity", "kind", "reference", "predicted", "range", "ratio", "flow rule", "status", "s")
-    lines = [header]
+    lines: list[tuple[str, ...]] = [header]
     for r in rows:
         known = isfinite(r.predicted)
         options = "".join(f", {k} {v}" for k, v in r.options.items())

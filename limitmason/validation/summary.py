@@ -2,12 +2,11 @@
 
 from collections.abc import Callable, Iterable
 from itertools import groupby
-from math import isfinite
 
+from limitmason.display.progress import reached, watched
+from limitmason.display.text_table import markdown, markdown_line, names_of, span
 from limitmason.experiments.record import Experiment
 from limitmason.experiments.registry import all_cases
-from limitmason.progress import reached, watched
-from limitmason.text_table import markdown, markdown_line, names_of, span
 from limitmason.validation.rows import Row
 from limitmason.validation.specimen import run
 
@@ -60,8 +59,8 @@ def _cells(rows: list[Row]) -> list[str]:
     first = rows[0]
     names = list(dict.fromkeys(r.specimen for r in rows))
     unit = "" if first.unit == "-" else f" {first.unit}"
-    references = [float(r.reference) for r in rows]
-    known = isfinite(first.predicted)
+    references = [float(r.reference) for r in rows if r.reference is not None]
+    known = first.solved
     ratios = [r.ratio for r in rows]
     value = f"{first.kind}" + (f", {len(rows)} values" if len(rows) > 1 else "")
     return [

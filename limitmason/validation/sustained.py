@@ -10,18 +10,20 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from limitmason.answers.method import DISPLACED, Look, Method, settings_of
+from limitmason.answers.results import NOT_CONVERGED, SOLVED, Bound, BoundKind, Prediction
 from limitmason.capacity import Steps, pushover
+from limitmason.capacity.contacts import standard_points
 from limitmason.capacity.ensemble import GOES_ON, thickness
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.path import OVERTURNED, REACHED
-from limitmason.contact_points import Grid, chosen_grid
+from limitmason.display.progress import watched
 from limitmason.errors import InputError, NotApplicable, NotConverged
-from limitmason.method import Look, Method, settings_of
+from limitmason.mechanics.contact_points import Grid, chosen_grid
+from limitmason.mechanics.plane import find_plane
 from limitmason.methods import NON_ASSOCIATIVE, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.progress import watched
-from limitmason.results import NOT_CONVERGED, SOLVED, Bound, BoundKind, Prediction
 
 
 @watched("sustained load")
@@ -33,7 +35,7 @@ def sustained(
     goes_on: float = GOES_ON,
     search: str = "standard",
     time_limit: float | None = None,
-    contact_model: str = "vertices",
+    contact_model: str | None = None,
     grid: Grid | Mapping[str, Grid] | None = None,
     contacts: str = "first",
     stiffness: float | tuple[float, float] | None = None,
@@ -47,8 +49,8 @@ def sustained(
     smallest : that state, a non-associative prediction on the same contact points; searched for where omitted
     goes_on : displacement along the live forces over the thickness, the smallest dimension of a block [-]
     search, time_limit : of the search, see :func:`limitmason.limit_analysis`
-    contact_model, grid : of both; at the corners alone, the default, which the search can take, cohesion resists
-        twisting 1.85 times as much as on a square face
+    contact_model, grid : of both, those of ``smallest`` where this is given (its ``grid`` is to be repeated); by
+        default what the joints need, as for :func:`limitmason.pushover`
     stiffness, steps, progress : of the path, see :func:`limitmason.pushover`
     contacts : of the path, see :func:`limitmason.pushover`; "first" by default, the points of the smallest state
 
@@ -65,8 +67,15 @@ def sustained(
     NotConverged
         Where there is no smallest state to begin with.
     """
+    few: tuple[str, ...] = ()
     if not (math.isfinite(goes_on) and goes_on > 0.0):
         raise InputError(f"goes_on must be a positive part of the thickness, got {goes_on!r}")
+    if contact_model is None and grid is not None:
+        contact_model = "grid"
+    elif contact_model is None and smallest is not None:
+        contact_model = smallest.contact_model or "vertices"
+    elif contact_model is None:
+        contact_model, grid, few = standard_points(assembly, find_plane(assembly, loads))
     chosen = chosen_grid(contact_model, grid)
     options: dict[str, Any] = {} if contact_model == "vertices" else {"grid": chosen}
     if smallest is None:
@@ -80,7 +89,7 @@ def sustained(
         assembly, loads, initial=smallest, to=to, contact_model=contact_model, contacts=contacts, stiffness=stiffness,
         steps=steps, progress=progress, **options,
     )  # fmt: skip
-    value, status, warnings = math.nan, NOT_CONVERGED, curve.warnings
+    value, status, warnings = math.nan, NOT_CONVERGED, (*few, *curve.warnings)
     if curve.status == REACHED:
         value, status = float(curve.load[-1]), SOLVED
     elif curve.status == OVERTURNED:
@@ -124,4 +133,6 @@ SUSTAINED = Method(
     theorem="displaced",
     takes_over={"smallest": NON_ASSOCIATIVE},
     references=PAPERS,
+    # as its path, but crushing, which the search for the smallest state takes on a grid only
+    levers=tuple(lever for lever in DISPLACED if lever != "crushing"),
 )

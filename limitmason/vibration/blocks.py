@@ -5,22 +5,23 @@ Blocks that deform have shapes beside their motion, with a stiffness and a mass 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
-from limitmason.contact_points import ContactPoints, contact_points
 from limitmason.deformable import SOLID, STATES
 from limitmason.deformable.levels import ELASTIC, MODAL, RIGID
-from limitmason.equilibrium import degrees_of_freedom, equilibrium_matrix
 from limitmason.errors import InputError
-from limitmason.joint_shapes import Shapes, at_joints, shapes_of
-from limitmason.law_table import refuse_ties
+from limitmason.mechanics.contact_points import ContactPoints, contact_points
+from limitmason.mechanics.equilibrium import degrees_of_freedom, equilibrium_matrix
+from limitmason.mechanics.joint_shapes import Shapes, at_joints, shapes_of
+from limitmason.mechanics.law_table import refuse_ties
+from limitmason.mechanics.plane import Plane, find_plane
+from limitmason.mechanics.stiffness import default_stiffness
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.plane import Plane, find_plane
-from limitmason.stiffness import default_stiffness
 from limitmason.vibration.system import VibratingSystem
 
 Array = NDArray[np.float64]
@@ -122,7 +123,8 @@ def closed_system(
 
     Parameters
     ----------
-    contact_points, contact_model : see :func:`limitmason.contact_points.contact_points`; from three points on a side
+    contact_points, contact_model : see :func:`limitmason.mechanics.contact_points.contact_points`; from three points
+        on a side
         joints bend as their faces do, with two their bending stiffness is three times too large
     stiffness : see :func:`joint_stiffness`
     blocks : "rigid"; "modal", with the shapes of the DEM's blocks that deform; "elastic", bodies in polynomials, which
@@ -133,7 +135,8 @@ def closed_system(
     Raises
     ------
     InputError
-        What :func:`limitmason.joint_shapes.shapes_of` refuses, unknown names, a plane state of rigid blocks or of a
+        What :func:`limitmason.mechanics.joint_shapes.shapes_of` refuses, unknown names, a plane state of rigid blocks
+        or of a
         problem in no plane.
     """
     if blocks not in (RIGID, MODAL, ELASTIC):
@@ -234,18 +237,26 @@ def block_system(
     unit[: kept.size] = np.tile(basis[:3].T, (assembly.n_blocks, 1))
     place = np.arange(counts.max(initial=0)) < counts[:, None]
 
-    def spread(vector: Array) -> Array:
-        out = np.zeros(free.size)
-        out[free] = vector
-        deformed = np.zeros(place.shape)
-        deformed[place] = out[kept.size :]
-        return np.hstack([out[: kept.size].reshape(-1, basis.shape[1]) @ basis.T, deformed])
-
+    if plane is not None:
+        across = ", ".join(f"{v:g}" for v in np.round(plane.normal, 6) + 0.0)
+        note = f"only motions in the plane across ({across}) are found: those out of it may be lower"
+        warnings = (*warnings, note)
     total = (x.mass[:, None] * ~assembly.held[:, :3]).sum(axis=0)
     return VibratingSystem(
-        sparse.csc_array(k[free][:, free]), sparse.csc_array(mass), np.asarray(mass @ unit[free]), spread,
+        sparse.csc_array(k[free][:, free]), sparse.csc_array(mass), np.asarray(mass @ unit[free]),
+        partial(_spread, free, basis, place),
         BlockCarrier(assembly, shapes or ()), np.asarray(total, dtype=np.float64), label, None, warnings,
     )  # fmt: skip
+
+
+def _spread(free: NDArray[np.bool_], basis: Array, place: NDArray[np.bool_], vector: Array) -> Array:
+    """Twists and strains of all blocks from the free unknowns, shape (n, 6 + most strains of a block)."""
+    out = np.zeros(free.size)
+    out[free] = vector
+    rigid = len(place) * basis.shape[1]
+    deformed = np.zeros(place.shape)
+    deformed[place] = out[rigid:]
+    return np.hstack([out[:rigid].reshape(-1, basis.shape[1]) @ basis.T, deformed])
 
 
 def stiffness_matrix(

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eig, svd
 
+from limitmason.display.text_table import aligned
 from limitmason.errors import InputError, NotApplicable, NotConverged
-from limitmason.text_table import aligned
+from limitmason.storage.frozen import ReadOnly
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -23,7 +24,7 @@ METHODS = ("fdd", "ssi", "pyoma")
 
 
 @dataclass(frozen=True, eq=False)
-class Identified:
+class Identified(ReadOnly):
     """Modes found in signals, lowest first.
 
     Parameters

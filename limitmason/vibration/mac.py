@@ -2,32 +2,55 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from limitmason.display.text_table import aligned
 from limitmason.errors import InputError
-from limitmason.text_table import aligned
+from limitmason.model.input import read_vector
+from limitmason.storage.frozen import ReadOnly
 from limitmason.vibration.modes import Modes
 
 Array = NDArray[np.float64]
 Shapes = Modes | ArrayLike
 
 
+_CLOSE = 0.01  # of a frequency: modes this near turn into each other with small changes of a model
+
+
+class Alike(NamedTuple):
+    """Modes of two models that span the same motions, and how well.
+
+    Parameters
+    ----------
+    first, second : numbers of the modes, from 0; closely spaced ones together
+    value : mean squared cosine of the principal angles between the smaller and the larger of the two spaces, 0 to 1
+    """
+
+    first: tuple[int, ...]
+    second: tuple[int, ...]
+    value: float
+
+
 @dataclass(frozen=True, eq=False)
-class Mac:
+class Mac(ReadOnly):
     """Matrix of the criterion, 0 to 1; row i, column j compares mode i of the first with mode j of the second.
 
     Parameters
     ----------
     values : [-], shape (k, l)
     frequency_a, frequency_b : [Hz], shapes (k,) and (l,); NaN where not given
+    products : u^H W v, u^H W u and v^H W v of all shapes, shapes (k, l), (k, k), (l, l)
     """
 
     values: Array
     frequency_a: Array
     frequency_b: Array
+    products: tuple[Array, Array, Array]
 
     @property
     def pairs(self) -> list[tuple[int, int, float]]:
@@ -35,15 +58,69 @@ class Mac:
         best = self.values.argmax(axis=1)
         return [(i, int(j), float(self.values[i, j])) for i, j in enumerate(best)]
 
+    @property
+    def groups(self) -> list[Alike]:
+        """Groups of the first, modes within 1 % in frequency, and those of the second that span the same motions.
+
+        Shapes of equal or close frequencies are any that span the same motions: one by one they need not be alike.
+        """
+        theirs = _groups(self.frequency_b)
+        out = []
+        for mine in _groups(self.frequency_a):
+            ranked = sorted(theirs, key=lambda g: -self._shared(mine, g).sum())
+            chosen: list[int] = []
+            while len(chosen) < len(mine) and ranked:
+                chosen += ranked.pop(0)
+            out.append(Alike(tuple(mine), tuple(sorted(chosen)), float(self._shared(mine, chosen).mean())))
+        return out
+
+    def _shared(self, a: list[int], b: list[int]) -> Array:
+        """Squared cosines of the principal angles between two spaces (Bjorck and Golub 1973)."""
+        cross, first, second = self.products
+        u, v = (_root(x[np.ix_(g, g)]) for x, g in ((first, a), (second, b)))
+        return np.asarray(np.linalg.svd(u.conj().T @ cross[np.ix_(a, b)] @ v, compute_uv=False) ** 2)
+
     def __str__(self) -> str:
-        """Table of pairs."""
+        """Table of pairs; modes of close frequencies stand together."""
         rows = [
-            [str(i + 1), f"{self.frequency_a[i]:.4g}", str(j + 1), f"{self.frequency_b[j]:.4g}", f"{v:.3f}"]
-            for i, j, v in self.pairs
-        ]
-        return aligned([["mode", "Hz", "is most like", "Hz", "MAC"], *rows], ">>>>>")
+            [_numbers(g.first), _hertz(self.frequency_a, g.first), _numbers(g.second),
+             _hertz(self.frequency_b, g.second), f"{g.value:.3f}"]
+            for g in self.groups
+        ]  # fmt: skip
+        text = aligned([["mode", "Hz", "is most like", "Hz", "MAC"], *rows], ">>>>>")
+        if not any(len(g.first) + len(g.second) > 2 for g in self.groups):
+            return text
+        return f"{text}\nmodes within {_CLOSE:.0%} in frequency are compared by the motions that they span together"
 
     __repr__ = __str__
+
+
+def _groups(frequency: Array) -> list[list[int]]:
+    """Modes whose frequencies follow each other closely; without frequencies each for itself."""
+    out: list[list[int]] = []
+    for i in np.argsort(frequency, kind="stable"):
+        near = bool(out) and frequency[i] - frequency[out[-1][-1]] <= _CLOSE * frequency[i]
+        if near:
+            out[-1].append(int(i))
+        else:
+            out.append([int(i)])
+    return sorted(out)
+
+
+def _root(gram: Array) -> Array:
+    """Columns that make vectors of these products orthonormal; fewer where they depend on each other."""
+    value, axes = np.linalg.eigh(gram)
+    kept = value > 1e-10 * value.max()
+    return np.asarray(axes[:, kept] / np.sqrt(value[kept]))
+
+
+def _numbers(modes: tuple[int, ...]) -> str:
+    return "+".join(str(i + 1) for i in modes)
+
+
+def _hertz(frequency: Array, modes: tuple[int, ...]) -> str:
+    low, high = (f"{f(frequency[list(modes)]):.4g}" for f in (np.min, np.max))
+    return low if low == high else f"{low}-{high}"
 
 
 def mac(
@@ -51,24 +128,29 @@ def mac(
     b: Shapes,
     *,
     points: ArrayLike | None = None,
+    sensors: Sequence[tuple[ArrayLike, str | ArrayLike]] | None = None,
     weighted: bool = False,
     masses: ArrayLike | None = None,
+    frequencies: ArrayLike | None = None,
 ) -> Mac:
     """Modal assurance criterion |a^H W b|^2 / ((a^H W a) (b^H W b)) of two sets of shapes.
 
     Parameters
     ----------
-    a, b : ``Modes`` of any two models of one structure, or shapes at the points, real or complex, shape (k, p, 3) or
-        (k, p) for any one component
+    a, b : ``Modes`` of any two models of one structure, or shapes, real or complex: at points, shape (k, p, 3), or of
+        sensors, one number each, shape (k, s)
     points : where shapes are compared [m], shape (p, 3); by default the blocks or nodes of the model that has fewer,
         those wholly held left out
+    sensors : instead of points, (point, direction) of every sensor [m]; "x", "-x", "y" ... or a vector of any length
     weighted : by mass: with the mass matrix where both are modes of one model, else with the masses that the default
         points stand for; False: W = 1, the plain criterion
-    masses : weights of chosen points instead [kg], shape (p,)
+    masses : weights of chosen points or sensors instead [kg], shape (p,)
+    frequencies : of the shapes that come without a model [Hz], shape (k,)
 
     Returns
     -------
     Mac
+        The criterion shape by shape, and ``groups``: modes of close frequencies by the motions they span together.
 
     Raises
     ------
@@ -84,28 +166,73 @@ def mac(
     """
     if masses is not None and not weighted:
         raise InputError("masses are used by the weighted criterion only: say weighted=True, or leave them out")
-    frequency = [m.frequency if isinstance(m, Modes) else np.full(len(np.asarray(m)), np.nan) for m in (a, b)]
+    frequency = _frequencies(a, b, frequencies)
     same = isinstance(a, Modes) and isinstance(b, Modes) and _one_model(a, b)
-    if same and weighted and points is None and masses is None:
+    if sensors is not None and points is not None:
+        raise InputError("give points or sensors, not both")
+    if same and weighted and points is None and sensors is None and masses is None:
         assert isinstance(a, Modes)
         assert isinstance(b, Modes)
         # unit modal mass makes M-products of vectors of the free unknowns
         matrix = a.system.mass
         u, v = (_free_vectors(m) for m in (a, b))
-        return Mac(_criterion(u @ matrix @ v.T, u @ matrix @ u.T, v @ matrix @ v.T), *frequency)
+        return _compared((u @ matrix @ v.T, u @ matrix @ u.T, v @ matrix @ v.T), frequency)
+    along = None
+    if sensors is not None:
+        points, along = _placed(sensors)
     where, weight = _where(a, b, points, masses, weighted)
-    u, v = (_flat(m, where) for m in (a, b))
+    u, v = (_flat(m, where, along) for m in (a, b))
     if u.shape[1] != v.shape[1]:
-        raise InputError(f"shapes with {u.shape[1]} and {v.shape[1]} components cannot be compared: give points")
+        wanted = "say with sensors= where and along what each number was taken"
+        if points is not None:
+            wanted = f"shapes at points have three components each; of sensors with one, {wanted}"
+        raise InputError(f"shapes with {u.shape[1]} and {v.shape[1]} components cannot be compared: {wanted}")
     w = np.ones(u.shape[1]) if weight is None else _per_component(weight, u.shape[1])
-    return Mac(_criterion((u.conj() * w) @ v.T, (u.conj() * w) @ u.T, (v.conj() * w) @ v.T), *frequency)
+    return _compared(((u.conj() * w) @ v.T, (u.conj() * w) @ u.T, (v.conj() * w) @ v.T), frequency)
 
 
-def _criterion(cross: Array, first: Array, second: Array) -> Array:
+def _compared(products: tuple[Array, Array, Array], frequency: list[Array]) -> Mac:
+    cross, first, second = products
     own_a, own_b = np.real(np.diag(first)), np.real(np.diag(second))
     if not ((own_a > 0.0).all() and (own_b > 0.0).all()):
         raise InputError("a shape is zero at all points that are compared")
-    return np.asarray(np.abs(cross) ** 2 / np.outer(own_a, own_b))
+    return Mac(np.abs(cross) ** 2 / np.outer(own_a, own_b), frequency[0], frequency[1], products)
+
+
+def _frequencies(a: Shapes, b: Shapes, given: ArrayLike | None) -> list[Array]:
+    """Frequencies of both sets, NaN where they are not known."""
+    measured = [not isinstance(m, Modes) for m in (a, b)]
+    if given is not None and sum(measured) != 1:
+        raise InputError("frequencies are those of the shapes without a model, of which there must be one set")
+    out = []
+    for m in (a, b):
+        if isinstance(m, Modes):
+            out.append(m.frequency)
+            continue
+        own = np.full(len(np.asarray(m)), np.nan) if given is None else np.asarray(given, dtype=float)
+        if own.shape != (len(np.asarray(m)),):
+            raise InputError(f"frequencies must have shape ({len(np.asarray(m))},), got {own.shape}")
+        out.append(own)
+    return out
+
+
+def _placed(sensors: Sequence[tuple[ArrayLike, str | ArrayLike]]) -> tuple[Array, Array]:
+    """Points and unit directions of sensors, shapes (s, 3)."""
+    place, along = [], []
+    for k, (point, direction) in enumerate(sensors):
+        way = direction
+        if isinstance(direction, str):
+            if direction.lstrip("+-") not in ("x", "y", "z") or len(direction) > 2:
+                raise InputError(f"sensor {k}: direction must be 'x', '-x', 'y' ... or a vector, got {direction!r}")
+            way = np.eye(3)["xyz".index(direction[-1])] * (-1.0 if direction[0] == "-" else 1.0)
+        place.append(read_vector(f"point of sensor {k}", point))
+        along.append(read_vector(f"direction of sensor {k}", way))
+        if not np.linalg.norm(along[-1]) > 0.0:
+            raise InputError(f"sensor {k}: its direction must not be zero")
+        along[-1] = along[-1] / np.linalg.norm(along[-1])
+    if not place:
+        raise InputError("give at least one sensor")
+    return np.array(place), np.array(along)
 
 
 def _one_model(a: Modes, b: Modes) -> bool:
@@ -140,17 +267,18 @@ def _where(
             raise InputError("shapes without a model have no masses: give them")
         return None, given
     if len(models) == 1:
-        raise InputError("give the points at which the shapes without a model were taken")
+        raise InputError("give the points, or the sensors, at which the shapes without a model were taken")
     coarse = min(models, key=lambda m: int(m.system.carrier.moving.sum()))
     kept = coarse.system.carrier.moving
     weight = coarse.system.carrier.masses[kept] if weighted else None
     return coarse.places[kept], given if given is not None else weight
 
 
-def _flat(m: Shapes, where: Array | None) -> Array:
+def _flat(m: Shapes, where: Array | None, along: Array | None) -> Array:
     if isinstance(m, Modes):
         assert where is not None
-        return m.at(where).reshape(len(m), -1)
+        u = m.at(where)
+        return np.asarray(u.reshape(len(m), -1) if along is None else np.einsum("kpi,pi->kp", u, along))
     shapes = np.asarray(m)
     if shapes.ndim < 2 or not np.isfinite(shapes).all():
         raise InputError(f"shapes must be finite and of shape (k, p, 3) or (k, p), got shape {shapes.shape}")

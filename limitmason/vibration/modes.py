@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
-from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.display.text_table import aligned
+from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
-from limitmason.text_table import aligned
+from limitmason.storage.frozen import ReadOnly
 from limitmason.vibration.blocks import closed_system
+from limitmason.vibration.lowest import REST, largest_of, lowest
 from limitmason.vibration.system import Vibrates, VibratingSystem
 
 Array = NDArray[np.float64]
@@ -21,7 +22,7 @@ _AT_REST = 1e-6  # of the largest frequency found: below it nothing holds the mo
 
 
 @dataclass(frozen=True, eq=False)
-class Modes:
+class Modes(ReadOnly):
     """Natural modes, lowest first; shapes are of unit modal mass.
 
     Parameters
@@ -32,6 +33,8 @@ class Modes:
     participating : mass that a mode moves when the ground shakes along x, y, z [kg], shape (k, 3)
     residual : |K u - w^2 M u| over |K u| per mode [-], shape (k,); over the largest |K u| for modes at rest
     system : what vibrates
+    below : modes up to the last one, and those equal to it, counted by the pivots of K - w^2 M: none is missing; None
+        where they could not be counted
     """
 
     frequency: Array
@@ -39,6 +42,7 @@ class Modes:
     participating: Array
     residual: Array
     system: VibratingSystem
+    below: int | None = None
 
     def __len__(self) -> int:
         return len(self.frequency)
@@ -56,6 +60,11 @@ class Modes:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What a user should know before trusting the frequencies."""
+        if self.below is None:
+            return (*self.system.warnings, "modes could not be counted: it is not proven that none is missing")
+        if self.below > len(self):
+            more = f"mode {len(self)} is one of several equal ones, of which {self.below - len(self)} are not shown: "
+            return (*self.system.warnings, more + f"count={self.below} gives them all")
         return self.system.warnings
 
     def at(self, points: ArrayLike) -> Array:
@@ -99,10 +108,11 @@ def modes(model: Assembly | Vibrates, count: int = 3, **options: Any) -> Modes:
     InputError
         When a free block has no mass, fewer modes exist than asked for, or the model cannot vibrate.
     NotConverged
-        When the iteration for the modes fails.
+        When the iteration for the modes fails, or misses one that was counted.
 
     Notes
     -----
+    Repeated modes, as of equal piers, come as often as they are; their shapes are any that span the same motions.
     Damping is left out. Of a state only joints or cracks that are open count; large displacements of it do not.
     """
     if isinstance(model, Assembly):
@@ -120,33 +130,13 @@ def solved(system: VibratingSystem, count: int) -> Modes:
     if not 1 <= count < n:
         raise InputError(f"count must lie between 1 and {n - 1}, got {count!r}")
     k, m = system.stiffness, system.mass
-    start = np.ones(n)  # the same from run to run
-    scale = float(k.diagonal().sum() / m.diagonal().sum())
-    try:
-        try:
-            if system.solve is None:
-                value, vector = eigsh(k, count, m, sigma=0.0, v0=start)
-            else:
-                inverse = LinearOperator((n, n), matvec=system.solve, dtype=float)
-                value, vector = eigsh(k, count, m, sigma=0.0, v0=start, OPinv=inverse)
-            sound = bool(np.isfinite(value).all() and value.min() > -1e-9 * scale)
-        except (RuntimeError, NotApplicable):  # a singular stiffness: something is free to move
-            sound = False
-        if not sound or value.max() < 1e-9 * scale:
-            shift = -1e-6 * scale
-            lu = splu((k - shift * m).tocsc())
-            inverse = LinearOperator((n, n), matvec=lu.solve, dtype=float)
-            value, vector = eigsh(k, count, m, sigma=shift, v0=start, OPinv=inverse)
-    except RuntimeError as error:
-        raise NotConverged(f"modes of {system.label}: {error}") from error
-    order = np.argsort(value)
-    value, vector = value[order], vector[:, order]
+    value, vector, below, _ = lowest(system, count)
     stiff = k @ vector
     size = np.linalg.norm(stiff, axis=0)
-    at_rest = value < (_AT_REST**2) * max(float(value.max()), scale * 1e-6)
+    at_rest = value < max(_AT_REST**2 * float(value.max()), REST * largest_of(system))
     off = np.linalg.norm(stiff - (m @ vector) * np.where(at_rest, 0.0, value), axis=0)
     size = np.where(at_rest, max(float(size.max()), 1e-300), size)
     frequency = np.where(at_rest, 0.0, np.sqrt(np.maximum(value, 0.0))) / (2.0 * np.pi)
     shape = np.array([system.spread(v) for v in vector.T])
     participating = (vector.T @ system.excited) ** 2
-    return Modes(frequency, shape, participating, off / size, system)
+    return Modes(frequency, shape, participating, off / size, system, below)

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.storage.frozen import ReadOnly
+
 Array = NDArray[np.float64]
 
 
@@ -33,7 +35,7 @@ class Carrier(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class VibratingSystem:
+class VibratingSystem(ReadOnly):
     """K u = (2 pi f)^2 M u on the free unknowns.
 
     Parameters
@@ -46,6 +48,7 @@ class VibratingSystem:
     label : what a table calls the model
     solve : K^-1 times a vector, where the model has a factor of its own
     warnings : what a user should know
+    below : how many (2 pi f)^2 lie below a value [1/s2], None if unknown, where the model counts by its own factor
     """
 
     stiffness: sparse.csc_array
@@ -57,6 +60,7 @@ class VibratingSystem:
     label: str = ""
     solve: Callable[[Array], Array] | None = None
     warnings: tuple[str, ...] = ()
+    below: Callable[[float], int | None] | None = None
 
 
 class Vibrates(Protocol):

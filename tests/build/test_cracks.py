@@ -46,6 +46,7 @@ def test_weak_cracks_lower_it_and_a_crack_opens_at_the_tensile_strength_of_the_u
     assert found == pytest.approx(ft * side**2 + halves.weights[2], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_in_linear_stiffness_a_crack_adds_its_series_compliance():
     side, bed = 0.2, 1e9
     block = on_slab([((0, 0, 0), (side, side, side))], joint=lm.Joint(35.0, normal_stiffness=bed))

@@ -37,6 +37,7 @@ def test_barrel_is_the_arch_across_and_weaker_along():
     assert [n for n in (b.name for b in barrel.blocks) if n.startswith("voussoir-01")][-1] == "voussoir-01-03"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("voussoirs", [6, 7])
 def test_groin_vault_is_closed_and_the_same_from_four_sides(voussoirs):
     vault = build.vault(shape="groin", unit_length=0.6, radius=2.0, thickness=0.4, voussoirs=voussoirs, joint=JOINT)
@@ -71,6 +72,7 @@ def test_groin_vault_is_closed_and_the_same_from_four_sides(voussoirs):
         assert multiplier(vault, direction) == pytest.approx(along, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_dome_fills_its_shell_and_turns_without_change():
     dome = build.dome(radius=5.0, thickness=0.5, courses=8, lunes=12, joint=Joint(50.0))
     assert dome.n_blocks == 1 + 8 * 12 + 1
@@ -84,6 +86,7 @@ def test_dome_fills_its_shell_and_turns_without_change():
     assert "keystone" not in {b.name for b in fine.blocks}
 
 
+@pytest.mark.slow
 def test_hemisphere_stands_from_the_thickness_that_heyman_gives():
     # 4.2 % of the radius (Heyman 1967); meridional cracks from springing to crown are the joints here
     def stands(share):
@@ -94,6 +97,7 @@ def test_hemisphere_stands_from_the_thickness_that_heyman_gives():
     assert not stands(0.040)
 
 
+@pytest.mark.slow
 def test_tower_is_closed_bonded_and_weaker_at_its_door():
     shape = {
         "length": 1.6,

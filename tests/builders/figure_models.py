@@ -3,7 +3,7 @@
 import numpy as np
 
 from limitmason import Assembly, Joint
-from limitmason.results import Mechanism, Prediction
+from limitmason.answers.results import Mechanism, Prediction
 
 JOINT = Joint(35.0)
 

@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from limitmason import Assembly, Joint
-from limitmason.results import Certificate, Mechanism, Prediction, Resultants
+from limitmason.answers.results import Certificate, Mechanism, Prediction, Resultants
 
 JOINT = Joint(33.0)
 

@@ -9,9 +9,9 @@ from scipy import stats
 from walls import on_slab
 
 import limitmason as lm
+from limitmason.answers.curve import Event
 from limitmason.calibration import CurveTarget, JointModel, Parameter, Target, calibrate
 from limitmason.calibration.targets import feature
-from limitmason.curve import Event
 from limitmason.experiments.brick_panels_opening import surrogate
 
 TRUE = {
@@ -195,12 +195,15 @@ def coverage(plants):
     return {n: v / plants for n, v in inside.items()}
 
 
+@pytest.mark.slow
 def test_intervals_cover_the_truth_in_95_of_100_plants():
     assert all(0.90 <= share <= 0.99 for share in coverage(200).values())
 
 
 def test_next_test_is_the_one_that_fixes_what_is_free():
-    of, targets = planted({"panel": surrogate.panel}, np.random.default_rng(2), 4)
+    # a = 0.54 and b = 0.34 of the panel's stiffness go with kn and ks: with kn to 5 %, ks to 9 % by twelve panels;
+    # four would leave 11 %, more than is wanted
+    of, targets = planted({"panel": surrogate.panel}, np.random.default_rng(2), 12)
     fit = calibrate(of, targets, SIX, starts=1, intervals=False, leave_out=None)
     plan = fit.next_test({
         "pull-off": (surrogate.pull_off, {"strength": 0.05}),
@@ -210,8 +213,8 @@ def test_next_test_is_the_one_that_fixes_what_is_free():
     # kn by itself leaves ks to the stiffness of the panel; pull-off repeats what the first crack said
     assert plan.best.name == "column"
     assert set(plan.best.identified) == {"tensile_strength", "normal_stiffness", "shear_stiffness"}
-    of2, with_column = planted(DESIGN, np.random.default_rng(2), 4)
-    both = {k: v for k, v in with_column.items() if k.startswith(("panel", "column 0"))}
+    of2, with_column = planted(DESIGN, np.random.default_rng(2), 12)
+    both = {k: v for k, v in with_column.items() if k.startswith("panel") or k == "column 0"}
     again = calibrate({k: of2[k] for k in both}, both, SIX, starts=1, intervals=False, leave_out=None)
     # what was foretold of the design holds at the fit that has it
     for name in again.identified:
@@ -247,7 +250,7 @@ def test_curve_gives_stiffness_strength_crack_and_area():
         CurveTarget(true, 0.05, ("stiffness", "peak", "area", "first crack", "residual")),
         CurveTarget(true, 0.05, (), points=12),
     ):
-        fit = calibrate(bilinear, {"curve": target}, unknowns, intervals=False, step=0.02)
+        fit = calibrate(bilinear, {"curve": target}, unknowns, intervals=False)
         assert fit.parameters == pytest.approx({"stiffness": 4.0, "strength": 12.0}, rel=0.02)
 
 
@@ -283,19 +286,20 @@ def test_tie_keeps_the_ratio_of_the_two_stage_scheme():
             calibrate(panel, {"k": (2.0, 0.1)}, [Parameter("normal_stiffness", 1.0, (0.1, 100.0))], ties=ties)
 
 
+@pytest.mark.slow
 def test_a_kill_loses_nothing_and_workers_change_nothing(tmp_path):
     store, seen = tmp_path / "runs.jsonl", []
     asked = ({"a": (6.3, 0.05), "b": (1.4, 0.1), "c": (9.5, 0.02)},
              [Parameter("x", 1.0, (0.1, 100.0)), Parameter("y", 1.0, (0.1, 100.0))])  # fmt: skip
     first = calibrate(power_law, *asked, starts=2, store=store, progress=seen.append)
-    assert first.problem.runs.calls > 20
+    assert first.objective.runs.calls > 20
     assert any("s left" in line for line in seen)
     again = calibrate(power_law, *asked, starts=2, store=store)
-    assert again.problem.runs.calls == 0
+    assert again.objective.runs.calls == 0
     lines = store.read_text().splitlines(keepends=True)
     store.write_text("".join(lines[: len(lines) // 2]) + lines[len(lines) // 2][:25])
     cut = calibrate(power_law, *asked, starts=2, store=store)
-    assert cut.problem.runs.calls == len(lines) - len(lines) // 2
+    assert cut.objective.runs.calls == len(lines) - len(lines) // 2
     assert len(store.read_text().splitlines()) == len(lines)
     side = calibrate(power_law, *asked, starts=2, intervals=False, workers=2)
     assert first.parameters == again.parameters == cut.parameters == side.parameters
@@ -304,6 +308,7 @@ def test_a_kill_loses_nothing_and_workers_change_nothing(tmp_path):
         calibrate(lambda x, y: {"a": x + y, "b": x / y, "c": x**2}, *asked, store=store)
 
 
+@pytest.mark.slow
 def test_friction_and_cohesion_of_blocks_from_limit_analysis():
     # a block slides at lambda = tan(phi) + c A / W: a low and a high one tell both
     def block(height):
@@ -317,7 +322,7 @@ def test_friction_and_cohesion_of_blocks_from_limit_analysis():
         weight = float(wall.weights[~wall.fixed].sum())
         targets[str(height)] = {"multiplier": (math.tan(math.radians(phi)) + c / weight, 0.05)}
     fit = calibrate(models, targets, [Parameter("friction_angle_deg", 35.0, (10.0, 45.0)),
-                                      Parameter("cohesion", 100.0, (10.0, 5e3))], starts=1, step=1e-3,
+                                      Parameter("cohesion", 100.0, (10.0, 5e3))], starts=1,
                     leave_out=None, intervals=False)  # fmt: skip
     assert fit.parameters == pytest.approx({"friction_angle_deg": phi, "cohesion": c}, rel=1e-3)
 
@@ -327,7 +332,7 @@ def test_simplex_passes_jumps_that_stop_a_gradient():
         return {"peak": 2.0 * strength * (1.0 + 0.02 * math.sin(300.0 * strength))}
 
     unknown = [Parameter("strength", 1.0, (0.2, 20.0))]
-    fit = calibrate(jumpy, {"peak": (10.0, 0.05)}, unknown, optimiser="nelder-mead", intervals=False)
+    fit = calibrate(jumpy, {"peak": (10.0, 0.05)}, unknown, intervals=False)
     assert fit.parameters["strength"] == pytest.approx(5.0, rel=0.025)
     assert fit.misfit < 1e-2
 
@@ -365,8 +370,6 @@ def test_residuals_that_the_model_cannot_explain_get_a_name():
         ({"parameters": [Parameter("x", 1.0, (0.1, 9.0)), Parameter("w", 1.0, (0.1, 9.0))]}, "no model takes"),
         ({"parameters": []}, "nothing to fit"),
         ({"leave_out": "geometry"}, "leave_out"),
-        ({"optimiser": "magic"}, "optimiser"),
-        ({"step": 0.0}, "step"),
         ({"model": "panel"}, "function of the parameters"),
     ],
 )

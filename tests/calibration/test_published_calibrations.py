@@ -28,6 +28,7 @@ def stiffer(wall, factor):
     return replace(wall, blocks=tuple(bricks)).with_interfaces(joints)
 
 
+@pytest.mark.slow
 def test_first_crack_does_not_know_the_scale_of_stiffness(panel):
     wall = panel.with_parameters(**PAPER)
     first, stiffness = elastic(wall)
@@ -36,6 +37,7 @@ def test_first_crack_does_not_know_the_scale_of_stiffness(panel):
     assert thrice == pytest.approx(3.0 * stiffness, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_first_crack_is_linear_in_the_tensile_strength(panel):
     # P = (ft - s0) / s1 of one joint
     a, b, c = (
@@ -46,6 +48,7 @@ def test_first_crack_is_linear_in_the_tensile_strength(panel):
         elastic(panel.with_parameters(**{**PAPER, "tensile_strength": 1e4}))
 
 
+@pytest.mark.slow
 def test_first_crack_is_near_that_of_the_published_runs():
     # Table 2, ft 0.15 and 0.10 MPa: 2.21 to 2.46 and 1.25 to 1.36 kN; the outline is inferred
     for run, printed in (("udec-09", 2.21), ("udec-05", 1.25)):

@@ -45,10 +45,11 @@ def fit():
         Parameter("tensile_energy", START.tensile_energy, (3.0, 100.0), unit="N/m"),
     ]
     target = CurveTarget(closed_form(), 0.03, ("stiffness", "peak", "area"))
-    return calibrate(SolidModel(cube(), pulled), {"curve": target}, unknowns, starts=1, step=0.1, most=6,
+    return calibrate(SolidModel(cube(), pulled), {"curve": target}, unknowns, starts=1, most=6,
                      intervals=False, leave_out=None)  # fmt: skip
 
 
+@pytest.mark.slow
 def test_pulled_brick_gives_back_modulus_strength_and_fracture_energy(fit):
     # E A / L, ft A and Gf A: three numbers of the curve, one for each property
     assert fit.parameters == pytest.approx(
@@ -58,6 +59,7 @@ def test_pulled_brick_gives_back_modulus_strength_and_fracture_energy(fit):
     assert {"young_modulus", "tensile_strength"} <= set(fit.identified)
 
 
+@pytest.mark.slow
 def test_fit_predicts_the_peak_of_a_brick_twice_as_wide(fit):
     def twice(young_modulus, tensile_strength, tensile_energy):
         solid = Continuum.from_boxes(

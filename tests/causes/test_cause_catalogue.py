@@ -14,7 +14,7 @@ from limitmason import causes as catalogue
 from limitmason.causes.cause import Extension
 from limitmason.diagnosis import Cause
 from limitmason.geometry.polygon import polar_mean_radius
-from limitmason.study.store import fingerprint
+from limitmason.study.content import fingerprint
 
 
 def test_constants_are_those_of_the_package():
@@ -31,7 +31,7 @@ def test_every_cause_says_what_it_is(name):
     assert isinstance(cause, Cause)
     for text in (cause.physics, cause.source, cause.isolate, cause.hidden_when, cause.unit):
         assert text
-    assert set(cause.methods) <= set(catalogue.METHODS)
+    assert cause.lever in catalogue.LEVERS
     low, high = cause.bounds
     narrow = catalogue.ALL[name](bounds=(cause.baseline, high) if high > cause.baseline else (low, cause.baseline))
     assert narrow.baseline in narrow.bounds
@@ -94,7 +94,7 @@ def test_effects_have_the_sign_that_physics_gives_them(name, sizes, sign):
 def test_every_cause_is_one_declared_function_that_says_which_methods_feel_it():
     for name, declared in catalogue.ALL.items():
         assert getattr(catalogue, declared.__name__) is declared
-        assert declared().methods == catalogue.LEVERS[declared.lever]
+        assert declared().lever == declared.lever
         assert declared.__doc__
         assert pickle.loads(pickle.dumps(declared)) is declared
         assert "baseline" not in (declared.function.__code__.co_names), name  # the guard stands in one place
@@ -118,13 +118,14 @@ def test_a_cause_of_ones_own_is_one_declared_function():
     made, weight = block()
     model = (made, lm.Loads.horizontal(made))
     cause = heavier_top((1.0, 1.5))
-    assert (cause.name, cause.bounds, cause.methods) == ("heavier top", (1.0, 1.5), ())
+    assert (cause.name, cause.bounds, cause.lever) == ("heavier top", (1.0, 1.5), "weights")
     assert cause.apply(1.0, *model) == model  # untouched, not rebuilt
     assert cause.apply(1.5, *model)[0].weights.sum() - made.weights.sum() == pytest.approx(0.5 * weight)
     assert pickle.loads(pickle.dumps(cause)) == cause
     assert "heavier top" not in catalogue.ALL
 
 
+@pytest.mark.slow
 def test_a_cause_declared_in_a_script_reaches_its_worker_processes(tmp_path):
     script = tmp_path / "script.py"
     script.write_text("""
@@ -167,19 +168,6 @@ def test_joint_laws_change_by_a_function_on_the_kinds_named():
         made.with_joints(weaker, kinds="bed")
     with pytest.raises(ValueError, match="a table names its joints itself"):
         made.with_joints({"bed": lm.Joint(20.0)}, kinds=("bed",))
-
-
-def test_the_old_name_of_the_causes_still_leads_to_them():
-    code = (
-        "import limitmason as lm, warnings; warnings.simplefilter('error', ImportWarning);"
-        "from limitmason.diagnosis.catalogue import edge_rounding, ALL;"
-        "assert lm.diagnosis.catalogue.edge_rounding is lm.causes.edge_rounding is edge_rounding;"
-        "assert ALL is lm.causes.ALL"
-    )
-    for first in ("import limitmason as lm; lm.diagnosis.catalogue.cohesion();", ""):
-        done = subprocess.run([sys.executable, "-W", "always", "-c", first + code], capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        assert "limitmason.diagnosis.catalogue is now limitmason.causes" in done.stderr
 
 
 # ---- the law of the joints -----------------------------------------------------------------------------------------
@@ -237,6 +225,7 @@ def test_tension_holds_the_heel_of_a_rocking_block():
     assert got == pytest.approx(b / h + ft * b * t * b / (weight * h), rel=1e-8)
 
 
+@pytest.mark.slow
 def test_full_dilatancy_is_the_associative_value_and_none_is_below_it():
     model = wall()
     upper = value(*model)

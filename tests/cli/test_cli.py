@@ -164,6 +164,7 @@ def test_a_figure_that_cannot_be_written_is_refused_before_the_analysis(name, wo
     assert not out
 
 
+@pytest.mark.slow
 def test_a_session_does_what_the_command_does(tmp_path, capsys):
     # what the command line reaches is in the library: template, drawing, table of a series with its file and figure
     import limitmason as lm

@@ -52,6 +52,7 @@ def rewritten(path, change):
     return path
 
 
+@pytest.mark.slow
 def test_template_runs_as_it_stands_and_writes_report_figures_and_page(tmp_path, capsys):
     path = template(tmp_path, capsys)
     out = tmp_path / "result"
@@ -78,6 +79,7 @@ def test_template_runs_as_it_stands_and_writes_report_figures_and_page(tmp_path,
     assert "exists already" in err
 
 
+@pytest.mark.slow
 def test_a_model_and_causes_of_the_user_and_noise_from_replicates(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "own_walls.py").write_text(OWN)
@@ -104,6 +106,7 @@ def test_a_model_and_causes_of_the_user_and_noise_from_replicates(tmp_path, caps
     assert "\n0 simulations" in err
 
 
+@pytest.mark.slow
 def test_a_second_column_of_predictions_can_be_the_cause(tmp_path, capsys):
     rng = np.random.default_rng(2)
     rows = []
@@ -123,6 +126,7 @@ def test_a_second_column_of_predictions_can_be_the_cause(tmp_path, capsys):
     assert "No covariates are recorded" in text
 
 
+@pytest.mark.slow
 def test_a_packaged_series_with_our_simulator(tmp_path, capsys):
     path = template(tmp_path, capsys, "--model", "minho")
     table = read_measured(path)
@@ -167,6 +171,7 @@ def test_units_of_force_are_converted_and_others_refused(tmp_path, capsys):
     assert "'measured' has the unit 'm', but the predictions come in 'kN'" in err
 
 
+@pytest.mark.slow
 def test_a_series_without_plans_is_held_against_its_published_predictions(tmp_path, capsys):
     table = packaged_table("pavia-tilting")
     assert {"predicted", "3DEC dilatant"} <= set(table.columns)

@@ -111,6 +111,7 @@ def secant(specimen, properties="final", size=0.15, **options):
     return 1e-3 / (u[0] - u[1])  # kN/mm under 1 kN
 
 
+@pytest.mark.slow
 def test_elastic_stiffness_of_the_macro_models():
     # printed 46.42 lies between side walls of 1.00 m, which are derived, and 1.15 m; at 0.15 m bricks within 5 % of the
     # first, on the source's 0.10 m 5.3 % below: the mesh that gives 46.9 has one brick through the wall
@@ -123,6 +124,7 @@ def test_elastic_stiffness_of_the_macro_models():
     assert secant("DS", "step 1") / secant("DS") == pytest.approx(398 / 295, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_printed_frequencies_of_regw_say_that_its_side_walls_are_one_metre_long():
     # E and density move all frequencies by one factor: the plan is right where the three printed ones over ours agree
     printed = np.array([float(published("REGW")[f"frequency_{k}"]) for k in (1, 2, 3)])
@@ -136,6 +138,7 @@ def test_printed_frequencies_of_regw_say_that_its_side_walls_are_one_metre_long(
     assert min(spread(0.95), spread(1.05)) > 0.02
 
 
+@pytest.mark.slow
 def test_an_elastic_slab_under_the_macro_model_softens_it_a_little():
     test = experiments.load("murano-u-walls", "REGW")
     concrete = Material(30e9, 0.2, 2500.0)

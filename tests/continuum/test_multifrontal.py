@@ -65,6 +65,7 @@ def test_dissection_takes_every_node_once_and_halves_stay_apart(scale):
     assert len(parts[-1].nodes) == 3 * 7 + 2 * 7 + 3 * 6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("definite", [True, False])
 def test_factor_solves_as_dense_algebra_does(definite):
     solid = wall(0.2)
@@ -194,6 +195,7 @@ def test_what_a_soft_layer_leaves_unbalanced_is_the_rounding_of_its_solution():
         assert not factor.exchanged
 
 
+@pytest.mark.slow
 def test_the_path_is_that_of_a_factor_without_exchanges(monkeypatch):
     # scipy's SuperLU on the assembled matrix in the same order, as up to version 0.2: loads to 1e-8
     corners = [(0.3, 0.2, 0.3), (0.3, 0.2, 0.6), (0.9, 0.2, 0.6), (0.9, 0.2, 0.3)]

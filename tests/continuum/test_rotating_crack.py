@@ -40,6 +40,7 @@ def uniaxial_path(direction, strains):
     return np.array(found), answer
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("direction", [(1, 0, 0), (0, 0, 1), (1, 1, 0), (1, -2, 3)])
 def test_area_under_tension_is_the_fracture_energy_over_the_band_in_every_direction(direction):
     strains = np.concatenate([np.linspace(0, 2e-4, 41), np.geomspace(2.05e-4, 0.03, 140)])
@@ -123,6 +124,7 @@ def test_unloading_runs_to_the_origin_and_a_closed_crack_carries_compression():
     assert pressed.stress[0, 0] == pytest.approx(-0.1 * 6e-4 * 8e8)
 
 
+@pytest.mark.slow
 def test_willams_path_turns_the_crack_and_ends_without_stress():
     # tension to the strength with lateral contraction, then strain increments .5 : .75 : 1 (x, y, shear): axes of
     # stress and strain stay together, no principal stress exceeds ft, and all stress fades

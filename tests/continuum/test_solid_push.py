@@ -42,6 +42,7 @@ def test_one_brick_pulled_apart_takes_the_fracture_energy_of_its_section():
     assert curve.crack_width().max() == pytest.approx(2e-3, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("points", [2, 3])
 def test_a_crack_through_one_row_of_bricks_takes_the_fracture_energy_of_its_section(points):
     # a bar of three cubes, the middle one 2 % weaker: it alone cracks, and G times the section is lost in all
@@ -59,9 +60,31 @@ def test_a_crack_through_one_row_of_bricks_takes_the_fracture_energy_of_its_sect
     assert curve.energy.lost[-1] == pytest.approx(12.0 * h * h, rel=1e-3)
     assert curve.crack_width()[[0, 2]].max() < 1e-9
     assert curve.crack_width()[1].mean() == pytest.approx(4e-3, rel=1e-3)
-    # one step across the strength cracks all three: three times the energy, on a path that is in equilibrium too
-    everywhere = push(pulled, control=control, to=1.2e-2, first=2e-4, largest=2e-4)
-    assert everywhere.energy.lost[-1] == pytest.approx(3 * 12.0 * h * h, rel=1e-3)
+    # one step across the strength would crack all three, three times the energy in equilibrium too: it is cut
+    cut = push(pulled, control=control, to=1.2e-2, first=2e-4, largest=2e-4)
+    assert cut.energy.lost[-1] == pytest.approx(12.0 * h * h, rel=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("size", "weaker", "length"), [(0.2, 0.95, 1.0), (0.1, 0.95, 1.0), (0.2, 0.5, 1.6)])
+def test_default_steps_find_one_crack_of_a_bar_at_any_mesh(size, weaker, length):
+    """Gf A in all: lost, stored in the bar and the crack, and what is left of the exponential; peak ft A."""
+    modulus, strength, energy, side = 3e9, 2e5, 50.0, 0.2
+    ends = [0.0, 0.4, 0.4 + size, length]
+    bar = Continuum.from_boxes(
+        [Box(np.array([0, 0, ends[k]]), np.array([side, side, ends[k + 1]]), k % 2) for k in range(3)],
+        [Material(modulus, 0.0, 1.0, part * strength, energy, 20 * strength, 1e4) for part in (1.0, weaker)],
+        size=size,
+    )  # fmt: skip
+    top = [(0, 0, length), (side, 0, length), (side, side, length), (0, side, length)]
+    curve = push(bar.with_patch_pressure(top, force=-1e3), control=((side / 2, side / 2, length), (0, 0, 1)),
+                 to=5 * energy / strength)  # fmt: skip
+    left = curve.load[-1] * energy / (weaker * strength)
+    taken = curve.energy.lost[-1] + curve.energy.stored[-1] + left
+    assert taken == pytest.approx(energy * side**2, rel=0.02)
+    assert curve.work[-1] + left == pytest.approx(energy * side**2, rel=0.02)
+    assert curve.peak.load == pytest.approx(weaker * strength * side**2, rel=0.01)
+    assert not curve.warnings
 
 
 @pytest.mark.slow

@@ -5,8 +5,8 @@ import pytest
 
 import limitmason as lm
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID, polynomial_block, polynomial_blocks
+from limitmason.deformable.body import volume_points
 from limitmason.deformable.elasticity import Elasticity
-from limitmason.deformable.modes import volume_points
 from limitmason.errors import InputError
 
 E, NU, RHO = 2e9, 0.25, 1800.0
@@ -29,7 +29,7 @@ def frequencies(block):
     return np.sqrt(np.diag(block.stiffness) / np.diag(block.mass)) / (2.0 * np.pi)
 
 
-@pytest.mark.parametrize("state", [PLANE_STRESS, PLANE_STRAIN, SOLID])
+@pytest.mark.parametrize("state", [PLANE_STRESS, PLANE_STRAIN, pytest.param(SOLID, marks=pytest.mark.slow)])
 def test_free_bar_swings_along_and_across_as_bars_do(state):
     """c / 2 L along, and 22.373 / (2 pi L^2) sqrt(EI / rho A) across (Euler and Bernoulli), L / h = 40."""
     found = frequencies(polynomial_block(bar(depth=0.025, width=0.04), law(state), degree=6))

@@ -39,6 +39,7 @@ def run(cache: Path, allocations: int) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_fresh_and_cached_kernels_give_the_same_bits(tmp_path):
     # compiled in one process, the loop over contact points was taken from its own library, loaded from the cache from
     # its caller's: summed in another order, a tilting wall fell at 0.3657 in one and at 0.3547 in the other
@@ -102,6 +103,7 @@ def force(root: Path, cache: Path | None = None) -> tuple[float, int]:
     return float(value), int(hits)
 
 
+@pytest.mark.slow
 def test_an_edit_of_an_imported_kernel_file_is_seen_by_its_callers(tmp_path):
     law = copied(tmp_path) / "law.py"
     assert force(tmp_path) == (pytest.approx(1e3), 0)
@@ -135,6 +137,7 @@ def test_no_function_escapes_the_stamp():
     assert index._source_stamp[1] == compiled.SOURCES == compiled.content(folder)
 
 
+@pytest.mark.slow
 def test_a_read_only_installation_and_processes_that_start_together_do_no_harm(tmp_path):
     folder = copied(tmp_path)
     before = {p.name: (p.read_bytes(), p.stat().st_mtime_ns) for p in folder.glob("*.py")}

@@ -40,6 +40,7 @@ def test_stack_of_five_equal_blocks_overturns_at_a_fifth_of_its_slenderness():
     assert p.certificate.yield_violation < 1e-12
 
 
+@pytest.mark.slow
 def test_free_wall_of_104_blocks_overturns_out_of_plane_at_thickness_over_height():
     wall = running_bond(9, 11, **PAVIA_WALL)
     assert wall.n_blocks - 1 == 104
@@ -55,29 +56,36 @@ def test_the_ramp_reads_the_friction_coefficient_at_the_supports():
     b = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], mu=0.4)
     p = dem.collapse(b, lm.Loads.horizontal(b), loading="ramp", contact_points=(2, 2), ramp_steps=5000)
     assert p.collapse_multiplier == pytest.approx(0.4, rel=1e-2)
-    assert set(p.details["error budget"]) == {"stiffness", "contact points", "rate"}
+    assert set(p.details["error budget"]) == {"stiffness", "ks/kn", "contact points", "rate"}
     assert p.interval == pytest.approx((0.4, 0.4), rel=1e-2)
     slower = p.details["at no speed"]
     assert abs(slower[-1] / slower[-2] - 1.0) < 0.01
 
 
+@pytest.mark.slow
 def test_ramps_read_the_overturning_load_at_no_speed():
-    # measured values lie above it in proportion to the speed: 8 % and 4 % here
+    # what a ramp measures lies above it in proportion to its speed; how many ramps there are hangs on the last digits
     wall = running_bond(3, 6, **PAVIA_WALL)
     p = dem.collapse(
         wall, lm.Loads.horizontal(wall, (0, 1, 0)), loading="ramp", contact_points=(2, 4), ramp_steps=8000,
         error_budget=("rate",),
     )  # fmt: skip
-    assert p.details["ramps"][-1][1] > 1.03 * 0.028 / 0.24
-    assert p.collapse_multiplier == pytest.approx(0.028 / 0.24, rel=0.01)
-    assert p.interval[0] <= p.collapse_multiplier < p.interval[1]
+    exact = 0.028 / 0.24
+    speed, excess = np.transpose(p.details["ramps"]) - np.array([[0.0], [exact]])
+    assert (np.diff(excess) < 0.0).all()
+    assert excess[-1] / speed[-1] == pytest.approx(excess[-2] / speed[-2], rel=0.1)
+    assert excess[-1] > 0.02 * exact
+    assert p.collapse_multiplier == pytest.approx(exact, rel=0.01)
+    # the line through two ramps misses the value at no speed to either side
+    assert p.interval[0] <= min(exact, p.collapse_multiplier)
+    assert p.interval[1] > max(exact, p.collapse_multiplier)
 
 
 def test_every_multiplier_comes_with_its_error_budget_and_an_interval():
     b = on_slab([((0, 0, 0), (0.2, 0.3, 0.8))], mu=0.7)
     p = lm.predict(b, lm.Loads.horizontal(b), "dem", contact_points=(2, 2), tolerance=2e-3)
     budget = p.details["error budget"]
-    assert set(budget) == {"stiffness", "contact points", "rate"}
+    assert set(budget) == {"stiffness", "ks/kn", "contact points", "rate"}
     # edge points overturn at the same load whatever their number and stiffness
     assert all(abs(row["change"]) <= 4e-3 and row["status"] == "solved" for row in budget.values())
     low, high = p.interval
@@ -87,6 +95,7 @@ def test_every_multiplier_comes_with_its_error_budget_and_an_interval():
     assert f"interval {low:.6g} to {high:.6g}: bracket, stiffness" in str(p)
 
 
+@pytest.mark.slow
 def test_intervals_of_columns_on_soft_joints_hold_the_value_of_rigid_ones():
     # two of these ten did while repeats resolved to a whole per cent counted as "+0.00 %"
     rng = np.random.default_rng(7)
@@ -122,6 +131,7 @@ def test_the_error_budget_finds_the_torsion_that_more_points_lose_at_the_price_o
     assert any("not converged in this respect" in w for w in p.warnings)
 
 
+@pytest.mark.slow
 def test_loads_that_stay_undecided_widen_the_bracket_and_the_status_says_so():
     a = lm.experiments.load("ferris-tin-loi-2001", "wall-3", rounding=0.02).assembly()
     p = collapse(a, lm.Loads.horizontal(a), contact_points=(2, 2), max_steps=3000)
@@ -293,6 +303,7 @@ def test_cohesion_and_tension_carry_a_glued_block_to_its_brittle_moment():
     assert p.collapse_multiplier == pytest.approx(discrete, rel=5e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("wall", "bracket"), [("wall-5", 1e-2), ("wall-6", 5e-2)])
 def test_ferris_tin_loi_walls_5_and_6_with_rounded_ends_agree_with_our_non_associative_value(wall, bracket):
     # wall 6 read 5 % low while loads that settle after 60,000 to 170,000 steps were given up. Of a bracket its lower
@@ -305,6 +316,7 @@ def test_ferris_tin_loi_walls_5_and_6_with_rounded_ends_agree_with_our_non_assoc
     assert p.collapse_multiplier == pytest.approx(exact, rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_load_refused_after_a_long_stride_is_tried_again_from_close_by():
     # wall 6 read 0.265 at every dilatancy angle: refused from 0.2125, it stands when reached in small steps
     a = lm.experiments.load("ferris-tin-loi-2001", "wall-6", rounding=0.02, dilatancy_deg=33.0).assembly()
@@ -318,7 +330,10 @@ def test_a_load_refused_after_a_long_stride_is_tried_again_from_close_by():
 
 @pytest.mark.parametrize(
     ("wall", "lmgc90", "udec"),
-    [("wall-1", 0.578, 0.577), ("wall-2", 0.512, 0.495), ("wall-3", 0.321, 0.325), ("wall-4", 0.242, 0.236)],
+    [("wall-1", 0.578, 0.577),
+        pytest.param("wall-2", 0.512, 0.495, marks=pytest.mark.slow),
+        pytest.param("wall-3", 0.321, 0.325, marks=pytest.mark.slow),
+        pytest.param("wall-4", 0.242, 0.236, marks=pytest.mark.slow)],
 )
 def test_ferris_tin_loi_walls_with_rounded_ends_agree_with_lmgc90_or_udec(wall, lmgc90, udec):
     a = lm.experiments.load("ferris-tin-loi-2001", wall, rounding=0.02).assembly()
@@ -366,3 +381,30 @@ def test_a_wall_whose_weight_is_neglected_is_decided_though_its_loose_blocks_wei
     assert found.status == "solved"
     assert found.details["undecided"] == []
     assert found.collapse_multiplier == pytest.approx(1e5 * 0.6 / (6 * 0.2 + 0.025) / 1e3, rel=2e-3)
+
+
+@pytest.mark.slow
+def test_a_jammed_wedge_shows_what_its_ratio_of_stiffnesses_decides():
+    # pulled out: N falls by the part that the reversal of its friction unloads, 2 mu c / (r s + mu c),
+    # r = ks / kn; so what it holds beyond its weight falls by 15 % from r = 1 to 0.4
+    angle, mu = np.deg2rad(80.0), 0.3
+    run = 0.3 / np.tan(angle)
+    seat = [(-1, -0.3), (0, -0.3), (0, 0), (-run, 0.3), (-1, 0.3)]
+    body = [(0, 0), (0.1, 0), (0.1 + run, 0.3), (-run, 0.3)]
+
+    def holds(shear, checks):
+        joint = lm.Joint.from_friction_coefficient(mu, normal_stiffness=1e9, shear_stiffness=shear * 1e9)
+        a = lm.Assembly.from_polygons(
+            [seat, [(0.1 - x, z) for x, z in reversed(seat)], body], thickness=0.3, joint=joint, fixed=[0, 1]
+        )
+        live = np.zeros((3, 6))
+        live[2, 2] = a.weights[2]
+        loads = lm.Loads(lm.Loads.weight(a).dead, live)
+        return dem.collapse(a, loads, contact_points=(2, 2), tolerance=2e-3, error_budget=checks)
+
+    found, soft = holds(1.0, ("ks/kn",)), holds(0.4, ())
+    row = found.error_budget["ks/kn"]
+    assert row["multiplier"] == pytest.approx(soft.collapse_multiplier, rel=0.02)
+    assert row["change"] < -0.03
+    assert any("ks/kn changed" in w for w in found.warnings)
+    assert found.interval[0] == pytest.approx(row["multiplier"], rel=3e-3)

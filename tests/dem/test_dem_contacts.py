@@ -86,6 +86,7 @@ def edge_on_edge(seed, spinning=0.0, size=1.0, dt=1e-4):
     return energy / energy[0] - 1.0, met
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spinning", [0.0, 3.0])
 def test_edges_that_meet_elastically_keep_their_energy_from_approach_to_separation(spinning):
     runs = [edge_on_edge(seed, spinning) for seed in range(10)]
@@ -94,11 +95,13 @@ def test_edges_that_meet_elastically_keep_their_energy_from_approach_to_separati
     assert max(np.abs(error).max() for error, _ in runs) < 1e-3
 
 
+@pytest.mark.slow
 def test_the_energy_that_an_impact_of_edges_gains_or_loses_fades_with_the_square_of_the_step():
     coarse, fine = (max(np.abs(edge_on_edge(s, dt=dt)[0]).max() for s in range(4)) for dt in (4e-4, 1e-4))
     assert fine < coarse / 8.0
 
 
+@pytest.mark.slow
 def test_crossed_ridges_stop_each_other_as_two_elastic_bodies_do():
     # head on through both centroids: m v' = -m v, whatever the stiffness; the overlap is v sqrt(mu_red / K)
     for size in (1e-2, 1.0, 1e2):
@@ -197,6 +200,7 @@ def toppling(stiffness=1e8):
     return a, state
 
 
+@pytest.mark.slow
 def test_a_toppled_block_lies_on_the_floor_without_being_asked_to_look_for_contacts():
     # a face cut while a corner is pressed into the floor may not make energy: it starts set back. Points that open lose
     # that again, so that the block rests as deep as its weight presses it into the spring of its side, W / (kn A)

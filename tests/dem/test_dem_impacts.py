@@ -62,6 +62,7 @@ def left_by_impulse_at(x):
     return (inertia - x * b) / (inertia + x * b)
 
 
+@pytest.mark.slow
 def test_rocking_on_corners_is_housners_with_and_without_new_contacts():
     housner = 1.0 - 1.5 * np.sin(np.arctan(WIDTH / HEIGHT)) ** 2
     assert left_by_impulse_at(WIDTH / 2) == pytest.approx(housner, rel=1e-12)
@@ -70,6 +71,7 @@ def test_rocking_on_corners_is_housners_with_and_without_new_contacts():
         assert spin_kept(3e-3, detect, contact_model="vertices") == pytest.approx(housner, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_points_between_the_edges_leave_more_spin_and_never_more_than_there_was():
     kept = [spin_kept(3e-3, contact_points=(2, n)) for n in (2, 4, 8)]
     assert kept[0] < kept[1] < kept[2]

@@ -27,7 +27,7 @@ def assert_same(one, two):
     mine, other = one.state.arrays(), two.state.arrays()
     assert mine.keys() == other.keys()
     for name, value in mine.items():
-        assert np.array_equal(value, other[name]) or name == "joint_table", name
+        assert np.array_equal(value, other[name], equal_nan=value.dtype.kind == "f"), name
     assert (one.status, one.factors, one.stages, one.warnings) == (two.status, two.factors, two.stages, two.warnings)
 
 
@@ -56,6 +56,7 @@ def falling():
     return a, state
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("calls", [2, 11])
 def test_a_fall_with_new_contacts_is_taken_up_to_the_same_bits(tmp_path, calls):
     a, state = falling()
@@ -85,6 +86,7 @@ CHILD = """
 """
 
 
+@pytest.mark.slow
 def test_a_killed_process_is_taken_up_by_a_fresh_one_to_the_same_bits(tmp_path):
     path = tmp_path / "check.npz"
     script = tmp_path / "child.py"
@@ -122,12 +124,12 @@ def test_what_does_not_fit_the_run_before_is_refused_by_name(tmp_path):
     first = wall.interfaces[0]
     pair = wall.blocks[first.block_a].name, wall.blocks[first.block_b].name
     other = wall.with_joints({pair: replace(JOINT, cohesion=1e3)})
-    with pytest.raises(ValueError, match=r"joint between .* another cohesion now \(1000\)"):
+    with pytest.raises(ValueError, match=r"joint between .* another cohesion now \(1000\), not 0"):
         dem.simulate(other, hold, loads=loads, start=begun)
     begun.save(tmp_path / "run.npz")
     with pytest.raises(ValueError, match="another cohesion"):
         dem.History.load(tmp_path / "run.npz", other)
-    with pytest.raises(ValueError, match="another assembly"):
+    with pytest.raises(ValueError, match="another model .* 3 blocks and had 8"):
         dem.History.load(tmp_path / "run.npz", stack([(0.3, 0.2)] * 2, joint=JOINT))
     with pytest.raises(ValueError, match=f"live load of block '{wall.blocks[1].name}'"):
         dem.simulate(wall, hold, loads=lm.Loads.horizontal(wall, (0, 1, 0)), start=begun)
@@ -164,6 +166,7 @@ def test_other_stages_than_those_that_were_cut_off_are_refused_by_number():
         dem.resume(cut, stages()[:3])
 
 
+@pytest.mark.slow
 def test_an_interrupt_from_the_keyboard_leaves_a_state_that_goes_on_to_the_same_bits():
     import os
     import signal
@@ -184,13 +187,10 @@ def test_an_interrupt_from_the_keyboard_leaves_a_state_that_goes_on_to_the_same_
     assert_same(dem.resume(cut, long), dem.simulate(wall, long, loads=loads))
 
 
-def test_stages_written_before_newer_fields_are_the_same_where_these_change_nothing():
+def test_every_field_of_a_stage_and_of_its_damping_counts():
     plain = dem.Drive({1: {"x": 1e-3}}, damping=dem.Damping(local=0.5))
     old = spelled(plain)
-    assert "calm" not in old
-    assert "combined" not in old
     check_same_stages([plain], [old])
-    check_same_stages([plain], [old.replace("local=0.5", "local=0.5, combined=False")])
     for other in (replace(plain, calm=1e-3), replace(plain, damping=dem.Damping(local=0.5, combined=True))):
         with pytest.raises(InputError, match="is not the one"):
             check_same_stages([other], [old])

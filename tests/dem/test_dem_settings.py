@@ -28,19 +28,6 @@ def test_a_ramp_can_be_asked_for_by_the_name_of_the_method():
     assert found.method == "dem, ramp"
 
 
-def test_the_old_name_is_taken_where_it_worked_and_says_what_it_is_now():
-    new = dem.collapse(*block(), loading="ramp", **RAMP)
-    with pytest.warns(DeprecationWarning, match="'method' is now 'loading'") as said:
-        old = dem.collapse(*block(), method="ramp", **RAMP)
-    assert said[0].filename == __file__
-    assert same(old, new)
-    with pytest.warns(DeprecationWarning, match="'method' is now 'loading'"):
-        row = lm.compare(*block(), "dem", dem={"method": "ramp", **RAMP})["dem"]
-    assert row.multiplier == new.collapse_multiplier
-    with pytest.raises(TypeError, match="old name of 'loading'"):
-        dem.collapse(*block(), method="ramp", loading="ramp")
-
-
 def test_settings_and_keywords_are_one_and_keywords_count_before_settings():
     settings = dem.DemSettings(contact_points=(2, 2), error_budget=(), tolerance=0.02)
     with warnings.catch_warnings():

@@ -275,6 +275,7 @@ def free_rocking(stiffness, dashpot, start, duration):
     return h["time"], 2.0 * h.quaternion[:, 1, 2]
 
 
+@pytest.mark.slow
 def test_inelastic_dashpots_give_housners_restitution():
     # Housner 1963: ratio of the rocking speeds after and before an impact, 1 - 3/2 sin^2(alpha), for inelastic impact
     alpha = np.arctan(0.2 / 0.8)
@@ -289,6 +290,7 @@ def test_inelastic_dashpots_give_housners_restitution():
     assert speed[2] / speed[1] == pytest.approx(exact, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_a_wall_pushed_over_falls_apart_and_its_blocks_stay_on_the_floor():
     joint = lm.Joint(35.0, normal_stiffness=3e8)
     blocks = [box(*b.bounds) for b in running_bond(2, 4, size=(0.4, 0.2, 0.2), joint=joint).blocks[1:]]

@@ -58,6 +58,7 @@ def test_the_answer_lies_between_stopped_tables_and_comes_with_the_spread_of_its
         assert "table stopped: stands at" in str(test)
 
 
+@pytest.mark.slow
 def test_stack_of_three_rocks_about_the_foot_of_the_lowest():
     test = dem.tilt_test(
         stack([(0.2, 0.25)] * 3, joint=lm.Joint(40.0)), contact_points=(4, 2), steps=10_000, tolerance=4e-3, halvings=7
@@ -96,6 +97,7 @@ def test_path_agrees_with_loads_held_one_after_the_other(rocking, sliding):
         assert -0.001 < test.collapse_multiplier / test.increments.collapse_multiplier - 1.0 < 0.012
 
 
+@pytest.mark.slow
 def test_multiplier_does_not_depend_on_the_density():
     light, heavy = (
         dem.tilt_test(block(0.1, 0.5, density=rho), contact_points=(4, 2), halvings=1, tolerance=0.5)
@@ -137,6 +139,7 @@ def test_table_that_turns_too_fast_is_overruled_by_the_stopped_one():
     assert any("turns too fast" in w for w in test.warnings)
 
 
+@pytest.mark.slow
 def test_wall_that_ends_by_sliding_falls_before_the_angle_of_friction():
     # max(Rh / Rv) is tan(phi) at every rate, so that no slowing down finds the corner that has left long before
     wall = running_bond(4, 6, joint=lm.Joint(PHI))
@@ -150,6 +153,7 @@ def test_wall_that_ends_by_sliding_falls_before_the_angle_of_friction():
     assert test.collapse_multiplier == pytest.approx(held.collapse_multiplier, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [10.0, 40.0])
 @pytest.mark.parametrize("high", [False, True])
 def test_small_stack_falls_at_its_own_slenderness_beside_or_on_a_large_block(ratio, high):

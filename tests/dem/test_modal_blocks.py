@@ -95,7 +95,7 @@ def test_patch_test_of_a_running_bond(state):
 
 @pytest.mark.parametrize("state", STATES)
 def test_bonded_cantilever_of_four_blocks_is_timoshenkos_beam(state):
-    """Joints ten times as stiff as the blocks; the moment's course within a block is what is missing, 1 / (4 n^2)."""
+    """Joints ten times as stiff as the blocks, forces at the joints alone: nothing is missing but a part of shear."""
     length, depth, width, n, force = 0.8, 0.1, 0.1, 4, 100.0
     h = length / n
     outlines = [[(h * k, 0), (h * (k + 1), 0), (h * (k + 1), depth), (h * k, depth)] for k in range(-1, n)]
@@ -112,7 +112,7 @@ def test_bonded_cantilever_of_four_blocks_is_timoshenkos_beam(state):
     deflection = force * (at**3 - arm**3) / 3.0 / stiff + 1.2 * force * length / (shear * area)
     joints = h * np.arange(n + 1)
     deflection += (force * (at - joints) ** 2 / (kn * inertia) + force / (ks * area)).sum()
-    assert -rest.bodies.shift[n + 1, 2] == pytest.approx(deflection, rel=0.02)
+    assert -rest.bodies.shift[n + 1, 2] == pytest.approx(deflection, rel=2e-3)
     # the moment in the middle of each block, as its bending stress says
     gradient = np.abs(rest.stresses.gradient[1 : n + 1, 0, 0, 2])
     moment = force * (at - h * (np.arange(n) + 0.5))
@@ -121,7 +121,7 @@ def test_bonded_cantilever_of_four_blocks_is_timoshenkos_beam(state):
     )  # 1e-3 at the clamp, which holds the first block's width
 
 
-@pytest.mark.parametrize("state", [PLANE_STRESS, SOLID])
+@pytest.mark.parametrize("state", [PLANE_STRESS, pytest.param(SOLID, marks=pytest.mark.slow)])
 def test_rigid_limit(state):
     """Ever stiffer bricks come to the rigid answer as 1 / E."""
     wall = lm.build.wall(length=0.45, courses=3, unit=(0.225, 0.075, 0.1025), joint=BONDED)
@@ -136,7 +136,7 @@ def test_rigid_limit(state):
     assert gap[0] / gap[1] == pytest.approx(100.0, rel=0.05)
 
 
-@pytest.mark.parametrize("state", [PLANE_STRESS, SOLID])
+@pytest.mark.parametrize("state", [PLANE_STRESS, pytest.param(SOLID, marks=pytest.mark.slow)])
 def test_associative_collapse_of_deformable_blocks(state):
     """Perfect plasticity and psi = phi: the multiplier of limit analysis, whatever strains before."""
     joint = lm.Joint(30.0, dilatancy_angle_deg=30.0, normal_stiffness=2e9, shear_stiffness=1e9)
@@ -230,6 +230,7 @@ def test_turned_and_renumbered_copy(state):
     assert np.abs(two.stresses.mean - there).max() < 1e-7 * np.abs(there).max()
 
 
+@pytest.mark.exact
 @pytest.mark.parametrize("factor", [1e-3, 1e3])
 def test_units(factor):
     """Lengths times f at the same stresses: displacements times f, strains and stresses the same."""
@@ -257,7 +258,7 @@ def test_bar_waves(state):
     along = np.abs(found.shape[:, -1, 2]) > np.abs(found.shape[:, -1, :2]).max(axis=1)
     wanted = np.sqrt(bar_modulus(state) / rho) / (4.0 * n * h)
     assert found.frequency[along][0] == pytest.approx(wanted, rel=0.01)
-    assert found.shape.shape == (len(found.frequency), n + 1, 6 + (15 if state == SOLID else 7))
+    assert found.shape.shape == (len(found.frequency), n + 1, 6 + (21 if state == SOLID else 9))
 
 
 def test_run_goes_on_to_the_same_bits(tmp_path):
@@ -285,10 +286,10 @@ def test_run_goes_on_to_the_same_bits(tmp_path):
 def test_run_of_blocks_of_other_shapes_is_refused_by_name(tmp_path):
     wall = stack(1, lm.Joint(35.0, normal_stiffness=KN, shear_stiffness=KS))
     arrays = make_state(wall, lm.Loads.weight(wall), blocks=MODAL, stress=PLANE_STRESS).arrays()
-    names = [k for k in arrays if k.startswith("modes.") and arrays[k].ndim > 1 and arrays[k].shape[1] == 7]
+    names = [k for k in arrays if k.startswith("modes.") and arrays[k].ndim > 1 and arrays[k].shape[1] == 9]
     assert "modes.value" in names
     old = arrays | {k: arrays[k][:, :5] for k in names}
-    with pytest.raises(lm.errors.InputError, match=r"part.npz holds modal blocks of 5 shapes.*here they have 7"):
+    with pytest.raises(lm.errors.InputError, match=r"part.npz holds modal blocks of 5 shapes.*here they have 9"):
         dem.State.from_arrays(old, tmp_path / "part.npz")
 
 
@@ -377,3 +378,23 @@ def test_refusals_say_what_to_do():
     ).with_material(brick())
     with pytest.raises(lm.errors.InputError, match="'L' is not convex"):
         make_state(concave, lm.Loads.weight(concave), blocks=MODAL)
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+@pytest.mark.parametrize("turned", [0.0, 1e-12, -1e-12])
+def test_plane_stress_lies_in_the_plane_of_the_drive_and_not_where_rounding_puts_it(axis, turned):
+    # under its weight alone a square pier has two planes of symmetry; which edge was found first decided
+    joint = lm.Joint(30.0, cohesion=1e9, normal_stiffness=KN / 100, shear_stiffness=KS / 100)
+    corners = np.array([[0.0, 0.0], [0.1 + turned, turned], [0.1, 0.1 - turned], [turned, 0.1]])
+    foot, pier = ([(*c, z) for z in heights for c in corners] for heights in ((-0.1, 0.0), (0.0, 0.1)))
+    faces = [[3, 2, 1, 0], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    wall = lm.Assembly.from_polyhedra([(foot, faces), (pier, faces)], joint=joint, fixed=[0], names=["foot", "pier"])
+    wall = wall.with_material(lm.Material(young_modulus=1e8, poisson_ratio=NU, density=2000.0))
+    drive = Drive({"pier": {axis: 1e-6}}, steps=2000)
+    run = dem.simulate(wall, [Settle(), drive], blocks=MODAL, stress=PLANE_STRESS, contact_points=(2, 2))
+    stress, out = run.state.stresses.mean[1], "xy".index(axis) ^ 1
+    assert abs(stress["xy".index(axis), 2]) > 10.0
+    # the pier itself is turned by 1e-12 over 0.1 m: that part of the stress lies out of the plane, and no more
+    assert stress[out] == pytest.approx([0.0] * 3, abs=2e-11 * np.abs(stress).max())
+    curve = dem.push(wall, Drive({"pier": {axis: 1.0}}), to=1e-6, blocks=MODAL, steps=2000, rate_check=False)
+    assert curve.history.state.deformation.plane

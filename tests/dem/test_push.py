@@ -9,7 +9,7 @@ import dem
 import limitmason as lm
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError, NotConverged
-from limitmason.lumped_units import with_lumped_units
+from limitmason.mechanics.lumped_units import with_lumped_units
 
 BRICK = lm.Material(young_modulus=16.7e9, poisson_ratio=0.15, density=2000.0)
 KN, KS = 83e9, 36e9
@@ -102,6 +102,7 @@ def test_sliding_begins_at_cohesion_and_friction_and_goes_on_at_friction_alone()
     assert "by opening at once or by slip at once" in curve.law
 
 
+@pytest.mark.slow
 def test_a_slender_pier_rocks_at_its_weight_times_half_base_over_height():
     wall = stacked(4, width=0.2, height=0.2)
     curve = dem.push(wall, dem.Drive({"top": {"x": 1.0}}), to=1e-3, contact_points=0.05, steps=60_000)
@@ -126,11 +127,12 @@ def test_a_bonded_row_between_jambs_fails_as_soldiers_bend():
 
 
 def test_crushing_is_counted_as_it_closes():
-    wall = stacked(2, compressive_strength=2e6)
-    curve = dem.push(wall, DOWN, to=1e-4, rate_check=False)
-    # both joints crush at their strength; what closes beyond the elastic part is crushing
+    # one joint, and nothing turns: of two that crush at one load rounding chooses, and the block between them tilts
+    wall = stacked(1, compressive_strength=2e6)
+    curve = dem.push(wall, dem.Drive({"top": {"z": -1.0, "ry": 0.0}}), to=1e-4, rate_check=False)
+    # it crushes at its strength; what closes beyond the elastic part is crushing
     assert curve.peak.load == pytest.approx(2e6 * 0.02, rel=0.01)
-    assert curve.crushed[-1].sum() == pytest.approx(1e-4 - 2.0 * 2e6 / KN, rel=0.02)
+    assert curve.crushed[-1].sum() == pytest.approx(1e-4 - 2e6 / KN, rel=0.02)
     assert curve.mode.name == "crushing"
     assert curve.first_failure.load == pytest.approx(2e6 * 0.02, rel=0.01)
 
@@ -187,6 +189,7 @@ def plain():
     return dem.push(opened(), PLATE, to=2e-4, steps=6000)
 
 
+@pytest.mark.slow
 def test_mirrored_renumbered_and_heavier_numbered_copies_give_the_same_curve(plain):
     wall = opened()
     mirror = wall.transformed(np.diag([-1.0, 1.0, 1.0]), (1.125, 0.0, 0.0))
@@ -207,6 +210,7 @@ def test_a_wall_turned_about_its_height_gives_the_same_curve_in_space(plain):
     assert again.peak.load == pytest.approx(plain.faster.peak.load, rel=0.02)
 
 
+@pytest.mark.slow
 def test_twice_the_scale_of_all_stresses_gives_twice_the_load(plain):
     heavy = lm.Joint(30.0, cohesion=1e5, tensile_strength=6e4, normal_stiffness=2 * KN, shear_stiffness=2 * KS)
     wall = opened(heavy).with_material(lm.Material(young_modulus=1e9, poisson_ratio=0.2, density=4000.0))
@@ -261,6 +265,7 @@ def test_a_servo_keeps_its_push_while_another_block_is_driven():
 # ---- going on after a cut ----
 
 
+@pytest.mark.slow
 def test_a_push_that_was_cut_off_goes_on_to_the_same_bits(tmp_path, plain):
     file = tmp_path / "push.npz"
     seen = []
@@ -282,6 +287,7 @@ def test_a_push_that_was_cut_off_goes_on_to_the_same_bits(tmp_path, plain):
     assert np.array_equal(again.load, plain.load)
 
 
+@pytest.mark.slow
 def test_a_push_that_was_cut_off_while_it_waits_goes_on_to_the_same_bits(tmp_path):
     brittle = lm.Joint(30.0, cohesion=5e4, tensile_strength=3e4, normal_stiffness=KN, shear_stiffness=KS,
                        residual_cohesion=0.0, residual_tensile_strength=0.0)  # fmt: skip
@@ -372,6 +378,7 @@ def slide(blocks, **options):
     return dem.push(wall, east, to=5e-3, blocks=blocks, contact_points=(3, 2), samples=200, **options), exact
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("blocks", ["rigid", "modal"])
 def test_a_plastic_wall_slides_at_its_associative_limit_load_at_any_speed(blocks):
     curve, exact = slide(blocks)

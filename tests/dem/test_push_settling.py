@@ -40,6 +40,7 @@ def hanging(strength, blocks=3):
 # ---- sound joints ----
 
 
+@pytest.mark.slow
 def test_weight_that_comes_to_rest_on_sound_joints_breaks_only_what_it_would_break_at_rest():
     wall, ft = hanging(1.05)
     settle = dem.Settle(tolerance=1e-5, max_steps=4000)

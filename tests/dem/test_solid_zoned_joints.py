@@ -70,6 +70,7 @@ def test_uniform_pressure_crosses_a_joint_of_unlike_meshes_evenly(points):
     assert (now.normal * model.contacts.area)[bed].sum() == pytest.approx(3 * 1e3, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_bonded_cantilever_of_four_blocks_is_timoshenkos_beam_across_both_axes():
     # joints ten times as stiff as the blocks; pulled along y and along z at once
     length, depth, n, force = 0.8, 0.1, 4, 100.0
@@ -113,6 +114,7 @@ def slid(joint, travel, steps, direction=(0.8, 0.6), pressure=0.5e6):
     return np.array(shear), np.array(moved), model
 
 
+@pytest.mark.slow
 def test_brittle_joint_shears_obliquely_at_its_peak_then_at_its_residual_strength():
     joint = lm.Joint(
         35.0, cohesion=0.3e6, tensile_strength=0.1e6, residual_cohesion=0.0, residual_tensile_strength=0.0,
@@ -184,6 +186,7 @@ def solved(model):
     return (reach @ u).reshape(model.nodes.place.shape)
 
 
+@pytest.mark.slow
 def test_explicit_rest_state_of_a_corner_is_the_static_solution():
     wall, loads = corner(bonded(1e10, 4e9))
     model = make_model(wall.with_material(BRICK), loads, zone_size=0.1, plane="solid")
@@ -194,6 +197,7 @@ def test_explicit_rest_state_of_a_corner_is_the_static_solution():
     assert abs(running.energy_error(model)) < 1e-6
 
 
+@pytest.mark.slow
 def test_ever_stiffer_zones_return_the_rigid_dem_on_a_corner():
     wall, loads = corner(bonded(1e9, 4e8), 1e-4)
     rigid = dem.simulate(wall, dem.Settle(tolerance=1e-10), loads=loads, contact_points=(3, 3))
@@ -209,6 +213,7 @@ def test_ever_stiffer_zones_return_the_rigid_dem_on_a_corner():
     assert gaps[0] / gaps[1] == pytest.approx(100.0, rel=0.1)
 
 
+@pytest.mark.slow
 def test_zones_and_modal_blocks_are_equally_stiff_on_a_corner():
     wall, loads = corner(bonded(8.2e9, 3.6e9))
     dead = loads.dead.copy()
@@ -225,6 +230,7 @@ def test_zones_and_modal_blocks_are_equally_stiff_on_a_corner():
         assert work == pytest.approx(far, rel=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("poisson", [0.0, 0.2])
 def test_a_wall_in_space_lies_between_plane_stress_and_plane_strain(poisson):
     # voussoirs of an arch and a gable of three corners too; without Poisson's effect all three are one
@@ -246,6 +252,7 @@ def test_a_wall_in_space_lies_between_plane_stress_and_plane_strain(poisson):
         assert high / low < (1.03 if poisson else 1.00002)
 
 
+@pytest.mark.slow
 def test_a_corner_turned_and_renumbered_stores_the_same_energy():
     wall = lm.build.wall(length=0.4, courses=3, unit=(0.2, 0.1, 0.1), joint=bonded(), plan="L", return_length=0.4)
     wall = wall.with_material(BRICK)

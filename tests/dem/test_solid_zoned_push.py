@@ -26,6 +26,7 @@ def zoned(model, drive, **options):
     return dem.push(model, dem.Drive({"beam": drive}), **({"blocks": "zoned", "stress": "solid"} | options))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", ["x", "y"])
 def test_psi_equal_to_phi_carries_the_associative_multiplier_in_space(axis):
     model = corner(courses=3)
@@ -59,6 +60,7 @@ def test_a_push_of_one_zoned_brick_is_springs_in_series_and_settles_by_its_weigh
     assert curve.settlement == pytest.approx(weight * (3.0 / kn + 1.5 * height / e), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_stopped_push_goes_on_to_the_bits_of_the_whole_one(tmp_path):
     weak = dict(normal_stiffness=2e10, shear_stiffness=1e10, cohesion=5e3, tensile_strength=3e3, residual_cohesion=0.0)
     model = corner(40.0, 5.0, **weak)

@@ -153,6 +153,7 @@ def footing(phi, first, ratio, width, depth, travel, steps):
     return np.array(pressure), outer[1] - 1.0
 
 
+@pytest.mark.slow
 def test_smooth_strip_footing_carries_2_plus_pi_times_cohesion():
     pressure, h = footing(0, 1 / 32, 1.3, 4.0, 2.5, 2e-5, 10_000)
     assert abs(pressure[-1] / pressure[-3] - 1) < 2e-3  # it flows: no locking
@@ -161,6 +162,7 @@ def test_smooth_strip_footing_carries_2_plus_pi_times_cohesion():
     assert pressure[-1] == pytest.approx(2 + np.pi, rel=0.02)
 
 
+@pytest.mark.slow
 def test_footing_on_dilatant_ground_carries_the_bearing_factor_of_30_degrees():
     factor = (np.exp(np.pi * np.tan(np.deg2rad(30))) * 3 - 1) / np.tan(np.deg2rad(30))  # Prandtl: 30.14
     pressure, h = footing(30, 1 / 16, 1.2, 8.0, 4.0, 1.6e-4, 16_000)
@@ -168,6 +170,7 @@ def test_footing_on_dilatant_ground_carries_the_bearing_factor_of_30_degrees():
     assert pressure[-1] / (1 + h / 2) == pytest.approx(factor, rel=0.03)
 
 
+@pytest.mark.slow
 def test_stresses_around_a_hole_in_yielding_ground_are_salencons():
     # ring a = 1 to b = 10 m under an outer pressure p, phi 30, psi 0; closed form of the finite ring for the stresses
     p, c, phi, young, nu, b = 3e6, 0.35e6, 30.0, 6.7e9, 0.21, 10.0

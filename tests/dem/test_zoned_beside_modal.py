@@ -38,6 +38,7 @@ def pushed(model, blocks, to, steps, **options):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_strong_joints_carry_point_by_point_what_the_assembled_equations_give():
     # stepped zones know no matrix, the equations no time
     model = wall(STRONG)
@@ -59,6 +60,7 @@ def test_strong_joints_carry_point_by_point_what_the_assembled_equations_give():
     assert now.normal.min() < -0.1 * now.normal.max()
 
 
+@pytest.mark.slow
 def test_zones_and_elastic_bricks_condensed_to_their_joints_are_equally_stiff():
     # polynomials with tractions that are smooth over a face, and zones with forces at their nodes: 1e-3 where a face
     # is loaded evenly, a per cent of the wall's compliance where it is not
@@ -73,6 +75,7 @@ def test_zones_and_elastic_bricks_condensed_to_their_joints_are_equally_stiff():
     assert slope[1] == pytest.approx(1e3 * slope[0], rel=0.01)
 
 
+@pytest.mark.slow
 def test_ductile_joints_carry_the_same_by_modal_and_by_zoned_bricks():
     # bond never lost: no order of failures to be decided, so that the curves differ by the bricks' shapes alone
     model = wall(MORTAR)

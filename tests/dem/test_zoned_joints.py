@@ -145,6 +145,7 @@ def test_a_model_turned_and_renumbered_gives_the_same_forces():
     assert energies[1] == pytest.approx(energies[0], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_very_stiff_zones_return_the_rigid_dem():
     joint = lm.Joint(35.0, normal_stiffness=1e9, shear_stiffness=4e8, cohesion=1e7, tensile_strength=1e7)
     wall = lm.build.wall(length=0.6, courses=4, unit=(0.2, 0.1, 0.1), joint=joint)

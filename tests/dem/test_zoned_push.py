@@ -26,7 +26,7 @@ def zoned(model, drive, **options):
     return dem.push(model, drive, blocks="zoned", **options)
 
 
-@pytest.mark.parametrize("phi", [35.0, 55.0])
+@pytest.mark.parametrize("phi", [pytest.param(35.0, marks=pytest.mark.slow), 55.0])
 def test_plastic_joints_with_psi_equal_to_phi_carry_the_associative_multiplier(phi):
     model = wall(phi, phi, STIFF)
     loads = lm.Loads.weight(model).with_point_load(model, "beam", (1.0, 0, 0), at=tuple(model.centroids[-1]))
@@ -39,6 +39,7 @@ def test_plastic_joints_with_psi_equal_to_phi_carry_the_associative_multiplier(p
     assert curve.errors["energy"].max() < 1e-3
 
 
+@pytest.mark.slow
 def test_weak_stone_cracks_is_marked_and_lowers_the_load():
     # stones a hundred times weaker than those that never crack; both runs with the same joints
     strong = dict(normal_stiffness=2e10, shear_stiffness=1e10, cohesion=5e5, tensile_strength=3e5)
@@ -91,7 +92,7 @@ def test_what_a_zoned_push_cannot_do_is_refused():
     with pytest.raises(InputError, match=r"into 6.4e\+07 zones"):
         zoned(model, EAST, to=1e-4, zone_size=1e-4)
     with pytest.raises(InputError, match="no zones"):
-        figures.plasticity(lm.curve.Curve([0.0, 1.0], [0.0, 1.0]))
+        figures.plasticity(lm.Curve([0.0, 1.0], [0.0, 1.0]))
 
 
 def test_a_run_is_reported_and_can_be_stopped():
@@ -122,12 +123,14 @@ def test_hopeless_contrasts_are_refused_with_the_predicted_time_before_anything_
     assert not seen
 
 
+@pytest.mark.slow
 def test_units_that_flow_under_their_load_are_said_to_fall():
     mud = lm.Material(young_modulus=3e9, poisson_ratio=0.2, cohesion=10.0, friction_angle_deg=30.0)
     with pytest.raises(NotConverged, match="falls under its dead loads before it is driven"):
         zoned(wall(35.0, 0.0, mud, normal_stiffness=1e10, shear_stiffness=5e9), EAST, to=1e-4, zone_size=0.2)
 
 
+@pytest.mark.slow
 def test_a_unit_that_is_crushed_and_one_that_is_torn_are_found_at_their_strain_and_width():
     unit = lm.Material(
         young_modulus=5e9, poisson_ratio=0.0, cohesion=1e6, friction_angle_deg=0.0, tensile_strength=1e5

@@ -120,6 +120,7 @@ CHILD = """
 """
 
 
+@pytest.mark.slow
 def test_a_killed_process_is_taken_up_by_a_fresh_one_to_the_same_bits(tmp_path, whole):
     script, file = tmp_path / "child.py", tmp_path / "run-v3.npz"
     here = str(Path(__file__).resolve().parent)

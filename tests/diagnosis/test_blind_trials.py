@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from blind import hide, other, score, surrogate, trials
 
+pytestmark = pytest.mark.slow
+
 SEED = 4711  # not a seed of the full report
 
 

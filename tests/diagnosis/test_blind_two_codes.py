@@ -12,6 +12,8 @@ from blind.small_walls import DEM, LIMIT
 
 from limitmason.diagnosis import Extension
 
+pytestmark = pytest.mark.slow
+
 SEED = 815  # not a seed of the full report
 COUNTS = {"null": 40, "clear": 30, "middle": 30}
 WRONG = ("wrong name", "wrong pair", "set without it")

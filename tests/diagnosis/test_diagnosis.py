@@ -44,6 +44,7 @@ def test_the_same_seed_gives_the_same_verdict_and_another_order_of_causes_too():
     assert (one.kind, set(one.causes)) == (turned.kind, set(turned.causes))
 
 
+@pytest.mark.slow
 def test_no_effect_is_none_with_the_sizes_that_would_have_been_seen():
     diagnosis = study(data(seed=1)).diagnose(CAUSES)
     assert diagnosis.kind == "none"
@@ -78,6 +79,7 @@ def test_an_effect_outside_the_list_is_unexplained_with_its_covariate():
     assert "humidity" in str(diagnosis)
 
 
+@pytest.mark.slow
 def test_more_scatter_than_stated_is_no_cause():
     kinds = [study(data(seed=s, sd=0.10)).diagnose(CAUSES).kind for s in range(12)]
     assert kinds.count("scatter") >= 8
@@ -110,6 +112,7 @@ def test_an_additive_pair_table_that_is_wrong_is_replaced_by_the_true_pair():
     assert found["verified"] == found["exact"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [Noise.unknown(), Noise(0.04, 6), Noise(0.04, tails=5)])
 def test_other_statements_of_the_noise_find_a_clear_effect_and_keep_the_null(noise):
     assert study(data(ROUNDING, 0.014), noise).diagnose(CAUSES).causes[:1] == ("edge rounding",)
@@ -145,6 +148,7 @@ def test_a_measured_input_is_a_datum_not_a_free_knob():
     assert abs(diagnosis.verdict.tested[("gain",)].z[0]) < 0.5
 
 
+@pytest.mark.slow
 def test_leaving_out_pure_noise_gains_nothing_once_the_choice_is_repeated():
     from limitmason.diagnosis.inference.gain import measure_gain
 
@@ -180,6 +184,7 @@ def test_leave_group_out_equals_an_honest_refit():
     assert diagnosis.gain.leave_group_out.each.shape == (12,)
 
 
+@pytest.mark.slow
 def test_rehearsal_counts_every_trial():
     rehearsal = study().rehearse(CAUSES, n=40, seed=2)
     assert sum(row["trials"] for row in rehearsal.table()) == 40
@@ -309,6 +314,7 @@ def test_a_study_does_not_change_and_its_variants_share_tables():
     assert made.replace(levels=5).simulator.calls == 0
 
 
+@pytest.mark.slow
 def test_a_diagnosis_is_numbers_that_report_without_the_simulator():
     def forbidden(*args, **more):
         raise AssertionError("the simulator was called")

@@ -152,6 +152,7 @@ def made_blocks(specimen):
     return specimen["width"] / specimen["height"]
 
 
+@pytest.mark.slow
 def test_nothing_is_written_over_the_edge_of_the_page(pictures):
     crowded = many_causes()
     assert len(crowded.kept) > 4

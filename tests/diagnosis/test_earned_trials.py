@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from blind import campaign_store, campaigns, earned_report, earned_trials, outsiders, surface
 
+pytestmark = pytest.mark.slow
+
 SEED = 1616  # not the seed of the full report
 OFF_THE_LIST = ("missing, of the list", "missing, never listed", "outsiders")
 PLAN = {**dict.fromkeys(OFF_THE_LIST, 15), "clear": 16, "nothing": 20}

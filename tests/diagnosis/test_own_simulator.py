@@ -26,7 +26,7 @@ def study(simulate, nuisance=None, **options):
     return Study(SPECIMENS, simulate, None, Noise(0.04), nuisance or {}, **options)
 
 
-@pytest.mark.parametrize("n_jobs", [1, 2])
+@pytest.mark.parametrize("n_jobs", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_error_of_the_simulator_keeps_its_type_and_traceback_and_names_specimen_and_parameters(n_jobs):
     with pytest.raises(LookupError, match="no stiffness for this bend") as caught:
         study(failing, {"mu": Measured(0.7, 0.0)}, n_jobs=n_jobs).table(BEND)

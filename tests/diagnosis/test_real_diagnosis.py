@@ -11,6 +11,8 @@ import pytest
 from limitmason import causes as catalogue
 from limitmason.diagnosis import Extension, Noise, Study
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
 

@@ -1,19 +1,20 @@
 """The panels with an opening: inferred outlines, elastic fingerprints, what the tables print, figures and the page."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from brick_panels import bricks, onset, page, runs
 from scipy.sparse.linalg import splu
 
 import dem
 import limitmason as lm
 from dem.pace import tangent
 from limitmason.errors import InputError
-from limitmason.experiments.brick_panels_opening import bricks, onset, paper, runs
 from limitmason.experiments.tables import read_table
-from limitmason.lumped_units import with_lumped_units
-from limitmason.plane import find_plane
+from limitmason.mechanics.lumped_units import with_lumped_units
+from limitmason.mechanics.plane import find_plane
 
 NAME = "brick-panels-opening"
 
@@ -76,6 +77,7 @@ def superposed(blocks, names=onset.STRENGTHS, **options):
     return runs.Runs(None, None).onsets(names, blocks=blocks, **options)
 
 
+@pytest.mark.slow
 def test_first_failure_rises_with_the_tensile_strength_as_printed_where_bricks_deform(fingerprint):
     lag = {}
     for blocks in ("lumped", "elastic"):
@@ -94,6 +96,7 @@ def test_first_failure_rises_with_the_tensile_strength_as_printed_where_bricks_d
     assert np.array(superposed("lumped").opening) == pytest.approx(fingerprint[1], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_runs_that_print_another_first_crack_than_the_rest_of_their_strength_are_those_that_slip_first():
     rows = read_table(NAME, "udec_runs.csv").rows
     found = superposed("lumped", [r["specimen"] for r in rows])
@@ -104,6 +107,7 @@ def test_runs_that_print_another_first_crack_than_the_rest_of_their_strength_are
     assert away == early == {f"udec-{k:02d}" for k in (4, 7, 13, 16, 17)}
 
 
+@pytest.mark.slow
 def test_panel_whose_own_weight_statics_bears_bears_it_in_the_driven_run_too(fingerprint):
     assert fingerprint[1][0] > 0.0
     answer = runs._pushed("udec-01", runs.Push(True, 7e-5, 10_000, "lumped", 0), {})
@@ -111,16 +115,21 @@ def test_panel_whose_own_weight_statics_bears_bears_it_in_the_driven_run_too(fin
     assert answer.first == pytest.approx(fingerprint[1][0], abs=0.01)
 
 
-def test_run_9_driven_fails_first_where_statics_says_and_holds_what_is_printed(fingerprint):
+@pytest.mark.slow
+def test_run_9_driven_fails_first_where_statics_says_and_holds_less_than_a_panel_that_loses_nothing(fingerprint):
     test = load("udec-09")
-    curve = dem.push(test.assembly(), test.drive(), to=1e-3, blocks="lumped", steps=10_000, rate_check=False)
+    wall = test.assembly()
+    curve = dem.push(wall, test.drive(), to=1e-3, blocks="lumped", steps=10_000, rate_check=False)
     assert curve.settlement == pytest.approx(1e-3 * fingerprint[0][0], rel=1e-3)
     assert curve.first_failure.load == pytest.approx(1e3 * fingerprint[1][2], rel=0.03)
     assert curve.first_failure.where.startswith("head joint of soldier")
     assert curve.spacing == pytest.approx(0.0375)
     assert "by opening at once only" in curve.law
-    # window of the issue for the whole grid
-    assert 0.85 < curve.peak.load / 10.03e3 < 1.3
+    # which joint breaks first hangs on rounding, and with it the peak; the window for it is that of the whole grid,
+    # below. Of the plastic multiplier no brittle panel holds more
+    plastic = 1e3 * lm.limit_analysis(wall, test.loads()).collapse_multiplier
+    assert 3.0 * curve.first_failure.load < curve.peak.load < plastic
+    assert any("the peak hangs on which joint breaks first" in w for w in curve.warnings)
 
 
 # ---- outlines and options ----
@@ -219,12 +228,12 @@ def test_page_finds_the_exponents_that_a_power_law_was_made_with():
     rows = read_table(NAME, "udec_runs.csv").rows
     mu = np.tan(np.radians([float(r["friction"]) for r in rows]))
     c, ft = (np.array([float(r[k]) for r in rows]) for k in ("cohesion", "tension"))
-    exponents, errors = paper._log_slopes(rows, 3.0 * mu**0.6 * c**0.8 * ft**0.2)
+    exponents, errors = page._log_slopes(rows, 3.0 * mu**0.6 * c**0.8 * ft**0.2)
     assert exponents == pytest.approx([0.6, 0.8, 0.2])
     assert errors == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
     # of the loads printed, without run 13: as the issue states them
     printed = np.array([float(r["V_failure"]) for r in rows])
-    exponents, errors = paper._log_slopes(rows, printed)
+    exponents, errors = page._log_slopes(rows, printed)
     assert exponents == pytest.approx([0.64, 0.75, 0.25], abs=0.01)
     # exponent of c and its error by Frisch and Waugh: what c has that the others have not, against the same of the load
     keep = np.array([r["specimen"] != "udec-13" for r in rows])
@@ -277,28 +286,42 @@ def test_runs_of_another_level_start_or_pace_are_kept_apart(tmp_path, monkeypatc
     assert len(set(first)) == len(calls)
     assert [runs.Runs(tmp_path, None)("udec-09", **c).peak for c in calls] == first
     assert asked[3] == ("udec-09", False, runs.TRAVEL, runs.STEPS, "modal", 1, 0)
-    # answers kept before there were levels are those of lumped bricks where they are
-    assert '["udec-09", false, 0.0013, 15000, {}]' in known.known
+    # a key says the call, and ends with the fingerprint of the panel and of what computes it
+    assert sum(key.startswith('["udec-09", false, 0.0013, 15000, {}, "') for key in known.memo.rows) == 1
 
 
-@pytest.mark.parametrize("blocks", ["lumped", "modal"])
-def test_driven_panel_breaks_as_the_path_without_rate_does(blocks):
+# modal bricks swing longer behind a break: at 12000 steps 3 % is left 4 um behind that at 36 um, at 24000 below 1 %
+@pytest.mark.slow
+@pytest.mark.parametrize(("blocks", "forks", "steps"), [("lumped", 70e-6, 12_000), ("modal", 96e-6, 24_000)])
+def test_driven_panel_breaks_as_the_path_without_rate_does(blocks, forks, steps):
     # the two share the law and the points and nothing else: one integrates motion, the other solves for equilibrium
     test, to = load("udec-14"), 1e-4
     points = {"contact_model": "grid", "grid": runs.SPACING, "contacts": "first"}
     free = lm.pushover(test.assembly(), test.loads(), control=("spreader", "z"), to=-to, blocks=blocks, **points)
-    driven = dem.push(test.assembly(), test.drive(), to=to, blocks=blocks, steps=12_000, rate_check=False)
+    driven = dem.push(test.assembly(), test.drive(), to=to, blocks=blocks, steps=steps, rate_check=False)
     assert driven.first_failure.load == pytest.approx(1e3 * free.load[free.breaks[0].sample - 1], rel=0.01)
     assert sum(b.points for b in free.breaks) > 30
-    # behind a break the driven panel still swings, longest behind the first, of 16 points: it is looked at 4 um later
+    # behind a break the driven panel still swings, longest behind the first, of 16 points: it is looked at 4 um later,
+    # and as the median over 2 um
     breaks = np.array([abs(free.displacement[b.sample]) for b in free.breaks])
-    at = 1e-6 * np.arange(40.0, 96.0, 1.0)
-    at = at[[not ((breaks > u - 4e-6) & (breaks < u + 1e-6)).any() for u in at]]
-    assert len(at) > 8
-    loads = np.interp(at, np.abs(free.displacement), 1e3 * free.load)
-    assert np.interp(at, driven.displacement, driven.load) == pytest.approx(loads, rel=0.015)
+    at = 1e-6 * np.arange(34.0, 96.0, 1.0)
+    u, force = np.abs(free.displacement), 1e3 * free.load
+    held = np.array([np.median(driven.load[np.abs(driven.displacement - v) < 1e-6]) for v in at])
+    calm = np.array([not ((breaks > v - 4e-6) & (breaks < v + 1e-6)).any() for v in at])
+    early = calm & (at < forks)
+    assert early.sum() > 8
+    assert held[early] == pytest.approx(np.interp(at[early], u, force), rel=0.015)
+    # behind 70 um four breaks of lumped bricks lie within 5 um, and a joint on the brink breaks some micrometres early
+    # or late: the load is on the line of a stretch of the path before or behind, made longer
+    ends = [0, *(b.sample for b in free.breaks), len(u)]
+    stretches = [slice(a, b) for a, b in pairwise(ends) if np.ptp(u[a:b]) > 1e-6]
+    lines, starts = [np.polyfit(u[k], force[k], 1) for k in stretches], [u[k][0] for k in stretches]
+    for v, found in zip(at[at >= forks], held[at >= forks], strict=True):
+        near = [np.polyval(line, v) for line, s in zip(lines, starts, strict=True) if abs(s - v) < 14e-6]
+        assert 0.985 * min(near) < found < 1.015 * max(near)
 
 
+@pytest.mark.slow
 def test_zoned_bricks_are_as_stiff_as_elastic_ones_condensed_to_the_same_points():
     known, strong = runs.Runs(None, None), {"cohesion": 1e7, "tensile_strength": 1e7}
     lumped, modal, elastic = (
@@ -362,6 +385,7 @@ def test_run_10_is_the_same_by_zones_and_modes_once_its_crack_is_chosen():
     assert min(peaks[9, "modal"], peaks[9, "zoned"]) > 1.2 * peaks[8, "modal"]
 
 
+@pytest.mark.slow
 def test_page_goes_on_from_what_was_kept(tmp_path, monkeypatch):
     said = []
     numbers = (1.0, 0.5, 0.2, 0.01, float("nan"), 0.03, 0.02, 0.01)
@@ -373,15 +397,15 @@ def test_page_goes_on_from_what_was_kept(tmp_path, monkeypatch):
         runs, "_superposed",
         lambda names, *_: replace(same, opening=same.opening[: len(names)], slip=same.slip[: len(names)]),
     )  # fmt: skip
-    page = paper.page(store=tmp_path, progress=said.append)
+    text = page.page(store=tmp_path, progress=said.append)
     assert len(said) > 100
     for words in (
         "three levels", "Rate-free", "First failure, without rate", "Properties of the bricks",
         "inferred, not published", "Table 2", "Table 3", "Table 4", "L1 is an open case",
     ):  # fmt: skip
-        assert words in page
+        assert words in text
     again = []
-    assert paper.page(store=tmp_path, progress=again.append) == page
+    assert page.page(store=tmp_path, progress=again.append) == text
     assert again == []
 
 
@@ -395,6 +419,7 @@ def test_grid_of_strengths_lies_in_the_window_about_the_printed_loads():
     assert 0.85 < np.exp(np.mean(ratio)) < 1.3
 
 
+@pytest.mark.slow
 def test_modal_bricks_are_within_three_per_cent_of_elastic_ones():
     """Compliance of the panel under its plate, joints that hold: shapes added to a block can only soften it."""
     test, found = load("udec-09", cohesion=1e7, tensile_strength=1e7), {}

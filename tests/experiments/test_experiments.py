@@ -236,6 +236,7 @@ def test_minho_more_friction_never_lowers_the_prediction_and_crushing_lowers_it(
     assert predicted(test.with_options(crushing=True)) < values[1]
 
 
+@pytest.mark.slow
 def test_minho_all_31_peaks_are_compared_in_their_own_direction():
     rows = experiments.table(source=MINHO, kinds="measured")
     assert len(rows) == 31
@@ -277,6 +278,7 @@ def test_minho_negative_peaks_are_predicted_with_the_reversed_load(monkeypatch):
     assert seen == [1.0, -1.0]
 
 
+@pytest.mark.slow
 def test_minho_ws_walls_rock_as_rigid_blocks_within_15_per_cent_and_sw_30_exceeds_them():
     ratio = {(r.specimen, r.quantity): r.ratio for r in experiments.table(source=MINHO, kinds="measured")}
     assert all(0.85 < x < 1.15 for (name, _), x in ratio.items() if name.startswith("WS"))
@@ -327,6 +329,7 @@ def test_rondelet_wallette_associative_lies_in_the_window_of_godio_2017(bond):
         assert row.predicted == pytest.approx(float(test.recomputed["associative"]), abs=1e-3)
 
 
+@pytest.mark.slow
 def test_rondelet_wallette_even_courses_toothed_are_stronger_for_either_free_edge():
     value = {
         b: predicted(experiments.load(WALLETTE, b), flow_rule="associative") for b in experiments.specimens(WALLETTE)

@@ -5,11 +5,11 @@ import pytest
 
 import dem
 from limitmason import experiments
-from limitmason.contact_points import contact_points
 from limitmason.experiments import mcmaster_bending as mcmaster
 from limitmason.experiments.mcmaster_bending import LOADED, SUPPORTS, cut_bond
 from limitmason.geometry import polygon_area_centroid
 from limitmason.limit import limit_analysis
+from limitmason.mechanics.contact_points import contact_points
 
 SOURCE = "mcmaster-bending"
 
@@ -48,6 +48,7 @@ def test_straight_bed_joint_in_full_tension_has_three_times_its_strength():
     assert found == pytest.approx(exact, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_reaction_of_the_supports_equals_the_load_before_failure():
     test = experiments.load(SOURCE, "theta-0")
     held = dict.fromkeys(("x", "z", "rx", "ry", "rz"), 0.0)

@@ -9,6 +9,7 @@ from limitmason.experiments.murano_u_walls import micro
 from limitmason.experiments.murano_u_walls.macro import published
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("specimen", "within"), [("DS", 0.05), ("REGW", 0.03)])
 def test_modes_of_the_walls_of_elastic_stones_are_those_of_the_micro_model(specimen, within):
     """Stones of 20 GPa and the bond are assumed, joints calibrated by the source in 3DEC: no fit of ours."""
@@ -19,6 +20,7 @@ def test_modes_of_the_walls_of_elastic_stones_are_those_of_the_micro_model(speci
     assert (found.frequency < lm.modes(test.assembly(), 3, contact_points=micro.POINTS).frequency).all()
 
 
+@pytest.mark.slow
 def test_regw_is_as_stiff_as_printed_within_a_ninth():
     test = experiments.load("murano-u-walls", "REGW", residual="full")  # no point fails at this load
     curve = micro.push_micro(test, 2e-7)
@@ -26,6 +28,7 @@ def test_regw_is_as_stiff_as_printed_within_a_ninth():
     assert stiffness == pytest.approx(float(published("REGW", "micro")["stiffness"]), rel=1.0 / 9.0)
 
 
+@pytest.mark.slow
 def test_ds_passes_its_printed_stiffness_as_a_secant_before_its_printed_light_damage():
     """4.18 kN/mm is a secant: dry joints open and slide under dead load already, and light damage is 4.10 kN/mm."""
     test = experiments.load("murano-u-walls", "DS")

@@ -15,6 +15,7 @@ FERRIS, MINHO, WALLETTE = "ferris-tin-loi-2001", "minho-dry-stone-2005-2009", "r
 QUICK = ("associative", "mechanisms")
 
 
+@pytest.mark.slow
 def test_every_packaged_specimen_is_in_the_table_or_listed_with_its_reason():
     shown = {(c.source, s) for c in validation.cases() for s in c.specimens}
     listed = {(source, s) for source, names, reason in validation.not_covered() for s in names if reason}
@@ -73,6 +74,7 @@ def test_what_a_theory_does_not_cover_is_said(tmp_path):
     assert "- theta-90: not covered by mechanisms: no mechanism of the catalogue fits" in page
 
 
+@pytest.mark.slow
 def test_command_writes_page_and_csv(tmp_path):
     page, table = tmp_path / "page.md", tmp_path / "table.csv"
     command = ["experiments", "methods", "--source", "bnw-walls", "--specimen", "BNW1", "--methods", *QUICK]
@@ -94,6 +96,7 @@ def documented():
         return list(csv.DictReader(file))[1:]
 
 
+@pytest.mark.slow
 def test_documented_associative_values_are_what_the_cases_give():
     shown = {(r["source"], r["specimens"], r["variant"]): r["value"] for r in documented() if r["method"] == QUICK[0]}
     wanted = [c for c in validation.cases() if c.source in (FERRIS, MINHO, WALLETTE)]

@@ -9,7 +9,6 @@ from limitmason import figures, study
 from limitmason.continuum import Box, Continuum, Material
 from limitmason.errors import InputError, NotApplicable
 from limitmason.figures import style
-from limitmason.vibration.mac import Mac
 
 WALL = running_bond(3, 4)
 LOADS = lm.Loads.horizontal(WALL)
@@ -36,7 +35,7 @@ def drawn():
     yield "running", lambda: figures.running_spread(runs, "peak")
     yield "curve", lambda: curve.plot()
     rng = np.random.default_rng(2)
-    ten = Mac(rng.uniform(0.0, 1.0, (10, 10)), np.arange(1.0, 11.0), np.arange(1.0, 11.0))
+    ten = lm.mac(rng.uniform(0.0, 1.0, (10, 30)), rng.uniform(0.0, 1.0, (10, 30)))
     yield "criterion", lambda: figures.mac_matrix(ten)
     slab = Continuum.from_boxes([Box(np.zeros(3), np.array([2.0, 0.2, 0.6]))], Material(2e9, 0.2, 2000.0), size=0.2)
     yield "map of a solid", lambda: figures.solid_map(slab, np.arange(float(len(slab.mesh))), label="stress [MPa]")

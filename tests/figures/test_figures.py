@@ -171,6 +171,7 @@ def test_nothing_moving_is_drawn_without_marks():
     assert not has(figure, "opening")
 
 
+@pytest.mark.slow
 def test_three_thousand_blocks_take_a_handful_of_artists():
     rows, columns = 40, 75
     corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=float)

@@ -21,9 +21,9 @@ from figure_models import (
 from matplotlib.colors import to_rgba
 
 from limitmason import Assembly, figures
+from limitmason.answers.results import Resultants
 from limitmason.figures import forces, outline, painter, style
 from limitmason.geometry import box
-from limitmason.results import Resultants
 
 # ---- space ------------------------------------------------------------------------------------------------------
 
@@ -246,7 +246,8 @@ def test_comparison_has_line_of_agreement_band_and_every_point():
     assert legend_labels(figure) == ["one", "two"]
 
 
-@pytest.mark.parametrize("labels, shown", [("all", "abc"), ("auto", "abc"), ("outside", "b"), ("none", "")])
+@pytest.mark.parametrize("labels, shown", [("all", "abc"), ("auto", "abc"), ("outside", "b"),
+    pytest.param("none", "", marks=pytest.mark.slow)])
 def test_comparison_names_points(labels, shown):
     (ax,) = figures.predicted_against_published(ROWS, labels=labels).axes
     assert "".join(sorted(t.get_text() for t in ax.texts if t.get_gid() == "label")) == shown
@@ -273,7 +274,7 @@ def test_comparison_on_logarithmic_axes():
 # ---- the package ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
+@pytest.mark.parametrize("suffix", ["png", pytest.param("pdf", marks=pytest.mark.slow), "svg"])
 def test_figures_are_written_for_print(tmp_path, suffix):
     assembly = make_column()
     path = tmp_path / f"wall.{suffix}"
@@ -307,8 +308,9 @@ def test_drawing_leaves_matplotlib_settings_alone():
 
 @pytest.mark.parametrize(
     "module, absent",
-    [("limitmason", "matplotlib"), ("limitmason", "cvxpy"), ("limitmason.figures", "matplotlib.pyplot"),
-     ("limitmason.figures", "cvxpy")],
+    [("limitmason", "matplotlib"), ("limitmason", "cvxpy"),
+        pytest.param("limitmason.figures", "matplotlib.pyplot", marks=pytest.mark.slow),
+     pytest.param("limitmason.figures", "cvxpy", marks=pytest.mark.slow)],
 )  # fmt: skip
 def test_import_is_light(module, absent):
     code = f"import sys, {module}; print({absent!r} in sys.modules)"

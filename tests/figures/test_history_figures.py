@@ -221,6 +221,7 @@ def test_series_refuses_what_does_not_fit():
         formats.write_pvd("x.pvd", COLUMN, shift=shift[:0], quaternion=quaternion[:0])
 
 
+@pytest.mark.slow
 def test_figures_load_neither_pyplot_nor_the_simulation():
     code = (
         "import sys, limitmason.figures; print([m for m in ('matplotlib.pyplot', 'dem', 'numba') if m in sys.modules])"

@@ -6,13 +6,16 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
+from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 from matplotlib.image import imread
 
 import limitmason as lm
+from limitmason.display.text_table import markdown_line
 from limitmason.errors import InputError
+from limitmason.geometry import box
 
 JOINT = lm.Joint(friction_angle_deg=30.0)
 BROWSER = next((b for b in ("chromium", "chromium-browser", "google-chrome") if shutil.which(b)), None)
@@ -67,6 +70,56 @@ def test_a_block_whose_name_is_markup_stays_text():
     assert data["names"][-1] == name
 
 
+HOSTILE = (
+    "<!--<script>", "</script><script>alert(1)</script>", "<!--", "{{script}}", "{{data}}", "]]>", "a\u2028b",
+    "\\u003c/script>", "<img src=x onerror=alert(2)>", "| a | b",
+)  # fmt: skip
+
+
+class _Elements(HTMLParser):
+    """Elements of a page, and the text of its script elements by the rules of HTML."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.names, self.data = [], ""
+        self.feed(page)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        self.names.append(tag)
+        self.inside = dict(attrs).get("id") == "data"
+
+    def handle_data(self, data):
+        self.data += data if getattr(self, "inside", False) else ""
+
+    def handle_endtag(self, tag):
+        self.inside = False
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_no_name_of_a_block_or_a_joint_changes_the_page(name):
+    def wall(block, joint):
+        return lm.Assembly.from_polyhedra(
+            [box((-1, -1, -1), (2, 2, 0)), box((0, 0, 0), (1, 1, 1))], joint=lm.Joint(30.0, name=joint), fixed=[0],
+            names=["ground", block],
+        )  # fmt: skip
+
+    def page(block):
+        structure = wall(block, block)
+        found = lm.limit_analysis(structure, lm.Loads.horizontal(structure))
+        return lm.view(structure, found, title=block).html, structure._repr_html_(), found._repr_html_()
+
+    for hostile, plain in zip(page(name), page("pier"), strict=True):
+        assert _Elements(hostile).names == _Elements(plain).names
+    raw = re.search(r'<script id="data"[^>]*>(.*?)</script>', page(name)[0], re.S).group(1)
+    assert "<" not in raw  # neither an end nor a comment, in which an end would not count
+    assert json.loads(raw)["names"][1] == name
+    (row,) = [markdown_line([name, "1"])]
+    assert len(re.findall(r"(?<!\\)\|", row)) == 3
+    assert not re.search(r"<[A-Za-z/!?]", row)
+    assert "\n" not in row
+
+
 def test_bad_settings_and_answers_of_other_structures_are_refused(column):
     wall, found = column
     with pytest.raises(InputError, match="frames"):
@@ -86,6 +139,7 @@ def test_a_capacity_curve_is_shown_as_it_moved(column):
     assert frames[-1, -1, :3] == pytest.approx(curve.displacement_of(wall.n_blocks - 1)[-1], abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(BROWSER is None, reason="no headless browser is installed")
 def test_a_browser_draws_the_blocks_and_the_slider_moves_them(column, tmp_path):
     wall, found = column

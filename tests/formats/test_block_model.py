@@ -106,6 +106,7 @@ def test_cohesion_and_tension_of_the_contact_model_are_taken():
     assert found.metadata["multiplier"] == pytest.approx(expected, rel=6e-3)
 
 
+@pytest.mark.slow
 def test_other_methods_answer_behind_the_same_call():
     joint = lm.Joint(40.0, normal_stiffness=1e11, shear_stiffness=1e11)
     problem, live = problem_of(stack())

@@ -250,3 +250,54 @@ def test_a_wall_with_mortar_is_solved_from_the_shell(tmp_path, capsys):
     shown = capsys.readouterr()
     assert f"{0.4 / 0.81:.6f}"[:7] in shown.out
     assert "half a mortar joint" in shown.err
+
+
+def inserted(path, *, nested=False, columns=1):
+    """A wall of 49 stones drawn on layer stones, and 14 in a block on layer 0 that is inserted on layer stones."""
+    drawing = ezdxf.new(units=6)
+    for name in ("stones", "other"):
+        drawing.layers.add(name)
+    plane, block = drawing.modelspace(), drawing.blocks.new("course")
+    stone = np.array([[0.0, 0.0], [0.4, 0.0], [0.4, 0.2], [0.0, 0.2]])
+    for k in range(49):
+        plane.add_lwpolyline(stone + [0.4 * (k % 7), 0.2 * (k // 7)], close=True, dxfattribs={"layer": "stones"})
+    for k in range(14 // columns):
+        block.add_lwpolyline(stone + [0.4 * k, 1.4], close=True)
+    block.add_lwpolyline(stone + [9.0, 9.0], close=True, dxfattribs={"layer": "other"})
+    target = plane
+    if nested:
+        target = drawing.blocks.new("storey")
+        plane.add_blockref("storey", (0.0, 0.0), dxfattribs={"layer": "stones"})
+    insert = target.add_blockref("course", (0.0, 0.0), dxfattribs={"layer": "0" if nested else "stones"})
+    insert.dxf.column_count, insert.dxf.column_spacing = columns, 0.4 * (14 // columns)
+    drawing.saveas(path)
+    return path
+
+
+@pytest.mark.parametrize("options", [{}, {"nested": True}, {"columns": 2}])
+def test_what_lies_on_layer_0_of_a_block_lies_where_it_is_inserted(tmp_path, options):
+    read = formats.read_dxf(inserted(tmp_path / "wall.dxf", **options), layers=["stones"])
+    assert len(read.outlines) == 63
+    assert set(read.layers) == {"stones"}
+    assert sum(abs(polygon_area_centroid(o)[0]) for o in read.outlines) == pytest.approx(63 * 0.08)
+    every = formats.read_dxf(tmp_path / "wall.dxf")
+    assert sorted(set(every.layers)) == ["other", "stones"]
+
+
+def test_a_cut_drawing_is_refused_by_its_name_wherever_it_is_cut(tmp_path):
+    whole = inserted(tmp_path / "whole.dxf").read_text(encoding="utf-8")
+    path = tmp_path / "cut.dxf"
+    lines = whole.splitlines(keepends=True)
+    said = []
+    for share in (0.0, 0.001, 0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.95, 0.99):
+        for odd in (0, 1):
+            path.write_text("".join(lines[: int(share * len(lines)) + odd]), encoding="utf-8")
+            try:
+                formats.read_dxf(path)
+            except InputError as error:
+                said.append(str(error))
+    assert said
+    assert all("cut.dxf" in text for text in said)
+    path.write_text("0\nSECTION\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"cut\.dxf"):
+        formats.read_dxf(path)

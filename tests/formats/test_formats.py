@@ -9,7 +9,7 @@ import pytest
 from format_models import GROUND, JOINT, LIP, PIER, SIMPLE, make_assembly, make_prediction, same, turned, write
 
 from limitmason import Assembly, Joint, Loads, Support, formats
-from limitmason.results import Certificate, Prediction
+from limitmason.answers.results import Certificate, Prediction
 
 # ---- native JSON ------------------------------------------------------------------------------------------------
 

@@ -294,6 +294,7 @@ def test_vtu_is_read_by_vtk(tmp_path, encoding):
     assert "\n".join(blocks.field_data["block_name"]).split() == ["ground", "pier", "lip"]
 
 
+@pytest.mark.slow
 def test_formats_load_no_heavy_or_optional_package():
     heavy = {"matplotlib", "cvxpy", "clarabel", "ezdxf"}
     code = f"import sys, limitmason.formats; print(sorted({heavy} & set(sys.modules)))"

@@ -114,6 +114,7 @@ def test_what_is_no_convex_stone_is_refused_with_advice(tmp_path):
         read_stones(tmp_path, up="w")
 
 
+@pytest.mark.slow
 def test_rubble_of_39_scanned_stones_comes_in_whole():
     stones = read_stones(RUBBLE, up="x")
     assert len(stones.names) == 39

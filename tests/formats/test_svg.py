@@ -39,6 +39,18 @@ def area(outline):
         '<polyline points="10,20 50,20 50,50"/><line x1="50" y1="50" x2="10" y2="50"/><path d="M10 50V20"/>',
         '<defs><rect id="s" width="40" height="30"/></defs><use href="#s" x="10" y="20"/>',
         '<symbol id="s"><rect width="40" height="30"/></symbol><use xlink:href="#s" transform="translate(10,20)"/>',
+        '<svg x="10" y="20" width="40" height="30" viewBox="0 0 80 60"><rect width="80" height="60"/></svg>',
+        '<svg x="10" y="20" width="40" height="30"><rect width="40" height="30"/></svg>',
+        '<svg x="10" y="10%" width="40" height="15%" viewBox="0 0 4 3"><rect width="4" height="3"/></svg>',
+        # a box of another shape: the smaller scale, in the middle, or as it says
+        '<svg x="0" y="20" width="60" height="30" viewBox="5 5 80 60"><rect x="5" y="5" width="80" height="60"/></svg>',
+        '<svg x="10" y="20" width="60" height="30" viewBox="0 0 8 6" preserveAspectRatio="xMinYMax">'
+        '<rect width="8" height="6"/></svg>',
+        '<svg x="10" y="20" width="40" height="30" viewBox="0 0 2 9" preserveAspectRatio="none">'
+        '<rect width="2" height="9"/></svg>',
+        '<svg viewBox="0 0 150 100"><rect x="5" y="10" width="20" height="15"/></svg>',  # as large as the drawing
+        '<symbol id="s" viewBox="0 0 4 3"><rect width="4" height="3"/></symbol>'
+        '<use href="#s" x="10" y="20" width="40" height="30"/>',
     ],
 )
 def test_every_way_to_draw_a_rectangle_gives_it_in_metres_and_upright(tmp_path, shape):
@@ -139,3 +151,24 @@ def test_a_block_from_an_svg_falls_as_the_closed_form_says(tmp_path, capsys):
     model = lm.formats.model_of_drawing(path, joint=lm.Joint(45.0), thickness=0.4, scale=0.01)
     assert [b.name for b in model.assembly.blocks] == ["support-1", "stones-1"]
     assert model.assembly.fixed.tolist() == [True, False]
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        '<path id="p" d="M0 0 A 1e200 1e-200 0 0 1 1 1 L 0 1 Z"/>',
+        '<polygon id="p" points="1e999,0 1,0 1,1"/>',
+        '<polygon id="p" points="0,0 1,0 1,1" transform="scale(1e300)"/>',
+        '<rect id="p" width="1e200" height="1e200"/>',
+        '<g transform="scale(1e29)"><g transform="scale(1e29)"><rect id="p" width="1" height="1"/></g></g>',
+    ],
+)
+def test_numbers_beyond_all_measure_are_refused_by_the_name_of_the_shape(tmp_path, shape):
+    with pytest.raises(InputError, match=r"mur-été.svg: \w+ p"):
+        read(tmp_path, shape)
+
+
+@pytest.mark.parametrize("box", ["0 0 0 5", "0 0 5", "0 0 -1 1"])
+def test_viewbox_without_a_size_is_refused(tmp_path, box):
+    with pytest.raises(InputError, match="viewBox"):
+        read(tmp_path, f'<svg viewBox="{box}"><rect width="1" height="1"/></svg>')

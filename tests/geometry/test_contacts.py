@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from walls import on_slab, running_bond
 
-import dem
 import limitmason as lm
-from limitmason.contact_points import contact_points
 from limitmason.geometry import (
     box,
     clean_outline,
@@ -18,6 +16,8 @@ from limitmason.geometry import (
 )
 from limitmason.geometry.boxtree import overlapping_pairs
 from limitmason.geometry.polygon import centred_overlap, clip_convex
+from limitmason.mechanics.contact_points import contact_points
+from limitmason.vibration.blocks import stiffness_matrix
 
 JOINT = lm.Joint(30.0)
 
@@ -217,7 +217,8 @@ def test_block_on_an_elastic_bed_rocks_at_the_frequency_of_the_closed_form(n):
     block = on_slab([((0, 0, 0), (width, depth, height))], joint=joint)
     area, arm, mass = width * depth, 0.5 * height, block.arrays.mass[1]
     bending = kn * depth * width**3 / 12.0
-    stiffness = dem.stiffness_matrix(block, contact_points=(n, n)).toarray()[6:, 6:]
+    points = contact_points(block, contact_model="grid", grid=(n, n), elastic=True)
+    stiffness = stiffness_matrix(block, points, np.array([kn, ks, ks]))[1].toarray()[6:, 6:]
     assert stiffness[4, 4] == pytest.approx(bending + ks * area * arm**2, rel=1e-12)
     # sway u of the centroid and turn r: the foot slides by u - arm r
     k = np.array([[ks * area, -ks * area * arm], [-ks * area * arm, bending + ks * area * arm**2]])

@@ -145,6 +145,7 @@ def test_parts_as_blocks_of_their_own_need_joints_that_cannot_fail():
     assert multiplier() < 0.99 * 1.5 / 1.1
 
 
+@pytest.mark.slow
 def test_distinct_elements_and_mechanisms_take_it_as_one_body_too():
     # the hook over a post whose left part is 0.1 lower: its leg bears at 0.9, alpha (0.25 + 0.1) = 0.75
     stiff = lm.Joint(0.0, normal_stiffness=1e11, shear_stiffness=1e11)

@@ -45,6 +45,7 @@ def test_torsion_limit_of_a_twisted_block_is_that_of_uniform_pressure(limit, sha
     assert found.collapse_multiplier == pytest.approx(share, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_torsion_limit_lowers_a_corner_that_twists_and_leaves_what_does_not():
     wall = lm.build.wall(length=1.6, courses=4, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0), plan="L", return_length=1.2)
     free, limited = (value(wall, (0, -1, 0), torsion_limit=t) for t in (False, True))

@@ -7,9 +7,10 @@ import pytest
 from walls import arch_blocks, corner, on_slab, running_bond, stack
 
 import limitmason as lm
-from limitmason.certificate import certify, point_state
-from limitmason.contact_points import contact_points
-from limitmason.equilibrium import equilibrium_matrix
+from limitmason.mechanics.certificate import certify
+from limitmason.mechanics.contact_points import contact_points
+from limitmason.mechanics.dissipation import point_state
+from limitmason.mechanics.equilibrium import equilibrium_matrix
 
 CASES = {
     "block": lambda: (stack([(0.4, 1.0)]), (1, 0, 0)),
@@ -85,7 +86,7 @@ def test_rates_are_the_transpose_of_equilibrium():
     rng = np.random.default_rng(3)
     twists = rng.normal(size=(assembly.n_blocks, 6))
     rates = (equilibrium_matrix(assembly, points).T @ twists.ravel()).reshape(-1, 3)
-    from limitmason.resultants import resultants_from_points
+    from limitmason.mechanics.resultants import resultants_from_points
 
     force = np.zeros((points.count, 3))
     r = resultants_from_points(assembly, points.position, points.interface, points.area, force)

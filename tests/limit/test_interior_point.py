@@ -8,13 +8,13 @@ from scipy import sparse
 from walls import on_slab, running_bond, stack
 
 import limitmason as lm
+from limitmason.answers.results import CANNOT_STAND, SOLVED, UNBOUNDED
 from limitmason.geometry import box
 from limitmason.limit.interior_point.coverage import unsupported
 from limitmason.limit.program.cones import make_cones
 from limitmason.limit.program.problem import make_problem
 from limitmason.limit.program.static import solve_static, stands_under_dead_load
 from limitmason.limit.solvers import choose_solver
-from limitmason.results import CANNOT_STAND, SOLVED, UNBOUNDED
 
 FRICTION = lm.Joint.from_friction_coefficient(0.65)
 GLUED = lm.Joint(35.0, cohesion=800.0, tensile_strength=500.0)
@@ -64,6 +64,7 @@ def test_certificate_needs_no_repair(name):
     assert c.flow_residual < 1e-12
 
 
+@pytest.mark.slow
 def test_stepwise_multipliers_of_the_design_walls():
     # published with the design: 820 blocks by HiGHS and Clarabel, with and without friction in the head joints
     wall = lm.build.wall(length=8.0, courses=40, unit=(0.4, 0.2, 0.2), joint=FRICTION)
@@ -196,6 +197,7 @@ def test_auto_falls_back_on_clarabel_and_says_so(monkeypatch):
     assert prediction.collapse_multiplier == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_small_problems_do_not_load_the_compiler():
     import subprocess
 

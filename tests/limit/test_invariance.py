@@ -24,6 +24,7 @@ def value(assembly, direction):
     return prediction.collapse_multiplier
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WALLS)
 @settings(max_examples=6, deadline=None, derandomize=True)
 @given(
@@ -103,6 +104,7 @@ def smallest(assembly, loads, search="quick"):
     return found.collapse_multiplier
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [lambda: ferris(2), lambda: ferris(4), small_corner], ids=["2", "4", "corner"])
 def test_smallest_non_associative_multiplier_does_not_depend_on_numbering(make):
     assembly, loads = make()
@@ -110,6 +112,7 @@ def test_smallest_non_associative_multiplier_does_not_depend_on_numbering(make):
     assert values == pytest.approx([smallest(assembly, loads)] * 2, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_smallest_non_associative_multiplier_of_a_plane_wall_and_its_mirror_image():
     wall, loads = ferris(4)
     both = EFFORTS["quick"]._replace(mirrored=True)

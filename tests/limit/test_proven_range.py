@@ -34,6 +34,7 @@ def portal():
     return on_slab(boxes, mu=0.65)
 
 
+@pytest.mark.slow
 def test_wall_of_two_by_three_blocks_is_proven_without_bounds():
     # 8/11 = (v / 2h) (4n + 2) / (4n - 1), the stepped crack in closed form; 0.769510 is the associative value
     assembly = wall(2, 3)
@@ -56,7 +57,7 @@ def prepared(assembly):
     return problem, law, upper.collapse_multiplier / problem.live_scale, best
 
 
-@pytest.mark.parametrize("largest", [False, True])
+@pytest.mark.parametrize("largest", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_mixed_integer_program_agrees_with_the_lifted_one_and_the_associative_end(largest):
     problem, law, top, best = prepared(wall(2, 2, mu=1.0))
     programs = PlanePrograms(law)
@@ -75,6 +76,7 @@ def test_mixed_integer_program_agrees_with_the_lifted_one_and_the_associative_en
         assert proof.bound == pytest.approx(best.multiplier, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_smooth_slip_needs_the_mixed_integer_program_and_says_its_bounds():
     # friction so high that the lifted program leaves a gap
     assembly = wall(2, 3, mu=2.0)
@@ -97,6 +99,7 @@ def test_lifted_bound_never_lies_above_a_certified_state(mu, psi_deg):
     assert bound.value <= best.multiplier + 1e-7
 
 
+@pytest.mark.slow
 def test_portal_of_four_courses():
     # both values by an independent mixed-integer program
     assembly = portal()

@@ -43,6 +43,7 @@ def check(cases, folder):
     assert outcomes.count(AGREE) >= 0.95 * len(outcomes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", PLANE)
 def test_plane_assemblies(shape, tmp_path):
     check([plane_case(SEED, k, shape) for k in range(24)], tmp_path)
@@ -94,6 +95,7 @@ def enclosed(case, cells):
     return True
 
 
+@pytest.mark.slow
 def test_cohesive_assemblies_in_space_lie_between_two_stress_fields():
     assert sum(enclosed(space_case(SEED, k, dry=False), 3) for k in range(30)) >= 24
 
@@ -106,6 +108,7 @@ def test_cohesive_boxes_in_torsion_lie_between_two_stress_fields(number):
 # ---- states: what is called solved is in balance, block by block ----------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_solved_state_keeps_every_block_in_balance_under_its_own_load():
     worst = []
     for number in range(60):
@@ -207,6 +210,7 @@ def glued_square(law):
     return replace(block, law=law, depth=((-1.0, 2.0), (0.0, 1.0)), plane=False)
 
 
+@pytest.mark.slow
 def test_plane_and_space_referees_agree():
     compared = 0
     for number in range(40):

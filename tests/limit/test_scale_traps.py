@@ -147,7 +147,7 @@ def small_wall(x=0.0, z=0.0, w=1.0, h=0.8):
     return lower + [((a, 0, z + h), (b, 1, z + 2 * h)) for a, b in itertools.pairwise(edges)]
 
 
-@pytest.mark.parametrize("where", ["beside", "on"])
+@pytest.mark.parametrize("where", [pytest.param("beside", marks=pytest.mark.slow), "on"])
 def test_zero_dilatancy_of_a_small_wall_does_not_depend_on_a_giant(where):
     ratio = 100
     # proven smallest of the wall alone: 0.625, 14 % below the associative value; the giant itself turns at 1
@@ -163,6 +163,7 @@ def test_zero_dilatancy_of_a_small_wall_does_not_depend_on_a_giant(where):
     assert right_or_refused(make, 0.625, flow_rule="non-associative", search="quick") == "right"
 
 
+@pytest.mark.slow
 def test_zero_dilatancy_of_the_small_wall_alone_is_proven():
     assembly = on_slab(small_wall(), joint=lm.Joint.from_friction_coefficient(0.75, dilatancy_angle_deg=0.0))
     answer = lm.limit_analysis(assembly, lm.Loads.horizontal(assembly), "non-associative")

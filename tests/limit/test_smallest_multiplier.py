@@ -72,6 +72,7 @@ def test_where_the_search_alone_ends_high_the_proof_finds_the_smallest(seed, sea
     assert alone.details["proof"] is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [10, 13])
 def test_a_state_is_found_where_the_search_finds_none(seed):
     # no finite associative multiplier, no state by the quick search, yet 8 to 10 times the live load holds the blocks;
@@ -97,6 +98,7 @@ def test_where_no_state_exists_the_answer_says_that_it_is_proven(seed):
     assert any("no admissible state exists, proven for velocities up to 20" in w for w in prediction.warnings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size, density", [(1e-3, 2.0), (1e3, 2e6)])
 def test_scale_of_length_and_weight_changes_nothing(size, density):
     expected = smallest(*irregular(2)).collapse_multiplier
@@ -105,6 +107,7 @@ def test_scale_of_length_and_weight_changes_nothing(size, density):
     assert prediction.collapse_multiplier == pytest.approx(expected, abs=1e-7)
 
 
+@pytest.mark.slow
 def test_turned_mirrored_and_renumbered_copies_have_the_same_smallest_multiplier():
     assembly, loads = irregular(2)
     expected = smallest(assembly, loads).collapse_multiplier
@@ -118,6 +121,7 @@ def test_turned_mirrored_and_renumbered_copies_have_the_same_smallest_multiplier
         assert prediction.collapse_multiplier == pytest.approx(expected, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_proof_that_does_not_end_in_time_says_so():
     assembly, loads = irregular(2)
     known = smallest(assembly, loads)
@@ -143,6 +147,7 @@ def test_beyond_the_limit_nothing_is_proven_and_the_bound_says_so():
     assert "smallest admissible multiplier found, not proven" in other.bound
 
 
+@pytest.mark.slow
 def test_no_jump_is_feigned_by_a_search_that_ends_high():
     # with a little dilatancy the search alone ends 8 % above the same smallest multiplier
     assembly, loads = irregular(3)
@@ -154,6 +159,7 @@ def test_no_jump_is_feigned_by_a_search_that_ends_high():
     assert not any("jump" in w for w in prediction.warnings)
 
 
+@pytest.mark.slow
 def test_a_tight_bound_on_velocities_is_said_not_hidden():
     found = lm.proven_range(*irregular(2), which="smallest", velocity_bound=2.0)
     end = found.ends["smallest"]
@@ -186,6 +192,7 @@ def test_options_that_cannot_be_met_are_refused():
         lm.proven_range(plane, loads, time_limit=0.0)
 
 
+@pytest.mark.slow
 def test_verbose_lets_the_solvers_speak(capfd):
     assembly, loads = irregular(2)
     smallest(assembly, loads)

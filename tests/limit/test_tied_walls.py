@@ -8,9 +8,9 @@ from walls import leaning, on_slab, running_bond, stack
 
 import dem
 import limitmason as lm
-from limitmason import law_table
-from limitmason.certificate import certify
 from limitmason.errors import NotApplicable
+from limitmason.mechanics import law_table
+from limitmason.mechanics.certificate import certify
 
 RULES = ("associative", "non-associative")
 HEIGHT, WIDTH = 2.0, 0.3
@@ -148,6 +148,7 @@ def test_turned_renumbered_and_scaled_copies_agree():
         assert value(size, (0, -1, 0)) == pytest.approx(expected, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_turned_and_renumbered_plane_wall_keeps_its_non_associative_value():
     held = tied(pier(), 400.0, 0.75)
     expected = value(held, rule="non-associative")

@@ -8,13 +8,13 @@ from giants import beside_giant, on_giant
 from walls import running_bond
 
 import limitmason as lm
-from limitmason.certificate import certify
 from limitmason.geometry import box
 from limitmason.limit.associative import prediction_from
 from limitmason.limit.program.cones import make_cones
 from limitmason.limit.program.face_cells import whole_faces
 from limitmason.limit.program.problem import make_problem
 from limitmason.limit.program.static import solve_static
+from limitmason.mechanics.certificate import certify
 
 
 def with_forces(prediction, assembly, change):

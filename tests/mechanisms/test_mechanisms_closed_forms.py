@@ -217,6 +217,7 @@ def test_section_4_2_true_pole_costs_up_to_twice_the_torsion():
     assert value(prediction) < by_arm[0] < by_arm[1]
 
 
+@pytest.mark.slow
 def test_smallest_flexure_is_below_a_fine_scan():
     scan = min(
         value(me.horizontal_flexure(ROUND, hinge_courses=n, crack_tangent=s))

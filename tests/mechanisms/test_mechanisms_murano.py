@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from u_wall_blocks import printed_mechanisms as murano
 
 import mechanisms as me
-from mechanisms import murano_table_10 as murano
 
 
 def test_weight_behind_the_loads_of_mechanism_a():
@@ -171,11 +171,3 @@ def test_light_damage_refuses_curves_that_do_not_show_it():
         me.light_damage([0.0, 1.0, 0.5], [0.0, 5.0, 10.0])
     with pytest.raises(ValueError, match="drop"):
         me.light_damage([0.0, 1.0], [0.0, 5.0], drop=2.0)
-
-
-def test_the_former_name_of_table_10_warns_and_works():
-    with pytest.warns(DeprecationWarning, match="mechanisms.murano is now mechanisms.murano_table_10"):
-        from mechanisms import murano as former
-    assert former.table_10 is murano.table_10
-    with pytest.raises(AttributeError, match="no attribute 'murrano'"):
-        me.murrano  # noqa: B018

@@ -8,11 +8,11 @@ from walls import running_bond
 
 import limitmason as lm
 from limitmason import experiments
+from limitmason.answers.references import DATA, PROGRAM, ROLES, SOLVER, THEORY, Citation, Cited, Reference
 from limitmason.errors import InputError
 from limitmason.experiments.tables import read_source
 from limitmason.limit.papers import papers_behind
 from limitmason.methods import METHODS, get_method
-from limitmason.references import DATA, PROGRAM, ROLES, SOLVER, THEORY, Citation, Cited, Reference
 
 
 def declared():

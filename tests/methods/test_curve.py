@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import limitmason as lm
-from limitmason.curve import Event
+from limitmason.answers.curve import Event
 
 
 def rocking(n=401):

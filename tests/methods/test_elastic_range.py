@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from brick_panels import runs
 
 import dem
 import limitmason as lm
 from limitmason.errors import InputError, NotApplicable
-from limitmason.experiments.brick_panels_opening import runs
 from limitmason.geometry.polyhedron import box
 from limitmason.geometry.rotation import rotation_matrices
-from limitmason.law import interface_law
+from limitmason.mechanics.law import interface_law
 
 B, T, H = 0.4, 0.2, 0.6
 AREA = B * T
@@ -336,6 +336,7 @@ def small_panel(**options):
     return lm.experiments.load("brick-panels-opening", "udec-09", outline="337.5/2/1", **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("blocks", ["rigid", "lumped", "modal", "elastic"])
 def test_path_without_rate_breaks_first_where_superposition_says(blocks):
     test = small_panel()
@@ -351,6 +352,7 @@ def test_path_without_rate_breaks_first_where_superposition_says(blocks):
     assert any(names in joint for joint in path.breaks[0].joints)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("blocks", ["lumped", "modal"])
 def test_driven_slowly_it_fails_first_where_superposition_says(blocks):
     test = small_panel()

@@ -9,8 +9,8 @@ import pytest
 
 import limitmason as lm
 from limitmason import cli, methods
-from limitmason.method import Look, Method, settings_of
-from limitmason.results import SOLVED, Bound, BoundKind, Prediction, Range
+from limitmason.answers.method import Look, Method, settings_of
+from limitmason.answers.results import SOLVED, Bound, BoundKind, Prediction, Range
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -146,6 +146,7 @@ def test_dem_lies_inside_the_non_associative_range_within_its_error_budget(name)
     assert result["dem"].high - result["dem"].low < 0.1 * result["dem"].multiplier
 
 
+@pytest.mark.slow
 def test_a_dem_answer_outside_is_called_so():
     result = lm.compare(*ferris("wall-3"), ("associative", "non-associative"), non_associative={"search": "quick"})
     upper = result["associative"]
@@ -177,6 +178,7 @@ def test_scaling_the_whole_wall_leaves_cohesionless_multipliers_unchanged(scale)
     assert answers[0] == pytest.approx(answers[1], rel=1e-5)
 
 
+@pytest.mark.slow
 def test_scaling_leaves_the_dem_multiplier_unchanged():
     # where the joints name no stiffness: it then grows so that the deformation stays the same part of a block
     values = []
@@ -186,6 +188,7 @@ def test_scaling_leaves_the_dem_multiplier_unchanged():
     assert values[0] == pytest.approx(values[1], rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [0.1, 7.3])
 def test_scaling_leaves_the_non_associative_multiplier_unchanged(scale):
     wall, loads = ferris("wall-3")
@@ -197,6 +200,7 @@ def test_scaling_leaves_the_non_associative_multiplier_unchanged(scale):
     assert values[0] == pytest.approx(values[1], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_growing_only_the_blocks_is_a_result_and_no_law():
     arguments = {"length": 0.32, "height": 0.16, "unit": (0.08, 0.04, 0.04), "joint": DRY, **PLANS["L"]}
     table = lm.study.block_size_study(arguments, {"associative": (0.5, 1.0, 2.0)}, direction=SENSES["outwards"])

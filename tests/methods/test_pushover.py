@@ -83,6 +83,7 @@ def above_the_rigid_stack(courses, stiffness):
     return (toe + slope * (sinks + slope * (toe + slips + leans))) / (0.5 * height)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("courses", [1, 3, 6])
 def test_a_stack_rocks_as_one_block_and_its_error_is_that_of_its_elastic_joints(courses):
     """Of six blocks at 1e8 Pa/m it is 3.4e-4: no solution of this model comes nearer to the rigid stack."""
@@ -132,6 +133,7 @@ def test_stiff_walls_end_at_the_published_minima_without_dilatancy(name):
     assert curve.first_limit_point.load == pytest.approx(WALLS[name][0], rel=3e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WALLS)
 def test_stiff_associative_walls_come_to_the_associative_value_from_below(name):
     wall, loads = ferris(name, PHI * (1 - 1e-12))
@@ -169,6 +171,7 @@ def l_curve():
     return lm.pushover(wall, lm.Loads.horizontal(wall, (0, -1, 0)), stiffness=6e10)
 
 
+@pytest.mark.slow
 def test_an_l_wall_in_space_has_one_first_limit_point(l_curve):
     """0.3290 by the DEM (bracket 0.3289 to 0.3297) on the same points, where 0.22 to 0.36 is admissible."""
     assert certified(l_curve)
@@ -254,6 +257,7 @@ def test_a_wall_that_cannot_stand_says_so():
     assert lm.predict(wall, pushed, "pushover", stiffness=1e8).status == "cannot stand under dead load"
 
 
+@pytest.mark.slow
 def test_pushover_is_a_method_beside_the_others():
     wall, loads = ferris("wall-1", 0.0)
     found = lm.predict(wall, loads, "pushover", stiffness=1e10)
@@ -267,6 +271,7 @@ def test_pushover_is_a_method_beside_the_others():
 # ---- mutants: each takes a term out, and the tests above must notice ----------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_path_in_the_reference_geometry_is_refused(monkeypatch):
     real = equations.contact
 
@@ -343,6 +348,7 @@ def test_a_wall_that_slides_on_its_bed_ends_on_a_plateau(size):
     assert found.details["curve"].status == "slides on at constant load"
 
 
+@pytest.mark.slow
 def test_a_glued_face_twists_off_as_in_limit_analysis_and_not_as_its_corners_would():
     # exactly 0.3826 c a^3 of torsion; cohesion at four corners alone would carry 0.7071
     side, arm, c = 0.4, 0.9, 3e5

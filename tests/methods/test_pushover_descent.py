@@ -11,8 +11,8 @@ from limitmason.capacity import descent, stepping
 from limitmason.capacity.contacts import first_contacts
 from limitmason.capacity.kinematics import at_rest, contact, geometric_stiffness, make_bodies, moved
 from limitmason.capacity.point_law import Elastic, History, return_map, trial
-from limitmason.contact_points import contact_points
-from limitmason.law import PointLaw, interface_law
+from limitmason.mechanics.contact_points import contact_points
+from limitmason.mechanics.law import PointLaw, interface_law
 
 
 def potential(law, old, displacement):
@@ -70,8 +70,9 @@ def test_the_geometric_stiffness_of_a_run_of_points_is_the_sum_of_theirs():
 
 
 @pytest.mark.parametrize("psi, way, modulus", [
-    (0.0, (1.0, 0.0, 0.0), None), (20.0, (1.0, 0.0, 0.0), None), (0.0, (0.6, 0.8, 0.0), None),
-    (0.0, (1.0, 0.0, 0.0), 1e9),
+    pytest.param(0.0, (1.0, 0.0, 0.0), None, marks=pytest.mark.slow),
+        pytest.param(20.0, (1.0, 0.0, 0.0), None, marks=pytest.mark.slow), (0.0, (0.6, 0.8, 0.0), None),
+    pytest.param(0.0, (1.0, 0.0, 0.0), 1e9, marks=pytest.mark.slow),
 ])  # fmt: skip
 def test_descent_and_programs_find_the_same_states(psi, way, modulus):
     """Steps five times as long as those of the path; rigid blocks in plane and in space, and blocks that deform."""
@@ -92,6 +93,7 @@ def test_descent_and_programs_find_the_same_states(psi, way, modulus):
         assert found.state.force == pytest.approx(programs.state.force, abs=1e-5 * system.weight)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name, minimum", [("wall-2", 0.563), ("wall-4", 0.264)])
 def test_a_path_by_descent_alone_ends_at_the_published_minimum(name, minimum, monkeypatch):
     """As from 500 points on; the certificate of every step is as strict."""
@@ -104,6 +106,7 @@ def test_a_path_by_descent_alone_ends_at_the_published_minimum(name, minimum, mo
     assert curve.first_limit_point.load == pytest.approx(minimum, rel=3e-3)
 
 
+@pytest.mark.slow
 def test_a_wall_of_two_hundred_blocks_is_followed_without_a_jump():
     """Plane running bond, psi = 0: programs jump at 1.8 mm. Below the associative 0.4655 by limit analysis."""
     wall = lm.build.wall(length=4.0, courses=20, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.02, 0.0))

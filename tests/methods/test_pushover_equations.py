@@ -16,10 +16,10 @@ from limitmason.capacity.kinematics import (
     point_wrenches,
 )
 from limitmason.capacity.point_law import Elastic, History, return_map
-from limitmason.contact_points import contact_points
-from limitmason.equilibrium import equilibrium_matrix
-from limitmason.law import PointLaw, interface_law
-from limitmason.plane import find_plane
+from limitmason.mechanics.contact_points import contact_points
+from limitmason.mechanics.equilibrium import equilibrium_matrix
+from limitmason.mechanics.law import PointLaw, interface_law
+from limitmason.mechanics.plane import find_plane
 
 
 def contacts_of(wall, points, over=None):

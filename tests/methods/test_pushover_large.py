@@ -47,7 +47,7 @@ def test_a_block_that_slides_off_an_edge_tips_where_its_resultant_leaves_it(reve
     assert all(c.accepted for c in curve.certificates)
 
 
-@pytest.mark.parametrize("stiffness", [1e7, 2.5e7])
+@pytest.mark.parametrize("stiffness", [1e7, pytest.param(2.5e7, marks=pytest.mark.slow)])
 def test_corners_that_take_over_carry_what_was_carried_however_deep_soft_joints_are_pressed(stiffness):
     """Edges of the toe are 8 to 11 mm deep in each other: without a successor the load fell by a sixth."""
     wall = lm.build.wall(length=2.0, courses=10, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.02))
@@ -92,6 +92,7 @@ def test_a_block_with_a_gap_under_one_edge_leans_before_it_is_pushed(side):
         lm.pushover(wall, loads, gaps=[0.0, 0.0, 1.0])
 
 
+@pytest.mark.slow
 def test_an_ensemble_of_gaps_spreads_as_far_as_the_gaps_lean():
     """One block: the lean is the slope of the gap, uniform in +-g over half the width, twice the gap over the width."""
     wall = lm.build.column(width=0.2, depth=0.2, height=1.0, courses=1, joint=lm.Joint(60.0))
@@ -145,6 +146,7 @@ def between(name):
     return np.mean([OTHERS[name]["UDEC"], OTHERS[name]["LMGC90"]], axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name, inset, to", [("wall-1", 0.02, 0.03), ("wall-2", 0.02, 0.02), ("wall-3", 0.02, 0.02)])
 def test_peaks_with_ends_pulled_in_20_mm_are_those_of_udec(name, inset, to):
     _, curve = rounded(name, inset, 1e8, to)
@@ -165,6 +167,7 @@ def test_falling_branches_lie_beside_udec_and_lmgc90(name, to):
     assert all(c.accepted for c in curve.certificates)
 
 
+@pytest.mark.slow
 def test_wall_3_lies_beside_both_programs_with_20_mm_too():
     moved, curve = rounded("wall-3", 0.02, 1e8, 0.06)
     assert np.interp(AT, moved, curve.load) == pytest.approx(between("wall-3"), rel=0.03)
@@ -182,9 +185,9 @@ def test_two_theories_follow_one_wall_to_a_quarter_of_a_metre():
     live = np.zeros_like(loads.live)
     live[wall.block_index("beam"), 0] = weight
     curve = lm.pushover(wall, replace(loads, live=live), control=("beam", "x"), to=0.25)
-    driven = dem.simulate(
-        wall, [dem.Settle(), dem.Drive(displacement={"beam": {"x": 0.25}}, steps=100_000)], contact_model="vertices"
-    )
+    # slowly where it is stiff: at 2.5 um a step it reads 0.8 to 1.4 % too much at 10 mm, at a third of that 0.2 %
+    drives = [dem.Drive(displacement={"beam": {"x": u}}, steps=n) for u, n in ((0.05, 60_000), (0.2, 80_000))]
+    driven = dem.simulate(wall, [dem.Settle(), *drives], contact_model="vertices", sample=20)
     moved, force = driven.displacement_of("beam")[:, 0], driven.reaction_of("beam")[:, 0] / weight
     for at in (0.01, 0.02, 0.04, 0.08, 0.13, 0.2, 0.24):
         near = np.abs(moved - at) < 0.03 * at
@@ -267,6 +270,7 @@ def thrust_of_three_hinges(arch, spread):
     return arch.weights[left] * (x * np.cos(slope - first) - z * np.sin(slope - first)) / (length * np.sin(slope))
 
 
+@pytest.mark.slow
 def test_an_arch_on_spreading_supports_has_the_thrust_of_three_hinges():
     error = []
     for stiffness in (1e10, 1e11):

@@ -65,10 +65,12 @@ def slides_and_tips(curve, slid, tips):
     return True
 
 
+@pytest.mark.slow
 def test_a_turned_block_tips_where_its_resultant_leaves_the_edge_of_the_table():
     assert slides_and_tips(*askew())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "options, settings",
     [
@@ -85,6 +87,7 @@ def test_a_block_that_slides_off_a_table_askew_tips_where_its_resultant_leaves_t
     assert slides_and_tips(curve, (curve.displacement_of("block") @ t)[:, 0], tips)
 
 
+@pytest.mark.slow
 def test_a_curve_that_does_not_find_where_sides_cross_is_noticed(monkeypatch):
     monkeypatch.setattr(touching, "crossings", lambda *_: crossings(*_).at(np.zeros(0, np.intp)))
     wall, loads, t, _ = on_a_table(push=(1.0, 0.1, 0.0))
@@ -93,6 +96,7 @@ def test_a_curve_that_does_not_find_where_sides_cross_is_noticed(monkeypatch):
     assert slid[-1] < 0.19 or curve.load[-1] < 0.39  # on its two rear corners it tips at once
 
 
+@pytest.mark.slow
 def test_a_turned_and_renumbered_copy_slides_off_alike():
     curve, slid, tips = askew()
     other, turned_slid, _ = askew((0.3, -0.7, 1.1), ("block", "table"))
@@ -109,6 +113,7 @@ def beside_a_stop(stop, push, **options):
     return problem({"floor": floor, "block": stone, "stop": stop}, push, 0.7, **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sideways", [0.0, 1e-3], ids=["in plane", "in space"])
 @pytest.mark.parametrize("width", [0.05, 0.5], ids=["narrow stop", "wide stop"])
 def test_a_block_that_rocks_comes_to_lie_on_the_edge_of_another_it_did_not_touch(sideways, width):
@@ -137,3 +142,23 @@ def test_blocks_that_would_go_through_each_other_stop_the_path_by_name():
     # points of the undeformed joints, kept for ever, go through: said after the path
     kept = lm.pushover(wall, loads, stiffness=1e9, to=0.1, contacts="first")
     assert any("'block' and 'stop'" in w and "go through each other" in w for w in kept.warnings)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stiffness", [1e8, 1e10])
+@pytest.mark.parametrize(
+    ("gap", "step", "most"), [(0.0, 0.0, 0.4), (0.01, 0.0, 0.4), (0.0, -1e-3, 0.4), (0.0, 1e-3, 3.0)]
+)
+def test_a_block_slides_from_table_to_table_at_mu_w(stiffness, gap, step, most):
+    """And stops at a step up until it tips about the foot of its front face, at its length over its height."""
+    x = 0.35 + gap
+    joint = lm.Joint.from_friction_coefficient(0.4, normal_stiffness=stiffness, shear_stiffness=stiffness)
+    tables = [(-1, -0.2), (0.35, -0.2), (0.35, 0), (-1, 0)], [(x, -0.2), (3, -0.2), (3, step), (x, step)]
+    a = lm.Assembly.from_polygons(
+        [*tables, [(0, 0), (0.3, 0), (0.3, 0.1), (0, 0.1)]], thickness=0.3, joint=joint, fixed=[0, 1]
+    )
+    curve = lm.pushover(a, lm.Loads.horizontal(a, (1, 0, 0)), control=(2, "x"), to=0.4)
+    assert curve.multiplier.max() == pytest.approx(most, rel=0.03 if most > 1.0 else 1e-6)
+    if most < 1.0:
+        assert curve.status == "reached"
+        assert curve.multiplier[5:] == pytest.approx(0.4, rel=0.025 if step else 1e-3)

@@ -13,7 +13,7 @@ from dem.kernels.sums import _sum_softening
 from limitmason.capacity import Steps, path, stepping
 from limitmason.capacity.certificate import certify
 from limitmason.capacity.point_law import Elastic, History, return_map, virgin
-from limitmason.law import SUDDEN, Fall, PointLaw
+from limitmason.mechanics.law import SUDDEN, Fall, PointLaw
 from limitmason.model.stages import Drive
 
 STIFF = {"normal_stiffness": 1e10, "shear_stiffness": 1e10}
@@ -136,6 +136,7 @@ def test_a_cantilever_cracks_and_then_rocks(points):
     assert curve.multiplier[-1] == pytest.approx(math.tan(math.atan(0.2) - theta), abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_cracked_cantilever_over_an_energy_tends_to_the_brittle_one_and_to_the_plastic_one():
     """Peak between ft first reached and ft everywhere, growing with the energy."""
     peaks = []
@@ -159,7 +160,7 @@ def test_a_toe_that_crushes_lets_a_block_rock_about_what_it_can_bear():
     strength = 1.2 * weight / AREA
     joint = lm.Joint(60.0, compressive_strength=strength)
     wall = lm.build.column(width=0.2, depth=0.2, height=1.0, courses=1, joint=joint)
-    curve = lm.pushover(wall, lm.Loads.horizontal(wall), to=2e-3, stiffness=1e11)
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall), to=2e-3, stiffness=1e11, contact_model="vertices")
     assert certified(curve)
     assert curve.peak.load == pytest.approx((strength * AREA - weight) * 0.1 / (0.5 * weight), rel=2e-3)
     lift = curve.nodes[-1].history.lift
@@ -168,6 +169,7 @@ def test_a_toe_that_crushes_lets_a_block_rock_about_what_it_can_bear():
     assert pressed == pytest.approx(-0.5 * strength * AREA * lift.min(), rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "to", "within"),
     [
@@ -198,15 +200,16 @@ def test_a_wall_that_cracks_follows_the_driven_distinct_elements_to_their_peak(l
     assert ours == pytest.approx(theirs, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("law", "to", "left"),
+    ("law", "to", "left", "steps"),
     [
-        ({"lost_by": "opening"}, 3e-5, 0.02),
-        # a fracture energy, followed to a fifteenth of the peak
-        ({"lost_by": "opening", "fracture_energy_tension": 2.0}, 2e-4, 0.05),
+        ({"lost_by": "opening"}, 3e-5, 0.02, 6000),
+        # a fracture energy, followed slowly to a twelfth of the peak: 6000 steps read 4 % less there than 24000
+        ({"lost_by": "opening", "fracture_energy_tension": 2.0}, 2e-4, 0.05, 18000),
     ],
 )
-def test_joints_of_bricks_that_bend_break_as_in_the_driven_distinct_elements(law, to, left):
+def test_joints_of_bricks_that_bend_break_as_in_the_driven_distinct_elements(law, to, left, steps):
     """Modal bricks of 2 GPa, which give as much as the joints: peak, and what is left at the end."""
     joint = lm.Joint(
         35.0, cohesion=1e5, tensile_strength=8e4, residual_cohesion=0.0, residual_tensile_strength=0.0,
@@ -219,7 +222,7 @@ def test_joints_of_bricks_that_bend_break_as_in_the_driven_distinct_elements(law
     curve = lm.pushover(wall, loads, control=(top, "x"), to=to, contact_model="grid", grid=0.05, blocks="modal")
     assert certified(curve)
     driven = dem.push(
-        wall, Drive({top: {"x": 1.0}}), to=to, loads=lm.Loads.weight(wall), contact_points=0.05, steps=6000,
+        wall, Drive({top: {"x": 1.0}}), to=to, loads=lm.Loads.weight(wall), contact_points=0.05, steps=steps,
         samples=1500, rate_check=False, blocks="modal",
     )  # fmt: skip
     assert curve.peak.load == pytest.approx(driven.peak.load, rel=0.01)
@@ -227,6 +230,7 @@ def test_joints_of_bricks_that_bend_break_as_in_the_driven_distinct_elements(law
     assert curve.load[-1] < 0.75 * curve.peak.load
 
 
+@pytest.mark.slow
 def test_a_glued_block_with_a_tie_cracks_and_then_hangs_on_it():
     """M = (ft + W / A) A b / 6 when it cracks; then the rod at the far edge gives k b theta until it yields."""
     joint = lm.Joint(
@@ -271,10 +275,10 @@ def law_of(m, tan_psi, by_opening, by_slip, rest=(0.4, 0.02, 0.03), tension=0.2,
 @pytest.mark.parametrize(
     ("by_opening", "by_slip", "tension", "opens", "off"),
     [
-        (1.5, 0.0, 0.2, 0.7, 6e-3),
+        pytest.param(1.5, 0.0, 0.2, 0.7, 6e-3, marks=pytest.mark.slow),
         (1.5, 0.0, 0.8, 0.95, 0.04),
-        (0.0, 1.2, 0.2, 0.25, 6e-3),
-        (1.5, 1.2, 0.2, 0.7, 0.025),
+        pytest.param(0.0, 1.2, 0.2, 0.25, 6e-3, marks=pytest.mark.slow),
+        pytest.param(1.5, 1.2, 0.2, 0.7, 0.025, marks=pytest.mark.slow),
     ],
 )
 def test_small_steps_come_to_the_same_as_the_softening_kernel(by_opening, by_slip, tension, opens, off):
@@ -371,7 +375,7 @@ def test_damage_of_sound_joints_is_refused():
     wall, loads, _ = pulled(cohesion=1e6, tensile_strength=1e5, fracture_energy_tension=20.0)
     sound = lm.pushover(wall, loads, to=5e-6)
     before, after = (sound.generations.state(n) for n in sound.nodes[-2:])
-    damaged = after._replace(damage=np.array([1.0, 0.0]))
+    damaged = after._replace(damage=np.eye(len(after.lift))[0])
     assert certify(sound.structure, before, damaged)[0].damage > 0.9
 
 

@@ -147,6 +147,7 @@ def tied_bond():
     return wall, lm.Loads.horizontal(wall)
 
 
+@pytest.mark.slow
 def test_the_first_limit_point_of_a_tied_wall_lies_in_the_bracket_of_the_dem():
     wall, loads = tied_bond()
     found = dem.collapse(wall, loads, contact_model="vertices", error_budget=())

@@ -11,11 +11,10 @@ import limitmason as lm
 import mechanisms
 from dem.resuming import RunStatus
 from limitmason import formats
+from limitmason.answers.results import SOLVED, Bound, BoundKind, ContactModel, FlowRule, Prediction, Status
 from limitmason.capacity.path import PathEnd
 from limitmason.errors import InputError
 from limitmason.model.stages import Settle
-from limitmason.results import SOLVED, Bound, BoundKind, ContactModel, FlowRule, Prediction, Status
-from limitmason.validation.rows import Row
 
 DRY = lm.Joint(33.0)
 GLUED = lm.Joint(33.0, cohesion=2e3, tensile_strength=1e3)
@@ -117,14 +116,15 @@ def test_files_keep_the_typed_fields_and_those_of_0_1_are_read(method, tmp_path)
         formats.read_prediction(path)
 
 
-def test_stored_answers_of_a_comparison_keep_the_kind_and_old_ones_get_it(tmp_path):
+def test_stored_answers_of_a_comparison_keep_their_kind(tmp_path):
     wall, loads = model()
     fresh = lm.compare(wall, loads, ("mechanisms",), store=tmp_path)["mechanisms"]
     assert fresh.bound.kind is BoundKind.UPPER
-    assert lm.compare(wall, loads, ("mechanisms",), store=tmp_path)["mechanisms"].bound.kind is BoundKind.UPPER
-    (path,) = tmp_path.glob("**/mechanisms-*.json")
-    old = Row.restored(json.loads(path.read_text(encoding="utf-8")))  # stores of 0.1 hold the same words
-    assert (old.bound.kind, str(old.bound)) == (BoundKind.UPPER, str(fresh.bound))
+    (path,) = tmp_path.glob("**/answers.jsonl")
+    before = path.read_text(encoding="utf-8")
+    kept = lm.compare(wall, loads, ("mechanisms",), store=tmp_path)["mechanisms"]
+    assert (kept.bound.kind, str(kept.bound)) == (BoundKind.UPPER, str(fresh.bound))
+    assert path.read_text(encoding="utf-8") == before, "nothing was solved again"
 
 
 def test_the_words_of_a_closed_set_become_its_members_and_others_are_refused():
@@ -138,6 +138,7 @@ def test_the_words_of_a_closed_set_become_its_members_and_others_are_refused():
         Prediction("other", 0.5, Bound(BoundKind.NONE), "solved", flow_rule="normality")
 
 
+@pytest.mark.slow
 def test_how_a_run_ended_is_a_member_of_a_closed_set_that_reads_as_before(tmp_path):
     wall = lm.build.wall(length=0.4, courses=2, unit=(0.2, 0.1, 0.1), joint=lm.Joint(33.0))
     loads = lm.Loads.horizontal(wall)

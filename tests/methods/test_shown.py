@@ -6,8 +6,8 @@ import pytest
 
 import dem
 import limitmason as lm
-from limitmason.diagnosis.simulator import _identity
 from limitmason.errors import InputError
+from limitmason.study import fingerprint
 
 JOINT = lm.Joint(33.0)
 WALL = lm.build.wall(length=1.2, courses=3, unit=(0.4, 0.2, 0.2), joint=JOINT)
@@ -68,7 +68,7 @@ def test_a_short_line_does_not_make_two_structures_the_same_to_a_store():
     # same counts, sizes and names, another bond: values on disk of one must not be taken for the other's
     other = lm.build.wall(length=1.2, courses=3, unit=(0.4, 0.2, 0.2), joint=JOINT, start="half")
     rough = lm.build.wall(length=1.2, courses=3, unit=(0.4, 0.2, 0.2), joint=lm.Joint(34.0))
-    texts = {_identity({"wall": w}) for w in (WALL, other, rough)}
+    texts = {fingerprint({"wall": w}) for w in (WALL, other, rough)}
     assert len(texts) == 3
     again = lm.build.wall(length=1.2, courses=3, unit=(0.4, 0.2, 0.2), joint=JOINT)
-    assert _identity({"wall": again}) == _identity({"wall": WALL})
+    assert fingerprint({"wall": again}) == fingerprint({"wall": WALL})

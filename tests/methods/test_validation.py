@@ -1,6 +1,5 @@
 """Predicted beside measured: one row, one store, one table printer; an experiment is one folder."""
 
-import importlib
 import json
 import re
 import sys
@@ -11,15 +10,13 @@ import pytest
 
 import limitmason as lm
 from limitmason import experiments, validation
-from limitmason.curve import Curve
+from limitmason.answers.curve import Curve
+from limitmason.display.text_table import aligned, markdown
+from limitmason.errors import InputError
 from limitmason.experiments import registry
 from limitmason.geometry import box
-from limitmason.study import RowStore, fingerprint
-from limitmason.study.store import DocumentStore
-from limitmason.text_table import aligned, markdown
-from limitmason.validation.comparing import SCHEMA
 from limitmason.validation.page import UNEXPLAINED
-from limitmason.validation.rows import Row
+from limitmason.validation.rows import STORED, Row
 
 ROOT = Path(__file__).resolve().parents[2]
 LIBRARY = Path(lm.__file__).parent
@@ -45,7 +42,7 @@ def test_no_source_is_named_outside_its_folder():
 MODULE = '''
 """A block on a slope, as a source of its own."""
 
-from limitmason.curve import Curve
+from limitmason.answers.curve import Curve
 from limitmason.experiments import Departure, Experiment, Quantity, Recipe, Settings, Shown, Target, Variant
 from limitmason.experiments.tables import read_source, read_table
 from limitmason.geometry import box
@@ -177,71 +174,23 @@ def test_a_row_in_another_unit_keeps_its_multiplier():
 
 # ---- one store -------------------------------------------------------------------------------------------------------
 
-OLD_ANSWER = """{
- "schema": "limitmason-answer",
- "method": "mechanisms",
- "multiplier": 0.25,
- "low": NaN,
- "high": NaN,
- "range_is": "",
- "bound": "overturning: upper: admissible as a contact field",
- "status": "solved",
- "seconds": 0.10213006400044833,
- "details": {
-  "governing": "overturning",
-  "catalogue": {
-   "overturning": 0.25,
-   "sliding": 0.5773502691896257
-  },
-  "smallest_upper_bound": 0.25,
-  "smallest_upper_bound_of": "overturning"
- },
- "warnings": []
-}
-"""
-"""Written by version 0.1 for two blocks of 0.5 x 0.5 x 1 m, one on the other, on a slab (bound shortened)."""
-OLD_NAME = "mechanisms-1a1f2eb4aa2139d7af42416f.json"
-OLD_ROWS = (
-    '{"schema": "limitmason-rows", "version": 1, "key": '
-    '"e12a0bf9812a4dd5599cefb59f2dd310b750c2b11052b10ef4a7234b32c08935"}\n'
-    '{"number": 0, "row": {"multiplier": 0.1, "status": "solved", "low": NaN}}\n'
-    '{"number": 2, "row": {"multiplier": 0.3333333333333333}}\n'
-)
-
-
 def two_blocks():
     solids = [box((-1, -1, -1), (2, 2, 0)), box((0, 0, 0), (0.5, 0.5, 1)), box((0, 0, 1), (0.5, 0.5, 2))]
     a = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(30.0), density=2048.0, fixed=[0])
     return a, lm.Loads.horizontal(a)
 
 
-def test_an_answer_stored_by_version_0_1_is_found_and_read(tmp_path):
-    (tmp_path / OLD_NAME).write_text(OLD_ANSWER)
-    said = []
-    result = lm.compare(*two_blocks(), "mechanisms", store=tmp_path, measured=0.5, progress=said.append)
-    found = result["mechanisms"]
-    assert "0.25000" in result.table()
+def test_an_answer_is_found_in_the_store_and_one_that_lacks_a_field_is_refused_by_the_file(tmp_path):
+    fresh, said = lm.compare(*two_blocks(), "mechanisms", store=tmp_path, measured=0.5), []
+    found = lm.compare(*two_blocks(), "mechanisms", store=tmp_path, measured=0.5, progress=said.append)
     assert said == ["[1/1] mechanisms: 0.25 (from the store)"]
-    assert (found.ratio, found.seconds) == (0.5, 0.10213006400044833)
-    assert found.details["smallest_upper_bound_of"] == "overturning"
-    # and what is written now is what was written then
-    kept = DocumentStore(tmp_path / "new", SCHEMA)
-    kept.write(kept.folder / OLD_NAME, found.stored())
-    assert (kept.folder / OLD_NAME).read_text() == OLD_ANSWER
-    assert [p.name for p in kept.folder.iterdir()] == [OLD_NAME]
-
-
-def test_rows_stored_by_version_0_1_are_read(tmp_path):
-    path = tmp_path / "rows.jsonl"
-    path.write_text(OLD_ROWS)
-    store = RowStore(path, fingerprint("a study", 1, (0.5, None)))
-    assert list(store.rows) == [0, 2]
-    assert store.rows[2] == {"multiplier": 1.0 / 3.0}
-    path.write_text(OLD_ROWS + '{"number": 3, "ro')  # cut off by a kill
-    again = RowStore(path, store.key)
-    assert list(again.rows) == [0, 2]
-    assert path.read_text() == OLD_ROWS
-    assert list(tmp_path.iterdir()) == [path]
+    one, two = fresh["mechanisms"], found["mechanisms"]
+    assert [str(getattr(one, n)) for n in STORED] == [str(getattr(two, n)) for n in STORED]
+    assert (two.ratio, two.bound.kind) == (0.5, one.bound.kind)
+    path = tmp_path / "answers.jsonl"
+    path.write_text(path.read_text().replace('"seconds"', '"minutes"'))
+    with pytest.raises(InputError, match=r"answers.jsonl .* without 'seconds'"):
+        lm.compare(*two_blocks(), "mechanisms", store=tmp_path)
 
 
 # ---- one printer -----------------------------------------------------------------------------------------------------
@@ -253,7 +202,7 @@ def test_only_one_file_lays_out_tables_as_text():
         for p in LIBRARY.rglob("*.py")
         if re.search(r'"\| "|zip\(\*lines', p.read_text(encoding="utf-8")) and "diagnosis" not in p.parts
     }
-    assert printers == {"text_table.py"}
+    assert printers == {"display/text_table.py"}
     assert aligned([["a", "b"], ["ccc", "1"]], "<>") == "a    b\nccc  1"
     assert markdown([["a", "b"], ["1", "2"]]) == ["| a | b |", "| --- | --- |", "| 1 | 2 |"]
 
@@ -272,21 +221,6 @@ def test_curves_are_drawn_in_mm_and_kn_whatever_their_units():
     assert [line.get_gid() for line in lm.figures.load_displacement(test).axes[0].lines][-1] == "curve test"
     with pytest.raises(ValueError, match="is in rad and N m"):
         lm.figures.load_displacement(Curve([0.0], [1.0], displacement_unit="rad", load_unit="N m"))
-
-
-# ---- former names, for one release -----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("old, name", [
-    ("packaged", "solve_cases"), ("packaged", "cases"), ("side_by_side", "compare"), ("side_by_side", "SideBySide"),
-    ("experiments.minho", "measured_curve"), ("experiments.pavia", "specimen"), ("experiments.murano", "control_block"),
-    ("experiments.mcmaster", "line_load"),
-])  # fmt: skip
-def test_former_modules_warn_and_work(old, name):
-    sys.modules.pop(f"limitmason.{old}", None)
-    with pytest.warns(DeprecationWarning, match=f"limitmason.{old} is now limitmason"):
-        module = importlib.import_module(f"limitmason.{old}")
-    assert callable(getattr(module, name))
 
 
 def test_experiments_hand_on_what_compares():

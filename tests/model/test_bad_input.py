@@ -5,6 +5,7 @@ import pytest
 from walls import running_bond, stack
 
 import limitmason as lm
+from limitmason.errors import InputError
 from limitmason.geometry import box
 
 JOINT = lm.Joint(30.0)
@@ -147,6 +148,28 @@ def test_unknown_fixed_block():
 def test_outline(outline, message):
     with pytest.raises(ValueError, match=f"'stone'.*{message}"):
         lm.Assembly.from_polygons([outline], thickness=1.0, joint=JOINT, names=["stone"])
+
+
+def test_block_without_faces():
+    with pytest.raises(InputError, match="block 'pier'.*faces"):
+        assemble([GROUND, (CUBE.vertices, [])], names=["ground", "pier"])
+
+
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 0.0), (np.nan, 0.0, 1.0), (1.0, 0.0), (1e200, 1e200, 0.0)])
+def test_axis_that_is_no_direction(axis):
+    with pytest.raises(InputError, match="axis of block 'pier'"):
+        assemble([GROUND, CUBE], names=["ground", "pier"], axes=[None, axis])
+
+
+@pytest.mark.parametrize("size", [1e308, -1e308, 1e31])
+def test_load_beyond_all_measure(size):
+    wall = assemble([GROUND, CUBE], names=["ground", "pier"])
+    with pytest.raises(InputError, match="block 'pier'"):
+        lm.Loads.weight(wall).with_point_load(wall, "pier", (size, 0.0, 0.0))
+    wrench = np.zeros((2, 6))
+    wrench[1, 5] = size
+    with pytest.raises(InputError, match="block number 1"):
+        lm.Loads(np.zeros((2, 6)), wrench)
 
 
 def test_zero_live_load():

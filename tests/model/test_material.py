@@ -12,7 +12,7 @@ import limitmason as lm
 from limitmason import formats
 from limitmason.build.variants import displaced
 from limitmason.errors import InputError
-from limitmason.law import unit_tension
+from limitmason.mechanics.law import unit_tension
 
 BRICK = {"young_modulus": 16.7e9, "poisson_ratio": 0.15}
 STONE = {**BRICK, "cohesion": 2e6, "friction_angle_deg": 40.0}

@@ -77,8 +77,8 @@ def test_loads_beside_their_block_and_out_of_range():
 def test_falling_mechanism_is_drawn_and_its_blocks_named(tmp_path, capsys, monkeypatch):
     from dataclasses import replace
 
+    from limitmason.answers.results import CANNOT_STAND
     from limitmason.cli import main, models
-    from limitmason.results import CANNOT_STAND
 
     column = make_column(names=["ground", "low", "middle", "top"])
     falls = replace(rocking(column, [2, 3], (1.0, 0.25, 1.0)), status=CANNOT_STAND, collapse_multiplier=float("nan"))

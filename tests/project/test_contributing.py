@@ -22,6 +22,7 @@ def test_there_are_four_recipes_each_with_a_file_and_a_script():
         assert [b.startswith("# file: ") for b in blocks] == [True, False]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", RECIPES)
 def test_recipe_runs(name, tmp_path):
     file, script = RECIPES[name]

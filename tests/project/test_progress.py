@@ -13,9 +13,9 @@ from walls import running_bond
 
 import dem
 import limitmason as lm
-from limitmason import progress
+from limitmason.display import progress
+from limitmason.display.progress import clock, noted, reached, task, watched, write
 from limitmason.errors import InputError
-from limitmason.progress import clock, noted, reached, task, watched, write
 
 
 class Terminal(io.StringIO):

@@ -13,7 +13,7 @@ import limitmason as lm
 
 
 def test_catalogue_of_causes_is_there_without_an_import_of_its_own():
-    code = "import limitmason as lm; print(lm.diagnosis.catalogue.gain().name)"
+    code = "import limitmason as lm; print(lm.causes.gain().name)"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert out == "gain\n"
 
@@ -45,7 +45,7 @@ def signatures(module):
                     yield f"{name}.{key}", inspect.signature(plain)
 
 
-ROOMS = ("model", "build", "results", "vibration", "continuum", "study", "formats", "figures")
+ROOMS = ("model", "build", "answers", "mechanics", "vibration", "continuum", "study", "formats", "figures")
 
 
 @pytest.mark.parametrize("name", ["limitmason", *(f"limitmason.{room}" for room in ROOMS), "dem", "mechanisms"])

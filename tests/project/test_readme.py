@@ -16,6 +16,7 @@ PREDICTED = (ROOT / "docs" / "predicted.md").read_text(encoding="utf-8")
 MOVED = ("theories", "predicted", "findings", "limits")
 
 
+@pytest.mark.slow
 def test_python_block_prints_what_the_readme_says(tmp_path):
     blocks = re.findall(r"```python\n(.*?)```\s*```text\n(.*?)```", README, flags=re.DOTALL)
     assert len(blocks) == 1
@@ -25,7 +26,8 @@ def test_python_block_prints_what_the_readme_says(tmp_path):
     assert (tmp_path / "wall.png").exists()
 
 
-@pytest.mark.parametrize("source", ["ferris-tin-loi-2001", "minho-dry-stone-2005-2009", "rondelet-wallette"])
+@pytest.mark.parametrize("source", ["ferris-tin-loi-2001",
+    pytest.param("minho-dry-stone-2005-2009", marks=pytest.mark.slow), "rondelet-wallette"])
 def test_summary_table_is_what_the_packaged_cases_give(source):
     shown = PREDICTED.split("<!-- summary")[1].split("<!-- end of summary -->")[0]
     fresh = table_rows(experiments.all_cases(source=source, with_model=True), flow_rule="associative")

@@ -10,10 +10,12 @@ import pytest
 import dem
 import limitmason as lm
 from dem import kernels, state
-from limitmason.equilibrium import equilibrium_matrix
 from limitmason.limit import associative, torsion
 from limitmason.limit.program import problem
 from limitmason.limit.program.static import Carried
+from limitmason.mechanics.equilibrium import equilibrium_matrix
+
+pytestmark = pytest.mark.slow
 
 TESTS = Path(__file__).resolve().parents[1]
 WRENCHES = (

@@ -1,4 +1,7 @@
-"""Thousands of random assemblies against the referee: ``python -m tests.referee --cases 5000 --seed 1 --out DIR``.
+"""Random assemblies against the referee: ``python -m tests.referee --engine NAME --cases 2000 --seed 1 --out DIR``.
+
+An engine of ``engines`` is asked for small structures in many frames and beside own statics; "all" asks every one.
+"programs", the default, is limit analysis beside the two programs of ``plane`` and ``space``.
 
 Interrupt it whenever you like: every case done is a line of ``DIR/cases-SEED.jsonl``, and the same command goes on from
 there. For every disagreement a model file is written with as few blocks as still show it.
@@ -13,6 +16,8 @@ from pathlib import Path
 
 from .compare import DISAGREE, compare, shrunk
 from .draw import plane_case, space_case
+from .engines import ENGINES
+from .lane import cases_of, run
 
 SPACE_EVERY = 3
 """One case in this many is in space."""
@@ -46,29 +51,38 @@ def written(case, comparison, folder: Path, number: int) -> Path:
 def main(arguments: list[str] | None = None) -> int:
     """Run, and return how many cases disagree."""
     parser = argparse.ArgumentParser(prog="python -m tests.referee", description=__doc__.splitlines()[0])
-    parser.add_argument("--cases", type=int, default=1000)
+    parser.add_argument("--engine", choices=["programs", "all", *ENGINES], default="programs")
+    parser.add_argument("--cases", type=int)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("referee"))
     options = parser.parse_args(arguments)
-    options.out.mkdir(parents=True, exist_ok=True)
-    record = options.out / f"cases-{options.seed}.jsonl"
+    if options.engine != "programs":
+        chosen = list(ENGINES) if options.engine == "all" else [options.engine]
+        return sum(run(ENGINES[e], options.cases or cases_of(e), options.seed, options.out) for e in chosen)
+    return programs(options.cases or 1000, options.seed, options.out)
+
+
+def programs(cases: int, seed: int, out: Path) -> int:
+    """Limit analysis beside the programs of ``plane`` and ``space``."""
+    out.mkdir(parents=True, exist_ok=True)
+    record = out / f"cases-{seed}.jsonl"
     rows = (
         [json.loads(line) for line in record.read_text().splitlines() if line.endswith("}")] if record.exists() else []
     )
     done = {row["case"] for row in rows}
     counts = Counter((row["space"], row["shape"], row["outcome"]) for row in rows)
-    todo = [k for k in range(options.cases) if k not in done]
+    todo = [k for k in range(cases) if k not in done]
     begun = time.monotonic()
     try:
         with record.open("a") as log:
             for k, number in enumerate(todo):
-                case = draw(options.seed, number)
+                case = draw(seed, number)
                 comparison = compare(case)
                 row = {"case": number, "space": not case.plane, **case.tags, "outcome": comparison.outcome}
                 if comparison.outcome != "agree":
                     row |= {"referee": comparison.referee, "theirs": comparison.theirs}
                 if comparison.outcome == DISAGREE:
-                    row["file"] = written(case, comparison, options.out, number).name
+                    row["file"] = written(case, comparison, out, number).name
                 log.write(json.dumps(row) + "\n")
                 log.flush()
                 counts[not case.plane, case.tags["shape"], comparison.outcome] += 1

@@ -4,11 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from pavia_layouts.catalogue import COLUMNS as COLUMNS_OF_LAYOUTS
+from pavia_layouts.catalogue import compute_layouts
+from pavia_layouts.report import layout_report
+from pavia_layouts.search import search_layouts
 
 import limitmason as lm
-from limitmason.contact_points import contact_points
 from limitmason.experiments import pavia_tilting as pavia
-from limitmason.study import Table, compute_layouts, layout_report, search_layouts, sweep
+from limitmason.mechanics.contact_points import contact_points
+from limitmason.study import Table, sweep
 
 COLUMNS = ("zero", "full")
 LENGTH, HEIGHT, THICKNESS = 0.08, 0.04, 0.028
@@ -158,7 +162,7 @@ def test_computed_catalogue_screens_goes_on_from_its_store_and_starts_with_small
     assert list(found["blocks"]) == [3, 6]  # every other course is two halves
     exact = THICKNESS / HEIGHT / found["courses"]
     assert found["associative"] == pytest.approx(exact, rel=1e-6)
-    for column in lm.study.CATALOGUE_COLUMNS:
+    for column in COLUMNS_OF_LAYOUTS:
         assert found[column] == pytest.approx(exact, rel=0.01)
     lines = []
     assert compute_layouts(stack, layouts, targets, progress=lines.append, **settings) == found

@@ -226,6 +226,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_killed_runs_go_on_without_computing_one_twice(tmp_path):
     marks, store = tmp_path / "marks.txt", tmp_path / "rows.jsonl"
     here = Path(__file__).resolve()

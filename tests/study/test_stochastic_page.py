@@ -78,10 +78,12 @@ def sorted_like(found):
     return [("sample", found["sample"]), *((k, found[k]) for k in (*rows.NUMBERS, *rows.WORDS))]
 
 
+@pytest.mark.slow
 def test_the_page_is_what_the_kept_lines_say():
     assert page.page(rows.read()) == PAGE.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_panel_that_falls_under_its_own_weight_carries_nothing_and_the_study_goes_on():
     # without strength the soldiers over the opening have nothing to hang on
     weak = {"tensile_strength": 0.0, "cohesion": 0.0, "friction_angle_deg": 5.0}
@@ -101,6 +103,7 @@ def test_a_panel_that_falls_under_its_own_weight_carries_nothing_and_the_study_g
     assert "own weight 0." in tables.modes(kept)[2][1]
 
 
+@pytest.mark.slow
 def test_one_draw_for_all_spreads_as_the_root_of_the_sum_of_squares_of_its_slopes():
     # the known answer, for the runs of the page: log-slopes times spreads of what was drawn
     kept = rows.read()
@@ -119,6 +122,7 @@ def test_one_draw_for_all_spreads_as_the_root_of_the_sum_of_squares_of_its_slope
     assert f"{slopes[0]:.2f} for ft" in page.slopes(kept)
 
 
+@pytest.mark.slow
 def test_kept_lines_are_made_again_from_the_same_input():
     # a brittle peak moves by some per cent where a sum is rounded another way, as another processor may do (the pairs
     # of the page measure that), and by 18 % from draw to draw

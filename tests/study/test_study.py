@@ -71,6 +71,7 @@ def test_sweep_goes_on_after_an_error(tmp_path):
     assert found == study.sweep(lambda x: {"square": x * x, "third": x / 3}, {"x": (5, 6, 7, 8)})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [2, 3])
 def test_same_seed_same_table_whatever_the_number_of_workers(workers, table):
     assert study.monte_carlo(make_wall(), 6, joints=DRAWS, seed=3, workers=workers) == table
@@ -121,6 +122,7 @@ def test_a_store_of_another_study_is_refused(tmp_path):
         study.monte_carlo(make_wall(), 2, joints=DRAWS, store=other)
 
 
+@pytest.mark.slow
 def test_multiplier_of_a_sliding_block_has_the_distribution_of_its_friction():
     # one flat block slides at its coefficient: lambda = tan(phi), sample by sample
     block = on_slab([((0, 0, 0), (1.0, 1.0, 0.2))], mu=0.5)
@@ -178,6 +180,7 @@ def test_correlation_length_makes_neighbours_alike():
     assert differences[1] < 0.4 * differences[0]
 
 
+@pytest.mark.slow
 def test_sobol_gives_all_variance_to_what_the_multiplier_depends_on():
     # a slender block overturns at 1 / slenderness: friction is without effect
     found = study.sobol(

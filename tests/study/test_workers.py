@@ -64,6 +64,7 @@ def test_short_calls_stay_here_and_start_no_worker(monkeypatch):
     assert dict(run_points(square, points(5000), None, 2)) == {k: k * k for k in range(5000)}
 
 
+@pytest.mark.slow
 def test_long_calls_go_to_workers_in_chunks(soon, monkeypatch):
     given = []
 
@@ -101,6 +102,7 @@ def test_while_workers_start_calls_go_on_here_and_wait_for_nobody(soon, monkeypa
     assert {v[1] for _, v in run_points(slow, points(8), None, 2)} == {os.getpid()}
 
 
+@pytest.mark.slow
 def test_real_workers_are_other_processes_and_give_the_same(soon):
     elsewhere = {}
     for number, (value, process) in run_points(slow, points(5000), None, 2):
@@ -154,6 +156,7 @@ def test_unfinished_runs_are_handed_on(soon, monkeypatch):
         assert [isinstance(found[k], Unfinished) for k in range(6)] == [False, True] * 3
 
 
+@pytest.mark.slow
 def test_a_function_that_cannot_be_sent_is_told(soon):
     lock = threading.Lock()
 

@@ -46,6 +46,7 @@ def test_frequencies_and_shapes_of_a_chain(method, runs):
         assert found.method in str(found) or "frequency" in str(found)
 
 
+@pytest.mark.slow
 def test_planted_damping_is_found_within_a_tenth_over_twenty_seeds_and_intervals_cover_it(runs):
     found = np.array([identify_modes(signals, STEP, method="ssi").damping for signals, _, _ in runs])
     mean = found.mean(axis=0)
@@ -54,6 +55,7 @@ def test_planted_damping_is_found_within_a_tenth_over_twenty_seeds_and_intervals
     assert (np.abs(mean - DAMPING) <= width).all()
 
 
+@pytest.mark.slow
 def test_column_of_the_dem_has_its_own_modes_as_long_as_no_joint_opens():
     joint = lm.Joint(35.0, normal_stiffness=4e8, shear_stiffness=1.6e8)
     column = lm.build.column(width=0.4, depth=0.3, unit_height=0.2, courses=3, joint=joint, density=2000.0)
@@ -81,6 +83,7 @@ def shaken(wall, state, highest, seconds=6.0):
     return dem.simulate(wall, base, start=state, sample=step, detect_every=None)
 
 
+@pytest.mark.slow
 def test_mortared_wall_has_its_own_modes_before_a_push_and_those_of_its_cracked_state_after():
     joint = lm.Joint(40.0, cohesion=2e5, tensile_strength=2e4, residual_cohesion=0.0, residual_tensile_strength=0.0,
                      normal_stiffness=1e9, shear_stiffness=5e8)  # fmt: skip

@@ -233,17 +233,6 @@ def test_a_state_in_an_ambiguous_plane_keeps_that_of_its_own_loads():
     assert lm.modes(across, 3).frequency == pytest.approx(lm.modes(along, 3).frequency, rel=1e-6)
 
 
-def test_the_dem_s_old_name_answers_the_same_with_a_warning():
-    block = stack(2).with_material(lm.Material(young_modulus=2e9, poisson_ratio=0.2))
-    with pytest.warns(DeprecationWarning, match=r"now limitmason\.modes"):
-        stiffer = dem.natural_frequencies(block, 3, joint_options=dem.JointOptions(stiffness_factor=4.0))
-    assert stiffer.frequency == pytest.approx(2 * lm.modes(block, 3).frequency)
-    with pytest.warns(DeprecationWarning, match="next release"):
-        modal = dem.natural_frequencies(block, 3, blocks="modal")
-    assert modal.strain.shape == (3, block.n_blocks, 15)
-    assert modal.frequency == pytest.approx(lm.modes(block, 3, blocks="modal").frequency)
-
-
 def slender_bar(n, level, stress, joint_factor=1e5):
     """A bar of n blocks that stands on its foot, bonded stiffly; E 2e9, rho 2000, 1 m tall, 0.1 square."""
     h, e = 1.0 / n, 2e9
@@ -263,6 +252,7 @@ def test_cantilever_of_deformable_blocks_sways_as_timoshenkos_beam(n, level, wit
     assert np.abs(found.frequency / along - 1.0).min() < 0.01
 
 
+@pytest.mark.slow
 def test_deformable_blocks_have_the_same_modes_however_they_are_turned_and_where_they_are_asked():
     wall = lm.build.wall(length=0.9, courses=2, unit=(0.3, 0.1, 0.15), joint=JOINT, density=2000.0)
     wall = wall.with_material(lm.Material(young_modulus=2e9, poisson_ratio=0.2))
@@ -284,6 +274,7 @@ def test_deformable_blocks_have_the_same_modes_however_they_are_turned_and_where
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stress", ["solid", "plane stress"])
 def test_settled_dem_and_capacity_curve_of_modal_blocks_vibrate_as_the_closed_column(stress):
     wall = stack(2).with_material(lm.Material(young_modulus=2e9, poisson_ratio=0.2))
@@ -316,6 +307,7 @@ def test_criterion_of_chosen_shapes():
         lm.mac(two, np.zeros((1, 2)))
 
 
+@pytest.mark.slow
 def test_one_solid_with_two_meshes_has_the_same_shapes():
     wall = lm.build.wall(length=1.2, height=0.8, unit=(0.4, 0.2, 0.2), joint=JOINT)
     coarse, fine = (
@@ -327,6 +319,7 @@ def test_one_solid_with_two_meshes_has_the_same_shapes():
     assert fine.frequency == pytest.approx(coarse.frequency, rel=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("specimen", ["DS", "REGW"])
 def test_macro_models_of_the_u_walls_have_the_printed_frequencies_and_the_shapes_of_the_blocks(specimen):
     test = experiments.load("murano-u-walls", specimen)
@@ -339,6 +332,7 @@ def test_macro_models_of_the_u_walls_have_the_printed_frequencies_and_the_shapes
         assert value >= float(printed[f"mac_{k}"]) - 0.1  # printed against a simulated identification, not the modes
 
 
+@pytest.mark.slow
 def test_step_1_of_ds_exceeds_3dec_as_the_source_says():
     # "around 20 % higher for the first 2 modes and 3 % for the third"
     test = experiments.load("murano-u-walls", "DS")

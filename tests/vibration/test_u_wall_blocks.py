@@ -9,7 +9,7 @@ from u_wall_blocks import identification, onset, page, pushed
 
 import dem
 import limitmason as lm
-from limitmason.law import PointLaw
+from limitmason.mechanics.law import PointLaw
 
 PAGE = Path(__file__).parents[2] / "docs" / "papers" / "u-walls.md"
 
@@ -23,6 +23,7 @@ def case(name):
     return next(c for c in identification.CASES if c.name == name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["REGW", "DS, joints that hold"])
 @pytest.mark.parametrize("method", ["ssi", "fdd"])
 def test_records_of_joints_that_do_not_open_have_the_wall_s_own_modes_to_two_per_cent(kept, name, method):
@@ -96,6 +97,7 @@ def test_plateaus_of_a_wall_that_turns_over_in_one_are_its_rigid_overturning(nam
     assert kept.peak[0] > force
 
 
+@pytest.mark.slow
 def test_a_driven_block_shows_its_friction():
     # tan(phi) W; it sticks and slips, so that the mean lies below, the more the faster it is driven
     side, density, phi = 0.4, 2500.0, 30.0
@@ -168,6 +170,7 @@ def test_loads_of_the_first_points_by_hand():
         assert found == pytest.approx([5.0, 7.0, slips])
 
 
+@pytest.mark.slow
 def test_points_give_way_at_the_same_loads_in_the_dem_and_in_the_micro_model():
     kept = onset.read()
     driven, rest = (onset.run(c) for c in onset.CASES if c.ground == "joint")
@@ -181,6 +184,7 @@ def test_points_give_way_at_the_same_loads_in_the_dem_and_in_the_micro_model():
         assert found.counts == row.counts
 
 
+@pytest.mark.slow
 def test_kept_pushes_are_of_the_code_as_it_is():
     name = "REGW, lost by opening alone; ground without tension"
     kept, found = pushed.read()[name], pushed.run(next(c for c in pushed.CASES if c.name == name))
@@ -188,7 +192,9 @@ def test_kept_pushes_are_of_the_code_as_it_is():
     assert found.limit == pytest.approx(kept.limit, rel=1e-3)
     # it sticks and slips
     assert found.at == pytest.approx(kept.at, rel=0.05)
-    assert found.mechanism == kept.mechanism
+    assert (found.half, found.last) == pytest.approx((kept.half, kept.last), rel=0.05)
+    # whether the end is 5 % above the middle hangs on where it sticks; what moves does not
+    assert found.mechanism.split(",")[0] == kept.mechanism.split(",")[0]
 
 
 class Counted:

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from limitmason import dem, limit_analysis
-from limitmason.csv_table import parsed, write_table
 from limitmason.diagnosis import Extension, Noise, Study
+from limitmason.storage.csv_table import parsed, write_table
 
 from . import campaigns
 from .campaigns import CAUSES, FRICTION, FRICTION_ERROR, NEVER_LISTED, NOISE, NUISANCE, SIMULATED, SPECIMENS

@@ -9,7 +9,7 @@ import sys
 import time
 from pathlib import Path
 
-from limitmason.study.store import RowStore, fingerprint
+from limitmason.study import Memo, fingerprint
 
 from . import earned_report, earned_trials, report_parts
 from .campaign_store import DEM, LIMIT
@@ -68,17 +68,17 @@ def label_of(kind, options):
 
 def run(path, scale, seconds):
     """Make the data sets that the store does not hold, within some seconds; what it then holds of those asked for."""
-    store = RowStore(path, fingerprint("earned names", SEED, earned_trials.DRAWS, earned_trials.RULE))
+    memo = Memo(path, fingerprint("earned names", SEED, earned_trials.DRAWS, earned_trials.RULE), kind=dict)
     start, todo = time.process_time(), jobs(scale)
     for n, (number, kind, design, seed, options) in enumerate(todo):
-        if number in store.rows or time.process_time() - start > seconds:
+        if number in memo or time.process_time() - start > seconds:
             continue
         begin, found = time.process_time(), earned_trials.one(design, kind, seed, **options)
         record = None if found is None else {**found, "class": label_of(kind, options)}
-        store.add(number, {"record": record, "seconds": time.process_time() - begin})
+        memo.keep(number, {"record": record, "seconds": time.process_time() - begin})
         sys.stderr.write(f"\r{n + 1} of {len(todo)}  {label_of(kind, options):<60}")
     sys.stderr.write("\n")
-    return [store.rows[job[0]] for job in todo if job[0] in store.rows]
+    return [memo[job[0]] for job in todo if job[0] in memo]
 
 
 def main(arguments=None):

@@ -11,8 +11,7 @@ from itertools import combinations
 
 import numpy as np
 
-from limitmason.diagnosis.inference.earned import slopes_of
-from limitmason.diagnosis.inference.shapes import is_numeric
+from limitmason.diagnosis.inference.design import is_numeric
 
 
 def blocks(covariates):
@@ -40,7 +39,7 @@ class Surfaces:
     """
 
     def __init__(self, design, covariates):
-        n, slopes = design.n, slopes_of(design.null)
+        n, slopes = design.n, design.null.slopes
         weight = (np.mean(design.scale) / design.scale)[:, None]
         root = np.linalg.cholesky(np.linalg.inv(np.eye(n) + slopes @ slopes.T)).T  # measured inputs profiled out
         one, trends = np.ones((n, 1)), blocks(covariates)

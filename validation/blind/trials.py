@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from limitmason.diagnosis import Noise, Rule, Study
-from limitmason.diagnosis.inference.fit import values_of
 
 from . import hide, other, score, surrogate
 
@@ -89,7 +88,7 @@ def _named(record, where, diagnosis, truth, noise, seed):
         left = {}
         for names in ((), (name,)):
             fit = diagnosis.verdict.tested[names].fit if names else diagnosis.verdict.null
-            left[names] = 0.5 * ((fresh - values_of(design.grid(names), fit)[0]) ** 2).sum(axis=1)
+            left[names] = 0.5 * ((fresh - design.predicted(names, fit)[0]) ** 2).sum(axis=1)
         record.gain_signs.append((diagnosis.gain.leave_one_out.total > 0) == ((left[()] - left[(name,)]).mean() > 0))
 
 

@@ -14,8 +14,8 @@ from typing import Any
 
 import limitmason as lm
 from limitmason import study
-from limitmason.csv_table import parsed, write_table
 from limitmason.errors import InputError
+from limitmason.storage.csv_table import parsed, write_table
 from limitmason.study.table import Table
 
 from .runs import PANEL, draws, push

@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from limitmason import build, study
+from limitmason.display.text_table import filled, markdown
 from limitmason.experiments import stochastic_brick_panels as published
 from limitmason.model import Assembly, Joint, Loads
-from limitmason.text_table import filled, markdown
 
 from . import pace
 from .runs import OWN_WEIGHT, draws

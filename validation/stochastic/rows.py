@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from limitmason import study
-from limitmason.csv_table import parsed, write_table
 from limitmason.model.assembly import Assembly
+from limitmason.storage.csv_table import parsed, write_table
 
 Array = NDArray[np.float64]
 

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 import dem
 import limitmason as lm
 from limitmason import experiments
-from limitmason.csv_table import parsed, write_table
 from limitmason.experiments import murano_u_walls as murano
 from limitmason.experiments.record import Experiment
 from limitmason.model.assembly import Assembly
+from limitmason.storage.csv_table import parsed, write_table
 
 Array = NDArray[np.float64]
 

@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import limitmason as lm
+from limitmason.display.text_table import filled, markdown
 from limitmason.experiments.murano_u_walls import macro, micro
-from limitmason.text_table import filled, markdown
-from mechanisms import murano_table_10 as mechanisms
 
-from . import identification, onset, pushed
+from . import identification, onset, printed_mechanisms, pushed
 from .identification import CASES, Found, Run
 
 Array = NDArray[np.float64]
@@ -227,8 +226,8 @@ def table_10() -> list[str]:
     """Table of mechanisms A, B and D."""
     rows = [["wall", "mechanism", "factor, printed", "at stated inputs", "at the optimum", "load, printed [kN]",
              "at stated inputs", "at the optimum"]]  # fmt: skip
-    for r in mechanisms.table_10():
-        weight = mechanisms.murano_facade(r.wall).weight
+    for r in printed_mechanisms.table_10():
+        weight = printed_mechanisms.murano_facade(r.wall).weight
         rows.append([
             r.wall, r.mechanism, f"{r.printed_factor:g}", f"{r.as_stated:.3f}", f"{r.recomputed:.3f}",
             f"{r.printed_load / 1e3:.2f}", f"{r.as_stated * weight / 1e3:.2f}", f"{r.recomputed * weight / 1e3:.2f}",

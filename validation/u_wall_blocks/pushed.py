@@ -18,12 +18,12 @@ import dem
 import limitmason as lm
 from dem.stepping import run as run_steps
 from limitmason import experiments
-from limitmason.csv_table import parsed, write_table
 from limitmason.deformable.levels import MODAL, RIGID
 from limitmason.experiments import murano_u_walls as murano
 from limitmason.experiments.murano_u_walls import micro
-from limitmason.law import above_apex
+from limitmason.mechanics.law import above_apex
 from limitmason.model.assembly import Assembly
+from limitmason.storage.csv_table import parsed, write_table
 from mechanisms import light_damage
 
 from . import at_rest

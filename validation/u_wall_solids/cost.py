@@ -18,9 +18,9 @@ import limitmason as lm
 from limitmason import experiments
 from limitmason.continuum.equilibrium import Solver
 from limitmason.continuum.rotating_crack import virgin
-from limitmason.csv_table import parsed, write_table
+from limitmason.display.text_table import filled, markdown
 from limitmason.experiments.murano_u_walls import NAME, macro
-from limitmason.text_table import filled, markdown
+from limitmason.storage.csv_table import parsed, write_table
 
 from . import readings, whole
 

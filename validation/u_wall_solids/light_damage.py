@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from limitmason import experiments
-from limitmason.curve import Curve
+from limitmason.answers.curve import Curve
+from limitmason.display.text_table import filled, markdown
 from limitmason.experiments.murano_u_walls import NAME, macro
-from limitmason.text_table import filled, markdown
 
 LOST = 0.98
 """Share of the initial stiffness that is left at light damage (source, section 6.3)."""

@@ -11,10 +11,10 @@ import numpy as np
 from limitmason import experiments
 from limitmason.constants import GRAVITY
 from limitmason.continuum import Box, Continuum, Material, SolidCurve, push
-from limitmason.csv_table import parsed, write_table
+from limitmason.display.text_table import filled, markdown
 from limitmason.experiments import Experiment
 from limitmason.experiments.murano_u_walls import FORCE, NAME, macro
-from limitmason.text_table import filled, markdown
+from limitmason.storage.csv_table import parsed, write_table
 
 LAYER = 0.05
 """Thickness of the layer that alone cracks [m]; half or twice of it moves the peak by less than 1 %."""

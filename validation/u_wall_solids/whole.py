@@ -8,9 +8,9 @@ import numpy as np
 
 from limitmason import experiments
 from limitmason.continuum import load_curve, push
-from limitmason.csv_table import parsed, write_table
+from limitmason.display.text_table import markdown
 from limitmason.experiments.murano_u_walls import NAME, macro
-from limitmason.text_table import markdown
+from limitmason.storage.csv_table import parsed, write_table
 
 STORED = Path(__file__).with_name("whole.csv")
 UNITS = {

@@ -7,13 +7,11 @@ import numpy as np
 
 from limitmason.diagnosis.inference.bootstrap import Draws
 from limitmason.diagnosis.inference.decide import Rule, explained, gate
-from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.design import Design, Names, is_numeric
 from limitmason.diagnosis.inference.noise import Noise
-from limitmason.diagnosis.inference.shapes import is_numeric
-from limitmason.diagnosis.inference.shared import Shares, alike, assumed, sharing
-from limitmason.diagnosis.inference.unrecorded import doubted
+from limitmason.diagnosis.inference.shared import Shares, alike, assumed, doubted, sharing
 from limitmason.diagnosis.inference.verdict import Verdict
-from limitmason.progress import reached, watched
+from limitmason.display.progress import reached, watched
 
 TAILS = 4.0  # degrees of freedom of the Student errors tried as a check
 NEAR = 25.0  # as ``Rule.far`` in these: a rival beyond it wins fewer than one draw in a thousand

@@ -8,9 +8,8 @@ from scipy.special import chdtrc
 
 from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws, Tally, run
 from limitmason.diagnosis.inference.design import Design, Names
-from limitmason.diagnosis.inference.fit import Fit, fit_many, values_of
-from limitmason.diagnosis.inference.fit import fit as best_fit
-from limitmason.diagnosis.inference.likelihood import Likelihood
+from limitmason.diagnosis.inference.fit import Fit
+from limitmason.diagnosis.inference.noise import Likelihood
 from limitmason.diagnosis.inference.verdict import Tested, Verdict, VerdictKind
 
 GATE_DRAWS = 699  # fewest: the critical gain is a quantile of them
@@ -74,7 +73,7 @@ def gate(design: Design, y: np.ndarray, draws: Draws, rule: Rule) -> Verdict:
     rule : thresholds
     """
     z = np.zeros(design.inputs)
-    null = best_fit(design.null, y, z, design.like)
+    null = design.fit((), y, z)
     names: list[Names] = [(c.name,) for c in design.causes]
     singles = dict(zip(names, design.fits(names, y, z, residuals=True), strict=True))
     tally, critical = _gate(design, null, singles, draws, rule)
@@ -109,7 +108,7 @@ def explained(design: Design, y: np.ndarray, verdict: Verdict, draws: Draws, rul
     if verdict.kind != VerdictKind.UNEXPLAINED:
         return verdict
     z = np.zeros(design.inputs)
-    null = best_fit(design.null, y, z, design.like)
+    null = design.fit((), y, z)
     names: list[Names] = [(c.name,) for c in design.causes]
     singles = dict(zip(names, design.fits(names, y, z, residuals=True), strict=True))
     tested = confidence_set(design, singles, float(null.loglik[0]), draws, rule)
@@ -195,7 +194,7 @@ def _gate(design: Design, null: Fit, singles: dict[Names, Fit], draws: Draws, ru
 
     def draw(rows: slice):
         y, z, replicate = drawn_data(design, (), null, draws, rows)
-        base = best_fit(design.null, y, z, design.like, replicate)
+        base = design.fit((), y, z, replicate)
         fits = design.fits(list(singles), y, z, replicate)
         drawn = _gate_statistics(design, base, fits, replicate)
         gains.append(drawn["gain"])
@@ -240,8 +239,8 @@ def _hopeless(design: Design, fit: Fit, deficit: float, rule: Rule) -> bool:
 
 def drawn_data(design: Design, names: Names, fit: Fit, draws: Draws, rows: slice):
     """Values, measured inputs and replicate variances drawn from a fitted explanation."""
-    grid = design.grid(names)
-    return draws.data(values_of(grid, fit)[0], grid.z_at(fit.position)[0], noise_of(design, names, fit), rows)
+    z = design.grid(names).z_at(fit.position)[0]
+    return draws.data(design.predicted(names, fit)[0], z, noise_of(design, names, fit), rows)
 
 
 def noise_of(design: Design, names: Names, fit: Fit) -> float:
@@ -261,7 +260,7 @@ def _adequate(design: Design, names: Names, fit: Fit, draws: Draws, rule: Rule) 
 
     def draw(rows: slice):
         y, z, replicate = drawn_data(design, names, fit, draws, rows)
-        return statistics(best_fit(design.grid(names), y, z, design.like, replicate), replicate)
+        return statistics(design.fit(names, y, z, replicate), replicate)
 
     thresholds = {"shape": rule.kept_shape, "scatter": rule.kept_scatter}
     tally = Tally({k: float(v[0]) for k, v in statistics(fit, np.ones(1)).items()}, thresholds)
@@ -306,15 +305,14 @@ def _near(design: Design, names: Names, fit: Fit, rivals: Iterable[Names], rule:
     others = [r for r in rivals if r != names]
     if not others:
         return []
-    grid = design.grid(names)
-    y, z = values_of(grid, fit), grid.z_at(fit.position)
+    y, z = design.predicted(names, fit), design.grid(names).z_at(fit.position)
     if design.like.tails is not None:  # a large error counts for less: so does a distance
         apart = [0.25 * float(f.loss[0] + f.penalty[0]) for f in design.fits(others, y, z)]
     else:
         sd = noise_of(design, names, fit)
         # the likelihood of a noise that is as good as known
         like = Likelihood() if design.like.kind == "known" else Likelihood("replicates", SURE)
-        fits = fit_many([design.grid(r) for r in others], y, z, like, sd**2, residuals=False)
+        fits = design.fits(others, y, z, sd**2, like=like)
         apart = [0.5 * float(f.loss[0] / sd**2 + f.penalty[0]) for f in fits]
     return [others[i] for i in np.argsort(apart, kind="stable") if apart[i] <= rule.far]
 

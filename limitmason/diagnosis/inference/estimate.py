@@ -7,7 +7,6 @@ import numpy as np
 from limitmason.diagnosis.inference.bootstrap import Draws
 from limitmason.diagnosis.inference.decide import drawn_data
 from limitmason.diagnosis.inference.design import Design
-from limitmason.diagnosis.inference.fit import fit
 from limitmason.diagnosis.inference.grid import Grid
 from limitmason.diagnosis.inference.verdict import Tested
 
@@ -61,7 +60,7 @@ def estimate(design: Design, tested: Tested, y: np.ndarray, draws: Draws) -> dic
 
 def _interval(design: Design, grid: Grid, axis: int, y, size: float, best: float, limit: float):
     z = np.zeros(design.inputs)
-    profile = np.array([float(fit(g, y, z, design.like).loglik[0]) for g in grid.without_axis(axis)])
+    profile = np.array([float(design.fit(g, y, z).loglik[0]) for g in grid.without_axis(axis)])
     nodes = grid.sizes[axis]
     root = np.sqrt(2.0 * np.maximum(best - profile, 0.0))
     ends = []
@@ -84,8 +83,8 @@ def _limit(design: Design, tested: Tested, draws: Draws) -> float:
     grid = design.grid(tested.names)
     y, z, replicate = drawn_data(design, tested.names, tested.fit, draws, rows)
     fixed = grid.at_size(float(tested.fit.position[0, 0]))
-    free = fit(grid, y, z, design.like, replicate).loglik
-    held = fit(fixed, y, z, design.like, replicate).loglik
+    free = design.fit(grid, y, z, replicate).loglik
+    held = design.fit(fixed, y, z, replicate).loglik
     return float(np.sqrt(2.0 * max(np.quantile(free - held, LEVEL), 0.0)))
 
 

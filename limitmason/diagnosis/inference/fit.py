@@ -10,10 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from limitmason.diagnosis.inference.box import descend
-from limitmason.diagnosis.inference.cells import Cells, Looked
+from limitmason.diagnosis.inference.cells import Cells, Looked, descend
 from limitmason.diagnosis.inference.grid import Grid
-from limitmason.diagnosis.inference.likelihood import Likelihood, student_terms
+from limitmason.diagnosis.inference.noise import Likelihood, student_terms
 
 FIELDS = ("loglik", "loss", "penalty", "position", "residuals", "node")
 CANCELLED = 1e-8  # share of the data's squares below which a loss is summed again from residuals
@@ -105,11 +104,6 @@ def _joined(parts: Sequence[Fit]) -> Fit:
     if len(parts) == 1:
         return parts[0]
     return Fit(*(np.concatenate([getattr(p, name) for p in parts]) for name in FIELDS))
-
-
-def values_of(grid: Grid, fitted: Fit) -> np.ndarray:
-    """Whitened predictions of fits of this grid, or of one with as many nodes, shape (b, n)."""
-    return grid.values_from(fitted.node, fitted.position)
 
 
 # ---- Gaussian errors: by inner products ------------------------------------------------------------------------------

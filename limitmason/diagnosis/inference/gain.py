@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from limitmason.diagnosis.inference.design import Design, Names
-from limitmason.diagnosis.inference.fit import Fit, fit
+from limitmason.diagnosis.inference.fit import Fit
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def measure_gain(design: Design, names: Names, y: np.ndarray, groups: Sequence |
     singles = np.arange(design.n)
     folds = folds_of(groups, design.n)
     z = np.zeros(design.inputs)
-    best = fit(design.grid(names), y, z, design.like)
+    best = design.fit(names, y, z)
     one, left = left_out(design, names, y, singles)
     base, _ = left_out(design, (), y, singles)
     by_group = None
@@ -127,7 +127,7 @@ def _fold_fits(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -
     count = int(folds.max()) + 1
     weights = (folds[None, :] != np.arange(count)[:, None]).astype(float)
     data = np.broadcast_to(y, weights.shape)
-    return fit(design.grid(names), data, np.zeros((count, design.inputs)), design.like, 1.0, weights), weights
+    return design.fit(names, data, np.zeros((count, design.inputs)), weights=weights), weights
 
 
 def _read(design: Design, fits: Fit, weights: np.ndarray, folds: np.ndarray, spent: int):

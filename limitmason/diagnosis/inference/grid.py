@@ -94,6 +94,34 @@ class Grid:
         """Inner products of the nodes, by which fits with Gaussian errors are found."""
         return Cells(self.values, self.z)
 
+    def place(self, inputs: Sequence[float] | np.ndarray) -> list[float]:
+        """Index along every axis of a measured input, with fractions, at given inputs in standard deviations."""
+        return [float(np.interp(v, a, np.arange(len(a)))) for v, a in zip(inputs, self.z, strict=True)]
+
+    @cached_property
+    def zero(self) -> list[float]:
+        """Place of the measured inputs themselves."""
+        return self.place(np.zeros(len(self.z)))
+
+    @cached_property
+    def slopes(self) -> np.ndarray:
+        """Change of a baseline per standard deviation of each measured input, whitened, shape (n, k)."""
+        out = np.zeros((self.n, len(self.z)))
+        for axis, nodes in enumerate(self.z):
+            ends = []
+            for step in (-1.0, 1.0):
+                at = np.zeros(len(self.z))
+                at[axis] = np.clip(step, nodes[0], nodes[-1])
+                ends.append((at[axis], self.between(self.place(at))))
+            (low, before), (high, after) = ends
+            out[:, axis] = (after - before) / (high - low)
+        return out
+
+    def effect(self, null: "Grid", node: np.ndarray, position: np.ndarray) -> np.ndarray:
+        """Whitened change of a baseline by the fit of an explanation, measured inputs included, shape (n,)."""
+        inputs = self.z_at(position)[0]
+        return self.values_from(node, position)[0] - null.between(null.place(inputs))
+
     def values_from(self, node: np.ndarray, position: np.ndarray) -> np.ndarray:
         """Whitened predictions at positions near nodes, as a fit sees them, shape (b, n).
 

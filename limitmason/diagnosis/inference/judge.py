@@ -9,9 +9,9 @@ from scipy.special import chdtri
 from limitmason.diagnosis.inference.bootstrap import Draws
 from limitmason.diagnosis.inference.decide import Rule, explained, gate, noise_of, with_pairs
 from limitmason.diagnosis.inference.design import Design
-from limitmason.diagnosis.inference.earned import Rivals, earned
+from limitmason.diagnosis.inference.discrepancy import Rivals, earned
 from limitmason.diagnosis.inference.missing import Missing, leave_each_out
-from limitmason.diagnosis.inference.unrecorded import doubted
+from limitmason.diagnosis.inference.shared import doubted
 from limitmason.diagnosis.inference.verdict import Earned, Verdict, VerdictKind
 
 PAIR_TAIL = 0.02  # chance that some second cause improves a single one by as much as noise alone

@@ -10,7 +10,7 @@ import numpy as np
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.fit import fit
 from limitmason.diagnosis.inference.grid import Grid, at_measured
-from limitmason.diagnosis.inference.likelihood import Likelihood
+from limitmason.diagnosis.inference.noise import Likelihood
 
 KNOWN = Likelihood()
 CLEAR = 25.0  # d2 at which a cause is named in 98 of 100 data sets

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.answers.curve import Curve
 from limitmason.build import wall as running_wall
-from limitmason.curve import Curve
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
@@ -91,7 +91,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         title=f"Hollow clay unit wall with mortar, cyclic, constant vertical stress {row['sigma0']} MPa",
         parameters={**table.quantities(row, parameters), "failure type": row["failure_type"]},
         measured=table.quantities(row, measured),
-        published={"UDEC limit force": table.quantity(row, "V_udec", "calibrated on these walls")},
+        published=table.quantities(row, {"UDEC limit force": "V_udec"}, "calibrated on these walls"),
         recomputed={},
         assumptions=(
             "Running bond of ten expanded units per course without mortar thickness is assumed, wall length and height "

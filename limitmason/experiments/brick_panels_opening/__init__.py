@@ -3,12 +3,11 @@
 The drawing of the panels is lost: their assemblies are inferred, see :mod:`.layout`, and marked so.
 """
 
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 
-from limitmason.curve import Curve
+from limitmason.answers.curve import Curve
 from limitmason.errors import InputError
 from limitmason.experiments.brick_panels_opening.layout import BASIS, OUTLINES, panel, read_outline
 from limitmason.experiments.recipe import Recipe
@@ -111,7 +110,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         if specimen.startswith("S"):
             published["mean failure load of the stochastic paper"] = Quantity(mean, mean.unit, "mean of the tests")
         targets = (Target("failure load", "measured"),)
-    parameters = {**given, **table.quantities(row, own)}
+    parameters: dict[str, Quantity | str] = {**given, **table.quantities(row, own)}
     if row.get("note"):
         parameters["note"] = row["note"]
     open_outline = ("787.5/8/4", "562.5/8/4") if specimen == "L1" else OUTLINES
@@ -203,9 +202,4 @@ def curve(test: Experiment) -> Curve:
     )  # fmt: skip
 
 
-def paper_page(**options: Any) -> str:
-    """The page of the paper's numbers beside ours; see :func:`.paper.page`."""
-    return str(import_module(f"{__name__}.paper").page(**options))
-
-
-RECIPE = Recipe(specimens, load, assembly, loads, curve, drive=drive, paper=paper_page)
+RECIPE = Recipe(specimens, load, assembly, loads, curve, drive=drive)

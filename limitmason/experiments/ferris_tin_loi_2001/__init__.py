@@ -66,7 +66,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         row, {"associative": "associative_recomputed", "zero-dilatancy fixed point": "fixed_point_recomputed"}
     )
     targets.append(Target("associative", "recomputed", "associative"))
-    parameters = {
+    parameters: dict[str, Quantity | str] = {
         "block length": Quantity(BLOCK[0], "m"),
         "block height": Quantity(BLOCK[1], "m"),
         "friction coefficient": Quantity(chosen["friction"]),

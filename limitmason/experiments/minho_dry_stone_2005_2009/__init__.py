@@ -6,9 +6,11 @@ monotonic and cyclic. Measured values from the StoneMasonryDatabase (Vanin et al
 
 from typing import Any
 
+import numpy as np
+
+from limitmason.answers.curve import Curve
 from limitmason.build import wall as running_wall
 from limitmason.constants import GRAVITY
-from limitmason.curve import Curve
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
@@ -69,7 +71,7 @@ def measured_curve(specimen: str) -> Curve:
         raise InputError(f"no curve of {specimen!r} was found; there are those of {known}")
     units = read_table(NAME, "curves.csv").units
     return Curve(
-        [float(r["displacement"]) for r in own], [float(r["force"]) for r in own],
+        np.array([float(r["displacement"]) for r in own]), np.array([float(r["force"]) for r in own]),
         displacement_unit=units["displacement"], load_unit=units["force"], label=specimen,
         source=str(read_source(NAME)), references=papers_of(NAME),
     )  # fmt: skip
@@ -120,7 +122,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         raise InputError(f"force_height must be above the wall's top at {float(row['H']) / 1e3:g} m")
     if chosen["crushing"]:
         assumptions.append("The prism strength of the masonry is assumed for every joint, uniform and plastic.")
-    left_open = {}
+    left_open: dict[str, tuple[Any, ...]] = {}
     if series["force_height_others"]:
         left_open["force_height"] = (float(series["force_height_others"]) / 1e3, float(row["H0"]) / 1e3)
     if not series["friction"]:
@@ -144,7 +146,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         },
         measured=measured,
         published={},
-        recomputed={"overturning of one rigid block": table.quantity(row, "V_overturning", "N total (L/2) / H0")},
+        recomputed=table.quantities(row, {"overturning of one rigid block": "V_overturning"}, "N total (L/2) / H0"),
         assumptions=tuple(assumptions),
         targets=tuple(targets),
         multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),

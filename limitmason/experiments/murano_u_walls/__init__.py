@@ -225,7 +225,8 @@ def control_block(test: Experiment) -> int:
     face = [
         i for i, block in enumerate(wall.blocks) if block.bounds[1, 2] > top - 1e-6 and abs(block.bounds[0, 1]) < 1e-6
     ]
-    return min(face, key=lambda i: abs(wall.centroids[i, 0] - half))
+    # two stones meet at mid-span: rounding must not choose between them
+    return min(face, key=lambda i: (round(abs(float(wall.centroids[i, 0]) - half), 6), float(wall.centroids[i, 0])))
 
 
 SHOWN = Shown(

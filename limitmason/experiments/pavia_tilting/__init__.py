@@ -158,7 +158,7 @@ def catalogue(number: int | None = None, *, seed: int = 1, most_blocks: int = 20
     seed : of the order
     most_blocks : walls with more blocks, about, are left out [-]
     """
-    every = [dict(zip(LAYOUTS, values, strict=True)) for values in product(*LAYOUTS.values())]
+    every: list[dict[str, Any]] = [dict(zip(LAYOUTS, values, strict=True)) for values in product(*LAYOUTS.values())]
     small = [x for x in every if x["courses"] * (x["facade_units"] + x["return_walls"] * x["return_units"])
              <= most_blocks]  # fmt: skip
     order = np.random.default_rng(seed).permutation(len(small))

@@ -49,7 +49,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         },
         measured={},
         published={k: given[k] for k in results},
-        recomputed={"associative": table.quantity(row, "associative_recomputed", "inscribed cone, fixed column")},
+        recomputed=table.quantities(row, {"associative": "associative_recomputed"}, "inscribed cone, fixed column"),
         assumptions=(
             f"The bond is assumed ({specimen}): the source shows it only in a figure, and four variants are packaged; "
             "which of them the source used is not known.",

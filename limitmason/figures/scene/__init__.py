@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
@@ -18,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from limitmason.answers.curve import Curve
+from limitmason.answers.results import Prediction
 from limitmason.constants import VERSION
-from limitmason.curve import Curve
 from limitmason.errors import InputError
 from limitmason.figures.deformation import moved_blocks
 from limitmason.figures.forces import joint_forces
@@ -28,7 +30,7 @@ from limitmason.figures.outline import visible_edges, wall_plane
 from limitmason.geometry.polyhedron import face_planes
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.model import Assembly
-from limitmason.results import Prediction
+from limitmason.storage.files import write_text
 
 Array = NDArray[np.float64]
 
@@ -103,9 +105,7 @@ class Scene:
 
     def save(self, path: str | Path) -> Path:
         """Write the page to a file and return its path."""
-        target = Path(path)
-        target.write_text(self.html, encoding="utf-8")
-        return target
+        return write_text(path, self.html)
 
     def __repr__(self) -> str:
         return f"Scene of {len(self.html) / 1e3:.0f} kB; .save('scene.html') and open it in a browser"
@@ -266,8 +266,8 @@ def _page(title: str, subtitle: str, data: dict[str, Any]) -> str:
     here = files("limitmason.figures.scene")
     page = here.joinpath("page.html").read_text(encoding="utf-8")
     script = here.joinpath("scene.js").read_text(encoding="utf-8")
-    # no name of a block may end the script element that holds the data
-    held = json.dumps(data | {"version": VERSION}, ensure_ascii=False).replace("</", "<\\/")
-    for key, text in {"title": escape(title), "subtitle": escape(subtitle), "data": held, "script": script}.items():
-        page = page.replace("{{" + key + "}}", text)
-    return page
+    # within a script element no name may end it or begin a comment, in which its end would not count: no "<" at all
+    held = json.dumps(data | {"version": VERSION}, ensure_ascii=False).replace("<", "\\u003c")
+    parts = {"title": escape(title), "subtitle": escape(subtitle), "data": held, "script": script}
+    # in one pass: a block may be called {{script}}
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found.group(1)], page)

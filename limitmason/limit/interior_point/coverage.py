@@ -3,8 +3,8 @@
 import numpy as np
 
 from limitmason.errors import NotApplicable
-from limitmason.law_table import INTERIOR_POINT, SMOOTH, STRESS_BLOCK, TIES, refuse
 from limitmason.limit.program.problem import Problem
+from limitmason.mechanics.law_table import INTERIOR_POINT, SMOOTH, STRESS_BLOCK, TIES, refuse
 
 
 def unsupported(problem: Problem) -> str | None:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Status
 from limitmason.errors import NotApplicable
 from limitmason.limit.interior_point.blas_threads import one_blas_thread
 from limitmason.limit.interior_point.coverage import unsupported
@@ -30,7 +31,6 @@ from limitmason.limit.interior_point.newton import (
 )
 from limitmason.limit.program.problem import Problem
 from limitmason.limit.program.static import Solution
-from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Status
 
 Array = NDArray[np.float64]
 

@@ -138,6 +138,8 @@ def alternate(
         if answer is None:
             break
         multiplier, force = answer
+        if time.perf_counter() > deadline:  # the next program would end after the limit too
+            return best or State(multiplier, force, velocity, "cone program")
         normal = np.maximum(split(law, force)[0], 0.0)
         _, dual = programs.velocities.solve(law.cohesion + (law.tan_phi - law.tan_psi) * normal)
         if dual is None:
@@ -194,9 +196,11 @@ def lower(
             break
         pushed = alternate(programs, best, theta=theta, steps=steps, deadline=deadline)
         # the way back to the law ends no lower than the push has gone, but for what is worked out after it
+        if time.perf_counter() > deadline:
+            break
         if pushed is not None and pushed.multiplier < best.multiplier - LOWER:
             keep(alternate(programs, pushed, deadline=deadline))
-        if complied is not best:
+        if complied is not best and time.perf_counter() < deadline:
             complied = best
             keep(complying_forces(programs.law, best))
     return best

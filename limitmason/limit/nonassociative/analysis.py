@@ -7,9 +7,21 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.certificate import certify
+from limitmason.answers.results import (
+    ALMOST_SOLVED,
+    NOT_CONVERGED,
+    SOLVED,
+    TIME_ENDED,
+    UNBOUNDED,
+    Bound,
+    BoundKind,
+    Certificate,
+    FlowRule,
+    Prediction,
+    Status,
+)
+from limitmason.display.progress import noted
 from limitmason.errors import InputError
-from limitmason.law_table import NON_ASSOCIATIVE, notes
 from limitmason.limit.associative import contact_facts, solve_associative
 from limitmason.limit.associative_warnings import TWISTED, self_stress, twisted_faces
 from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact, joint_law, true_forces, violation
@@ -26,20 +38,9 @@ from limitmason.limit.nonassociative.search import EFFORTS, Effort, Polisher, Se
 from limitmason.limit.nonassociative.sequential import FrozenCones
 from limitmason.limit.nonassociative.smallest import Smallest, prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
-from limitmason.progress import noted
-from limitmason.resultants import resultants_from_points, scaled_mechanism
-from limitmason.results import (
-    ALMOST_SOLVED,
-    NOT_CONVERGED,
-    SOLVED,
-    UNBOUNDED,
-    Bound,
-    BoundKind,
-    Certificate,
-    FlowRule,
-    Prediction,
-    Status,
-)
+from limitmason.mechanics.certificate import certify
+from limitmason.mechanics.law_table import NON_ASSOCIATIVE, notes
+from limitmason.mechanics.resultants import resultants_from_points, scaled_mechanism
 
 Array = NDArray[np.float64]
 
@@ -89,7 +90,9 @@ def solve_nonassociative(
     tolerance : of the interior-point method in the associative analysis that comes first [-]
     check_dead_load : also find out whether the structure stands without live load
     accuracy : violation of the true law, relative to the total load, up to which a state counts [-]
-    time_limit : [s]; search and proof then end with what they have, at least one trial, and a warning says so
+    time_limit : [s]; search and proof then end with what they have, at least one trial, and a warning says so; no
+        program begins after it but the associative one and the first of the search. Where no state keeps the law by
+        then, the nearest one is returned as "time limit ended it": it is not admissible
     prove : prove the smallest multiplier by programs, which also find it where the search does not; None does so in
         plane up to 28 contact points (14 joints; 18, or 9 joints, in the quick search), without crushing; True demands
         it
@@ -175,11 +178,11 @@ def solve_nonassociative(
     state, status = found.best, SOLVED
     if state is None and found.nearest is not None and violation(ordered, found.nearest).worst <= LOOSE:
         state, status = found.nearest, ALMOST_SOLVED
+    if state is None and found.stopped and upper.status != UNBOUNDED:
+        state, status = found.nearest, TIME_ENDED
     if state is None:
         provenance["seconds"] = time.perf_counter() - start
         reason = "no state that keeps the true law was found; the bracket in the details still holds"
-        if found.stopped:
-            reason = f"the time limit of {time_limit:g} s ended the search, and {reason}"
         if proof is not None and proof.none:
             reason = (
                 "no admissible state exists, proven for velocities up to "
@@ -195,11 +198,14 @@ def solve_nonassociative(
             METHOD, float("nan"), Bound(BoundKind.NONE), NOT_CONVERGED, provenance=provenance, details=details,
             warnings=(reason,), flow_rule=FlowRule.NON_ASSOCIATIVE, **contact_facts(problem),
         )  # fmt: skip
-    ends = Polisher(ordered, accuracy).interval(state) if status == SOLVED else (state.multiplier, state.multiplier)
+    ends = (state.multiplier, state.multiplier)
+    if status == SOLVED and time.perf_counter() < deadline:
+        ends = Polisher(ordered, accuracy).interval(state)
     details["interval_at_mechanism"] = tuple(e * problem.live_scale for e in ends)
     if measure_jump is None:
         measure_jump = problem.plane is not None and problem.points.count <= JUMP_POINTS
-    if measure_jump and status == SOLVED and (law.tan_psi[law.tan_phi > 0] == 0).any():
+    in_time = time.perf_counter() < deadline
+    if measure_jump and in_time and status == SOLVED and (law.tan_psi[law.tan_phi > 0] == 0).any():
         limits = None if proof is None else velocity_limits(problem)[order.row]
         details["at_small_dilatancy"] = _at_small_dilatancy(problem, ordered, state, accuracy, limits)
     prediction = _prediction(problem, law, order.back(law, state), status, details, provenance, search)
@@ -326,6 +332,8 @@ def _prediction(
     if not np.isfinite(high):
         between = "without an upper bound, the associative multiplier being infinite"
     kind, words = _what_it_is(details, search)
+    if status == TIME_ENDED:
+        words = "estimate: multiplier of the nearest state when the time ended, not admissible"
     bound = Bound(kind, f"{words}; not unique, {between} (Radenkovic)")
     return Prediction(
         METHOD, state.multiplier * problem.live_scale, bound, status, mechanism, resultants, None, (), provenance,
@@ -392,10 +400,10 @@ def _warnings(problem: Problem, prediction: Prediction, certificate: Certificate
         n = int(np.bincount(problem.points.interface).max())
         out.append(f"crushing on a grid of {n} points per interface: refine the grid to see its error")
     if details["time_limit_reached"]:
-        out.append(
-            f"the time limit ended the search after {details['candidates']} trials: the multiplier is the lowest of "
-            "these, a longer search may end lower"
-        )
+        given = "the multiplier is the lowest of these, a longer search may end lower"
+        if prediction.status == TIME_ENDED:
+            given = "none keeps the law yet, the nearest state is given; allow more time"
+        out.append(f"the time limit ended the search after {details['candidates']} trials: {given}")
     out += notes(NON_ASSOCIATIVE, problem.assembly, problem.interfaces)
     out += self_stress(certificate.confinement)
     if twisted_faces(problem, prediction):

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.law import PointLaw
-from limitmason.law_table import NON_ASSOCIATIVE, STRESS_BLOCK, refuse
 from limitmason.limit.program.problem import Problem
+from limitmason.mechanics.law import PointLaw
+from limitmason.mechanics.law_table import NON_ASSOCIATIVE, STRESS_BLOCK, refuse
 
 Array = NDArray[np.float64]
 

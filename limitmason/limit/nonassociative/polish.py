@@ -8,6 +8,7 @@ with R = c' + tan(phi) N', e_t = z- - z+ and e_n = tan(psi) (z+ + z-) + p - k. F
 polyhedron; only the products couple them. Arrays of shape (4, m) hold the pairs in this order.
 """
 
+import time
 from typing import NamedTuple
 
 import numpy as np
@@ -155,7 +156,7 @@ class PlanePrograms:
         return None if answer.x is None or answer.status != 0 else answer.x[:n]
 
 
-def polish(programs: PlanePrograms, state: State) -> State | None:
+def polish(programs: PlanePrograms, state: State, *, deadline: float = np.inf) -> State | None:
     """Exact state near a given one, smallest multiplier on its active set; None when no program has a solution.
 
     The larger of slack and rate decides which of the two vanishes. Velocities come first, with the vanishing rates
@@ -166,21 +167,25 @@ def polish(programs: PlanePrograms, state: State) -> State | None:
     ----------
     programs : of the plane problem
     state : near-admissible, for example the end of a sequence
+    deadline : reading of ``time.perf_counter`` after which no further program begins, here and below
     """
     slack = np.maximum(programs.slacks(state.force), 0.0)
     rate = np.maximum(programs.rates(state.velocity), 0.0)
     for threshold in (1.0, 0.1, 10.0, 1e-2, 1e2, 1e-3, 1e-4):
+        if time.perf_counter() > deadline:
+            return None
         velocity = programs.velocities(weight=slack, zero=~((rate > threshold * slack) | (slack <= ACTIVE)))
         if velocity is None:
             continue
         answer = programs.forces(theta=1.0, zero=programs.rates(velocity) > ACTIVE)
         if answer is not None:
             return State(answer.multiplier, answer.force, velocity, "active set")
-    return alternate_plane(programs, state)
+    return alternate_plane(programs, state, deadline=deadline)
 
 
 def alternate_plane(
-    programs: PlanePrograms, state: State, *, theta: float = 0.0, steps: int = 30, tolerance: float = 1e-11
+    programs: PlanePrograms, state: State, *, theta: float = 0.0, steps: int = 30, tolerance: float = 1e-11,
+    deadline: float = np.inf,
 ) -> State | None:
     """Alternate force and velocity programs on theta lambda + gap, which never rises."""
     best, last = None, np.inf
@@ -196,7 +201,8 @@ def alternate_plane(
         best = State(answer.multiplier, answer.force, velocity, "alternating linear programs")
         gap = programs.gap(answer.force, velocity)
         merit = theta * answer.multiplier + gap
-        if (theta == 0 and gap < tolerance) or merit > last - 1e-10 * max(1.0, abs(last)):
+        done = (theta == 0 and gap < tolerance) or merit > last - 1e-10 * max(1.0, abs(last))
+        if done or time.perf_counter() > deadline:
             break
         last = merit
     return best
@@ -209,6 +215,7 @@ def descend(
     rounds: int = 20,
     tries: int = 0,
     random: np.random.Generator | None = None,
+    deadline: float = np.inf,
 ) -> State:
     """Lower an exact state: least lambda for its velocities, then velocities towards where the duals ask to open.
 
@@ -224,6 +231,8 @@ def descend(
     best = State(answer.multiplier, answer.force, state.velocity, "descended")
     noise: Array | float = 0.0
     for _ in range(rounds):
+        if time.perf_counter() > deadline:
+            break
         velocity = programs.velocities(weight=answer.gain + noise, zero=programs.slacks(best.force) > ACTIVE)
         if velocity is None:
             break

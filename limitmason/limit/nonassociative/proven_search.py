@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.display.progress import reached, task
 from limitmason.errors import NotApplicable
-from limitmason.law_table import CRUSHING, PROVEN_SMALLEST, TIES, refuse
 from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact, split, violation
 from limitmason.limit.nonassociative.numbering import Numbering, numbering
 from limitmason.limit.nonassociative.polish import PlanePrograms
@@ -24,7 +24,7 @@ from limitmason.limit.nonassociative.search import (
 from limitmason.limit.nonassociative.sequential import FrozenCones
 from limitmason.limit.nonassociative.smallest import Smallest, prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
-from limitmason.progress import reached, task
+from limitmason.mechanics.law_table import CRUSHING, PROVEN_SMALLEST, TIES, refuse
 
 Array = NDArray[np.float64]
 
@@ -123,12 +123,14 @@ def _in_order_of_geometry(
         effort = LARGE
     known, at_rest = None, False
     for mirrored in (False, True):
-        if mirrored and not effort.mirrored:
+        if mirrored and (not effort.mirrored or time.perf_counter() > deadline):
             break
         order = numbering(problem, mirrored=mirrored)
         ordered = order.law(law)
         since = time.perf_counter()
         start, associative = _starting_forces(ordered)
+        if mirrored and time.perf_counter() > deadline:
+            break
         if standard and not mirrored and exact(associative, ordered, options["accuracy"]):
             known, effort, at_rest = associative, AT_REST, True
             trial = Trial(

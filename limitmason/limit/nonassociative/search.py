@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.display.progress import reached
 from limitmason.limit.nonassociative.alternating import ConePrograms, alternate, complying_forces, lower
 from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact, split, violation
 from limitmason.limit.nonassociative.polish import PlanePrograms, alternate_plane, descend, interval, polish
 from limitmason.limit.nonassociative.sequential import Run, Variant, run_sequence
-from limitmason.progress import reached
 
 Array = NDArray[np.float64]
 
@@ -118,23 +118,27 @@ class Polisher:
         """Exact state near a given one, in plane descended from there, or the nearest one when the law is not met."""
         if self.plane is None:
             return alternate(self.cones, state, deadline=deadline)
-        found = polish(self.plane, state)
+        found = polish(self.plane, state, deadline=deadline)
+        if time.perf_counter() > deadline:
+            return found or state
         if not exact(found, self.law, self.accuracy):
-            around = alternate(self.cones, state)
-            again = None if around is None else polish(self.plane, around)
+            around = alternate(self.cones, state, deadline=deadline)
+            again = None if around is None else polish(self.plane, around, deadline=deadline)
             found = again if exact(again, self.law, self.accuracy) else found or around
         if not exact(found, self.law, self.accuracy):
             return found
-        lowered = descend(self.plane, found, rounds=20 + self.descents, tries=self.descents, random=self.random)
+        lowered = descend(
+            self.plane, found, rounds=20 + self.descents, tries=self.descents, random=self.random, deadline=deadline
+        )
         return lowered if exact(lowered, self.law, self.accuracy) else found
 
     def push(self, state: State, theta: float, deadline: float = np.inf) -> State | None:
         """Exact state reached after giving the multiplier a weight against the law."""
         if self.plane is None:
             return lower(self.cones, state, thetas=(theta,), tolerance=self.accuracy, deadline=deadline)
-        pushed = alternate_plane(self.plane, state, theta=theta, steps=15)
-        back = None if pushed is None else alternate_plane(self.plane, pushed)
-        return None if back is None else self.finish(back)
+        pushed = alternate_plane(self.plane, state, theta=theta, steps=15, deadline=deadline)
+        back = None if pushed is None else alternate_plane(self.plane, pushed, deadline=deadline)
+        return None if back is None else self.finish(back, deadline)
 
     def interval(self, state: State) -> tuple[float, float]:
         """Scaled multipliers between which the mechanism of an exact state is admissible."""
@@ -200,7 +204,7 @@ def search_smallest(
         since = time.perf_counter()
         run = run_sequence(law, normal, variant, deadline=deadline)
         first = first or run
-        candidate = None if run.state is None else polisher.finish(run.state, deadline)
+        candidate = run.state if run.state is None or over() else polisher.finish(run.state, deadline)
         keep(strategy, candidate, run, since)
         if push and polisher.plane is None and exact(candidate, law, accuracy):
             since = time.perf_counter()

@@ -14,11 +14,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.contact_points import ContactPoints
-from limitmason.dissipation import point_rates
 from limitmason.geometry.polygon import clip_convex, polygon_area_centroid
 from limitmason.geometry.slip import slip_integrals
-from limitmason.law import interface_law
+from limitmason.mechanics.contact_points import ContactPoints
+from limitmason.mechanics.dissipation import point_rates
+from limitmason.mechanics.law import interface_law
 from limitmason.model.assembly import Assembly
 
 Array = NDArray[np.float64]

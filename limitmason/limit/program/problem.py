@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.contact_points import ContactPoints, Grid, contact_points
-from limitmason.equilibrium import degrees_of_freedom, equilibrium_matrix
 from limitmason.errors import InputError
-from limitmason.law import PointLaw, StressBlock, interface_law, stress_blocks
-from limitmason.law_table import ASSOCIATIVE, CORNER_CRUSHING, refuse
 from limitmason.limit.program.face_cells import Cells, whole_faces, with_cells
+from limitmason.mechanics.contact_points import ContactPoints, Grid, contact_points
+from limitmason.mechanics.equilibrium import degrees_of_freedom, equilibrium_matrix
+from limitmason.mechanics.law import PointLaw, StressBlock, interface_law, stress_blocks
+from limitmason.mechanics.law_table import ASSOCIATIVE, CORNER_CRUSHING, refuse
+from limitmason.mechanics.plane import Plane, find_plane
+from limitmason.mechanics.residuals import total_load
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.plane import Plane, find_plane
-from limitmason.residuals import total_load
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -107,7 +107,7 @@ def make_problem(
 
     Parameters
     ----------
-    contact_model, grid : see :func:`limitmason.contact_points.contact_points`
+    contact_model, grid : see :func:`limitmason.mechanics.contact_points.contact_points`
     in_plane : True demands and False forbids the reduction to the plane; None uses it where it is exact
     cells : of cohesive faces in space with contact points at their corners, see
         :mod:`limitmason.limit.program.face_cells`; None takes every face whole

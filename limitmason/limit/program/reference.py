@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED
 from limitmason.errors import InputError
 from limitmason.limit.program.cones import make_cones
 from limitmason.limit.program.problem import Problem
 from limitmason.limit.program.static import Solution
-from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED
 
 
 def solve_reference(problem: Problem, *, solver: str | None = None, verbose: bool = False, **options: Any) -> Solution:

@@ -8,12 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.answers.results import (
+    ALMOST_SOLVED,
+    CANNOT_STAND,
+    NOT_CONVERGED,
+    OWN_RESIDUAL,
+    SOLVED,
+    UNBOUNDED,
+    Status,
+)
 from limitmason.limit.program.cones import Cones
 from limitmason.limit.program.idle_joints import without_rounding
 from limitmason.limit.program.problem import Problem
 from limitmason.limit.program.scaling import row_blocks, unit_loads
-from limitmason.residuals import own_measures
-from limitmason.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, OWN_RESIDUAL, SOLVED, UNBOUNDED, Status
+from limitmason.mechanics.residuals import own_measures
 
 Array = NDArray[np.float64]
 

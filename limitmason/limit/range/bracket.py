@@ -4,14 +4,14 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-from limitmason.law import peak_law
+from limitmason.answers.results import Bound, BoundKind, Prediction
 from limitmason.limit.associative import solve_associative
 from limitmason.limit.papers import papers_behind
 from limitmason.limit.program.problem import make_problem
+from limitmason.mechanics.law import peak_law
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
-from limitmason.results import Bound, BoundKind, Prediction
 
 
 @dataclass(frozen=True, eq=False)

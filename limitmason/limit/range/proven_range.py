@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.contact_points import Grid, chosen_grid
+from limitmason.answers.results import ALMOST_SOLVED, SOLVED
+from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotApplicable, NotConverged
-from limitmason.law_table import CRUSHING, PROVEN_RANGE, TIES, refuse
 from limitmason.limit.associative import solve_associative
 from limitmason.limit.nonassociative.analysis import radenkovic_lower
 from limitmason.limit.nonassociative.joint_law import State, exact, from_corner, joint_law
@@ -25,10 +25,10 @@ from limitmason.limit.nonassociative.smallest import (
     velocity_limits,
 )
 from limitmason.limit.program.problem import make_problem
+from limitmason.mechanics.contact_points import Grid, chosen_grid
+from limitmason.mechanics.law_table import CRUSHING, PROVEN_RANGE, TIES, refuse
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.progress import reached, watched
-from limitmason.results import ALMOST_SOLVED, SOLVED
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,51 @@
+"""What methods return: predictions with bound and certificate, curves, and the papers behind them."""
+
+from limitmason.answers.curve import Curve, CurvePoint, Event
+from limitmason.answers.references import Citation, Cited, Reference
+from limitmason.answers.results import (
+    ALMOST_SOLVED,
+    CANNOT_STAND,
+    NO_TILT,
+    NOT_CONVERGED,
+    SOLVED,
+    STATUSES,
+    TIME_ENDED,
+    UNBOUNDED,
+    Bound,
+    BoundKind,
+    Certificate,
+    ContactModel,
+    FlowRule,
+    Mechanism,
+    Prediction,
+    Range,
+    Resultants,
+    Status,
+)
+
+__all__ = [
+    "ALMOST_SOLVED",
+    "CANNOT_STAND",
+    "NOT_CONVERGED",
+    "NO_TILT",
+    "SOLVED",
+    "STATUSES",
+    "TIME_ENDED",
+    "UNBOUNDED",
+    "Bound",
+    "BoundKind",
+    "Certificate",
+    "Citation",
+    "Cited",
+    "ContactModel",
+    "Curve",
+    "CurvePoint",
+    "Event",
+    "FlowRule",
+    "Mechanism",
+    "Prediction",
+    "Range",
+    "Reference",
+    "Resultants",
+    "Status",
+]

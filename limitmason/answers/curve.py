@@ -1,0 +1,223 @@
+"""A load-displacement curve, whoever made it: a push-over by any method, a test, a target of calibration or diagnosis.
+
+Displacement is the abscissa, in the order in which it was passed (cycles turn back); load the ordinate, conjugate to it
+where the work is asked for. Both are in the units that the curve names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from limitmason.answers.references import Citable, Cited
+from limitmason.display.notebook import Shown
+from limitmason.errors import InputError
+from limitmason.storage.frozen import ReadOnly
+
+Array = NDArray[np.float64]
+
+
+
+class Energy(NamedTuple):
+    """Energy up to every sample [J], shape (n,): work of live and dead loads, what is stored, and what is lost.
+
+    ``lost`` is that of slip, crushing and cracks of a solid, ``broken`` that of joints which lose strength over an
+    opening, ``jumped`` what jumps took where they are followed; None where a theory has no such part. ``error`` is live
+    + dead - stored - lost - broken - jumped over the gross work |dW_live| + |dW_dead| so far.
+    """
+
+    live: Array
+    dead: Array
+    stored: Array
+    lost: Array
+    error: Array
+    broken: Array | None = None
+    jumped: Array | None = None
+
+
+class Event(NamedTuple):
+    """Something that happened along a curve.
+
+    ``name`` in the field's terms ("first crack", "unit yields", "jump"); ``index`` is the sample at or after which it
+    happened; ``where`` names the joint or block, empty where it is of the whole structure; ``value`` is what reached a
+    threshold, NaN where there is none.
+    """
+
+    name: str
+    index: int  # type: ignore[assignment]  # the field's word; nobody asks a tuple for its index here
+    where: str = ""
+    value: float = float("nan")
+
+
+class CurvePoint(NamedTuple):
+    """A point of a curve: sample, displacement and load in the curve's units."""
+
+    index: int  # type: ignore[assignment]
+    displacement: float
+    load: float
+
+
+@dataclass(frozen=True, eq=False)
+class Curve(Shown, Citable, ReadOnly):
+    """Load against displacement, with what happened on the way and how well each point is known.
+
+    Parameters
+    ----------
+    displacement : in ``displacement_unit``, shape (n,)
+    load : in ``load_unit``, shape (n,)
+    displacement_unit, load_unit : "m" and "N" unless said otherwise; "-" for a multiplier
+    label : what a legend calls it
+    events : in the order of their samples
+    errors : named errors per sample, such as "energy" or "rate" [-], shape (n,) each
+    states : state of the structure at every sample, opaque to the curve; empty where none were kept
+    status : how the run ended; empty for a measured curve
+    warnings : what a user should know before trusting the curve
+    source : who measured or computed it
+    references : papers behind it, for ``cite()``
+
+    Raises
+    ------
+    InputError
+        When the two columns differ in length, are empty or not finite, or an error or the states do not fit them.
+    """
+
+    displacement: Array
+    load: Array
+    displacement_unit: str = "m"
+    load_unit: str = "N"
+    label: str = ""
+    events: tuple[Event, ...] = ()
+    errors: Mapping[str, Array] = field(default_factory=dict)
+    states: Sequence[Any] = ()
+    status: str = ""
+    warnings: tuple[str, ...] = ()
+    source: str = ""
+    references: tuple[Cited, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check that the columns fit each other, and freeze them."""
+        for name in ("displacement", "load"):
+            column = np.array(getattr(self, name), dtype=float)
+            if column.ndim != 1 or not len(column):
+                raise InputError(f"{name} must be a column of at least one number, got shape {column.shape}")
+            if not np.isfinite(column).all():
+                raise InputError(f"{name} is not finite at sample {int(np.argmin(np.isfinite(column)))}")
+            object.__setattr__(self, name, column)
+        n = len(self.displacement)
+        if len(self.load) != n:
+            raise InputError(f"the curve has {n} displacements and {len(self.load)} loads")
+        for name, values in self.errors.items():
+            if np.shape(values) != (n,):
+                raise InputError(f"error {name!r} has shape {np.shape(values)}, the curve {n} samples")
+        if len(self.states) not in (0, n):
+            raise InputError(f"there are {len(self.states)} states for {n} samples")
+        outside = [e for e in self.events if not 0 <= e.index < n]
+        if outside:
+            raise InputError(f"event {outside[0].name!r} is at sample {outside[0].index} of a curve of {n}")
+        object.__setattr__(self, "events", tuple(sorted(self.events, key=lambda e: e.index)))
+
+    def __len__(self) -> int:
+        return len(self.displacement)
+
+    def __iter__(self) -> Iterator[Array]:
+        """Displacement and load, so that ``u, f = curve`` unpacks."""
+        return iter((self.displacement, self.load))
+
+    def point(self, index: int) -> CurvePoint:
+        """The point at a sample; negative numbers count from the end."""
+        i = range(len(self))[index]
+        return CurvePoint(i, float(self.displacement[i]), float(self.load[i]))
+
+    @property
+    def peak(self) -> CurvePoint:
+        """Where the load is largest; the first such sample."""
+        return self.point(int(np.argmax(self.load)))
+
+    @property
+    def first_limit_point(self) -> CurvePoint | None:
+        """The first sample after which the load falls; None while it only rises.
+
+        A later branch may climb above it: ``peak`` is the largest load of all.
+        """
+        falls = np.flatnonzero(np.diff(self.load) < 0.0)
+        return self.point(int(falls[0])) if len(falls) else None
+
+    def ultimate(self, share: float = 0.8) -> CurvePoint | None:
+        """First sample after the peak with at most ``share`` of its load [-]; None where it never falls so far."""
+        top = self.peak
+        below = np.flatnonzero(self.load[top.index :] <= share * top.load)
+        return self.point(top.index + int(below[0])) if len(below) else None
+
+    def stiffness(self, low: float = 0.1, high: float = 0.4) -> float:
+        """Secant stiffness between two shares of the peak on the way up, load over displacement, in the curve's units.
+
+        Parameters
+        ----------
+        low, high : 0 <= low < high <= 1 [-]; the crossings are interpolated between samples
+
+        Raises
+        ------
+        InputError
+            For shares out of order, and where the curve starts above the lower one.
+        """
+        if not 0.0 <= low < high <= 1.0:
+            raise InputError(f"shares of the peak must satisfy 0 <= low < high <= 1, got {low!r} and {high!r}")
+        top = self.peak
+        ends = [self._crossing(share * top.load, top.index) for share in (low, high)]
+        return (high - low) * top.load / (ends[1] - ends[0])
+
+    def _crossing(self, load: float, last: int) -> float:
+        """Displacement at which the load is first reached, up to a sample."""
+        reached = np.flatnonzero(self.load[: last + 1] >= load)
+        k = int(reached[0])
+        if k == 0:
+            if self.load[0] > load:
+                raise InputError(f"the curve starts at {self.load[0]:g} {self.load_unit}, above {load:g}")
+            return float(self.displacement[0])
+        x, y = self.displacement[k - 1 : k + 1], self.load[k - 1 : k + 1]
+        return float(x[0] + (load - y[0]) / (y[1] - y[0]) * (x[1] - x[0]))
+
+    @property
+    def work(self) -> Array:
+        """Work of the load from the first sample on, by trapezoids, in units of load times displacement, shape (n,)."""
+        steps = 0.5 * (self.load[1:] + self.load[:-1]) * np.diff(self.displacement)
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
+    def at(self, displacement: ArrayLike) -> Array:
+        """Load at given displacements, interpolated; NaN outside the curve.
+
+        Raises
+        ------
+        InputError
+            For a curve that turns back (cycles), which has no single load at a displacement.
+        """
+        if (np.diff(self.displacement) < 0.0).any():
+            raise InputError("the curve turns back: it has no single load at a displacement; cut out one branch first")
+        return np.interp(np.asarray(displacement, float), self.displacement, self.load, left=np.nan, right=np.nan)
+
+    def event(self, name: str) -> CurvePoint | None:
+        """The point of the first event of a name; None where it did not happen."""
+        return next((self.point(e.index) for e in self.events if e.name == name), None)
+
+    def in_units(self, displacement_unit: str, displacement: float, load_unit: str, load: float) -> Curve:
+        """The same curve in other units, values multiplied by the factors given [new unit / old unit]."""
+        return replace(
+            self, displacement=self.displacement * displacement, load=self.load * load,
+            displacement_unit=displacement_unit, load_unit=load_unit,
+        )  # fmt: skip
+
+    def __str__(self) -> str:
+        """Peak, where it is, and how the curve ended."""
+        top = self.peak
+        name = f"{self.label}: " if self.label else ""
+        end = f"; {self.status}" if self.status else ""
+        return (
+            f"curve {name}{len(self)} samples to {self.displacement[-1]:.4g} {self.displacement_unit}, largest load "
+            f"{top.load:.5g} {self.load_unit} at {top.displacement:.4g} {self.displacement_unit}{end}"
+        )
+
+    __repr__ = __str__

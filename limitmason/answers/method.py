@@ -1,0 +1,172 @@
+"""What a method says of itself, so that tables, figures, the command line and the diagnosis ask it instead of its name.
+
+A method is one object in one file beside its theory: name, settings, solve, what its range and its bound mean, and how
+it looks beside others. ``limitmason.methods`` finds it by name.
+"""
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, make_dataclass, replace
+from difflib import get_close_matches
+from functools import partial
+from typing import Any
+
+from limitmason.answers.curve import Curve
+from limitmason.answers.references import LIMITMASON, Citation, Cited
+from limitmason.answers.results import Prediction, Range
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+
+ASSOCIATIVE, NON_ASSOCIATIVE, DEM, MECHANISMS = THEORIES = ("associative", "non-associative", "dem", "mechanisms")
+"""Names of this package's own methods, the same wherever a method is named."""
+
+LIMIT = "limit"
+"""Limit analysis with the flow rule as an option, for ``predict`` and the command line: one of the first two."""
+
+LEVERS = (
+    "friction", "friction of single joints", "cohesion", "tension", "dilatancy", "crushing", "torsion", "stiffness",
+    "faces", "blocks", "weights", "displaced blocks", "direction of loads", "overload", "reading",
+)  # fmt: skip
+"""What a cause pulls at; a method declares which of them it feels and computes."""
+
+DISPLACED = tuple(lever for lever in LEVERS if lever not in ("torsion", "displaced blocks"))
+"""Levers of a theory that displaces blocks itself."""
+
+Solve = Callable[..., Prediction]
+
+
+
+def settings_of(name: str, *functions: Callable, without: tuple[str, ...] = ()) -> type:
+    """A frozen dataclass of the keyword-only parameters of functions, with their defaults.
+
+    The functions stay the one home of names and defaults; of two that share a name the first counts.
+
+    Parameters
+    ----------
+    name : of the dataclass
+    functions : whose keyword-only parameters become fields
+    without : parameters that this method does not take
+    """
+    entries: dict[str, tuple[str, Any, Any]] = {}
+    for function in functions:
+        for p in inspect.signature(function).parameters.values():
+            if p.kind is p.KEYWORD_ONLY and p.name not in without and p.name not in entries:
+                entries[p.name] = (p.name, p.annotation, field(default_factory=partial(_same, p.default)))
+    return make_dataclass(name, entries.values(), frozen=True)
+
+
+def _same(value: Any) -> Any:
+    return value
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a method is drawn beside others: a name for axes, one of the colours of ``figures.style``, and a marker."""
+
+    name: str
+    colour: str = "PURPLE"
+    marker: str = "P"
+
+
+@dataclass(frozen=True, eq=False)
+class Method:
+    """A theory or program that predicts a collapse multiplier.
+
+    Parameters
+    ----------
+    name : by which ``predict``, ``compare``, the command line and causes know it
+    solve : called with assembly, loads and the settings as keywords; raises ``NotApplicable`` for what it refuses
+    settings : frozen dataclass of its options; None for a function of another package, which checks its own
+    range_of : low and high end of one of its predictions, and what they are
+    look : how it is drawn
+    cheap : settings of one run of many, in a study or a diagnosis, unless the user says otherwise
+    stated : defaults that a comparison writes into its store, so that answers with and without them are told apart
+    beside : what of a prediction's details stands beside its multiplier in a comparison, in words; "" for nothing
+    kept : keys of a prediction's details that a comparison keeps
+    theorem : "upper" where its answer bounds the structure's own law from above, "admissible" where it is a multiplier
+        that law admits, "mechanism" where it bounds the associative value from above, "displaced" where it is that of
+        the displaced structure, "simulation" for others
+    drive : follows a structure that is driven to a displacement: called with assembly, ``Drive`` and ``to=`` [m]; None
+        where the method has no such thing
+    references : papers behind it, for ``cite()`` of answers that do not name their own
+    levers : those of ``LEVERS`` that it feels and computes with its default points; by default all but "torsion"
+    plane_levers : further ones that it computes in plane only
+    takes_over : settings that are the prediction of another method, by its name: a comparison that has it hands it over
+    """
+
+    name: str
+    solve: Solve
+    settings: type | None = None
+    range_of: Callable[[Prediction], Range] = lambda _: Range()
+    look: Look = field(default_factory=lambda: Look("other"))
+    cheap: Mapping[str, Any] = field(default_factory=dict)
+    stated: Mapping[str, Any] = field(default_factory=dict)
+    beside: Callable[[Mapping[str, Any]], str] = lambda _: ""
+    kept: tuple[str, ...] = ()
+    theorem: str = "simulation"
+    drive: Callable[..., Curve] | None = None
+    references: tuple[Cited, ...] = ()
+    levers: tuple[str, ...] = tuple(lever for lever in LEVERS if lever != "torsion")
+    plane_levers: tuple[str, ...] = ()
+    takes_over: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def heading(self) -> str:
+        """Name in the head of a table: capitals for an abbreviation, as in figures, else as everywhere."""
+        return self.look.name if self.look.name.isupper() else self.name
+
+    @property
+    def takes(self) -> tuple[str, ...]:
+        """Names of its options; empty where it does not tell."""
+        return () if self.settings is None else tuple(f.name for f in fields(self.settings))
+
+    def feels(self, lever: str, *, plane: bool = True) -> bool:
+        """Whether it feels what a cause pulls at, and can compute it in plane, or in space."""
+        return lever in self.levers or (plane and lever in self.plane_levers)
+
+    def one_of_many(self, options: Mapping[str, Any]) -> dict[str, Any]:
+        """Options of one run of a study or diagnosis: without what costs more than the answer, unless asked for."""
+        return {**self.cheap, **options}
+
+    def row_of(self, found: Prediction) -> dict[str, Any]:
+        """Multiplier, range and status of one of its predictions as columns of a table."""
+        low, high, _ = found.range if found.range.known else self.range_of(found)
+        return {
+            "multiplier": float(found.collapse_multiplier), "low": float(low), "high": float(high),
+            "status": found.status,
+        }  # fmt: skip
+
+    def check_options(self, options: Mapping[str, Any]) -> None:
+        """Refuse an option that the method does not take.
+
+        Raises
+        ------
+        TypeError
+            Naming the option, and the nearest one it may have meant.
+        """
+        unknown = sorted(set(options) - set(self.takes)) if self.settings is not None else []
+        if unknown:
+            near = get_close_matches(unknown[0], self.takes, n=1, cutoff=0.6)
+            hint = f"; did you mean {near[0]!r}?" if near else f"; it takes {', '.join(self.takes)}"
+            raise TypeError(f"method {self.name!r} has no option {unknown[0]!r}{hint}")
+
+    def predict(self, assembly: Assembly, loads: Loads, **options: Any) -> Prediction:
+        """Its prediction, with options by name.
+
+        Raises
+        ------
+        TypeError
+            For an option that it does not take.
+        InputError, NotApplicable, NotConverged
+            As the method itself: wrong input, a structure, law or load that it refuses, a run without an answer.
+        """
+        self.check_options(options)
+        found = self.solve(assembly, loads, **options)
+        return replace(
+            found, range=found.range if found.range.known else self.range_of(found),
+            references=found.references or self.references,
+        )  # fmt: skip
+
+    def cite(self) -> Citation:
+        """The papers behind the method, as text and as BibTeX (``cite().bibtex``)."""
+        return Citation((*self.references, LIMITMASON))

@@ -1,0 +1,353 @@
+"""What a method returns: prediction, mechanism, resultants and certificate; all frozen, none knows a solver."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.answers.answer_words import (
+    ALMOST_SOLVED,
+    CANNOT_STAND,
+    NOT_CONVERGED,
+    SOLVED,
+    STATUSES,
+    TIME_ENDED,
+    UNBOUNDED,
+    Bound,
+    BoundKind,
+    ContactModel,
+    FlowRule,
+    Range,
+    Status,
+    member_of,
+)
+from limitmason.answers.references import Citable, Cited
+from limitmason.display.notebook import Shown
+from limitmason.errors import NotApplicable
+from limitmason.storage.frozen import ReadOnly
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+__all__ = [
+    "ALMOST_SOLVED",
+    "CANNOT_STAND",
+    "NOT_CONVERGED",
+    "NO_TILT",
+    "SOLVED",
+    "STATUSES",
+    "TIME_ENDED",
+    "UNBOUNDED",
+    "Bound",
+    "BoundKind",
+    "Certificate",
+    "ContactModel",
+    "FlowRule",
+    "Mechanism",
+    "Prediction",
+    "Range",
+    "Resultants",
+    "Status",
+]
+
+OWN_RESIDUAL = 1e-6
+"""Unbalance of a block over its own load, and excess over a joint's law over its own force, of an accepted answer."""
+
+TOTAL_RESIDUAL = 1e-7
+"""The same over the total load."""
+
+GAP = 1e-6
+"""Largest gap between the bounds of an accepted answer."""
+
+CELL_GAP = 5e-3
+"""Gap that the cells of cohesive faces may leave in an accepted answer."""
+
+NO_TILT = "no tilt angle because"
+"""Key of ``Prediction.details``: why the multiplier is not the tangent of a tilt angle, empty where it is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mechanism(ReadOnly):
+    """Collapse mechanism: rigid velocities, scaled so that the mean velocity along the live loads is one.
+
+    Parameters
+    ----------
+    twists : velocity of the centroid and angular velocity of every block [m/s, rad/s] up to a common factor,
+        shape (n_blocks, 6)
+    opening : opening rate per contact point, positive when the joint opens [m/s], shape (m,)
+    sliding : sliding rate of block b relative to block a, per contact point [m/s], shape (m, 2), or (m, 1) in plane
+    """
+
+    twists: Array
+    opening: Array
+    sliding: Array
+
+    def __repr__(self) -> str:
+        return f"<Mechanism of {len(self.twists)} blocks, {len(self.moving_blocks())} of them moving>"
+
+    def moving_blocks(self, threshold: float = 1e-6) -> Index:
+        """Numbers of the blocks whose largest rate exceeds a fraction of the overall largest."""
+        rate = np.abs(self.twists).max(axis=1)
+        return np.flatnonzero(rate > threshold * max(float(rate.max(initial=0.0)), 1e-300))
+
+
+@dataclass(frozen=True, eq=False)
+class Resultants(ReadOnly):
+    """Forces in the joints, compression positive, acting on block b (opposite on block a).
+
+    Parameters
+    ----------
+    normal : N per interface [N], shape (k,)
+    shear : along tangent_1 and tangent_2 of the assembly's arrays [N], shape (k, 2)
+    moment : about the interface's centroid, around tangent_1 and tangent_2 [N m], shape (k, 2)
+    torsion : about the centroid, around the normal [N m], shape (k,)
+    point_position : [m], shape (m, 3)
+    point_interface : interface each point belongs to, shape (m,)
+    point_area : tributary area [m2], shape (m,)
+    point_force : force on block b in global axes [N], shape (m, 3)
+    """
+
+    normal: Array
+    shear: Array
+    moment: Array
+    torsion: Array
+    point_position: Array
+    point_interface: Index
+    point_area: Array
+    point_force: Array
+
+    def __repr__(self) -> str:
+        return f"<Resultants of {len(self.normal)} joints from the forces of {len(self.point_area)} contact points>"
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """How well a prediction satisfies its own theory, computed with numpy from the assembly and the prediction alone.
+
+    Forces are relative to the total weight (or the total load, where blocks are weightless), rates to the mechanism's
+    largest rate. NaN where it does not apply.
+
+    Parameters
+    ----------
+    equilibrium_residual : largest unbalanced force, or moment over the block's size [-]
+    yield_violation : largest excess over the joint law at a contact point [-]
+    flow_residual : largest violation of the flow rule, opening < tan(psi) times sliding [-]
+    complementarity : largest power that a joint force does against its flow rule [-]
+    static_multiplier, kinematic_multiplier : bounds from the forces and from the repaired mechanism [-]
+    gap : (kinematic - static) over |static|, or over the multiplier at which live equals dead load if that is more [-]
+    confinement : largest joint force over the total weight [-]; far above 1 the answer rests on self-stress
+    force_cap : joint force over the total weight up to which the kinematic bound holds; infinite (no limit) unless
+        blocks are wedged so that no motion opens every joint
+    block_residual, worst_block : largest unbalance of a block over its *own* dead and live load (of a weightless block
+        over the largest joint force on it) [-], and the name of that block
+    joint_excess, worst_joint : largest excess over the joint law over the force in that joint, or the load of its
+        lighter block where that is more [-], and the names of its blocks
+    discretisation : part of the gap that comes from dividing cohesive faces into cells [-]; below zero when the forces
+        let cohesion gather where it is not
+    """
+
+    equilibrium_residual: float
+    yield_violation: float
+    flow_residual: float = float("nan")
+    complementarity: float = float("nan")
+    static_multiplier: float = float("nan")
+    kinematic_multiplier: float = float("nan")
+    gap: float = float("nan")
+    confinement: float = float("nan")
+    force_cap: float = float("inf")
+    block_residual: float = float("nan")
+    worst_block: str = ""
+    joint_excess: float = float("nan")
+    worst_joint: str = ""
+    discretisation: float = 0.0
+
+    @property
+    def refusal(self) -> str:
+        """Why the answer is not accepted as solved; empty when it is.
+
+        Every block must be in equilibrium to 1e-6 of its own load and every joint within its law to 1e-6 of its own
+        force (both to 1e-7 of the total load as well), and the two bounds must meet to 1e-6, except for what the cells
+        of cohesive faces leave between them, at most 0.5 %. A non-associative answer, which has no second bound, must
+        keep its flow rule and do no power against it, to 1e-6 each. Cohesion must not act at points for more than it
+        does spread over the faces that the mechanism twists (a grid of too few points).
+        """
+        if np.isnan(self.equilibrium_residual):
+            return "there are no joint forces to certify"
+        reasons = []
+        if not (self.block_residual <= OWN_RESIDUAL and self.equilibrium_residual <= TOTAL_RESIDUAL):
+            reasons.append(
+                f"block {self.worst_block!r} is out of equilibrium by {self.block_residual:.1e} of its own load"
+            )
+        if not (self.joint_excess <= OWN_RESIDUAL and self.yield_violation <= TOTAL_RESIDUAL):
+            reasons.append(f"the joint {self.worst_joint} exceeds its law by {self.joint_excess:.1e} of its own force")
+        if self.discretisation < -GAP:
+            most = self.kinematic_multiplier
+            much = f"{-self.discretisation:.1e} too much" if np.isnan(most) else f"whole faces carry at most {most:.6g}"
+            reasons.append(
+                "cohesion gathers at points where there is none to that amount: the forces are no admissible stresses, "
+                + much
+            )
+        elif not np.isnan(self.kinematic_multiplier):
+            if not (self.discretisation <= CELL_GAP and abs(self.gap - self.discretisation) <= GAP):
+                reasons.append(f"the bounds from forces and from the mechanism differ by {self.gap:.1e}")
+        elif np.isnan(self.complementarity):
+            reasons.append("no mechanism proves that no more can be carried")
+        elif not (self.flow_residual <= OWN_RESIDUAL and self.complementarity <= OWN_RESIDUAL):
+            worst = max(self.flow_residual, self.complementarity)
+            reasons.append(f"the mechanism breaks its flow rule, or joints work against it, by {worst:.1e}")
+        return "; ".join(reasons)
+
+    @property
+    def accepted(self) -> bool:
+        """Whether equilibrium, joint law and the comparison of forces with the mechanism all hold, see ``refusal``."""
+        return not self.refusal
+
+    def __str__(self) -> str:
+        """One line a figure."""
+        rows = [
+            ("equilibrium residual", self.equilibrium_residual),
+            ("yield violation", self.yield_violation),
+            ("flow rule residual", self.flow_residual),
+            ("complementarity", self.complementarity),
+            ("static multiplier", self.static_multiplier),
+            ("kinematic multiplier", self.kinematic_multiplier),
+            ("gap", self.gap),
+            ("largest joint force / weight", self.confinement),
+            (f"unbalance / own load ({self.worst_block})", self.block_residual),
+            (f"yield excess / own force ({self.worst_joint})", self.joint_excess),
+        ]
+        if self.discretisation:
+            rows.append(("part of the gap from cells of faces", self.discretisation))
+        if np.isfinite(self.force_cap):
+            rows.append(("bound holds up to force / weight", self.force_cap))
+        return "\n".join(
+            f"{label + ' ':<33}{value:.8f}" if "multiplier" in label else f"{label + ' ':<33}{value:.2e}"
+            for label, value in rows
+            if not np.isnan(value)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction(Shown, Citable, ReadOnly):
+    """A method's answer.
+
+    Parameters
+    ----------
+    method : which theory and flow rule
+    collapse_multiplier : lambda [-]; NaN when the structure cannot stand, infinite when unbounded
+    bound : what it is relative to, in words; ``bound.kind`` is the :class:`BoundKind`. Words alone are taken for a
+        :class:`Bound` by the kind that they begin with
+    status : a :class:`Status`; its words are taken for it
+    mechanism, resultants, certificate : None where the method has none
+    warnings : what a user should know before trusting the number
+    provenance : versions, settings and times that reproduce it: written for a reader, read by no program
+    details : further results of the method
+    flow_rule : that the answer follows; None where the method has no such rule
+    contact_model : that the joint forces follow; None where the method has its own
+    plane : whether the problem was reduced to a plane one
+    stress_block : whether crushing is that of in-plane sections, not of points
+    governing : which of several cases the answer belongs to; empty where there is one
+    error_budget : what changed with every setting that was checked, by its name; empty without checks
+    range : low and high end about the multiplier and what they are; filled in by ``limitmason.predict``
+    structure : the assembly that was solved, for ``plot()``; not kept by files, nor by copies to other processes
+    lost_in_failure : what the joints lose where they fail, by what and over which energy, one sentence per joint law;
+        empty where they have nothing to lose
+    references : papers of the theory, the method, the solvers and the packaged data, for ``cite()``
+    """
+
+    method: str
+    collapse_multiplier: float
+    bound: Bound
+    status: Status
+    mechanism: Mechanism | None = None
+    resultants: Resultants | None = None
+    certificate: Certificate | None = None
+    warnings: tuple[str, ...] = ()
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+    details: Mapping[str, Any] = field(default_factory=dict)
+    flow_rule: FlowRule | None = None
+    contact_model: ContactModel | None = None
+    plane: bool = False
+    stress_block: bool = False
+    governing: str = ""
+    error_budget: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    range: Range = field(default_factory=Range)
+    lost_in_failure: tuple[str, ...] = ()
+    references: tuple[Cited, ...] = ()
+    structure: Any = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        """Take words alone, as other packages and files of 0.1 give them, for the member of the set that they name."""
+        if not isinstance(self.bound, Bound):
+            object.__setattr__(self, "bound", Bound.from_text(self.bound))
+        for name, kind in (("status", Status), ("flow_rule", FlowRule), ("contact_model", ContactModel)):
+            given = getattr(self, name)
+            if not isinstance(given, kind) and (given is not None or name == "status"):
+                object.__setattr__(self, name, member_of(kind, given, name))
+
+    def __repr__(self) -> str:
+        return f"<Prediction by {self.method}: {self.answer} ({self.status})>"
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the structure, which every answer of a study would carry along."""
+        return {**self.__dict__, "structure": None}
+
+    @property
+    def interval(self) -> tuple[float, float] | None:
+        """Low and high end about the multiplier by the method's own error budget [-]; None where it has none."""
+        ends = self.details.get("interval")
+        return None if ends is None else (float(ends[0]), float(ends[1]))
+
+    @property
+    def tilt_angle_deg(self) -> float:
+        """Tilt at collapse, the angle whose tangent is the multiplier [deg].
+
+        Raises
+        ------
+        NotApplicable
+            Where the multiplier is not the tangent of a tilt angle: dead loads besides the own weight, live loads other
+            than the weights turned to one horizontal direction, or joints with cohesion, tensile or compressive
+            strength; the message says which. Also where the method did not say what its loads were.
+        """
+        reason = self.details.get(NO_TILT, "it does not say which loads it is for; lm.predict and lm.limit_analysis do")
+        if reason:
+            raise NotApplicable(f"no tilt angle belongs to the multiplier of {self.method!r}: {reason}")
+        return float(np.degrees(np.arctan(self.collapse_multiplier)))
+
+    @property
+    def answer(self) -> str:
+        """The number and its name: "lambda = ...", or of a support that settles its reaction."""
+        if "support_reaction" not in self.details:
+            return f"lambda = {self.collapse_multiplier:.6g}"
+        reaction = float(self.details["support_reaction"])
+        return "no reaction" if np.isnan(reaction) else f"least reaction {reaction:.6g} N"
+
+    def __str__(self) -> str:
+        """Multiplier, what it is, and its certificate."""
+        lines = [f"{self.method}: {self.answer} ({self.status}; {self.bound})"]
+        if self.interval is not None:
+            parts = [
+                f"{name} {100 * row['change']:+.1f} % (resolved to {100 * row['resolution']:.1g} %)"
+                if np.isfinite(row["change"])
+                else f"{name} undecided"
+                for name, row in self.error_budget.items()
+            ]
+            low, high = self.interval
+            lines.append(f"  interval {low:.6g} to {high:.6g}: {', '.join(['bracket', *parts])}")
+        if self.certificate is not None:
+            lines += ["  " + row for row in self._certificate_rows()]
+        lines += [f"  {words}" for words in self.lost_in_failure]
+        lines += [f"  warning: {w}" for w in self.warnings]
+        return "\n".join(lines)
+
+    def _certificate_rows(self) -> list[str]:
+        rows = str(self.certificate).splitlines()
+        if "reaction_bounds" not in self.details:
+            return rows
+        low, high = self.details["reaction_bounds"]
+        own = [f"{'reaction by the mechanism':<33}{low:.8g} N", f"{'reaction by the forces':<33}{high:.8g} N"]
+        return [r for r in rows if " multiplier" not in r] + own

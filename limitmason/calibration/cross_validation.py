@@ -1,0 +1,127 @@
+"""Cross-validation: what a fit predicts of the tests, or the numbers, that it did not see."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+
+from limitmason.calibration.information import Information
+from limitmason.calibration.objective import Minimum, Objective
+from limitmason.calibration.search import descend
+from limitmason.calibration.targets import Entry
+from limitmason.display.text_table import aligned
+from limitmason.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+STEPS = 6
+"""Of the fit to the rest, which begins where the slopes at the best of all put it."""
+
+
+class LeftOutRow(NamedTuple):
+    """A number that the fit did not see: ``error`` is predicted / measured - 1 (or the difference in its unit).
+
+    ``deviation`` is what the parameters leave open in the prediction, on the same scale.
+    """
+
+    group: str
+    quantity: str
+    measured: float
+    predicted: float
+    error: float
+    deviation: float
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Errors on what was left out of the fit, group by group.
+
+    Parameters
+    ----------
+    rows : one per number
+    by : what the groups are
+    """
+
+    rows: tuple[LeftOutRow, ...]
+    by: str
+
+    @property
+    def error(self) -> float:
+        """Root mean square of log(predicted / measured) over all numbers compared by their ratio [-]."""
+        logs = [math.log(r.predicted / r.measured) for r in self.rows if r.predicted > 0.0 and r.measured > 0.0]
+        return float(np.sqrt(np.mean(np.square(logs)))) if logs else math.nan
+
+    def __str__(self) -> str:
+        """The table."""
+        head = [["left out", "quantity", "measured", "predicted", "error", "left open"]]
+        return aligned(head + [[r.group, r.quantity, f"{r.measured:.4g}", f"{r.predicted:.4g}", f"{r.error:+.1%}",
+                                f"{r.deviation:.1%}"] for r in self.rows], "<<>>>>")  # fmt: skip
+
+
+def groups_of(entries: Sequence[Entry], leave_out: str | Mapping[str, str] | None) -> list[str] | None:
+    """Group of every entry; None where nothing is left out.
+
+    Raises
+    ------
+    InputError
+        For groups that are none, or one.
+    """
+    if leave_out is None:
+        return None
+    if isinstance(leave_out, Mapping):
+        if missing := [e.test for e in entries if e.test not in leave_out]:
+            raise InputError(f"leave_out names no group for test {missing[0]!r}")
+        groups = [leave_out[e.test] for e in entries]
+        if len(set(groups)) < 2:
+            raise InputError("leave_out needs at least two groups")
+        return groups
+    if leave_out not in ("test", "quantity"):
+        raise InputError(f"leave_out must be 'test', 'quantity', groups by test, or None, got {leave_out!r}")
+    by_test = leave_out == "test" and len({e.test for e in entries}) > 1
+    groups = [e.test if by_test else f"{e.test}: {e.reading.output} {e.reading.what}" for e in entries]
+    return groups if len(set(groups)) > 1 else None
+
+
+def left_out(
+    objective: Objective, groups: Sequence[str], best: Minimum, information: Information, by: str, most: int
+) -> LeftOut:
+    """Errors on every group by the fit to the others; what these leave free goes back to the given start."""
+    rows: dict[int, LeftOutRow] = {}
+    for name in dict.fromkeys(groups):
+        objective.say(f"without {name}")
+        objective.runs.left = 0
+        kept = np.array([g != name for g in groups])
+        rest, gone = objective.only(kept), objective.only(~kept)
+        slopes = information.slopes[kept]
+        found, _ = descend(rest, _toward_start(rest, best, slopes), min(most, STEPS), slopes)
+        spread = information.of(kept, rest.variance(found)).covariance
+        seen = information.slopes[~kept] * gone.deviation[:, None]
+        open_ = np.sqrt(np.einsum("ij,jk,ik->i", seen, spread, seen))
+        values = gone.predicted([found.x])[0]
+        for k, e, v, d in zip(np.flatnonzero(~kept), gone.entries, values, open_, strict=True):
+            error = v / e.measured - 1.0 if e.relative else v - e.measured
+            rows[int(k)] = LeftOutRow(name, e.label, e.measured, float(v), float(error), float(d))
+    return LeftOut(tuple(rows[k] for k in sorted(rows)), by)
+
+
+def _toward_start(rest: Objective, best: Minimum, slopes: Array) -> Array:
+    """Where the rest of the data lie lowest by the slopes at the best; what they do not see is as at the start.
+
+    Else the fit to the rest would know, by its beginning, what was left out.
+    """
+    scale = rest.scale
+    width = scale.high - scale.low
+    faint = 1e-6 * np.eye(len(scale))
+    away = (scale.start - best.x) / width
+    r = rest.at(best.x)
+    rows, aim = np.vstack([slopes * width, faint]), np.concatenate([-r, faint @ away])
+    move = lsq_linear(rows, aim, ((scale.low - best.x) / width - 1e-12, (scale.high - best.x) / width + 1e-12),
+                      method="bvls").x  # fmt: skip
+    return scale.clipped(best.x + width * move)

@@ -1,0 +1,203 @@
+"""From tests to parameters: the least misfit of models and tests, and how much the tests fix."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.answers.curve import Curve
+from limitmason.calibration.cross_validation import groups_of, left_out
+from limitmason.calibration.fit import Fit, fit_warnings
+from limitmason.calibration.information import Information
+from limitmason.calibration.objective import Minimum, Objective
+from limitmason.calibration.parameter import Parameter, Scale
+from limitmason.calibration.profile import profile
+from limitmason.calibration.runs import Model, Runs
+from limitmason.calibration.search import SAME, Slopes, search, settle
+from limitmason.calibration.targets import CurveTarget, Entry, Reading, entries_of
+from limitmason.display.progress import watched
+from limitmason.errors import InputError
+from limitmason.study.content import fingerprint
+from limitmason.study.sweep import Progress
+from limitmason.study.ties import Ties
+
+Array = NDArray[np.float64]
+
+AGAIN = 3
+"""Times that the intervals begin anew because they met a better minimum."""
+
+
+@watched("calibration")
+def calibrate(
+    model: Model | Mapping[str, Model],
+    targets: Mapping[str, Any],
+    parameters: Sequence[Parameter],
+    *,
+    ties: Mapping[str, str] | None = None,
+    leave_out: str | Mapping[str, str] | None = "test",
+    intervals: bool = True,
+    level: float = 0.95,
+    starts: int = 6,
+    seed: int = 0,
+    most: int = 60,
+    workers: int = 1,
+    executor: Any = None,
+    store: str | Path | None = None,
+    key: str | None = None,
+    progress: Progress | None = None,
+) -> Fit:
+    """Parameters at which a model meets what was measured, and what the measurements cannot tell.
+
+    min sum ((log model - log measured) / scatter)^2
+
+    Parameters
+    ----------
+    model : called with parameters as keywords; returns a number, a mapping of numbers, sequences (frequencies) and
+        curves by name, a ``Curve`` or a ``Prediction``. A function, a :class:`limitmason.calibration.JointModel` of a
+        structure and any method, or a :class:`limitmason.calibration.SolidModel` of a continuum. By name of the test
+        where there are several
+    targets : what was measured, by name of the model's output: a number, (value, scatter), :class:`Target`,
+        :class:`CurveTarget`. Several tests: a mapping of such mappings, by name of the test; one model then serves all
+        of them, or each has its own
+    parameters : the unknowns
+    ties : formulas of further parameters, {"shear_stiffness": "normal_stiffness / 2"}
+    leave_out : "test" fits again without each test and predicts it, "quantity" without each target; or a group by name
+        of the test, such as its geometry. None leaves nothing out. Of one test "test" means "quantity"
+    intervals : whether profile intervals are computed, after the best values; some runs for either end
+    level : of the intervals [-]
+    starts : 1 follows the given start; of more, those points of it and a Latin hypercube within the bounds are followed
+        that none of their neighbours lies below, at most so many
+    seed : of the hypercube
+    most : steps of a single search
+    workers, executor : as for :func:`limitmason.study.sweep`; the columns of a Jacobian run side by side
+    store : file that keeps every run; the same call goes on after a kill, and other measured values use it again
+    key : identifies the models in the store; by default their names and code
+    progress : called with one line after every batch of runs: stage, least misfit so far and its values, time left
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    InputError
+        For targets that no model gives, parameters that no model takes, scatter known of some and unknown of others, or
+        unknown with no more targets than parameters.
+    NotConverged
+        Where the model answers at no start.
+
+    Notes
+    -----
+    The search takes its slopes over one standard deviation to either side, by runs: a kink, a flat or a jump of the
+    model within it is seen. The best of all runs is the answer. Two parameters and their intervals take
+    less than 100 runs.
+    With known scatter the ends of an interval lie where the least misfit with the parameter held rises by the quantile
+    of chi squared; with unknown scatter by that of F times the residual variance. Both are exact for models that are
+    linear on the scale of the fit. Minima apart from each other lie in one interval, and a warning names them. The
+    error of the model itself is in neither: the error on what was left out is.
+    A prediction of the rest is not a test of what all tests share: name groups by geometry or load where you can.
+    """
+    if not 0.0 < level < 1.0:
+        raise InputError(f"level must lie between 0 and 1, got {level!r}")
+    if starts < 1 or most < 2:
+        raise InputError(f"starts must be at least 1 and most at least 2, got {starts!r} and {most!r}")
+    scale, tied = Scale(parameters), Ties(ties or {})
+    tied.check(scale.names)
+    models, entries, model_of, aimed = _asked(model, targets)
+    known = _scatter_known(entries, len(scale))
+    readings: list[list[Reading]] = [[] for _ in models]
+    places = []
+    for e, m in zip(entries, model_of, strict=True):
+        if e.reading not in readings[m]:
+            readings[m].append(e.reading)
+        places.append(readings[m].index(e.reading))
+    own = "" if store is None else fingerprint("calibration", key or models, readings, scale.names, tied.formulas)
+    runs = Runs(models, readings, aimed, scale.names, tied, executor=executor, workers=workers, store=store, key=own,
+                progress=progress)  # fmt: skip
+    deviation = np.array([1.0 if e.scatter is None else e.scatter for e in entries])
+    objective = Objective(scale, entries, model_of, tuple(places), deviation, known, runs)
+    best, slopes, minima, ends = _fitted(objective, starts, seed, most, level if intervals else None)
+    information = Information(scale, slopes.central, objective.variance(best), np.array([slopes.below, slopes.above]))
+    groups = groups_of(entries, leave_out)
+    by = "group" if isinstance(leave_out, Mapping) else str(leave_out)
+    missed = None if groups is None else left_out(objective, groups, best, information, by, most)
+    return Fit(
+        objective, best, tuple(minima), information, slopes, level, ends, missed, tuple(groups or ()),
+        fit_warnings(objective, best, minima, objective.rise(best, level)),
+    )  # fmt: skip
+
+
+def _fitted(
+    objective: Objective, starts: int, seed: int, most: int, level: float | None
+) -> tuple[Minimum, Slopes, list[Minimum], Array | None]:
+    """The best of all runs, slopes there, every minimum, and the intervals where a level is given."""
+    best, guess, minima = search(objective, starts, seed, most)
+    objective.say("slopes")
+    best, slopes = settle(objective, best, guess, most)
+    ends = None
+    for _ in range(0 if level is None else AGAIN):
+        assert level is not None
+        objective.say("best values found, now their intervals", now=True)
+        ends = profile(objective, best, slopes, objective.rise(best, level))
+        if objective.best.chi2 > best.chi2 - SAME * objective.variance(best):
+            break
+        best, slopes = settle(objective, objective.best, slopes.central, most)
+    return best, slopes, minima, ends
+
+
+def _asked(
+    model: Model | Mapping[str, Model], targets: Mapping[str, Any]
+) -> tuple[list[Model], tuple[Entry, ...], tuple[int, ...], list[dict[str, Any]]]:
+    """Different models, entries, number of the model of each, and the curves aimed at by model."""
+    if not isinstance(targets, Mapping) or not targets:
+        raise InputError(f"targets must be a mapping of what was measured by name, got {targets!r}")
+    several = all(isinstance(t, Mapping) for t in targets.values())
+    if not several and (any(isinstance(t, Mapping) for t in targets.values()) or isinstance(model, Mapping)):
+        raise InputError("of several tests every one needs its own mapping of targets, by name of the test")
+    tests: Mapping[str, Mapping[str, Any]] = targets if several else {"test": targets}
+    models: list[Model] = []
+    entries: list[Entry] = []
+    model_of: list[int] = []
+    aimed: list[dict[str, Any]] = []
+    for test, asked in tests.items():
+        if isinstance(model, Mapping) and test not in model:
+            raise InputError(f"test {test!r} has no model; models: {', '.join(model)}")
+        own: Any = model[test] if isinstance(model, Mapping) else model
+        if not callable(own):
+            raise InputError(f"a model must be a function of the parameters or a JointModel, got {own!r}")
+        number = next((k for k, m in enumerate(models) if m is own), len(models))
+        if number == len(models):
+            models.append(own)
+            aimed.append({})
+        if not asked:
+            raise InputError(f"test {test!r} has no targets")
+        for name, target in asked.items():
+            found = entries_of(test, name, target)
+            entries += found
+            model_of += [number] * len(found)
+            if isinstance(target, CurveTarget | Curve):
+                aimed[number][name] = target
+    if isinstance(model, Mapping) and (idle := [n for n in model if n not in tests]):
+        raise InputError(f"model {idle[0]!r} has no targets: leave it out")
+    return models, tuple(entries), tuple(model_of), aimed
+
+
+def _scatter_known(entries: Sequence[Entry], unknowns: int) -> bool:
+    stated = [e.scatter is not None for e in entries]
+    for e in entries:
+        if e.scatter is not None and e.scatter < 1e-12 * (1.0 if e.relative else abs(e.measured)):
+            raise InputError(f"the scatter of {e.label!r}, {e.scatter!r}, is finer than numbers are: give its own")
+    if all(stated):
+        return True
+    if any(stated):
+        missing = entries[stated.index(False)]
+        raise InputError(f"the scatter of {missing.label!r} is not given while others' is: give all or none")
+    if len(entries) <= unknowns:
+        raise InputError(
+            f"without a scatter {unknowns} parameters need more than {unknowns} numbers, there are {len(entries)}"
+        )
+    return False

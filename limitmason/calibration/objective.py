@@ -1,0 +1,118 @@
+"""Misfit of models and targets as a function of the parameters, and every point at which it was asked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from limitmason.calibration.parameter import Scale
+from limitmason.calibration.runs import Runs
+from limitmason.calibration.targets import Entry
+from limitmason.display.progress import noted
+from limitmason.storage.frozen import ReadOnly
+
+Array = NDArray[np.float64]
+
+LOST = 30.0
+"""Misfit counted for a number that the model does not give, in standard deviations: a wall, not a slope."""
+
+
+@dataclass(frozen=True, eq=False)
+class Minimum(ReadOnly):
+    """Where a search ended: vector, residuals in standard deviations, whether it converged."""
+
+    x: Array
+    residuals: Array
+    converged: bool = True
+
+    @property
+    def chi2(self) -> float:
+        """Sum of squares."""
+        return float(self.residuals @ self.residuals)
+
+
+@dataclass(frozen=True, eq=False)
+class Objective(ReadOnly):
+    """Entries, each with its deviation, the model of each, and the scale of the parameters.
+
+    Parameters
+    ----------
+    scale : of the parameters
+    entries : what is to be met
+    model_of, place_of : number of the model and place among its readings, by entry
+    deviation : standard deviation of every misfit, relative or in the unit of the entry, shape (n,)
+    known : whether the deviations were stated
+    runs : of the models
+    tried : every point that was asked for, in order
+    """
+
+    scale: Scale
+    entries: tuple[Entry, ...]
+    model_of: tuple[int, ...]
+    place_of: tuple[int, ...]
+    deviation: Array
+    known: bool
+    runs: Runs
+    tried: list[Minimum] = field(default_factory=list)
+
+    @property
+    def n(self) -> int:
+        """Number of entries."""
+        return len(self.entries)
+
+    @property
+    def best(self) -> Minimum:
+        """The least misfit of all points tried."""
+        return min(self.tried, key=lambda m: m.chi2)
+
+    def variance(self, best: Minimum) -> float:
+        """Of a residual [-]: 1 where the scatter is known, else from the misfit."""
+        return 1.0 if self.known else max(best.chi2, 1e-24) / max(self.n - len(self.scale), 1)
+
+    def rise(self, best: Minimum, level: float) -> float:
+        """By how much the sum of squares rises to the ends of an interval."""
+        if self.known:
+            return float(stats.chi2.ppf(level, 1))
+        return float(stats.f.ppf(level, 1, self.n - len(self.scale))) * self.variance(best)
+
+    def only(self, kept: NDArray[np.bool_]) -> Objective:
+        """The objective of some of the entries, at the points tried so far."""
+        at = np.flatnonzero(kept)
+        part = replace(
+            self, entries=tuple(self.entries[k] for k in at), model_of=tuple(self.model_of[k] for k in at),
+            place_of=tuple(self.place_of[k] for k in at), deviation=self.deviation[at], tried=[],
+        )  # fmt: skip
+        part.tried.extend(replace(m, residuals=m.residuals[at]) for m in self.tried)
+        return part
+
+    def predicted(self, points: Sequence[Array]) -> Array:
+        """Predictions of all entries at several vectors, shape (k, n); NaN where there is none."""
+        models = sorted(set(self.model_of))
+        found = self.runs([self.scale.values(x) for x in points], models)
+        at = [models.index(m) for m in self.model_of]
+        return np.array([[row[m][p] for m, p in zip(at, self.place_of, strict=True)] for row in found])
+
+    def residuals(self, points: Sequence[Array]) -> Array:
+        """Misfits in standard deviations, shape (k, n); ``LOST`` where the model gives no number."""
+        found = self.predicted(points)
+        raw = np.array([[e.misfit(v) for e, v in zip(self.entries, row, strict=True)] for row in found])
+        out = np.clip(np.nan_to_num(raw / self.deviation, nan=LOST), -1e100, 1e100)
+        self.tried.extend(Minimum(np.array(x), r) for x, r in zip(points, out, strict=True))
+        return out
+
+    def at(self, x: Array) -> Array:
+        """Misfits at one vector, shape (n,)."""
+        return np.asarray(self.residuals([x])[0])
+
+    def say(self, stage: str, *, now: bool = False) -> None:
+        """Name the stage for the lines of progress, with the best values so far; ``now`` writes a line at once."""
+        values = ", ".join(f"{k} {v:.4g}" for k, v in self.scale.values(self.best.x).items()) if self.tried else ""
+        self.runs.stage = f"{stage}; best misfit {self.best.chi2:.4g} at {values}" if values else stage
+        if now:
+            noted(self.runs.stage)
+            if self.runs.progress is not None:
+                self.runs.progress(self.runs.stage)

@@ -1,0 +1,141 @@
+"""Profile likelihood: how far a parameter can go while the others make up for it, from the runs made and a few more."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.calibration.objective import LOST, Minimum, Objective
+from limitmason.calibration.search import Slopes, secants, updated
+
+Array = NDArray[np.float64]
+
+SHARP = 0.02
+"""An end is known to this part of its distance from the best."""
+
+MOST = 14
+"""Runs along the way to one end."""
+
+CHECKED = 2
+"""Times that the other parameters are asked anew at an end."""
+
+
+def profile(objective: Objective, best: Minimum, slopes: Slopes, rise: float) -> Array:
+    """Interval of every parameter on the scale of the fit, shape (p, 2), infinite where a bound comes first.
+
+    The ends enclose every point tried whose sum of squares exceeds the best by at most ``rise``, so that minima apart
+    from each other lie in one interval.
+    """
+    ends = np.zeros((len(objective.scale), 2))
+    total, before = 2 * len(objective.scale), objective.runs.calls
+    for axis, name in enumerate(objective.scale.names):
+        for side, sign in enumerate((-1, 1)):
+            objective.say(f"interval of {name}")
+            ends[axis, side] = end(objective, best, slopes, axis, sign, rise)
+            done = 2 * axis + side + 1
+            objective.runs.left = (total - done) * (objective.runs.calls - before) // done
+    return ends
+
+
+def end(objective: Objective, best: Minimum, slopes: Slopes, axis: int, sign: int, rise: float) -> float:
+    """End of the interval of one parameter: furthest point whose least sum of squares exceeds the best by ``rise``.
+
+    Infinite, with the sign, where the bound itself lies within.
+    """
+    scale, limit = objective.scale, best.chi2 + rise
+    low, high, width = scale.low, scale.high, scale.high - scale.low
+    bound = float(high[axis] if sign > 0 else low[axis])
+    side = slopes.above if sign > 0 else slopes.below
+    if np.isnan(side[0, axis]):
+        return sign * math.inf
+    others = [k for k in range(len(scale)) if k != axis]
+    inside = _outermost(objective, best, limit, axis, sign)
+    guess = slopes.central.copy()
+    guess[:, axis] = side[:, axis]
+    j, checked = _nearby(objective, inside, guess, slopes), 0
+    # coordinates: one that lies beyond the end as far as the others have followed, and the last such
+    beyond, last = math.inf, math.inf
+    for _ in range(MOST):
+        here = sign * float(inside.x[axis])
+        if sign * bound - here <= 1e-9 * width[axis]:
+            return sign * math.inf
+        d = width * furthest(
+            j * width, inside.residuals, limit, axis, sign, (low - inside.x) / width, (high - inside.x) / width
+        )
+        ahead, room = max(sign * float(d[axis]), 0.0), beyond - here
+        if ahead > 0.9 * room:
+            d, ahead = d * (0.5 * room / ahead), 0.5 * room
+        near = SHARP * (here + ahead - sign * float(best.x[axis]))
+        if ahead <= near and (inside.chi2 >= limit - 2.0 * SHARP * rise or room <= 2.0 * near):
+            to = here + ahead
+            if checked == CHECKED or not others:
+                return sign * to
+            # have the others followed? asked again where the parameter ends
+            checked += 1
+            j[:, others] = secants(objective, inside.x, inside.residuals, _aside(slopes), others)
+            inside, last, beyond = _outermost(objective, inside, limit, axis, sign), min(beyond, last), math.inf
+            d = furthest(j * width, inside.residuals, limit, axis, sign,
+                         (low - inside.x) / width, (high - inside.x) / width)  # fmt: skip
+            if sign * width[axis] * d[axis] <= near:
+                return sign * max(to, sign * float(inside.x[axis]))
+            continue
+        # a step that shows the end, or cuts the room down: the line from far beyond points too near
+        least = max(2.0 * near if ahead <= near else 0.0, 0.3 * room if math.isfinite(room) else 0.0)
+        if ahead < least:
+            d = d * (least / ahead) if ahead > 0.0 else sign * least * np.eye(len(d))[axis]
+        y = np.clip(inside.x + d, low, high)
+        found = objective.at(y)
+        if (found == LOST).any() and not (inside.residuals == LOST).any():
+            beyond = sign * float(y[axis])
+            continue
+        j = updated(j, y - inside.x, found - inside.residuals, width)
+        if found @ found <= limit + SHARP * rise:
+            inside = Minimum(y, found)
+        else:
+            beyond = sign * float(y[axis])
+    return sign * (beyond if math.isfinite(beyond) else max(last, sign * float(inside.x[axis])))
+
+
+def _aside(slopes: Slopes) -> Array:
+    """Moves of the parameters over one deviation, to the side that the data see better."""
+    return np.where(slopes.up * slopes.down > 0.0, np.minimum(slopes.up, slopes.down), slopes.up + slopes.down)
+
+
+def _outermost(objective: Objective, best: Minimum, limit: float, axis: int, sign: int) -> Minimum:
+    within = [m for m in objective.tried if m.chi2 <= limit]
+    return max([best, *within], key=lambda m: sign * float(m.x[axis]))
+
+
+def _nearby(objective: Objective, at: Minimum, guess: Array, slopes: Slopes) -> Array:
+    """Slopes at a point by those elsewhere and what the points tried nearest to it have shown."""
+    width = objective.scale.high - objective.scale.low
+    # a point much closer than a deviation shows the rounding of the model
+    least = 0.01 * np.maximum(slopes.up, slopes.down)
+    near = [m for m in objective.tried if (np.abs(m.x - at.x) > least).any() and not (m.residuals == LOST).any()]
+    near.sort(key=lambda m: float(np.linalg.norm((m.x - at.x) / width)))
+    for m in reversed(near[: 2 * len(at.x)]):
+        guess = updated(guess, m.x - at.x, m.residuals - at.residuals, width)
+    return guess
+
+
+def furthest(j: Array, r: Array, limit: float, axis: int, sign: int, low: Array, high: Array) -> Array:
+    """Move that takes one parameter furthest while |r + j d|^2 stays within a limit, in a box, shape (p,)."""
+    d, free = np.zeros(len(low)), np.ones(len(low), dtype=bool)
+    stop = float(high[axis] if sign > 0 else low[axis])
+    floor = 1e-10 * float((j * j).sum(axis=0).max()) + 1e-30
+    while True:
+        own, at = j[:, free], int(np.count_nonzero(free[:axis]))
+        rest = r + j[:, ~free] @ d[~free]
+        inverse = np.linalg.inv(own.T @ own + floor * np.eye(own.shape[1]))
+        centre = -inverse @ (own.T @ rest)
+        reach = max(limit - float(rest @ rest + centre @ (own.T @ rest)), 0.0)
+        to = sign * min(sign * float(centre[at]) + math.sqrt(reach * inverse[at, at]), sign * stop)
+        d[free] = centre + inverse[:, at] / inverse[at, at] * (to - centre[at])
+        over = np.maximum(low - d, d - high)
+        over[axis] = over[~free] = 0.0
+        worst = int(np.argmax(over))
+        if over[worst] <= 0.0:
+            return d
+        d[worst], free[worst] = np.clip(d[worst], low[worst], high[worst]), False

@@ -1,0 +1,224 @@
+"""Least squares without derivatives: Gauss-Newton in a trust region, slopes by secants as wide as the parameters.
+
+Slopes are taken over moves that change the residuals by about one standard deviation. A kink, a flat or a jump within
+this distance is seen; what is smaller does not matter to the answer. See Cartis, Fiala, Marteau and Roberts (2019),
+Improving the flexibility and robustness of model-based derivative-free optimization solvers, doi 10.1145/3338517.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+from scipy.stats import qmc
+
+from limitmason.calibration.objective import LOST, Minimum, Objective
+from limitmason.errors import NotConverged
+
+Array = NDArray[np.float64]
+
+SAME = 0.1
+"""Misfits, sums of squares over the variance, that differ by less are the same minimum."""
+
+FIRST = 0.1
+"""First trust region, part of the width of the bounds to each side."""
+
+SMALL = 1e-8
+"""A step that promises less, over the variance, is not made: a ten thousandth of a deviation."""
+
+NOISE = 1e-2
+"""A step that failed and promised less, over the variance, ends a search."""
+
+SCREENED = 3
+"""Points of the Latin hypercube for every start that may be followed."""
+
+
+class Slopes(NamedTuple):
+    """Slopes of the residuals over one deviation: to both sides, and the moves they were taken over.
+
+    ``central``, ``below`` and ``above`` have shape (n, p), NaN on a side without room; ``down`` and ``up`` (p,).
+    """
+
+    central: Array
+    below: Array
+    above: Array
+    down: Array
+    up: Array
+
+
+def updated(slopes: Array, move: Array, change: Array, width: Array) -> Array:
+    """Broyden's update: the least change of slopes that reproduces what one move has shown."""
+    scaled = move / width**2
+    return np.asarray(slopes + np.outer(change - slopes @ move, scaled) / max(float(move @ scaled), 1e-300))
+
+
+def secants(objective: Objective, x: Array, r: Array, moves: Array, axes: Sequence[int] | None = None) -> Array:
+    """Slopes along some axes by moves of the given size, inward where a bound is nearer, shape (n, k)."""
+    scale, points, axes = objective.scale, [], range(len(x)) if axes is None else axes
+    for k in axes:
+        y = x.copy()
+        inward = -1.0 if x[k] + moves[k] > scale.high[k] and x[k] - scale.low[k] > scale.high[k] - x[k] else 1.0
+        y[k] = np.clip(x[k] + inward * moves[k], scale.low[k], scale.high[k])
+        points.append(y)
+    found = objective.residuals(points) if points else np.zeros((0, len(r)))
+    return np.array([(b - r) / (y - x)[k] for b, y, k in zip(found, points, axes, strict=True)]).reshape(-1, len(r)).T
+
+
+def one_deviation(objective: Objective, x: Array, slopes: Array, most: Array, best: Minimum) -> Array:
+    """Move of every parameter that changes the residuals by one standard deviation, within limits, shape (p,)."""
+    width = objective.scale.high - objective.scale.low
+    least = 1e-7 * np.maximum(np.abs(x), 1e-6 * width)
+    with np.errstate(divide="ignore"):
+        one = np.sqrt(objective.variance(best)) / np.linalg.norm(slopes, axis=0)
+    one = np.clip(one, np.minimum(least, most), most)
+    # in powers of sqrt(2), so that what differs by rounding is the same run
+    return np.asarray(np.minimum(width * np.exp2(0.5 * np.round(2.0 * np.log2(one / width))), most))
+
+
+def descend(
+    objective: Objective, start: Array, most: int, slopes: Array | None = None, ended: Sequence[Minimum] = ()
+) -> tuple[Minimum, Array]:
+    """The minimum below a start, and the slopes there.
+
+    Parameters
+    ----------
+    start : vector
+    most : steps
+    slopes : at the start where they are known, shape (n, p)
+    ended : minima already found: a search that comes within one deviation of one ends there
+    """
+    low, high = objective.scale.low, objective.scale.high
+    width, radius = high - low, FIRST
+    x, r = start, objective.at(start)
+    fresh = slopes is None
+    j = secants(objective, x, r, radius * width) if slopes is None else slopes
+    for _ in range(most):
+        noise = objective.variance(Minimum(x, r))
+        d = width * _boxed(
+            j * width, r, np.maximum(-radius, (low - x) / width), np.minimum(radius, (high - x) / width)
+        )  # fmt: skip
+        promised = float(r @ r - np.sum((r + j @ d) ** 2))
+        if promised <= SMALL * noise:
+            if fresh:
+                return Minimum(x, r), j
+            j, fresh = secants(objective, x, r, one_deviation(objective, x, j, radius * width, Minimum(x, r))), True
+            continue
+        y = np.clip(x + d, low, high)
+        new = objective.at(y)
+        long, gain = float(np.abs(d / width).max()), float(r @ r - new @ new)
+        lost = bool(((new == LOST) & (r != LOST)).any())
+        if not lost:
+            j = updated(j, d, new - r, width)
+        if gain > 0.0:
+            x, r, fresh = y, new, False
+            radius = max(radius, min(2.0 * long, 1.0)) if gain > 0.5 * promised else max(long, 1e-6)
+            for other in ended:
+                if other.chi2 <= r @ r + SAME * noise and np.sum((j @ (x - other.x)) ** 2) < noise:
+                    return other, j
+            continue
+        if fresh and (promised < NOISE * noise or radius < 1e-6):
+            return Minimum(x, r), j
+        radius = 0.25 * long if fresh or lost else long
+        if not lost:
+            j, fresh = secants(objective, x, r, one_deviation(objective, x, j, radius * width, Minimum(x, r))), True
+    return Minimum(x, r, False), j
+
+
+def _boxed(j: Array, r: Array, low: Array, high: Array) -> Array:
+    """Least squares of r + j d within a box."""
+    free = high - low > 1e-12
+    d = np.clip(np.zeros(len(low)), low, high)
+    if free.any():
+        d[free] = lsq_linear(j[:, free], -(r + j @ d - j[:, free] @ d[free]), (low[free], high[free]), method="bvls").x
+    return d
+
+
+def measured_slopes(objective: Objective, at: Minimum, guess: Array) -> Slopes:
+    """Slopes over one deviation to either side, by runs; a parameter that nothing sees is moved to its bound."""
+    x, r, scale = at.x, at.residuals, objective.scale
+    one, noise = np.zeros((2, len(x))), np.sqrt(objective.variance(at))
+    room = np.array([x - scale.low, scale.high - x])
+    open_ = room > 1e-9 * (scale.high - scale.low)
+    for side in (0, 1):
+        one[side] = one_deviation(objective, x, guess, np.maximum(room[side], 1e-300), at)
+    slopes = np.full((2, len(x), len(r)), np.nan)
+    asked = [(s, k) for k in range(len(x)) for s in (0, 1) if open_[s, k]]
+    for _ in range(4):
+        points = []
+        for s, k in asked:
+            y = x.copy()
+            y[k] = np.clip(x[k] + (2 * s - 1) * one[s, k], scale.low[k], scale.high[k])
+            points.append(y)
+        again = []
+        for (s, k), y, found in zip(asked, points, objective.residuals(points) if points else (), strict=True):
+            slopes[s, k] = (found - r) / (y - x)[k]
+            change = float(np.linalg.norm(found - r)) / noise
+            wanted = min(one[s, k] * np.clip(1.0 / max(change, 1e-9), 0.05, 20.0), room[s, k])
+            if not 0.3 <= change <= 3.0 and not np.isclose(wanted, one[s, k]):
+                one[s, k] = wanted
+                again.append((s, k))
+        asked = again
+        if not asked:
+            break
+    below, above = slopes[0].T, slopes[1].T
+    share = one[0] / (one[0] + one[1])
+    central = np.where(np.isnan(below), above, np.where(np.isnan(above), below, share * above + (1.0 - share) * below))
+    return Slopes(central, below, above, np.where(open_[0], one[0], 0.0), np.where(open_[1], one[1], 0.0))
+
+
+def settle(objective: Objective, best: Minimum, guess: Array, most: int) -> tuple[Minimum, Slopes]:
+    """The minimum that no point one deviation away lies below, and the slopes there."""
+    while True:
+        found = measured_slopes(objective, best, guess)
+        below = objective.best
+        start = below if below.chi2 < best.chi2 - NOISE * objective.variance(best) else best
+        better, guess = descend(objective, start.x, most, found.central)
+        moved = float(np.linalg.norm(found.central @ (better.x - best.x)))
+        far = moved > 0.3 * np.sqrt(objective.variance(best))
+        gain = best.chi2 - better.chi2
+        best = better if gain > 0.0 else best
+        if not far or gain <= NOISE * objective.variance(best):
+            return best, found
+
+
+def search(objective: Objective, starts: int, seed: int, most: int) -> tuple[Minimum, Array, list[Minimum]]:
+    """The best minimum, slopes there, and all minima.
+
+    Followed are the given start or, of several, those points of it and a Latin hypercube that none of their nearest
+    neighbours lies below.
+
+    Raises
+    ------
+    NotConverged
+        Where the model answers at no start.
+    """
+    scale, first = objective.scale, objective.scale.start
+    points, width = [first], scale.high - scale.low
+    if starts > 1:
+        cube = qmc.LatinHypercube(d=len(scale), seed=np.random.default_rng(seed)).random(SCREENED * (starts - 1))
+        points += list(scale.low + cube * width)
+    objective.runs.stage = "screening"
+    r = objective.residuals(points)
+    answered = [k for k in range(len(points)) if (r[k] != LOST).any()]
+    if not answered:
+        why = next((objective.runs.note(scale.values(first), m) for m in set(objective.model_of)), "")
+        raise NotConverged(f"the model gives no number that is asked for at any start: {why or 'all are NaN'}")
+    place, cost = np.array([points[k] for k in answered]) / width, (r[answered] ** 2).sum(axis=1)
+    apart = np.linalg.norm(place[:, None] - place[None], axis=2)
+    near = np.argsort(apart, axis=1, kind="stable")[:, : 2 * len(scale) + 1]
+    rank = np.argsort(np.argsort(cost, kind="stable"))
+    lowest = [k for k in np.argsort(cost, kind="stable") if rank[k] == rank[near[k]].min()][:starts]
+    minima: list[Minimum] = []
+    slopes: list[Array] = []
+    for k, at in enumerate(lowest):
+        before = objective.runs.calls
+        objective.say(f"start {k + 1} of {len(lowest)}")
+        found, j = descend(objective, points[answered[at]], most, ended=minima)
+        minima.append(found)
+        slopes.append(j)
+        objective.runs.left = (len(lowest) - k - 1) * max(objective.runs.calls - before, 1)
+    least = int(np.argmin([m.chi2 for m in minima]))
+    return minima[least], slopes[least], minima

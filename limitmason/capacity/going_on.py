@@ -1,0 +1,86 @@
+"""Where a path begins: in the state under dead load, or in the last state of a curve of the same model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from limitmason.capacity import breaking, stepping
+from limitmason.capacity.certificate import Structure
+from limitmason.capacity.generations import Generations
+from limitmason.capacity.kinematics import Pose
+from limitmason.capacity.result import PushoverCurve
+from limitmason.capacity.stepping import Node
+from limitmason.errors import InputError, NotApplicable
+from limitmason.model.fingerprint import check_same_loads
+
+_SAME = 1e-9  # of lengths over a block's size, and of numbers: what rounding may change
+
+
+def begin(
+    new: Generations, start: PushoverCurve | None, say: Callable[[str], None], held: float | None, ratio: float
+) -> tuple[Generations, list[Node], Pose]:
+    """The generations to go on with, the first node, and the pose under dead load from which displacements count.
+
+    Raises
+    ------
+    InputError
+        For a start of another model; the message names what differs.
+    NotApplicable
+        For a start with other live loads.
+    """
+    now = new.structures[0]
+    if start is None:
+        first = stepping.dead_load(new.systems[0], held, ratio)
+        if first is None:
+            return new, [], new.systems[0].at_rest()
+        say(f"dead load: {first.programs} programs, {first.iterations} iterations of Newton")
+        system = new.systems[0]
+        if breaking.brittle(system):
+            over = breaking.overload_of(system, system.virgin(), first)
+            if len(rows := breaking.due(over)):
+                say(f"joints break under the dead load, {len(rows)} points first")
+                broken = breaking.released(system, first, rows, ratio, held)
+                if broken is None:
+                    return new, [], system.at_rest()
+                first = broken._replace(jump=False)
+        return new, [first._replace(looked=system.at_rest())], first.pose
+    if start.generations is None or not start.nodes:
+        raise InputError("start is a curve without states: there is nothing to go on from")
+    before = start.generations.structures[0]
+    model = now.assembly
+    model.fingerprint.check_same(before.assembly.fingerprint, "start")
+    check_same_loads("dead", now.loads.dead, before.loads.dead, [b.name for b in model.blocks], "start")
+    if differs := _difference(before, now):
+        raise InputError(f"start is a curve of another model: {differs}; a state goes on under its own model only")
+    old, live = before.loads.live, now.loads.live
+    factor = float((old * live).sum() / (live * live).sum())
+    if not np.allclose(old, factor * live, rtol=0.0, atol=1e-9 * np.abs(old).max()):
+        raise NotApplicable("start: the live load may change by a factor only; other live loads are not followed")
+    generations = Generations(new.shapes, new.make, [s._replace(loads=now.loads) for s in start.generations.structures])
+    last = start.nodes[-1]
+    first = last._replace(
+        multiplier=factor * last.multiplier, control=new.systems[0].controlled(last.pose), programs=0, iterations=0,
+        jump=False,
+    )  # fmt: skip
+    assert start.origin is not None
+    return generations, [first], start.origin
+
+
+def _difference(one: Structure, other: Structure) -> str:
+    """First setting of a path in which two structures of one model differ, live loads apart; "" where none does."""
+    p, q = one.points, other.points
+    if p.place_a.shape != q.place_a.shape or not np.allclose(p.place_a, q.place_a, rtol=0.0, atol=_SAME * one.size):
+        return f"its {p.count} contact points are not the {q.count} of this one: repeat contact_model, grid and gaps"
+    for name, mine, theirs in (("kn", p.kn, q.kn), ("ks", p.ks, q.ks)):
+        if not np.allclose(mine, theirs, rtol=_SAME):
+            return f"{name} of its joints is {mine[0]:.6g} Pa/m, here {theirs[0]:.6g} Pa/m"
+    d, e = one.deformation, other.deformation
+    if (d is None) != (e is None) or (
+        d is not None
+        and e is not None
+        and not (d.stiffness.shape == e.stiffness.shape and np.allclose(d.stiffness, e.stiffness, rtol=1e-6))
+    ):
+        return "its blocks deform in another way: repeat blocks and stress"
+    return ""

@@ -1,0 +1,99 @@
+"""Steps of a path: their settings, their extrapolated end, and the shares in which too much happens."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from limitmason.capacity.generations import LEAST, Generations
+from limitmason.capacity.kinematics import Pose, contact, motion_between, moved
+from limitmason.capacity.stepping import Node
+from limitmason.capacity.system import System
+from limitmason.errors import InputError
+
+STUCK = 1e-3
+"""Slip of the slip that would have been made, below which a point has stuck [-]."""
+
+BEARS = 1e-4
+"""Force of a point from which it counts how far it opens in a step, in mean block weights [-]."""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """How a path is stepped.
+
+    Parameters
+    ----------
+    first : first step, in elastic lengths (mean block weight over the mean stiffness of a contact point) [-]
+    largest : largest step over the median block size [-]
+    smooth : departure of the multiplier from its extrapolation up to which steps grow, of the largest so far [-]
+    peak : width in load within which the first limit point is known, of its load [-]
+    energy : energy that a step may leave over, of its gross work [-]
+    opening : gap to which a point that bears may open in a step, over the median block size [-]: where several points
+        may let go, and one of them does, a longer step may end with another open, on a branch that no continuous path
+        leads to
+    sliding : slip that a point which slid before may lose by sticking in a step, over the median block size [-]: a step
+        ends on the law of its end, so that a point that sticks there has not slid in it
+    most : tries of a step, with those that are halved, after which the path is given up
+    """
+
+    first: float = 0.25
+    largest: float = 0.04
+    smooth: float = 0.02
+    peak: float = 2e-4
+    energy: float = 0.01
+    opening: float = 1e-3
+    sliding: float = 4e-3
+    most: int = 400
+
+    def __post_init__(self) -> None:
+        """Refuse what is not positive."""
+        for name in ("first", "largest", "smooth", "peak", "energy", "opening", "sliding", "most"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0):
+                raise InputError(f"steps: {name} must be a positive number, got {value!r}")
+
+
+def extrapolated(system: System, nodes: list[Node], begin: int, move: float) -> tuple[Pose, float] | None:
+    """Pose and multiplier by the last increment, or by the elastic tangent at the start."""
+    last = nodes[-1]
+    if len(nodes) - begin >= 2 and last.broken is None:
+        before = nodes[-2]
+        share = move / (last.control - before.control)
+        pose = moved(last.pose, share * motion_between(before.pose, last.pose))
+        return pose, last.multiplier + share * (last.multiplier - before.multiplier)
+    now = system.evaluate(last.pose, last.history, last.multiplier)
+    try:
+        step = system.bordered(now, "control").solve(np.concatenate([np.zeros(system.order), [move / system.length]]))
+    except RuntimeError:
+        return None
+    if not np.isfinite(step).all():
+        return None
+    return system.advanced(last.pose, step[:-1]), last.multiplier + float(step[-1])
+
+
+def until_open(system: System, last: Node, new: Node, most: float) -> float:
+    """Share of a step in which no point that bore opens beyond a gap [m]; 1.0 for all of it.
+
+    On a line from what its spring is pressed by at the start to its gap at the end, up to half of that gap.
+    """
+    bore = last.force[:, 0] > BEARS * system.weight
+    gap = contact(system.bodies, new.pose).displacement[:, 0] - new.history.lift
+    pressed = last.force[:, 0] / (system.law.kn * system.bodies.area)
+    far = bore & (gap > most)
+    if not far.any():
+        return 1.0
+    return max(LEAST, float(((pressed[far] + 0.5 * most) / (pressed[far] + gap[far])).min()))
+
+
+def until_stuck(generations: Generations, nodes: list[Node], new: Node, most: float) -> float:
+    """Share of a step in which no point that slid before, and now sticks, would have slid on by more than a length."""
+    last = nodes[-1]
+    if len(nodes) < 2 or last.broken is not None or last.control == nodes[-2].control:
+        return 1.0
+    slid = np.linalg.norm(last.history.slip - generations.begun(nodes[-2]).history.slip, axis=1)
+    if last.onward is not None:
+        slid = np.where(last.onward.before < 0, 0.0, slid[last.onward.before])
+    on = slid * abs((new.control - last.control) / (last.control - nodes[-2].control))
+    made = np.linalg.norm(new.history.slip - generations.begun(last).history.slip, axis=1)
+    far = float(on[(made < STUCK * on) & (new.force[:, 0] > 0.0)].max(initial=0.0))
+    return 1.0 if far <= most else max(LEAST, 0.7 * most / far)

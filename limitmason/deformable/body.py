@@ -1,0 +1,253 @@
+"""A block that deforms in polynomials of its place: shapes at points, strains and stresses, stiffness and mass."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import roots_jacobi
+
+from limitmason.deformable.elasticity import SOLID, Elasticity
+from limitmason.errors import InputError
+from limitmason.geometry.polyhedron import Solid, face_planes
+from limitmason.model.assembly import Assembly
+from limitmason.model.block import Block
+from limitmason.storage.frozen import ReadOnly
+
+Array = NDArray[np.float64]
+
+_SQUARE = 1e-6  # sides and faces this nearly equal count as equal: the first one given sets the axes
+
+
+@dataclass(frozen=True, eq=False)
+class Body(ReadOnly):
+    """Displacements of a block beside its rigid motion, u(X) = sum_k q_k phi_k(X), phi polynomials in its own axes.
+
+    The means of every phi and of X x phi are zero: uniform body forces, and those that grow as in a rotation, act on no
+    shape, and the kinetic energy is that of the rigid motion plus q' M q' / 2.
+
+    Parameters
+    ----------
+    centroid : [m], shape (3,)
+    axes : rows are the axes of the polynomials, shape (3, 3)
+    half : half extents along them, by which coordinates are divided [m], shape (3,)
+    powers : degree along each axis of every product of Legendre polynomials, shape (e, 3)
+    coefficients : of them, components along the axes, shape (k, 3, e)
+    stiffness : integral of eps : C : eps over the volume, shape (k, k)
+    mass : density times the integral of phi . phi, shape (k, k)
+    elasticity : of its material, global axes
+    names : of the shapes
+
+    Notes
+    -----
+    Strains are small; the rotation of the block is not limited where the engine carries the shapes with the block.
+    """
+
+    centroid: Array
+    axes: Array
+    half: Array
+    powers: NDArray[np.intp]
+    coefficients: Array
+    stiffness: Array
+    mass: Array
+    elasticity: Elasticity
+    names: tuple[str, ...]
+
+    @property
+    def count(self) -> int:
+        """Number of shapes."""
+        return len(self.coefficients)
+
+    def displacement(self, points: Array) -> Array:
+        """Displacement of every shape at points [m per unit of its coordinate], points (m, 3), shape (m, k, 3)."""
+        value, _ = products(self._scaled(points), self.powers)
+        return np.asarray(np.einsum("me,kce,ci->mki", value, self.coefficients, self.axes, optimize=True))
+
+    def strain(self, points: Array) -> Array:
+        """Strain of every shape at points, shape (m, k, 3, 3)."""
+        _, slope = products(self._scaled(points), self.powers)
+        gradient = np.einsum("mej,kce->mkcj", slope / self.half, self.coefficients, optimize=True)
+        own = 0.5 * (gradient + gradient.transpose(0, 1, 3, 2))
+        return np.asarray(self.axes.T @ own @ self.axes)
+
+    def stress(self, points: Array) -> Array:
+        """Stress of a unit of every shape at points [Pa], tension positive, shape (m, k, 3, 3)."""
+        return self.elasticity.stress(self.strain(points))
+
+    def linear_stress(self, block: Block) -> tuple[Array, Array]:
+        """Mean stress of every shape [Pa] and the gradient nearest to its stress [Pa/m], (k, 3, 3), (k, 3, 3, 3)."""
+        x, w = volume_points(block.parts[0], block.centroid)
+        stress = self.stress(x + block.centroid)
+        moment = np.einsum("m,mkij,mp->kijp", w, stress, x, optimize=True)
+        return np.tensordot(w, stress, axes=1) / w.sum(), np.asarray(moment @ np.linalg.inv((w * x.T) @ x))
+
+    def _scaled(self, points: Array) -> Array:
+        return np.asarray((np.asarray(points, dtype=float) - self.centroid) @ self.axes.T / self.half)
+
+
+class Polynomials:
+    """All polynomials up to a degree over a convex block, without its rigid motions taken out.
+
+    Parameters
+    ----------
+    elasticity : of its material, with the plane
+    degree : of the polynomials
+
+    Raises
+    ------
+    InputError
+        For a block that is not convex, and one that is no prism along the normal of the plane.
+    """
+
+    def __init__(self, block: Block, elasticity: Elasticity, degree: int) -> None:
+        """Lay out axes, products and a quadrature that is exact for their squares."""
+        if len(block.parts) != 1:
+            raise InputError(
+                f"block {block.name!r} is not convex ({len(block.parts)} pieces): the shapes are those of one convex "
+                "body. Divide it into convex blocks with strong joints between them, use zones, or leave it rigid by "
+                "giving it no material"
+            )
+        self.block, self.elasticity, solid = block, elasticity, block.parts[0]
+        if elasticity.normal is not None:
+            check_prism(block.name, solid, elasticity.normal)
+        self.axes = block_axes(solid, elasticity.normal)
+        self.half = np.abs((solid.vertices - block.centroid) @ self.axes.T).max(axis=0)
+        self.used: Sequence[int] = (0, 2) if elasticity.plane else (0, 1, 2)
+        order = range(degree + 1)
+        self.powers = np.array([
+            (i, j, k) for i in order for j in order for k in order
+            if i + j + k <= degree and not (elasticity.plane and j)
+        ])  # fmt: skip
+        points, self.weight = volume_points(solid, block.centroid, 2 * degree)
+        self.points = points + block.centroid
+        self.local = points @ self.axes.T
+        self.value, _ = products(self.local / self.half, self.powers)
+        self.gram = self.value.T @ (self.weight[:, None] * self.value)
+
+    def body(self, coefficients: Array, names: tuple[str, ...]) -> Body:
+        """A body with shapes of these coefficients, with its stiffness and mass by quadrature."""
+        none = np.zeros((0, 0))
+        out = Body(
+            self.block.centroid, self.axes, self.half, self.powers, coefficients, none, none, self.elasticity, names
+        )
+        strain = out.strain(self.points)
+        stress = self.elasticity.stress(strain)
+        stiffness = np.tensordot(self.weight[:, None, None, None] * strain, stress, axes=((0, 2, 3), (0, 2, 3)))
+        u = out.displacement(self.points)
+        mass = self.block.density * np.tensordot(self.weight[:, None, None] * u, u, axes=((0, 2), (0, 2)))
+        return replace(out, stiffness=0.5 * (stiffness + stiffness.T), mass=0.5 * (mass + mass.T))
+
+    def fitted(self, shapes: Array) -> Array:
+        """Coefficients of shapes without mean displacement and rotation, from their values at the points, own axes.
+
+        Parameters
+        ----------
+        shapes : polynomials up to the degree, shape (m, k, 3)
+        """
+        w, x = self.weight, self.local
+        u = shapes - np.tensordot(w, shapes, axes=1) / w.sum()
+        inertia = np.einsum("m,mij->ij", w, (x**2).sum(axis=1)[:, None, None] * np.eye(3) - x[:, :, None] * x[:, None])
+        spin = np.linalg.solve(inertia, np.einsum("m,mki->ik", w, np.cross(x[:, None], u)))
+        u = u - np.cross(spin.T, x[:, None])
+        values = np.tensordot((w[:, None] * self.value).T, u, axes=1)  # (e, k, 3)
+        solved = np.linalg.solve(self.gram, values.reshape(len(self.gram), -1))
+        return np.asarray(solved.reshape(values.shape).transpose(1, 2, 0))
+
+
+def materials_of(assembly: Assembly, state: str, normal: ArrayLike | None = None) -> list[Elasticity | None]:
+    """Elasticity of every block; None where a block has no material or is wholly held.
+
+    Parameters
+    ----------
+    state : "solid", "plane stress" or "plane strain"
+    normal : of the plane, shape (3,); (0, 1, 0) where none is given
+
+    Raises
+    ------
+    InputError
+        Where no free block has a material, and for a normal in space.
+    """
+    if state == SOLID and normal is not None:
+        raise InputError("a normal is for plane stress and plane strain; in space leave it out")
+    held = assembly.fixed
+    materials = [None if f else b.material for b, f in zip(assembly.blocks, held, strict=True)]
+    if not any(materials):
+        raise InputError(
+            "no free block has a material, so that nothing deforms: give assembly.with_material(Material(...))"
+        )
+    laws = {id(m): Elasticity.of(m.young_modulus, m.poisson_ratio, state, normal) for m in materials if m is not None}
+    return [None if m is None else laws[id(m)] for m in materials]
+
+
+def block_axes(solid: Solid, normal: Array | None) -> Array:
+    """Axes of a block as rows, right-handed: longest side of the largest face, across it, and its normal.
+
+    In a plane: along the longest side, the normal of the plane, and their cross product.
+    """
+    vertices = solid.vertices
+    corners = [vertices[list(face)] for face in solid.faces]
+    if normal is not None:
+        sides = [np.roll(c, -1, axis=0) - c for c in corners]
+        flat = np.concatenate([s - np.outer(s @ normal, normal) for s in sides])
+        first = _largest(np.linalg.norm(flat, axis=1))
+        along = flat[first] / np.linalg.norm(flat[first])
+        return np.stack([along, normal, np.cross(along, normal)])
+    area = np.array([np.linalg.norm(np.cross(c, np.roll(c, -1, axis=0)).sum(axis=0)) / 2.0 for c in corners])
+    face = corners[_largest(area)]
+    across = face_planes(face[None])[0][0]
+    side = np.roll(face, -1, axis=0) - face
+    along = side[_largest(np.linalg.norm(side, axis=1))]
+    along = along - (along @ across) * across
+    along = along / np.linalg.norm(along)
+    return np.stack([along, np.cross(across, along), across])
+
+
+def volume_points(solid: Solid, centre: Array, order: int = 4) -> tuple[Array, Array]:
+    """Points [m] from ``centre`` and weights [m3], exact for polynomials up to ``order`` over a convex solid.
+
+    Tetrahedra from the centre to the triangles of the faces, each with a product of Gauss and Jacobi rules on the
+    collapsed cube (Stroud 1971, conical product).
+    """
+    n = order // 2 + 1
+    grids = [roots_jacobi(n, a, 0.0) for a in (2.0, 1.0, 0.0)]
+    rules = [((1.0 + x) / 2.0, y / 2.0 ** (1 + a)) for (x, y), a in zip(grids, (2, 1, 0), strict=True)]
+    (u, wu), (v, wv), (w, ww) = rules
+    a, b, c = (g.ravel() for g in np.meshgrid(u, v, w, indexing="ij"))
+    weight = np.einsum("i,j,k->ijk", wu, wv, ww).ravel()
+    local = np.column_stack([a, b * (1.0 - a), c * (1.0 - a) * (1.0 - b)])
+    triangles = np.array([(f[0], f[k], f[k + 1]) for f in solid.faces for k in range(1, len(f) - 1)])
+    corner = solid.vertices[triangles] - centre
+    det = np.linalg.det(corner)
+    points = np.einsum("mc,tci->tmi", local, corner)
+    return points.reshape(-1, 3), (det[:, None] * weight).ravel()
+
+
+def products(x: Array, powers: NDArray[np.intp]) -> tuple[Array, Array]:
+    """Products of Legendre polynomials and their gradient at scaled coordinates (m, 3), shapes (m, e), (m, e, 3)."""
+    most = int(powers.max())
+    one = legendre.legvander(x, most)  # (m, 3, most + 1)
+    derivative = np.zeros_like(one)
+    for k in range(1, most + 1):
+        derivative[..., k] = legendre.legval(x, legendre.legder(np.eye(most + 1)[k]))
+    factor = np.stack([one[:, i, powers[:, i]] for i in range(3)])
+    change = np.stack([derivative[:, i, powers[:, i]] for i in range(3)])
+    slope = [change[i] * factor[(i + 1) % 3] * factor[(i + 2) % 3] for i in range(3)]
+    return factor.prod(axis=0), np.stack(slope, axis=2)
+
+
+def check_prism(name: str, solid: Solid, normal: Array) -> None:
+    """Refuse a block whose faces are neither along nor across the normal of the plane."""
+    for face in solid.faces:
+        n = face_planes(solid.vertices[list(face)][None])[0][0]
+        if 1e-6 < abs(n @ normal) < 1.0 - 1e-6:
+            raise InputError(
+                f"block {name!r} is no prism along the normal {np.round(normal, 6).tolist()} of the plane: plane "
+                "stress and plane strain are for walls of constant thickness; take it in space"
+            )
+
+
+def _largest(values: Array) -> int:
+    return int(np.flatnonzero(values >= values.max() * (1.0 - _SQUARE))[0])

@@ -1,0 +1,54 @@
+"""Tables as text: columns of equal width for the terminal, Markdown for pages, and how a range is written."""
+
+import re
+from collections.abc import Mapping, Sequence
+
+
+def aligned(lines: Sequence[Sequence[str]], align: str = "") -> str:
+    """Columns padded to equal width.
+
+    Parameters
+    ----------
+    lines : cells, the head first; all lines of one length
+    align : one of "<>" per column; to the left by default
+    """
+    width = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    align = align or "<" * len(width)
+    return "\n".join(
+        "  ".join(f"{c:{a}{w}}" for c, a, w in zip(line, align, width, strict=True)).rstrip() for line in lines
+    )
+
+
+def markdown(lines: Sequence[Sequence[str]]) -> list[str]:
+    """Lines of a Markdown table whose first line is the head."""
+    return [markdown_line(lines[0]), markdown_line(["---"] * len(lines[0])), *map(markdown_line, lines[1:])]
+
+
+def filled(text: str, tables: Mapping[str, Sequence[str]]) -> str:
+    """A page whose lines "[name]" become tables.
+
+    Parameters
+    ----------
+    tables : lines of Markdown by name, as of :func:`markdown`
+    """
+    lines: list[str] = []
+    for line in text.splitlines():
+        name = line[1:-1] if line.startswith("[") and line.endswith("]") else ""
+        lines += tables.get(name, [line])
+    return "\n".join(lines) + "\n"
+
+
+def markdown_line(cells: Sequence[str]) -> str:
+    """One line of a Markdown table; no cell can end itself or begin an element of HTML."""
+    plain = (re.sub(r"<(?=[A-Za-z/!?])", "&lt;", " ".join(c.splitlines())).replace("|", "\\|") for c in cells)
+    return "| " + " | ".join(plain) + " |"
+
+
+def span(low: float, high: float, form: str = ".4g") -> str:
+    """A range as text, a single number where both ends read the same."""
+    return f"{low:{form}}" if f"{low:{form}}" == f"{high:{form}}" else f"{low:{form}} to {high:{form}}"
+
+
+def names_of(names: Sequence[str]) -> str:
+    """Several names as the first, the last and their number."""
+    return names[0] if len(names) == 1 else f"{names[0]} ... {names[-1]} ({len(names)})"

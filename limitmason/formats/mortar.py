@@ -1,0 +1,161 @@
+"""Stones drawn with open joints: each takes the mortar that lies nearer to it than to any other. Needs shapely.
+
+The distance from a convex outline is that of its mitred offsets, max_k (n_k . x - c_k) over its sides; negative inside.
+Where two of them are equal the stones meet: half-way between their sides, also where these are not parallel or overlap.
+A polygon of such parts has the least of their distances. Nearness divides the plane, so that stones cannot overlap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.errors import InputError
+from limitmason.geometry.polygon import convex_pieces
+from limitmason.geometry.splitting import split_polygon
+
+Array = NDArray[np.float64]
+
+FINE = 1e-9
+"""Grid of the drawing while it is divided, over the thickness of the mortar."""
+
+POCKET = 16.0
+"""Holes between stones of a smaller area, over half a joint squared, are mortar too."""
+
+
+class _Sides(NamedTuple):
+    """Outward unit normals (k, 2) and offsets (k,) of a convex part."""
+
+    normal: Array
+    offset: Array
+
+
+def grown(rings: Sequence[Array], names: Sequence[str], mortar: float, gap: float, shapely: Any) -> list[Array]:
+    """Outlines that share the mortar between them, shape (n, 2) each [m].
+
+    Filled is the closing of all stones: dilated, then eroded, by half the mortar's thickness and the gap, mitred. So
+    joints of at most that width are filled, openings and the space beside the wall are not.
+
+    Parameters
+    ----------
+    rings : outlines x, z, counter-clockwise
+    names : of the stones, for errors
+    mortar : thickness of the joints [m]
+    gap : by how much one may be thicker, twice [m]
+
+    Raises
+    ------
+    InputError
+        Naming a stone that lies within another one.
+    """
+    grid, reach = FINE * mortar, 0.5 * mortar + gap
+    stones = [shapely.Polygon(r) for r in rings]
+    whole = shapely.union_all(stones, grid_size=grid)
+    closed = whole.buffer(reach, join_style="mitre").buffer(-reach, join_style="mitre")
+    whole = _bridged(shapely.union(whole, closed, grid_size=grid), stones, reach, grid, shapely)
+    wide = [s.buffer(2.0 * reach, join_style="mitre") for s in stones]
+    wide = [_areas(shapely.intersection(w, whole, grid_size=grid), shapely) for w in wide]
+    parts = [[_sides(piece) for piece in convex_pieces(r)] for r in rings]
+    taken: list[list[Any]] = [[] for _ in stones]
+    for i, j in sorted((int(a), int(b)) for a, b in shapely.STRtree(wide).query(wide, predicate="intersects").T):
+        if i >= j:
+            continue
+        common = shapely.intersection(wide[i], wide[j], grid_size=grid)
+        common = _areas(common, shapely)
+        if common.area > 0.0:
+            near = _nearer(parts[i], parts[j], common.bounds, shapely)
+            mine = _areas(shapely.intersection(common, near, grid_size=grid), shapely)
+            taken[j].append(mine)
+            taken[i].append(_areas(shapely.difference(common, mine, grid_size=grid), shapely))
+    own = []
+    for w, lost in zip(wide, taken, strict=True):
+        left = shapely.difference(w, shapely.union_all(lost, grid_size=grid), grid_size=grid) if lost else w
+        own.append(left)
+    return _outlines(own, whole, stones, names, grid, shapely)
+
+
+def _bridged(whole: Any, stones: list[Any], reach: float, grid: float, shapely: Any) -> Any:
+    """The filled region with the joints in which near stones do not meet, and with small pockets."""
+    more, tree = [], shapely.STRtree(stones)
+    for i, j in tree.query(stones, predicate="dwithin", distance=2.0 * reach).T:
+        if i < j and not whole.buffer(10.0 * grid).covers(shapely.shortest_line(stones[i], stones[j])):
+            a, b = stones[i], stones[j]
+            facing = [p.intersection(q.buffer(2.0 * reach)) for p, q in ((a, b), (b, a))]
+            more.append(shapely.union_all(facing).convex_hull)
+    whole = shapely.union_all([whole, *more], grid_size=grid)
+    pockets = [shapely.Polygon(hole) for p in shapely.get_parts(whole) for hole in p.interiors]
+    return shapely.union_all([whole, *(p for p in pockets if p.area < POCKET * reach**2)], grid_size=grid)
+
+
+def _outlines(
+    own: list[Any], whole: Any, stones: list[Any], names: Sequence[str], grid: float, shapely: Any
+) -> list[Array]:  # fmt: skip
+    """One outline a stone: what is cut off from it, or nobody's, goes to the neighbour with the longest border."""
+    for k, (cell, stone) in enumerate(zip(own, stones, strict=True)):
+        pieces = [p for p in shapely.get_parts(cell) if p.geom_type == "Polygon"]
+        own[k] = max(pieces, key=lambda p: p.intersection(stone).area, default=stone)
+        if own[k].intersection(stone).area < 0.5 * stone.area:
+            raise InputError(f"{names[k]}: lies in another stone; leave one of them out")
+    rest = shapely.difference(whole, shapely.union_all(own, grid_size=grid), grid_size=grid)
+    for piece in sorted((p for p in shapely.get_parts(rest) if p.area > 1e3 * grid * p.length), key=lambda p: -p.area):
+        near = shapely.STRtree(own).query(piece, predicate="dwithin", distance=10.0 * grid)
+        border = [own[k].intersection(piece.boundary.buffer(10.0 * grid)).length for k in near]
+        if len(near):
+            k = int(near[int(np.argmax(border))])
+            own[k] = shapely.union(own[k], piece, grid_size=grid)
+    out = []
+    for cell, name in zip(own, names, strict=True):
+        if cell.geom_type != "Polygon" or len(cell.interiors):
+            raise InputError(f"{name}: goes around another stone; draw it as two")
+        plain = cell.simplify(1e4 * grid)
+        out.append(np.array(shapely.geometry.polygon.orient(plain).exterior.coords[:-1]))
+    return out
+
+
+def _sides(piece: Array) -> _Sides:
+    along = np.roll(piece, -1, axis=0) - piece
+    normal = np.column_stack([along[:, 1], -along[:, 0]]) / np.linalg.norm(along, axis=1)[:, None]
+    return _Sides(normal, np.einsum("ij,ij->i", normal, piece))
+
+
+def _nearer(a: list[_Sides], b: list[_Sides], bounds: tuple[float, ...], shapely: Any) -> Any:
+    """Region of a box that lies nearer to the parts a than to the parts b.
+
+    Nearer to a convex part p than to q: for some side l of q, all sides k of p, n_k . x - c_k <= n_l . x - c_l.
+    """
+    x0, y0, x1, y1 = bounds
+    box = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+    regions = []
+    for p in a:
+        each = []
+        for q in b:
+            cut = [_below(box, p.normal - n, p.offset - c) for n, c in zip(q.normal, q.offset, strict=True)]
+            each.append(shapely.union_all([shapely.Polygon(c) for c in cut if c is not None]))
+        regions.append(_areas(shapely.intersection_all(each), shapely))
+    return _areas(shapely.union_all(regions), shapely)
+
+
+def _areas(found: Any, shapely: Any) -> Any:
+    """What of a result has an area."""
+    return shapely.union_all([p for p in shapely.get_parts(found) if p.geom_type == "Polygon"])
+
+
+def _below(polygon: Array, normals: Array, offsets: Array) -> Array | None:
+    """Part of a convex polygon in which all n . x <= c; None where nothing is left."""
+    size = float(np.ptp(polygon, axis=0).max())
+    left: Array | None = polygon
+    for n, c in zip(normals, offsets, strict=True):
+        length = float(np.hypot(*n))
+        if left is None or (left @ n <= c).all():
+            if left is None:
+                return None
+            continue
+        if length < 1e-12:
+            if c < 0.0:
+                return None
+            continue
+        left = split_polygon(left, n * c / length**2, n / length, 1e-12 * size)[0]
+    return left

@@ -1,0 +1,236 @@
+"""Certificates: is a prediction in equilibrium, within the joint law, admissible as a motion, and how wide is the gap.
+
+Everything is recomputed with numpy from the assembly, the loads and the prediction's forces and twists. Nothing of the
+solver that made them is used, nor the equilibrium matrix: forces are summed block by block, rates are differences of
+rigid velocities at the contact points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.answers.results import GAP, Certificate, FlowRule, Prediction, Resultants
+from limitmason.mechanics.dissipation import Dissipation, point_dissipation, point_state, stress_block_pairs
+from limitmason.mechanics.residuals import (
+    PointState,
+    block_measures,
+    joint_measures,
+    live_size,
+    part_labels,
+    total_load,
+    unbalance,
+    yield_excess,
+)
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+
+Array = NDArray[np.float64]
+
+FORCE_CAP = 10.0
+"""Joint force over the total load up to which a mechanism that cannot be repaired still gives a bound."""
+
+AT_REST = 1e-6
+"""Rate over the largest below which a repair may leave a block at rest."""
+
+LEAST_MULTIPLIER = 1e-3
+"""Multiplier below which the gap is relative to this one, in units of that at which live load does the dead's work."""
+
+
+class Kinematics(NamedTuple):
+    """What a mechanism proves: the bound, the same with joints summed over points, the repair it needed."""
+
+    multiplier: float  # bound [-]
+    at_points: float  # bound of the law at the contact points [-]
+    violation: float  # largest negative g before the repair over the largest rate [-]
+    force_cap: float = float("inf")  # joint force over the total load up to which it holds; infinite when repaired
+
+
+def kinematic_multiplier(
+    assembly: Assembly, loads: Loads, prediction: Prediction, *, candidates: tuple[Array, ...] = ()
+) -> Kinematics:
+    """Upper bound of the associative multiplier from the prediction's mechanism, repaired to be admissible.
+
+    lambda = [ -w_dead . v + sum D(e) ] / (w_live . v), valid for every v with e_n >= tan(phi) |e_t| at all points
+    without crushing. A solver's v violates this by its tolerance. The repair adds just enough of a motion that opens
+    every joint: the blocks flying apart affinely, v = (x, y, k z), or a candidate supplied by the caller; blocks that
+    no chain of joints between free blocks joins to the mechanism stay where they are. Where no motion opens every joint
+    (blocks wedged between supports) the remaining violation is charged with the power of a joint force of at most
+    ``FORCE_CAP`` times the load (or the largest force found): the bound then holds for all stress states within that
+    cap, not beyond.
+
+    Parameters
+    ----------
+    candidates : further opening motions to try, twists of shape (n_blocks, 6)
+    """
+    mechanism, resultants = prediction.mechanism, prediction.resultants
+    if mechanism is None or resultants is None:
+        return Kinematics(*[float("nan")] * 3)
+    twists = np.where(assembly.held, 0.0, mechanism.twists)
+    state = point_state(assembly, resultants, twists)
+    joints = Dissipation(assembly, prediction, state)
+    rigid = joints.rigid
+
+    def value(v: Array) -> tuple[float, float, Array]:
+        rate = float((loads.live * v).sum())
+        exact, at_points, g = joints.power(v)
+        if not rate > 0:
+            return float("nan"), float("nan"), g
+        work = float((loads.dead * v).sum())
+        return (exact - work) / rate, (at_points - work) / rate, g
+
+    first, at_points, g = value(twists)
+    size = max(float(np.abs(state.opening).max(initial=0.0)), float(np.abs(state.sliding).max(initial=0.0)), 1e-300)
+    worst = float(np.where(rigid, -g, 0.0).max(initial=0.0))
+    if worst <= 0.0:
+        return Kinematics(first, at_points, 0.0)
+    near = prediction.collapse_multiplier + 0.1 * GAP * abs(prediction.collapse_multiplier)
+    rate = np.abs(twists[:, :3]).max(axis=1) + np.abs(twists[:, 3:]).max(axis=1) * np.cbrt(assembly.volumes)
+    best = best_at_points = float("nan")
+    # what hardly moves is better left at rest: to lift a very large block by next to nothing may be too much work
+    for still in (0.0, AT_REST):
+        moving = rate > still * rate.max()
+        motion = np.where(moving[:, None], twists, 0.0)
+        g = value(motion)[2] if still else g
+        label = part_labels(assembly, moving & ~assembly.fixed)
+        touched = ((label[assembly.links.block_a] >= 0) | (label[assembly.links.block_b] >= 0))[
+            resultants.point_interface
+        ]
+        for field in (*_opening_fields(assembly, label), *candidates):
+            field = np.where(moving[:, None], field, 0.0)
+            opening, sliding = joints.rates(field)
+            margin = state.law.lift(opening, np.linalg.norm(sliding, axis=1))[rigid & touched]
+            if margin.min(initial=np.inf) <= 0.0:
+                continue
+            # g is concave in v, so adding t field raises every g by at least t times the field's own margin
+            need = np.max(np.maximum(-g[rigid & touched], 0.0) / margin, initial=0.0)
+            repaired, repaired_at_points, after = value(motion + (1.0 + 1e-9) * need * field)
+            if np.where(rigid, -after, 0.0).max(initial=0.0) <= 1e-14 * size and not repaired >= best:
+                best, best_at_points = repaired, repaired_at_points
+        if best <= near or (rate <= AT_REST * rate.max()).sum() == (rate == 0.0).sum():
+            break
+    if not np.isnan(best):
+        return Kinematics(best, best_at_points, worst / size)
+    scale = total_load(assembly, loads)
+    cap = max(FORCE_CAP * scale, float(np.abs(state.normal_force).max(initial=0.0)))
+    excess = cap * float(np.maximum(-value(twists)[2][rigid], 0.0).sum()) / float((loads.live * twists).sum())
+    return Kinematics(first + excess, at_points + excess, worst / size, cap / scale)
+
+
+def _opening_fields(assembly: Assembly, label: NDArray[np.intp]) -> Iterator[Array]:
+    """Motions in which the blocks fly apart, ever more upwards than sideways.
+
+    Every independent part flies from the middle of its own joints with held blocks, or of its blocks.
+
+    Parameters
+    ----------
+    label : part of every block, -1 for those at rest, see :func:`limitmason.mechanics.residuals.part_labels`
+    """
+    c, x, fixed = assembly.centroids, assembly.links, label < 0
+    low, high = np.full((2, label.max() + 1, 3), np.inf) * np.array([1.0, -1.0])[:, None, None]
+    at = np.flatnonzero(fixed[x.block_a] != fixed[x.block_b])
+    owner = label[np.where(fixed[x.block_a], x.block_b, x.block_a)[at]]
+    np.minimum.at(low, owner, x.centre[at])
+    np.maximum.at(high, owner, x.centre[at])
+    free = np.flatnonzero(~fixed & ~np.isfinite(low).all(axis=1)[label])
+    np.minimum.at(low, label[free], c[free])
+    np.maximum.at(high, label[free], c[free])
+    origin = 0.5 * (low + high)[label]
+    for lift in (1.0, 2.0, 4.0, 8.0, 16.0, 64.0, 256.0):
+        field = np.zeros((assembly.n_blocks, 6))
+        field[:, :3] = (c - origin) * (1.0, 1.0, lift)
+        field[assembly.held] = 0.0
+        yield field
+
+
+def certify(
+    assembly: Assembly, loads: Loads, prediction: Prediction, *, candidates: tuple[Array, ...] = (), convex: bool = True
+) -> Certificate:
+    """Certificate of a prediction, from the assembly, the loads and the prediction alone.
+
+    Parameters
+    ----------
+    assembly, loads : the problem
+    prediction : with forces at contact points, and a mechanism where there is one
+    candidates : opening motions for the repair, see :func:`kinematic_multiplier`
+    convex : judge the forces by the law with tension cut at the cone's apex, or by ft as it is, as the DEM takes it
+
+    Returns
+    -------
+    Certificate
+        For an associative prediction the kinematic bound and the gap are given; for a non-associative one the
+        residual of its flow rule e_n >= tan(psi) |e_t| and its complementarity,
+        sum (N + N_t) (e_n - tan(psi) |e_t|) + |T . e_t + (c A + N tan(phi)) |e_t|| over the total load's unit power
+        (a point that crushes may close, e_n < tan(psi) |e_t|, at its capacity). Its ``refusal`` says what is wrong.
+    """
+    r, m = prediction.resultants, prediction.mechanism
+    if r is None or not np.isfinite(prediction.collapse_multiplier):
+        return Certificate(float("nan"), float("nan"))
+    scale = total_load(assembly, loads)
+    twists = np.zeros((assembly.n_blocks, 6)) if m is None else np.where(assembly.held, 0.0, m.twists)
+    state = point_state(assembly, r, twists, convex=convex)
+    forces = _forces_certified(assembly, loads, prediction, r, state)
+    if m is None:
+        return forces
+    pairs = stress_block_pairs(assembly, prediction)
+    if pairs is not None:
+        state = state._replace(law=state.law.without_crushing(pairs.ends))
+    slip = np.linalg.norm(state.sliding, axis=1)
+    size = max(float(np.abs(state.opening).max(initial=0.0)), float(slip.max(initial=0.0)))
+    rate = float((loads.live * twists).sum())
+    unit = max(abs(rate), 1e-300) * scale / max(live_size(assembly, loads), 1e-300)
+    if not rate > 0.0:
+        return forces  # a motion on which the live load does no work is no collapse mechanism
+    if prediction.flow_rule == FlowRule.NON_ASSOCIATIVE:
+        short, opposed = state.law.flow_residual(state.normal_force, state.shear_force, state.opening, state.sliding)
+        flow = float(short.max(initial=0.0) / max(size, 1e-300))
+        lumped = Dissipation(assembly, prediction, state).spread(twists, state.sliding) / rate
+        return replace(
+            forces, flow_residual=flow, complementarity=float(opposed.sum() / unit),
+            discretisation=lumped / max(abs(prediction.collapse_multiplier), 1e-300),
+        )  # fmt: skip
+    k = kinematic_multiplier(assembly, loads, prediction, candidates=candidates)
+    power, _ = point_dissipation(state.law, state.opening, state.sliding)
+    used = (state.normal_force * state.opening) + (state.shear_force * state.sliding).sum(axis=1)
+    slack = np.abs(used + power) if pairs is None else np.full(1, np.nan)  # a stress block's two ends act together
+    static = prediction.collapse_multiplier
+    # relative to the multiplier itself, unless that is next to nothing beside the one at which the live load does as
+    # much work as the dead load of the blocks that move could
+    weight = np.linalg.norm(loads.dead[:, :3], axis=1) * np.linalg.norm(twists[:, :3], axis=1)
+    couple = np.linalg.norm(loads.dead[:, 3:], axis=1) * np.linalg.norm(twists[:, 3:], axis=1)
+    unity = float((weight + couple).sum()) / max(abs(rate), 1e-300)
+    measure = max(LEAST_MULTIPLIER * unity, abs(static), 1e-300)
+    return replace(
+        forces, flow_residual=k.violation, complementarity=float(slack.max(initial=0.0) / unit),
+        kinematic_multiplier=k.multiplier,
+        gap=(k.multiplier - static) / measure, discretisation=(k.multiplier - k.at_points) / measure,
+        force_cap=k.force_cap,
+    )  # fmt: skip
+
+
+def _forces_certified(
+    assembly: Assembly, loads: Loads, prediction: Prediction, r: Resultants, state: PointState
+) -> Certificate:
+    """Certificate of the forces alone: equilibrium and joint law, over the total load and each by its own measure."""
+    value, x = prediction.collapse_multiplier, assembly.links
+    scale = total_load(assembly, loads)
+    pairs = stress_block_pairs(assembly, prediction)
+    rest = np.abs(unbalance(assembly, loads, r, value)).max(axis=1)
+    measures = block_measures(assembly, loads, r, value)
+    excess = yield_excess(state, pairs)
+    own = rest / measures
+    joint = np.zeros(len(x.area))
+    np.maximum.at(joint, r.point_interface, excess)
+    joint /= joint_measures(assembly, r, measures)
+    block, face = int(np.argmax(own)), int(np.argmax(joint))
+    names = [b.name for b in assembly.blocks]
+    return Certificate(
+        float(rest.max(initial=0.0) / scale), float(excess.max(initial=0.0)) / scale,
+        static_multiplier=value, confinement=float(np.abs(r.normal).max(initial=0.0) / scale),
+        block_residual=float(own[block]), worst_block=names[block], joint_excess=float(joint[face]),
+        worst_joint=f"{names[x.block_a[face]]} / {names[x.block_b[face]]}",
+    )  # fmt: skip

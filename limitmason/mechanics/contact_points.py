@@ -1,0 +1,378 @@
+"""Contact points of interfaces: where forces pass, their tributary areas and directions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import TypeVar
+
+import numpy as np
+from numpy.polynomial import Legendre
+from numpy.typing import NDArray
+
+from limitmason.answers.answer_words import ContactModel
+from limitmason.errors import InputError
+from limitmason.mechanics.plane import Plane
+from limitmason.model.arrays import AssemblyArrays
+from limitmason.model.assembly import Assembly
+from limitmason.storage.frozen import ReadOnly
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+Grid = tuple[int, int]
+Chosen = TypeVar("Chosen")
+Rule = Callable[[int], tuple[Array, Array]]
+
+__all__ = ["KINDS", "ContactPoints", "Grid", "chosen_grid", "contact_points"]
+
+KINDS = ("bed", "head", "base", "crack")
+
+LOBATTO = ContactModel.LOBATTO
+
+LOBATTO_POINTS = 15
+"""Points on a side: a crushing section to 1 %, the largest load of one that breaks at once to 2 %."""
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPoints(ReadOnly):
+    """Points at which an interface transmits forces.
+
+    Parameters
+    ----------
+    position : [m], shape (m, 3)
+    interface : number of the interface each point belongs to, shape (m,)
+    area : tributary area [m2], shape (m,)
+    directions : unit vectors of the force components, normal and two tangents, or normal and one in plane,
+        shape (m, 3, 3) or (m, 2, 3)
+    block_a, block_b : numbers of the blocks each point lies between; its force acts on b, shape (m,)
+    """
+
+    position: Array
+    interface: Index
+    area: Array
+    directions: Array
+    block_a: Index
+    block_b: Index
+
+    @property
+    def count(self) -> int:
+        """Number of points."""
+        return len(self.position)
+
+    @property
+    def components(self) -> int:
+        """Force components per point: 3, or 2 in plane."""
+        return self.directions.shape[1]
+
+
+def contact_points(
+    assembly: Assembly,
+    *,
+    contact_model: str = "vertices",
+    grid: Grid | float | Mapping[str, Grid] = (5, 5),
+    plane: Plane | None = None,
+    elastic: bool = False,
+    ties: bool = False,
+) -> ContactPoints:
+    """Contact points of all interfaces that touch a free block.
+
+    Parameters
+    ----------
+    contact_model : "vertices", the polygon's corners, exact for rocking of rigid no-tension blocks; "grid", points
+        on an even lattice that includes the edges (cell centres would lose 1/n of the lever arm); or "lobatto", whose
+        points crowd towards the edges: for joints that crush or break, see :data:`LOBATTO_POINTS`
+    grid : points along the unit's length (or the height of a head joint) and across the thickness, one pair for all
+        interfaces, or one per kind of joint ("bed", "head", "base") or per wall, which is how the names of its blocks
+        begin ("facade", "return-left"); at least 2 each. Walls go before kinds, and a joint between two walls takes
+        the finer of both; or the largest spacing of points [m], by which every interface gets as many as it needs
+    plane : from :func:`limitmason.mechanics.plane.find_plane`; points then lie on the plane
+    elastic : areas of a grid that bend as the face does, for stiffness (the DEM); False for areas that carry what the
+        face carries, for strength: the points are the same
+    ties : one point more for every tie that touches a free block, at its middle, as ``Assembly.links`` numbers them
+
+    Returns
+    -------
+    ContactPoints
+        Tributary areas add up to the interface's area and keep its centroid; elastic ones, from 3 points on a side, its
+        second moment too. With 2 it is three times too large, which no points at the edges alone can better.
+    """
+    if contact_model not in tuple(ContactModel):
+        raise InputError(f"contact_model must be 'vertices', 'grid' or 'lobatto', got {contact_model!r}")
+    x = assembly.arrays
+    kinds = np.array([i.kind for i in assembly.interfaces])
+    active = np.flatnonzero(~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b]))
+    lattice = _lobatto_points if contact_model == LOBATTO else partial(_edge_points, elastic=elastic)
+    if isinstance(grid, int | float) and contact_model != "vertices":
+        sizes = _spaced_sizes(assembly, grid, plane)
+    else:
+        sizes = _grid_sizes(assembly, kinds, contact_model, (2, 2) if isinstance(grid, int | float) else grid)
+    n_corners = np.diff(x.corner_start)
+    position, interface, area = [], [], []
+    key = np.column_stack([n_corners, sizes])
+    for group in np.unique(key[active], axis=0) if len(active) else ():
+        rows = active[(key[active] == group).all(axis=1)]
+        corners = x.corners[x.corner_start[rows][:, None] + np.arange(group[0])]
+        if contact_model != "vertices" and group[0] == 4:
+            corners = _turned(assembly, rows, corners)
+        if plane is not None:
+            points, weight = _plane_points(corners, x, rows, plane, int(group[1]), lattice)
+        elif contact_model == "vertices":
+            points, weight = corners, _corner_areas(corners, x.normal[rows])
+        elif group[0] == 4:
+            points, weight = _lattice(corners, int(group[1]), int(group[2]), x.normal[rows], lattice)
+        else:
+            points, weight = _fan_lattice(corners, int(max(group[1:])), x.normal[rows], lattice)
+        position.append(points.reshape(-1, 3))
+        area.append(weight.ravel())
+        interface.append(np.repeat(rows, points.shape[1]))
+    if ties and assembly.ties:
+        x = assembly.links
+        rows = len(assembly.interfaces) + np.arange(len(assembly.ties))
+        rows = rows[~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b])[rows]]
+        position.append(x.centre[rows])
+        area.append(x.area[rows])
+        interface.append(rows)
+    if not position:
+        empty = np.empty((0, 3))
+        k = 3 if plane is None else 2
+        none = np.empty(0, np.intp)
+        return ContactPoints(empty, none, np.empty(0), np.empty((0, k, 3)), none, none)
+    owner = np.concatenate(interface)
+    order = np.argsort(owner, kind="stable")
+    owner = owner[order]
+    n = x.normal[owner]
+    if plane is None:
+        directions = np.stack([n, x.tangent_1[owner], x.tangent_2[owner]], axis=1)
+    else:
+        directions = np.stack([n, np.cross(plane.normal, n)], axis=1)
+    return ContactPoints(
+        np.concatenate(position)[order], owner, np.concatenate(area)[order], directions,
+        x.block_a[owner], x.block_b[owner],
+    )  # fmt: skip
+
+
+def chosen_grid(contact_model: str, grid: Chosen | None) -> Chosen | Grid:
+    """The grid; where none is given (5, 5), or ``LOBATTO_POINTS`` both ways.
+
+    Raises
+    ------
+    InputError
+        For a grid with another contact model, which would not use it.
+    """
+    if grid is None:
+        return (LOBATTO_POINTS, LOBATTO_POINTS) if contact_model == LOBATTO else (5, 5)
+    if contact_model == "vertices":
+        raise InputError(f"grid={grid!r} is not used by contact_model={contact_model!r}: give contact_model='grid'")
+    return grid
+
+
+def weakening(assembly: Assembly) -> NDArray[np.bool_]:
+    """Interfaces whose joints crush or lose strength, which two points on a side cannot tell, shape (k,)."""
+    softens = np.array([i.joint.softens for i in assembly.interfaces], dtype=bool)
+    return np.isfinite(assembly.arrays.compressive_strength) | softens
+
+
+def on_few_points(assembly: Assembly, remedy: str) -> tuple[str, ...]:
+    """A warning of joints that crush or lose strength on few points, for engines whose default is a coarse grid."""
+    if not weakening(assembly).any():
+        return ()
+    return (
+        "joints crush or lose strength at the few contact points of the default: the first crack, and what a crushing "
+        f"section bears, may be a quarter too high with 4 points on a side and twice too high with 3; {remedy}",
+    )
+
+
+def _grid_sizes(assembly: Assembly, kinds: NDArray, contact_model: str, grid: Grid | Mapping[str, Grid]) -> Index:
+    if contact_model == "vertices":
+        return np.full((len(kinds), 2), 2, dtype=np.intp)
+    table = grid if isinstance(grid, Mapping) else dict.fromkeys(set(kinds.tolist()), grid)
+    for name, size in table.items():
+        if np.shape(size) != (2,) or min(size) < 2 or any(int(s) != s for s in size):
+            raise InputError(f"grid for {name!r} must be two whole numbers of at least 2, got {size!r}")
+    walls = [name for name in table if name not in KINDS]
+    names = [block.name for block in assembly.blocks]
+    for wall in walls:
+        if not any(name.startswith(wall) for name in names):
+            raise InputError(
+                f"grid has an entry {wall!r}, which is no kind of joint ({', '.join(KINDS)}) and begins the name of no "
+                "block"
+            )
+    sizes = np.empty((len(kinds), 2), np.intp)
+    for k, kind in enumerate(kinds.tolist()):
+        ends = (assembly.interfaces[k].block_a, assembly.interfaces[k].block_b) if walls else ()
+        own = [table[wall] for wall in walls if any(names[block].startswith(wall) for block in ends)]
+        if not own and kind not in table:
+            raise InputError(f"grid has no entry for joints of kind {kind!r}")
+        sizes[k] = np.max(own, axis=0) if own else table[kind]
+    return sizes
+
+
+def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> Index:
+    """Points along and across every interface, none farther apart than a spacing [m]; at least 2."""
+    if isinstance(spacing, bool) or not 0.0 < spacing < np.inf:
+        raise InputError(f"a spacing of contact points must be positive [m], got {spacing!r}")
+    x = assembly.arrays
+    owner = np.repeat(np.arange(len(x.block_a)), np.diff(x.corner_start))
+    arm = x.corners - x.centre[owner]
+    if plane is None:
+        rows = np.flatnonzero(np.diff(x.corner_start) == 4)
+        spans = np.zeros((len(x.block_a), 2))
+        for k, tangent in enumerate((x.tangent_1, x.tangent_2)):
+            along = np.einsum("ij,ij->i", arm, tangent[owner])
+            spans[:, k] = np.maximum.reduceat(along, x.corner_start[:-1]) - np.minimum.reduceat(
+                along, x.corner_start[:-1]
+            )
+        if len(rows):
+            quads = _turned(assembly, rows, x.corners[x.corner_start[rows][:, None] + np.arange(4)])
+            spans[rows, 0] = np.linalg.norm(quads[:, 1] - quads[:, 0], axis=1)
+            spans[rows, 1] = np.linalg.norm(quads[:, 2] - quads[:, 1], axis=1)
+    else:
+        along = np.einsum("ij,ij->i", arm, np.cross(plane.normal, x.normal)[owner])
+        first = x.corner_start[:-1]
+        span = np.maximum.reduceat(along, first) - np.minimum.reduceat(along, first)
+        spans = np.stack([span, np.zeros(len(span))], axis=1)
+    return np.maximum(np.ceil(spans / spacing - 1e-6).astype(np.intp) + 1, 2)
+
+
+def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:
+    """Quadrilaterals renumbered so that their first edge runs along the unit, the second across the thickness."""
+    e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1]
+    e1 = e1 / np.linalg.norm(e1, axis=1)[:, None]
+    e2 = e2 / np.linalg.norm(e2, axis=1)[:, None]
+    turn = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1) < np.linalg.norm(corners[:, 2] - corners[:, 1], axis=1)
+    for k, row in enumerate(rows):
+        i = assembly.interfaces[row]
+        pair = sorted((i.block_b, i.block_a), key=lambda b: assembly.fixed[b])
+        axis = next((assembly.blocks[b].axis for b in pair if assembly.blocks[b].axis is not None), None)
+        if axis is None:
+            continue
+        across = np.cross(axis, (0.0, 0.0, 1.0))
+        if np.linalg.norm(across) <= 1e-6:
+            across = np.array([0.0, 1.0, 0.0])  # an upright unit: its thickness is taken along y, as in a wall in x-z
+        if max(abs(e1[k] @ across), abs(e2[k] @ across)) > 1e-6:
+            turn[k] = abs(e1[k] @ across) > abs(e2[k] @ across)
+    return np.where(turn[:, None, None], np.roll(corners, -1, axis=1), corners)
+
+
+def _corner_areas(corners: Array, normal: Array) -> Array:
+    """Tributary areas of polygon corners that add up to the area and keep its centroid.
+
+    Each triangle from the centroid to an edge gives half its area to either end: that is linear interpolation with the
+    centroid's own third handed to the corners in the same proportion, which leaves the first moment unchanged.
+    """
+    r = corners - corners[:, :1]
+    part = 0.5 * np.einsum("mti,mi->mt", np.cross(r[:, 1:-1], r[:, 2:]), normal)
+    centre = corners[:, 0] + (part[..., None] * (r[:, 1:-1] + r[:, 2:]) / 3.0).sum(axis=1) / part.sum(axis=1)[:, None]
+    q = corners - centre[:, None]
+    triangle = 0.5 * np.einsum("mti,mi->mt", np.cross(q, np.roll(q, -1, axis=1)), normal)
+    return 0.5 * (triangle + np.roll(triangle, 1, axis=1))
+
+
+def _edge_points(n: int, elastic: bool) -> tuple[Array, Array]:
+    """Evenly spaced points on 0 .. 1, ends included, and their weights times 1 - s and s.
+
+    Parameters
+    ----------
+    elastic : weights with the second moment of the face from n = 3 on; False for the integrals of hat functions
+
+    Returns
+    -------
+    points : shape (n,)
+    share : shape (2, n); the sum of both rows is the weights, which add up to 1
+
+    Notes
+    -----
+    Any stress below a strength, handed to the points by hat functions, stays below strength times their integrals: what
+    limit analysis finds on them comes from above. Their second moment, though, is 1 + 2 / (n - 1)^2 too large, which
+    elastic points must not have: handing h / (12 (1 - h)) of each end, h the spacing, to its neighbour makes it right
+    (Simpson's rule for n = 3, the 3/8 rule for 4, Gregory's for many; exact up to cubics). Gauss-Lobatto points are
+    exact to higher powers but leave an edge 1 / (n (n - 1)) of the area: blocks that overturn stand on it, and it gives
+    way. With n = 2 area and centroid are kept; the second moment is then three times too large with any weights.
+    """
+    s, h = np.linspace(0.0, 1.0, n), 1.0 / (n - 1)
+    weight = np.full(n, h)
+    weight[[0, -1]] *= 0.5
+    if elastic and n > 2:
+        handed = h / (12.0 * (1.0 - h))
+        weight[[0, -1]] -= handed
+        weight[1] += handed
+        weight[-2] += handed
+        return s, np.stack([weight * (1.0 - s), weight * s])
+    share = np.stack([weight * (1.0 - s), weight * s])
+    share[:, 0] += np.array([-1.0, 1.0]) * h * h / 6.0
+    share[:, -1] += np.array([1.0, -1.0]) * h * h / 6.0
+    return s, share
+
+
+def _lobatto_points(n: int) -> tuple[Array, Array]:
+    """Gauss-Lobatto points on 0 .. 1 and their weights times 1 - s and s, as :func:`_edge_points`.
+
+    Their ends bear 1 / (n (n - 1)) of a face: what a section crushes or breaks by at its edge is told in few points.
+    """
+    inner = Legendre.basis(n - 1).deriv().roots().real if n > 2 else np.zeros(0)
+    x = np.concatenate([[-1.0], np.sort(0.5 * (inner - inner[::-1])), [1.0]])
+    weight = 1.0 / (n * (n - 1) * Legendre.basis(n - 1)(x) ** 2)
+    s = 0.5 * (x + 1.0)
+    return s, np.stack([weight * (1.0 - s), weight * s])
+
+
+def _lattice(corners: Array, n1: int, n2: int, normal: Array, rule: Rule) -> tuple[Array, Array]:
+    """Even lattice of a quadrilateral mapped from the unit square.
+
+    The ratio of areas is linear in either coordinate, so that its values at the corners give the weights exactly.
+    """
+    (s, along), (t, across) = rule(n1), rule(n2)
+    a, b, c, d = corners[:, 0], corners[:, 1], corners[:, 2], corners[:, 3]
+    low = a[:, None] + s[None, :, None] * (b - a)[:, None]
+    high = d[:, None] + s[None, :, None] * (c - d)[:, None]
+    points = low[:, :, None] + t[None, None, :, None] * (high - low)[:, :, None]
+    m = len(corners)
+    weight = np.zeros((m, n1, n2))
+    for i, edge in enumerate((b - a, c - d)):
+        for j, side in enumerate((d - a, c - b)):
+            # tangents at corner (j along, i across)
+            ratio = np.einsum("mi,mi->m", np.cross(edge, side), normal)
+            weight += ratio[:, None, None] * np.outer(along[j], across[i])
+    return points.reshape(m, -1, 3), weight.reshape(m, -1)
+
+
+def _fan_lattice(corners: Array, n: int, normal: Array, rule: Rule) -> tuple[Array, Array]:
+    """Rings of points between the centroid and the boundary of a polygon that is no quadrilateral.
+
+    Every triangle from the centroid to a side is mapped from the unit square, s from the centroid outwards and t along
+    the side; its ratio of areas grows as s, so that the centroid itself counts for nothing in exact weights.
+    """
+    m = len(corners)
+    r = corners - corners[:, :1]
+    part = 0.5 * np.einsum("mti,mi->mt", np.cross(r[:, 1:-1], r[:, 2:]), normal)
+    centre = corners[:, 0] + (part[..., None] * (r[:, 1:-1] + r[:, 2:]) / 3.0).sum(axis=1) / part.sum(axis=1)[:, None]
+    s, share = rule(n)
+    outwards, along = share[1], share.sum(axis=0)
+    following = np.roll(corners, -1, axis=1)
+    side = following - corners
+    boundary = (corners[:, :, None] + s[None, None, :-1, None] * side[:, :, None]).reshape(m, -1, 3)
+    ratio = np.einsum("mki,mi->mk", np.cross(corners - centre[:, None], side), normal)
+    # a corner ends one side and begins the next
+    load = ratio[:, :, None] * along[:-1]
+    load[:, :, 0] += along[-1] * np.roll(ratio, 1, axis=1)
+    load = load.reshape(m, -1)
+    rings = range(1, n)
+    points = [centre[:, None] + s[k] * (boundary - centre[:, None]) for k in rings]
+    weight = [outwards[k] * load for k in rings]
+    if outwards[0] > 0.0:
+        points, weight = [centre[:, None], *points], [outwards[0] * ratio.sum(axis=1)[:, None], *weight]
+    return np.concatenate(points, axis=1), np.concatenate(weight, axis=1)
+
+
+def _plane_points(
+    corners: Array, x: AssemblyArrays, rows: Index, plane: Plane, n: int, rule: Rule
+) -> tuple[Array, Array]:
+    """Points along each interface on the plane of symmetry, ends included."""
+    tangent = np.cross(plane.normal, x.normal[rows])
+    s = np.einsum("mki,mi->mk", corners - x.centre[rows][:, None], tangent)
+    low, high = s.min(axis=1), s.max(axis=1)
+    t, share = rule(n)
+    along = low[:, None] + t * (high - low)[:, None]
+    weight = share.sum(axis=0)
+    return x.centre[rows][:, None] + along[..., None] * tangent[:, None], x.area[rows][:, None] * weight

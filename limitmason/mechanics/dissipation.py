@@ -1,0 +1,149 @@
+"""Power that the joints of a mechanism dissipate under the associative law, point by point and over whole faces."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.answers.results import Prediction, Resultants
+from limitmason.errors import InputError
+from limitmason.geometry.slip import slip_integrals
+from limitmason.mechanics.law import PointLaw, StressBlock, interface_law, stress_blocks
+from limitmason.mechanics.residuals import PointState
+from limitmason.model.assembly import Assembly
+
+Array = NDArray[np.float64]
+
+
+def point_rates(assembly: Assembly, twists: Array, position: Array, interface: NDArray) -> tuple[Array, Array]:
+    """Opening [m/s], shape (m,), and sliding of b relative to a in global axes, shape (m, 3), at contact points."""
+    x = assembly.links
+    a, b = x.block_a[interface], x.block_b[interface]
+
+    def velocity(block: NDArray) -> Array:
+        arm = position - assembly.centroids[block]
+        return twists[block, :3] + np.cross(twists[block, 3:], arm)
+
+    jump = velocity(b) - velocity(a)
+    n = x.normal[interface]
+    opening = (jump * n).sum(axis=1)
+    return opening, jump - opening[:, None] * n
+
+
+def point_state(assembly: Assembly, resultants: Resultants, twists: Array, *, convex: bool = True) -> PointState:
+    """Forces, rates and strengths at the contact points of a prediction; ``convex`` as in
+    :mod:`limitmason.mechanics.law`.
+    """
+    x = assembly.links
+    k = resultants.point_interface
+    n = x.normal[k]
+    normal_force = (resultants.point_force * n).sum(axis=1)
+    opening, sliding = point_rates(assembly, twists, resultants.point_position, k)
+    return PointState(
+        normal_force, resultants.point_force - normal_force[:, None] * n, opening, sliding,
+        interface_law(x, convex=convex).at(k).over(resultants.point_area),
+    )  # fmt: skip
+
+
+def point_dissipation(law: PointLaw, opening: Array, sliding: Array) -> tuple[Array, Array]:
+    """Power a point can dissipate under the associative law, and g = e_n - tan(phi) |e_t|, which must not be negative.
+
+    Without crushing g < 0 is inadmissible, see :meth:`limitmason.mechanics.law.PointLaw.dissipation`.
+    """
+    slip = np.linalg.norm(sliding, axis=1)
+    return law.dissipation(opening, slip), law.lift(opening, slip)
+
+
+def stress_block_pairs(assembly: Assembly, prediction: Prediction) -> StressBlock | None:
+    """Interfaces of a prediction whose crushing is that of a stress block; None where none is."""
+    if not prediction.stress_block or prediction.resultants is None:
+        return None
+    law = interface_law(assembly.links)
+    k = prediction.resultants.point_interface
+    rows = np.flatnonzero(law.crushes[: len(assembly.interfaces)])  # a tie, after them, is no section
+    first = np.searchsorted(k, rows)
+    found = (first < len(k)) & (k[np.minimum(first, len(k) - 1)] == rows)
+    rows, first = rows[found], first[found]
+    return stress_blocks(law.at(rows).over(assembly.links.area[rows]), np.column_stack([first, first + 1]))
+
+
+class Dissipation:
+    """The joint law of a prediction as the power that any motion of its blocks dissipates.
+
+    Faces with cohesion between rigid blocks in space are integrated in closed form, D = N_t e_n + (c - tan(phi) t) A
+    integral of |s|, where t is the tension per area: e_n is linear and |s| convex, so that the flow rule holds all over
+    a face when it holds at its corners. Cohesion lumped at points would dissipate more in torsion (at corners 0.7071
+    instead of 0.3826 c a^3 on a square), for it may not gather there as friction may. That holds for the points of a
+    grid as well, of which only crushing is summed over the points. Plane problems, whose slip is uniform, are summed.
+
+    Parameters
+    ----------
+    assembly : the structure
+    prediction : with forces at contact points and the contact model that they follow
+    state : its points, see :func:`point_state`
+    """
+
+    def __init__(self, assembly: Assembly, prediction: Prediction, state: PointState) -> None:
+        resultants = prediction.resultants
+        if resultants is None:
+            raise InputError("a prediction without joint forces says nothing about its joints")
+        self._assembly, self._resultants, self.state = assembly, resultants, state
+        self.pairs = stress_block_pairs(assembly, prediction)
+        self.rigid = ~state.law.crushes
+        if self.pairs is not None:
+            self.rigid[self.pairs.ends] = False
+        x, k, law = assembly.links, resultants.point_interface, interface_law(assembly.links)
+        whole = (law.cohesion > 0) & (np.bincount(k, minlength=len(x.area)) > 0)
+        if prediction.plane:
+            whole[:] = False
+        self._faces = np.flatnonzero(whole)
+        if len(self._faces):
+            count = np.diff(x.corner_start)[self._faces]
+            self._start = np.concatenate([[0], np.cumsum(count)])
+            rows = np.concatenate([np.arange(x.corner_start[f], x.corner_start[f + 1]) for f in self._faces])
+            owner = np.repeat(self._faces, count)
+            arm = x.corners[rows] - x.centre[owner]
+            self._corners = np.column_stack(
+                [(arm * x.tangent_1[owner]).sum(axis=1), (arm * x.tangent_2[owner]).sum(axis=1)]
+            )
+            f = self._faces
+            self._cohesion = law.at(f).corner_cohesion
+            lumped = np.zeros(len(x.area))
+            lumped[f] = self._cohesion
+            self._lumped = lumped[k] * resultants.point_area
+
+    def rates(self, twists: Array) -> tuple[Array, Array]:
+        """Opening and sliding of the contact points, see :func:`point_rates`."""
+        r = self._resultants
+        return point_rates(self._assembly, twists, r.point_position, r.point_interface)
+
+    def power(self, twists: Array) -> tuple[float, float, Array]:
+        """Power [W] over whole faces, the same summed over contact points, and g = e_n - tan(phi) |e_t| per point."""
+        opening, sliding = self.rates(twists)
+        law = self.state.law
+        if self.pairs is None:
+            power, g = point_dissipation(law, opening, sliding)
+            total = float(power.sum())
+        else:
+            ends = self.pairs.ends
+            power, g = point_dissipation(law.without_crushing(ends), opening, sliding)
+            slip = np.linalg.norm(sliding, axis=1)
+            others = np.ones(len(g), dtype=bool)
+            others[ends] = False
+            total = float(power[others].sum() + (law.cohesion * slip)[ends].sum())
+            total += float(self.pairs.power(g[ends]).sum())
+        return total + self.spread(twists, sliding), total, g
+
+    def spread(self, twists: Array, sliding: Array) -> float:
+        """Power of cohesion where it is, spread over its faces, less that at the contact points [W].
+
+        The part that tension explains, N_t e_n, is left out: e_n is linear, and the points keep area and centroid.
+        """
+        if not len(self._faces):
+            return 0.0
+        x, f = self._assembly.links, self._faces
+        _, at_centre = point_rates(self._assembly, twists, x.centre[f], f)
+        spin = ((twists[x.block_b[f], 3:] - twists[x.block_a[f], 3:]) * x.normal[f]).sum(axis=1)
+        flat = np.column_stack([(at_centre * x.tangent_1[f]).sum(axis=1), (at_centre * x.tangent_2[f]).sum(axis=1)])
+        whole = self._cohesion * slip_integrals(self._corners, self._start, flat, spin)
+        return float(whole.sum() - (self._lumped * np.linalg.norm(sliding, axis=1)).sum())

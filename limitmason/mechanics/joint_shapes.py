@@ -1,0 +1,180 @@
+"""Shapes of blocks that deform, at the contact points of their joints: what modes and capacity curves share."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from limitmason.deformable import modal_blocks, polynomial_blocks
+from limitmason.deformable.levels import ELASTIC, MODAL
+from limitmason.mechanics.contact_points import ContactPoints
+from limitmason.model.assembly import Assembly
+
+Array = NDArray[np.float64]
+
+_EXACT = 1e-9
+"""To which the points of a joint integrate a polynomial exactly."""
+
+_SEEN = 1e-10
+"""Of the stiffest rigid motion of a joint's points: one below it moves no point."""
+
+_HIGHEST = 3
+"""Degree up to which a joint takes up the displacement of a face."""
+
+
+class Shapes(Protocol):
+    """Shapes of one block: modes of limitmason.deformable."""
+
+    @property
+    def count(self) -> int:
+        """How many."""
+
+    @property
+    def stiffness(self) -> Array:
+        """Per pair of shapes, shape (k, k)."""
+
+    @property
+    def mass(self) -> Array:
+        """Per pair of shapes, shape (k, k)."""
+
+    def displacement(self, points: Array) -> Array:
+        """Displacement of every shape at points (m, 3), shape (m, k, 3)."""
+
+
+def shapes_of(assembly: Assembly, blocks: str, stress: str, normal: ArrayLike | None) -> Sequence[Shapes | None]:
+    """Shapes of every block, None where it is rigid: of :func:`limitmason.deformable.modal_blocks` for "modal", of
+    :func:`limitmason.deformable.polynomial_blocks` for "elastic".
+    """
+    return (modal_blocks if blocks == MODAL else polynomial_blocks)(assembly, stress, normal)
+
+
+def at_joints(
+    assembly: Assembly, points: ContactPoints, shapes: Sequence[Shapes | None], blocks: str
+) -> tuple[Array, Array]:
+    """Displacement of every shape of the blocks a and b at every joint point, shapes (m, 3, largest k) each.
+
+    Parameters
+    ----------
+    blocks : "modal", whose joints take up a face's displacement by :func:`face_motions`, as in the DEM; or "elastic",
+        by :func:`fitted`
+    """
+    most = max((s.count for s in shapes if s is not None), default=0)
+    out = np.zeros((points.count, 3, most)), np.zeros((points.count, 3, most))
+    first = np.flatnonzero(np.diff(points.interface, prepend=-1))
+    x = assembly.arrays
+    for rows in np.split(np.arange(points.count), first[1:]):
+        k = int(points.interface[rows[0]])
+        samples, fit = points.position[rows], None
+        if blocks == ELASTIC:
+            samples, weights = _face_points(assembly.interfaces[k].polygon)
+            fit = fitted(points, rows, samples, weights)
+        frame = np.stack([x.tangent_1[k], x.tangent_2[k], x.normal[k]])
+        for side, block in zip(out, (points.block_a[rows[0]], points.block_b[rows[0]]), strict=True):
+            shape = shapes[int(block)]
+            if shape is None:
+                continue
+            u = shape.displacement(samples)
+            if fit is not None:
+                u = np.tensordot(fit, u, axes=1).transpose(0, 2, 1)
+            else:
+                place = (samples - x.centre[k]) @ frame[:2].T
+                start = np.array([0, len(rows)])
+                moved = face_motions(start, place, points.area[rows], frame @ u.transpose(0, 2, 1))
+                u = frame.T @ (motion_at(place) @ moved[0])
+            side[rows, :, : shape.count] = u
+    return out
+
+
+def motion_at(place: Array) -> Array:
+    """Displacement of points of a joint by its six rigid motions, shape (m, 3, 6).
+
+    Parameters
+    ----------
+    place : coordinates along the joint's tangents [m], shape (m, 2)
+    """
+    out = np.zeros((len(place), 3, 6))
+    out[:, :, :3] = np.eye(3)
+    s, t = place.T
+    out[:, 2, 3], out[:, 2, 4] = t, -s
+    out[:, 0, 5], out[:, 1, 5] = -t, s
+    return out
+
+
+def face_motions(start: NDArray[np.intp], place: Array, area: Array, displacement: Array) -> Array:
+    """Rigid motions of joints that are nearest to the displacement of a face, by least squares over their points.
+
+    A joint of modal blocks takes up six motions of a face and leaves out how it bends and widens: plane faces stay
+    plane, as sections of Timoshenko's beam do. The points of a stiff joint then resist no contraction of a block, of
+    which a few shapes cannot have as much as the joint would leave free. Uniform strain moves both faces of a joint
+    alike, so that it meets no resistance either.
+
+    Parameters
+    ----------
+    start : first point of every joint, and the number of points, shape (k + 1,)
+    place : of the points along the joint's tangents, from one origin [m], shape (m, 2)
+    area : of the points [m2], shape (m,)
+    displacement : of any shapes at the points along t1, t2 and the normal, shape (m, 3, n)
+
+    Returns
+    -------
+    displacement at the origin and rotation per shape, axes of the joint, shape (k, 6, n); of motions that no point
+    notices none
+    """
+    size = np.sqrt(np.add.reduceat(area, start[:-1]) + np.maximum.reduceat((place**2).sum(axis=1), start[:-1]))
+    owner = np.repeat(np.arange(len(start) - 1), np.diff(start))
+    b = motion_at(place / size[owner][:, None])
+    weighted = area[:, None, None] * b
+    gram = np.add.reduceat(np.einsum("mci,mcj->mij", weighted, b), start[:-1], axis=0)
+    right = np.add.reduceat(np.einsum("mci,mcn->min", weighted, displacement), start[:-1], axis=0)
+    out = np.linalg.pinv(gram, rcond=_SEEN, hermitian=True) @ right
+    out[:, 3:] /= size[:, None, None]
+    return np.asarray(out)
+
+
+def fitted(points: ContactPoints, rows: NDArray[np.intp], samples: Array, weights: Array) -> Array:
+    """Values at a joint's points of the polynomial that is nearest to a face's displacement, (points, samples).
+
+    By least squares over the face, of the highest degree up to 3 that the points integrate exactly over it: then
+    uniform pressure at the points does the work of uniform pressure on the face, and rigid motions stay as they are. A
+    force at a point acts on the block as a traction over the joint that is a polynomial of that degree.
+
+    Parameters
+    ----------
+    rows : the points of the joint
+    samples, weights : of a quadrature over the face [m, m2], shapes (s, 3), (s,)
+    """
+    centre = np.average(samples, axis=0, weights=weights)
+    tangents = points.directions[rows[0], 1:]
+    size = float(np.abs((samples - centre) @ tangents.T).max())
+    at, over = ((x - centre) @ tangents.T / size for x in (points.position[rows], samples))
+    area = points.area[rows]
+    chosen = np.ones((len(rows), 1)), np.ones((len(samples), 1))
+    for degree in range(1, _HIGHEST + 1):
+        here, there = _monomials(at, degree), _monomials(over, degree)
+        if np.abs(area @ here - weights @ there).max() > _EXACT * weights.sum():
+            break
+        chosen = here, there
+    here, there = chosen
+    normal = there.T @ (weights[:, None] * there)
+    return np.asarray(here @ np.linalg.solve(normal, (weights[:, None] * there).T))
+
+
+def _monomials(x: Array, degree: int) -> Array:
+    """All products of the coordinates up to a degree, x of shape (m, 1) or (m, 2), shape (m, e)."""
+    if x.shape[1] == 1:
+        return np.asarray(x ** np.arange(degree + 1))
+    return np.column_stack([x[:, 0] ** i * x[:, 1] ** j for i in range(degree + 1) for j in range(degree + 1 - i)])
+
+
+def _face_points(polygon: Array) -> tuple[Array, Array]:
+    """Points [m] and weights [m2] exact to degree 12 over a convex polygon: fans of collapsed Gauss squares."""
+    g, w = np.polynomial.legendre.leggauss(7)
+    g, w = 0.5 * (g + 1.0), 0.5 * w
+    u, v = (x.ravel() for x in np.meshgrid(g, g, indexing="ij"))
+    weight = np.outer(w * g, w).ravel()  # collapsed at the first corner
+    x = np.asarray(polygon, float)
+    a, b = x[1:-1] - x[0], x[2:] - x[0]
+    twice = np.linalg.norm(np.cross(a, b), axis=1)
+    places = x[0] + np.einsum("s,ti->tsi", u * (1.0 - v), a) + np.einsum("s,ti->tsi", u * v, b)
+    return places.reshape(-1, 3), np.outer(twice, weight).ravel()

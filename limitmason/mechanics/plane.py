@@ -1,0 +1,104 @@
+"""Reduction to the plane: whether a whole problem takes place in one plane, and which."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+
+Array = NDArray[np.float64]
+
+__all__ = ["Plane", "find_plane"]
+
+
+class Plane(NamedTuple):
+    """Plane of a two-dimensional problem: horizontal axis, second axis in the plane, and the normal all turn about."""
+
+    axis_1: Array
+    axis_2: Array
+    normal: Array
+
+
+def find_plane(assembly: Assembly, loads: Loads, driven: Array | None = None) -> Plane | None:
+    """The plane of symmetry in which the whole problem takes place, or None for a 3-D problem.
+
+    Blocks, rectangular interfaces and loads must be symmetric about one plane and every normal and force parallel to
+    it. The mean of a stress state and its mirror image is then also admissible, so two points per interface on the
+    plane give exactly the multiplier of four corners.
+
+    Parameters
+    ----------
+    assembly, loads : the problem
+    driven : twists that are prescribed beside the loads, shape (k, 6); they lie in the plane too
+
+    Notes
+    -----
+    A wall of square piers under its weight alone is symmetric about two planes: of these the one nearest to x-z.
+    """
+    x = assembly.arrays
+    active = ~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b])
+    if not active.any() or (np.diff(x.corner_start)[active] != 4).any():
+        return None
+    free = ~assembly.fixed
+    wrench = np.concatenate([loads.dead[free], loads.live[free]])
+    size = max(np.abs(wrench[:, :3]).max(initial=0.0), 1e-300)
+    pulls = np.arange(len(active), len(assembly.links.area))
+    pulls = pulls[free[assembly.links.block_a[pulls]] | free[assembly.links.block_b[pulls]]]
+    vectors = np.concatenate([x.normal[active], wrench[:, :3] / size, assembly.links.normal[pulls], _in_plane(driven)])
+    corners = x.corners[(x.corner_start[:-1][active, None] + np.arange(4))]
+    edge = corners[:, 1] - corners[:, 0]
+    # singular values: those of vectors.T @ vectors would be the squares, whose rounding hides a plane that is turned
+    _, singular, axes = np.linalg.svd(vectors, full_matrices=False)  # at least three rows: a joint, dead and live load
+    if singular[2] > 1e-8 * singular[0]:
+        return None
+    candidates = [axes[2]]
+    if singular[1] <= 1e-6 * singular[0]:  # every normal and force is parallel: any of the two edge directions may do
+        e = edge[0] / np.linalg.norm(edge[0])
+        # which edge is first hangs on rounding: the order of the two must not
+        candidates = sorted([e, np.cross(x.normal[active][0], e)], key=lambda p: -abs(p[1]))
+    length = np.linalg.norm(corners.max(axis=(0, 1)) - corners.min(axis=(0, 1)))
+    for p in candidates:
+        p = p / np.linalg.norm(p) * (1.0 if p[np.abs(p).argmax()] > 0 else -1.0)
+        if abs(p[1]) > 0.5 and p[1] < 0:
+            p = -p
+        height = corners @ p
+        middle = x.centroid[free] @ p
+        level = float(np.median(middle))
+        mirrored = (
+            np.abs(np.sort(height, axis=1) + np.sort(height, axis=1)[:, ::-1] - 2 * level).max() <= 1e-7 * length
+            and np.abs(middle - level).max() <= 1e-7 * length
+            and np.abs(assembly.links.centre[pulls] @ p - level).max(initial=0.0) <= 1e-7 * length
+        )
+        spread = np.sort(np.abs(np.stack([edge @ p, (corners[:, 2] - corners[:, 1]) @ p], axis=1)), axis=1)
+        rectangular = spread[:, 0].max() <= 1e-7 * length
+        moments = wrench[:, 3:] - (wrench[:, 3:] @ p)[:, None] * p
+        quiet = np.abs(moments).max(initial=0.0) <= 1e-9 * size * length
+        if mirrored and rectangular and quiet and _supports_fit(assembly.held, p):
+            z = np.array([0.0, 0.0, 1.0])
+            first = np.cross(p, z) if abs(p[2]) < 0.9 else np.array([1.0, 0.0, 0.0]) - p[0] * p
+            first /= np.linalg.norm(first)
+            return Plane(first, np.cross(first, p), p)
+    return None
+
+
+def _in_plane(driven: Array | None) -> Array:
+    """Unit vectors of a plane that holds these twists: along their translations and across their axes, shape (m, 3)."""
+    twists = np.zeros((0, 6)) if driven is None else np.asarray(driven, dtype=float)
+    rows = np.concatenate([twists[:, :3], *(np.cross(twists[:, 3:], axis) for axis in np.eye(3))])
+    size = np.linalg.norm(rows, axis=1)
+    moves = size > 1e-9 * size.max(initial=0.0)
+    return np.asarray(rows[moves] / size[moves, None])
+
+
+def _supports_fit(held: NDArray[np.bool_], p: Array) -> bool:
+    partial = held[held.any(axis=1) & ~held.all(axis=1)]
+    if not len(partial):
+        return True
+    uniform = (partial[:, :3].all(axis=1) | ~partial[:, :3].any(axis=1)) & (
+        partial[:, 3:].all(axis=1) | ~partial[:, 3:].any(axis=1)
+    )
+    return bool(uniform.all() or np.isclose(np.abs(p).max(), 1.0, atol=1e-12))

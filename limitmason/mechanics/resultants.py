@@ -1,0 +1,51 @@
+"""What a theory finds at contact points as results: resultants of the interfaces, mechanism to a common scale."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.answers.results import Mechanism, Resultants
+from limitmason.mechanics.dissipation import point_rates
+from limitmason.mechanics.residuals import live_size
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+
+Array = NDArray[np.float64]
+
+
+def resultants_from_points(
+    assembly: Assembly, position: Array, interface: NDArray, area: Array, force: Array
+) -> Resultants:
+    """Resultants of all interfaces from contact-point forces on block b in global axes [N], shape (m, 3)."""
+    x = assembly.links
+    k = len(x.block_a)
+    arm = position - x.centre[interface]
+    moment = np.cross(arm, force)
+
+    def total(vector: Array, direction: Array) -> Array:
+        return np.asarray(np.bincount(interface, (vector * direction[interface]).sum(axis=1), k), dtype=float)
+
+    return Resultants(
+        total(force, x.normal),
+        np.column_stack([total(force, x.tangent_1), total(force, x.tangent_2)]),
+        np.column_stack([total(moment, x.tangent_1), total(moment, x.tangent_2)]),
+        total(moment, x.normal), position, interface, area, force,
+    )  # fmt: skip
+
+
+def scaled_mechanism(
+    assembly: Assembly, loads: Loads, twists: Array, position: Array, interface: NDArray
+) -> Mechanism | None:
+    """Mechanism scaled so that the live power is the size of the live load; None when the live load does no work."""
+    v = np.where(assembly.held, 0.0, twists)
+    rate = float((loads.live * v).sum())
+    if not rate > 0:
+        return None
+    size = live_size(assembly, loads)
+    v = v * ((size if size > 0 else 1.0) / rate)
+    opening, sliding = point_rates(assembly, v, position, interface)
+    x = assembly.links
+    t1 = (sliding * x.tangent_1[interface]).sum(axis=1)
+    t2 = (sliding * x.tangent_2[interface]).sum(axis=1)
+    return Mechanism(v, opening, np.column_stack([t1, t2]))

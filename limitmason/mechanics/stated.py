@@ -1,0 +1,158 @@
+"""What every prediction says of its model: its tilt angle, where tension is cut, and what joints lose in failure."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import wraps
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.answers.references import Cited, data_behind
+from limitmason.answers.results import NO_TILT, Prediction
+from limitmason.mechanics.law import interface_law, peak_law, residual_law
+from limitmason.mechanics.law_table import ABOVE_APEX, TAKES, Taken
+from limitmason.model.assembly import Assembly
+from limitmason.model.joint import Joint, LostBy, Unloading
+from limitmason.model.load import Loads
+
+Array = NDArray[np.float64]
+
+_SAME = 1e-9
+
+
+def why_no_tilt_angle(assembly: Assembly, loads: Loads) -> str:
+    """Why lambda is not tan(tilt angle); empty where it is.
+
+    On a tilting table every weight W becomes W (-cos(alpha) z + sin(alpha) d), that is cos(alpha) (dead + tan(alpha)
+    live) with the own weights dead and the same weights along one horizontal direction d live. The factor cos(alpha)
+    cancels where the joints have no strength of their own.
+
+    Parameters
+    ----------
+    assembly, loads : the problem; loads on held degrees of freedom do not count
+    """
+    moves = ~assembly.held
+    weight = np.zeros((assembly.n_blocks, 6))
+    weight[:, 2] = -assembly.weights
+    scale = max(float(np.abs(weight * moves).max(initial=0.0)), 1e-300)
+    if np.abs((loads.dead - weight) * moves).max(initial=0.0) > _SAME * scale:
+        return "the dead load is not the own weight of the blocks alone"
+    live = loads.live * moves
+    free = moves[:, :2].all(axis=1) & (assembly.weights > _SAME * scale)
+    if not free.any():
+        return "no block with a weight is free to move sideways"
+    k = int(np.argmax(np.where(free, assembly.weights, 0.0)))
+    direction = live[k] / assembly.weights[k]
+    sideways = assembly.weights[:, None] * direction * moves
+    level = abs(direction[2]) <= _SAME and abs(float(np.hypot(*direction[:2])) - 1.0) <= 1e-6
+    if not level or np.abs(live - sideways).max(initial=0.0) > 1e-6 * scale or direction[3:].any():
+        return "the live load is not the weight of every block turned to one horizontal direction"
+    strong = next((i for i in assembly.interfaces if not i.joint.is_cohesionless), None)
+    if strong is not None:
+        a, b = (assembly.blocks[n].name for n in (strong.block_a, strong.block_b))
+        return (
+            f"the joint between {a!r} and {b!r} has cohesion, tensile or compressive strength: the cosine of the angle "
+            "does not cancel"
+        )
+    if assembly.ties:
+        return f"the strength of the {assembly.ties[0]} is no weight: the cosine of the angle does not cancel"
+    return ""
+
+
+def tension_cut(assembly: Assembly) -> str:
+    """Which joints cannot use their tensile strength because c / tan(phi) is less; empty where there are none.
+
+    The convex law ends at the apex of the Coulomb cone, so ft > c / tan(phi) is never reached. Codes that check ft
+    apart from the cone do not cut it, nor does the DEM here: parameters calibrated in them lose tension elsewhere.
+    """
+    x, corner = assembly.arrays, interface_law(assembly.arrays).tension
+    lost = np.where(x.tensile_strength > (1.0 + _SAME) * corner, x.tensile_strength - corner, 0.0)
+    if not lost.any():
+        return ""
+    k = int(np.argmax(lost))
+    worst = assembly.interfaces[k].joint
+    name = f" ({worst.name})" if worst.name else ""
+    return (
+        f"tension is cut at the apex of the Coulomb cone in {np.count_nonzero(lost)} of {len(lost)} joints: a tensile "
+        f"strength of {worst.tensile_strength:.4g} Pa{name} counts as c / tan(phi) = {corner[k]:.4g} Pa"
+    )
+
+
+def states(
+    theory: str = "", cites: Callable[[Prediction], tuple[Cited, ...]] = lambda found: found.references
+) -> Callable[[Callable[..., Prediction]], Callable[..., Prediction]]:
+    """Let a method ``(assembly, loads, ...)`` say with its prediction what holds for every method.
+
+    Parameters
+    ----------
+    theory : as in :func:`with_statements`
+    cites : the papers behind a prediction of this method
+    """
+
+    def stating(method: Callable[..., Prediction]) -> Callable[..., Prediction]:
+        @wraps(method)
+        def stated(assembly: Assembly, loads: Loads, *arguments: Any, **options: Any) -> Prediction:
+            found = method(assembly, loads, *arguments, **options)
+            return with_statements(replace(found, references=cites(found)), assembly, loads, theory)
+
+        return stated
+
+    return stating
+
+
+def with_statements(prediction: Prediction, assembly: Assembly, loads: Loads, theory: str = "") -> Prediction:
+    """The prediction with why it has no tilt angle, empty where it has one, and with a warning of tension that is cut.
+
+    The papers of packaged data that the assembly was built from join its own. Nothing is added that it says already.
+
+    Parameters
+    ----------
+    theory : of ``law_table.THEORIES`` where it is one; one that takes tension above the apex cuts none
+    """
+    takes = theory in TAKES and TAKES[theory][ABOVE_APEX].how is Taken.TAKEN
+    cut = "" if takes else tension_cut(assembly)
+    warnings = prediction.warnings if not cut or cut in prediction.warnings else (*prediction.warnings, cut)
+    details = prediction.details
+    if NO_TILT not in details:
+        details = {**details, NO_TILT: why_no_tilt_angle(assembly, loads)}
+    lost = prediction.lost_in_failure or lost_in_failure(assembly)
+    references = tuple(dict.fromkeys((*prediction.references, *data_behind(assembly.recipe))))
+    return replace(
+        prediction, details=details, warnings=warnings, lost_in_failure=lost, references=references, structure=assembly
+    )
+
+
+def lost_in_failure(assembly: Assembly, lengths: Array | None = None) -> tuple[str, ...]:
+    """What the joints lose where they fail, by what and over which energy, a sentence for each law that has a strength.
+
+    Parameters
+    ----------
+    lengths : of a theory that follows softening: opening or slip over which joints without fracture energies lose
+        their strength [m], 0 at once, shape (k,); without, joints are perfectly plastic
+    """
+    known: dict[tuple[int, float | None], tuple[Joint, float | None]] = {}
+    for k, i in enumerate(assembly.interfaces):
+        length = None if lengths is None else float(lengths[k])
+        known.setdefault((id(i.joint), length), (i.joint, length))
+    words = [_joint_loses(*joint) for joint in known.values()]
+    return tuple(dict.fromkeys(w for w in words if w))
+
+
+def _joint_loses(joint: Joint, length: float | None) -> str:
+    peak, rest = peak_law([joint], convex=False), residual_law([joint], convex=False)
+    names = ("c", "ft", "tan(phi)")
+    values = [[float(getattr(law, f)[0]) for law in (peak, rest)] for f in ("cohesion", "tension", "tan_phi")]
+    if values[0][0] == values[1][0] == 0.0 and values[2][0] == values[2][1]:
+        return ""
+    label = f"joint {joint.name!r}" if joint.name else "joints"
+    strengths = f"c {values[0][0]:.4g} Pa, ft {values[1][0]:.4g} Pa, tan(phi) {values[2][0]:.4g}"
+    if length is None or not joint.softens:
+        return f"{label}: {strengths}: nothing is lost in failure (perfectly plastic)"
+    falls = ", ".join(f"{n} to {r:.4g}" for n, (p, r) in zip(names, values, strict=True) if p != r) or "nothing"
+    energies = {"GfI": joint.fracture_energy_tension, "GfII": joint.fracture_energy_shear}
+    over = f"over {length:.3g} m" if length > 0.0 and not any(energies.values()) else "at once"
+    opening, slip = (over if e is None else f"over {name} = {e:.4g} J/m2" for name, e in energies.items())
+    by = f"by opening {opening}" + (f" or by slip {slip}" if joint.lost_by is LostBy.OPENING_OR_SLIP else " only")
+    back = "; tension unloads to the origin" if joint.unloading is Unloading.SECANT else ""
+    return f"{label}: {strengths}: lost in failure: {falls}, {by}{back}"

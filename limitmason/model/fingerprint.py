@@ -1,0 +1,220 @@
+"""What tells one model from another: blocks, joints, supports, ties and materials, compared field by field."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.errors import InputError
+from limitmason.model.block import Block
+from limitmason.model.interface import Interface
+from limitmason.model.joint import Joint
+from limitmason.model.material import Material
+from limitmason.model.tie import Tie
+from limitmason.storage.frozen import ReadOnly
+
+Table = NDArray[Any]
+
+ROUNDING = 1e-12
+"""Difference of two numbers, over the largest of their field, that machines and libraries make of one model [-]."""
+
+_CORNERS = ("shape", "polygon")
+
+
+@dataclass(frozen=True, eq=False)
+class Fingerprint(ReadOnly):
+    """Content of an assembly as arrays that a file keeps and another model is compared with.
+
+    Labels of joints, materials and ties, the recipe and the rules of detection are no part of it: they change no
+    answer.
+
+    Parameters
+    ----------
+    arrays : by "what: field", a row per block, joint or tie; corners in a row, with their counts
+    """
+
+    arrays: Mapping[str, Table]
+
+    @classmethod
+    def of(
+        cls, blocks: Sequence[Block], held: Table, joints: Sequence[Interface], ties: Sequence[Tie], ends: Table,
+        tolerance: float,
+    ) -> Fingerprint:  # fmt: skip
+        """Fingerprint of what an assembly holds, which keeps it as :attr:`Assembly.fingerprint`.
+
+        Parameters
+        ----------
+        held : degrees of freedom, shape (n, 6)
+        ends : blocks of every tie, -1 for the ground, shape (t, 2)
+        """
+        out: dict[str, Table] = {
+            "block: name": np.array([b.name for b in blocks], dtype=str),
+            "block: shape": _rows([b.vertices for b in blocks], 3),
+            "block: number of vertices": np.array([len(b.vertices) for b in blocks]),
+            "block: list of faces": np.array([repr([p.faces for p in b.parts]) for b in blocks], dtype=str),
+            "block: density": np.array([b.density for b in blocks], dtype=float),
+            "block: axis": np.array([[np.nan] * 3 if b.axis is None else b.axis for b in blocks]).reshape(-1, 3),
+            "block: support": held.copy(),
+            **_columns("block: material's ", Material, [b.material for b in blocks]),
+            "joint: pair of blocks": np.array([(i.block_a, i.block_b) for i in joints], dtype=np.int64).reshape(-1, 2),
+            "joint: polygon": _rows([i.polygon for i in joints], 3),
+            "joint: number of corners": np.array([len(i.polygon) for i in joints], dtype=np.int64),
+            "joint: normal": _rows([i.normal[None] for i in joints], 3),
+            "joint: kind": np.array([i.kind for i in joints], dtype=str),
+            **_columns("joint: ", Joint, [i.joint for i in joints]),
+            "tie: pair of blocks": np.asarray(ends, dtype=np.int64).reshape(-1, 2),
+            "tie: pair of ends": np.array([t.ends for t in ties]).reshape(-1, 6),
+            "tie: strength": np.array([t.strength for t in ties], dtype=float),
+            "tie: stiffness": np.array([t.axial_stiffness for t in ties], dtype=float),
+            "model: tolerance": np.array([tolerance], dtype=float),
+        }
+        return cls(out)
+
+    @property
+    def digests(self) -> dict[str, str]:
+        """Hash of each of "blocks", "materials", "supports", "joints" and "ties"; equal for equal bits."""
+        groups: dict[str, list[Table]] = {"blocks": [], "materials": [], "supports": [], "joints": [], "ties": []}
+        for name, table in self.arrays.items():
+            of, field = name.split(": ")
+            special = {"support": "supports"}.get(field, "materials" if field.startswith("material's") else "")
+            groups[special or {"model": "blocks"}.get(of, f"{of}s")].extend((np.array([name]), table))
+        return {group: _digest(*tables) for group, tables in groups.items()}
+
+    @property
+    def digest(self) -> str:
+        """Hash of all of it, 64 hexadecimal digits."""
+        return _digest(np.array(list(self.digests.values())))
+
+    def difference(self, then: Fingerprint) -> str:
+        """First thing in which this model differs from another by more than rounding, in words; empty if none does.
+
+        Parameters
+        ----------
+        then : of the model that is compared with
+        """
+        if missing := sorted(set(self.arrays) ^ set(then.arrays)):
+            return f"the other one says {'no ' if missing[0] in self.arrays else ''}{missing[0]!r}"
+        for name, what in (("block: name", "blocks"), ("joint: kind", "joints"), ("tie: strength", "ties")):
+            if len(self.arrays[name]) != len(then.arrays[name]):
+                return f"it has {len(self.arrays[name])} {what} and had {len(then.arrays[name])}"
+        for name, now in self.arrays.items():
+            was = then.arrays[name]
+            of, field = name.split(": ")
+            # where the numbers of corners differ, these are told below
+            same = _same(now, was) if now.shape == was.shape else np.ones(0, dtype=bool)
+            if same.all():
+                continue
+            k = int(np.argmin(same.reshape(len(now), -1).all(axis=1)))
+            if field in _CORNERS:
+                count = self.arrays[f"{of}: number of {'vertices' if of == 'block' else 'corners'}"]
+                k = int(np.searchsorted(np.cumsum(count), k, side="right"))
+            long = field in (*_CORNERS, "list of faces")
+            values = "" if long else f" now ({_said(now[k])}), not {_said(was[k])}"
+            return f"{self._named(of, k)} has another {field}{values}"
+        return ""
+
+    def _named(self, of: str, k: int) -> str:
+        """A block, joint or tie in words."""
+        names = self.arrays["block: name"]
+        if of == "block":
+            return f"block {str(names[k])!r}"
+        if of == "model":
+            return "it"
+        a, b = self.arrays[f"{of}: pair of blocks"][k]
+        return f"the {of} between {str(names[a])!r} and {repr(str(names[b])) if b >= 0 else 'the ground'}"
+
+    def check_same(self, then: Fingerprint, what: str) -> None:
+        """Refuse another model than the one that something belongs to.
+
+        Parameters
+        ----------
+        then : of the model that it belongs to
+        what : it is, such as "the state that start= gives"
+
+        Raises
+        ------
+        InputError
+            Naming the first block, joint or tie that differs, and its field.
+        """
+        if other := self.difference(then):
+            raise InputError(f"{what} is of another model than the one given: {other}; give that model, or begin anew")
+
+
+def check_same_loads(
+    case: str, now: Table, then: Table, names: Sequence[str], what: str, counted: Table | None = None
+) -> None:
+    """Refuse other loads than those that act in a state.
+
+    Parameters
+    ----------
+    case : "dead" or "live", for the message
+    now, then : wrenches of all blocks [N, N m], shape (n, 6)
+    names : of the blocks
+    what : the loads belong to
+    counted : degrees of freedom whose loads count, shape (n, 6); all by default
+
+    Raises
+    ------
+    InputError
+        Naming the block.
+    """
+    scale = max(float(np.abs(then).max(initial=0.0)), 1e-300)
+    off = np.abs(now - then) > ROUNDING * scale
+    if counted is not None:
+        off &= counted
+    if off.any():
+        i = int(np.flatnonzero(off.any(axis=1))[0])
+        raise InputError(
+            f"the {case} load of block {names[i]!r} is {now[i].tolist()} now and was {then[i].tolist()} in {what}"
+        )
+
+
+def _columns(prefix: str, kind: type[Joint] | type[Material], rows: Sequence[Any]) -> dict[str, Table]:
+    """A column for every field of a law or material: NaN for None, choices by their number; its label is left out."""
+    out = {}
+    distinct = {id(row): row for row in rows}
+    for field in fields(kind):
+        if field.name == "name":
+            continue
+        value = {key: _number(None if row is None else getattr(row, field.name)) for key, row in distinct.items()}
+        out[prefix + field.name] = np.array([value[id(row)] for row in rows], dtype=float)
+    return out
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, StrEnum):
+        return float(tuple(type(value)).index(value))
+    return float("nan") if value is None else float(value)
+
+
+def _rows(parts: Sequence[Table], width: int) -> Table:
+    return np.concatenate(parts) if len(parts) else np.zeros((0, width))
+
+
+def _same(now: Table, was: Table) -> NDArray[np.bool_]:
+    """Which entries are equal, but for rounding; NaN equals NaN."""
+    if now.dtype.kind != "f" or was.dtype.kind != "f":
+        return np.asarray(now == was)
+    finite = np.abs(now[np.isfinite(now)]).max(initial=0.0)
+    with np.errstate(invalid="ignore"):
+        near = np.abs(now - was) <= ROUNDING * finite
+    return np.asarray(near | (now == was) | (np.isnan(now) & np.isnan(was)))
+
+
+def _said(value: Any) -> str:
+    return f"{value:g}" if np.ndim(value) == 0 and isinstance(value, np.floating) else str(np.asarray(value).tolist())
+
+
+def _digest(*parts: Table) -> str:
+    made = hashlib.sha256()
+    for part in parts:
+        plain = part + 0.0 if part.dtype.kind == "f" else part  # -0.0 is 0.0
+        made.update(f"{plain.shape}{plain.dtype.str}".encode())
+        made.update(np.ascontiguousarray(plain).tobytes())
+    return made.hexdigest()

@@ -1,0 +1,1 @@
+"""What is kept whole: files, tables with units, arrays that nobody changes."""

@@ -1,0 +1,104 @@
+"""CSV tables with units, as every reader takes them: names, a comment line with the units, one line per row.
+
+    length,force,stone
+    # units: m,kN,-
+    0.4,12.5,granite
+
+``pandas.read_csv(file, comment="#")`` and ``numpy.genfromtxt(file, delimiter=",", names=True)`` read numbers as
+numbers. Comments stand below the names, because the latter takes names from the first line, comment or not.
+Version 0.1 wrote the units as a row of the table; both forms are read.
+"""
+
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from limitmason.errors import InputError
+from limitmason.storage.files import write_text
+
+UNITS = "# units: "
+"""How the line of units begins."""
+
+
+class Parsed(NamedTuple):
+    """A table as text: names and units of its columns, cells, and the lines of the file on which they stand."""
+
+    header: list[str]
+    units: list[str]
+    rows: list[list[str]]
+    lines: list[int]
+    units_line: int
+    header_line: int
+
+
+def _cell(value: Any) -> str:
+    text = "" if value is None else str(value)
+    # a reader that skips comments would cut an unquoted cell at the sign
+    return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"\n\r#') else text
+
+
+def table_text(units: Mapping[str, str], rows: Iterable[Sequence[Any]], note: str = "") -> str:
+    """The text of a table.
+
+    Parameters
+    ----------
+    units : columns in order with their units, "-" for pure numbers and words
+    rows : cells of every row, as they are to be written
+    note : comment lines below the units
+
+    Raises
+    ------
+    InputError
+        For a row of another length, and a name that begins like a comment.
+    """
+    names = list(units)
+    if names and names[0].startswith("#"):
+        raise InputError(f"the first column is called {names[0]!r}: readers would take the names for a comment")
+    out = [",".join(map(_cell, names)), UNITS + ",".join(map(_cell, units.values()))]
+    out += [f"# {line}" for line in note.splitlines()]
+    for row in rows:
+        if len(row) != len(names):
+            raise InputError(f"a row has {len(row)} cells, the table {len(names)} columns")
+        out.append(",".join(map(_cell, row)))
+    return "\n".join(out) + "\n"
+
+
+def write_table(path: str | Path, units: Mapping[str, str], rows: Iterable[Sequence[Any]], note: str = "") -> None:
+    """Write a table to a file; see :func:`table_text`."""
+    write_text(path, table_text(units, rows, note), newline="")
+
+
+def parsed(text: str, name: str) -> Parsed:
+    """The cells of a table in either form; other comment lines and blank lines are left out.
+
+    Parameters
+    ----------
+    text : of the file
+    name : for messages
+
+    Raises
+    ------
+    InputError
+        Where there are no names or no units.
+    """
+    said, cells, lines = list[tuple[int, str]](), list[list[str]](), list[int]()
+    numbered = enumerate(text.splitlines(keepends=True), 1)
+    for number, line in numbered:
+        if line.startswith(UNITS.strip()):
+            said.append((number, line[len(UNITS) - 1 :].strip()))
+        elif line.strip() and not line.startswith("#"):
+            # a quoted cell may go on over lines, blank ones and ones that look like comments among them
+            record = [line]
+            while "".join(record).count('"') % 2 and (more := next(numbered, None)):
+                record.append(more[1])
+            cells.append([c.strip() for c in next(csv.reader(record))])
+            lines.append(number)
+    below = not said
+    if len(cells) < 1 + below:
+        raise InputError(f"{name}: expected a row of names and a units row ({UNITS}m,kN,- below the names)")
+    if below:
+        units, where, first = cells[1], lines[1], 2
+    else:
+        units, where, first = [c.strip() for c in next(csv.reader([said[0][1]]), [])], said[0][0], 1
+    return Parsed(cells[0], units, cells[first:], lines[first:], where, lines[0])

@@ -1,0 +1,62 @@
+"""Read-only arrays: what a model and an answer hand out cannot be changed by who reads it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import wraps
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+T = TypeVar("T")
+
+
+def frozen(value: T) -> T:
+    """The value itself, all arrays in it made read-only: in tuples, lists and mappings too, not in other objects."""
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+    elif isinstance(value, Mapping):
+        for item in value.values():
+            frozen(item)
+    elif isinstance(value, tuple | list):
+        for item in value:
+            frozen(item)
+    return value
+
+
+def owned(value: ArrayLike) -> NDArray[np.float64]:
+    """A read-only array of its own: a copy, unless it is one already, so that its maker cannot change it either."""
+    array = np.asarray(value, dtype=float)
+    if array.flags.writeable or not array.flags.owndata:
+        array = array.copy()
+    return frozen(array)
+
+
+class ReadOnly:
+    """A frozen dataclass whose arrays are read-only, when made, copied and unpickled."""
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        check: Callable[..., None] | None = cls.__dict__.get("__post_init__")
+        if check is not None:
+            cls.__post_init__ = _then_frozen(check)  # type: ignore[method-assign]
+
+    def __post_init__(self) -> None:
+        frozen(vars(self))
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        # arrays come writable out of a pickle and a deep copy
+        vars(self).update(frozen(dict(state)))
+
+
+def _then_frozen(check: Callable[..., None]) -> Callable[..., None]:
+    @wraps(check)
+    def both(self: Any, *given: Any) -> None:
+        check(self, *given)
+        frozen(vars(self))
+
+    return both
+
+
+__all__ = ["ReadOnly", "frozen", "owned"]

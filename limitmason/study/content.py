@@ -1,0 +1,240 @@
+"""Fingerprint of what a stored result belongs to: models, functions with all that they use, and plain values."""
+
+from __future__ import annotations
+
+import dis
+import hashlib
+import sys
+import sysconfig
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from functools import cache, partial
+from logging import Logger
+from pathlib import PurePath
+from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
+from typing import Any
+
+import numpy as np
+
+from limitmason.model.blockwork import Blockwork
+from limitmason.model.load import Loads
+
+_PYTHON = frozenset(sys.stdlib_module_names) - {"types", "collections"} | frozenset(sys.builtin_module_names)
+
+
+def fingerprint(*parts: Any) -> str:
+    """Hash of models, loads, functions and plain values: equal for equal content, whatever the process or the machine.
+
+    Parameters
+    ----------
+    parts : assemblies, loads, arrays, mappings, sequences, numbers, text; functions, with their code, constants,
+        defaults, what they close over and what they read of their module; objects, with their fields and, of classes
+        of one's own, their code
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+
+    Raises
+    ------
+    TypeError
+        For objects without a content of their own, such as open files; the message says what holds them.
+
+    Notes
+    -----
+    This package and others that are installed count by name; a :class:`Memo` keeps the version of this one itself. When
+    in doubt two things differ: code compiled by another version of Python is other code.
+    """
+    return _fingerprint(parts, state=True)
+
+
+def fingerprint_of_code(*parts: Any) -> str:
+    """Fingerprint without lists, mappings and sets that functions and objects hold: their own state, such as counters.
+
+    For functions whose author says when they change, see :func:`fingerprint`.
+    """
+    return _fingerprint(parts, state=False)
+
+
+def _fingerprint(parts: tuple[Any, ...], *, state: bool) -> str:
+    digest = _Digest(state)
+    for part in parts:
+        digest.feed(part)
+    return digest.made.hexdigest()
+
+
+class _Digest:
+    """A hash that is fed values, each with a tag of its kind, so that 1 and "1" differ."""
+
+    def __init__(self, state: bool) -> None:
+        self.made, self.state = hashlib.sha256(), state
+        self.seen: dict[int, int] = {}  # functions and classes by their place, which may lead to themselves
+        self.open: set[int] = set()  # other values that are being fed
+
+    def tag(self, *words: object) -> None:
+        self.made.update((":".join(map(str, words)) + ";").encode("utf-8", "surrogatepass"))
+
+    def feed(self, value: Any) -> None:
+        """Add one value."""
+        if isinstance(value, Enum):
+            self.tag("member", type(value).__qualname__, value.name)
+        elif isinstance(value, np.generic):
+            self.feed(value.item())
+        elif isinstance(value, bool | int | float | complex | str | bytes | type(None) | type(Ellipsis)):
+            self.tag(type(value).__name__, value.hex() if isinstance(value, float) else repr(value))
+        elif isinstance(value, np.ndarray) and value.dtype != object:
+            self.tag("array", value.shape, value.dtype.str)
+            self.made.update(np.ascontiguousarray(value).tobytes())
+        elif isinstance(value, FunctionType | type):
+            if id(value) in self.seen:
+                self.tag("again", self.seen[id(value)])
+            else:
+                self.seen[id(value)] = len(self.seen)
+                self.feed_function(value) if isinstance(value, FunctionType) else self.feed_class(value)
+        elif id(value) in self.open:
+            raise TypeError(f"a {type(value).__name__} holds itself, so that it has no content of an end")
+        else:
+            self.open.add(id(value))
+            self.feed_whole(value)
+            self.open.remove(id(value))
+
+    def feed_whole(self, value: Any) -> None:
+        """Add what has parts."""
+        if isinstance(value, Blockwork):
+            self.tag("assembly", value.fingerprint.digest)
+            labels = [*(i.joint.name for i in value.interfaces), *(t.name for t in value.ties)]
+            labels += [b.material.name if b.material else "" for b in value.blocks]
+            self.feed((value.recipe, value.contact_rules, labels))
+        elif isinstance(value, Loads):
+            self.tag("loads")
+            self.feed((value.dead, value.live))
+        elif isinstance(value, Mapping):
+            self.tag("mapping", len(value))
+            for key, item in sorted(value.items(), key=lambda entry: (str(type(entry[0])), repr(entry[0]))):
+                self.feed(key)
+                self.feed(item)
+        elif isinstance(value, list | tuple | np.ndarray):
+            self.tag("sequence", len(value))
+            for item in value:
+                self.feed(item)
+        elif isinstance(value, set | frozenset):
+            self.tag("set", len(value))
+            for item in sorted(fingerprint(v) for v in value):
+                self.tag(item)
+        elif isinstance(value, PurePath):
+            self.tag("path", value)
+        elif isinstance(value, CodeType):
+            self.feed_code(value)
+        elif isinstance(value, MethodType):
+            self.tag("method")
+            self.feed((value.__self__, value.__func__))
+        elif isinstance(value, partial):
+            self.tag("partial")
+            self.feed((value.func, value.args, value.keywords))
+        elif isinstance(value, BuiltinFunctionType | np.ufunc | ModuleType):
+            self.tag(type(value).__name__, getattr(value, "__module__", ""), value.__name__)
+        elif isinstance(value, Logger):
+            self.tag("logger", value.name)
+        elif isinstance(getattr(value, "__wrapped__", getattr(value, "py_func", None)), FunctionType):
+            self.feed(getattr(value, "__wrapped__", None) or value.py_func)  # cached, or compiled by numba
+        else:
+            self.feed_object(value)
+
+    def held(self, owner: str, name: str, value: Any) -> None:
+        """Add what a function or an object holds, and say where it is if it has no content."""
+        if not self.state and isinstance(value, list | dict | set | bytearray):
+            return
+        self.tag(name)
+        try:
+            self.feed(value)
+        except TypeError as error:
+            raise TypeError(f"{owner} uses {name!r}: {error}") from None
+
+    def feed_code(self, code: CodeType) -> None:
+        """Add what a code does: instructions, constants (functions within it too), and names; not where it stands."""
+        self.tag("code", code.co_code.hex(), code.co_names, code.co_varnames, code.co_freevars)
+        self.tag(code.co_exceptiontable.hex(), code.co_flags)
+        self.tag(code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount)
+        for constant in code.co_consts:
+            self.feed(constant)
+
+    def feed_function(self, function: FunctionType) -> None:
+        """Add a function with its defaults, what it closes over, and what its code reads of its module."""
+        self.tag("function", function.__qualname__)
+        if _installed(function.__module__):
+            self.tag(function.__module__)
+            closed: Mapping[str, Any] = _closed_over(function)
+        else:
+            self.feed_code(function.__code__)
+            closed = {**_closed_over(function), **_read_of_module(function)}
+        self.feed((function.__defaults__, function.__kwdefaults__))
+        for name, value in sorted(closed.items()):
+            self.held(function.__qualname__, name, value)
+
+    def feed_class(self, kind: type) -> None:
+        """Add a class: by name where it is installed, else with its code too."""
+        self.tag("class", kind.__module__ if _installed(kind.__module__) else "", kind.__qualname__)
+        if _installed(kind.__module__):
+            return
+        self.feed(kind.__bases__)
+        for name, value in sorted(vars(kind).items()):
+            value = getattr(value, "__func__", getattr(value, "fget", value))  # of a class method, or a property
+            if isinstance(value, FunctionType | bool | int | float | str | tuple):
+                self.held(kind.__qualname__, name, value)
+
+    def feed_object(self, value: Any) -> None:
+        """Add an object by its class and its fields."""
+        kind = type(value)
+        if isinstance(value, np.random.Generator):
+            self.tag("generator")
+            self.feed(value.bit_generator.state)
+            return
+        if hasattr(value, "dist") and hasattr(value, "kwds"):  # a distribution of scipy.stats with its parameters
+            self.tag("distribution", value.dist.name)
+            self.feed((type(value.dist), value.args, value.kwds))
+            return
+        if is_dataclass(value):
+            held: Mapping[str, Any] = {f.name: getattr(value, f.name) for f in fields(value)}
+        elif kind.__module__ in ("datetime", "decimal", "fractions", "uuid") or kind in (range, slice):
+            held = {"": repr(value)}
+        elif hasattr(value, "__dict__") and kind.__module__.partition(".")[0] not in _PYTHON:
+            held = vars(value)
+        else:
+            raise TypeError(
+                f"a {kind.__name__} has no content to identify a stored result by; leave the store out, or give a key"
+            )
+        self.feed_class(kind)
+        for name, item in sorted(held.items()):
+            self.held(f"a {kind.__qualname__}", name, item)
+
+
+def _closed_over(function: FunctionType) -> dict[str, Any]:
+    out = {}
+    for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+        try:
+            out[name] = cell.cell_contents
+        except ValueError:  # not filled yet
+            out[name] = None
+    return out
+
+
+def _read_of_module(function: FunctionType) -> dict[str, Any]:
+    """Values that the code of a function, and of functions within it, reads of its module."""
+    names, codes = set(), [function.__code__]
+    while codes:
+        code = codes.pop()
+        names |= {i.argval for i in dis.get_instructions(code) if i.opname in ("LOAD_GLOBAL", "LOAD_NAME")}
+        codes += [c for c in code.co_consts if isinstance(c, CodeType)]
+    return {n: function.__globals__[n] for n in names if n in function.__globals__}
+
+
+@cache
+def _installed(module: str | None) -> bool:
+    """Whether a module comes with Python, this package or another that is installed, so that its name stands for it."""
+    top = (module or "").partition(".")[0]
+    if top in ("limitmason", "dem", "mechanisms") or top in _PYTHON:
+        return True
+    file = getattr(sys.modules.get(top), "__file__", None) or ""
+    return any(file.startswith(sysconfig.get_path(p)) for p in ("purelib", "platlib"))

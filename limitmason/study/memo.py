@@ -1,0 +1,218 @@
+"""The memory of runs: each computed once, kept in a file as it comes, found again after a kill, by any process."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from limitmason.constants import VERSION
+from limitmason.errors import InputError
+from limitmason.storage.files import parsed_json
+from limitmason.study.workers import Unfinished, run_points
+
+try:
+    import fcntl
+except ImportError:  # no locks on this system: one process at a time
+    fcntl = None  # type: ignore[assignment]
+
+SCHEMA = "limitmason-runs"
+
+
+class Memo:
+    """Results of runs by key, in memory and in a file of JSON lines.
+
+    Parameters
+    ----------
+    path : file, made with its folder when the first result comes; None keeps results in memory only
+    of : fingerprint of the study that all of them belong to; empty where every key says what its result belongs to
+    kind : type of the results; another one in the file is damage
+    any_version : read what another version of this package has written too
+
+    Attributes
+    ----------
+    rows : dict
+        Results by key, as JSON keeps them: a key is what :func:`key_text` makes of it.
+
+    Raises
+    ------
+    InputError
+        For a file of another study, of another version, or no such file; and for damage, by line.
+
+    Notes
+    -----
+    Several processes may share a file, and begin it at once: every line is written under a lock. A last line that a
+    kill or a full disk has cut off is dropped; what was written before stays. Numbers return bit by bit.
+    """
+
+    def __init__(
+        self, path: str | Path | None, of: str = "", *, kind: type | tuple[type, ...] = object,
+        any_version: bool = False,
+    ) -> None:  # fmt: skip
+        self.path = None if path is None else Path(path)
+        self.of, self.kind, self.any_version = of, kind, any_version
+        self.rows: dict[str, Any] = {}
+        if self.path is not None and self.path.is_dir():
+            raise InputError(f"{self.path} is a folder: give a file")
+        if self.path is not None and self.path.exists():
+            with self.path.open("rb") as file, _locked(file, shared=True):
+                self._read(file.read())
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __contains__(self, key: Any) -> bool:
+        return key_text(key) in self.rows
+
+    def __getitem__(self, key: Any) -> Any:
+        return self.rows[key_text(key)]
+
+    def once(self, key: Any, compute: Callable[[], Any]) -> Any:
+        """The result of a key, computed and kept where there is none yet."""
+        return self[key] if key in self else self.keep(key, compute())
+
+    def keep(self, key: Any, result: Any) -> Any:
+        """Keep a result, and return it as it is read back."""
+        text, row = key_text(key), plain(result)
+        if self.path is not None:
+            self._append({"key": json.loads(text), "row": row})
+        self.rows[text] = row
+        return row
+
+    def map(
+        self, function: Callable[..., Any], jobs: Mapping[Any, Mapping[str, Any]], *, executor: Any = None,
+        workers: int = 1, row: Callable[[Any, Any], Any] = lambda _, result: result,
+    ) -> Iterator[tuple[Any, Any]]:  # fmt: skip
+        """Compute what is missing of some jobs; key and result of each as it is done.
+
+        Parameters
+        ----------
+        jobs : keywords of the function, by key
+        executor, workers : as for :func:`limitmason.study.sweep`
+        row : from key and answer, what is kept
+        """
+        missing = [key for key in jobs if key not in self]
+        numbered = [(k, jobs[key]) for k, key in enumerate(missing)]
+        for k, result in run_points(function, numbered, executor, workers):
+            if not isinstance(result, Unfinished):
+                yield missing[k], self.keep(missing[k], row(missing[k], result))
+
+    # ---- the file ------------------------------------------------------------------------------------------------
+
+    def _read(self, data: bytes) -> None:
+        whole = data[: data.rfind(b"\n") + 1]
+        if not whole:
+            if not self._header().startswith(data[:20]):
+                raise InputError(f"{self.path} is not a store of runs of limitmason: give another file")
+            return
+        for number, line in enumerate(whole.splitlines(), 1):
+            if number == 1:
+                self._check_header(line)
+                continue
+            try:
+                entry = parsed_json(line.decode("utf-8"), self.path)
+                text, row = key_text(entry["key"]), entry["row"]
+            except (ValueError, KeyError, TypeError):
+                entry = None
+            if entry is None or not isinstance(row, self.kind):
+                raise InputError(f"{self.path}, line {number} is damaged; remove the line to compute it again")
+            self.rows[text] = row
+
+    def _header(self) -> bytes:
+        return json.dumps({"schema": SCHEMA, "limitmason": VERSION, "of": self.of}).encode() + b"\n"
+
+    def _check_header(self, line: bytes) -> None:
+        try:
+            header = json.loads(line)
+        except ValueError:
+            header = None
+        schema = header.get("schema") if isinstance(header, dict) else None
+        if schema == "limitmason-rows":
+            raise InputError(f"{self.path} was written by limitmason 0.2 or before: delete it, or give another file")
+        if schema != SCHEMA:
+            raise InputError(f"{self.path} is not a store of runs of limitmason: give another file")
+        if header.get("limitmason") != VERSION and not self.any_version:
+            raise InputError(
+                f"{self.path} was written by limitmason {header.get('limitmason')}, whose answers may differ from "
+                f"those of {VERSION}: delete it, or give another file"
+            )
+        if header.get("of") != self.of:
+            raise InputError(
+                f"{self.path} holds the runs of another study (other model, function, method, options or seed): give "
+                "another file, or delete it"
+            )
+
+    def _append(self, entry: Mapping[str, Any]) -> None:
+        assert self.path is not None
+        line = json.dumps(entry).encode() + b"\n"
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        with self.path.open("ab+", buffering=0) as file, _locked(file):
+            end = _whole(file)
+            try:
+                if end == 0:
+                    line = self._header() + line
+                elif not self.rows:  # begun by another process
+                    file.seek(0)
+                    self._check_header(file.readline())
+                while line:
+                    line = line[file.write(line) :]
+            except OSError as error:
+                os.ftruncate(file.fileno(), end)
+                kept = "what was computed before is kept: make room, and start again"
+                raise OSError(error.errno, f"{error.strerror}; {kept}", str(self.path)) from None
+
+
+def _whole(file: IO[bytes]) -> int:
+    """Cut off what follows the last whole line, and return where it ends."""
+    end = file.seek(0, os.SEEK_END)
+    if end:
+        file.seek(end - 1)
+        if file.read(1) != b"\n":
+            file.seek(0)
+            end = file.read().rfind(b"\n") + 1
+            file.truncate(end)
+    return end
+
+
+@contextmanager
+def _locked(file: IO[bytes], *, shared: bool = False) -> Iterator[None]:
+    """Keep other processes from a file while it is written."""
+    if fcntl is None:
+        yield
+        return
+    fcntl.flock(file, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
+    try:
+        yield
+    finally:
+        fcntl.flock(file, fcntl.LOCK_UN)
+
+
+def key_text(key: Any) -> str:
+    """A key as text: equal for what JSON does not tell apart, such as a tuple and a list."""
+    return json.dumps(plain(key), sort_keys=True)
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON keeps it: numpy scalars and arrays become numbers and lists.
+
+    Raises
+    ------
+    TypeError
+        For what JSON does not keep.
+    """
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [plain(v) for v in value]
+    if isinstance(value, Mapping):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, (bool, int, float, str, type(None))):
+        return value
+    raise TypeError(f"a result may hold numbers, text, lists and mappings, not a {type(value).__name__}")

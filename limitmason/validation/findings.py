@@ -1,0 +1,125 @@
+"""What theory demands of several answers to one question, checked; what was not computed is named, never passed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from limitmason.methods import get_method
+from limitmason.validation.rows import NAN, Row
+
+HOLDS, OPEN, BROKEN, NOT_CHECKED = "holds", "open", "BROKEN", "not checked"
+INSIDE = "inside"
+
+_SAME = 1e-6
+"""Relative difference of two multipliers that the programs behind them leave."""
+
+_ENDS = {"upper": "associative", "admissible": "smallest admissible"}
+"""What a missing answer would have given, by the theorem of its method."""
+
+
+class Finding(NamedTuple):
+    """One demand of theory: "holds", "open", "BROKEN" or "not checked", in words, of the answer by a method."""
+
+    state: str
+    text: str
+    method: str
+
+    def __str__(self) -> str:
+        """The line of a table."""
+        return f"{self.state}: {self.text}"
+
+
+class Answers:
+    """The rows of one question by what they mean: the associative, the smallest admissible, a mechanism, others."""
+
+    def __init__(self, rows: Sequence[Row]) -> None:
+        self.rows = tuple(rows)
+        self.asked = {get_method(r.method).theorem: r for r in reversed(self.rows)}
+        solved = {get_method(r.method).theorem: r for r in reversed(self.rows) if r.solved}
+        self.upper, self.lower, self.mechanism = (solved.get(t) for t in ("upper", "admissible", "mechanism"))
+
+    def position(self, row: Row) -> str:
+        """Where a simulation lies: "inside", "above by ..." or "below by ..."; "" where an end to judge by is missing.
+
+        It lies inside where its range meets that from the smallest admissible multiplier to the associative one.
+        """
+        if not row.solved:
+            return ""
+        low, high = (end if math.isfinite(end) else row.multiplier for end in (row.low, row.high))
+        if self.upper and low > self.upper.multiplier * (1.0 + _SAME):
+            return f"above by {low / self.upper.multiplier - 1.0:.2%}"
+        if self.lower and high < (floor := _floor(self.lower)) * (1.0 - _SAME):
+            return f"below by {1.0 - high / floor:.2%}"
+        return INSIDE if self.upper and self.lower else ""
+
+    def missing(self, theorem: str) -> str:
+        """Why there is no answer of a kind."""
+        row = self.asked.get(theorem)
+        return "was not asked for" if row is None else f"{row.method} {row.status.partition(':')[0]}"
+
+    def findings(self) -> tuple[Finding, ...]:
+        """Every demand on the answers there are."""
+        simulations = [r for r in self.rows if r.solved and get_method(r.method).theorem == "simulation"]
+        found = [self._order(), *map(self._simulation, simulations), self._mechanism()]
+        return tuple(f for f in found if f is not None)
+
+    def _order(self) -> Finding | None:
+        upper, lower, demand = self.upper, self.lower, "non-associative <= associative"
+        if not {"upper", "admissible"} <= set(self.asked):
+            return None
+        if not (upper and lower):
+            kind = "admissible" if upper else "upper"
+            return Finding(NOT_CHECKED, f"{demand} ({self.missing(kind)})", self.asked["admissible"].method)
+        pair = f"{lower.multiplier:.5f}, {upper.multiplier:.5f}"
+        if lower.multiplier == upper.multiplier and not lower.has_range:
+            return Finding(NOT_CHECKED, f"{demand} ({pair}): psi = phi, one program gave both", lower.method)
+        good = lower.multiplier <= upper.multiplier * (1.0 + _SAME) + 1e-9
+        return Finding(HOLDS if good else BROKEN, f"{demand} ({pair})", lower.method)
+
+    def _simulation(self, row: Row) -> Finding | None:
+        upper, lower = self.upper, self.lower
+        name = f"the {get_method(row.method).look.name}"
+        value = f"{row.low:.5f} to {row.high:.5f}" if row.has_range else f"{row.multiplier:.5f}"
+        if not (upper or lower):
+            if not set(_ENDS) & set(self.asked):
+                return None
+            why = "; ".join(f"{_ENDS[t]}: {self.missing(t)}" for t in _ENDS)
+            return Finding(NOT_CHECKED, f"{name} {value} beside the admissible range ({why})", row.method)
+        where = self.position(row)
+        ends = f"{_floor(lower):.5f}" if lower else "?", f"{upper.multiplier:.5f}" if upper else "?"
+        text = f"({name.removeprefix('the ')} {value}, admissible {ends[0]} to {ends[1]})"
+        within = f" within its {row.range_is.partition(':')[0]}" if row.has_range and row.range_is else ""
+        beyond = " beyond its range" if row.has_range else ""
+        if where.startswith("above"):
+            return Finding(OPEN, f"{name} lies above the associative value{beyond} {text}", row.method)
+        if where.startswith("below"):
+            return Finding(OPEN, f"{name} lies below the smallest admissible multiplier found {text}", row.method)
+        if where == INSIDE:
+            return Finding(HOLDS, f"{name} lies inside the admissible range{within} {text}", row.method)
+        kept, left = ("not above the associative value", "admissible") if upper else (
+            "not below the smallest admissible multiplier found", "upper")  # fmt: skip
+        rest = f"the {_ENDS[left]} value {self.missing(left)}, so that end is not checked"
+        return Finding(HOLDS, f"{name} lies {kept}{within} {text}; {rest}", row.method)
+
+    def _mechanism(self) -> Finding | None:
+        upper, mechanism, demand = self.upper, self.mechanism, "associative <= admissible mechanism"
+        if not {"upper", "mechanism"} <= set(self.asked):
+            return None
+        bound = mechanism.details.get("smallest_upper_bound", NAN) if mechanism else NAN
+        method = self.asked["mechanism"].method
+        if not (upper and mechanism):
+            why = self.missing("mechanism" if upper else "upper")
+        elif not math.isfinite(bound):
+            why = "no mechanism of the catalogue is admissible on these joints"
+        else:
+            good = upper.multiplier <= bound * (1.0 + _SAME) + 1e-9
+            pair = f"({upper.multiplier:.5f}, {mechanism.details.get('smallest_upper_bound_of')} {bound:.5f})"
+            return Finding(HOLDS if good else BROKEN, f"{demand} {pair}", method)
+        return Finding(NOT_CHECKED, f"{demand} ({why})", method)
+
+
+def _floor(lower: Row) -> float:
+    """Smallest admissible multiplier known: the low end of the range, which may be proven, or the state found."""
+    return min(v for v in (lower.low, lower.multiplier) if math.isfinite(v))

@@ -1,0 +1,183 @@
+"""Lowest eigenvalues of K u = x M u by block Krylov spaces, and the count which proves that none is left out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import eigh
+from scipy.sparse.linalg import splu
+
+from limitmason.errors import NotApplicable, NotConverged
+from limitmason.vibration.system import VibratingSystem
+
+Array = NDArray[np.float64]
+
+_GUARD = 4  # vectors beside those wanted
+_DEPTH = 4  # products with the inverse between two restarts
+_EXACT = 1e-11  # of an eigenvector under the inverse: its eigenvalue is better than that
+_GOOD = 1e-4  # enough where rounding does not let it come nearer
+_RESTARTS = 60
+_IDLE = 4  # restarts that come no nearer: rounding
+_ROUNDS = 5  # how often a block grows by what was missed
+_EQUAL = 1e-6  # of an eigenvalue: eigenvalues this near are equal
+REST = 1e-14  # of the largest eigenvalue: below it nothing holds a motion, or rounding hides what does
+_BALANCED = 1e-13  # of a solution times the largest entry: what a factor of symmetric pivots may leave
+
+
+class Lowest(NamedTuple):
+    """Lowest eigenvalues, and how many lie below a value just above the last of them.
+
+    Parameters
+    ----------
+    value, vector : ascending and of unit mass, shapes (k,), (n, k)
+    below : eigenvalues below ``shift``; k, or more where the last is one of several equal ones; None if not counted
+    shift : (2 pi f)^2 at which they were counted [1/s2]
+    """
+
+    value: Array
+    vector: Array
+    below: int | None
+    shift: float
+
+
+def lowest(system: VibratingSystem, count: int) -> Lowest:
+    """Lowest eigenvalues with all their repetitions.
+
+    The Krylov space of a block of at least ``count`` vectors holds repeated eigenvalues, that of one vector one copy
+    of each. By Sylvester's law the negative pivots of K - x M are as many as eigenvalues lie below x. Where they are
+    more than were found the block grows by the rest.
+
+    Raises
+    ------
+    NotConverged
+        When the iteration does not converge, or does not find what was counted.
+
+    References
+    ----------
+    Grimes, Lewis and Simon (1994), A shifted block Lanczos algorithm for sparse symmetric generalized eigenproblems.
+    """
+    n, largest = system.stiffness.shape[0], largest_of(system)
+    if n <= 2 * (count + _GUARD):  # a block would be most of the space
+        value, vector = eigh(system.stiffness.toarray(), system.mass.toarray())
+        above = value[count - 1] + max(_EQUAL * abs(value[count - 1]), REST * largest)
+        return Lowest(value[:count], vector[:, :count], int((value < above).sum()), float(above))
+    solve, shift = _inverse(system, largest)
+    block = np.random.default_rng(0).standard_normal((n, min(count + _GUARD, n)))  # the same from run to run
+    for _ in range(_ROUNDS):
+        value, vector = _found(solve, shift, system, block, count)
+        last = float(value[count - 1])
+        margin = max(_EQUAL * abs(last), REST * largest)
+        above = _counted(system, last + margin)
+        if above is None:
+            return Lowest(value[:count], vector[:, :count], None, last + margin)
+        mine = int((value < last - margin).sum())
+        missed = 0 if above == count else (_counted(system, last - margin) or 0) - mine
+        if missed <= 0:
+            return Lowest(value[:count], vector[:, :count], above, last + margin)
+        more = np.random.default_rng(1).standard_normal((n, min(missed, n - vector.shape[1])))
+        block = np.column_stack([vector, more])
+    raise NotConverged(f"modes of {system.label}: {missed} eigenvalues below the last one found were not found")
+
+
+def largest_of(system: VibratingSystem) -> float:
+    """Estimate of the largest eigenvalue, from the diagonals [1/s2]."""
+    k, m = system.stiffness.diagonal(), system.mass.diagonal()
+    massive = m > 0.0  # a layer may have none
+    return float((k[massive] / m[massive]).max())
+
+
+def _inverse(system: VibratingSystem, largest: float) -> tuple[Callable[[Array], Array], float]:
+    """Product with (K - shift M)^-1, and the shift: 0, or below it where nothing holds a motion."""
+    k, m = system.stiffness, system.mass
+    try:
+        solve = _corrected(k) if system.solve is None else system.solve
+        u, growth = np.random.default_rng(3).standard_normal(k.shape[0]), np.inf
+        for _ in range(3):  # towards the lowest eigenvalue
+            u = u / np.sqrt(u @ (m @ u))
+            u = solve(m @ u)
+            growth = np.sqrt(u @ (m @ u))
+        if growth * REST * largest < 1.0:
+            return solve, 0.0
+    except (RuntimeError, NotApplicable):  # singular
+        pass
+    shift = -1e-6 * float(k.diagonal().sum() / m.diagonal().sum())
+    return _corrected((k - shift * m).tocsc()), shift
+
+
+def _corrected(matrix: sparse.csc_array) -> Callable[[Array], Array]:
+    """Solutions of a matrix by its factor, corrected once: stiff joints between soft blocks leave little else."""
+    solve = splu(matrix).solve
+
+    def corrected(right: Array) -> Array:
+        x = solve(right)
+        return np.asarray(x + solve(right - matrix @ x))
+
+    return corrected
+
+
+def _found(
+    solve: Callable[[Array], Array], shift: float, system: VibratingSystem, block: Array, count: int
+) -> tuple[Array, Array]:
+    """Eigenvalues and vectors of as many as the block has, of which the lowest ``count`` converged."""
+    m = system.mass
+    x, best, idle = block, np.inf, 0
+    for _ in range(_RESTARTS):
+        basis = [_orthonormal(x, m)]
+        images = []
+        for depth in range(_DEPTH):
+            images.append(solve(m @ basis[-1]))
+            if depth == _DEPTH - 1:
+                break
+            new, known = images[-1], np.hstack(basis)
+            for _ in range(2):
+                new = new - known @ (known.T @ (m @ new))
+            new = _orthonormal(new, m)
+            if not new.shape[1] or known.shape[1] + new.shape[1] > len(new):
+                break
+            basis.append(new)
+        space, image = np.hstack(basis), np.hstack(images)
+        reduced = space.T @ (m @ image)
+        inverse, mix = eigh(0.5 * (reduced + reduced.T))
+        order = np.argsort(-inverse)[: max(block.shape[1], count)]
+        x, inverse = space @ mix[:, order], inverse[order]
+        off = image @ mix[:, order[:count]] - x[:, :count] * inverse[:count]
+        size = np.sqrt(np.einsum("ik,ik->k", off, m @ off)) / np.abs(inverse[:count])
+        worst = float(size.max())
+        best, idle = (worst, 0) if worst < 0.5 * best else (best, idle + 1)
+        if worst < _EXACT or (idle >= _IDLE and worst < _GOOD):
+            # the product with the inverse has the less rounding
+            return shift + 1.0 / inverse, image @ mix[:, order] / inverse
+    raise NotConverged(f"modes of {system.label}: not found to {_GOOD:g}, only to {worst:.1g}")
+
+
+def _orthonormal(x: Array, mass: sparse.csc_array) -> Array:
+    """Vectors of unit mass that span x, fewer where it depends on itself."""
+    x = x / np.maximum(np.sqrt(np.einsum("ik,ik->k", x, mass @ x)), 1e-300)
+    for _ in range(2):
+        value, axes = eigh(x.T @ (mass @ x))
+        kept = value > 1e-12 * value.max(initial=1e-300)
+        x = x @ (axes[:, kept] / np.sqrt(value[kept]))
+    return x
+
+
+def _counted(system: VibratingSystem, shift: float) -> int | None:
+    """Eigenvalues below a shift; None where the factor is no proof."""
+    if system.below is not None:
+        return system.below(shift)
+    matrix = (system.stiffness - shift * system.mass).tocsc()
+    try:  # no exchanges of rows but with their columns: then L D L', whose D is U's diagonal
+        factor = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError:
+        return None
+    if (factor.perm_r != factor.perm_c).any():
+        return None
+    right = np.random.default_rng(2).standard_normal(len(factor.perm_r))
+    x = factor.solve(right)
+    size = float(abs(matrix).max()) * np.linalg.norm(x) + np.linalg.norm(right)
+    if not np.linalg.norm(matrix @ x - right) <= _BALANCED * size:
+        return None
+    return int((factor.U.diagonal() < 0.0).sum())

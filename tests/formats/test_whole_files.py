@@ -1,0 +1,177 @@
+"""Files are written whole or not at all, by every writer, and read with errors that name them."""
+
+import json
+import multiprocessing as mp
+import resource
+
+import numpy as np
+import pytest
+
+import dem
+import limitmason as lm
+from limitmason.errors import InputError
+from limitmason.figures.page import write_page
+from limitmason.storage import files
+from limitmason.storage.csv_table import write_table
+
+
+def column(name="a"):
+    outlines = [[(-w, a), (w, a), (w, b), (-w, b)] for a, b, w in ((-0.2, 0.0, 0.5), (0.0, 0.3, 0.1))]
+    joint = lm.Joint(33.0, normal_stiffness=1e9, shear_stiffness=5e8)
+    return lm.Assembly.from_polygons(outlines, thickness=0.3, joint=joint, names=["ground", name], fixed=["ground"])
+
+
+def solved(wall):
+    return lm.limit_analysis(wall, lm.Loads.horizontal(wall))
+
+
+WRITERS = {
+    "model.json": lambda path, wall: lm.formats.write_json(path, wall),
+    "answer.json": lambda path, wall: lm.formats.write_prediction(path, solved(wall)),
+    "blocks.obj": lambda path, wall: lm.formats.write(path, wall),
+    "answer.vtu": lambda path, wall: lm.formats.write(path, wall, prediction=solved(wall)),
+    "table.csv": lambda path, wall: write_table(path, {"name": "-"}, [[b.name] for b in wall.blocks]),
+    "page.html": lambda path, wall: write_page(path, "page", [b.name for b in wall.blocks]),
+    "view.html": lambda path, wall: lm.view(wall, solved(wall), path),
+    "picture.png": lambda path, wall: files.save_figure(lm.figures.assembly(wall), path),
+    "state.npz": lambda path, wall: dem.make_state(wall, lm.Loads.weight(wall)).save(path),
+}
+
+
+def limited(write, path, wall, said):
+    """Write with a disk that takes 8 bytes; a process of its own, as the limit stays."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (8, 8))
+    try:
+        write(path, wall)
+        said.put("written")
+    except OSError as error:
+        said.put(str(error))
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_disk_that_is_full_leaves_the_old_file_whole(tmp_path, name):
+    path, write = tmp_path / name, WRITERS[name]
+    write(path, column())
+    before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
+    context = mp.get_context("fork")
+    said = context.Queue()
+    child = context.Process(target=limited, args=(write, path, column("another"), said))
+    child.start()
+    words = said.get(timeout=120)
+    child.join()
+    assert name in words
+    assert "as it was" in words
+    assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
+
+
+@pytest.mark.parametrize("name", ["blocks.obj", "table.csv", "page.html", "view.html", "answer.vtu"])
+def test_half_of_a_character_in_a_name_is_refused_and_the_old_file_stays(tmp_path, name):
+    path, write = tmp_path / name, WRITERS[name]
+    write(path, column())
+    before = path.read_bytes()
+    with pytest.raises(InputError, match=name.replace(".", r"\.")):
+        write(path, column("a\ud800b"))
+    assert path.read_bytes() == before
+    assert not [p.name for p in tmp_path.iterdir() if p.suffix == ".part"]
+
+
+def many(path, text, barrier):
+    barrier.wait()
+    for _ in range(50):
+        files.write_text(path, text)
+
+
+def test_two_processes_that_write_one_file_leave_one_whole_one(tmp_path):
+    context, path = mp.get_context("fork"), tmp_path / "new" / "text"
+    barrier = context.Barrier(2)
+    texts = ["a" * 100_000, "b" * 100_000]
+    children = [context.Process(target=many, args=(path, text, barrier)) for text in texts]
+    for child in children:
+        child.start()
+    for child in children:
+        child.join()
+    assert [c.exitcode for c in children] == [0, 0]
+    assert path.read_text() in texts
+    assert [p.name for p in path.parent.iterdir()] == ["text"]
+
+
+def test_what_is_written_keeps_the_rights_and_the_place_of_the_old_file(tmp_path):
+    real, link = tmp_path / "real.txt", tmp_path / "link.txt"
+    files.write_text(real, "old")
+    real.chmod(0o640)
+    link.symlink_to(real)
+    files.write_text(link, "new")
+    assert link.is_symlink()
+    assert real.read_text() == "new"
+    assert real.stat().st_mode & 0o777 == 0o640
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda text: text.replace("2000", "1" + "0" * 400), "400 digits|401 digits"),
+        (lambda text: text.replace("2000", "1" + "0" * 5000), "digits"),
+        (lambda text: text.replace('"recipe": {}', '"recipe": ' + "[" * 900 + "]" * 900), "nested too deeply"),
+        (lambda text: text.replace('"recipe": {}', '"recipe": ' + "[" * 100_000), "nested too deeply|not JSON"),
+        (lambda text: text[: len(text) // 2], "not JSON"),
+        (lambda text: "", "line 1, column 1"),
+    ],
+)
+def test_hostile_json_is_refused_by_the_name_of_its_file(tmp_path, change, words):
+    path = tmp_path / "model.json"
+    lm.formats.write_json(path, column())
+    document = {**json.loads(path.read_text()), "recipe": {}}
+    document["blocks"][0]["density"] = 2000
+    path.write_text(change(json.dumps(document)))
+    with pytest.raises(InputError, match=rf"model\.json.*({words})"):
+        lm.formats.read_json(path)
+
+
+def test_bytes_that_are_no_utf_8_are_refused_by_the_name_of_their_file(tmp_path):
+    for name in ("model.json", "blocks.obj"):
+        (tmp_path / name).write_bytes(b"\xff\xfe\x00\x01")
+        with pytest.raises(InputError, match=rf"{name}.*UTF-8"):
+            lm.formats.read(tmp_path / name)
+
+
+@pytest.mark.slow
+def test_a_torn_checkpoint_is_refused_by_its_name_wherever_it_is_torn(tmp_path):
+    wall = column()
+    run = dem.simulate(wall, dem.Hold(steps=10))
+    run.save(tmp_path / "run.npz")
+    whole = (tmp_path / "run.npz").read_bytes()
+    for n in [0, 1, 10, 100, *np.linspace(200, len(whole) - 1, 20).astype(int)]:
+        (tmp_path / "torn.npz").write_bytes(whole[:n])
+        with pytest.raises(InputError, match=r"torn\.npz"):
+            dem.History.load(tmp_path / "torn.npz", wall)
+    bad = bytearray(whole)
+    bad[len(whole) // 2] ^= 0xFF
+    (tmp_path / "flipped.npz").write_bytes(bytes(bad))
+    with pytest.raises(InputError, match=r"flipped\.npz"):
+        dem.History.load(tmp_path / "flipped.npz", wall)
+    with pytest.raises(InputError, match="no file"):
+        dem.History.load(tmp_path / "none.npz", wall)
+
+
+def push(path, barrier, failed):
+    drive = dem.Drive({"a": {"x": 1.0}})
+    barrier.wait()
+    try:
+        dem.push(column(), drive, to=1e-4, steps=200, samples=10, rate_check=False, checkpoint=path)
+    except Exception as error:
+        failed.put(repr(error))
+
+
+@pytest.mark.slow
+def test_two_pushes_on_one_checkpoint_both_come_to_their_end(tmp_path):
+    context = mp.get_context("fork")
+    dem.push(column(), dem.Drive({"a": {"x": 1.0}}), to=1e-4, steps=200, samples=10, rate_check=False)
+    for start in range(4):
+        barrier, failed = context.Barrier(2), context.Queue()
+        arguments = (tmp_path / f"run{start}.npz", barrier, failed)
+        children = [context.Process(target=push, args=arguments) for _ in range(2)]
+        for child in children:
+            child.start()
+        for child in children:
+            child.join()
+        assert failed.empty(), failed.get()

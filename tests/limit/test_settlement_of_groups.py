@@ -1,0 +1,139 @@
+"""A support of several blocks that settles as one: strips, base courses, springers, rings, against statics."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from limitmason.errors import InputError
+from limitmason.geometry import box
+
+JOINT = lm.Joint(30.0)
+
+
+def reaction(assembly, support, direction="-z"):
+    found = lm.settlement_analysis(assembly, support, direction=direction)
+    assert found.status in ("solved", "almost solved")
+    low, high = found.details["reaction_bounds"]
+    total = assembly.weights[~assembly.fixed].sum()
+    assert high - low < 1e-5 * total
+    return found.details["support_reaction"]
+
+
+def test_a_support_that_carries_nothing_has_no_reaction():
+    """A block beside the structure, alone on the ground: nothing rests on it."""
+    pier, beside, load = (box(*p) for p in (((0, 0, 0), (1, 1, 1)), ((2, 0, 0), (3, 1, 1)), ((0, 0, 1), (1, 1, 2))))
+    made = lm.Assembly.from_polyhedra([pier, beside, load], joint=JOINT, fixed=[0, 1])
+    found = lm.settlement_analysis(made, 1)
+    assert found.status == "solved"
+    assert found.details["support_reaction"] == 0.0
+    assert found.details["stands_without_support"]
+    wall = lm.Assembly.from_polygons(
+        [np.array([(x, z), (x + 1, z), (x + 1, z + 1), (x, z + 1)], float) for x, z in ((0, 0), (2, 0), (0, 1))],
+        thickness=1.0, joint=JOINT, fixed=[0, 1],
+    )  # fmt: skip
+    assert lm.settlement_analysis(wall, 1).details["support_reaction"] == 0.0
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_a_strip_of_blocks_settles_as_one_block_of_its_length(scale):
+    """A beam of 4 m on a strip of four blocks: turns about the edge of what stays at x, R (4 - x) = W (2 - x)."""
+    strip = [box(*(scale * np.array([(k, 0, -1), (k + 1, 1, 0)]))) for k in range(4)]
+    beam = box(*(scale * np.array([(0, 0, 0), (4, 1, 0.5)])))
+    made = lm.Assembly.from_polyhedra([*strip, beam], joint=JOINT, fixed=range(4))
+    assert len(made.interfaces) == 7  # head joints between held blocks among them: they must not lock it
+    for settles, edge in (([1, 2, 3], 1.0), ([2, 3], 2.0), ([3], 3.0)):
+        wanted = max(made.weights[4] * (2.0 - edge) / (4.0 - edge), 0.0)
+        assert reaction(made, settles) == pytest.approx(wanted, abs=1e-6 * made.weights[4])
+        names = [made.blocks[k].name for k in reversed(settles)]
+        assert reaction(made, names) == pytest.approx(wanted, abs=1e-6 * made.weights[4])
+    motion = lm.settlement_analysis(made, [1, 2, 3]).mechanism.twists
+    assert np.allclose(motion[1:4], motion[1])  # one motion
+    assert motion[1, 2] < 0.0
+    assert not motion[0].any()
+    # all of it: the beam follows with its whole weight, and warns
+    whole = lm.settlement_analysis(made, [0, 1, 2, 3])
+    assert whole.details["support_reaction"] == pytest.approx(made.weights[4], rel=1e-6)
+    assert "every support settles" in whole.warnings[-1]
+
+
+def course(x0, x1, z, unit=1.0, held=False):
+    """Units of a course between x0 and x1, half units at the ends of every second course."""
+    cuts = [x0, *np.arange(x0 + (0.5 if round(2 * z) % 2 and not held else 1.0) * unit, x1 - 1e-9, unit), x1]
+    return [box((a, 0, z), (b, 0.5, z + 0.5)) for a, b in pairwise(cuts)]
+
+
+@pytest.mark.parametrize(("direction", "settles"), [("-z", 2), ("-z", 1), ("+x", 2), ("+z", 2)])
+def test_base_course_of_a_wall_settles_as_one_long_block_would(direction, settles):
+    """The joints of a rigid support carry nothing: base units as a group are one block, with the same faces."""
+    upper = [block for z in (0.0, 0.5, 1.0) for block in course(0.0, 6.0, z)]
+    joint = lm.Joint(35.0)
+    units = lm.Assembly.from_polyhedra([*course(0, 6, -0.5, held=True), *upper], joint=joint, fixed=range(6))
+    edge = 6.0 - settles
+    long = [box((0, 0, -0.5), (edge, 0.5, 0)), box((edge, 0, -0.5), (6, 0.5, 0))]
+    whole = lm.Assembly.from_polyhedra([*long, *upper], joint=joint, fixed=[0, 1])
+    group = list(range(6 - settles, 6))
+    weight = whole.weights[2:].sum()
+    assert reaction(units, group, direction) == pytest.approx(reaction(whole, 1, direction), abs=1e-6 * weight)
+
+
+def test_abutment_of_a_flat_arch_spreads_against_the_least_thrust_of_three_hinges():
+    """Two halves of length l and height h: hinges at the crown's top and the springings' feet, H = W l / (2 h)."""
+    half, h = 1.0, 0.8
+    piers = [box((-1, 0, 0), (0, 1, h)), box((2 * half, 0, 0), (3, 1, h / 2)), box((2 * half, 0, h / 2), (3, 1, h))]
+    halves = [box((0, 0, 0), (half, 1, h)), box((half, 0, 0), (2 * half, 1, h))]
+    arch = lm.Assembly.from_polyhedra([*piers, *halves], joint=lm.Joint(70.0), fixed=[0, 1, 2])
+    thrust = arch.weights[3] * half / (2 * h)
+    assert reaction(arch, [1, 2], "+x") == pytest.approx(thrust, rel=1e-6)
+    assert reaction(arch, [2, 1], "+x") == pytest.approx(thrust, rel=1e-6)
+    # as it closes in, with the hinges at the crown's foot and the springings' tops, nothing bounds the thrust
+    assert lm.settlement_analysis(arch, [1, 2], direction="-x").status == "unbounded"
+
+
+def test_ring_of_a_dome_carries_the_dome():
+    dome = lm.build.dome(radius=2.0, thickness=0.3, courses=3, lunes=6, joint=lm.Joint(35.0))
+    weight = dome.weights[~dome.fixed].sum()
+    assert reaction(dome, "base") == pytest.approx(weight, rel=1e-6)
+    assert reaction(dome, ["base"], "+x") == pytest.approx(0.0, abs=1e-6 * weight)
+    # a ring of voussoirs that is held carries what stands on it, and no more
+    names = [b.name for b in dome.blocks if b.name.startswith("voussoir-1") or b.name.startswith("voussoir-01")]
+    held = dome.with_supports([lm.Support.fixed(n) for n in ("base", *names)])
+    above = held.weights[~held.fixed].sum()
+    assert reaction(held, names) == pytest.approx(above, rel=1e-6)
+
+
+def test_springers_of_a_corner_of_a_groin_vault_settle_together():
+    """Moments about a diagonal: opposite corners carry alike: none needs more than a quarter."""
+    vault = lm.build.vault(
+        shape="groin", thickness=0.3, voussoirs=4, unit_length=2.0, joint=lm.Joint(45.0), radius=2.0, projection=0.5
+    )
+    springers = [k for k, b in enumerate(vault.blocks) if b.name.startswith("springer")]
+    weight = vault.weights[~vault.fixed].sum()
+    where = np.sign(vault.centroids[springers][:, :2]).astype(int)
+    corners = {}
+    for k, sign in zip(springers, where.tolist(), strict=True):
+        corners.setdefault(tuple(sign), []).append(k)
+    assert sorted(map(len, corners.values())) == [2, 2, 2, 2]
+    found = [reaction(vault, pair) for pair in corners.values()]
+    assert found == pytest.approx([found[0]] * 4, rel=1e-5)
+    assert 0.0 < found[0] <= 0.25 * weight * (1.0 + 1e-6)
+    assert reaction(vault, springers) == pytest.approx(weight, rel=1e-6)
+    twists = lm.settlement_analysis(vault, corners[1, 1]).mechanism.twists
+    assert np.allclose(*twists[corners[1, 1]])
+
+
+@pytest.mark.parametrize(("support", "message"), [
+    ([], "give one block, or a list"),
+    ([1, 1], "a list of different ones"),
+    ([1, 2], "'block-2' is not held along '-z'"),
+    ([0, "pier"], "no block named 'pier'"),
+])  # fmt: skip
+def test_groups_that_make_no_sense_are_refused_by_name(support, message):
+    piers = [box((0, 0, -1), (1, 1, 0)), box((3, 0, -1), (4, 1, 0)), box((0, 0, 0), (4, 1, 0.5))]
+    made = lm.Assembly.from_polyhedra(piers, joint=JOINT, fixed=[0, 1])
+    with pytest.raises(InputError, match=message):
+        lm.settlement_analysis(made, support)
+    rolling = made.with_supports([lm.Support.fixed(0), lm.Support(1, translations=True)])
+    with pytest.raises(InputError, match="'block-1' is not wholly held"):
+        lm.settlement_analysis(rolling, [0, 1])

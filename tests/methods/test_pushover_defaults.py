@@ -1,0 +1,216 @@
+"""What a path promises by default: sections that crush or crack to 2 %, bonds that end, ways back, one model."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import dem
+import limitmason as lm
+from limitmason.capacity import contacts
+from limitmason.capacity.contacts import standard_points
+from limitmason.capacity.path import OPENED, REACHED
+from limitmason.errors import InputError
+from limitmason.mechanics.contact_points import contact_points
+
+WIDTH, DEPTH, HEIGHT = 0.3, 0.2, 1.0
+WEIGHT = 2000.0 * 9.81 * WIDTH * DEPTH * HEIGHT
+STIFF = {"normal_stiffness": 1e10, "shear_stiffness": 1e10}
+AREA = WIDTH * DEPTH
+
+
+def prism(low, high, angle):
+    """A box turned about the vertical axis."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    corners = np.array([(x, y, z) for z in (z0, z1) for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))], dtype=float)
+    c, s = math.cos(angle), math.sin(angle)
+    corners[:, :2] = corners[:, :2] @ np.array([[c, s], [-s, c]])
+    sides = [[k, (k + 1) % 4, (k + 1) % 4 + 4, k + 4] for k in range(4)]
+    return corners, [[3, 2, 1, 0], [4, 5, 6, 7], *sides]
+
+
+def block(joint, *, space=False, angle=0.0, density=2000.0):
+    """A block on its base, in plane or in space and turned."""
+    joint = lm.Joint(60.0, **joint)
+    if space:
+        solids = [
+            prism((-1, -1, -0.3), (1, 1, 0), angle),
+            prism((-WIDTH / 2, -DEPTH / 2, 0), (WIDTH / 2, DEPTH / 2, HEIGHT), angle),
+        ]
+        return lm.Assembly.from_polyhedra(solids, joint=joint, density=density, fixed=["g"], names=["g", "b"])
+    base = [(-1, -0.2), (1, -0.2), (1, 0), (-1, 0)]
+    upper = [(-WIDTH / 2, 0), (WIDTH / 2, 0), (WIDTH / 2, HEIGHT), (-WIDTH / 2, HEIGHT)]
+    return lm.Assembly.from_polygons(
+        [base, upper], thickness=DEPTH, joint=joint, density=density, fixed=["g"], names=["g", "b"]
+    )
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.45, 0.6])
+@pytest.mark.parametrize(("space", "angle", "across"), [(False, 0.0, False), (True, 0.4, False), (True, 0.4, True)])
+def test_a_crushing_toe_bears_what_its_stress_block_does(share, space, angle, across):
+    """The resultant is half of W / (fc t) from the edge: lambda = (b / h)(1 - W / (fc A))."""
+    joint = {"compressive_strength": WEIGHT / (share * AREA), "normal_stiffness": 1e12, "shear_stiffness": 1e12}
+    wall = block(joint, space=space, angle=angle)
+    way = angle + (math.pi / 2 if across else 0.0)
+    loads = lm.Loads.horizontal(wall, (math.cos(way), math.sin(way), 0.0))
+    found = lm.predict(wall, loads, "pushover")
+    assert found.status == "solved"
+    exact = (DEPTH if across else WIDTH) / HEIGHT * (1.0 - share)
+    assert found.collapse_multiplier == pytest.approx(exact, rel=0.02)
+
+
+BRITTLE = {"residual_tensile_strength": 0.0, "residual_cohesion": 0.0}
+
+
+def test_a_brittle_cantilever_bears_its_first_crack():
+    """M = (ft + W / A) A b / 6; what is left of the section then bears less."""
+    wall = block({"cohesion": 8e5, "tensile_strength": 2e5, **BRITTLE, **STIFF})
+    loads = lm.Loads.horizontal(wall)
+    exact = (2e5 + WEIGHT / AREA) * AREA * WIDTH / 6.0 / (WEIGHT * HEIGHT / 2.0)
+    assert lm.elastic_range(wall, loads).high.multiplier == pytest.approx(exact, rel=1e-9)
+    assert lm.predict(wall, loads, "pushover").collapse_multiplier == pytest.approx(exact, rel=0.02)
+
+
+def cohesive_moment(strength, energy, stiffness):
+    """Largest moment of a section of 400 fibres that turns as a whole; tension falls linearly to 2 Gf / ft [N m].
+
+    The neutral axis is prescribed, and the turn found, which keeps to the branch on which the crack grows.
+    """
+    x = ((np.arange(400) + 0.5) / 400 - 0.5) * WIDTH
+    elastic, end = strength / stiffness, 2.0 * energy / strength
+
+    def tension(opening):
+        falling = strength * np.maximum(end - opening, 0.0) / (end - elastic)
+        return np.where(opening < elastic, stiffness * opening, falling)
+
+    def moment(turn):
+        middle = np.linspace(-0.5, 0.5, 4001) * WIDTH * turn
+        pull = tension(middle[:, None] + turn * x).mean(axis=1) * AREA + WEIGHT
+        at = np.flatnonzero(np.diff(np.sign(pull)) != 0)
+        return max(float((tension(middle[k] + turn * x) * x).mean() * AREA) for k in at) if len(at) else 0.0
+
+    return max(moment(turn) for turn in np.linspace(0.5, 6.0, 111) * elastic / WIDTH)
+
+
+@pytest.mark.parametrize("energy", [3.0, 8.0])
+@pytest.mark.parametrize("grid", [None, (21, 2)])
+def test_a_cohesive_crack_opens_at_the_load_of_its_section(energy, grid):
+    """Steps do not leap over the largest load, on any points."""
+    wall = block({"cohesion": 8e5, "tensile_strength": 2e5, "fracture_energy_tension": energy, **BRITTLE, **STIFF})
+    exact = cohesive_moment(2e5, energy, 1e10) / (WEIGHT * HEIGHT / 2.0)
+    found = lm.predict(wall, lm.Loads.horizontal(wall), "pushover", **({} if grid is None else {"grid": grid}))
+    assert found.collapse_multiplier == pytest.approx(exact, rel=0.02)
+
+
+def test_fewer_points_for_many_joints_are_told(monkeypatch):
+    wall = block({"compressive_strength": 1e6, **STIFF}, space=True)
+    assert standard_points(wall, None) == ("lobatto", (15, 15), ())
+    monkeypatch.setattr(contacts, "_MANY", 60)
+    model, grid, said = standard_points(wall, None)
+    assert (model, grid) == ("lobatto", (7, 7))
+    assert "7 points on a side" in said[0]
+    assert said[0] in lm.pushover(wall, lm.Loads.horizontal(wall, (1.0, 0.3, 0.0)), to=1e-6).warnings
+
+
+def test_lobatto_points_have_the_area_and_the_second_moment_of_their_face():
+    wall = block({"compressive_strength": 1e6, **STIFF}, space=True, angle=0.3)
+    p = contact_points(wall, contact_model="lobatto", grid=(9, 7))
+    along = p.position @ np.array([math.cos(0.3), math.sin(0.3), 0.0])
+    assert p.count == 63
+    assert p.area.sum() == pytest.approx(AREA, rel=1e-12)
+    assert (p.area * along**2).sum() == pytest.approx(DEPTH * WIDTH**3 / 12.0, rel=1e-12)
+    assert along.max() == pytest.approx(WIDTH / 2.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("cohesion", [8e5, 8e6])
+def test_a_path_ends_where_open_joints_still_bear_their_plastic_bond(cohesion):
+    """ft A b / 2 + W b / 2 at the toe and no more: cohesion of the open heel is none of the section's strength."""
+    wall = block({"cohesion": cohesion, "tensile_strength": 2e5, **STIFF})
+    loads = lm.Loads.horizontal(wall)
+    exact = (2e5 * AREA + WEIGHT) * WIDTH / (WEIGHT * HEIGHT)
+    curve = lm.pushover(wall, loads)
+    assert curve.status == OPENED
+    assert "the joint between 'g' and 'b' is open by" in curve.warnings[0]
+    assert curve.peak.load == pytest.approx(exact, rel=5e-3)
+    assert lm.predict(wall, loads, "pushover").collapse_multiplier == pytest.approx(exact, rel=1e-3)
+
+
+def test_a_rocking_block_goes_back_along_its_branch_and_over_to_the_other_side():
+    """|lambda| = tan(alpha - |theta|) both ways."""
+    wall = block(STIFF)
+    loads = lm.Loads.horizontal(wall)
+    there = lm.pushover(wall, loads, to=0.03)
+    back = lm.pushover(wall, loads, to=-0.03, start=there)
+    assert (there.status, back.status) == (REACHED, REACHED)
+    assert back.displacement[-1] == pytest.approx(-0.03)
+    turn = np.array([s.turn[1] for s in back.states])
+    theta = np.arctan2(turn[:, 0, 2], 1.0 + turn[:, 0, 0])
+    rocks = np.abs(theta) > 1e-3
+    assert rocks.sum() > 6
+    expected = np.sign(theta) * np.tan(math.atan(WIDTH / HEIGHT) - np.abs(theta))
+    assert back.load[rocks] == pytest.approx(expected[rocks], abs=1e-6)
+
+
+def test_a_state_goes_on_under_its_own_model_only():
+    wall = block({"cohesion": 1e3, **STIFF})
+    loads = lm.Loads.horizontal(wall)
+    there = lm.pushover(wall, loads, to=1e-6)
+
+    def refused(other, **options):
+        with pytest.raises(InputError, match="start is .*another model") as error:
+            lm.pushover(other, lm.Loads.horizontal(other), to=2e-6, start=there, **options)
+        return str(error.value)
+
+    for field, value in (("friction_angle_deg", 20.0), ("cohesion", 5e3), ("compressive_strength", 1e7)):
+        said = refused(wall.with_joints(lambda j, f=field, v=value: replace(j, **{f: v})))
+        assert f"the joint between 'g' and 'b' has another {field}" in said
+        assert f"now ({value:g})" in said
+    held = replace(wall, supports=(*wall.supports, lm.Support("b", dofs=("ry",))))
+    assert "block 'b' has another support" in refused(held)
+    heavy = replace(wall, blocks=(wall.blocks[0], replace(wall.blocks[1], density=500.0)))
+    assert "block 'b' has another density" in refused(heavy)
+    rod = lm.Tie("b", (0.0, 0.1, 0.9), None, (-0.9, 0.1, 0.9), yield_force=1e3, stiffness=1e5)
+    assert "it has 1 ties and had 0" in refused(wall.with_ties([rod]))
+    assert "kn" in refused(wall, stiffness=2e10)
+    # an equal model that was built anew is the same
+    assert lm.pushover(block({"cohesion": 1e3, **STIFF}), loads, to=2e-6, start=there).status == REACHED
+
+
+@pytest.mark.parametrize("blocks", ["modal", "elastic"])
+def test_displacements_of_centroids_are_those_of_centroids_where_blocks_bend(blocks):
+    """A bent block's mean lies beside its centroid: path and superposition agree at the centroid as at any point."""
+    wall = block({"cohesion": 1e9, "tensile_strength": 1e9, "lost_by": "nothing", **STIFF}, density=100.0)
+    wall = wall.with_material(lm.Material(young_modulus=1e8, poisson_ratio=0.2))
+    loads = lm.Loads.weight(wall).with_point_load(wall, "b", (1.0, 0.0, 0.0), at=(0.0, DEPTH / 2.0, HEIGHT))
+    options = {"blocks": blocks, "contact_model": "grid", "grid": (5, 5)}
+    curve = lm.pushover(wall, loads, to=1e-7, **options)
+    place = wall.centroids[1]
+    moved = np.diff(curve.displacement_of("b", at=place)[[0, -1]], axis=0)[0] / curve.load[-1]
+    mean = (curve.nodes[-1].pose.shift[1] - curve.nodes[0].pose.shift[1]) / curve.load[-1]
+    assert abs(mean[0] - moved[0]) > 1e-3 * abs(moved[0])
+    assert lm.elastic_range(wall, loads, **options).shift_live[1] == pytest.approx(moved, rel=1e-4, abs=1e-3 * moved[0])
+    assert curve.displacement_of("b") == pytest.approx(curve.displacement_of("b", at=place))
+
+
+def test_modes_about_a_plane_path_say_what_they_leave_out():
+    wall = block(STIFF)
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall), to=1e-6)
+    said = curve.vibration().warnings
+    assert any("only modes in this plane" in w for w in said)
+    assert any("two points on a side" in w for w in said)
+    fine = lm.pushover(wall, lm.Loads.horizontal(wall), to=1e-6, grid=(5, 5))
+    assert not any("two points on a side" in w for w in fine.vibration().warnings)
+    # three times the bending stiffness: rocking on the joint's springs is sqrt(3) times too fast
+    spin = wall.arrays.inertia[1][1, 1] + wall.arrays.mass[1] * (HEIGHT / 2.0) ** 2
+    lowest = math.sqrt(1e10 * DEPTH * WIDTH**3 / 12.0 / spin) / (2.0 * math.pi)
+    assert lm.modes(fine, 1).frequency[0] == pytest.approx(lowest, rel=0.03)
+
+
+def test_distinct_elements_say_that_their_default_points_are_few():
+    wall = block({"cohesion": 8e5, "tensile_strength": 2e5, **BRITTLE, **STIFF})
+    loads = lm.Loads.horizontal(wall)
+    assert any("few contact points" in w for w in dem.make_state(wall, loads).warnings)
+    fine = dem.make_state(wall, loads, contact_model="lobatto", contact_points=(15, 2))
+    assert not any("few contact points" in w for w in fine.warnings)
+    assert not any("few" in w for w in dem.make_state(block(STIFF), loads).warnings)

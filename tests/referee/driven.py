@@ -1,0 +1,108 @@
+"""Adapters of the DEM: collapse, push and simulate, judged by the static theorem, equilibrium and own elasticity."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from .engine import number
+from .laws import Answer
+from .model import Model, Quantity
+from .statics import Statics
+
+ERROR = 0.02
+"""What the DEM may be off by beyond what it says of itself [-]."""
+
+PART = 0.4
+"""Of the limit load, up to which structures are loaded in ``simulate``."""
+
+
+def collapse(model: Model) -> Answer:
+    """Multiplier at psi = phi, known to within its interval."""
+
+    import dem
+
+    assembly, loads = model.build()
+    assembly = assembly.with_joints(lambda j: replace(j, dilatancy_angle_deg=j.friction_angle_deg))
+    got = dem.collapse(assembly, loads)
+    if got.interval is None:
+        return {"status": str(got.status)}
+    low, high = got.interval
+    value = got.collapse_multiplier
+    wide = 2 * (high - low) / abs(value) + ERROR
+    return {"multiplier": number(value, slack=wide, live=-1), "_interval": (low, high)}
+
+
+def judge_collapse(model: Model, answer: Answer) -> list[str]:
+    """The static theorem's value lies in the interval."""
+    own = Statics(model).limit()
+    if "multiplier" not in answer:
+        return [f"{answer['status']}, own statics {own!r}"]
+    low, high = answer["_interval"]
+    if low * (1 - ERROR) <= own <= high * (1 + ERROR):
+        return []
+    return [f"interval {low:.5g} to {high:.5g}, own statics {own:.5g}"]
+
+
+def push(model: Model) -> Answer:
+    """Largest load of a push of one block, over a thousandth of the structure."""
+    import dem
+    import limitmason as lm
+
+    assembly, loads = model.build()
+    block, axis = model.driven, int(np.argmax(np.abs(model.along)))
+    sense = float(np.sign(model.along[axis]))
+    drive = dem.Drive({block: {"xyz"[axis]: sense}})
+    got = dem.push(assembly, drive, to=1e-3 * model.length, loads=lm.Loads(loads.dead, 0 * loads.live))
+    top = got.peak.load
+    wide = got.rate_error + ERROR
+    return {
+        "peak": number(top, max(abs(top), 1e-3 * model.weight), wide, length=1, mass=1, time=-2),
+        "_rate": got.rate_error, "_block": block,
+    }  # fmt: skip
+
+
+def judge_push(model: Model, answer: Answer) -> list[str]:
+    """Not above the static theorem for a force along the drive through the block's centroid."""
+    live = np.zeros_like(model.dead)
+    live[answer["_block"], :3] = model.along * model.weight
+    own = Statics(model).largest(model.dead, live) * model.weight
+    found = answer["peak"].value
+    if found > own * (1 + ERROR + answer["_rate"]) + 1e-3 * model.weight:
+        return [f"peak {found:.5g} N (rate error {answer['_rate']:.1%}) above the static theorem's {own:.5g} N"]
+    return []
+
+
+def simulate(model: Model) -> Answer:
+    """Displacements and reaction after own weight and a part of the limit load have come to rest."""
+    import dem
+
+    assembly, loads = model.build()
+    factor = PART * Statics(model).limit()
+    stages = [dem.Settle(), dem.Ramp(to=factor, steps=4000), dem.Settle()]
+    got = dem.simulate(assembly, stages, loads=loads)
+    shift = got.shift[-1]
+    total = sum(got.reaction_of(i)[-1, :3] for i in model.fixed)
+    size = float(np.abs(shift).max())
+    return {
+        "status": str(got.status),
+        "shift": Quantity(shift, length=1, stiff=-1, kind="vectors", size=size),
+        "_reaction": total, "_factor": factor,
+    }  # fmt: skip
+
+
+def judge_simulate(model: Model, answer: Answer) -> list[str]:
+    """Reactions carry the loads; where no joint has reached its strength, own elasticity gives the displacements."""
+    if answer["status"] != "finished":
+        return [f"ends {answer['status']} at {PART} of the limit load"]
+    own, factor, out = Statics(model), answer["_factor"], []
+    loads = (model.dead + factor * model.live)[model.free, :3].sum(axis=0)
+    off = np.linalg.norm(answer["_reaction"] + loads) / model.weight
+    if off > 1e-3:
+        out.append(f"reactions off by {off:.1e} of the weight")
+    ends = own.elastic_ends().values() if not model.ties else ()
+    if ends and all(low < 0 and 1.05 * factor < high for low, high in ends):
+        u = (own.displaced() @ [1.0, factor]).reshape(-1, 6)[:, :3]
+        off = np.abs(answer["shift"].value - u).max() / np.abs(u).max()
+        if off > ERROR:
+            out.append(f"displacements off by {off:.1e} from own elasticity")
+    return out

@@ -1,0 +1,98 @@
+"""Adapter of ``lm.pushover``, judged by the static theorem, energy, finer steps and the way back."""
+
+import numpy as np
+
+from .engine import number
+from .laws import Answer, different
+from .model import Frame, Model, Quantity
+from .static_engines import exact
+from .statics import Statics
+
+MOVES = 0.02
+"""By how much a refinement may move an answer before it is a defect [-]."""
+
+ENERGY = 0.01
+"""Energy that a path may leave over, of its work: what its default steps promise [-]."""
+
+SHARES = (0.5, 0.9)
+"""Of the limit load: where branches are compared, by the displacement at which it is first reached."""
+
+
+def limited(model: Model) -> bool:
+    """Whether the structure stands and its load has a limit of the order of its weight, by own statics."""
+    moving = np.abs(model.live[model.free, :3]).sum() / model.weight
+    return 0.02 < Statics(model).limit() * moving < 3.0
+
+
+def curve(model: Model, blocks: str = "rigid", **options):
+    """The path as a user asks for it."""
+    import limitmason as lm
+
+    return lm.pushover(*model.build(), blocks=blocks, **options)
+
+
+def path(model: Model, blocks: str = "rigid", fine: int = 1) -> Answer:
+    """Status, limit point and the branch up to it; with steps of all kinds so many times finer."""
+    import limitmason as lm
+    from limitmason.capacity import Steps
+
+    d = Steps()
+    finer = {k: getattr(d, k) / fine for k in ("first", "largest", "smooth", "peak", "energy", "opening", "sliding")}
+    got = lm.pushover(*model.build(), blocks=blocks, steps=Steps(**finer, most=d.most * fine) if fine > 1 else None)
+    if got.energy is None:
+        return {"status": str(got.status)}
+    out: Answer = {}  # how a path ends past its peak hangs on rounding
+    top = got.peak
+    if got.first_limit_point is not None or got.status == "open joints still bear bond":
+        out["limit load"] = number(top.load, live=-1)
+        if not got.breaks and top.load > 0 and abs(got.load[0]) < 1e-9 * top.load:
+            at = [float(got._crossing(share * top.load, top.index)) for share in SHARES]
+            out["displacement"] = Quantity(np.array(at), length=1, size=max(at), slack=20.0)
+    out[_ENERGY] = float(np.abs(got.energy.error).max())
+    return out
+
+
+_ENERGY = "_energy"
+
+
+def judge_path(model: Model, answer: Answer, blocks: str = "rigid") -> list[str]:
+    """Upper bound of the static theorem, energy, and finer steps."""
+    out = []
+    if "limit load" in answer:
+        value = answer["limit load"].value
+        if exact(model):
+            bound = Statics(model).limit()
+            if value > bound * (1 + MOVES) + 1e-6:
+                out.append(f"limit load {value!r} above the static theorem's {bound!r}")
+        finer = path(model, blocks, 4)
+        change = different(finer, {k: v for k, v in answer.items() if k == "limit load"}, Frame(), MOVES)
+        out += [f"steps 4 times finer: {c}" for c in change if c.startswith("limit load")]
+    if answer.get(_ENERGY, 0.0) > ENERGY:
+        out.append(f"energy left over {answer[_ENERGY]:.2g}")
+    return out + back(model, blocks)
+
+
+def back(model: Model, blocks: str = "rigid") -> list[str]:
+    """A branch on which nothing was lost is passed again on the way back."""
+    gone = curve(model, blocks)
+    if gone.energy is None or gone.breaks or len(gone) < 4 or any(gone.jumps):
+        return []
+    work = float(np.abs(np.diff(gone.energy.live)).sum()) + 1e-300
+    lost = gone.energy.lost + gone.energy.broken
+    end = int(np.flatnonzero(lost <= 1e-7 * work)[-1])
+    if end < 3 or not (np.diff(gone.displacement[: end + 1]) > 0).all():
+        return []
+    first = curve(model, blocks, to=float(gone.displacement[end]))
+    if abs(first.displacement[-1] - gone.displacement[end]) > 1e-9 * gone.displacement[end]:
+        return []
+    low = 0.2 * first.displacement[-1]
+    again = curve(model, blocks, start=first, to=float(low))
+    turn = int(np.argmax(again.displacement))
+    tail = again.displacement[turn:], again.load[turn:]
+    if abs(again.displacement[-1] - low) > 1e-6 * first.displacement[-1]:
+        return [f"back: ends at {again.displacement[-1]:.4g} of {low:.4g} m ({again.status})"]
+    at = np.linspace(low, first.displacement[-1], 7)[1:-1]
+    there = np.interp(at, first.displacement, first.load)
+    home = np.interp(at, tail[0][::-1], tail[1][::-1])
+    off = np.abs(home - there).max() / np.abs(first.load).max()
+    return [f"back: off by {off:.2g} of the largest load on a branch that loses nothing"] if off > MOVES else []

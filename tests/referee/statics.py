@@ -1,0 +1,235 @@
+"""Own statics of a :class:`~.model.Model`, from geometry alone: the static theorem with ties, elasticity, vibration.
+
+Faces come from ``space.find_contacts``. Integrals over them are taken at the middles of the sides of triangles, exact
+for what is quadratic: the stiffness of rigid blocks on elastic faces. Nothing of ``limitmason`` is used.
+"""
+
+import clarabel
+import numpy as np
+from scipy import sparse
+from scipy.linalg import eigh
+
+from .model import Model
+from .space import Face, find_contacts, mass
+
+Array = np.ndarray
+
+ON_THE_EDGE = 1e-9
+"""Of the largest stress: less than this counts as none."""
+
+
+class Statics:
+    """Faces, centroids and moments of a model, once for all questions."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        free = set(model.free)
+        self.faces = [f for f in find_contacts(model.solids) if f.a in free or f.b in free]
+        self.volume, self.centroid = (np.array(v) for v in zip(*map(mass, model.solids), strict=True))
+
+    def pair(self, f: Face, point: Array) -> Array:
+        """Relative velocity of b to a at a point of a face, by the twists of all blocks, shape (3, 6 n)."""
+        out = np.zeros((3, 6 * len(self.volume)))
+        for block, sign in ((f.b, 1.0), (f.a, -1.0)):
+            out[:, 6 * block : 6 * block + 6] = sign * _at(point - self.centroid[block])
+        return out
+
+    # ---- the static theorem -----------------------------------------------------------------------------------------
+
+    def largest(self, dead: Array, live: Array, group: tuple[int, ...] = (), down: Array | None = None) -> float:
+        """Largest t with forces within the law in balance with dead + t live [-]; NaN without one, inf without end.
+
+        Exact for dry faces, and in plane for cohesive ones: forces at corners, strength shared as areas are. A group is
+        one body guided along ``down``.
+        """
+        m = self.model
+        force, size = m.weight / len(m.free), m.length
+        rows = np.zeros((0, 6 * len(self.volume)))
+        scale = np.tile([1.0, 1.0, 1.0, size, size, size], len(self.volume))
+        rows = np.eye(6 * len(self.volume))[[6 * i + k for i in m.free if i not in group for k in range(6)]]
+        if group:
+            along = np.zeros((1, rows.shape[1]))
+            for i in group:
+                along[0, 6 * i : 6 * i + 3] = down
+            rows = np.vstack([rows, along])
+        columns, cones, bounds = [], [], []
+        for f in self.faces:
+            if f.a in group and f.b in group:
+                continue
+            law = m.law_of(f.a, f.b)
+            frame = np.stack([f.normal, f.along, f.across])
+            for p, area in zip(f.corners, _corner_areas(f), strict=True):
+                columns.append((self.pair(f, p).T @ frame.T) / scale[:, None])
+                cones.append((law.mu, law.cohesion * area / force))
+                bounds.append(law.cut_off * area / force)
+        for t in m.ties:
+            columns.append((_stretch(self, t) / -scale)[:, None])  # it pulls its ends together
+        n, ties = len(cones), len(m.ties)
+        matrix = np.hstack([rows @ np.hstack(columns), (rows @ (live.ravel() / scale / force))[:, None]])
+        right = -rows @ (dead.ravel() / scale / force)
+        return _maximise(matrix, right, cones, bounds, np.array([t.strength for t in m.ties]) / force, n, ties)
+
+    def limit(self) -> float:
+        """Multiplier by the static theorem [-]: -inf where dead load alone cannot be borne, NaN where none is found."""
+        stands = self.largest(np.zeros_like(self.model.dead), self.model.dead)
+        if abs(stands - 1.0) < 1e-6 or np.isnan(stands):
+            return float("nan")
+        return self.largest(self.model.dead, self.model.live) if stands > 1.0 else float("-inf")
+
+    # ---- elasticity -------------------------------------------------------------------------------------------------
+
+    def stiffness(self) -> Array:
+        """K of rigid blocks on closed faces, shape (6 n, 6 n)."""
+        kn, ks = self.model.stiffness
+        k = np.zeros((6 * len(self.volume),) * 2)
+        for f in self.faces:
+            spring = ks * np.eye(3) + (kn - ks) * np.outer(f.normal, f.normal)
+            for point, area in zip(*_middles(f), strict=True):
+                b = self.pair(f, point)
+                k += area * b.T @ spring @ b
+        return k
+
+    def mass_matrix(self) -> Array:
+        """M, with inertia by the second moments of tetrahedra, shape (6 n, 6 n)."""
+        out = np.zeros((6 * len(self.volume),) * 2)
+        for i, solid in enumerate(self.model.solids):
+            rho, r = self.model.density[i], slice(6 * i, 6 * i + 3)
+            out[r, r] = rho * self.volume[i] * np.eye(3)
+            second = rho * _second_moment(solid, self.centroid[i])
+            q = slice(6 * i + 3, 6 * i + 6)
+            out[q, q] = np.trace(second) * np.eye(3) - second
+        return out
+
+    @property
+    def dofs(self) -> Array:
+        """Rows of the free blocks."""
+        return np.array([6 * i + k for i in self.model.free for k in range(6)])
+
+    def frequencies(self) -> Array:
+        """All natural frequencies of the free blocks [Hz], lowest first."""
+        d = self.dofs
+        value = eigh(self.stiffness()[np.ix_(d, d)], self.mass_matrix()[np.ix_(d, d)], eigvals_only=True)
+        return np.sqrt(np.maximum(value, 0.0)) / (2 * np.pi)
+
+    def displaced(self) -> Array:
+        """Twists of all blocks by the dead and by the live load, shape (6 n, 2)."""
+        d, m = self.dofs, self.model
+        out = np.zeros((6 * len(self.volume), 2))
+        out[d] = np.linalg.solve(self.stiffness()[np.ix_(d, d)], np.column_stack([m.dead.ravel(), m.live.ravel()])[d])
+        return out
+
+    def elastic_ends(self) -> dict[str, tuple[float, float]]:
+        """Multipliers between which no corner of a face reaches its strength, by criterion; empty if the weight does.
+
+        Stresses are linear over a face and strengths convex in them: corners come first.
+        """
+        kn, ks = self.model.stiffness
+        u = self.displaced()
+        s, laws = [], []
+        for f in self.faces:
+            frame, law = np.stack([-kn * f.normal, ks * f.along, ks * f.across]), self.model.law_of(f.a, f.b)
+            for p in f.corners:
+                s.append(frame @ self.pair(f, p) @ u)
+                laws.append((law.cut_off, law.crushing, law.mu, law.cohesion))
+        stress, (ft, fc, mu, c) = np.array(s), np.array(laws).T
+        stress = np.where(np.abs(stress) < ON_THE_EDGE * np.abs(stress).max(axis=(0, 1)), 0.0, stress)
+        (n0, n1), (x0, x1), (y0, y1) = (stress[:, k].T for k in range(3))
+        edge = 1e-6 * np.abs(n0).max()
+        if min((ft + n0).min(), (fc - n0).min(), (c + mu * n0 - np.hypot(x0, y0)).min()) < edge:
+            return {}
+        # |T|^2 = (c + mu N)^2, of which the cone's own root has c + mu N >= 0
+        a = x1**2 + y1**2 - (mu * n1) ** 2
+        b = x0 * x1 + y0 * y1 - mu * n1 * (c + mu * n0)
+        d = x0**2 + y0**2 - (c + mu * n0) ** 2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            root = np.sqrt(np.maximum(b * b - a * d, 0.0))
+            slips = np.concatenate([(-b - root) / a, (-b + root) / a])
+            slips = slips[np.isfinite(slips) & (np.tile(c + mu * n0, 2) + slips * np.tile(mu * n1, 2) >= 0)]
+            opens, crushes = -(ft + n0) / n1, (fc - n0) / n1
+        ends = {"opening": opens[n1 != 0], "crushing": crushes[n1 != 0], "slip": slips}
+        return {name: _nearest(roots) for name, roots in ends.items()}
+
+
+def _at(arm: Array) -> Array:
+    """Velocity at an arm from the centroid, by the block's twist, shape (3, 6)."""
+    x, y, z = arm
+    return np.array([[1, 0, 0, 0, z, -y], [0, 1, 0, -z, 0, x], [0, 0, 1, y, -x, 0]], dtype=float)
+
+
+def _stretch(s: Statics, t) -> Array:
+    """Elongation of a tie by the twists of all blocks, shape (6 n,)."""
+    along = (t.to - t.at) / np.linalg.norm(t.to - t.at)
+    out = np.zeros(6 * len(s.volume))
+    for block, point, sign in ((t.a, t.at, -1.0), (t.b, t.to, 1.0)):
+        if block >= 0:
+            out[6 * block : 6 * block + 6] += sign * along @ _at(point - s.centroid[block])
+    return out
+
+
+def _corner_areas(f: Face) -> Array:
+    """Shares of a rectangle's corners; of other faces shares that no cohesive law should be asked of."""
+    r = f.corners - f.corners[0]
+    area = 0.5 * np.linalg.norm(sum(np.cross(r[k], r[k + 1]) for k in range(1, len(r) - 1)))
+    return np.full(len(r), area / len(r))
+
+
+def _middles(f: Face) -> tuple[Array, Array]:
+    """Middles of the sides of the triangles from the first corner, and a third of the area of each."""
+    points, areas = [], []
+    for p, q in zip(f.corners[1:-1], f.corners[2:], strict=True):
+        o = f.corners[0]
+        area = 0.5 * np.linalg.norm(np.cross(p - o, q - o))
+        points += [(o + p) / 2, (p + q) / 2, (q + o) / 2]
+        areas += [area / 3] * 3
+    return np.array(points), np.array(areas)
+
+
+def _second_moment(solid, centre: Array) -> Array:
+    """Integral of x x^T about a point, by tetrahedra from it, shape (3, 3)."""
+    vertices, faces = solid
+    out = np.zeros((3, 3))
+    for face in faces:
+        p = vertices[list(face)] - centre
+        for k in range(1, len(p) - 1):
+            t = np.stack([p[0], p[k], p[k + 1]])
+            total = t.sum(axis=0)
+            out += np.linalg.det(t) / 120.0 * (t.T @ t + np.outer(total, total))
+    return out
+
+
+def _nearest(roots: Array) -> tuple[float, float]:
+    """The roots on either side of zero that are nearest to it."""
+    return float(roots[roots < 0].max(initial=-np.inf)), float(roots[roots > 0].min(initial=np.inf))
+
+
+def _maximise(matrix, right, cones, bounds, strengths, n: int, ties: int, accuracy: float = 1e-10) -> float:
+    """Largest last variable with matrix x = right, (mu N + c, T) in the cone, N >= -bound, 0 <= tie <= strength."""
+    count = matrix.shape[1]
+    rows, limits, kinds = [sparse.csc_array(matrix)], [right], [clarabel.ZeroConeT(len(right))]
+    normal = sparse.csc_array((-np.ones(n), (np.arange(n), 3 * np.arange(n))), (n, count))
+    pull = sparse.csc_array((np.ones(ties), (np.arange(ties), 3 * n + np.arange(ties))), (ties, count))
+    rows += [normal, pull, -pull]
+    limits += [np.array(bounds), strengths, np.zeros(ties)]
+    kinds.append(clarabel.NonnegativeConeT(n + 2 * ties))
+    for k, (mu, c) in enumerate(cones):
+        cone = np.zeros((3, 3))
+        cone[0, 0], cone[1, 1], cone[2, 2] = -mu, -1.0, -1.0
+        at = sparse.coo_array(cone)
+        rows.append(sparse.csc_array((at.data, (at.row, at.col + 3 * k)), (3, count)))
+        limits.append(np.array([c, 0.0, 0.0]))
+        kinds.append(clarabel.SecondOrderConeT(3))
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = accuracy
+    q = np.zeros(count)
+    q[-1] = -1.0
+    answer = clarabel.DefaultSolver(
+        sparse.csc_matrix((count, count)), q, sparse.csc_matrix(sparse.vstack(rows)), np.concatenate(limits), kinds,
+        settings,
+    ).solve()  # fmt: skip
+    status = str(answer.status)
+    if status == "AlmostSolved" and accuracy < 1e-8:
+        return _maximise(matrix, right, cones, bounds, strengths, n, ties, 1e-8)
+    if status == "Solved":
+        return float(answer.x[-1])
+    return {"DualInfeasible": np.inf, "PrimalInfeasible": -np.inf}.get(status, np.nan)

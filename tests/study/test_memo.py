@@ -1,0 +1,309 @@
+"""The memory of runs: what its keys see, files shared, cut off and damaged, old ones refused."""
+
+import functools
+import json
+import math
+import multiprocessing as mp
+import resource
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from limitmason.errors import InputError
+from limitmason.study import Memo, fingerprint, sweep
+
+JOINT = lm.Joint(33.0, normal_stiffness=1e10, shear_stiffness=5e9)
+
+
+def wall(**options):
+    return lm.build.wall(length=1.2, courses=3, unit=(0.4, 0.2, 0.2), joint=JOINT, **options)
+
+
+def made(text, **names):
+    """A function by its text, as a file of one's own holds it."""
+    space = {"__name__": "own", "np": np, "functools": functools, "dataclass": dataclass, **names}
+    exec("def part(x):\n    return x\n" + text, space)
+    return space["f"]
+
+
+PAIRS = {
+    "names": ("def f(x): return np.sin(x)", "def f(x): return np.cos(x)"),
+    "attributes": ("def f(x): return x.n_blocks", "def f(x): return x.tolerance"),
+    "defaults": ("def f(x, k=1.0): return k * x", "def f(x, k=2.0): return k * x"),
+    "keyword defaults": ("def f(x, *, k=1.0): return k * x", "def f(x, *, k=2.0): return k * x"),
+    "constants in tuples": ("def f(x): return x in (1, 2)", "def f(x): return x in (3, 4)"),
+    "constants in sets": ("def f(x): return x in {1, 2}", "def f(x): return x in {3, 4}"),
+    "bytes": ("def f(x): return b'a'", "def f(x): return b'b'"),
+    "signs of zero": ("def f(x): return 0.0", "def f(x): return -0.0"),
+    "inner functions": ("def f(x): return sum(2 * v for v in x)", "def f(x): return sum(3 * v for v in x)"),
+    "lambdas": ("f = lambda x: [(lambda v: v + 1)(v) for v in x]", "f = lambda x: [(lambda v: v + 2)(v) for v in x]"),
+    "closures": (
+        "def g(k):\n    def f(x): return k * x\n    return f\nf = g(1.0)",
+        "def g(k):\n    def f(x): return k * x\n    return f\nf = g(2.0)",
+    ),
+    "lists closed over": (
+        "def g(k):\n    def f(x): return k[0] * x\n    return f\nf = g([1.0])",
+        "def g(k):\n    def f(x): return k[0] * x\n    return f\nf = g([2.0])",
+    ),
+    "arrays closed over": (
+        "def g(k):\n    def f(x): return k @ x\n    return f\nf = g(np.array([1.0]))",
+        "def g(k):\n    def f(x): return k @ x\n    return f\nf = g(np.array([2.0]))",
+    ),
+    "values of the module": ("K = 1.0\ndef f(x): return K * x", "K = 2.0\ndef f(x): return K * x"),
+    "functions called": ("def h(x): return x\ndef f(x): return h(x)", "def h(x): return -x\ndef f(x): return h(x)"),
+    "functions called deep down": (
+        "def a(x): return np.sin(x)\ndef h(x): return a(x)\ndef f(x): return h(x)",
+        "def a(x): return np.cos(x)\ndef h(x): return a(x)\ndef f(x): return h(x)",
+    ),
+    "decorated functions": (
+        "@functools.wraps(part)\ndef f(x): return x + 1\nf = functools.lru_cache(f)",
+        "@functools.wraps(part)\ndef f(x): return x + 2\nf = functools.lru_cache(f)",
+    ),
+    "partials": ("f = functools.partial(part, 1)", "f = functools.partial(part, 2)"),
+    "objects of bound methods": (
+        "class M:\n    def __init__(self, k): self.k = k\n    def run(self, x): return self.k * x\nf = M(1).run",
+        "class M:\n    def __init__(self, k): self.k = k\n    def run(self, x): return self.k * x\nf = M(2).run",
+    ),
+    "code of other methods": (
+        "class M:\n    def h(self, x): return x\n    def run(self, x): return self.h(x)\nf = M().run",
+        "class M:\n    def h(self, x): return -x\n    def run(self, x): return self.h(x)\nf = M().run",
+    ),
+    "properties": (
+        "class M:\n    @property\n    def k(self): return 1\n    def run(self, x): return self.k\nf = M().run",
+        "class M:\n    @property\n    def k(self): return 2\n    def run(self, x): return self.k\nf = M().run",
+    ),
+    "base classes": (
+        "class A:\n    def h(self): return 1\nclass M(A):\n    def __call__(self, x): return self.h()\nf = M()",
+        "class A:\n    def h(self): return 2\nclass M(A):\n    def __call__(self, x): return self.h()\nf = M()",
+    ),
+    "classes used": (
+        "class A:\n    def h(self): return 1\ndef f(x): return A().h()",
+        "class A:\n    def h(self): return 2\ndef f(x): return A().h()",
+    ),
+    "operators": ("def f(x): return x + 1", "def f(x): return x - 1"),
+    "order of arguments": ("def f(x, a=1, b=2): return a", "def f(x, b=2, a=1): return a"),
+    "recursion": ("def f(x): return f(x - 1) if x else 1", "def f(x): return f(x - 1) if x else 2"),
+}
+
+
+@pytest.mark.parametrize("what", PAIRS)
+def test_functions_that_differ_have_other_keys_and_equal_ones_the_same(what):
+    one, two = PAIRS[what]
+    assert fingerprint(made(one)) != fingerprint(made(two))
+    assert fingerprint(made(one)) == fingerprint(made(one))
+    assert fingerprint(made("\n\n# elsewhere\n" + two)) == fingerprint(made(two))
+
+
+TIE = {"yield_force": 1e4, "area": 1e-4, "modulus": 2e11}
+
+
+def tied(length=1.0, **options):
+    last = wall().blocks[-1]
+    tie = lm.Tie(last.name, last.centroid, None, last.centroid - [0, 0, length], **(TIE | options))
+    return wall().with_ties([tie])
+
+
+def stone(**options):
+    return wall().with_material(lm.Material(**({"young_modulus": 1e9, "poisson_ratio": 0.2} | options)))
+
+
+MODELS = {
+    "a wall": wall(), "stone": stone(), "stiffer stone": stone(young_modulus=9e9), "denser": stone(density=2500.0),
+    "named stone": stone(name="granite"), "tie": tied(), "softer tie": tied(modulus=1e9),
+    "weak tie": tied(yield_force=5.0), "longer tie": tied(0.9),
+    "partly held": wall().with_supports([lm.Support(2, dofs=["y"])]),
+    "another law": wall().with_joints(replace(JOINT, cohesion=1e4)),
+    "moved": wall().transformed(np.eye(3), (1.0, 0, 0)), "a half": wall(start="half"),
+    "sharper edges": wall().with_contact_ends_pulled_in(0.01),
+}  # fmt: skip
+
+
+def test_models_that_differ_in_one_thing_have_other_keys_and_equal_ones_the_same(tmp_path):
+    keys = {name: fingerprint(model) for name, model in MODELS.items()}
+    assert len(set(keys.values())) == len(keys)
+    assert fingerprint(wall()) == keys["a wall"]
+    assert fingerprint(tied()) == keys["tie"]
+    read = lm.formats.read_json
+    for name, model in MODELS.items():
+        lm.formats.write_json(tmp_path / "m.json", model)
+        assert read(tmp_path / "m.json")[0].fingerprint.digest == model.fingerprint.digest, name
+
+
+def test_kinds_of_values_are_told_apart_and_equal_values_shared_or_not_are_the_same():
+    values = [1, 1.0, "1", True, None, b"1", [1], (1, 2), {1: 2}, {"1": 2}, {1}, math.nan, math.inf, np.array([1]),
+              np.array([1.0]), np.array([[1.0]]), "None", {}, [], "\ud800", 1j]  # fmt: skip
+    assert len({fingerprint(v) for v in values}) == len(values)
+    assert fingerprint(np.float64(0.1)) == fingerprint(0.1)
+    row = [1.0, 2.0]
+    assert fingerprint([row, row]) == fingerprint([[1.0, 2.0], [1.0, 2.0]])
+    assert fingerprint({"a": 1, "b": 2}) == fingerprint({"b": 2, "a": 1})
+
+
+def test_what_has_no_content_is_refused_by_the_name_of_what_uses_it(tmp_path):
+    with (tmp_path / "open").open("w") as file:
+        with pytest.raises(TypeError, match="no content"):
+            fingerprint(file)
+        with pytest.raises(TypeError, match=r"f uses 'LOG': .* no content .* give a key"):
+            fingerprint(made("def f(x): LOG.write(x)", LOG=file))
+    loop = []
+    loop.append(loop)
+    with pytest.raises(TypeError, match="holds itself"):
+        fingerprint(loop)
+
+
+
+def test_an_edited_model_is_computed_anew_or_refused_and_the_same_one_is_found(tmp_path):
+    one, two = (made(f"def f(a): return {{'p': float(np.{g}(a))}}") for g in ("sin", "cos"))
+    sweep(one, {"a": [0.1, 0.2]}, store=tmp_path / "rows")
+    assert [r["p"] for r in sweep(one, {"a": [0.1, 0.2]}, store=tmp_path / "rows")] == [math.sin(0.1), math.sin(0.2)]
+    with pytest.raises(InputError, match=r"rows holds the runs of another study"):
+        sweep(two, {"a": [0.1, 0.2]}, store=tmp_path / "rows")
+    parameters, target = [lm.Parameter("a", 0.5, (0.05, 0.75))], {"p": (math.cos(0.6), 0.01)}
+    lm.calibrate(one, target, parameters, store=tmp_path / "fit", leave_out=None)
+    with pytest.raises(InputError, match=r"fit holds the runs of another study"):
+        lm.calibrate(two, target, parameters, store=tmp_path / "fit", leave_out=None)
+    uniform = lm.study.Random(lm.study.uniform(0, 1e4))
+
+    def run(assembly, loads):
+        return {"E": assembly.blocks[-1].material.young_modulus}
+
+    def drawn(model):
+        return lm.study.monte_carlo(
+            (model, lm.Loads.weight(model)), 3, run=run, joints={"cohesion": uniform}, store=tmp_path / "drawn"
+        )
+
+    assert [r["E"] for r in drawn(stone())] == [1e9] * 3
+    with pytest.raises(InputError, match=r"drawn holds the runs of another study"):
+        drawn(stone(young_modulus=9e9))
+
+
+def test_compare_keeps_answers_of_every_material_apart(tmp_path):
+    for model in (stone(), stone(young_modulus=9e9), stone()):
+        lm.compare(model, lm.Loads.horizontal(model), "mechanisms", store=tmp_path)
+    assert len((tmp_path / "answers.jsonl").read_text().splitlines()) == 1 + 2
+
+
+# ---- the file --------------------------------------------------------------------------------------------------------
+
+
+def begin(path, barrier, who, said):
+    barrier.wait()
+    try:
+        memo = Memo(path, "k")
+        for k in range(5):
+            memo.keep(10 * who + k, {"y": k})
+        said.put(None)
+    except Exception as error:
+        said.put(repr(error))
+
+
+def test_two_processes_begin_one_new_file_and_no_row_is_lost(tmp_path):
+    context = mp.get_context("fork")
+    for trial in range(40):
+        barrier, said, path = context.Barrier(2), context.Queue(), tmp_path / "new" / f"{trial}"
+        children = [context.Process(target=begin, args=(path, barrier, who, said)) for who in (0, 1)]
+        for child in children:
+            child.start()
+        assert [said.get(timeout=60) for _ in children] == [None, None]
+        for child in children:
+            child.join()
+        memo = Memo(path, "k")
+        assert sorted(json.loads(key) for key in memo.rows) == [0, 1, 2, 3, 4, 10, 11, 12, 13, 14]
+
+
+def filled(path, rows=6):
+    memo = Memo(path, "k", kind=dict)
+    for k in range(rows):
+        memo.keep(k, {"y": k / 3, "t": "é" * 20, "none": math.nan})
+    return path.read_bytes()
+
+
+def test_a_file_cut_off_anywhere_goes_on_with_the_rows_before_the_cut(tmp_path):
+    path = tmp_path / "rows"
+    whole = filled(path)
+    ends = [k + 1 for k, byte in enumerate(whole) if byte == ord("\n")]
+    for n in range(0, len(whole), 7):
+        path.write_bytes(whole[:n])
+        memo = Memo(path, "k", kind=dict)
+        assert len(memo) == max(sum(end <= n for end in ends) - 1, 0)
+        for k in range(6):
+            memo.once(k, lambda k=k: {"y": k / 3, "t": "é" * 20, "none": math.nan})
+        assert path.read_bytes() == whole
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda b: b[:300] + b"\0" * 50 + b"\n" + b[300:], "line 3 is damaged"),
+        (lambda b: b[:300] + b"\xff\xfe\n" + b[300:], "line 3 is damaged"),
+        (lambda b: b + b'{"key": 3, "row": [1]}\n', "line 8 is damaged"),
+        (lambda b: b + b'{"key": 3, "row": null}\n', "line 8 is damaged"),
+        (lambda b: b + b'{"row": {}}\n', "line 8 is damaged"),
+        (lambda b: b + b"[1]\n", "line 8 is damaged"),
+        (lambda b: b + b'{"key": 3, "row": ' + b"[" * 900 + b"]" * 900 + b"}\n", "line 8 is damaged"),
+        (lambda b: b + b'{"key": 3, "row": {"y": 1' + b"0" * 400 + b"}}\n", "line 8 is damaged"),
+        (lambda b: b'{"a": 1}\n' + b, "not a store of runs"),
+        (lambda b: b"a table\n", "not a store of runs"),
+        (lambda b: b"a table", "not a store of runs"),
+        (lambda b: b.replace(b'"of": "k"', b'"of": "l"'), "another study"),
+        (lambda b: b.replace(lm.__version__.encode(), b"0.1.0"), "written by limitmason 0.1.0"),
+        (lambda b: b'{"schema": "limitmason-rows", "version": 1, "key": "k"}\n', "0.2 or before"),
+    ],
+)
+def test_what_is_no_row_is_refused_by_file_and_line(tmp_path, change, words):
+    path = tmp_path / "rows"
+    path.write_bytes(change(filled(path)))
+    before = path.read_bytes()
+    with pytest.raises(InputError, match=rf"rows.*{words}"):
+        Memo(path, "k", kind=dict)
+    assert path.read_bytes() == before
+    with pytest.raises(InputError, match="is a folder"):
+        Memo(tmp_path)
+
+
+def on_a_full_disk(path, said):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+    memo = Memo(path, "k", kind=dict)
+    try:
+        for k in range(100):
+            memo.keep(k, {"y": k / 3, "t": "é" * 20, "none": math.nan})
+    except OSError as error:
+        said.put((len(memo), str(error)))
+
+
+def test_a_full_disk_keeps_what_was_written_and_says_so(tmp_path):
+    path, context = tmp_path / "rows", mp.get_context("fork")
+    said = context.Queue()
+    child = context.Process(target=on_a_full_disk, args=(path, said))
+    child.start()
+    rows, words = said.get(timeout=60)
+    child.join()
+    assert "rows" in words
+    assert "make room" in words
+    assert 0 < rows == len(Memo(path, "k", kind=dict)) < 100
+    whole = filled(tmp_path / "whole", 100)
+    memo = Memo(path, "k", kind=dict)
+    for k in range(100):
+        memo.once(k, lambda k=k: {"y": k / 3, "t": "é" * 20, "none": math.nan})
+    assert path.read_bytes() == whole
+
+
+def test_a_whole_file_is_read_where_nothing_may_be_written(tmp_path):
+    path = tmp_path / "rows"
+    filled(path)
+    path.chmod(0o444)
+    tmp_path.chmod(0o555)
+    try:
+        assert len(Memo(path, "k", kind=dict)) == 6
+    finally:
+        tmp_path.chmod(0o755)
+
+
+def test_numbers_come_back_bit_by_bit(tmp_path):
+    random = np.random.default_rng(1)
+    values = [*random.standard_normal(200).tolist(), math.inf, -math.inf, 5e-324, -0.0]
+    Memo(tmp_path / "rows").keep(["a", (1, 2.5)], values)
+    again = Memo(tmp_path / "rows")[["a", [1, 2.5]]]
+    assert [v.hex() for v in again] == [v.hex() for v in values]

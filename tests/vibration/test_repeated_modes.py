@@ -1,0 +1,171 @@
+"""Repeated and close modes: none is missing, which is counted, and their shapes are compared by what they span."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+import limitmason as lm
+from limitmason.continuum import Box, Continuum, Material
+from limitmason.errors import InputError
+from limitmason.geometry.rotation import rotation_matrices
+
+JOINT = lm.Joint(40.0, normal_stiffness=1e9, shear_stiffness=1e9)
+
+
+def piers(count, courses, joint=JOINT, turn=None, shuffle=False):
+    """Equal square piers, one metre apart, on one table."""
+    boxes = [((-1.0, -1.0, -0.3), (count + 1.0, 1.0, 0.0))]
+    for k in range(count):
+        boxes += [((k, -0.1, 0.4 * c), (k + 0.2, 0.1, 0.4 * (c + 1))) for c in range(courses)]
+    names = ["table", *(f"b{k}" for k in range(1, len(boxes)))]
+    order = np.random.default_rng(4).permutation(len(boxes)) if shuffle else np.arange(len(boxes))
+    cube = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
+    faces = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    solids = [np.where(cube, high, low) @ (np.eye(3) if turn is None else turn.T) for low, high in boxes]
+    return lm.Assembly.from_polyhedra(
+        [(solids[k], faces) for k in order], joint=joint, density=2000.0, fixed=["table"],
+        names=[names[k] for k in order],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("count", "courses", "wanted"), [(4, 3, 7), (6, 3, 12), (12, 2, 24), (20, 4, 40)])
+def test_every_pier_has_the_modes_of_one(count, courses, wanted):
+    alone = np.repeat(lm.modes(piers(1, courses), 6 * courses - 1).frequency, count)
+    found = lm.modes(piers(count, courses), wanted)
+    assert found.frequency == pytest.approx(alone[:wanted], rel=1e-8)
+    # square piers sway both ways: the lowest frequency comes twice for each
+    assert found.below == 2 * count
+    gram = lm.mac(found, found, weighted=True).values
+    assert gram == pytest.approx(np.eye(wanted), abs=1e-8)
+
+
+@pytest.mark.parametrize("count", [1, 3, 8, 16, 71])
+def test_modes_are_those_of_all_eigenvalues(count):
+    wall = piers(4, 3)
+    found = lm.modes(wall, count)
+    squared = eigh(found.system.stiffness.toarray(), found.system.mass.toarray(), eigvals_only=True)
+    exact = np.sqrt(squared) / (2.0 * np.pi)
+    assert found.frequency == pytest.approx(exact[:count], rel=1e-8)
+    assert found.below == int((exact < exact[count - 1] * (1.0 + 1e-6)).sum())
+    cut = found.below > count
+    assert any(f"count={found.below}" in w for w in found.warnings) == cut
+
+
+def test_turned_and_renumbered_piers_have_the_same_repetitions():
+    turn = rotation_matrices(np.array([[0.3, -0.7, 0.4]]))[0]
+    one, two = (lm.modes(p, 13) for p in (piers(6, 3), piers(6, 3, turn=turn, shuffle=True)))
+    assert one.frequency == pytest.approx(two.frequency, rel=1e-7)
+    assert one.below == two.below
+
+
+def test_blocks_that_nothing_holds_count_their_rigid_motions():
+    held = piers(2, 3)
+    free = lm.Assembly.from_polyhedra(
+        [(b.parts[0].vertices, b.parts[0].faces) for b in held.blocks[1:]], joint=JOINT, density=2000.0, fixed=()
+    )
+    found = lm.modes(free, 7)
+    assert (found.frequency == 0.0).all()
+    assert found.below == 12
+
+
+def test_equal_piers_of_the_continuum_repeat_and_are_counted_by_its_own_factor():
+    def solid(count):
+        boxes = [Box(np.array([k, 0.0, 0.0]), np.array([k + 0.2, 0.2, 1.2])) for k in range(count)]
+        return Continuum.from_boxes(boxes, Material(1e9, 0.2, 2000.0), size=0.2)
+
+    alone = np.repeat(lm.modes(solid(1), 12).frequency, 4)
+    found = lm.modes(solid(4), 9)
+    assert found.frequency == pytest.approx(alone[:9], rel=1e-7)
+    assert found.below == 16
+    matrix = found.system.stiffness.toarray(), found.system.mass.toarray()
+    squared = eigh(*matrix, eigvals_only=True)
+    apart = np.flatnonzero(squared[1:] > 1.1 * squared[:-1])
+    assert len(apart) > 10
+    for last in apart:
+        assert found.system.below(1.05 * squared[last]) == last + 1
+
+
+def test_modes_of_a_plane_say_so():
+    outlines = [[(-1, -0.2), (1, -0.2), (1, 0), (-1, 0)]] + [
+        [(0, 0.3 * k), (0.3, 0.3 * k), (0.3, 0.3 * k + 0.3), (0, 0.3 * k + 0.3)] for k in range(3)
+    ]
+    column = lm.Assembly.from_polygons(outlines, thickness=0.3, joint=JOINT, fixed=[0])
+    column = column.with_material(lm.Material(young_modulus=1e10, poisson_ratio=0.2))
+    plane = lm.modes(column, 3, blocks="modal", stress="plane stress")
+    assert any("only motions in the plane" in w for w in plane.warnings)
+    path = lm.pushover(column, lm.Loads.horizontal(column, (1, 0, 0)), to=1e-6)
+    assert any("only motions in the plane" in w for w in lm.modes(path, 2).warnings)
+    assert not any("plane" in w for w in lm.modes(column, 3).warnings)
+
+
+# ---- shapes of close modes ------------------------------------------------------------------------------------------
+
+
+def test_repeated_modes_are_compared_by_what_they_span():
+    """A pair turned by 30 degrees in its own space: shape by shape cos^2, together 1, and the table says so."""
+    found = lm.modes(piers(1, 3), 4)
+    c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
+    spin = np.array([[c, s, 0, 0], [-s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    turned = replace(found, shape=np.tensordot(spin, found.shape, 1))
+    alike = lm.mac(found, turned, weighted=True)
+    assert alike.values[:2, :2] == pytest.approx(np.array([[0.75, 0.25], [0.25, 0.75]]), abs=1e-9)
+    first = alike.groups[0]
+    assert (first.first, first.second) == ((0, 1), (0, 1))
+    assert first.value == pytest.approx(1.0, abs=1e-9)
+    assert "1+2" in str(alike)
+    assert "within 1% in frequency" in str(alike)
+
+
+def test_a_pair_that_is_split_in_the_other_model_is_met_by_both_of_its_modes():
+    basis = np.eye(3)
+    a = np.array([basis[0], basis[1], basis[2]])
+    b = np.array([basis[0] + basis[1], basis[0] - basis[1], basis[2] + basis[0]])
+    found = lm.mac(replace_frequencies(a, (1.0, 1.001, 2.0)), replace_frequencies(b, (1.0, 1.3, 2.0)))
+    assert (found.groups[0].first, found.groups[0].second) == ((0, 1), (0, 1))
+    assert [g.value for g in found.groups] == pytest.approx([1.0, 0.5])
+
+
+def replace_frequencies(shapes, frequency):
+    """Shapes as of a model of one block per component, to compare by components alone."""
+    wall = piers(1, 1)
+    found = lm.modes(wall, 3)
+    shape = np.zeros((3, *found.shape.shape[1:]))
+    shape[:, 1, :3] = shapes
+    return replace(found, frequency=np.array(frequency), shape=shape)
+
+
+# ---- sensors --------------------------------------------------------------------------------------------------------
+
+
+def test_six_accelerometers_of_one_axis_know_the_modes():
+    """Three floors of a pier, each with a sensor along x and one along a slant, opposite signs, own frequencies."""
+    wall = lm.build.column(width=0.4, depth=0.3, unit_height=0.2, courses=5, joint=JOINT, density=2000.0)
+    modes = lm.modes(wall, 5)
+    low = wall.blocks[1].bounds[0]
+    place = [low + (0.02, 0.02, z) for z in (0.1, 0.4, 0.7)]
+    slant = np.array((0.0, 3.0, 4.0))
+    sensors = [(p, "-x") for p in place] + [(p, slant) for p in place]
+    u = modes.at(np.array(place))
+    table = np.concatenate([-u[:, :, 0], u @ (slant / 5.0)], axis=1)  # (k, 6): what the sensors read, by hand
+    alike = lm.mac(modes, -3.0 * table, sensors=sensors, frequencies=1.02 * modes.frequency)
+    assert np.diag(alike.values) == pytest.approx(1.0)
+    assert alike.frequency_b == pytest.approx(1.02 * modes.frequency)
+    back = lm.mac(table, modes, sensors=sensors)
+    assert np.abs(back.values.T - alike.values).max() < 1e-12
+    # an axis taken for its neighbour is seen
+    wrong = [(p, "x") for p in place] + [(p, "y") for p in place]
+    assert np.diag(lm.mac(modes, table, sensors=wrong).values).min() < 0.9
+    with pytest.raises(InputError, match=r"three components each.*sensors="):
+        lm.mac(modes, table, points=np.array(place * 2))
+    with pytest.raises(InputError, match="sensor 1: direction must be"):
+        lm.mac(modes, table, sensors=[(place[0], "x"), (place[1], "up")])
+    with pytest.raises(InputError, match="sensor 0: its direction must not be zero"):
+        lm.mac(modes, table, sensors=[(place[0], (0, 0, 0))])
+    with pytest.raises(InputError, match="not both"):
+        lm.mac(modes, table, points=place, sensors=sensors)
+    with pytest.raises(InputError, match="frequencies must have shape"):
+        lm.mac(modes, table, sensors=sensors, frequencies=[1.0])
+    with pytest.raises(InputError, match="without a model"):
+        lm.mac(modes, modes, frequencies=[1.0])

@@ -1,0 +1,1 @@
+"""The page of the brick panels' paper: every number that it prints beside ours, and what moves ours."""

@@ -1,0 +1,1 @@
+"""What the specimens of the Pavia tilting tests may have looked like: a search that, honestly, says nothing."""
