@@ -6,7 +6,7 @@ from dem.identification import identify, white_noise
 from dem.joints import JointOptions
 from dem.push import push
 from dem.push_curve import PushCurve
-from dem.settings import DemSettings
+from dem.settings import DemSettings, PushSettings
 from dem.simulate import resume, simulate
 from dem.state import State, UnsettledError, UnstableError, make_state
 from dem.tilt import TiltTest, tilt_test
@@ -21,6 +21,7 @@ __all__ = [
     "Hold",
     "JointOptions",
     "PushCurve",
+    "PushSettings",
     "Ramp",
     "Servo",
     "Settle",

@@ -1,18 +1,140 @@
-"""What a push is asked for, of blocks of any kind: the way to go, and the twist of the driven blocks."""
+"""What a push asks of a structure, whatever its blocks are made of, and what it gets back."""
 
-from collections.abc import Iterable, Sequence
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dem.history import History
+from dem.joint_marks import JointMarks
+from dem.resuming import RunStatus
+from dem.zone_marks import ZoneState
 from limitmason.errors import InputError
 from limitmason.model import Assembly
 from limitmason.model.stages import Drive
 
 Array = NDArray[np.float64]
+Progress = Callable[[Mapping[str, Any]], object]
 
 SLOWER = 3
 """The second run is so many times slower."""
+
+
+@dataclass(frozen=True, eq=False)
+class Driven:
+    """What a run of a push has recorded; sample 0 is the settled structure.
+
+    Parameters
+    ----------
+    displacement, load : along the drive, of the driven block and beyond what stood there [m], [N], shape (s,)
+    kinetic : kinetic energy over the work of the drive [-], shape (s,)
+    energy : energy from nowhere over the work [-], shape (s,)
+    marks : of the joints, shape (s, k) each
+    states : displacements of the centroids [m] and quaternions of all blocks at every sample
+    status, warnings : how it ended, and what a user should know
+    seconds : that it took [s]
+    zones : of zoned blocks
+    history : of blocks that are whole
+    """
+
+    displacement: Array
+    load: Array
+    kinetic: Array
+    energy: Array
+    marks: JointMarks
+    states: Sequence[tuple[Array, Array]]
+    status: RunStatus
+    warnings: tuple[str, ...]
+    seconds: float
+    zones: Sequence[ZoneState] = ()
+    history: History | None = None
+
+
+class Follower:
+    """Tells who listens what part of a push is done and how long the rest will take."""
+
+    def __init__(self, progress: Progress | None, run: int, before: int, count: int, total: int) -> None:
+        self.progress, self.run, self.before, self.count, self.total = progress, run, before, count, total
+        self.begin(0.0)
+
+    def begin(self, origin: float, done: float = 0.0) -> None:
+        """A run begins, or is taken up: it counts steps from ``origin`` and has taken so many of its own."""
+        self.origin, self.begun, self.clock = origin, done, time.perf_counter()
+
+    def __call__(self, sampled: Mapping[str, Any]) -> object:
+        """Hand a sample on, which has counted its "step"."""
+        if self.progress is None:
+            return None
+        done = min(float(sampled["step"]) - self.origin, self.count)
+        own = done - self.begun
+        pace = (time.perf_counter() - self.clock) / own if own > 0.0 else float("nan")
+        done += self.before
+        return self.progress(
+            {**sampled, "run": self.run, "part": done / self.total, "time left": pace * (self.total - done)}
+        )
+
+
+class Structure(Protocol):
+    """A structure that a push drives, of rigid, strained or zoned blocks.
+
+    Parameters
+    ----------
+    assembly : what is driven; of lumped units with the joints' series stiffness
+    unit, held : twist of the blocks per displacement of 1 m, and the freedoms that the drive holds, shapes (n, 6)
+    blocks : how they deform, in words
+    same : digests by name of what a file of it must have in common with it
+    least_steps : of the faster run
+    zoned : mesh and state of stress of zoned blocks
+    """
+
+    assembly: Assembly
+    unit: Array
+    held: NDArray[np.bool_]
+    blocks: str
+    same: Mapping[str, str]
+    least_steps: int
+    zoned: Mapping[str, Any]
+
+    @property
+    def lost(self) -> tuple[str, ...]:
+        """What joints lose where they fail, in words."""
+
+    @property
+    def period(self) -> float:
+        """Steps of the slowest motion."""
+
+    @property
+    def to_settle(self) -> float:
+        """Slowest motions in which it comes to rest, about; 0 where settling has an end of its own."""
+
+    @property
+    def settlement(self) -> float:
+        """Displacement by own weight of the driven block along the drive [m]."""
+
+    @property
+    def spacing(self) -> float:
+        """Largest distance between neighbouring contact points of a joint [m]."""
+
+    def step_time(self) -> float:
+        """Time that a step takes [s]."""
+
+    def contrast(self) -> str:
+        """What makes its motion slow, in words."""
+
+    def check(self, file: Path, same: Mapping[str, str]) -> None:
+        """Refuse a file of another push."""
+
+    def rest(self, file: Path | None) -> None:
+        """Come to rest under the dead loads, or take the rest from a file; it is kept there."""
+
+    def drive(
+        self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None, follow: Follower
+    ) -> Driven:
+        """Drive a copy along a path in so many steps, or on from where a file says that it stood."""
 
 
 def turning_points(to: float | Sequence[float]) -> list[float]:
@@ -39,11 +161,6 @@ def unit_twist(drive: Drive, assembly: Assembly) -> tuple[Array, NDArray[np.bool
     if drive.steps is not None or drive.duration is not None:
         raise InputError("the drive of a push is a direction: leave out its steps and duration, and give steps to push")
     return travel / size, held
-
-
-def named(drive: Drive, label: str) -> str:
-    """The label of a push; by default the blocks that it drives."""
-    return label or ", ".join(str(b) for b in drive.displacement)
 
 
 def widest_spacing(joints: Iterable[Iterable[Array]]) -> float:

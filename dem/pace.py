@@ -80,9 +80,9 @@ def _deforms(state: State) -> NDArray[np.bool_]:
     return np.zeros(0, dtype=bool) if state.modes is None else np.asarray(state.modes.inv_mass.ravel() > 0.0)
 
 
-def default_steps(period: float) -> int:
+def default_steps(period: float, least: int = LEAST_STEPS) -> int:
     """Steps of the faster run of a push: forty of the slowest swings, and not fewer than a floor for brittle drops."""
-    return max(int(np.ceil(SWINGS * period)), LEAST_STEPS)
+    return max(int(np.ceil(SWINGS * period)), least)
 
 
 def softest_note(state: State, assembly: Assembly) -> str:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dem.driving import Driven, Structure
 from dem.failure_mode import Mode, failure_mode
 from dem.history import History
 from dem.papers import PAPERS
+from dem.zone_marks import AT_YIELD, ELASTIC, TENSION, YIELDED, ZoneState
+from dem.zones.mesh import ZoneMesh
+from dem.zones.solid_mesh import SolidMesh
 from limitmason.answers.curve import Curve, Event
 from limitmason.answers.references import data_behind
+from limitmason.deformable import SOLID
 from limitmason.errors import InputError
 from limitmason.model import Assembly
 
@@ -48,7 +53,7 @@ class PushCurve(Curve):
     Parameters
     ----------
     assembly : what was driven; of lumped units with the joints' series stiffness
-    history : of the drive, from sample 1 on
+    history : of the drive, from sample 1 on; None of zoned blocks
     opening, slip, crushed : largest opening, plastic slip and crushing in every interface [m], shape (n, k)
     used, failed : largest part of its strength in use, and part of its area that has reached it [-], shape (n, k)
     settlement : displacement by own weight of the driven block along the drive [m]
@@ -56,7 +61,11 @@ class PushCurve(Curve):
     spacing : largest distance between neighbouring contact points [m]
     law : what joints lose when they fail, in words
     steps : taken from sample 0 on
+    seconds : that the run took [s]
     faster : the same run at three times the speed; None where there was one run
+    mesh : nodes and zones of zoned blocks
+    zones : their state at every sample; empty of other blocks
+    stress : of the zones: "plane stress", "plane strain" or "solid"
     """
 
     assembly: Assembly | None = None
@@ -71,7 +80,11 @@ class PushCurve(Curve):
     spacing: float = 0.0
     law: str = ""
     steps: int = 0
+    seconds: float = 0.0
     faster: PushCurve | None = None
+    mesh: ZoneMesh | SolidMesh | None = None
+    zones: Sequence[ZoneState] = ()
+    stress: str = ""
 
     @property
     def rate_error(self) -> float:
@@ -162,11 +175,52 @@ class PushCurve(Curve):
 
     def moved(self, index: int) -> tuple[Array, Array]:
         """Displacements of the centroids [m] and quaternions of all blocks at a sample, own weight included."""
-        assert self.history is not None
-        i = self.point(index).index
-        if i == 0:
-            return self.states[0]
-        return self.history.shift[i - 1], self.history.quaternion[i - 1]
+        return self.states[self.point(index).index]
+
+    def first_unit_crack(self, width: float) -> JointPoint | None:
+        """Where a zone that failed in tension is first stretched by a width; None where none is.
+
+        Its accumulated plastic strain times its size (``mesh.zone_sizes``): a crack is smeared over a zone, whose first
+        touch of the tensile strength nobody could see; of its four points the most strained counts. Cracks that are
+        joints: ``first_crack(width, "crack")``.
+
+        Parameters
+        ----------
+        width : [m]
+        """
+        if not width > 0.0:
+            raise InputError(f"width must be positive [m], got {width!r}")
+        sizes = self._mesh.zone_sizes
+        return self._first_zone([z.plastic * sizes * (z.marks == TENSION) for z in self.zones], width)
+
+    def first_crushing(self, strain: float) -> JointPoint | None:
+        """Where a zone that yielded in shear and never failed in tension first has a plastic strain; None where none.
+
+        Parameters
+        ----------
+        strain : accumulated length of the plastic strain [-], 1.4 times the shortening of a zone crushed along one axis
+            without dilatancy
+        """
+        if not strain > 0.0:
+            raise InputError(f"strain must be positive, got {strain!r}")
+        return self._first_zone([z.plastic * np.isin(z.marks, (AT_YIELD, YIELDED)) for z in self.zones], strain)
+
+    @property
+    def _mesh(self) -> ZoneMesh | SolidMesh:
+        """Mesh of zoned blocks; refused of others."""
+        if self.mesh is None:
+            raise InputError(f"{self.blocks} blocks have no zones: push with blocks='zoned'")
+        return self.mesh
+
+    def _first_zone(self, values: Sequence[Array], least: float) -> JointPoint | None:
+        """First sample at which a zone has a value, and the block of the zone that has the largest."""
+        assert self.assembly is not None
+        for i, value in enumerate(values):
+            k = int(np.argmax(value))
+            if value[k] >= least:
+                where = self.assembly.blocks[int(self._mesh.zone_block[k])].name
+                return JointPoint(i, float(self.displacement[i]), float(self.load[i]), where, float(value[k]))
+        return None
 
     def beside(self, faster: PushCurve) -> PushCurve:
         """This curve with the same run at a higher speed as its rate error."""
@@ -202,53 +256,35 @@ class PushCurve(Curve):
             f"  joints: {self.law or 'without strength'}",
             f"  {rate}; kinetic energy up to {self.errors['kinetic'].max():.1e} of the work; {self.steps} steps",
         ]
-        return "\n".join(lines + [f"  note: {w}" for w in self.warnings])
+        lines += [f"  note: {w}" for w in self.warnings]
+        if self.mesh is not None:
+            share = f"{np.mean(self.zones[-1].marks > ELASTIC):.1%} of them yielded or cracked at the end"
+            lines.append(
+                f"  {len(self.mesh.zones)} zones up to {1e3 * self.mesh.size:.4g} mm, {self.stress}; "
+                f"{'elastic' if self.stress == SOLID else share}"
+            )
+        return "\n".join(lines)
 
     __repr__ = __str__
 
 
-def make_curve(
-    assembly: Assembly, settled: History, history: History, unit: Array, steps: int, **words: Any
-) -> PushCurve:
-    """Curve of a history that began at a settled one.
-
-    Parameters
-    ----------
-    unit : twist of the blocks per displacement of 1 m, shape (n, 6)
-    """
-    block = int(np.argmax(np.linalg.norm(unit[:, :3], axis=1)))
-    direction = unit[block, :3]
-    before = settled.state.bodies.shift[block]
-    driven = [k for k, b in enumerate(history.reaction_blocks) if unit[b].any()]
-    twist = unit[history.reaction_blocks[driven]]
-    load = np.einsum("sbk,bk->s", history.reaction[:, driven], twist)
-    kinetic = history.kinetic_ratio_since(settled)
-    energy = history.energy_error / history._work
-    # a state goes on and is written to
-    shift, quat = settled.state.bodies.shift.copy(), settled.state.bodies.quat.copy()
-    states = [(shift, quat), *zip(history.shift, history.quaternion, strict=True)]
-    notes = list(history.warnings)
-    displacement = (history.shift[:, block] - before) @ direction
-    notes += dynamic_notes(displacement, kinetic)
-
-    def marks(name: str) -> Array:
-        return np.concatenate([getattr(settled, name)[-1:], getattr(history, name)])
-
+def make_curve(structure: Structure, driven: Driven, steps: int, label: str) -> PushCurve:
+    """Curve of a run of a structure that was driven in so many steps."""
+    notes = [*driven.warnings, *dynamic_notes(driven.displacement[1:], driven.kinetic[1:])]
     curve = PushCurve(
-        np.concatenate([[0.0], displacement]), np.concatenate([[0.0], load]),
-        errors={"energy": np.concatenate([[0.0], energy]), "kinetic": np.concatenate([[0.0], kinetic])},
-        states=states, status=history.status, warnings=tuple(notes), source="dem.push", assembly=assembly,
-        history=history, opening=marks("opening"), slip=marks("slip"), crushed=marks("crushed"), used=marks("used"),
-        failed=marks("failed"), settlement=float(before @ direction), law="; ".join(history.lost_in_failure),
-        steps=steps, references=(*PAPERS, *data_behind(assembly.recipe)), **words,
+        driven.displacement, driven.load, errors={"energy": driven.energy, "kinetic": driven.kinetic}, label=label,
+        states=driven.states, status=driven.status, source="dem.push", assembly=structure.assembly,
+        history=driven.history, **driven.marks._asdict(), settlement=structure.settlement, blocks=structure.blocks,
+        spacing=structure.spacing, law="; ".join(structure.lost), steps=steps, seconds=driven.seconds,
+        zones=driven.zones, references=(*PAPERS, *data_behind(structure.assembly.recipe)), **structure.zoned,
     )  # fmt: skip
-    sudden = any("at once" in law and "in failure: nothing" not in law for law in history.lost_in_failure)
-    if sudden and (np.nan_to_num(marks("failed")[curve.peak.index]) > 0.0).sum() > FEW:
+    sudden = any("at once" in law and "in failure: nothing" not in law for law in structure.lost)
+    if sudden and (np.nan_to_num(driven.marks.failed[curve.peak.index]) > 0.0).sum() > FEW:
         notes.append(
             "joints lose their strength at once: the peak hangs on which joint breaks first, and that on rounding; "
             "quote the median of a few starts whose blocks are moved by 1e-12 m, or lm.pushover"
         )
-    return replace(curve, events=failure_events(curve), warnings=tuple(notes))
+    return replace(curve, events=(*_failure_events(curve), *_zone_events(curve)), warnings=tuple(notes))
 
 
 def dynamic_notes(displacement: Array, kinetic: Array) -> list[str]:
@@ -263,9 +299,23 @@ def dynamic_notes(displacement: Array, kinetic: Array) -> list[str]:
     ]
 
 
-def failure_events(curve: PushCurve) -> tuple[Event, ...]:
+def _failure_events(curve: PushCurve) -> tuple[Event, ...]:
     """The first failure of a curve as an event, by own weight or while it is driven; none where no joint fails."""
     first = curve.first_failure
     if first is None:
         return ()
     return (Event("first failure" if first.index else BY_WEIGHT, first.index, first.where, first.value),)
+
+
+def _zone_events(curve: PushCurve) -> list[Event]:
+    """Where the first zone yields, and where the first one cracks."""
+    events = []
+    for name, wanted in (("unit yields", (AT_YIELD, YIELDED)), ("unit cracks", (TENSION,))):
+        for i, state in enumerate(curve.zones):
+            hit = np.flatnonzero(np.isin(state.marks, wanted))
+            if len(hit):
+                assert curve.assembly is not None
+                block = curve.assembly.blocks[int(curve._mesh.zone_block[hit[0]])].name
+                events.append(Event(name, i, block, float(state.plastic[hit].max())))
+                break
+    return events

@@ -3,7 +3,7 @@
 import hashlib
 import signal
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass
 from enum import StrEnum
@@ -126,6 +126,25 @@ def digest(*parts: bytes) -> str:
     return made.hexdigest()
 
 
+def digests(**settings: Any) -> dict[str, str]:
+    """Digest of every setting, by the name a user gave it."""
+    return {name: digest(spelled(value).encode()) for name, value in settings.items()}
+
+
+def signature(assembly: Assembly, parts: Mapping[str, Iterable[Array]], **settings: Any) -> dict[str, str]:
+    """What a run must have in common with the one it goes on from, as a digest by name.
+
+    Parameters
+    ----------
+    parts : arrays that the model is made of, by what they are; what the assembly knows by that name goes with them
+    settings : of the run, by the names a user gave them
+    """
+    out, whole = {}, dict(assembly.fingerprint.digests)
+    for name, arrays in parts.items():
+        out[name] = digest(whole.pop(name, "").encode(), *(np.ascontiguousarray(v).tobytes() for v in arrays))
+    return out | whole | digests(**settings)
+
+
 def check_same(path: Path, then: Mapping[str, str], now: Mapping[str, str]) -> None:
     """Refuse a checkpoint of a run with other settings.
 
@@ -137,8 +156,13 @@ def check_same(path: Path, then: Mapping[str, str], now: Mapping[str, str]) -> N
     Raises
     ------
     InputError
-        Naming the settings that differ.
+        Naming the settings that differ, and for a file that does not say of which run it is.
     """
+    if not then:
+        raise InputError(
+            f"the checkpoint {path} does not say how its push was run: it is of an earlier version, or no push; give "
+            "another file, or delete this one"
+        )
     other = [name for name, made in now.items() if then.get(name) != made]
     if other:
         raise InputError(

@@ -1,18 +1,19 @@
-"""Settings of a search for the collapse multiplier by the DEM."""
+"""Settings of the DEM: of a search for the collapse multiplier, and of a structure that is driven."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from enum import StrEnum
 from typing import Any
 
+from dem.joints import Grid as Spacing
 from dem.joints import JointOptions
 from dem.stepping import Verdict
 from limitmason.deformable import SOLID
-from limitmason.deformable.levels import RIGID
+from limitmason.deformable.levels import LUMPED, MODAL, RIGID, ZONED
 from limitmason.errors import InputError
-from limitmason.model.stages import Damping
+from limitmason.model.stages import Damping, Settle
 
 Grid = tuple[int, int]
 
@@ -104,6 +105,101 @@ class DemSettings:
                 raise InputError(f"unknown check {check!r} in error_budget; known: {', '.join(CHECKS)}")
 
     def with_options(self, options: Mapping[str, Any]) -> DemSettings:
+        """These settings with some replaced by name.
+
+        Raises
+        ------
+        TypeError
+            For an unknown name.
+        """
+        return replace(self, **options) if options else self
+
+
+KINDS = (RIGID, LUMPED, MODAL, ZONED)
+"""How the units of a driven structure deform."""
+
+_WHOLE = (RIGID, LUMPED, MODAL)
+_TAKEN_BY = {
+    "stress": (MODAL, ZONED), "zone_size": (ZONED,), "damping": _WHOLE, "settle": _WHOLE, "detect_every": _WHOLE,
+    "calm": _WHOLE, "sound": _WHOLE,
+}  # fmt: skip
+"""Settings of a push that some kinds of blocks do not know, and who takes them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PushSettings:
+    """Settings of :func:`dem.push`, by name there.
+
+    Parameters
+    ----------
+    blocks : "rigid"; "lumped": rigid blocks whose joints take over the compliance of the units' material, see
+        :func:`limitmason.mechanics.lumped_units.with_lumped_units`; "modal": blocks that strain and bend, see
+        :func:`dem.make_state`; "zoned": each block with a material cut into zones that strain, in walls in the x-z
+        plane also yield and crack in tension. Blocks that are driven, held or without a material stay rigid
+    stress : of modal and zoned blocks: "plane stress" (the default of a plane problem, and of all zoned ones), "plane
+        strain", or "solid", in space
+    zone_size : largest edge of a zone [m]; of zoned blocks, where it must be given
+    contact_points : as for :func:`dem.make_state`; by default spaced by half the smallest length of a joint, and where
+        zones meet. Brittle joints answer differently at other spacings, so that it stands in the answer
+    joint_options : see :class:`dem.JointOptions`
+    steps : of the faster run over the whole path; by default forty of the slowest motion's periods, and 6000 at least,
+        40 000 and ten a sample of zoned blocks
+    rate_check : run again at a third of the speed: the answer is that run, its difference to the first the rate error.
+        False runs once, for studies of many
+    samples : per run, between which nothing is recorded
+    longest : predicted run time above which the push is refused [s], with ``steps`` given that of settling alone
+    damping : while driven; local 0.5 by default, combined where motion is steady
+    settle : how the own weight settles; to 1e-5 by default
+    detect_every : see :func:`dem.simulate`
+    calm : stand still while the kinetic energy is above this part of the elastic one [-], as ``Drive(calm=...)``: what
+        a brittle drop sets moving rests before more is asked of the structure, at 3e-4 for up to twice the steps. None
+        drives on whatever happens
+    sound : where own weight breaks joints as it comes to rest, let it come to rest once more on joints that lose
+        nothing, and then on joints as they are. Weight that acts at once overshoots by some per cent and breaks what
+        it would not break at rest. Zoned blocks need none: their weight comes on slowly
+
+    Raises
+    ------
+    InputError
+        For an unknown kind of blocks, a setting that they do not take, and numbers that are too small.
+    """
+
+    blocks: str = RIGID
+    stress: str | None = None
+    zone_size: float | None = None
+    contact_points: Spacing | None = None
+    joint_options: JointOptions | None = None
+    steps: int | None = None
+    rate_check: bool = True
+    samples: int = 400
+    longest: float = 3600.0
+    damping: Damping | None = None
+    settle: Settle | None = None
+    detect_every: int | None = 50
+    calm: float | None = None
+    sound: bool = False
+
+    def __post_init__(self) -> None:
+        """Say which setting is wrong, or would not be used."""
+        if self.blocks not in KINDS:
+            raise InputError(f"blocks must be one of {', '.join(map(repr, KINDS))}, got {self.blocks!r}")
+        for name, usual in ((f.name, f.default) for f in fields(self) if f.name in _TAKEN_BY):
+            if getattr(self, name) != usual and self.blocks not in _TAKEN_BY[name]:
+                raise InputError(
+                    f"{self.blocks} blocks take no {name}: leave it out, or take blocks of another kind "
+                    f"({', '.join(_TAKEN_BY[name])})"
+                )
+        if self.blocks == ZONED and self.zone_size is None:
+            raise InputError("zoned blocks need zone_size=, the largest edge of a zone [m]")
+        # a sample of a zoned run is a mean over a part of its steps
+        least = 10 * self.samples if self.blocks == ZONED else 100
+        if self.samples < 10 or (self.steps is not None and self.steps < least):
+            raise InputError(
+                f"samples must be at least 10 and steps at least {'ten times as many' if self.blocks == ZONED else 100}"
+                f", got {self.samples!r} and {self.steps!r}"
+            )
+
+    def with_options(self, options: Mapping[str, Any]) -> PushSettings:
         """These settings with some replaced by name.
 
         Raises

@@ -9,7 +9,6 @@ from dem.kernels import LAW_C, LAW_FT, LAW_RATE, LAW_RATE_SLIP
 from dem.resuming import RunStatus, check_same
 from dem.simulate import simulate
 from dem.state import State, UnsettledError, UnstableError
-from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Settle
 
@@ -40,7 +39,7 @@ def settled(
     """
     if file is not None and file.exists():
         history = History.load(file, assembly)
-        check_taken_up(file, history, same)
+        check_same(file, history.same, same)
         return history
     try:
         history = simulate(assembly, stage, loads=loads, start=state)
@@ -62,22 +61,6 @@ def settled(
     if file is not None:
         history.save(file)
     return history
-
-
-def check_taken_up(file: Path, history: History, same: Mapping[str, str]) -> None:
-    """Refuse a history from a file of another run, or one that does not say of which.
-
-    Raises
-    ------
-    InputError
-        Naming the settings that differ.
-    """
-    if not history.same:
-        raise InputError(
-            f"the checkpoint {file} does not say how its push was run: it is of an earlier version, or no push; give "
-            "another file, or delete this one"
-        )
-    check_same(file, history.same, same)
 
 
 def _broken(history: History) -> bool:

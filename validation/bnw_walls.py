@@ -17,7 +17,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import dem
-from dem.zones.push_curve import ZonedCurve
 from limitmason import experiments
 from limitmason.display.text_table import filled, markdown
 from limitmason.experiments import Experiment
@@ -125,7 +124,7 @@ class Pushed:
     """A wall that was pushed: test, curve, height [m]."""
 
     test: Experiment
-    curve: ZonedCurve
+    curve: dem.PushCurve
     height: float
 
     def drift(self, displacement: float) -> float:
@@ -159,7 +158,6 @@ def pushed(specimen: str, kept: Path | None, *, once: bool = False, zone: float 
         steps=ONCE_STEPS if once else steps, rate_check=not once, samples=250, checkpoint=file,
         label=f"{specimen}, DEM",
     )  # fmt: skip
-    assert isinstance(curve, ZonedCurve)
     return Pushed(test, curve, height)
 
 
@@ -337,7 +335,7 @@ def page(kept: Path | None) -> tuple[str, Figure, Figure]:
         (w, name): pushed(w, kept, once=True, **{**MODELS[CRACKING], **o}) for name, o in VARIED for w in WALLS[:2]
     }
     means = [np.mean([found[w, m].ratio for w in WALLS]) for m in MODELS]
-    seconds = max(p.curve.seconds + (p.curve.faster.seconds if isinstance(p.curve.faster, ZonedCurve) else 0.0)
+    seconds = max(p.curve.seconds + (p.curve.faster.seconds if p.curve.faster is not None else 0.0)
                   for p in found.values())  # fmt: skip
     led = [w for w in WALLS if first_of(found[w, CRACKING]) == "crack"]
     flips = [

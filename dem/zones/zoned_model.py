@@ -1,6 +1,7 @@
 """What a model of zoned blocks consists of, in the plane and in space."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +49,15 @@ class ZonedModel:
     plane: str
     warnings: tuple[str, ...]
     lost: tuple[str, ...]
+
+    def copy(self) -> "ZonedModel":
+        """The same model with arrays of its own."""
+
+        def copied(group: Any) -> Any:
+            return type(group)(*(v.copy() for v in group))
+
+        moving = {name: copied(getattr(self, name)) for name in ("nodes", "zones", "contacts", "rigid")}
+        return replace(self, **moving, total=self.total.copy())
 
     @property
     def space(self) -> bool:

@@ -46,7 +46,7 @@ def plasticity(
     if not getattr(curve, "zones", ()):
         raise InputError("this curve has no zones: draw the curve of dem.push with blocks='zoned'")
     indices = [_index(curve, moment) for moment in at]
-    if curve.plane == SOLID:
+    if curve.stress == SOLID:
         raise InputError("zones in space are elastic, there is nothing to map: draw figures.cracks(curve)")
     mesh = curve.mesh
     start = curve.zones[0].shift

@@ -92,7 +92,7 @@ def test_time_left_counts_from_where_a_push_was_taken_up(tmp_path):
         (wall, {"to": 2e-3}, "its to differ"),
         (wall, {"steps": 900}, "its steps differ"),
         (wall, {"zone_size": 0.1}, "its zones"),
-        (wall, {"stress": "plane strain"}, "its materials, plane differ"),
+        (wall, {"stress": "plane strain"}, "its materials, stress differ"),
         (lambda: wall(35.0), {}, "its joints differ"),
         (lambda: wall(40.0, ELASTIC), {}, "its materials differ"),
     ],
@@ -106,7 +106,7 @@ def test_a_checkpoint_of_another_push_is_refused_by_what_differs(tmp_path, model
 
 def test_a_file_of_something_else_is_refused(tmp_path):
     np.savez(tmp_path / "run-settled.npz", shift=np.zeros(3))
-    with pytest.raises(InputError, match="no checkpoint of zoned blocks"):
+    with pytest.raises(InputError, match="does not say how its push was run"):
         dem.push(wall(), DRIVE, checkpoint=tmp_path / "run.npz", **OPTIONS)
 
 
