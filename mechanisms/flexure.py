@@ -14,7 +14,7 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.friction import FrictionSums, bed_joint_friction, edge_radii, torsion_radius
 from mechanisms.motion import ESTIMATE, THIS_MOTION, answer, flexure_twists
-from mechanisms.optimum import Smallest, ratio, smallest_ratio
+from mechanisms.optimum import SmallestValue, ratio, smallest_ratio
 from mechanisms.parameters import Facade, foot_level, read
 from mechanisms.virtual_work import flexure_power
 
@@ -100,15 +100,15 @@ def horizontal_flexure(
         raise InputError(f"torsion_arm must not be negative [m], got {torsion_arm!r}")
     hinges = range(1, f.courses + 1) if hinge_courses is None else [int(hinge_courses)]
 
-    def search(omega: float | None) -> tuple[Smallest, int]:
-        best: tuple[Smallest, int] | None = None
+    def search(omega: float | None) -> tuple[SmallestValue, int]:
+        best: tuple[SmallestValue, int] | None = None
         for n in hinges:
             terms = flexure_terms(f, n, contact_factor * arm, reduction=omega, interaction=interaction)
             limit = min(f.steepest_crack, _whole_length(f) / (2.0 * n * f.course_height))
             if crack_tangent is None:
                 here = smallest_ratio(terms.numerator, terms.denominator, 0.0, limit)
             elif 0.0 <= crack_tangent <= limit * (1.0 + 1e-9):
-                here = Smallest(ratio(terms.numerator, terms.denominator, crack_tangent), crack_tangent)
+                here = SmallestValue(ratio(terms.numerator, terms.denominator, crack_tangent), crack_tangent)
             else:
                 continue
             if best is None or here.value < best[0].value * (1.0 - 1e-12):

@@ -10,14 +10,14 @@ from numpy.typing import ArrayLike
 from limitmason.errors import InputError
 
 
-class Smallest(NamedTuple):
+class SmallestValue(NamedTuple):
     """Smallest value and where it is taken."""
 
     value: float
     at: float
 
 
-def smallest_ratio(numerator: ArrayLike, denominator: ArrayLike, low: float, high: float) -> Smallest:
+def smallest_ratio(numerator: ArrayLike, denominator: ArrayLike, low: float, high: float) -> SmallestValue:
     """Return the minimum of N(s) / D(s) for low <= s <= high, D positive inside.
 
     (N / D)' = 0 where N' D - N D' = 0; the cubic terms cancel and at most two stationary points remain, so the minimum
@@ -48,12 +48,12 @@ def smallest_ratio(numerator: ArrayLike, denominator: ArrayLike, low: float, hig
             points += [q / slope[2], slope[0] / q if q else 0.0]
     elif slope[1]:
         points.append(-slope[0] / slope[1])
-    best = Smallest(float("inf"), low)
+    best = SmallestValue(float("inf"), low)
     for s in points:
         if low <= s <= high:
             value = ratio(n, d, s)
             if value < best.value:
-                best = Smallest(value, float(s))
+                best = SmallestValue(value, float(s))
     return best
 
 

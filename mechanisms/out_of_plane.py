@@ -14,8 +14,8 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.friction import FrictionSums, bed_joint_friction, joint_friction
 from mechanisms.motion import ESTIMATE, UPPER_IDEAL, answer, rocking_twists
-from mechanisms.optimum import Smallest, ratio, smallest_ratio
-from mechanisms.parameters import Facade, Reading, foot_level, read
+from mechanisms.optimum import SmallestValue, ratio, smallest_ratio
+from mechanisms.parameters import Facade, ReadParameters, foot_level, read
 from mechanisms.stepping import best_steps
 from mechanisms.virtual_work import rocking_power
 
@@ -170,8 +170,8 @@ def compound_rocking(
         steepest = f.steepest_crack
         raise InputError(f"crack_tangent must lie between 0 and tan(alpha_b) = {steepest:g}, got {crack_tangent!r}")
 
-    def search(omega: float | None) -> tuple[Smallest, int, int]:
-        best: tuple[Smallest, int, int] | None = None
+    def search(omega: float | None) -> tuple[SmallestValue, int, int]:
+        best: tuple[SmallestValue, int, int] | None = None
         for n in _range("hinge_courses", hinge_courses, f.courses):
             for m in _crossed(crossed_courses, n, given=hinge_courses is not None):
                 terms = rocking_terms(f, n, m, reduction=omega, below_crack=below_crack)
@@ -179,7 +179,7 @@ def compound_rocking(
                 if crack_tangent is None:
                     here = smallest_ratio(terms.numerator, terms.denominator, 0.0, limit)
                 else:
-                    here = Smallest(ratio(terms.numerator, terms.denominator, crack_tangent), crack_tangent)
+                    here = SmallestValue(ratio(terms.numerator, terms.denominator, crack_tangent), crack_tangent)
                 if best is None or here.value < best[0].value * (1.0 - 1e-12):
                     best = (here, n, m)
         if best is None:
@@ -245,7 +245,7 @@ def rocking_terms(
     return Rocking(resisting + f.side_walls * side_n, driving + f.side_walls * side_d, sums)
 
 
-def _stepped(seen: Reading, hinge_courses: int | None) -> Prediction:
+def _stepped(seen: ReadParameters, hinge_courses: int | None) -> Prediction:
     f, h = seen.facade, seen.facade.course_height
     hinges = _range("hinge_courses", hinge_courses, f.courses)
     found = {n: best_steps(f, n) for n in hinges}
@@ -306,7 +306,7 @@ def _details(
     }
 
 
-def _twists(seen: Reading, level: float, crack: Any) -> Array | None:
+def _twists(seen: ReadParameters, level: float, crack: Any) -> Array | None:
     if seen.assembly is None or seen.loads is None:
         return None
     foot = foot_level(seen.assembly)

@@ -196,7 +196,7 @@ _ABOVE_ZERO = (
 )  # fmt: skip
 
 
-class Reading(NamedTuple):
+class ReadParameters(NamedTuple):
     """Parameters, and the assembly and loads they were read from, or None."""
 
     facade: Facade
@@ -204,7 +204,7 @@ class Reading(NamedTuple):
     loads: Loads | None
 
 
-def read(facade: Facade | Assembly, loads: Loads | None = None, **changes: Any) -> Reading:
+def read(facade: Facade | Assembly, loads: Loads | None = None, **changes: Any) -> ReadParameters:
     """Take a Facade as it is, or read one from an assembly; ``changes`` that are None are left out.
 
     Raises
@@ -215,12 +215,12 @@ def read(facade: Facade | Assembly, loads: Loads | None = None, **changes: Any) 
     given = {name: value for name, value in changes.items() if value is not None}
     if isinstance(facade, Assembly):
         loads = Loads.horizontal(facade, (0.0, -1.0, 0.0)) if loads is None else loads
-        return Reading(Facade.from_assembly(facade, loads, **given), facade, loads)
+        return ReadParameters(Facade.from_assembly(facade, loads, **given), facade, loads)
     if not isinstance(facade, Facade):
         raise TypeError(f"facade must be a mechanisms.Facade or a limitmason.Assembly, got {type(facade).__name__}")
     if loads is not None:
         raise InputError("loads go with an assembly; a Facade carries its overload itself")
-    return Reading(facade.changed(**given) if given else facade, None, None)
+    return ReadParameters(facade.changed(**given) if given else facade, None, None)
 
 
 def wall_recipe(assembly: Assembly) -> dict[str, Any]:

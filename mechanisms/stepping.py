@@ -10,14 +10,14 @@ from mechanisms.friction import joint_friction
 from mechanisms.parameters import Facade
 
 
-class Steps(NamedTuple):
+class SteppingCourses(NamedTuple):
     """The stepping courses, counted from the top, and the multiplier."""
 
     courses: tuple[int, ...]
     multiplier: float
 
 
-def best_steps(facade: Facade, hinge: int, *, reduction: float = 1.0, keep_all: bool = False) -> Steps:
+def best_steps(facade: Facade, hinge: int, *, reduction: float = 1.0, keep_all: bool = False) -> SteppingCourses:
     """Return the choice of stepping courses that gives mechanism B its smallest multiplier for one hinge.
 
     The crack line is vertical over a course, or inclined by tan(alpha_b) where the course steps; a course that steps
@@ -84,7 +84,7 @@ def best_steps(facade: Facade, hinge: int, *, reduction: float = 1.0, keep_all: 
         guess = min(float(total[0] / total[1]), value)
         if value - guess <= 1e-14 * value:
             break
-    return Steps(tuple(sorted(chosen)), guess)
+    return SteppingCourses(tuple(sorted(chosen)), guess)
 
 
 def _cheapest(plain: np.ndarray, step: np.ndarray, roof: np.ndarray, hinge: int, most: int) -> tuple[int, ...]:

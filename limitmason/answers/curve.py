@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from limitmason.answers.references import Citable, Cited
-from limitmason.display.notebook import Shown
+from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly
 
@@ -62,7 +62,7 @@ class CurvePoint(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Curve(Shown, Citable, ReadOnly):
+class Curve(Displayed, Citable, ReadOnly):
     """Load against displacement, with what happened on the way and how well each point is known.
 
     Parameters

@@ -26,7 +26,7 @@ from limitmason.answers.answer_words import (
     member_of,
 )
 from limitmason.answers.references import Citable, Cited
-from limitmason.display.notebook import Shown
+from limitmason.display.notebook import Displayed
 from limitmason.errors import NotApplicable
 from limitmason.storage.frozen import ReadOnly
 
@@ -232,7 +232,7 @@ class Certificate:
 
 
 @dataclass(frozen=True, eq=False)
-class Prediction(Shown, Citable, ReadOnly):
+class Prediction(Displayed, Citable, ReadOnly):
     """A method's answer.
 
     Parameters

@@ -20,7 +20,7 @@ PLANS = ("straight", "L", "T", "U", "box")
 
 
 @dataclass(frozen=True)
-class Run:
+class StraightWall:
     """One straight wall of the plan.
 
     `origin` is the corner [m] from which its length (along `axis`: 0 for x, 1 for y) and thickness are measured, both
@@ -72,7 +72,7 @@ def make_runs(
     return_thickness: float | None = None,
     return_position: float | None = None,
     corner: str = "left",
-) -> list[Run]:
+) -> list[StraightWall]:
     """Return the runs of a plan, facade first.
 
     Parameters
@@ -101,7 +101,7 @@ def make_runs(
     if plan != "T" and return_position is not None:
         raise InputError(f"return_position is for plan 'T', got plan {plan!r}")
     if plan == "straight":
-        return [Run("facade", 0, (0.0, 0.0), length, thickness, Ends())]
+        return [StraightWall("facade", 0, (0.0, 0.0), length, thickness, Ends())]
     if return_length is None:
         raise InputError(f"return_length is needed for plan {plan!r}")
     depth = thickness if return_thickness is None else positive("return_thickness", return_thickness)
@@ -120,25 +120,25 @@ def make_runs(
     if length <= needed:
         raise InputError(f"length {length:g} m leaves no facade beside returns {depth:g} m thick")
 
-    def make(name: str, x: float, reach: float, outer_first: bool) -> Run:
+    def make(name: str, x: float, reach: float, outer_first: bool) -> StraightWall:
         ends = Ends(thickness, thickness) if plan == "box" else Ends(start=thickness)
-        return Run(name, 1, (x, 0.0), reach, depth, ends, outer_first, leads_even=False)
+        return StraightWall(name, 1, (x, 0.0), reach, depth, ends, outer_first, leads_even=False)
 
     left = make("return-left", 0.0, lengths[0], True)
     right = make("return-right", length - depth, lengths[1], False)
     if plan in ("U", "box"):
-        facade = Run("facade", 0, (0.0, 0.0), length, thickness, Ends(depth, depth))
+        facade = StraightWall("facade", 0, (0.0, 0.0), length, thickness, Ends(depth, depth))
         rear = replace(facade, name="rear", origin=(0.0, lengths[0] - thickness), outer_first=False)
         return [facade, left, right] + ([rear] if plan == "box" else [])
     if plan == "L":
         ends, beside = (Ends(start=depth), left) if corner == "left" else (Ends(end=depth), right)
-        return [Run("facade", 0, (0.0, 0.0), length, thickness, ends), beside]
+        return [StraightWall("facade", 0, (0.0, 0.0), length, thickness, ends), beside]
     middle = length / 2.0 if return_position is None else positive("return_position", return_position)
     x0 = middle - depth / 2.0
     if x0 <= 0.0 or x0 + depth >= length:
         raise InputError(f"return_position {middle:g} m puts the return at the end of the facade; use plan 'L'")
     stem = make("return-middle", x0, lengths[0], True)
-    return [Run("facade", 0, (0.0, 0.0), length, thickness, Ends(crossing=(x0, x0 + depth))), stem]
+    return [StraightWall("facade", 0, (0.0, 0.0), length, thickness, Ends(crossing=(x0, x0 + depth))), stem]
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class Courses:
     overlap: float
 
 
-def lay_courses(bond: Bond, run: Run, *, ragged: bool | tuple[bool, bool] = False) -> Courses:
+def lay_courses(bond: Bond, run: StraightWall, *, ragged: bool | tuple[bool, bool] = False) -> Courses:
     """Return the two courses of a run; with ragged ends no cut unit closes the run's free ends."""
     leading = leading_course(bond, run.length, run.ends)
     lapping = lapping_course(bond, run.length, run.ends, leading)
@@ -164,7 +164,7 @@ def lay_courses(bond: Bond, run: Run, *, ragged: bool | tuple[bool, bool] = Fals
 
 
 def lay_run(
-    run: Run,
+    run: StraightWall,
     courses: Courses,
     levels: list[float],
     *,

@@ -10,7 +10,7 @@ from limitmason.build.bond import make_bond
 from limitmason.build.cracks import unit_crack_planes, with_potential_cracks
 from limitmason.build.erect import Site, add_slab, add_units, check_ground
 from limitmason.build.opening import Opening, Placed, cut_openings, place_openings
-from limitmason.build.plan import Run, lay_courses, lay_run, make_runs
+from limitmason.build.plan import StraightWall, lay_courses, lay_run, make_runs
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -265,12 +265,14 @@ def _three(sizes: tuple[float, ...]) -> tuple[float, float, float]:
     return length, height, thickness
 
 
-def _bounds(runs: Sequence[Run]) -> tuple[float, float, float, float]:
+def _bounds(runs: Sequence[StraightWall]) -> tuple[float, float, float, float]:
     prints = [run.footprint for run in runs]
     return (min(p[0] for p in prints), max(p[1] for p in prints), min(p[2] for p in prints), max(p[3] for p in prints))
 
 
-def _add_beams(site: Site, runs: Sequence[Run], top: float, depth: float, over: str, density: float | None) -> None:
+def _add_beams(
+    site: Site, runs: Sequence[StraightWall], top: float, depth: float, over: str, density: float | None
+) -> None:
     if over != "facade" and len(runs) == 1:
         raise InputError(f"beam_over {over!r} needs returns, but plan is 'straight'")
     rear = next((run for run in runs if run.name == "rear"), None)
@@ -286,7 +288,7 @@ def _add_beams(site: Site, runs: Sequence[Run], top: float, depth: float, over: 
 
 
 def _add_spreader(
-    site: Site, runs: Sequence[Run], top: float, given: object, top_beam: object, density: float | None
+    site: Site, runs: Sequence[StraightWall], top: float, given: object, top_beam: object, density: float | None
 ) -> None:
     if len(runs) > 1 or top_beam is not None:
         raise InputError("spreader is for a straight wall without a top beam")
@@ -303,7 +305,7 @@ def _add_spreader(
     )  # fmt: skip
 
 
-def _return_recipe(run: Run) -> dict:
+def _return_recipe(run: StraightWall) -> dict:
     return {
         "name": run.name,
         "side": run.name.removeprefix("return-"),

@@ -14,16 +14,16 @@ from limitmason.calibration.cross_validation import groups_of, left_out
 from limitmason.calibration.fit import Fit, fit_warnings
 from limitmason.calibration.information import Information
 from limitmason.calibration.objective import Minimum, Objective
-from limitmason.calibration.parameter import Parameter, Scale
+from limitmason.calibration.parameter import Parameter, ParameterScale
 from limitmason.calibration.profile import profile
 from limitmason.calibration.runs import Model, Runs
 from limitmason.calibration.search import SAME, Slopes, search, settle
-from limitmason.calibration.targets import CurveTarget, Entry, Reading, entries_of
+from limitmason.calibration.targets import CurveTarget, Entry, OutputValue, entries_of
 from limitmason.display.progress import watched
 from limitmason.errors import InputError
 from limitmason.study.content import fingerprint
 from limitmason.study.sweep import Progress
-from limitmason.study.ties import Ties
+from limitmason.study.ties import LinkedFormulas
 
 Array = NDArray[np.float64]
 
@@ -105,11 +105,11 @@ def calibrate(
         raise InputError(f"level must lie between 0 and 1, got {level!r}")
     if starts < 1 or most < 2:
         raise InputError(f"starts must be at least 1 and most at least 2, got {starts!r} and {most!r}")
-    scale, tied = Scale(parameters), Ties(ties or {})
+    scale, tied = ParameterScale(parameters), LinkedFormulas(ties or {})
     tied.check(scale.names)
     models, entries, model_of, aimed = _asked(model, targets)
     known = _scatter_known(entries, len(scale))
-    readings: list[list[Reading]] = [[] for _ in models]
+    readings: list[list[OutputValue]] = [[] for _ in models]
     places = []
     for e, m in zip(entries, model_of, strict=True):
         if e.reading not in readings[m]:

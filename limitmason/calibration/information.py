@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.calibration.parameter import Scale
+from limitmason.calibration.parameter import ParameterScale
 from limitmason.display.text_table import aligned
 from limitmason.storage.frozen import ReadOnly
 
@@ -51,7 +51,7 @@ class Information(ReadOnly):
     sides : slopes to below and above, NaN where a bound leaves no room, shape (2, n, p)
     """
 
-    scale: Scale
+    scale: ParameterScale
     slopes: Array
     variance: float
     sides: Array

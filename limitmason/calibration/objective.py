@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from limitmason.calibration.parameter import Scale
+from limitmason.calibration.parameter import ParameterScale
 from limitmason.calibration.runs import Runs
 from limitmason.calibration.targets import Entry
 from limitmason.display.progress import noted
@@ -50,7 +50,7 @@ class Objective(ReadOnly):
     tried : every point that was asked for, in order
     """
 
-    scale: Scale
+    scale: ParameterScale
     entries: tuple[Entry, ...]
     model_of: tuple[int, ...]
     place_of: tuple[int, ...]

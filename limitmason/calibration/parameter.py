@@ -67,7 +67,7 @@ class Parameter:
         return min(max(math.exp(inner) if self.log else float(inner), self.bounds[0]), self.bounds[1])
 
 
-class Scale(ReadOnly):
+class ParameterScale(ReadOnly):
     """All parameters of a calibration as one vector.
 
     Parameters

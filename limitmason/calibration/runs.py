@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.calibration.targets import Reading, check_units, outputs_of
+from limitmason.calibration.targets import OutputValue, check_units, outputs_of
 from limitmason.display.progress import reached
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.study.memo import Memo
 from limitmason.study.sweep import Progress
-from limitmason.study.ties import Ties
+from limitmason.study.ties import LinkedFormulas
 
 Array = NDArray[np.float64]
 Model = Callable[..., Any]
@@ -44,8 +44,8 @@ class Runs:
     """
 
     def __init__(
-        self, models: Sequence[Model], readings: Sequence[Sequence[Reading]], aimed: Sequence[Mapping[str, Any]],
-        names: Sequence[str], ties: Ties, *, executor: Any, workers: int, store: str | Path | None, key: str,
+        self, models: Sequence[Model], readings: Sequence[Sequence[OutputValue]], aimed: Sequence[Mapping[str, Any]],
+        names: Sequence[str], ties: LinkedFormulas, *, executor: Any, workers: int, store: str | Path | None, key: str,
         progress: Progress | None,
     ) -> None:  # fmt: skip
         self.models, self.readings, self.aimed, self.ties = tuple(models), tuple(readings), tuple(aimed), ties
@@ -105,7 +105,7 @@ class Runs:
 
 
 def _one(
-    model: Model, readings: Sequence[Reading], aimed: Mapping[str, Any], parameters: Mapping[str, float]
+    model: Model, readings: Sequence[OutputValue], aimed: Mapping[str, Any], parameters: Mapping[str, float]
 ) -> dict[str, Any]:
     try:
         outputs = outputs_of(model(**parameters))
@@ -136,7 +136,7 @@ def taken(model: Model, given: Sequence[str]) -> tuple[str, ...]:
     return tuple(given) if names is None else tuple(n for n in given if n in names)
 
 
-def _needs(ties: Ties, name: str) -> set[str]:
+def _needs(ties: LinkedFormulas, name: str) -> set[str]:
     """Everything that a tied quantity depends on, directly or through others."""
     direct = set(ties.direct(name))
     return direct | {n for d in direct if d in ties.formulas for n in _needs(ties, d)}

@@ -101,7 +101,7 @@ class CurveTarget:
             _check_scatter(scatter)
 
 
-class Reading(NamedTuple):
+class OutputValue(NamedTuple):
     """One number of what a model returns: which output, what of it, and where.
 
     ``what`` is "number" with ``at`` its index, a feature of a curve with ``at`` the displacement it needs, or "point".
@@ -144,7 +144,7 @@ class Entry(NamedTuple):
 
     test: str
     label: str
-    reading: Reading
+    reading: OutputValue
     measured: float
     scatter: float | None
     relative: bool
@@ -201,7 +201,7 @@ def entries_of(test: str, name: str, target: Any) -> list[Entry]:
         raise InputError(f"target {name!r} must be a Target, a CurveTarget, a Curve or a number, got {target!r}")
     values = target.value if isinstance(target.value, tuple) else (float(target.value),)  # type: ignore[arg-type]
     return [
-        Entry(test, name if len(values) == 1 else f"{name} {k + 1}", Reading(name, "number", float(k)), float(v),
+        Entry(test, name if len(values) == 1 else f"{name} {k + 1}", OutputValue(name, "number", float(k)), float(v),
               target.scatter, not target.absolute, target.unit)
         for k, v in enumerate(values)
     ]  # fmt: skip
@@ -217,7 +217,7 @@ def _entries_of_curve(test: str, name: str, target: CurveTarget) -> list[Entry]:
         if not value > 0.0:
             raise InputError(f"the measured curve {name!r} has no positive {what!r} (it is {value:g})")
         scatter = target.scatter[what] if isinstance(target.scatter, Mapping) else target.scatter
-        reading = Reading(name, what, end if what in ("residual", "area") else 0.0)
+        reading = OutputValue(name, what, end if what in ("residual", "area") else 0.0)
         out.append(Entry(test, f"{name}: {what}", reading, value, scatter, True, units.get(what, curve.load_unit)))
     spread = target.point_scatter
     if spread is None and not isinstance(target.scatter, Mapping):
@@ -228,7 +228,7 @@ def _entries_of_curve(test: str, name: str, target: CurveTarget) -> list[Entry]:
     start = float(curve.displacement[0])
     for k in range(target.points):
         u = start + (end - start) * (k + 1) / target.points
-        out.append(Entry(test, f"{name} at {u:.4g}", Reading(name, "point", u), float(curve.at(u)),
+        out.append(Entry(test, f"{name} at {u:.4g}", OutputValue(name, "point", u), float(curve.at(u)),
                          float(spread or 0.0) * peak, False, curve.load_unit))  # fmt: skip
     return out
 

@@ -16,7 +16,7 @@ from limitmason.deformable import PLANE_STRESS, SOLID, STATES
 from limitmason.deformable.levels import ELASTIC, LUMPED, MODAL, RIGID
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import ContactPoints
-from limitmason.mechanics.joint_shapes import Shapes, at_joints, shapes_of
+from limitmason.mechanics.joint_shapes import BlockShapes, at_joints, shapes_of
 from limitmason.mechanics.lumped_units import with_lumped_units
 from limitmason.mechanics.plane import Plane, find_plane
 from limitmason.model.assembly import Assembly
@@ -45,7 +45,7 @@ class Deformation:
     blocks : "modal" or "elastic"
     """
 
-    shapes: tuple[Shapes | None, ...]
+    shapes: tuple[BlockShapes | None, ...]
     bases: tuple[Array | None, ...]
     stiffness: Array
     shapes_a: Array

@@ -61,7 +61,7 @@ def page_file(text: str) -> Path:
     return path
 
 
-class Target(NamedTuple):
+class Subject(NamedTuple):
     """What a command works on, and what was assumed to make it."""
 
     assembly: Assembly
@@ -77,7 +77,7 @@ def load_target(
     return read_target(target, drawing, needs_live_load=needs_live_load)[:3]
 
 
-def read_target(target: str, drawing: argparse.Namespace | None = None, *, needs_live_load: bool = True) -> Target:
+def read_target(target: str, drawing: argparse.Namespace | None = None, *, needs_live_load: bool = True) -> Subject:
     """A model file, a packaged experiment or a drawing with its options."""
     path = Path(target)
     if path.exists() or path.suffix.lower() in (".json", *DRAWING_FILES):
@@ -90,7 +90,7 @@ def read_target(target: str, drawing: argparse.Namespace | None = None, *, needs
         model = formats.read_json(path)
         if needs_live_load and not model.loads.live.any():
             raise InputError(f"{path}: the file holds no live load; add a 'loads' entry, see `limitmason template`")
-        return Target(model.assembly, model.loads, path.stem)
+        return Subject(model.assembly, model.loads, path.stem)
     from limitmason import experiments
 
     source, slash, specimen = target.partition("/")
@@ -99,7 +99,7 @@ def read_target(target: str, drawing: argparse.Namespace | None = None, *, needs
     if drawing is not None:
         refuse(drawing, DRAWING, "by an experiment, which holds its own")
     test = experiments.load(source, specimen)
-    return Target(test.assembly(), test.loads(), f"{source} {specimen}", tuple(test.assumptions))
+    return Subject(test.assembly(), test.loads(), f"{source} {specimen}", tuple(test.assumptions))
 
 
 DRAWING = ("thickness", "friction", "density", "tilt", "held", "scale", "gap", "mortar")
@@ -128,7 +128,7 @@ def drawing_options(parser: argparse.ArgumentParser) -> None:
                        "stones grow by half of it [m]")  # fmt: skip
 
 
-def _drawing(path: Path, options: argparse.Namespace | None) -> Target:
+def _drawing(path: Path, options: argparse.Namespace | None) -> Subject:
     from limitmason import formats
 
     if options is None or options.friction is None:
@@ -155,7 +155,7 @@ def _drawing(path: Path, options: argparse.Namespace | None) -> Target:
     for text in model.assumed:
         say(f"assumed: {text}")
     moved = (str(model.cleaned),) if model.cleaned is not None else ()
-    return Target(model.assembly, model.loads, path.stem, (*model.assumed, *moved))
+    return Subject(model.assembly, model.loads, path.stem, (*model.assumed, *moved))
 
 
 def report(prediction: Prediction, assembly: Assembly | None = None) -> int:

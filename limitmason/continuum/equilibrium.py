@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.continuum.multifrontal import Factor, SingularStiffness
-from limitmason.continuum.rotating_crack import Answer, Curves, Memory, curves_of, respond, virgin
+from limitmason.continuum.rotating_crack import Curves, Memory, PointResponse, curves_of, respond, virgin
 from limitmason.continuum.solid import Continuum
 
 Array = NDArray[np.float64]
@@ -18,7 +18,7 @@ _LEAST = 0.05  # of the dead load: smallest part that Newton is tried with
 _CHUNK = 20000  # points whose law is worked out at once: bounds the memory
 
 
-class Node(NamedTuple):
+class EquilibriumState(NamedTuple):
     """A state in equilibrium: displacements [m], (3 n,), multiplier, memory, and how it was found.
 
     ``residual`` is the norm of the unbalanced nodal forces over that of the loads. ``stress`` [Pa] and ``crack`` (crack
@@ -62,7 +62,7 @@ class Solver:
         self.factorisations = 0
         self.largest = 0.0  # multiplier on the path so far
 
-    def answer(self, displacement: Array, memory: Memory, *, secant: bool = False) -> Answer:
+    def answer(self, displacement: Array, memory: Memory, *, secant: bool = False) -> PointResponse:
         """The law at all points."""
         strain = self.d.strains(displacement).reshape(-1, 6)
         parts = []
@@ -75,9 +75,9 @@ class Solver:
         joined = Memory(*(np.concatenate([p.memory[k] for p in parts]) for k in range(3)))
         names = ("stress", "tangent", "crack")
         stress, tangent, crack = (np.concatenate([getattr(p, name) for p in parts]) for name in names)
-        return Answer(stress, joined, tangent, crack)
+        return PointResponse(stress, joined, tangent, crack)
 
-    def unbalanced(self, answer: Answer, multiplier: float) -> Array:
+    def unbalanced(self, answer: PointResponse, multiplier: float) -> Array:
         """Loads less internal forces on the free unknowns, in the order of elimination [N]."""
         inner = self.d.forces(answer.stress.reshape(len(self.model.mesh), -1, 6))
         return np.asarray((self.dead + multiplier * self.live - inner)[self.d.order])
@@ -88,22 +88,22 @@ class Solver:
         least = _SPENT * self.largest if self.largest > 0.0 else 1e-3
         return max(dead + abs(multiplier) * live, least * live, 1e-300)
 
-    def factor(self, answer: Answer) -> Factor:
+    def factor(self, answer: PointResponse) -> Factor:
         """Factor of the stiffness from the tangents of an answer."""
         self.factorisations += 1
         return self.d.factor(self.d.stiffness(answer.tangent.reshape(len(self.model.mesh), -1, 6, 6)))
 
-    def _linear(self, answer: Answer, unbalanced: Array) -> Array | None:
+    def _linear(self, answer: PointResponse, unbalanced: Array) -> Array | None:
         """Displacements by the unbalanced forces and by the live loads, shape (r, 2); None where nothing resists."""
         try:
             return self.factor(answer).solve(np.column_stack([unbalanced, self.live_row]))
         except SingularStiffness:
             return None
 
-    def dead_load(self, say: Callable[[str], None] = lambda _: None) -> Node | None:
+    def dead_load(self, say: Callable[[str], None] = lambda _: None) -> EquilibriumState | None:
         """State under the dead load alone, put on in parts where it cracks or crushes; None where none is found."""
         n = len(self.curves.modulus)
-        node = Node(np.zeros(len(self.dead)), 0.0, 0.0, 1.0, 0, virgin(n), None, None, 0.0, 0.0)
+        node = EquilibriumState(np.zeros(len(self.dead)), 0.0, 0.0, 1.0, 0, virgin(n), None, None, 0.0, 0.0)
         put_on, part = 0.0, 1.0
         whole = self.dead
         try:
@@ -125,8 +125,9 @@ class Solver:
         return node
 
     def solve(
-        self, last: Node, guess: Array, multiplier: float, target: float | None, most: int, *, secant: bool = False
-    ) -> Node | None:
+        self, last: EquilibriumState, guess: Array, multiplier: float, target: float | None, most: int, *,
+        secant: bool = False,
+    ) -> EquilibriumState | None:
         """Equilibrium at a control displacement, or at a fixed multiplier where ``target`` is None.
 
         Parameters
@@ -170,8 +171,8 @@ class Solver:
         return None
 
     def break_on(
-        self, last: Node, target: float | None, most: int, say: Callable[[str], None] = lambda _: None
-    ) -> Node | None:
+        self, last: EquilibriumState, target: float | None, most: int, say: Callable[[str], None] = lambda _: None
+    ) -> EquilibriumState | None:
         """Equilibrium past an instability: secant iterations whose damage stays, at a fixed control displacement.
 
         Without a ``target`` the loads are fixed instead.
@@ -214,7 +215,7 @@ class Solver:
 
     def _search(
         self, u: Array, factor: float, step: Array, more: float, r: Array, memory: Memory, secant: bool
-    ) -> tuple[Array, float, Answer, Array]:
+    ) -> tuple[Array, float, PointResponse, Array]:
         """Take the step, or the part of it that leaves least unbalanced."""
         spread = self.d.spread(step)
         before = float(np.linalg.norm(r))
@@ -231,10 +232,10 @@ class Solver:
         assert best is not None
         return best[1], best[2], best[3], best[4]
 
-    def _node(self, u: Array, factor: float, off: float, iterations: int, now: Answer) -> Node:
+    def _node(self, u: Array, factor: float, off: float, iterations: int, now: PointResponse) -> EquilibriumState:
         volume = self.d.volume.ravel()
         strain = self.d.strains(u).reshape(-1, 6)
         stored = 0.5 * float(((now.stress * strain).sum(axis=1) * volume).sum())
         lost = float(now.memory.lost @ volume)
         control = float(self.control @ u)
-        return Node(u, factor, control, off, iterations, now.memory, now.stress, now.crack, stored, lost)
+        return EquilibriumState(u, factor, control, off, iterations, now.memory, now.stress, now.crack, stored, lost)

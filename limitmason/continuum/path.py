@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from limitmason.continuum.equilibrium import Node, Solver
+from limitmason.continuum.equilibrium import EquilibriumState, Solver
 from limitmason.continuum.result import SolidCurve, curve_of
 from limitmason.continuum.solid import Continuum
 from limitmason.display.progress import reached, watched
@@ -136,7 +136,9 @@ def _flat_bricks(model: Continuum) -> tuple[str, ...]:
     return (f"bricks are up to {aspect:.2g} times as long as wide: a crack's energy depends on how it crosses them",)
 
 
-def _begun(solver: Solver, model: Continuum, start: SolidCurve | None, say: Callable[[str], None]) -> list[Node]:
+def _begun(
+    solver: Solver, model: Continuum, start: SolidCurve | None, say: Callable[[str], None]
+) -> list[EquilibriumState]:
     if start is None:
         first = solver.dead_load(say)
         if first is None:
@@ -156,8 +158,9 @@ def _begun(solver: Solver, model: Continuum, start: SolidCurve | None, say: Call
 
 
 def _stepped(
-    solver: Solver, nodes: list[Node], target: float, least: float, budget: float, say: Callable[[str], None]
-) -> Node | None:
+    solver: Solver, nodes: list[EquilibriumState], target: float, least: float, budget: float,
+    say: Callable[[str], None],
+) -> EquilibriumState | None:
     """The next state: Newton from the extrapolated path, in shorter steps until its energy holds, else breaking on.
 
     A step that runs past the strength of a brick finds states where its neighbours crack too, or one row of points of
@@ -187,7 +190,7 @@ def _stepped(
         target = last.control + max(cut * length, least)
 
 
-def _missed(solver: Solver, begun: Node, last: Node, new: Node) -> float:
+def _missed(solver: Solver, begun: EquilibriumState, last: EquilibriumState, new: EquilibriumState) -> float:
     """Energy that the straight line from state to state misses, over the work of the step [-].
 
     A step that does next to no work, at the end of softening, is measured by a hundredth of the energy taken so far.
@@ -199,7 +202,7 @@ def _missed(solver: Solver, begun: Node, last: Node, new: Node) -> float:
     return abs(live + dead - taken) / max(abs(live) + abs(dead), _IDLE * abs(so_far), 1e-300)
 
 
-def _forget(nodes: list[Node]) -> list[Node]:
+def _forget(nodes: list[EquilibriumState]) -> list[EquilibriumState]:
     """Drop memory and stresses of all but the first, the largest load and the last: they are most of the storage."""
     top = int(np.argmax([n.multiplier for n in nodes]))
     return [

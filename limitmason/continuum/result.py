@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from limitmason.answers.curve import Curve, Energy, Event
-from limitmason.continuum.equilibrium import Node, Solver
+from limitmason.continuum.equilibrium import EquilibriumState, Solver
 from limitmason.continuum.papers import PAPERS
 from limitmason.continuum.rotating_crack import Memory
 from limitmason.continuum.solid import Continuum, vibrating
@@ -36,7 +36,7 @@ class SolidCurve(Curve):
     energy : balance; what a jump sets free, and a real wall would throw off as motion, is part of its error
     """
 
-    nodes: tuple[Node, ...] = ()
+    nodes: tuple[EquilibriumState, ...] = ()
     model: Continuum | None = None
     control: tuple[Array, Array] | None = None
     tolerance: float = 1e-3
@@ -96,7 +96,7 @@ class SolidCurve(Curve):
         label = f"solid of {len(self.model.mesh)} bricks, cracked, at {1e3 * self.displacement[sample]:.3g} mm"
         return vibrating(self.model, d.factor(stiffness), label)
 
-    def _full(self, sample: int) -> Node:
+    def _full(self, sample: int) -> EquilibriumState:
         if not -len(self) <= sample < len(self):
             raise InputError(f"the curve has samples 0 to {len(self) - 1}, got {sample!r}")
         node = self.nodes[sample]
@@ -148,29 +148,29 @@ def load_curve(path: str | Path, model: Continuum) -> SolidCurve:
 _FIELDS = ("tension", "compression", "lost", "stress", "crack")
 
 
-def _scalars(n: Node) -> list[float]:
+def _scalars(n: EquilibriumState) -> list[float]:
     return [n.multiplier, n.control, n.residual, n.iterations, n.stored, n.lost, n.jump]
 
 
-def _fields(n: Node) -> dict[str, Array]:
+def _fields(n: EquilibriumState) -> dict[str, Array]:
     assert n.memory is not None
     assert n.stress is not None
     assert n.crack is not None
     return dict(zip(_FIELDS, (*n.memory, n.stress, n.crack), strict=True))
 
 
-def _node(displacement: Array, row: Array, full: Mapping[str, Array] | None) -> Node:
+def _node(displacement: Array, row: Array, full: Mapping[str, Array] | None) -> EquilibriumState:
     multiplier, control, residual, iterations, stored, lost, jump = row.tolist()
     memory = None if full is None else Memory(full["tension"], full["compression"], full["lost"])
     stress, crack = (None, None) if full is None else (full["stress"], full["crack"])
-    return Node(
+    return EquilibriumState(
         displacement, multiplier, control, residual, int(iterations), memory, stress, crack, stored, lost, bool(jump)
     )
 
 
 def curve_of(
-    model: Continuum, nodes: list[Node], control: tuple[ArrayLike, ArrayLike], tolerance: float, status: str,
-    warnings: tuple[str, ...], band: float = 1.0,
+    model: Continuum, nodes: list[EquilibriumState], control: tuple[ArrayLike, ArrayLike], tolerance: float,
+    status: str, warnings: tuple[str, ...], band: float = 1.0,
 ) -> SolidCurve:  # fmt: skip
     """The curve of a list of states."""
     live, dead = model.live.ravel(), model.all_dead

@@ -51,7 +51,7 @@ class Memory(NamedTuple):
     lost: Array
 
 
-class Answer(NamedTuple):
+class PointResponse(NamedTuple):
     """Stress (xx, yy, zz, xy, yz, zx) [Pa], (n, 6); new memory; tangent [Pa], (n, 6, 6); crack strain [-], (n,)."""
 
     stress: Array
@@ -152,7 +152,7 @@ def uniaxial(c: Curves, strain: Array, tension: Array, compression: Array) -> tu
     return np.where(inside, secant * strain, stress), np.where(inside, secant, slope)
 
 
-def respond(c: Curves, strain: Array, before: Memory, *, secant: bool = False) -> Answer:
+def respond(c: Curves, strain: Array, before: Memory, *, secant: bool = False) -> PointResponse:
     """Stress at total strains, from the memory of the last accepted state.
 
     Parameters
@@ -184,7 +184,7 @@ def respond(c: Curves, strain: Array, before: Memory, *, secant: bool = False) -
         stress[rows], tangent[rows], crack[rows] = part.stress, part.tangent, part.crack
         for whole, new in zip(memory, part.memory, strict=True):
             whole[rows] = new
-    return Answer(stress, memory, tangent, crack)
+    return PointResponse(stress, memory, tangent, crack)
 
 
 def _beyond(c: Curves, strain: Array, before: Memory) -> NDArray[np.bool_]:
@@ -199,7 +199,7 @@ def _beyond(c: Curves, strain: Array, before: Memory) -> NDArray[np.bool_]:
     return np.asarray(remembers | (pressure + reach > c.tension) | (reach - pressure > c.crushing / 3.0))
 
 
-def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> Answer:
+def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> PointResponse:
     """The law in principal axes."""
     half = strain.copy()
     half[:, 3:] *= 0.5
@@ -232,7 +232,7 @@ def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> Answ
     stress = np.einsum("nk,nkc->nc", sigma, turn[:, :3])  # n_i n_i^T in the order of the strains
     memory = _remember(c, before, axes, equivalent, kt, kc)
     crack = np.maximum(equivalent - sigma / e[:, None], 0.0).max(axis=1)
-    return Answer(stress, memory, tangent, np.where(equivalent.max(axis=1) > 0.0, crack, 0.0))
+    return PointResponse(stress, memory, tangent, np.where(equivalent.max(axis=1) > 0.0, crack, 0.0))
 
 
 def _principal(c: Curves, eps: Array, kt: Array, kc: Array) -> tuple[Array, Array, Array]:

@@ -22,14 +22,14 @@ from limitmason.diagnosis.inference.plan import Confusable, confusable, detectab
 from limitmason.diagnosis.inference.shared import Shares, seen_if_shared
 from limitmason.diagnosis.inference.verdict import Earned, Verdict, VerdictKind
 from limitmason.diagnosis.rehearse import Rehearsal
-from limitmason.display.notebook import Shown
+from limitmason.display.notebook import Displayed
 from limitmason.storage.frozen import ReadOnly
 
 GAINS = 8  # most kept explanations whose gain is measured
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Diagnosis(Shown, Citable, ReadOnly):
+class Diagnosis(Displayed, Citable, ReadOnly):
     """Verdict of a study, conditional on its list of causes: data and tables, no simulator.
 
     Parameters

@@ -29,7 +29,7 @@ def draws(load: Callable[[], Drawing]) -> None:
     _drawing[:] = [load]
 
 
-class Shown:
+class Displayed:
     """An object that a notebook shows with its picture, and that ``plot()`` draws."""
 
     def plot(self, **options: Any) -> Any:

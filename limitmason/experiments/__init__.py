@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import Any
 
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Option, Quantity, Source, Target
+from limitmason.experiments.record import Experiment, Option, Quantity, Source, TargetValue
 from limitmason.experiments.registry import all_cases, load, recipe_of, sources, specimens
 from limitmason.experiments.shown import Departure, Settings, Shown, Variant
 
@@ -29,7 +29,7 @@ __all__ = [
     "Settings",
     "Shown",
     "Source",
-    "Target",
+    "TargetValue",
     "Variant",
     "all_cases",
     "load",

@@ -94,7 +94,7 @@ class Option(NamedTuple):
     meaning: str
 
 
-class Target(NamedTuple):
+class TargetValue(NamedTuple):
     """A value that a prediction can be held against.
 
     ``kind`` and ``quantity`` point into the experiment; ``flow_rule`` is the one the value was computed with (None for
@@ -143,7 +143,7 @@ class Experiment:
     published: Mapping[str, Quantity]
     recomputed: Mapping[str, Quantity]
     assumptions: tuple[str, ...]
-    targets: tuple[Target, ...]
+    targets: tuple[TargetValue, ...]
     multiplier_to_measured: Quantity
     recipe: Recipe
     options: Mapping[str, Any] = field(default_factory=dict)
@@ -174,11 +174,11 @@ class Experiment:
         """Senses of the live load that the targets ask for, out of "+" and "-"."""
         return tuple(d for d in ("+", "-") if any(t.direction == d for t in self.targets)) or ("+",)
 
-    def value(self, target: Target) -> Quantity:
+    def value(self, target: TargetValue) -> Quantity:
         """The value a target points to."""
         return getattr(self, target.kind)[target.quantity]
 
-    def standing(self, target: Target) -> str:
+    def standing(self, target: TargetValue) -> str:
         """What a value is, to be shown beside it: its kind, or "derived" where no source prints the number itself."""
         return "derived" if self.value(target).note == "derived" else target.kind
 

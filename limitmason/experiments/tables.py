@@ -15,7 +15,7 @@ from limitmason.storage.csv_table import parsed
 
 
 @dataclass(frozen=True)
-class Table:
+class TextTable:
     """A table as text, with the unit of every column.
 
     Parameters
@@ -59,7 +59,7 @@ def folder(source: str) -> Traversable:
 
 
 @cache
-def read_table(source: str, name: str) -> Table:
+def read_table(source: str, name: str) -> TextTable:
     """Read a packaged CSV file.
 
     Raises
@@ -71,7 +71,7 @@ def read_table(source: str, name: str) -> Table:
     return parse_table(text, f"{source}/{name}")
 
 
-def parse_table(text: str, name: str) -> Table:
+def parse_table(text: str, name: str) -> TextTable:
     """Table from the text of a CSV file; see :mod:`limitmason.storage.csv_table`."""
     header, units, rows, lines, units_line, _ = parsed(text, name)
     if len(set(header)) < len(header):
@@ -80,7 +80,7 @@ def parse_table(text: str, name: str) -> Table:
         if len(row) != len(header):
             raise InputError(f"{name}: row {number} has {len(row)} cells, the header has {len(header)}")
     found = tuple(dict(zip(header, row, strict=True)) for row in rows)
-    return Table(name, dict(zip(header, units, strict=True)), found)
+    return TextTable(name, dict(zip(header, units, strict=True)), found)
 
 
 @cache

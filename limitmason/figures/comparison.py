@@ -18,7 +18,7 @@ _MANY = 12
 _SIDE = 4.0  # of the square [in]
 
 
-class Row(NamedTuple):
+class ComparedValue(NamedTuple):
     """One comparison: values with their ranges (low, high), equal where there is none."""
 
     label: str
@@ -27,7 +27,7 @@ class Row(NamedTuple):
     group: str
 
 
-def comparison_rows(rows: Iterable[Sequence[Any]]) -> list[Row]:
+def comparison_rows(rows: Iterable[Sequence[Any]]) -> list[ComparedValue]:
     """Rows (label, published, predicted[, group]) checked and with ranges.
 
     A value is a number, a range (low, high) shown by its mean, or (low, value, high).
@@ -44,7 +44,7 @@ def comparison_rows(rows: Iterable[Sequence[Any]]) -> list[Row]:
             raise InputError(f"row {number}: expected (label, published, predicted[, group]), got {row!r}")
         label = str(items[0])
         values = [_with_range(v, f"row {number} ({label})") for v in items[1:3]]
-        out.append(Row(label, values[0], values[1], str(items[3]) if len(items) == 4 else ""))
+        out.append(ComparedValue(label, values[0], values[1], str(items[3]) if len(items) == 4 else ""))
     return out
 
 
@@ -182,7 +182,7 @@ def predicted_against_published(
     return page.finish(title, _summary(len(table), finite, inside, ratio, band), shown)
 
 
-def _limits(rows: list[Row], log: bool) -> tuple[float, float]:
+def _limits(rows: list[ComparedValue], log: bool) -> tuple[float, float]:
     values = np.array([r.published + r.predicted for r in rows])
     low, high = float(values.min()), float(values.max())
     if log:
@@ -192,7 +192,7 @@ def _limits(rows: list[Row], log: bool) -> tuple[float, float]:
     return (0.0 if low == 0.0 else low - pad), high + pad
 
 
-def _draw_group(ax: Axes, rows: list[Row], group: str, k: int) -> Any:
+def _draw_group(ax: Axes, rows: list[ComparedValue], group: str, k: int) -> Any:
     colour, marker = style.SERIES[k % len(style.SERIES)], style.MARKERS[k % len(style.MARKERS)]
     x, y = np.array([r.published for r in rows]), np.array([r.predicted for r in rows])
     for values, other, horizontal in ((x, y, True), (y, x, False)):
@@ -236,7 +236,7 @@ def _label_points(
             )  # fmt: skip
 
 
-def _summary(total: int, finite: list[Row], inside: np.ndarray, ratio: np.ndarray, band: float) -> str:
+def _summary(total: int, finite: list[ComparedValue], inside: np.ndarray, ratio: np.ndarray, band: float) -> str:
     parts = [f"{len(finite)} values"]
     if band > 0.0:
         parts.append(f"{int(inside.sum())} within ±{100 * band:g} %")

@@ -69,7 +69,7 @@ def contact_report(
         _lines(page.ax, [i.polygon for i in model.interfaces], axes, _CONTACT, 1.6 * width + 0.5, "contacts", 3.0)
         elevation.set_frame(page.ax, drawing, frame)
     else:
-        scene = solid.Scene(model, camera(azimuth_deg, elevation_deg))
+        scene = solid.SolidView(model, camera(azimuth_deg, elevation_deg))
         layout = solid.Layout(scene, page_frame(scene, scene))
         page = style.Page(layout.high - layout.low, ax, framed=False)
         width = page.line_width(solid.block_size(model))

@@ -74,7 +74,7 @@ def cracks(
     view = elevation.Elevation(model, plane)
     motions = [rigid_motion(model, u, v, scale) for u, v in moved]
     ends = [view.frame(m) for m in motions]
-    frame = elevation.Frame(np.min([f.low for f in ends], axis=0), np.max([f.high for f in ends], axis=0))
+    frame = elevation.Window(np.min([f.low for f in ends], axis=0), np.max([f.high for f in ends], axis=0))
     text = [f"displacements drawn {scale:g} times"]
     text += [f"no {m}: never {1e3 * width:g} mm wide" for i, m in chosen if i is None and m == "first crack"]
     text += [caption] if caption else []
@@ -149,7 +149,7 @@ def _heading(curve: Any, index: int, moment: str | int) -> str:
     )
 
 
-def _page(frame: elevation.Frame, count: int, title: str | None, text: str) -> tuple[Figure, list[Axes], float]:
+def _page(frame: elevation.Window, count: int, title: str | None, text: str) -> tuple[Figure, list[Axes], float]:
     """A figure with elevations one below the other, and inches per metre."""
     page = style.page_width()
     heading = style.Heading(title, text, page)

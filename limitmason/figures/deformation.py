@@ -82,7 +82,7 @@ def deformed(
         elevation.set_frame(page.ax, drawing, frame)
     else:
         seen_from = camera(azimuth_deg, elevation_deg)
-        scene, before = solid.Scene(model, seen_from, motion), solid.Scene(model, seen_from)
+        scene, before = solid.SolidView(model, seen_from, motion), solid.SolidView(model, seen_from)
         layout = solid.Layout(scene, page_frame(scene, before))
         page = style.Page(layout.high - layout.low, ax, framed=False)
         solid.draw_solids(page.ax, scene, page.line_width(solid.block_size(model)), moving=moving, joints=marks,
@@ -167,7 +167,7 @@ class _PlaneStage:
         ends = [self.drawing.frame(m) for m in motions]
         low, high = np.min([f.low for f in ends], axis=0), np.max([f.high for f in ends], axis=0)
         self.page = style.Page(high - low, None)
-        elevation.set_frame(self.page.ax, self.drawing, elevation.Frame(low, high))
+        elevation.set_frame(self.page.ax, self.drawing, elevation.Window(low, high))
         self.width = self.page.line_width(self.drawing.block_size())
 
     def show(self, motion: RigidMotion, moving: Flags, marks: MovingJoints) -> None:
@@ -181,8 +181,8 @@ class _SpaceStage:
 
     def __init__(self, model: Assembly, motions: list[RigidMotion], azimuth_deg: float, elevation_deg: float) -> None:
         self.model, self.view = model, camera(azimuth_deg, elevation_deg)
-        self.before = solid.Scene(model, self.view)
-        bounds = [page_frame(solid.Scene(model, self.view, m), self.before) for m in motions]
+        self.before = solid.SolidView(model, self.view)
+        bounds = [page_frame(solid.SolidView(model, self.view, m), self.before) for m in motions]
         low, high = np.min([b[0] for b in bounds], axis=0), np.max([b[1] for b in bounds], axis=0)
         layout = solid.Layout(self.before, np.array([low, high]))
         self.page = style.Page(layout.high - layout.low, None, framed=False)
@@ -194,7 +194,7 @@ class _SpaceStage:
         for artist in [a for a in self.page.ax.get_children() if a not in self.kept]:
             artist.remove()
         limits = self.page.ax.get_xlim(), self.page.ax.get_ylim()
-        solid.draw_solids(self.page.ax, solid.Scene(self.model, self.view, motion), self.width, moving=moving,
+        solid.draw_solids(self.page.ax, solid.SolidView(self.model, self.view, motion), self.width, moving=moving,
                           joints=marks, before=self.before, ghosts=np.zeros_like(moving))  # fmt: skip
         self.page.ax.set(xlim=limits[0], ylim=limits[1])
 

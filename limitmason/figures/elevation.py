@@ -21,7 +21,7 @@ from limitmason.model import Assembly
 Array = NDArray[np.float64]
 
 
-class Frame(NamedTuple):
+class Window(NamedTuple):
     """The visible part of an elevation: lower left and upper right corner [m]."""
 
     low: Array
@@ -66,7 +66,7 @@ class Elevation:
             out.append(Path(np.concatenate(vertices), codes))
         return out
 
-    def frame(self, motion: RigidMotion | None = None) -> Frame:
+    def frame(self, motion: RigidMotion | None = None) -> Window:
         """Free blocks before and after the motion, and as much of the fixed ones as needs to be seen."""
         free = np.flatnonzero(~self.assembly.fixed)
         corners = [self._corners(free)]
@@ -83,7 +83,7 @@ class Elevation:
             low = np.maximum(np.minimum(low, held.min(axis=0)), low - reach)
             high = np.minimum(np.maximum(high, held.max(axis=0)), high + reach)
         margin = 0.02 * float((high - low).max())
-        return Frame(low - margin, high + margin)
+        return Window(low - margin, high + margin)
 
     def _corners(self, blocks: NDArray[np.intp], motion: RigidMotion | None = None) -> Array:
         pairs = [(int(i), loop) for i in blocks for loop in self.loops[i]]
@@ -209,7 +209,7 @@ def joint_handles(joints: MovingJoints | None, *, fixed: bool, ghost: bool, hatc
     return handles
 
 
-def set_frame(ax: Axes, view: Elevation, frame: Frame) -> None:
+def set_frame(ax: Axes, view: Elevation, frame: Window) -> None:
     """Limits and metre axes."""
     ax.set_xlim(frame.low[0], frame.high[0])
     ax.set_ylim(frame.low[1], frame.high[1])

@@ -223,7 +223,7 @@ def contact_forces(
         axes = drawing.axes
     else:
         seen_from = camera(azimuth_deg, elevation_deg)
-        scene = solid.Scene(model, seen_from)
+        scene = solid.SolidView(model, seen_from)
         layout = solid.Layout(scene, page_frame(scene, scene))
         page = style.Page(layout.high - layout.low, ax, framed=False)
         size = solid.block_size(model)

@@ -185,8 +185,8 @@ def _draw_space(
     ax: Axes | None, azimuth_deg: float, elevation_deg: float, yields: Flags | None,
 ) -> tuple[style.Page, list[Line2D]]:  # fmt: skip
     seen_from = camera(azimuth_deg, elevation_deg)
-    scene = solid.Scene(model, seen_from, motion)
-    before = scene if motion is None else solid.Scene(model, seen_from)
+    scene = solid.SolidView(model, seen_from, motion)
+    before = scene if motion is None else solid.SolidView(model, seen_from)
     layout = solid.Layout(scene, page_frame(scene, before))
     page = style.Page(layout.high - layout.low, ax, framed=False)
     width = page.line_width(solid.block_size(model))
@@ -196,7 +196,7 @@ def _draw_space(
     return page, rods
 
 
-def page_frame(scene: solid.Scene, before: solid.Scene) -> Array:
+def page_frame(scene: solid.SolidView, before: solid.SolidView) -> Array:
     """Page bounds of the free blocks before and after, and as much of the fixed ones as needs to be seen."""
     model = scene.assembly
     free = np.flatnonzero(~model.fixed)

@@ -47,24 +47,24 @@ def camera(azimuth_deg: float, elevation_deg: float) -> Camera:
     return Camera(right, np.cross(towards, right), towards)
 
 
-class Faces(NamedTuple):
+class FacePlanes(NamedTuple):
     """Face planes of every piece, padded: outward normals (p, f, 3), offsets (p, f) [m], NaN beyond the count."""
 
     normal: Array
     offset: Array
 
 
-def piece_faces(solids: Sequence[Solid]) -> Faces:
+def piece_faces(solids: Sequence[Solid]) -> FacePlanes:
     """Planes of the faces of convex pieces."""
     widest = max(len(s.faces) for s in solids)
     normal, offset = np.full((len(solids), widest, 3), np.nan), np.full((len(solids), widest), np.nan)
     for faces, members, vertices in group_by_topology(solids):
         for k, face in enumerate(faces):
             normal[members, k], offset[members, k] = face_planes(vertices[:, list(face)])
-    return Faces(normal, offset)
+    return FacePlanes(normal, offset)
 
 
-def back_to_front(solids: Sequence[Solid], faces: Faces, view: Camera) -> list[int]:
+def back_to_front(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> list[int]:
     """Order in which to paint convex pieces.
 
     Pieces in contact may overlap slightly (finite rotations do that): the plane of least overlap then decides. A cycle,
@@ -103,7 +103,7 @@ def places_behind(order: list[int], solids: Sequence[Solid], others: Sequence[So
     return place.tolist()
 
 
-def _hiding(solids: Sequence[Solid], faces: Faces, view: Camera) -> tuple[Index, Index, Index, NDArray[np.bool_]]:
+def _hiding(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> tuple[Index, Index, Index, NDArray[np.bool_]]:
     """Pairs i < j near each other on the page, which may hide the other (+1 j, -1 i), and whether they overlap."""
     page = [view.project(s.vertices) for s in solids]
     low = np.array([[*p.min(axis=0), 0.0] for p in page])
@@ -120,7 +120,7 @@ def _hiding(solids: Sequence[Solid], faces: Faces, view: Camera) -> tuple[Index,
 
 
 def _which_in_front(
-    i: Index, j: Index, corners: Array, faces: Faces, towards: Array, size: float
+    i: Index, j: Index, corners: Array, faces: FacePlanes, towards: Array, size: float
 ) -> tuple[Index, NDArray[np.bool_]]:
     """+1 where piece j may hide piece i, -1 where i may hide j, 0 where neither can; and whether the two overlap."""
     gap_i = np.einsum("mfk,mvk->mfv", faces.normal[i], corners[j]).min(axis=2) - faces.offset[i]

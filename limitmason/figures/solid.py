@@ -28,7 +28,7 @@ _MANY_GHOSTS = 600
 """Beyond so many pieces their dashed edges are one grey, and sorting them is not worth the time."""
 
 
-class Scene:
+class SolidView:
     """Convex pieces of an assembly, moved or not, with what is needed to paint them."""
 
     def __init__(self, assembly: Assembly, view: Camera, motion: RigidMotion | None = None) -> None:
@@ -95,12 +95,12 @@ class _Ink:
 
 def draw_solids(
     ax: Axes,
-    scene: Scene,
+    scene: SolidView,
     width: float,
     *,
     moving: NDArray[np.bool_],
     joints: MovingJoints | None = None,
-    before: Scene | None = None,
+    before: SolidView | None = None,
     ghosts: NDArray[np.bool_] | None = None,
     outline: str = style.OUTLINE,
 ) -> None:
@@ -149,7 +149,7 @@ def draw_solids(
     ax.add_collection(ink.collection(gid="blocks", zorder=2.0))
 
 
-def _edge_strokes(scene: Scene, piece: int, visible: set[int]) -> list[Array]:
+def _edge_strokes(scene: SolidView, piece: int, visible: set[int]) -> list[Array]:
     block = int(scene.owner[piece])
     edges: list[Edge] = [e for e in scene.edges[piece] if visible.intersection(e.faces)]
     if not edges:
@@ -158,7 +158,7 @@ def _edge_strokes(scene: Scene, piece: int, visible: set[int]) -> list[Array]:
     return list(ends.reshape(-1, 2, 2))
 
 
-def _joint_marks(scene: Scene, joints: MovingJoints | None) -> dict[int, list[tuple[list[Array], str]]]:
+def _joint_marks(scene: SolidView, joints: MovingJoints | None) -> dict[int, list[tuple[list[Array], str]]]:
     """Per piece the stretches of joint edges that lie on faces the viewer sees."""
     marks: dict[int, list[tuple[list[Array], str]]] = {}
     if joints is None:
@@ -232,7 +232,7 @@ def block_size(assembly: Assembly) -> float:
 class Layout:
     """Limits of the page, and where the triad stands: in an empty lower corner, or below the drawing."""
 
-    def __init__(self, scene: Scene, bounds: Array) -> None:
+    def __init__(self, scene: SolidView, bounds: Array) -> None:
         self.view = scene.view
         span = np.ptp(bounds, axis=0)
         inch = min((style.page_width() - 0.24) / span[0], style.HEIGHT / span[1])
@@ -262,7 +262,7 @@ class Layout:
         ax.set_axis_off()
 
 
-def _covered(scene: Scene, low: Array, high: Array) -> bool:
+def _covered(scene: SolidView, low: Array, high: Array) -> bool:
     box = Bbox(np.array([low, high]))
     return any(
         Path(scene.view.project(solid.vertices[list(solid.faces[k])])).intersects_bbox(box, filled=True)

@@ -28,7 +28,7 @@ from limitmason.answers.results import (
     Status,
 )
 from limitmason.errors import InputError
-from limitmason.formats.document import Node, plain, read_document, restored, write_document
+from limitmason.formats.document import DocumentNode, plain, read_document, restored, write_document
 from limitmason.model import Assembly
 
 SCHEMA, VERSION = "limitmason-prediction", 2
@@ -129,20 +129,20 @@ def read_prediction(path: str | Path) -> Prediction:
     )  # fmt: skip
 
 
-def _chosen(node: Node, kind: type[StrEnum]) -> Any:
+def _chosen(node: DocumentNode, kind: type[StrEnum]) -> Any:
     """A value of a closed set."""
     if node.text() not in tuple(kind):
         raise node.error(f"expected one of {', '.join(kind)}, got {node.text()!r}")
     return kind(node.text())
 
 
-def _bound(node: Node) -> Bound:
+def _bound(node: DocumentNode) -> Bound:
     """The bound with its kind; files of 0.1 hold its words alone."""
     words = node["bound"].text()
     return Bound(_chosen(node["bound_kind"], BoundKind), words) if "bound_kind" in node else Bound.from_text(words)
 
 
-def _typed(node: Node) -> dict[str, Any]:
+def _typed(node: DocumentNode) -> dict[str, Any]:
     """Typed fields of a prediction; keys that are missing keep their defaults."""
     out: dict[str, Any] = {}
     for key, kind in (("flow_rule", FlowRule), ("contact_model", ContactModel)):
@@ -169,7 +169,7 @@ def _typed(node: Node) -> dict[str, Any]:
     return out
 
 
-def _cited(node: Node) -> Cited:
+def _cited(node: DocumentNode) -> Cited:
     """A paper and what it is cited for."""
     names = [f.name for f in fields(Reference)]
     node.mapping(["role", *names])
@@ -195,7 +195,7 @@ def _typed_of_0_1(provenance: Mapping[str, Any], details: Mapping[str, Any]) -> 
     return out
 
 
-def _arrays(node: Node, key: str, kind: Any, columns: dict[str, Sequence[int]]) -> Any:
+def _arrays(node: DocumentNode, key: str, kind: Any, columns: dict[str, Sequence[int]]) -> Any:
     """A frozen result of arrays; the given widths shape what is empty."""
     if key not in node:
         return None

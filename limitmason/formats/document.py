@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 _NOT_FINITE = {"Infinity": math.inf, "-Infinity": -math.inf, "NaN": math.nan}
 
 
-class Node:
+class DocumentNode:
     """A value of a document that knows where it stands, so that every error can say so.
 
     Parameters
@@ -44,30 +44,30 @@ class Node:
         """Whether the key is there and not null."""
         return isinstance(self.value, dict) and self.value.get(key) is not None
 
-    def __getitem__(self, key: str) -> Node:
+    def __getitem__(self, key: str) -> DocumentNode:
         """The value of a key that must be there."""
         if key not in self:
             raise self.error(f"{key!r} is missing")
-        return Node(self.value[key], self.file, f"{self.where}.{key}" if self.where else key)
+        return DocumentNode(self.value[key], self.file, f"{self.where}.{key}" if self.where else key)
 
-    def get(self, key: str) -> Node | None:
+    def get(self, key: str) -> DocumentNode | None:
         """The value of a key, or None where it is missing or null."""
         if key not in self:
             return None
         return self[key]
 
-    def __iter__(self) -> Iterator[Node]:
+    def __iter__(self) -> Iterator[DocumentNode]:
         """Entries of a list."""
         if not isinstance(self.value, list):
             raise self.error(f"expected a list, got {_shown(self.value)}")
         for i, entry in enumerate(self.value):
-            yield Node(entry, self.file, f"{self.where}[{i}]")
+            yield DocumentNode(entry, self.file, f"{self.where}[{i}]")
 
-    def items(self) -> Iterator[tuple[str, Node]]:
+    def items(self) -> Iterator[tuple[str, DocumentNode]]:
         """Keys and values of an object."""
         self.mapping()
         for key in self.value:
-            yield key, Node(self.value[key], self.file, f"{self.where}.{key}" if self.where else key)
+            yield key, DocumentNode(self.value[key], self.file, f"{self.where}.{key}" if self.where else key)
 
     def mapping(self, allowed: Iterable[str] | None = None) -> dict[str, Any]:
         """The value as an object, refusing keys that are not allowed (names that start with "_" are comments)."""
@@ -117,7 +117,7 @@ class Node:
         return np.array(out, dtype=float).reshape(-1, columns)
 
 
-def read_document(path: str | Path, schema: str, version: int) -> Node:
+def read_document(path: str | Path, schema: str, version: int) -> DocumentNode:
     """Read a JSON file of a schema.
 
     Parameters
@@ -134,7 +134,7 @@ def read_document(path: str | Path, schema: str, version: int) -> Node:
     """
     name = str(path)
     value = read_json(path)
-    node = Node(value, name)
+    node = DocumentNode(value, name)
     node.mapping()
     if "schema" not in node:
         raise node.error(f'"schema" is missing; the file must declare "schema": "{schema}", "version": {version}')

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.errors import InputError
-from limitmason.formats.outlines import Drawn, Outlines
+from limitmason.formats.outlines import DrawnOutlines, Outlines
 
 Array = NDArray[np.float64]
 
@@ -102,7 +102,7 @@ def read_dxf(
         if unknown:
             there = ", ".join(sorted(known.values()))
             raise InputError(f"{path}: there is no layer {unknown[0]!r}; there are {there}")
-    drawn = Drawn()
+    drawn = DrawnOutlines()
     for entity, layer in _entities(drawing.modelspace()):
         if wanted is None or layer.casefold() in wanted:
             where = f"{path}: layer {layer!r}, entity {entity.dxf.handle or 'of an inserted block'}"

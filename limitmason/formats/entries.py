@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 from limitmason.errors import InputError
-from limitmason.formats.document import Node
+from limitmason.formats.document import DocumentNode
 from limitmason.model import Assembly, Joint, Loads, Material, Support, Tie
 
 _LAW_KEYS = tuple(f.name for f in fields(Joint))
@@ -21,7 +21,7 @@ _LOAD_KEYS = (
 )  # fmt: skip
 
 
-def blocks_of(node: Node) -> dict[str, Any]:
+def blocks_of(node: DocumentNode) -> dict[str, Any]:
     """Arguments of ``Assembly.from_polyhedra`` that describe the blocks."""
     solids, names, densities, axes = [], [], [], []
     default = node.get("density")
@@ -46,7 +46,7 @@ def blocks_of(node: Node) -> dict[str, Any]:
     return {"solids": solids, "names": names, "density": densities, "axes": axes}
 
 
-def _faces(node: Node) -> tuple[tuple[int, ...], ...]:
+def _faces(node: DocumentNode) -> tuple[tuple[int, ...], ...]:
     faces = []
     for face in node:
         for index in face:
@@ -56,7 +56,7 @@ def _faces(node: Node) -> tuple[tuple[int, ...], ...]:
     return tuple(faces)
 
 
-def joint_of(node: Node) -> Joint:
+def joint_of(node: DocumentNode) -> Joint:
     """A joint law from its fields."""
     node.mapping((*_LAW_KEYS, "friction_coefficient"))
     given = [(k, v) for k, v in node.items() if v.value is not None and not k.startswith("_")]
@@ -71,7 +71,7 @@ def joint_of(node: Node) -> Joint:
         raise node.error(str(error)) from None
 
 
-def joint_table(node: Node) -> dict[Any, Joint]:
+def joint_table(node: DocumentNode) -> dict[Any, Joint]:
     """Laws by kind and by pair of block names."""
     table: dict[Any, Joint] = {}
     if "joints" in node:
@@ -85,7 +85,7 @@ def joint_table(node: Node) -> dict[Any, Joint]:
     return table
 
 
-def material_of(node: Node) -> Material:
+def material_of(node: DocumentNode) -> Material:
     """A material from its fields."""
     node.mapping(_MATERIAL_KEYS)
     given = [(k, v) for k, v in node.items() if v.value is not None and not k.startswith("_")]
@@ -99,7 +99,7 @@ def material_of(node: Node) -> Material:
         raise (error if str(error).startswith(node.file) else node.error(str(error))) from None
 
 
-def with_materials(node: Node, assembly: Assembly) -> Assembly:
+def with_materials(node: DocumentNode, assembly: Assembly) -> Assembly:
     """The assembly with the materials of a document: one for all blocks, or a table whose names the blocks give.
 
     A density that the file gives a block goes before that of its material.
@@ -125,7 +125,7 @@ def with_materials(node: Node, assembly: Assembly) -> Assembly:
     return replace(assembly, blocks=tuple(blocks))
 
 
-def block_pair(node: Node, assembly: Assembly) -> tuple[int, int]:
+def block_pair(node: DocumentNode, assembly: Assembly) -> tuple[int, int]:
     """Numbers of two blocks given by name or number."""
     pair = list(node)
     if len(pair) != 2:
@@ -136,14 +136,14 @@ def block_pair(node: Node, assembly: Assembly) -> tuple[int, int]:
         raise node.error(str(error)) from None
 
 
-def block_of(node: Node) -> int | str:
+def block_of(node: DocumentNode) -> int | str:
     """Name or number of a block."""
     if isinstance(node.value, bool) or not isinstance(node.value, int | str):
         raise node.error(f"expected the name or number of a block, got {node.value!r}")
     return node.value
 
 
-def support_of(node: Node) -> Support:
+def support_of(node: DocumentNode) -> Support:
     """A support from its fields."""
     node.mapping(("block", "translations", "rotations", "dofs"))
     flags = {}
@@ -158,7 +158,7 @@ def support_of(node: Node) -> Support:
         raise (error if str(error).startswith(node.file) else node.error(str(error))) from None
 
 
-def tie_of(node: Node) -> Tie:
+def tie_of(node: DocumentNode) -> Tie:
     """A tie from its fields; its blocks are a pair, null for the ground."""
     node.mapping(("blocks", "points", "name", *TIE_NUMBERS))
     blocks, points = list(node["blocks"]), list(node["points"])
@@ -174,7 +174,7 @@ def tie_of(node: Node) -> Tie:
         raise (error if str(error).startswith(node.file) else node.error(str(error))) from None
 
 
-def loads_of(node: Node, assembly: Assembly) -> Loads:
+def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
     """Loads of a document: wrenches, or self weight with the actions named in it; self weight alone without any."""
     if "loads" not in node:
         return Loads.weight(assembly)
@@ -212,5 +212,5 @@ def loads_of(node: Node, assembly: Assembly) -> Loads:
     return replace(out, name=name) if name else out
 
 
-def _case(node: Node, default: str) -> str:
+def _case(node: DocumentNode, default: str) -> str:
     return node["case"].text() if "case" in node else default

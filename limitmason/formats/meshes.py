@@ -21,7 +21,7 @@ MESHES = (".ply", ".stl", ".obj", ".off")
 _TURNS = {"x": ([1, 2, 0], [1, 1, 1]), "y": ([0, 2, 1], [1, -1, 1]), "z": ([0, 1, 2], [1, 1, 1])}
 
 
-class Body(NamedTuple):
+class MeshBody(NamedTuple):
     """A body of a file: its name, corners [m], shape (n, 3), triangles, shape (m, 3), and signed volume [m3]."""
 
     name: str
@@ -58,7 +58,7 @@ def read_solids(path: str | Path | Sequence[str | Path], *, scale: float = 1.0, 
     solids, names = [], []
     for group in bodies(path, scale=scale, up=up):
         outer = [b for b in group if b.volume >= 0.0] or list(group)
-        shells: list[list[Body]] = [[b] for b in outer]
+        shells: list[list[MeshBody]] = [[b] for b in outer]
         for hollow in (b for b in group if not any(b is o for o in outer)):
             around = [s for s in shells if _within(hollow, s[0])]
             if not around:
@@ -70,7 +70,7 @@ def read_solids(path: str | Path | Sequence[str | Path], *, scale: float = 1.0, 
     return Solids(solids, names)
 
 
-def bodies(path: str | Path | Sequence[str | Path], *, scale: float, up: str) -> Iterator[list[Body]]:
+def bodies(path: str | Path | Sequence[str | Path], *, scale: float, up: str) -> Iterator[list[MeshBody]]:
     """Bodies of every file; only a file that comes alone is taken apart.
 
     Parameters
@@ -99,7 +99,7 @@ def bodies(path: str | Path | Sequence[str | Path], *, scale: float, up: str) ->
         if not parts or not len(mesh.faces):
             raise InputError(f"{name}{suffix}: not a mesh that can be read: it holds no faces")
         yield [
-            Body(
+            MeshBody(
                 name if len(parts) == 1 else f"{name}-{k + 1}",
                 np.array(part.vertices, dtype=float)[:, order] * signs * scale,
                 np.array(part.faces, dtype=np.intp), float(part.volume) * scale**3,
@@ -108,13 +108,13 @@ def bodies(path: str | Path | Sequence[str | Path], *, scale: float, up: str) ->
         ]  # fmt: skip
 
 
-def _within(body: Body, other: Body) -> bool:
+def _within(body: MeshBody, other: MeshBody) -> bool:
     """Whether the box of a body lies in that of another."""
     low, high = other.corners.min(axis=0), other.corners.max(axis=0)
     return bool((body.corners >= low).all() and (body.corners <= high).all())
 
 
-def _solid(shell: Sequence[Body]) -> Solid:
+def _solid(shell: Sequence[MeshBody]) -> Solid:
     """One closed surface of an outer body and its hollows; triangles that have lost a corner are left out."""
     first = np.cumsum([0, *(len(b.corners) for b in shell[:-1])])
     faces = np.vstack([b.triangles + n for b, n in zip(shell, first, strict=True)])

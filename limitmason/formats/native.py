@@ -50,7 +50,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from limitmason.errors import InputError
-from limitmason.formats.document import Node, plain, read_document, restored, write_document
+from limitmason.formats.document import DocumentNode, plain, read_document, restored, write_document
 from limitmason.formats.entries import (
     TIE_NUMBERS,
     block_of,
@@ -251,7 +251,7 @@ def read_json(path: str | Path) -> Model:
         raise (error if text.startswith(f"{node.file}: ") else node.error(text)) from None
 
 
-def _check_units(node: Node) -> None:
+def _check_units(node: DocumentNode) -> None:
     units = node.get("units")
     if units is None:
         return
@@ -260,7 +260,7 @@ def _check_units(node: Node) -> None:
             raise unit.error(f"only {UNITS[key]!r} is read, got {unit.value!r}; convert the numbers")
 
 
-def _tolerances(node: Node) -> dict[str, Any]:
+def _tolerances(node: DocumentNode) -> dict[str, Any]:
     """Arguments of the constructors that say which faces touch."""
     rules = node.get("contact_rules")
     distance = node["tolerance"].number() if "tolerance" in node else None
@@ -273,7 +273,7 @@ def _tolerances(node: Node) -> dict[str, Any]:
     return {"tolerance": distance, **{names[key]: rules[key].number() for key in names if key in rules}}
 
 
-def _simple(node: Node) -> Assembly:
+def _simple(node: DocumentNode) -> Assembly:
     supports = [support_of(s) for s in node.get("supports") or ()]
     fixed = [block_of(f) for f in node.get("fixed") or ()] + [s.block for s in supports if all(s.held)]
     options: dict[str, Any] = {
@@ -301,7 +301,7 @@ def _simple(node: Node) -> Assembly:
     return assembly.with_supports(partial) if partial else assembly
 
 
-def _stored(node: Node) -> Assembly:
+def _stored(node: DocumentNode) -> Assembly:
     for key in ("joints", "joints_between"):
         if key in node:
             raise node[key].error("does not go with 'interfaces', which assign the laws; remove one of the two")
@@ -337,7 +337,7 @@ def _stored(node: Node) -> Assembly:
     return assembly.with_supports(supports) if supports else assembly
 
 
-def _assigned(node: Node, assembly: Assembly, rows: list) -> list[Interface]:
+def _assigned(node: DocumentNode, assembly: Assembly, rows: list) -> list[Interface]:
     """Found interfaces with the stored laws and kinds, pair by pair in the stored order."""
     stored = Counter((min(r[0], r[1]), max(r[0], r[1])) for r in rows)
     found = Counter((i.block_a, i.block_b) for i in assembly.interfaces)

@@ -34,7 +34,7 @@ class Solids(NamedTuple):
     names: list[str]
 
 
-class _Face(NamedTuple):
+class _ObjFace(NamedTuple):
     key: tuple[str | None, str | None]
     vertices: tuple[int, ...]
 
@@ -110,9 +110,9 @@ def read_obj(path: str | Path, *, scale: float = 1.0, up: str = "z") -> Solids:
     return Solids(solids, list(pieces))
 
 
-def _parsed(path: str | Path) -> tuple[list[list[float]], list[_Face]]:
+def _parsed(path: str | Path) -> tuple[list[list[float]], list[_ObjFace]]:
     vertices: list[list[float]] = []
-    faces: list[_Face] = []
+    faces: list[_ObjFace] = []
     thing: str | None = None
     group: str | None = None
     text = read_text(path)
@@ -131,7 +131,7 @@ def _parsed(path: str | Path) -> tuple[list[list[float]], list[_Face]]:
         if keyword == "v":
             vertices.append(_vertex(rest, where))
         elif keyword == "f":
-            faces.append(_Face((thing, group), _face(rest, len(vertices), where)))
+            faces.append(_ObjFace((thing, group), _face(rest, len(vertices), where)))
         elif keyword == "o":
             thing, group = rest.strip() or None, None
         elif keyword == "g":
@@ -172,7 +172,7 @@ def _face(text: str, count: int, where: str) -> tuple[int, ...]:
     return tuple(out)
 
 
-def _named(faces: list[_Face], stem: str) -> Iterable[tuple[str, str, tuple[int, ...]]]:
+def _named(faces: list[_ObjFace], stem: str) -> Iterable[tuple[str, str, tuple[int, ...]]]:
     """Block name, piece and vertices of every face."""
     groups: dict[str | None, set[str | None]] = {}
     objects: dict[str | None, set[str | None]] = {}

@@ -35,7 +35,7 @@ class _Stroke(NamedTuple):
     where: str
 
 
-class Drawn:
+class DrawnOutlines:
     """What a drawing holds, by layer in the order of the drawing."""
 
     def __init__(self) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.errors import InputError
-from limitmason.formats.outlines import Drawn, Outlines
+from limitmason.formats.outlines import DrawnOutlines, Outlines
 from limitmason.formats.svg_paths import Line, matrix_of, numbers_of, shape_lines, viewport
 
 Array = NDArray[np.float64]
@@ -88,7 +88,7 @@ def read_svg(
     if not lines:
         raise InputError(f"{path}: no outline; draw every block as a closed path, polygon or rectangle")
     low = max(float(line.points[:, 1].max()) for _, line in lines)
-    drawn = Drawn()
+    drawn = DrawnOutlines()
     for shape, line in lines:
         points = scale * np.column_stack([line.points[:, 0], low - line.points[:, 1]])
         drawn.take(shape.layer, points, line.closed, shape.kind, shape.where)

@@ -57,7 +57,7 @@ class ContactRules:
             )
 
 
-class Doubt(NamedTuple):
+class DoubtfulContact(NamedTuple):
     """Two faces near each other that are no contact, or one only by a rule a reader should know of.
 
     Parameters
@@ -99,7 +99,7 @@ class ContactPatches(NamedTuple):
     polygons: list[Array]
     normals: Array
     overlaps: list[tuple[int, int, float]]
-    doubts: list[Doubt]
+    doubts: list[DoubtfulContact]
 
 
 class Candidates(NamedTuple):
@@ -293,7 +293,7 @@ def filled(points: Array, a: Index, b: Index, solids: Sequence[Solid], owner: In
     return out
 
 
-def doubts_of(found: Candidates, code: Index, rows: Index, *, made: str | None = None) -> list[Doubt]:
+def doubts_of(found: Candidates, code: Index, rows: Index, *, made: str | None = None) -> list[DoubtfulContact]:
     """Near misses and contacts by rule among some rows; the pieces of one pair of faces in one entry.
 
     Parameters
@@ -313,7 +313,7 @@ def doubts_of(found: Candidates, code: Index, rows: Index, *, made: str | None =
         pairs = found.pairs.rows(np.array(members))
         polygons = [p[:n] for p, n in zip(pairs.points, pairs.corners_of, strict=True)]
         place = (pairs.area / pairs.area.sum()) @ np.array([_centroid(p) for p in polygons])
-        out.append(Doubt(
+        out.append(DoubtfulContact(
             a, b, kinds[kind], (float(pairs.gap.min()), float(pairs.gap.max())), float(pairs.angle_deg.max()),
             float(pairs.area.sum()), float(pairs.width.max()), place, pairs.normal[0], polygons,
         ))  # fmt: skip
@@ -322,7 +322,7 @@ def doubts_of(found: Candidates, code: Index, rows: Index, *, made: str | None =
 
 def _merge_patches(
     a: Index, b: Index, polygons: list[Array], normals: Array, areas: Array, tolerance: Array, overlaps: list,
-    doubts: list[Doubt],
+    doubts: list[DoubtfulContact],
 ) -> ContactPatches:  # fmt: skip
     """Join coplanar patches of one block pair when together they fill their convex hull (faces cut into triangles)."""
     if not len(a):

@@ -23,7 +23,7 @@ _HIGHEST = 3
 """Degree up to which a joint takes up the displacement of a face."""
 
 
-class Shapes(Protocol):
+class BlockShapes(Protocol):
     """Shapes of one block: modes of limitmason.deformable."""
 
     @property
@@ -42,7 +42,7 @@ class Shapes(Protocol):
         """Displacement of every shape at points (m, 3), shape (m, k, 3)."""
 
 
-def shapes_of(assembly: Assembly, blocks: str, stress: str, normal: ArrayLike | None) -> Sequence[Shapes | None]:
+def shapes_of(assembly: Assembly, blocks: str, stress: str, normal: ArrayLike | None) -> Sequence[BlockShapes | None]:
     """Shapes of every block, None where it is rigid: of :func:`limitmason.deformable.modal_blocks` for "modal", of
     :func:`limitmason.deformable.polynomial_blocks` for "elastic".
     """
@@ -50,7 +50,7 @@ def shapes_of(assembly: Assembly, blocks: str, stress: str, normal: ArrayLike | 
 
 
 def at_joints(
-    assembly: Assembly, points: ContactPoints, shapes: Sequence[Shapes | None], blocks: str
+    assembly: Assembly, points: ContactPoints, shapes: Sequence[BlockShapes | None], blocks: str
 ) -> tuple[Array, Array]:
     """Displacement of every shape of the blocks a and b at every joint point, shapes (m, 3, largest k) each.
 

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from limitmason.display.notebook import Shown
+from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
-from limitmason.geometry.contact import KEPT, ContactRules, Doubt
+from limitmason.geometry.contact import KEPT, ContactRules, DoubtfulContact
 from limitmason.geometry.polygon import clean_outline, convex_pieces
 from limitmason.geometry.polyhedron import longest_sides, prism
 from limitmason.model.block import Block
 from limitmason.model.blockwork import Blockwork
 from limitmason.model.contact_report import ContactReport, contact_report
 from limitmason.model.detection import (
-    Pieces,
+    BlockPieces,
     closed_pieces,
     detect,
     floating_text,
@@ -51,7 +51,7 @@ class ContactError(InputError):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Assembly(Blockwork, Shown):
+class Assembly(Blockwork, Displayed):
     """Rigid blocks in contact.
 
     Build one with :meth:`from_polygons`, :meth:`from_polyhedra` or the builders in ``limitmason.build``.
@@ -204,7 +204,7 @@ class Assembly(Blockwork, Shown):
             smallest_contact=smallest_contact,
         )  # fmt: skip
 
-    def _with_contacts(self, pieces: Pieces, joint: Joint, table: JointTable) -> Assembly:
+    def _with_contacts(self, pieces: BlockPieces, joint: Joint, table: JointTable) -> Assembly:
         rules = self.contact_rules
         # before the errors below: a wrong unit may be their cause
         warn_of_blocks(self.blocks, longest_sides(pieces.solids))
@@ -378,7 +378,7 @@ class Assembly(Blockwork, Shown):
             raise ContactError(floating_text(self, loose), self)
 
     @cached_property
-    def near_misses(self) -> tuple[Doubt, ...]:
+    def near_misses(self) -> tuple[DoubtfulContact, ...]:
         """Pairs of faces that nearly touch and are no contact, between blocks without another joint made by hand."""
         if not self.doubts:
             return ()

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
-from limitmason.geometry.contact import ContactRules, Doubt
+from limitmason.geometry.contact import ContactRules, DoubtfulContact
 from limitmason.geometry.polyhedron import mass_properties, steiner
 from limitmason.model.arrays import AssemblyArrays, face_arrays, with_ties
 from limitmason.model.block import Block
@@ -36,7 +36,7 @@ class Blockwork(ReadOnly):
     recipe: Mapping[str, Any] = field(default_factory=dict)
     tolerance: float = 0.0
     contact_rules: ContactRules = field(default_factory=ContactRules)
-    doubts: tuple[Doubt, ...] = ()
+    doubts: tuple[DoubtfulContact, ...] = ()
     ties: tuple[Tie, ...] = ()
 
     @property

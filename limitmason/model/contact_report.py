@@ -17,7 +17,7 @@ from limitmason.geometry.contact import (
     NOTHING,
     Candidates,
     ContactRules,
-    Doubt,
+    DoubtfulContact,
     candidates,
     doubts_of,
     filled,
@@ -28,7 +28,7 @@ from limitmason.geometry.facing import all_faces
 from limitmason.geometry.overlap import near_pairs, penetrations, touching_edges
 from limitmason.model.blockwork import Blockwork
 from limitmason.model.detection import (
-    Pieces,
+    BlockPieces,
     contact_distances,
     interfaces_by_pair,
     joined,
@@ -228,8 +228,8 @@ def contact_report(assembly: Blockwork, *, distance: float | None, angle_deg: fl
     rows = np.flatnonzero(~np.isin(code, (NOTHING, MADE)))
     between = filled(places(listed.pairs, rows), listed.a[rows], listed.b[rows], pieces.solids, pieces.owner)
     rows = np.union1d(rows[~between], np.flatnonzero(code == MADE))
-    kept: list[Doubt] = []
-    missed: list[Doubt] = []
+    kept: list[DoubtfulContact] = []
+    missed: list[DoubtfulContact] = []
     doubts = doubts_of(listed, code, rows, made="left out")
     for doubt in doubts:
         there = joined(doubt, present, near[doubt.a] + near[doubt.b])
@@ -270,7 +270,7 @@ def contact_report(assembly: Blockwork, *, distance: float | None, angle_deg: fl
     )  # fmt: skip
 
 
-def _search(pieces: Pieces, near: Array, reach: Array, rules: ContactRules, looked_at_deg: float) -> Candidates:
+def _search(pieces: BlockPieces, near: Array, reach: Array, rules: ContactRules, looked_at_deg: float) -> Candidates:
     p, q = near_pairs(pieces.solids, pieces.owner, reach)
     faces, start = all_faces(pieces.solids)
     return candidates(pieces.owner, faces, start, p, q, near, reach, rules, min(looked_at_deg, 89.0))
@@ -288,7 +288,7 @@ def _some(found: Candidates, keep: NDArray) -> Candidates:
 
 
 def _would_add(
-    found: Candidates, pieces: Pieces, rules: ContactRules, widest: float
+    found: Candidates, pieces: BlockPieces, rules: ContactRules, widest: float
 ) -> tuple[tuple[str, int], ...]:  # fmt: skip
     """How many more pairs of faces would be contacts if one tolerance were wider; ``widest`` gap of a near miss [m]."""
     base = np.isin(judged(found, rules), CONTACT_CODES)
@@ -312,7 +312,7 @@ def _would_add(
     return tuple(out)
 
 
-def _entries(assembly: Blockwork, pieces: Pieces, exact: float) -> list[ContactEntry]:
+def _entries(assembly: Blockwork, pieces: BlockPieces, exact: float) -> list[ContactEntry]:
     x = assembly.arrays
     gaps, angles = contact_gaps(assembly, pieces)
     out = []
@@ -332,7 +332,7 @@ def _snapped(gap: Iterable[float], exact: float) -> tuple[float, float]:
     return low, high
 
 
-def _named(doubts: Iterable[Doubt], names: list[str], exact: float) -> tuple[NearMiss, ...]:
+def _named(doubts: Iterable[DoubtfulContact], names: list[str], exact: float) -> tuple[NearMiss, ...]:
     rows = [
         NearMiss(names[d.a], names[d.b], d.kind, _snapped(d.gap, exact), d.angle_deg, d.area, d.place, d.polygons)
         for d in doubts

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from limitmason.constants import RELATIVE_TOLERANCE
 from limitmason.errors import InputError
-from limitmason.geometry.contact import KEPT, NEAR, ContactPatches, ContactRules, Doubt, find_contacts
+from limitmason.geometry.contact import KEPT, NEAR, ContactPatches, ContactRules, DoubtfulContact, find_contacts
 from limitmason.geometry.convex_parts import convex_parts, is_convex, largest_skew
 from limitmason.geometry.polyhedron import Solid, check_closed, check_solids, least_widths, mass_properties
 from limitmason.model.block import Block
@@ -24,7 +24,7 @@ class ContactWarning(PlausibilityWarning):
     """Faces that nearly touch and are no contact, or that were made one although they open like a wedge."""
 
 
-class Pieces(NamedTuple):
+class BlockPieces(NamedTuple):
     """Convex pieces of all blocks in a row, the block of each, and the least width of every block [m]."""
 
     solids: list[Solid]
@@ -32,20 +32,22 @@ class Pieces(NamedTuple):
     widths: Array
 
 
-def pieces_of(blocks: Sequence[Block]) -> Pieces:
+def pieces_of(blocks: Sequence[Block]) -> BlockPieces:
     """Pieces of all blocks."""
     parts = [b.parts for b in blocks]
     owner = np.repeat(np.arange(len(blocks)), [len(p) for p in parts])
-    return Pieces([piece for p in parts for piece in p], owner, least_widths(parts))
+    return BlockPieces([piece for p in parts for piece in p], owner, least_widths(parts))
 
 
-def closed_pieces(blocks: Sequence[Block]) -> Pieces:
+def closed_pieces(blocks: Sequence[Block]) -> BlockPieces:
     """Pieces of all blocks, open ones refused by name; what is flat, inverted or concave is not seen here."""
     check_closed([p for b in blocks for p in b.parts], [b.name for b in blocks for _ in b.parts])
     return pieces_of(blocks)
 
 
-def with_convex_parts(blocks: Sequence[Block], pieces: Pieces, flatness: float) -> tuple[tuple[Block, ...], Pieces]:
+def with_convex_parts(
+    blocks: Sequence[Block], pieces: BlockPieces, flatness: float
+) -> tuple[tuple[Block, ...], BlockPieces]:
     """Blocks of which solids that are not convex are divided into convex parts; they stay one rigid body each.
 
     What is open to doubt beside, such as faces that are not plane, is left for :func:`detect` to refuse.
@@ -82,7 +84,7 @@ def with_convex_parts(blocks: Sequence[Block], pieces: Pieces, flatness: float) 
     return divided, pieces_of(divided)
 
 
-def typical_tolerance(pieces: Pieces) -> float:
+def typical_tolerance(pieces: BlockPieces) -> float:
     """The default tolerance for a block of median width [m]; contacts take that of the smaller of two blocks."""
     # what is flat or not finite is refused by name when contacts are looked for
     width = np.nanmedian(pieces.widths)
@@ -99,7 +101,7 @@ def near_miss_reach(widths: Array, distances: Array) -> Array:
     return np.maximum(2.0 * distances, NEAR * widths)
 
 
-def detect(blocks: Sequence[Block], pieces: Pieces, rules: ContactRules, flatness: float) -> ContactPatches:
+def detect(blocks: Sequence[Block], pieces: BlockPieces, rules: ContactRules, flatness: float) -> ContactPatches:
     """Contacts, overlaps and doubts of blocks; flat, inverted and concave pieces are refused by name.
 
     Parameters
@@ -113,7 +115,7 @@ def detect(blocks: Sequence[Block], pieces: Pieces, rules: ContactRules, flatnes
     return find_contacts(pieces.solids, pieces.owner, distances, rules=rules, reach=reach)
 
 
-def _check_pieces(blocks: Sequence[Block], pieces: Pieces, distances: Array) -> None:
+def _check_pieces(blocks: Sequence[Block], pieces: BlockPieces, distances: Array) -> None:
     """Pieces of one block may touch but not overlap: their volumes are added up."""
     owner = pieces.owner
     rows = np.flatnonzero(np.bincount(owner)[owner] > 1)
@@ -169,7 +171,7 @@ def length_text(length: float) -> str:
     return f"{length:.3g} m" if abs(length) >= 1.0 else f"{1e3 * length:.3g} mm"
 
 
-def doubt_text(doubt: Doubt, blocks: Sequence[Block]) -> str:
+def doubt_text(doubt: DoubtfulContact, blocks: Sequence[Block]) -> str:
     """Names, gap and angle of two faces."""
     low, high = (0.0 if abs(g) < 1e-6 * abs(doubt.gap[1]) else g for g in doubt.gap)
     gap = length_text(high) if high - low <= 0.01 * abs(high) else f"{length_text(low)} to {length_text(high)}"
@@ -185,7 +187,7 @@ def interfaces_by_pair(assembly: Blockwork) -> dict[tuple[int, int], list[Interf
     return out
 
 
-def joined(doubt: Doubt, present: Mapping[tuple[int, int], list[Interface]], slack: float) -> bool:
+def joined(doubt: DoubtfulContact, present: Mapping[tuple[int, int], list[Interface]], slack: float) -> bool:
     """Whether the model has an interface where two faces meet.
 
     Parameters
@@ -208,19 +210,19 @@ def joined(doubt: Doubt, present: Mapping[tuple[int, int], list[Interface]], sla
 
 
 def near_misses(
-    doubts: Sequence[Doubt],
+    doubts: Sequence[DoubtfulContact],
     present: Mapping[tuple[int, int], list[Interface]],
     slack: float = 0.0,
     *,
     least_width_given: bool = False,
-) -> list[Doubt]:
+) -> list[DoubtfulContact]:
     """Faces that may have been meant to touch and do not.
 
     Faces that touch at too large an angle count only where their blocks have no other contact, the most nearly parallel
     ones of each pair: beside a contact they are the next side of a rounded stone. So do faces that touch over less than
     the least width of a contact, unless that width was given: then leaving them out was asked for.
     """
-    turned: dict[tuple[int, int], Doubt] = {}
+    turned: dict[tuple[int, int], DoubtfulContact] = {}
     for d in doubts:
         pair = (d.a, d.b)
         if d.kind == "turned" and pair not in present:
@@ -234,7 +236,7 @@ def near_misses(
     ]
 
 
-def warn_of_doubts(assembly: Blockwork, kept: Sequence[Doubt], missed: Sequence[Doubt]) -> None:
+def warn_of_doubts(assembly: Blockwork, kept: Sequence[DoubtfulContact], missed: Sequence[DoubtfulContact]) -> None:
     """Name the joints that were made by a rule, and those that were not made."""
     narrow = [d for d in missed if d.kind == "narrow"]
     missed = [d for d in missed if d.kind != "narrow"]
@@ -251,7 +253,9 @@ def warn_of_doubts(assembly: Blockwork, kept: Sequence[Doubt], missed: Sequence[
             warn(f"{len(rows)} pair(s) of faces {what}: {shown}{more}; {do}", ContactWarning)
 
 
-def moved_doubts(doubts: Iterable[Doubt], matrix: Array, translation: Array, scale: float) -> tuple[Doubt, ...]:
+def moved_doubts(
+    doubts: Iterable[DoubtfulContact], matrix: Array, translation: Array, scale: float
+) -> tuple[DoubtfulContact, ...]:
     """Doubts of an assembly that was turned, mirrored or scaled."""
     return tuple(
         d._replace(
@@ -263,7 +267,7 @@ def moved_doubts(doubts: Iterable[Doubt], matrix: Array, translation: Array, sca
     )  # fmt: skip
 
 
-def renumbered_doubts(doubts: Iterable[Doubt], new: NDArray[np.intp]) -> tuple[Doubt, ...]:
+def renumbered_doubts(doubts: Iterable[DoubtfulContact], new: NDArray[np.intp]) -> tuple[DoubtfulContact, ...]:
     """Doubts of an assembly whose block i is now block ``new[i]``."""
     out = []
     for d in doubts:

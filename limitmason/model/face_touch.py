@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from limitmason.geometry.contact import find_contacts
 from limitmason.geometry.facing import Faces, all_faces
 from limitmason.model.blockwork import Blockwork
-from limitmason.model.detection import Pieces, contact_distances
+from limitmason.model.detection import BlockPieces, contact_distances
 
 Array = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ class UntouchedFace(NamedTuple):
     corners: Array
 
 
-def contact_gaps(assembly: Blockwork, pieces: Pieces) -> tuple[Array, Array]:
+def contact_gaps(assembly: Blockwork, pieces: BlockPieces) -> tuple[Array, Array]:
     """Least and largest gap [m], shape (k, 2), and angle [deg], shape (k,), between the faces of every interface.
 
     The faces are looked up in the geometry; NaN where an interface lies on no face of one of its blocks.
@@ -42,7 +42,7 @@ def contact_gaps(assembly: Blockwork, pieces: Pieces) -> tuple[Array, Array]:
     return gaps, angles
 
 
-def untouched_faces(assembly: Blockwork, pieces: Pieces) -> tuple[list[UntouchedFace], int]:
+def untouched_faces(assembly: Blockwork, pieces: BlockPieces) -> tuple[list[UntouchedFace], int]:
     """Faces on which no interface lies, and the number of all faces; cuts between pieces of a block are no faces."""
     faces, start = all_faces(pieces.solids)
     first = _first_faces(pieces, start)
@@ -69,7 +69,7 @@ def least_width(polygon: Array, normal: Array) -> float:
     return float(np.ptp(polygon @ np.cross(normal, edge).T, axis=0).min())
 
 
-def _first_faces(pieces: Pieces, start: NDArray[np.intp]) -> NDArray[np.intp]:
+def _first_faces(pieces: BlockPieces, start: NDArray[np.intp]) -> NDArray[np.intp]:
     """Row of every block's first face, with the total at the end; pieces are in the order of the blocks."""
     return start[np.searchsorted(pieces.owner, np.arange(len(pieces.widths) + 1))]
 
@@ -88,7 +88,7 @@ def _face_under(faces: Faces, rows: slice, polygon: Array, normal: Array) -> int
     return int(rows.start + np.where(fits, away + beside + 1e-6 * size * (1.0 - aligned), np.inf).argmin())
 
 
-def _inner_faces(assembly: Blockwork, pieces: Pieces, faces: Faces, start: NDArray[np.intp]) -> NDArray[np.bool_]:
+def _inner_faces(assembly: Blockwork, pieces: BlockPieces, faces: Faces, start: NDArray[np.intp]) -> NDArray[np.bool_]:
     """Faces of convex pieces that are mostly cuts between pieces of one block."""
     out = np.zeros(len(faces.normal), dtype=bool)
     owner = pieces.owner

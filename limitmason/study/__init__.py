@@ -10,7 +10,7 @@ from limitmason.study.draws import Random, lognormal, normal, uniform
 from limitmason.study.gap import GapAttribution, attribute_gap
 from limitmason.study.memo import Memo
 from limitmason.study.montecarlo import SobolIndices, curves_of, monte_carlo, sobol
-from limitmason.study.spread import Running, Sensitivity, Share, Stop, running, sensitivity, shares
+from limitmason.study.spread import Running, Sensitivity, Stop, WordShare, running, sensitivity, shares
 from limitmason.study.sweep import sweep
 from limitmason.study.table import Table
 from limitmason.study.workers import Unfinished
@@ -21,11 +21,11 @@ __all__ = [
     "Random",
     "Running",
     "Sensitivity",
-    "Share",
     "SobolIndices",
     "Stop",
     "Table",
     "Unfinished",
+    "WordShare",
     "attribute_gap",
     "block_size_study",
     "contact_point_study",

@@ -14,7 +14,7 @@ from scipy import stats
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
-from limitmason.study.ties import Ties
+from limitmason.study.ties import LinkedFormulas
 
 Array = NDArray[np.float64]
 
@@ -148,7 +148,7 @@ def check_block_draws(blocks: Mapping[str, Random]) -> None:
             raise InputError(f"block property {name!r} needs a Random(...) per block or per assembly, got {random!r}")
 
 
-def check_links(links: Mapping[str, str], joints: Mapping[str, Random]) -> Ties:
+def check_links(links: Mapping[str, str], joints: Mapping[str, Random]) -> LinkedFormulas:
     """Formulas of joint properties from other joint properties, checked.
 
     Raises
@@ -156,7 +156,7 @@ def check_links(links: Mapping[str, str], joints: Mapping[str, Random]) -> Ties:
     InputError
         For what is no property of a joint, drawn and linked at once, or linked to nothing that a joint has.
     """
-    ties = Ties(links)
+    ties = LinkedFormulas(links)
     for name in ties.formulas:
         if name not in BOUNDS or name in ("friction_coefficient", "dilatancy_ratio"):
             raise InputError(f"links give properties of joints, got {name!r}")
@@ -201,7 +201,7 @@ def draw_blocks(
 
 def draw_joints(
     assembly: Assembly, joints: Mapping[str, Random], sample: int, seed: int, shares: Mapping[str, float],
-    links: Ties | None = None,
+    links: LinkedFormulas | None = None,
 ) -> tuple[Assembly, dict[str, float]]:  # fmt: skip
     """Assembly with drawn joints, and the drawn values (mean and standard deviation where there are several).
 
@@ -257,7 +257,7 @@ def _mean_and_deviation(name: str, values: Array) -> dict[str, float]:
     return {f"{name} mean": float(values.mean()), f"{name} deviation": float(values.std())}
 
 
-def _linked(assembly: Assembly, values: Mapping[str, Array], links: Ties) -> dict[str, Array]:
+def _linked(assembly: Assembly, values: Mapping[str, Array], links: LinkedFormulas) -> dict[str, Array]:
     """Linked properties of every interface, each within its physical bounds."""
     known = dict(values)
     if "friction_coefficient" in known:

@@ -43,7 +43,7 @@ _TRIES = ((1.0, 0.02), (1.37, 0.01), (0.73, 0.005))
 
 
 @dataclass(frozen=True)
-class Share:
+class GapShare:
     """Part of the gap that one assumption makes.
 
     Parameters
@@ -86,7 +86,7 @@ class GapAttribution(ReadOnly):
     associative: float
     corner: float
     dem: float
-    shares: tuple[Share, ...]
+    shares: tuple[GapShare, ...]
     resolution: float
     table: Table
 
@@ -183,7 +183,7 @@ def attribute_gap(
         value[state] = row["multiplier"]
     forward = {a: value[chain[k]] - value[chain[k + 1]] for k, a in enumerate(names)}
     backward = {a: value[back[k]] - value[back[k + 1]] for k, a in enumerate(reversed(names))}
-    shares = tuple(Share(a, forward.get(a, 0.0), backward.get(a, 0.0)) for a in ASSUMPTIONS)
+    shares = tuple(GapShare(a, forward.get(a, 0.0), backward.get(a, 0.0)) for a in ASSUMPTIONS)
     width = float(np.max(table["refused"] - table["multiplier"]))
     return GapAttribution(upper, value[chain[0]], value[chain[-1]], shares, 0.5 * width, table)
 

@@ -36,7 +36,7 @@ from limitmason.study.draws import (
 from limitmason.study.spread import Stop
 from limitmason.study.sweep import Progress, sweep
 from limitmason.study.table import Table
-from limitmason.study.ties import Ties
+from limitmason.study.ties import LinkedFormulas
 
 Array = NDArray[np.float64]
 LoadsOf = Callable[[Assembly], Loads]
@@ -123,7 +123,7 @@ def monte_carlo(
         raise InputError(f"samples must be at least 1, got {samples!r}")
     shares = _stratified(len(names), samples, seed) if scheme == SCHEMES[0] else _independent(names, samples, seed)
     points = [{"sample": k, "shares": dict(zip(names, shares[k].tolist(), strict=True))} for k in range(samples)]
-    drawn = Drawn(joints, blocks, ties, parameters, seed)
+    drawn = RandomInputs(joints, blocks, ties, parameters, seed)
     one = functools.partial(_sample, build, run or _Multiplier(method, dict(options or {})), drawn)
     key = None
     if store is not None:
@@ -168,12 +168,12 @@ def curves_of(table: Table, column: str = "curve") -> list[Curve]:
 
 
 @dataclass(frozen=True)
-class Drawn:
+class RandomInputs:
     """What varies, and the seed: joints, blocks and parameters by name, and formulas of linked properties."""
 
     joints: Mapping[str, Random]
     blocks: Mapping[str, Random]
-    links: Ties
+    links: LinkedFormulas
     parameters: Mapping[str, Random]
     seed: int
 
@@ -228,7 +228,7 @@ def _independent(names: Sequence[str], samples: int, seed: int) -> Array:
     return out
 
 
-def _sample(build: Any, run: Run, drawn: Drawn, *, sample: int, shares: Mapping[str, float]) -> dict[str, Any]:
+def _sample(build: Any, run: Run, drawn: RandomInputs, *, sample: int, shares: Mapping[str, float]) -> dict[str, Any]:
     given = {name: float(random.value(shares[name])) for name, random in drawn.parameters.items()}
     assembly, loads = build(**given) if callable(build) else build
     record: dict[str, float] = {}
@@ -340,7 +340,7 @@ def sobol(
         mixed[i, :, i] = b[:, i]
     shares = np.concatenate([a, b, mixed.reshape(-1, d)])
     points = [{"sample": k, "shares": dict(zip(names, row, strict=True))} for k, row in enumerate(shares.tolist())]
-    drawn = Drawn(joints, {}, Ties({}), parameters, seed)
+    drawn = RandomInputs(joints, {}, LinkedFormulas({}), parameters, seed)
     run = functools.partial(_sample, build, _Multiplier(method, dict(options or {})), drawn)
     key = None if store is None else fingerprint("sobol", build, method, joints, parameters, seed, options, points)
     table = sweep(run, points, executor=executor, workers=workers, store=store, key=key, progress=progress, units=UNITS)

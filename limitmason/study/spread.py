@@ -124,7 +124,7 @@ class Stop:
         return bool(so_far.mean_error[-1] <= self.mean and so_far.variation_error[-1] <= self.variation)
 
 
-class Share(NamedTuple):
+class WordShare(NamedTuple):
     """How often a word occurs: runs, share [-] and its 95 % interval (Wilson)."""
 
     name: str
@@ -134,7 +134,7 @@ class Share(NamedTuple):
     high: float
 
 
-def shares(table: Table, column: str) -> tuple[Share, ...]:
+def shares(table: Table, column: str) -> tuple[WordShare, ...]:
     """Shares of the words of a column, such as failure modes, the most frequent first.
 
     Raises
@@ -149,7 +149,7 @@ def shares(table: Table, column: str) -> tuple[Share, ...]:
     for name in dict.fromkeys(words):
         count = words.count(name)
         ends = stats.binomtest(count, len(words)).proportion_ci(method="wilson")
-        out.append(Share(name, count, count / len(words), float(ends.low), float(ends.high)))
+        out.append(WordShare(name, count, count / len(words), float(ends.low), float(ends.high)))
     return tuple(sorted(out, key=lambda s: (-s.runs, s.name)))
 
 

@@ -24,7 +24,7 @@ FUNCTIONS: Mapping[str, Callable[[Any], Any]] = {
 """Functions that a formula may call; angles in radians, as in numpy."""
 
 
-class Ties:
+class LinkedFormulas:
     """Formulas of quantities by name, evaluated in an order in which each finds what it needs.
 
     Parameters

@@ -10,7 +10,7 @@ Every table is made of :class:`Row`: what a method says, and the value beside it
 """
 
 from limitmason.experiments.shown import Settings
-from limitmason.validation.cases import Case, Reference, cases, not_covered, settings_of
+from limitmason.validation.cases import Case, ReferenceValue, cases, not_covered, settings_of
 from limitmason.validation.comparing import SideBySide, compare, measured_range
 from limitmason.validation.page import as_markdown, ratio_span, references_for, write_csv
 from limitmason.validation.rows import Row
@@ -23,7 +23,7 @@ Answer = Comparison = Row
 
 __all__ = [
     "Case",
-    "Reference",
+    "ReferenceValue",
     "Row",
     "Settings",
     "SideBySide",

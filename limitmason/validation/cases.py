@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from limitmason.experiments.record import Experiment, Target
+from limitmason.experiments.record import Experiment, TargetValue
 from limitmason.experiments.registry import all_cases, load, recipe_of, sources, specimens
 from limitmason.experiments.shown import Settings
 from limitmason.model.assembly import Assembly
@@ -16,7 +16,7 @@ from limitmason.study.content import fingerprint
 
 
 @dataclass(frozen=True)
-class Reference:
+class ReferenceValue:
     """A value to hold predictions against.
 
     Parameters
@@ -50,7 +50,7 @@ class Case:
     variant: str
     test: Experiment
     direction: str
-    references: tuple[Reference, ...]
+    references: tuple[ReferenceValue, ...]
 
     @property
     def source(self) -> str:
@@ -128,7 +128,7 @@ def not_covered() -> tuple[tuple[str, tuple[str, ...], str], ...]:
     return tuple((source, tuple(names), reason) for (source, reason), names in missing.items())
 
 
-def _by_direction(test: Experiment) -> list[tuple[str, list[Reference]]]:
+def _by_direction(test: Experiment) -> list[tuple[str, list[ReferenceValue]]]:
     """The senses of the load that need a prediction of their own, with the values of each."""
     own = {d: _references(test, (d,)) for d in test.directions}
     if len(own) == 1:
@@ -138,11 +138,11 @@ def _by_direction(test: Experiment) -> list[tuple[str, list[Reference]]]:
     return list(own.items())
 
 
-def _references(test: Experiment, directions: Iterable[str]) -> list[Reference]:
+def _references(test: Experiment, directions: Iterable[str]) -> list[ReferenceValue]:
     # a value with options of its own, as for rounded corners, belongs to that variant alone
     named = {k for t in test.targets for k in t.options}
     return [
-        Reference(_words(test, t), t.kind, t.flow_rule, float(test.value(t)))
+        ReferenceValue(_words(test, t), t.kind, t.flow_rule, float(test.value(t)))
         for t in test.targets
         if t.kind in ("measured", "published")
         and t.direction in directions
@@ -152,7 +152,7 @@ def _references(test: Experiment, directions: Iterable[str]) -> list[Reference]:
     ]
 
 
-def _words(test: Experiment, target: Target) -> str:
+def _words(test: Experiment, target: TargetValue) -> str:
     standing = test.standing(target)
     return f"{target.kind} {target.quantity}" + ("" if standing == target.kind else f" ({standing})")
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from limitmason.answers.references import LIMITMASON, Citation
 from limitmason.answers.results import Bound, Prediction
-from limitmason.display.notebook import Shown
+from limitmason.display.notebook import Displayed
 from limitmason.display.progress import reached, watched
 from limitmason.display.text_table import aligned, markdown
 from limitmason.errors import InputError, NotApplicable, NotConverged
@@ -33,7 +33,7 @@ _WIDE = 100  # characters of a line below the table
 
 
 @dataclass(frozen=True, eq=False)
-class SideBySide(Shown):
+class SideBySide(Displayed):
     """Rows of several methods to one question.
 
     Parameters

@@ -10,7 +10,7 @@ from pathlib import Path
 from limitmason.display.text_table import markdown, names_of, span
 from limitmason.methods import ASSOCIATIVE, DEM, MECHANISMS, THEORIES, get_method
 from limitmason.storage.csv_table import write_table
-from limitmason.validation.cases import Case, Reference, settings_of
+from limitmason.validation.cases import Case, ReferenceValue, settings_of
 from limitmason.validation.comparing import SideBySide
 from limitmason.validation.findings import BROKEN, HOLDS, INSIDE, NOT_CHECKED, Answers
 from limitmason.validation.rows import REFUSED, Row
@@ -22,7 +22,7 @@ UNEXPLAINED = "NOT EXPLAINED."
 """Written where an answer leaves the range of theory and the folder of its source does not say why."""
 
 
-def references_for(case: Case, method: str) -> tuple[Reference, ...]:
+def references_for(case: Case, method: str) -> tuple[ReferenceValue, ...]:
     """Values to divide an answer by: measured ones, and published ones of the answer's own flow rule.
 
     The DEM and the non-associative analysis of joints with psi = phi follow the associative rule; a mechanism is held
@@ -98,7 +98,7 @@ def _span_of(case: Case) -> str:
     return "; ".join(out) or "none"
 
 
-def _label(reference: Reference) -> str:
+def _label(reference: ReferenceValue) -> str:
     words = reference.label.split(maxsplit=1)[1]
     # both senses of a cyclic test stand in one row
     return words.rstrip("+-") if reference.kind == "measured" else words

@@ -11,7 +11,7 @@ from limitmason.answers.results import Prediction
 from limitmason.display.progress import reached, watched
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError, NotApplicable, NotConverged
-from limitmason.experiments.record import KINDS, Experiment, Target
+from limitmason.experiments.record import KINDS, Experiment, TargetValue
 from limitmason.experiments.registry import all_cases, sources
 from limitmason.methods import LIMIT, get_method, predict
 from limitmason.storage.csv_table import write_table
@@ -97,7 +97,7 @@ def run(
     return tuple(rows)
 
 
-def _flow_rule(target: Target, method: str, asked: str | None) -> str | None:
+def _flow_rule(target: TargetValue, method: str, asked: str | None) -> str | None:
     """Flow rule to predict a target with, empty where the method has none, None to leave the target out."""
     if method != LIMIT:
         return ""

@@ -16,7 +16,7 @@ from limitmason.deformable.levels import ELASTIC, MODAL, RIGID
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import ContactPoints, contact_points
 from limitmason.mechanics.equilibrium import degrees_of_freedom, equilibrium_matrix
-from limitmason.mechanics.joint_shapes import Shapes, at_joints, shapes_of
+from limitmason.mechanics.joint_shapes import BlockShapes, at_joints, shapes_of
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.plane import Plane, find_plane
 from limitmason.mechanics.stiffness import default_stiffness
@@ -35,7 +35,7 @@ class BlockCarrier:
     """Shapes of blocks, displacement and rotation about each centroid and coordinates of what deforms, (n, 6 + k)."""
 
     assembly: Assembly
-    shapes: Sequence[Shapes | None] = ()
+    shapes: Sequence[BlockShapes | None] = ()
 
     @property
     def places(self) -> Array:
@@ -196,7 +196,7 @@ def block_system(
     label: str,
     warnings: tuple[str, ...] = (),
     plane: Plane | None = None,
-    shapes: Sequence[Shapes | None] | None = None,
+    shapes: Sequence[BlockShapes | None] | None = None,
     blocks: str = RIGID,
 ) -> VibratingSystem:
     """Blocks on springs at contact points.
@@ -264,7 +264,7 @@ def stiffness_matrix(
     points: ContactPoints,
     stiffness: Array,
     plane: Plane | None = None,
-    shapes: Sequence[Shapes | None] | None = None,
+    shapes: Sequence[BlockShapes | None] | None = None,
     blocks: str = RIGID,
 ) -> tuple[sparse.csc_array, sparse.csc_array]:
     """A and K = A k A^T, with the stiffness of the shapes beside that of the joints.
@@ -289,7 +289,7 @@ def stiffness_matrix(
 
 
 def _shape_rows(
-    assembly: Assembly, points: ContactPoints, shapes: Sequence[Shapes | None], blocks: str
+    assembly: Assembly, points: ContactPoints, shapes: Sequence[BlockShapes | None], blocks: str
 ) -> sparse.csr_array:
     """Forces of the points on every shape, block by block, shape (shapes of all, c m): more rows of A."""
     c = points.components

@@ -8,7 +8,7 @@ import pytest
 import limitmason as lm
 from limitmason.calibration import CurveTarget, Parameter, Target, calibrate
 from limitmason.errors import InputError
-from limitmason.study.ties import Ties
+from limitmason.study.ties import LinkedFormulas
 
 ROCKING = math.tan(math.radians(33.0))
 U = np.linspace(0.0, 1e-2, 201)
@@ -97,7 +97,7 @@ def test_formula_without_a_number_ends_at_once(formula):
 
 
 def test_formula_of_whole_numbers_stays_what_it_was():
-    assert Ties({"b": "2 ** 3 ** 2 + a / 4"})({"a": 2})["b"] == 512.5
+    assert LinkedFormulas({"b": "2 ** 3 ** 2 + a / 4"})({"a": 2})["b"] == 512.5
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 import limitmason as lm
 from limitmason.experiments import stochastic_brick_panels
 from limitmason.experiments.murano_u_walls import literature
-from limitmason.study.ties import Ties
+from limitmason.study.ties import LinkedFormulas
 
 
 def test_printed_averages_are_those_of_the_rows_but_for_what_the_caveats_name():
@@ -35,7 +35,8 @@ def test_averages_of_stiffness_are_two_outliers():
 
 def test_ratios_of_the_two_stages_are_those_of_the_final_set():
     wall = lm.experiments.load("murano-u-walls", "REGW").row
-    tied = Ties(literature.TIES)({"normal_stiffness": float(wall["kn"]), "tensile_strength": float(wall["ft"])})
+    values = {"normal_stiffness": float(wall["kn"]), "tensile_strength": float(wall["ft"])}
+    tied = LinkedFormulas(literature.TIES)(values)
     assert tied["shear_stiffness"] == float(wall["ks"])
     assert tied["cohesion"] == pytest.approx(float(wall["c"]), rel=0.02)
 
@@ -44,7 +45,7 @@ def test_mean_set_of_the_stochastic_panels_obeys_its_links_as_the_caveats_say():
     p = stochastic_brick_panels.properties()
     given = {"normal_stiffness": p["normal stiffness"].mean, "tensile_strength": p["tensile strength"].mean,
              "friction_angle_deg": p["friction angle"].mean}  # fmt: skip
-    tied = Ties(stochastic_brick_panels.LINKS)(given)
+    tied = LinkedFormulas(stochastic_brick_panels.LINKS)(given)
     assert tied["shear_stiffness"] == pytest.approx(5.82, abs=0.005)
     assert tied["cohesion"] == pytest.approx(0.0462, abs=1e-4)
     # first order: CoV of ft tan(phi) from those of ft and phi

@@ -12,7 +12,7 @@ from limitmason.answers.results import FlowRule
 from limitmason.geometry import box
 from limitmason.limit import make_problem
 from limitmason.limit.nonassociative.analysis import radenkovic_lower
-from limitmason.limit.nonassociative.joint_law import State, joint_law, violation
+from limitmason.limit.nonassociative.joint_law import ForceState, joint_law, violation
 from limitmason.limit.nonassociative.search import Effort
 from limitmason.mechanics.certificate import certify
 
@@ -278,7 +278,7 @@ def test_certificate_agrees_with_the_laws_own_check():
     scaled[:, 0] += law.tension
     velocity = problem.dual(twists)
     velocity *= law.live_size / (law.live @ velocity)
-    own = violation(law, State(prediction.collapse_multiplier / problem.live_scale, scaled.ravel(), velocity, ""))
+    own = violation(law, ForceState(prediction.collapse_multiplier / problem.live_scale, scaled.ravel(), velocity, ""))
     independent = certify(wall, loads, disturbed)
     assert own.complementarity > 1e-3
     assert independent.complementarity == pytest.approx(own.complementarity, rel=1e-9)

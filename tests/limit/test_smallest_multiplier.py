@@ -1,5 +1,6 @@
 """The smallest non-associative multiplier of small plane structures: found, proven, and checked by brute force."""
 
+import highspy
 import numpy as np
 import pytest
 from contact_patterns import Patterns
@@ -44,6 +45,20 @@ def test_default_and_proof_agree_with_every_contact_pattern_tried(blocks, seed, 
     found = lm.proven_range(assembly, loads, which="smallest")
     assert found.proven
     assert found.smallest == pytest.approx(prediction.collapse_multiplier, abs=1e-6)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_program_that_ran_highs_before_with_other_threads_changes_nothing(threads):
+    # HiGHS has one scheduler a process; a solve that asks for another number of threads than the first one fails
+    other = highspy.Highs()
+    other.resetGlobalScheduler(True)
+    other.setOptionValue("output_flag", False)
+    other.setOptionValue("threads", threads)
+    other.addVariable(0.0, 1.0, 1.0)
+    assert other.run() == highspy.HighsStatus.kOk
+    assembly, loads = irregular(0, blocks=2, joints=(3, 6))
+    assert_smallest(smallest(assembly, loads))
+    assert other.run() == highspy.HighsStatus.kOk
 
 
 @pytest.mark.slow

@@ -43,7 +43,7 @@ MODULE = '''
 """A block on a slope, as a source of its own."""
 
 from limitmason.answers.curve import Curve
-from limitmason.experiments import Departure, Experiment, Quantity, Recipe, Settings, Shown, Target, Variant
+from limitmason.experiments import Departure, Experiment, Quantity, Recipe, Settings, Shown, TargetValue, Variant
 from limitmason.experiments.tables import read_source, read_table
 from limitmason.geometry import box
 from limitmason.model import Assembly, Joint, Loads
@@ -62,7 +62,7 @@ def load(specimen, **options):
     return Experiment(
         read_source(NAME), specimen, "a block", {"height": table.quantity(row, "height")},
         table.quantities(row, {"lambda": "multiplier"}), {}, {}, (),
-        (Target("lambda", "measured"),), Quantity(1.0, "-"), RECIPE, options={"friction": friction},
+        (TargetValue("lambda", "measured"),), Quantity(1.0, "-"), RECIPE, options={"friction": friction},
     )
 
 

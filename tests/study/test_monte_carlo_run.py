@@ -18,7 +18,7 @@ import limitmason as lm
 from limitmason import study
 from limitmason.experiments.brick_panels_opening import surrogate
 from limitmason.study.draws import draw_blocks
-from limitmason.study.ties import Ties
+from limitmason.study.ties import LinkedFormulas
 
 # Table 2 of the stochastic paper: mean and CoV [-]
 PAPER = {
@@ -312,7 +312,7 @@ def test_truncation_is_stated():
 
 
 def test_formulas_follow_each_other():
-    ties = Ties({"c": "2 * b", "b": "-a ** 2 + sqrt(a)"})
+    ties = LinkedFormulas({"c": "2 * b", "b": "-a ** 2 + sqrt(a)"})
     assert ties({"a": 4.0}) == {"a": 4.0, "b": -14.0, "c": -28.0}
     assert ties({"a": np.array([1.0, 4.0])})["c"].tolist() == [0.0, -28.0]
 

@@ -14,7 +14,7 @@ from limitmason.answers.curve import Curve
 from limitmason.build import wall as running_wall
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
+from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
 from limitmason.experiments.shown import Settings, Shown, Variant
 from limitmason.experiments.tables import read_source, read_table
 from limitmason.model.assembly import Assembly
@@ -104,9 +104,9 @@ def load(specimen: str, **options: Any) -> Experiment:
             *_assumed_of_units(chosen),
         ),
         targets=(
-            Target("Vmax+", "measured", None, "+"),
-            Target("Vmax-", "measured", None, "-"),
-            Target("UDEC limit force", "published", "non-associative"),
+            TargetValue("Vmax+", "measured", None, "+"),
+            TargetValue("Vmax-", "measured", None, "-"),
+            TargetValue("UDEC limit force", "published", "non-associative"),
         ),
         multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),
         recipe=RECIPE,

@@ -11,7 +11,7 @@ from limitmason.answers.curve import Curve
 from limitmason.errors import InputError
 from limitmason.experiments.brick_panels_opening.layout import BASIS, OUTLINES, panel, read_outline
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
+from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
 from limitmason.experiments.tables import papers_of, read_parameters, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint, LostBy
@@ -101,7 +101,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         if row["suspect"] == "1":
             load_cell = published["failure load"]
             published["failure load"] = Quantity(load_cell, load_cell.unit, "out of line with its neighbours")
-        targets = (Target("failure load", "published", "non-associative"),)
+        targets = (TargetValue("failure load", "published", "non-associative"),)
     else:
         title = "Single-leaf brick panel with an opening, point load at the top of mid-span"
         own = {"clear opening": "clear_opening", "mortar strength": "mortar_strength"}
@@ -109,7 +109,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         published = {}
         if specimen.startswith("S"):
             published["mean failure load of the stochastic paper"] = Quantity(mean, mean.unit, "mean of the tests")
-        targets = (Target("failure load", "measured"),)
+        targets = (TargetValue("failure load", "measured"),)
     parameters: dict[str, Quantity | str] = {**given, **table.quantities(row, own)}
     if row.get("note"):
         parameters["note"] = row["note"]

@@ -4,7 +4,7 @@ from typing import Any
 
 from limitmason.build import layout
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
+from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
 from limitmason.experiments.shown import Departure, Settings, Shown, Variant
 from limitmason.experiments.tables import read_source, read_table
 from limitmason.model.assembly import Assembly
@@ -61,11 +61,11 @@ def load(specimen: str, **options: Any) -> Experiment:
             continue
         published[name] = value
         where = {"rounding": ROUNDING} if rounded else {}
-        targets.append(Target(name, "published", flow_rule, "+", where, copy=name.startswith(_COPY)))
+        targets.append(TargetValue(name, "published", flow_rule, "+", where, copy=name.startswith(_COPY)))
     recomputed = table.quantities(
         row, {"associative": "associative_recomputed", "zero-dilatancy fixed point": "fixed_point_recomputed"}
     )
-    targets.append(Target("associative", "recomputed", "associative"))
+    targets.append(TargetValue("associative", "recomputed", "associative"))
     parameters: dict[str, Quantity | str] = {
         "block length": Quantity(BLOCK[0], "m"),
         "block height": Quantity(BLOCK[1], "m"),

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
+from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
 from limitmason.experiments.shown import Settings, Shown
 from limitmason.experiments.tables import read_parameters, read_source, read_table
 from limitmason.geometry import box, polygon_area_centroid, prism
@@ -99,7 +99,7 @@ def load(specimen: str, **options: Any) -> Experiment:
             if chosen["residual"] == "none"
             else "Joints are assumed perfectly plastic in tension and shear.",
         ),
-        targets=(Target("plastic tension", "recomputed", "associative"),) if closed_form else (),
+        targets=(TargetValue("plastic tension", "recomputed", "associative"),) if closed_form else (),
         multiplier_to_measured=Quantity(1.0, "MPa"),
         recipe=RECIPE,
         options=chosen,

@@ -13,7 +13,7 @@ from limitmason.build import wall as running_wall
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
+from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
 from limitmason.experiments.shown import Settings, Shown
 from limitmason.experiments.tables import papers_of, read_source, read_table
 from limitmason.model.assembly import Assembly
@@ -130,7 +130,7 @@ def load(specimen: str, **options: Any) -> Experiment:
     if not series["odd_courses_start_with_half"]:
         left_open["first_course"] = ("half", "whole")
     measured = table.quantities(row, _MEASURED)
-    targets = [Target(f"Vmax{s}", "measured", None, s) for s in "+-" if f"Vmax{s}" in measured]
+    targets = [TargetValue(f"Vmax{s}", "measured", None, s) for s in "+-" if f"Vmax{s}" in measured]
     failure = [w for w, c in (("flexural", "F"), ("rocking", "R"), ("sliding", "SL"), ("toe crushing", "TC"))
                if row[f"failure_{c}"] == "1"]  # fmt: skip
     return Experiment(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from limitmason.build import wall as running_wall
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
+from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
 from limitmason.experiments.shown import Departure, Shown
 from limitmason.experiments.tables import read_source, read_table
 from limitmason.model.assembly import Assembly
@@ -129,7 +129,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         published=table.quantities(row, _PUBLISHED),
         recomputed={},
         assumptions=tuple(assumptions),
-        targets=(Target("peak (section 2)", "measured"), Target("peak (section 6)", "measured")),
+        targets=(TargetValue("peak (section 2)", "measured"), TargetValue("peak (section 6)", "measured")),
         multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),
         recipe=RECIPE,
         options=chosen,

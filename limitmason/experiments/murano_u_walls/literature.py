@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from limitmason.errors import InputError
 from limitmason.experiments.record import Quantity
-from limitmason.experiments.tables import Table, read_table
+from limitmason.experiments.tables import TextTable, read_table
 
 NAME = "murano-u-walls"
 
@@ -63,7 +63,7 @@ def joints(masonry: str) -> dict[str, dict[str, Quantity]]:
     return out
 
 
-def _value(table: Table, row: Mapping[str, str], column: str) -> Quantity | None:
+def _value(table: TextTable, row: Mapping[str, str], column: str) -> Quantity | None:
     low, high = row[f"{column}_low"], row[f"{column}_high"]
     if not low:
         return None

@@ -14,7 +14,7 @@ from limitmason.build.arguments import choice
 from limitmason.build.wall import wall
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Quantity, Target, chosen_options
+from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options
 from limitmason.experiments.tables import read_parameters, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -204,9 +204,9 @@ def load(specimen: str, **options: Any) -> Experiment:
         recomputed={},
         assumptions=(),
         targets=(
-            Target("lambda", "measured"),
-            Target("3DEC zero dilatancy", "published", "non-associative"),
-            Target("3DEC dilatant", "published", "associative"),
+            TargetValue("lambda", "measured"),
+            TargetValue("3DEC zero dilatancy", "published", "non-associative"),
+            TargetValue("3DEC dilatant", "published", "associative"),
         ),
         multiplier_to_measured=Quantity(1.0, "-"),
         recipe=RECIPE,

@@ -5,7 +5,7 @@ from typing import Any
 from limitmason.build import layout
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Option, Quantity, Target, chosen_options, signed
+from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
 from limitmason.experiments.shown import Departure, Settings, Shown, Variant
 from limitmason.experiments.tables import read_parameters, read_source, read_table
 from limitmason.model.assembly import Assembly
@@ -60,9 +60,9 @@ def load(specimen: str, **options: Any) -> Experiment:
             "Density is assumed; the multiplier does not depend on it.",
         ),
         targets=(
-            Target("3DEC dilatant", "published", "associative"),
-            Target("3DEC zero dilatancy", "published", "non-associative"),
-            Target("associative", "recomputed", "associative", "+", {"column": "fixed"}),
+            TargetValue("3DEC dilatant", "published", "associative"),
+            TargetValue("3DEC zero dilatancy", "published", "non-associative"),
+            TargetValue("associative", "recomputed", "associative", "+", {"column": "fixed"}),
         ),
         multiplier_to_measured=Quantity(1.0, "-"),
         recipe=RECIPE,

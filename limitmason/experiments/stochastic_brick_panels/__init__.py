@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Quantity, Target, chosen_options
+from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options
 from limitmason.experiments.tables import read_source, read_table
 
 NAME = "stochastic-brick-panels"
@@ -33,7 +33,7 @@ LINKS = {
 """Equations 2 and 3 as ``links`` of ``lm.study.monte_carlo``; without the second cohesion is drawn by itself."""
 
 
-class Drawn(NamedTuple):
+class RandomProperty(NamedTuple):
     """Normal distribution of one property: mean in its unit, coefficient of variation [-]."""
 
     mean: float
@@ -41,14 +41,14 @@ class Drawn(NamedTuple):
     variation: float
 
 
-def properties() -> dict[str, Drawn]:
+def properties() -> dict[str, RandomProperty]:
     """All of Table 2, density included, which does not vary."""
     rows = read_table(NAME, "properties.csv").rows
     # decimal: 5.8 / 100 in binary is not the double 0.058, and one bit of a draw is a run of its own
-    return {r["property"]: Drawn(float(r["mean"]), r["unit"], float(Decimal(r["cov"]) / 100)) for r in rows}
+    return {r["property"]: RandomProperty(float(r["mean"]), r["unit"], float(Decimal(r["cov"]) / 100)) for r in rows}
 
 
-def drawn(number: int) -> dict[str, Drawn]:
+def drawn(number: int) -> dict[str, RandomProperty]:
     """What is random in a set, Table 3.
 
     Parameters
@@ -91,7 +91,7 @@ def load(specimen: str, **options: Any) -> Experiment:
     return Experiment(
         source=read_source(NAME), specimen=specimen, title=f"Brick panel with an opening, set {number}: {each}",
         parameters=given, measured={}, published=published, recomputed={}, assumptions=(),
-        targets=(Target("mean ultimate load", "published", "non-associative"),),
+        targets=(TargetValue("mean ultimate load", "published", "non-associative"),),
         multiplier_to_measured=Quantity(1.0, "kN"), recipe=RECIPE, row=row, no_model=NO_MODEL,
     )  # fmt: skip
 

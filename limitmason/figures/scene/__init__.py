@@ -35,7 +35,7 @@ from limitmason.storage.files import write_text
 Array = NDArray[np.float64]
 
 
-class Frame(NamedTuple):
+class ScenePose(NamedTuple):
     """One position of all blocks: displacement of the centroids [m], (n, 3), rotation, (n, 3, 3), and what it is."""
 
     shift: Array
@@ -117,10 +117,10 @@ class Scene:
         )
 
 
-def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> tuple[list[Frame], str]:
+def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> tuple[list[ScenePose], str]:
     """Frames of what is shown, and a line that says what they are."""
     n = model.n_blocks
-    rest = Frame(np.zeros((n, 3)), np.broadcast_to(np.eye(3), (n, 3, 3)), "")
+    rest = ScenePose(np.zeros((n, 3)), np.broadcast_to(np.eye(3), (n, 3, 3)), "")
     if what is None:
         return [rest], ""
     if isinstance(what, Prediction):
@@ -138,16 +138,16 @@ def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> tu
     return [_moved(model, what, 0, factor, "")], f"drawn {factor:g} times" if factor != 1.0 else ""
 
 
-def _of_mechanism(model: Assembly, prediction: Prediction, scale: float, count: int) -> list[Frame]:
+def _of_mechanism(model: Assembly, prediction: Prediction, scale: float, count: int) -> list[ScenePose]:
     twists = checked_twists(model, prediction)
     out = []
     for share in np.linspace(0.0, 1.0, max(count, 2)):
         motion = drawn_motion(model, twists, max(scale * share, 1e-9))
-        out.append(Frame(motion.translation, motion.rotation, f"mechanism, {100 * share:.0f} %"))
+        out.append(ScenePose(motion.translation, motion.rotation, f"mechanism, {100 * share:.0f} %"))
     return out
 
 
-def _of_curve(model: Assembly, curve: Curve, factor: float, most: int) -> tuple[list[Frame], str]:
+def _of_curve(model: Assembly, curve: Curve, factor: float, most: int) -> tuple[list[ScenePose], str]:
     if not len(curve.states):
         raise InputError("this curve kept no states: there is nothing to draw")
     unit, load = curve.displacement_unit, curve.load_unit
@@ -159,7 +159,7 @@ def _of_curve(model: Assembly, curve: Curve, factor: float, most: int) -> tuple[
     return out, f"{curve}" + (f"; drawn {factor:g} times" if factor != 1.0 else "")
 
 
-def _of_history(model: Assembly, history: Any, factor: float, most: int) -> tuple[list[Frame], str]:
+def _of_history(model: Assembly, history: Any, factor: float, most: int) -> tuple[list[ScenePose], str]:
     out = []
     for k in _spread(len(history.shift), most):
         at = {c: float(history.scalars[c][k]) for c in ("multiplier", "time") if c in history.scalars}
@@ -172,14 +172,14 @@ def _spread(count: int, most: int) -> list[int]:
     return [int(k) for k in rows]
 
 
-def _moved(model: Assembly, state: Any, sample: int, factor: float, caption: str) -> Frame:
+def _moved(model: Assembly, state: Any, sample: int, factor: float, caption: str) -> ScenePose:
     if hasattr(state, "turn"):  # of a capacity curve: displacements and R - I
         shift, turn = state.shift, Rotation.from_matrix(np.eye(3) + state.turn).as_rotvec()
         if shift.shape != (model.n_blocks, 3):
             raise InputError(f"positions of {len(shift)} blocks do not belong to the {model.n_blocks} of this assembly")
     else:
         shift, turn = moved_blocks(model, state, sample)
-    return Frame(factor * shift, rotation_matrices(factor * turn), caption)
+    return ScenePose(factor * shift, rotation_matrices(factor * turn), caption)
 
 
 def _solids(model: Assembly) -> dict[str, Any]:
@@ -252,7 +252,7 @@ def _front(model: Assembly) -> float:
     return float(np.arctan2(towards[1], towards[0]))
 
 
-def _poses(frame: Frame) -> Array:
+def _poses(frame: ScenePose) -> Array:
     """Displacement and rotation matrix of every block, row by row, shape (n, 12)."""
     return np.concatenate([frame.shift, frame.rotation.reshape(-1, 9)], axis=1)
 

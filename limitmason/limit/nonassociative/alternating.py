@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact, split, violation
+from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, split, violation
 from limitmason.limit.nonassociative.sequential import FrozenCones, slope_rows
 from limitmason.limit.program.static import solver_settings
 
@@ -117,9 +117,9 @@ class ConePrograms:
 
 
 def alternate(
-    programs: ConePrograms, state: State, *, theta: float = 0.0, steps: int = 60, tolerance: float = 1e-10,
+    programs: ConePrograms, state: ForceState, *, theta: float = 0.0, steps: int = 60, tolerance: float = 1e-10,
     deadline: float = np.inf,
-) -> State | None:  # fmt: skip
+) -> ForceState | None:  # fmt: skip
     """Alternate on theta lambda + gap, which never rises; the state that violates the law least, or the last one.
 
     Parameters
@@ -139,13 +139,13 @@ def alternate(
             break
         multiplier, force = answer
         if time.perf_counter() > deadline:  # the next program would end after the limit too
-            return best or State(multiplier, force, velocity, "cone program")
+            return best or ForceState(multiplier, force, velocity, "cone program")
         normal = np.maximum(split(law, force)[0], 0.0)
         _, dual = programs.velocities.solve(law.cohesion + (law.tan_phi - law.tan_psi) * normal)
         if dual is None:
             break
         velocity = dual.velocity
-        found = State(multiplier, force, velocity, "alternating cone programs")
+        found = ForceState(multiplier, force, velocity, "alternating cone programs")
         broken = violation(law, found)
         off, last = broken.worst, merit
         merit = theta * multiplier + broken.complementarity
@@ -159,7 +159,7 @@ def alternate(
     return best
 
 
-def complying_forces(law: JointLaw, state: State, *, largest: bool = False) -> State | None:
+def complying_forces(law: JointLaw, state: ForceState, *, largest: bool = False) -> ForceState | None:
     """Smallest, or largest, multiplier whose forces comply with the mechanism of an exact state."""
     opening, sliding, slip = split(law, law.matrix.T @ state.velocity)
     gap = opening - law.tan_psi * slip
@@ -168,13 +168,13 @@ def complying_forces(law: JointLaw, state: State, *, largest: bool = False) -> S
     direction = sliding / np.maximum(slip, 1e-300)[:, None]
     program = ForceProgram(law, opening=gap > ACTIVE, sliding=slides, direction=direction, closing=closing)
     answer = program.solve(-1.0 if largest else 1.0)
-    return None if answer is None else State(*answer, state.velocity, "forces that comply")
+    return None if answer is None else ForceState(*answer, state.velocity, "forces that comply")
 
 
 def lower(
-    programs: ConePrograms, state: State, *, thetas: tuple[float, ...] = (0.003, 0.01, 0.03, 0.1, 0.3),
+    programs: ConePrograms, state: ForceState, *, thetas: tuple[float, ...] = (0.003, 0.01, 0.03, 0.1, 0.3),
     steps: int = 25, tolerance: float = 1e-8, deadline: float = np.inf,
-) -> State:  # fmt: skip
+) -> ForceState:  # fmt: skip
     """Push an exact state down: alternate with theta > 0, return to the law with theta = 0, keep what is lower.
 
     Parameters
@@ -185,7 +185,7 @@ def lower(
     """
     best, complied = state, None
 
-    def keep(found: State | None) -> None:
+    def keep(found: ForceState | None) -> None:
         nonlocal best
         lowered = found is not None and found.multiplier < best.multiplier - LOWER
         if lowered and exact(found, programs.law, tolerance):

@@ -24,7 +24,7 @@ from limitmason.display.progress import noted
 from limitmason.errors import InputError
 from limitmason.limit.associative import contact_facts, solve_associative
 from limitmason.limit.associative_warnings import TWISTED, self_stress, twisted_faces
-from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact, joint_law, true_forces, violation
+from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, joint_law, true_forces, violation
 from limitmason.limit.nonassociative.polish import PlanePrograms
 from limitmason.limit.nonassociative.proven_search import (
     FORCE_BOUND,
@@ -34,7 +34,7 @@ from limitmason.limit.nonassociative.proven_search import (
     proof_is_tried,
     search_and_prove,
 )
-from limitmason.limit.nonassociative.search import EFFORTS, Effort, Polisher, Search, Trial, search_smallest
+from limitmason.limit.nonassociative.search import EFFORTS, Effort, Polisher, SearchOutcome, Trial, search_smallest
 from limitmason.limit.nonassociative.sequential import FrozenCones
 from limitmason.limit.nonassociative.smallest import Smallest, prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
@@ -253,7 +253,7 @@ def _scaled_upper(problem: Problem, upper: Prediction) -> float:
 
 
 def _at_small_dilatancy(
-    problem: Problem, law: JointLaw, state: State, accuracy: float, limits: Array | None
+    problem: Problem, law: JointLaw, state: ForceState, accuracy: float, limits: Array | None
 ) -> float:
     """Smallest multiplier of a short search with a little dilatancy wherever there is none; NaN when none is found.
 
@@ -278,7 +278,7 @@ def _at_small_dilatancy(
     return float("nan") if best is None else best.multiplier * problem.live_scale
 
 
-def _details(problem: Problem, found: Search, low: float, high: float, proof: Smallest | None) -> dict:
+def _details(problem: Problem, found: SearchOutcome, low: float, high: float, proof: Smallest | None) -> dict:
     values = found.certified * problem.live_scale
     lowest = np.fmin.accumulate([t.certified * problem.live_scale for t in found.trials]).tolist()
     run = found.first_run
@@ -318,7 +318,7 @@ def _proof_details(problem: Problem, proof: Smallest) -> dict:
 
 
 def _prediction(
-    problem: Problem, law: JointLaw, state: State, status: Status, details: dict, provenance: dict,
+    problem: Problem, law: JointLaw, state: ForceState, status: Status, details: dict, provenance: dict,
     search: str | Effort,
 ) -> Prediction:  # fmt: skip
     assembly, points = problem.assembly, problem.points

@@ -43,7 +43,7 @@ class JointLaw(NamedTuple):
         return self.tan_psi >= self.tan_phi - 1e-15
 
 
-class State(NamedTuple):
+class ForceState(NamedTuple):
     """Scaled multiplier, forces from the tension corner and velocities with live . v = live_size; how it was found."""
 
     multiplier: float
@@ -104,7 +104,7 @@ def from_corner(law: JointLaw, normal: Array) -> Array:
     return np.maximum(normal + law.tension, 0.0)
 
 
-def true_forces(law: JointLaw, state: State) -> Array:
+def true_forces(law: JointLaw, state: ForceState) -> Array:
     """Forces (N, T) of a state, tension negative, flat."""
     force = state.force.copy()
     force[:: law.components] -= law.tension
@@ -123,7 +123,7 @@ def excess(law: JointLaw, force: Array) -> float:
     return float(law.points.excess(normal, shear).max(initial=0.0)) / law.total
 
 
-def violation(law: JointLaw, state: State) -> Violation:
+def violation(law: JointLaw, state: ForceState) -> Violation:
     """Everything a state violates, from the law's arrays alone.
 
     Complementarity is the sum over points of N' p + (q - N') k + |T . e_t + (c' + tan(phi) N') |e_t||, over the total
@@ -139,6 +139,6 @@ def violation(law: JointLaw, state: State) -> Violation:
     )  # fmt: skip
 
 
-def exact(state: State | None, law: JointLaw, tolerance: float) -> TypeGuard[State]:
+def exact(state: ForceState | None, law: JointLaw, tolerance: float) -> TypeGuard[ForceState]:
     """Whether a state keeps the true law within a tolerance."""
     return state is not None and bool(np.isfinite(state.force).all()) and violation(law, state).worst <= tolerance

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.limit.nonassociative.joint_law import State
+from limitmason.limit.nonassociative.joint_law import ForceState
 from limitmason.limit.nonassociative.polish import ACTIVE, PlanePrograms, polish
 
 Array = NDArray[np.float64]
@@ -37,7 +37,7 @@ class Limits(NamedTuple):
 class Proof(NamedTuple):
     """Answer of the mixed-integer program: best state, proven bound of the scaled multiplier, how it ended."""
 
-    state: State | None
+    state: ForceState | None
     bound: float
     status: str
     nodes: int
@@ -54,7 +54,8 @@ def make_model(
     """HiGHS model of row_low <= matrix x <= row_high, low <= x <= high."""
     model = highspy.Highs()
     model.setOptionValue("output_flag", False)
-    model.setOptionValue("threads", 1)
+    # not threads=1: HiGHS has one scheduler a process, and fails where its number of threads is not the one set before
+    model.setOptionValue("parallel", "off")
     columns = sparse.csc_array(matrix)
     program = highspy.HighsLp()
     program.num_col_, program.num_row_ = columns.shape[1], columns.shape[0]
@@ -219,7 +220,7 @@ class BoundedProgram:
         )  # fmt: skip
         return model, at
 
-    def _values(self, state: State, at: dict[str, slice]) -> Array:
+    def _values(self, state: ForceState, at: dict[str, slice]) -> Array:
         """Columns of an exact state, as a start."""
         p, law = self.programs, self.programs.law
         slack, rate = p.slacks(state.force), np.maximum(p.rates(state.velocity), 0.0)
@@ -233,7 +234,7 @@ class BoundedProgram:
         return x
 
     def solve(
-        self, start: State | None, *, largest: bool = False, time_limit: float = 60.0, gap: float = 1e-6,
+        self, start: ForceState | None, *, largest: bool = False, time_limit: float = 60.0, gap: float = 1e-6,
         verbose: bool = False,
     ) -> Proof:  # fmt: skip
         """Smallest, or largest, multiplier of an admissible state within the bounds.
@@ -272,16 +273,16 @@ class BoundedProgram:
             state, float(info.mip_dual_bound), status, nodes, share, self.limits.forces_assumed, seconds, infeasible
         )
 
-    def _exact(self, x: Array, at: dict[str, slice], largest: bool) -> State | None:
+    def _exact(self, x: Array, at: dict[str, slice], largest: bool) -> ForceState | None:
         """Exact state on the alternatives that the program chose, or near the one it holds."""
         found = self._on_alternatives(x, at, largest)
         if found is not None or largest:
             return found
         force = np.empty(2 * self.programs.m)
         force[0::2], force[1::2] = x[at["N"]] * self.programs.unit, x[at["T"]] * self.programs.unit
-        return polish(self.programs, State(float(x[at["lambda"]][0]), force, x[at["v"]], "mixed-integer program"))
+        return polish(self.programs, ForceState(float(x[at["lambda"]][0]), force, x[at["v"]], "mixed-integer program"))
 
-    def _on_alternatives(self, x: Array, at: dict[str, slice], largest: bool) -> State | None:
+    def _on_alternatives(self, x: Array, at: dict[str, slice], largest: bool) -> ForceState | None:
         p = self.programs
         chosen = [np.round(x[at[name]]) > 0.5 for name in ("open", "slide+", "slide-")]
         zero = np.array([chosen[0], chosen[1][self.group], chosen[2][self.group], np.zeros(p.m, dtype=bool)])
@@ -289,4 +290,6 @@ class BoundedProgram:
         if velocity is None:
             return None
         answer = p.forces(theta=-1.0 if largest else 1.0, zero=p.rates(velocity) > ACTIVE)
-        return None if answer is None else State(answer.multiplier, answer.force, velocity, "mixed-integer program")
+        if answer is None:
+            return None
+        return ForceState(answer.multiplier, answer.force, velocity, "mixed-integer program")

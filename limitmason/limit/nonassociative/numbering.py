@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.limit.nonassociative.joint_law import JointLaw, State
+from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw
 from limitmason.limit.program.problem import Problem
 
 Array = NDArray[np.float64]
@@ -53,14 +53,14 @@ class Numbering(NamedTuple):
             crushing=_rounded(law.crushing[p]), live_size=math.fsum(np.abs(live)),
         )  # fmt: skip
 
-    def back(self, law: JointLaw, state: State) -> State:
+    def back(self, law: JointLaw, state: ForceState) -> ForceState:
         """A state of the reordered law as a state of ``law``, the problem's own."""
         c = law.components
         force, velocity = np.empty_like(state.force), np.empty_like(state.velocity)
         turned = self._blocks(c).T @ state.force
         force.reshape(-1, c)[self.point] = turned.reshape(-1, c)
         velocity[self.row] = self.sign * state.velocity
-        return State(state.multiplier, force, velocity, state.how)
+        return ForceState(state.multiplier, force, velocity, state.how)
 
     def _blocks(self, components: int) -> sparse.csr_array:
         m = len(self.point)

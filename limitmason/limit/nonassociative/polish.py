@@ -17,7 +17,7 @@ from scipy import sparse
 from scipy.optimize import linprog
 
 from limitmason.errors import InputError
-from limitmason.limit.nonassociative.joint_law import JointLaw, State
+from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -156,7 +156,7 @@ class PlanePrograms:
         return None if answer.x is None or answer.status != 0 else answer.x[:n]
 
 
-def polish(programs: PlanePrograms, state: State, *, deadline: float = np.inf) -> State | None:
+def polish(programs: PlanePrograms, state: ForceState, *, deadline: float = np.inf) -> ForceState | None:
     """Exact state near a given one, smallest multiplier on its active set; None when no program has a solution.
 
     The larger of slack and rate decides which of the two vanishes. Velocities come first, with the vanishing rates
@@ -179,14 +179,14 @@ def polish(programs: PlanePrograms, state: State, *, deadline: float = np.inf) -
             continue
         answer = programs.forces(theta=1.0, zero=programs.rates(velocity) > ACTIVE)
         if answer is not None:
-            return State(answer.multiplier, answer.force, velocity, "active set")
+            return ForceState(answer.multiplier, answer.force, velocity, "active set")
     return alternate_plane(programs, state, deadline=deadline)
 
 
 def alternate_plane(
-    programs: PlanePrograms, state: State, *, theta: float = 0.0, steps: int = 30, tolerance: float = 1e-11,
+    programs: PlanePrograms, state: ForceState, *, theta: float = 0.0, steps: int = 30, tolerance: float = 1e-11,
     deadline: float = np.inf,
-) -> State | None:
+) -> ForceState | None:
     """Alternate force and velocity programs on theta lambda + gap, which never rises."""
     best, last = None, np.inf
     velocity = state.velocity
@@ -198,7 +198,7 @@ def alternate_plane(
         if found is None:
             break
         velocity = found
-        best = State(answer.multiplier, answer.force, velocity, "alternating linear programs")
+        best = ForceState(answer.multiplier, answer.force, velocity, "alternating linear programs")
         gap = programs.gap(answer.force, velocity)
         merit = theta * answer.multiplier + gap
         done = (theta == 0 and gap < tolerance) or merit > last - 1e-10 * max(1.0, abs(last))
@@ -210,13 +210,13 @@ def alternate_plane(
 
 def descend(
     programs: PlanePrograms,
-    state: State,
+    state: ForceState,
     *,
     rounds: int = 20,
     tries: int = 0,
     random: np.random.Generator | None = None,
     deadline: float = np.inf,
-) -> State:
+) -> ForceState:
     """Lower an exact state: least lambda for its velocities, then velocities towards where the duals ask to open.
 
     Parameters
@@ -228,7 +228,7 @@ def descend(
     answer = programs.forces(theta=1.0, zero=programs.rates(state.velocity) > ACTIVE)
     if answer is None or answer.multiplier > state.multiplier + 1e-9:
         return state
-    best = State(answer.multiplier, answer.force, state.velocity, "descended")
+    best = ForceState(answer.multiplier, answer.force, state.velocity, "descended")
     noise: Array | float = 0.0
     for _ in range(rounds):
         if time.perf_counter() > deadline:
@@ -241,7 +241,7 @@ def descend(
             break
         # the old forces comply with the new velocities as well: the multiplier cannot rise
         stalled = found.multiplier > best.multiplier - 1e-9
-        best, answer = State(found.multiplier, found.force, velocity, "descended"), found
+        best, answer = ForceState(found.multiplier, found.force, velocity, "descended"), found
         noise = 0.0
         if stalled:
             if tries <= 0 or random is None:
@@ -251,7 +251,7 @@ def descend(
     return best
 
 
-def interval(programs: PlanePrograms, state: State) -> tuple[float, float]:
+def interval(programs: PlanePrograms, state: ForceState) -> tuple[float, float]:
     """Smallest and largest scaled multiplier whose forces comply with the mechanism of an exact state."""
     zero = programs.rates(state.velocity) > ACTIVE
     low, high = programs.forces(theta=1.0, zero=zero), programs.forces(theta=-1.0, zero=zero)

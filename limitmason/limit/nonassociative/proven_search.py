@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from limitmason.display.progress import reached, task
 from limitmason.errors import NotApplicable
-from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact, split, violation
+from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, split, violation
 from limitmason.limit.nonassociative.numbering import Numbering, numbering
 from limitmason.limit.nonassociative.polish import PlanePrograms
 from limitmason.limit.nonassociative.search import (
@@ -17,7 +17,7 @@ from limitmason.limit.nonassociative.search import (
     LARGE,
     LARGE_IN_SPACE,
     Effort,
-    Search,
+    SearchOutcome,
     Trial,
     search_smallest,
 )
@@ -62,7 +62,7 @@ def proof_is_tried(problem: Problem, prove: bool | None, search: str) -> bool:
 def search_and_prove(
     problem: Problem, law: JointLaw, effort: Effort, seconds: float, deadline: float, verbose: bool,
     bracket: tuple[float, float], **options: Any,
-) -> tuple[Numbering, JointLaw, Search, Smallest | None]:  # fmt: skip
+) -> tuple[Numbering, JointLaw, SearchOutcome, Smallest | None]:  # fmt: skip
     """Search; with time for a proof a quick search, the proof, and the rest of the search if that is not complete.
 
     Parameters
@@ -110,14 +110,14 @@ def search_and_prove(
 
 def _in_order_of_geometry(
     problem: Problem, law: JointLaw, effort: Effort, *, deadline: float, **options: Any
-) -> tuple[Numbering, JointLaw, Search]:
+) -> tuple[Numbering, JointLaw, SearchOutcome]:
     """Search in an order that does not depend on how blocks are numbered: order, law and outcome of the lower end.
 
     A search is local, and a mirrored order of a symmetric wall ends elsewhere: where the effort asks for it both are
     searched, so that a plane wall and its mirror image give one value. In space the standard search is short where the
     associative state is admissible for every psi, and shorter than on small walls from ``LARGE_IN_SPACE`` points on.
     """
-    tried: list[tuple[Numbering, JointLaw, Search]] = []
+    tried: list[tuple[Numbering, JointLaw, SearchOutcome]] = []
     standard = problem.plane is None and effort is EFFORTS["standard"]
     if standard and problem.points.count >= LARGE_IN_SPACE:
         effort = LARGE
@@ -152,7 +152,7 @@ def _in_order_of_geometry(
         if found.closed:
             break
 
-    def height(one: tuple[Numbering, JointLaw, Search]) -> float:
+    def height(one: tuple[Numbering, JointLaw, SearchOutcome]) -> float:
         return np.inf if one[2].best is None else one[2].best.multiplier
 
     order, ordered, best = min(tried, key=height)
@@ -160,7 +160,7 @@ def _in_order_of_geometry(
     return order, ordered, best._replace(trials=trials, stopped=any(one[2].stopped for one in tried))
 
 
-def _starting_forces(law: JointLaw) -> tuple[Array, State | None]:
+def _starting_forces(law: JointLaw) -> tuple[Array, ForceState | None]:
     """Normal forces N' of the associative state, or equal ones where that has no bound; and the state."""
     _, state = FrozenCones(law, law.tan_phi).solve(law.cohesion)
     if state is None:

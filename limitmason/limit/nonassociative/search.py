@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from limitmason.display.progress import reached
 from limitmason.limit.nonassociative.alternating import ConePrograms, alternate, complying_forces, lower
-from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact, split, violation
+from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, split, violation
 from limitmason.limit.nonassociative.polish import PlanePrograms, alternate_plane, descend, interval, polish
-from limitmason.limit.nonassociative.sequential import Run, Variant, run_sequence
+from limitmason.limit.nonassociative.sequential import SchemeRun, SchemeSettings, run_sequence
 
 Array = NDArray[np.float64]
 
@@ -80,13 +80,13 @@ class Trial(NamedTuple):
         return f"{self.strategy}: {gave} in {self.seconds:.1f} s; lowest so far {lowest}"
 
 
-class Search(NamedTuple):
+class SearchOutcome(NamedTuple):
     """Outcome: the lowest exact state, the least violating one when none is exact, every trial in order."""
 
-    best: State | None
-    nearest: State | None
+    best: ForceState | None
+    nearest: ForceState | None
     trials: tuple[Trial, ...]
-    first_run: Run | None
+    first_run: SchemeRun | None
     stopped: bool = False  # the time limit ended it
     closed: bool = False  # the lowest state meets a bound that no state passes
     at_rest: bool = False  # the associative state is admissible for every psi, and only ``AT_REST`` was tried
@@ -114,7 +114,7 @@ class Polisher:
         self.cones = ConePrograms(law)
         self.plane = PlanePrograms(law) if law.components == 2 else None
 
-    def finish(self, state: State, deadline: float = np.inf) -> State | None:
+    def finish(self, state: ForceState, deadline: float = np.inf) -> ForceState | None:
         """Exact state near a given one, in plane descended from there, or the nearest one when the law is not met."""
         if self.plane is None:
             return alternate(self.cones, state, deadline=deadline)
@@ -132,7 +132,7 @@ class Polisher:
         )
         return lowered if exact(lowered, self.law, self.accuracy) else found
 
-    def push(self, state: State, theta: float, deadline: float = np.inf) -> State | None:
+    def push(self, state: ForceState, theta: float, deadline: float = np.inf) -> ForceState | None:
         """Exact state reached after giving the multiplier a weight against the law."""
         if self.plane is None:
             return lower(self.cones, state, thetas=(theta,), tolerance=self.accuracy, deadline=deadline)
@@ -140,7 +140,7 @@ class Polisher:
         back = None if pushed is None else alternate_plane(self.plane, pushed, deadline=deadline)
         return None if back is None else self.finish(back, deadline)
 
-    def interval(self, state: State) -> tuple[float, float]:
+    def interval(self, state: ForceState) -> tuple[float, float]:
         """Scaled multipliers between which the mechanism of an exact state is admissible."""
         if self.plane is not None:
             return interval(self.plane, state)
@@ -154,9 +154,9 @@ class Polisher:
 
 def search_smallest(
     law: JointLaw, start: Array, *, effort: Effort = EFFORTS["standard"], seed: int = 0, accuracy: float = 1e-8,
-    deadline: float = np.inf, floor: float = -np.inf, known: State | None = None,
+    deadline: float = np.inf, floor: float = -np.inf, known: ForceState | None = None,
     progress: Callable[[Trial], None] | None = None,
-) -> Search:  # fmt: skip
+) -> SearchOutcome:  # fmt: skip
     """Smallest certified multiplier over variants of the sequential scheme, random starts and pushes.
 
     The first trial is made whatever the time; the search ends early where its lowest state meets ``floor``.
@@ -179,9 +179,9 @@ def search_smallest(
     trials: list[Trial] = []
     best = known
     nearest, least = None, np.inf
-    first: Run | None = None
+    first: SchemeRun | None = None
 
-    def keep(strategy: str, candidate: State | None, run: Run | None, since: float) -> None:
+    def keep(strategy: str, candidate: ForceState | None, run: SchemeRun | None, since: float) -> None:
         nonlocal best, nearest, least
         off = np.inf if candidate is None else violation(law, candidate).worst
         good = candidate if off <= accuracy else None
@@ -199,7 +199,7 @@ def search_smallest(
         if progress is not None:
             progress(trial)
 
-    def attempt(strategy: str, normal: Array, variant: Variant, *, push: bool) -> None:
+    def attempt(strategy: str, normal: Array, variant: SchemeSettings, *, push: bool) -> None:
         nonlocal first
         since = time.perf_counter()
         run = run_sequence(law, normal, variant, deadline=deadline)
@@ -227,13 +227,13 @@ def search_smallest(
     for mixing in sorted(effort.mixings, key=lambda b: abs(b - 0.6)):
         for slope in slopes:
             if not (over() and (trials or best is not None)):
-                variant = Variant(slope=slope, mixing=mixing)
+                variant = SchemeSettings(slope=slope, mixing=mixing)
                 attempt(f"sequence, {variant}", start, variant, push=effort.lower_each)
     for k in range(effort.random_starts):
         if over():
             break
         kind, normal = _random_start(law, polisher, start if best is None else split(law, best.force)[0], random, k)
-        variant = Variant(slope=float(10 ** random.uniform(-3, -1)), mixing=float(random.uniform(0.3, 0.95)))
+        variant = SchemeSettings(slope=float(10 ** random.uniform(-3, -1)), mixing=float(random.uniform(0.3, 0.95)))
         if normal is not None:
             attempt(f"{kind}, {variant}", normal, variant, push=False)
     for theta in effort.pushes:
@@ -245,7 +245,7 @@ def search_smallest(
         since = time.perf_counter()
         keep("push of the best", lower(polisher.cones, best, tolerance=accuracy, deadline=deadline), None, since)
     stopped = time.perf_counter() > deadline and not closed()
-    return Search(best, nearest, tuple(trials), first, stopped, closed())
+    return SearchOutcome(best, nearest, tuple(trials), first, stopped, closed())
 
 
 def _random_start(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.limit.nonassociative.joint_law import JointLaw, State, excess, normalised, split
+from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, excess, normalised, split
 from limitmason.limit.program.static import solver_settings
 
 Array = NDArray[np.float64]
@@ -17,7 +17,7 @@ USABLE = ("Solved", "AlmostSolved", "InsufficientProgress")
 """Solver endings whose iterate is worth polishing: the true law is checked afterwards in any case."""
 
 
-class Variant(NamedTuple):
+class SchemeSettings(NamedTuple):
     """Settings of the scheme: ``slope`` a and ``offset`` c0 open the frozen cone, ``mixing`` b weighs new forces."""
 
     slope: float = 0.005
@@ -29,12 +29,12 @@ class Variant(NamedTuple):
         return f"a = {self.slope:.3g}, b = {self.mixing:.3g}, c0 = {self.offset:.1g}"
 
 
-class Run(NamedTuple):
+class SchemeRun(NamedTuple):
     """Where a run of the scheme ended; ``state`` is None when even the first program failed."""
 
-    state: State | None
+    state: ForceState | None
     steps: int
-    variant: Variant  # the settings in the end, after restarts
+    variant: SchemeSettings  # the settings in the end, after restarts
     excess: float  # of the last forces over the true law, relative to the total load
     values: tuple[float, ...]  # scaled multiplier of every step of the last attempt
 
@@ -73,7 +73,7 @@ class FrozenCones:
         self._arguments = (sparse.csc_matrix((n + 1, n + 1)), objective, matrix, self._bound, kinds, settings)
         self._solver: clarabel.DefaultSolver | None = None
 
-    def solve(self, constant: Array) -> tuple[str, State | None]:
+    def solve(self, constant: Array) -> tuple[str, ForceState | None]:
         """Solver status and state for r = ``constant`` (m,); no state when it is not a number."""
         start = self._rows + self._linear
         if self.law.components == 2:
@@ -89,7 +89,7 @@ class FrozenCones:
         velocity = normalised(self.law, dual)
         if velocity is None or not (np.isfinite(x).all() and np.isfinite(velocity).all()):
             return str(answer.status), None
-        return str(answer.status), State(float(x[-1]), x[:-1], velocity, "cone program")
+        return str(answer.status), ForceState(float(x[-1]), x[:-1], velocity, "cone program")
 
 
 def slope_rows(slope: Array, components: int, columns: int) -> sparse.csr_array:
@@ -108,9 +108,9 @@ def slope_rows(slope: Array, components: int, columns: int) -> sparse.csr_array:
 
 
 def run_sequence(
-    law: JointLaw, start: Array, variant: Variant | None = None, *, max_steps: int = 40, tolerance: float = 1e-6,
+    law: JointLaw, start: Array, variant: SchemeSettings | None = None, *, max_steps: int = 40, tolerance: float = 1e-6,
     restarts: int = 6, patience: int = 8, deadline: float = np.inf,
-) -> Run:  # fmt: skip
+) -> SchemeRun:  # fmt: skip
     """Sequence of cone programs that tends to a state of the non-associative law.
 
     Step k maximises lambda with |T| <= c_k + (tan psi - a tan phi) N',
@@ -132,7 +132,7 @@ def run_sequence(
     optimal face is needed, which interior-point solvers give and simplex solvers do not. Wrong by itself: a settled
     multiplier does not mean that the true law holds, and the end depends on the start; always polish and check.
     """
-    variant = variant or Variant()
+    variant = variant or SchemeSettings()
     values: list[float] = []
     total_steps, state, over = 0, None, np.inf
     for attempt in range(restarts + 1):
@@ -162,4 +162,4 @@ def run_sequence(
             variant = variant._replace(slope=0.5 * variant.slope)
         else:
             variant = variant._replace(offset=10.0 * variant.offset)
-    return Run(state, total_steps, variant, float(over), tuple(values))
+    return SchemeRun(state, total_steps, variant, float(over), tuple(values))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.limit.nonassociative.joint_law import JointLaw, State, exact
+from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact
 from limitmason.limit.nonassociative.lifted import MAX_ROWS, lifted_bound, lifted_rows
 from limitmason.limit.nonassociative.mixed_integer import BoundedProgram
 from limitmason.limit.nonassociative.polish import PlanePrograms
@@ -28,7 +28,7 @@ REACHED = 0.5
 class Smallest(NamedTuple):
     """Lowest exact state known and the scaled multiplier below which there is none, within the bounds named."""
 
-    state: State | None
+    state: ForceState | None
     bound: float
     proven: bool  # state and bound agree
     none: bool  # there is no admissible state at all within the bounds
@@ -66,7 +66,7 @@ def close(value: float, bound: float, tolerance: float) -> bool:
 
 
 def prove_smallest(
-    programs: PlanePrograms, found: State | None, limits: Array, *, low: float = 0.0, top: float = np.inf,
+    programs: PlanePrograms, found: ForceState | None, limits: Array, *, low: float = 0.0, top: float = np.inf,
     velocity_bound: float = 20.0, force_bound: float = 20.0, time_limit: float = 60.0, tolerance: float = 1e-5,
     widenings: int = 0, verbose: bool = False,
 ) -> Smallest:  # fmt: skip
@@ -136,7 +136,7 @@ def prove_smallest(
     return Smallest(best, bound, proven, False, MIXED_INTEGER, True, velocity_bound, share, assumed, nodes, seconds)
 
 
-def _share(law: JointLaw, state: State | None, limits: Array) -> float:
+def _share(law: JointLaw, state: ForceState | None, limits: Array) -> float:
     """Largest velocity of a state at mean live velocity one over its bound."""
     if state is None:
         return 0.0

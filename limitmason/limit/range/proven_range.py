@@ -12,7 +12,7 @@ from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.limit.associative import solve_associative
 from limitmason.limit.nonassociative.analysis import radenkovic_lower
-from limitmason.limit.nonassociative.joint_law import State, exact, from_corner, joint_law
+from limitmason.limit.nonassociative.joint_law import ForceState, exact, from_corner, joint_law
 from limitmason.limit.nonassociative.mixed_integer import BoundedProgram
 from limitmason.limit.nonassociative.polish import ACTIVE, PlanePrograms
 from limitmason.limit.nonassociative.search import EFFORTS, search_smallest
@@ -243,12 +243,12 @@ def proven_range(
 
 
 def _largest(
-    programs: PlanePrograms, found: State, top: float, limits: Array, force: float, time_limit: float,
+    programs: PlanePrograms, found: ForceState, top: float, limits: Array, force: float, time_limit: float,
     tolerance: float,
 ) -> RangeEnd:  # fmt: skip
     """The associative value where a known mechanism admits it, else the mixed-integer program."""
     answer = programs.forces(theta=-1.0, zero=programs.rates(found.velocity) > ACTIVE)
-    start = found if answer is None else State(answer.multiplier, answer.force, found.velocity, "largest")
+    start = found if answer is None else ForceState(answer.multiplier, answer.force, found.velocity, "largest")
     value = start.multiplier
     if close(value, top, tolerance):
         return RangeEnd(value, top, True, ASSOCIATIVE)
