@@ -33,6 +33,7 @@ from mechanisms.light_damage import LightDamage, light_damage
 from mechanisms.out_of_plane import compound_rocking, simple_rocking
 from mechanisms.parameters import Facade
 from mechanisms.virtual_work import PowerBalance, check_contacts, flexure_power, rocking_power
+from mechanisms.wall_forces import WallForces, wall_forces
 
 __all__ = [
     "NAMES",
@@ -41,6 +42,7 @@ __all__ = [
     "FrictionSums",
     "LightDamage",
     "PowerBalance",
+    "WallForces",
     "arch_limit",
     "bed_joint_friction",
     "catalogue",
@@ -76,4 +78,5 @@ __all__ = [
     "stepped_crack",
     "torsion_radius",
     "torsion_shear_curve",
+    "wall_forces",
 ]

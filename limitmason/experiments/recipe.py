@@ -22,6 +22,7 @@ class Recipe:
     curve : measured curve of an experiment; None where none was found for any
     shown : how the source is shown beside the theories
     drive : what was driven and which way, of an experiment; None where nothing was
+    page : where a large source is shown by itself; it is in no table of all cases
     """
 
     specimens: Callable[[], tuple[str, ...]]
@@ -31,3 +32,4 @@ class Recipe:
     curve: Callable[..., Any] | None = None
     shown: Shown = field(default_factory=Shown)
     drive: Callable[..., Any] | None = None
+    page: str = ""

@@ -19,6 +19,11 @@ def sources() -> tuple[str, ...]:
     return tuple(sorted(m.name.replace("_", "-") for m in pkgutil.iter_modules(package.__path__) if m.ispkg))
 
 
+def tabled() -> tuple[str, ...]:
+    """Names of the sources that stand in tables of all cases; a large one with a page of its own does not."""
+    return tuple(name for name in sources() if not recipe_of(name).page)
+
+
 def specimens(source: str) -> tuple[str, ...]:
     """Names of a source's specimens.
 
@@ -70,10 +75,10 @@ def all_cases(*, source: str | None = None, with_model: bool | None = None) -> t
 
     Parameters
     ----------
-    source : only this one
+    source : only this one; by default all but those with a page of their own
     with_model : True for those with an assembly, False for those without, None for all
     """
-    names = sources() if source is None else (source,)
+    names = tabled() if source is None else (source,)
     cases = (load(name, specimen) for name in names for specimen in specimens(name))
     return tuple(c for c in cases if with_model is None or c.has_model == with_model)
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from limitmason.experiments.record import Experiment, TargetValue
-from limitmason.experiments.registry import all_cases, load, recipe_of, sources, specimens
+from limitmason.experiments.registry import all_cases, load, recipe_of, specimens, tabled
 from limitmason.experiments.shown import Settings
 from limitmason.model.assembly import Assembly
 from limitmason.study.content import fingerprint
@@ -94,7 +94,7 @@ def cases(source: str | None = None, *, specimen: str | None = None) -> tuple[Ca
     -----
     Both senses of the load are one case where the wall is symmetric; otherwise each is a case of its own.
     """
-    found = [c for name in (sources() if source is None else (source,)) for c in _of_source(name)]
+    found = [c for name in (tabled() if source is None else (source,)) for c in _of_source(name)]
     return tuple(c for c in found if specimen is None or specimen in c.specimens)
 
 

@@ -12,7 +12,7 @@ from limitmason.display.progress import reached, watched
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments.record import KINDS, Experiment, TargetValue
-from limitmason.experiments.registry import all_cases, sources
+from limitmason.experiments.registry import all_cases, tabled
 from limitmason.methods import LIMIT, get_method, predict
 from limitmason.storage.csv_table import write_table
 from limitmason.validation.rows import NAN, Row
@@ -151,7 +151,7 @@ def table(
     progress : called with a line before each experiment
     """
     if cases is None:
-        names = sources() if source is None else (source,) if isinstance(source, str) else tuple(source)
+        names = tabled() if source is None else (source,) if isinstance(source, str) else tuple(source)
         cases = [case for name in names for case in all_cases(source=name, with_model=with_model)]
     elif source is not None:
         raise InputError("give either cases or source")

@@ -1,0 +1,223 @@
+"""Walls of modern masonry tested in plane: 198 walls of 25 campaigns, from the database of EPFL (EESD).
+
+Geometry, materials and load of every wall; responses of 146, those of 52 are kept back. The blocks are rigid; a unit
+may crack across its middle. Missing inputs are distributions (``inputs``), of which the median is built.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from limitmason.answers.curve import Curve
+from limitmason.build import wall as running_wall
+from limitmason.errors import InputError
+from limitmason.experiments.modern_walls.inputs import complete, has_shear_span, inputs_of
+from limitmason.experiments.recipe import Recipe
+from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
+from limitmason.experiments.shown import Settings, Shown
+from limitmason.experiments.tables import read_source, read_table
+from limitmason.model.assembly import Assembly
+from limitmason.model.joint import Joint
+from limitmason.model.load import Loads
+from limitmason.model.stages import Drive
+
+NAME = "modern-walls"
+BEAM = "beam"
+BEAM_HEIGHT = 0.3
+DENSITY = 1000.0
+FORCE = 1e3  # live load [N]: the multiplier is the horizontal force in kN
+FILLED = ("F", "TF")
+
+OPTIONS = {
+    "fv0": Option(None, "MPa", "initial shear strength; None: of the table"),
+    "mu": Option(None, "-", "friction coefficient; None: of the table, or the median of what is assumed"),
+    "fc": Option(None, "MPa", "compressive strength of the masonry, of every joint; None: of the table"),
+    "fb": Option(None, "MPa", "normalised strength of the units, to which their cracks belong; None: of the table"),
+    "ft": Option(None, "MPa", "diagonal tensile strength, which no block model uses; None: of the table"),
+    "sigma0": Option(None, "MPa", "axial load over the gross section; None: of the table"),
+    "cohesion_share": Option(1.0, "-", "cohesion of the joints over fv0"),
+    "tension_share": Option(0.5, "-", "tensile strength of the joints over fv0"),
+    "head_share": Option(1.0, "-", "cohesion and tension of filled head joints over those of the bed joints"),
+    "head_friction": Option(1.0, "-", "friction of head joints over that of bed joints"),
+    "unfilled_gap": Option(False, "-", "unfilled head joints do not touch; False: dry friction"),
+    "crushing_share": Option(1.0, "-", "compressive strength of the joints over fc"),
+    "unit_cracks": Option(True, "-", "a potential crack across the middle of every unit"),
+    "crack_friction_deg": Option(45.0, "deg", "friction of the cracks in units"),
+    "crack_cohesion": Option(0.06, "-", "cohesion of the cracks over fb"),
+    "crack_tension": Option(0.03, "-", "tensile strength of the cracks over fb"),
+    "dilatancy_deg": Option(0.0, "deg", "dilatancy of all joints, used by non-associative limit analysis"),
+}
+
+_MEASURED = {
+    "Vmax+": "V_max_pos", "Vmax-": "V_max_neg", "drift at first crack+": "d_cr_pos",
+    "drift at first crack-": "d_cr_neg", "drift at Vmax+": "d_Vmax_pos", "drift at Vmax-": "d_Vmax_neg",
+    "largest drift+": "d_max_pos",
+    "largest drift-": "d_max_neg", "force at the largest drift+": "V_dmax_pos",
+    "force at the largest drift-": "V_dmax_neg", "bilinear force+": "V_bl_pos", "bilinear force-": "V_bl_neg",
+    "bilinear yield drift+": "d_e_pos", "bilinear yield drift-": "d_e_neg", "bilinear ultimate drift+": "d_u_pos",
+    "bilinear ultimate drift-": "d_u_neg",
+}  # fmt: skip
+_PARAMETERS = {
+    "height": "H", "length": "L", "thickness": "t", "courses": "courses", "unit length": "lb", "unit height": "hb",
+    "mortar strength": "fm", "masonry E": "E", "masonry G": "G",
+}  # fmt: skip
+_INPUTS = {
+    "initial shear strength": "fv0", "friction coefficient": "mu", "masonry strength": "fc", "unit strength": "fb",
+    "diagonal strength": "ft", "axial stress": "sigma0",
+}  # fmt: skip
+
+
+def specimens() -> tuple[str, ...]:
+    """Numbers of the walls in the database, "1" to "198"."""
+    return tuple(r["specimen"] for r in read_table(NAME, "walls.csv").rows)
+
+
+def load(specimen: str, **options: Any) -> Experiment:
+    """A wall by its number, for example "189"; see ``OPTIONS``."""
+    table, responses = read_table(NAME, "walls.csv"), read_table(NAME, "responses.csv")
+    row = table.row(specimen)
+    response = next((r for r in responses.rows if r["specimen"] == specimen), None)
+    measured = {} if response is None else responses.quantities(response, _MEASURED)
+    inputs = inputs_of(row)
+    units, said = units_per_course(row)
+    assumed = [k for k, i in inputs.items() if i.kind == "assumed"]
+    assumptions = [
+        f"Running bond without joint thickness is assumed, {units:g} units in a course, height divided by the courses; "
+        + said,
+        f"A rigid beam {BEAM_HEIGHT:g} m high is assumed, on which N acts at its centroid and the horizontal force at "
+        "the height of zero moment. Fixed rotation of a rig is not modelled.",
+        f"Density {DENSITY:g} kg/m3 is assumed; sigma0 acts on the top.",
+        "The joints are assumed to have fv0 and mu, to crush at fc and to lose nothing; what else they have is an "
+        "option. Kinds of inputs are assumed from their values.",
+        *((f"Not in the source, so assumed as a distribution: {', '.join(assumed)}.",) if assumed else ()),
+        *(("Head joints are not in the source: dry ones are assumed.",) if not row["head_joints"] else ()),
+    ]
+    shown = {name: Quantity(inputs[key].value, inputs[key].unit, str(inputs[key])) for name, key in _INPUTS.items()}
+    return Experiment(
+        source=read_source(NAME),
+        specimen=specimen,
+        title=f"{row['test_unit']} of {row['campaign']}: {row['unit_type']}, {row['bed_joints']} bed joints, "
+        f"head joints {row['head_joints'] or 'unknown'}; "
+        f"{'all inputs in the source' if complete(row) else 'inputs missing'}",
+        parameters={
+            **table.quantities(row, _PARAMETERS), **shown, "unit type": row["unit_type"],
+            "bed joints": row["bed_joints"], "head joints": row["head_joints"] or "unknown",
+            "void ratio": row["void_ratio"] or "unknown", "H0 over H": row["H0_over_H"], "campaign": row["campaign"],
+            "failure type": "kept back" if response is None else response["failure_mode"],
+        },
+        measured=measured,
+        published={},
+        recomputed={},
+        assumptions=tuple(assumptions),
+        targets=tuple(TargetValue(f"Vmax{s}", "measured", None, s) for s in "+-" if f"Vmax{s}" in measured),
+        multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),
+        recipe=RECIPE,
+        options=chosen_options(OPTIONS, options, NAME),
+        option_table=OPTIONS,
+        row=row,
+        no_model="" if has_shear_span(row) else f"wall {specimen} has {row['H0_over_H']!r} for its shear span",
+    )  # fmt: skip
+
+
+def units_per_course(row: Any) -> tuple[float, str]:
+    """Units in a course, a whole number of halves, and in words how they fit the length."""
+    printed = 1e3 * float(row["L"]) / float(row["lb"])
+    units = max(1.0, round(2.0 * printed) / 2.0)
+    change = 1e3 * float(row["L"]) / units / float(row["lb"]) - 1.0
+    if abs(change) < 0.05:
+        return units, f"a unit with its joint is {change:+.1%} of the printed length."
+    return units, (f"the units do not fit the wall: {printed:.2f} of them, rounded to whole halves, which makes a unit "
+                   f"{change:+.1%} of the printed length.")  # fmt: skip
+
+
+def value(test: Experiment, name: str) -> float:
+    """An input as chosen, in the unit of the table: the option where one is given, or the median."""
+    given = test.options[name]
+    return inputs_of(test.row)[name].value if given is None else float(given)
+
+
+def assembly(test: Experiment) -> Assembly:
+    """The wall on its slab under the rigid beam."""
+    o, row = test.options, test.row
+    if value(test, "sigma0") >= value(test, "fc"):
+        raise InputError(f"{test.name}: the load sigma0 = {value(test, 'sigma0'):g} MPa is above fc = "
+                         f"{value(test, 'fc'):g} MPa; the wall crushes under it")  # fmt: skip
+    units, _ = units_per_course(row)
+    courses, length = int(row["courses"]), float(row["L"])
+    unit = length / units, float(row["H"]) / courses, float(row["t"])
+    filled = row["head_joints"] in FILLED
+    heads = o["head_share"] if filled else 0.0
+    bed, head = (_mortar(test, share, friction) for share, friction in ((1.0, 1.0), (heads, o["head_friction"])))
+    wall = running_wall(
+        length=length, courses=courses, unit=unit, joint=bed, joints={"head": head}, density=DENSITY,
+        top_beam=BEAM_HEIGHT, beam_density=0.0, unit_cracks=crack(test) if o["unit_cracks"] else None,
+    )  # fmt: skip
+    if o["unfilled_gap"] and not filled:
+        wall = wall.with_interfaces([i for i in wall.interfaces if i.kind != "head"])
+    return signed(wall, test)
+
+
+def crack(test: Experiment) -> Joint:
+    """Law of a crack across a unit."""
+    o, fb = test.options, 1e6 * value(test, "fb")
+    return Joint(
+        o["crack_friction_deg"], o["dilatancy_deg"], o["crack_cohesion"] * fb, o["crack_tension"] * fb,
+        compressive_strength=1e6 * value(test, "fc"), name="crack in a unit",
+    )  # fmt: skip
+
+
+def _mortar(test: Experiment, share: float, friction: float) -> Joint:
+    o, fv0 = test.options, 1e6 * value(test, "fv0")
+    return Joint.from_friction_coefficient(
+        friction * value(test, "mu"), dilatancy_angle_deg=o["dilatancy_deg"],
+        cohesion=share * o["cohesion_share"] * fv0, tensile_strength=share * o["tension_share"] * fv0,
+        compressive_strength=o["crushing_share"] * 1e6 * value(test, "fc"),
+        name="mortar joint" if share else "dry joint",
+    )  # fmt: skip
+
+
+def axial_force(test: Experiment) -> float:
+    """N = sigma0 L t [N]."""
+    return 1e6 * value(test, "sigma0") * float(test.row["L"]) * float(test.row["t"])
+
+
+def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
+    """N dead at the beam's centroid; 1 kN sideways live on the beam at the height of zero moment."""
+    top = wall.centroids[wall.block_index(BEAM)]
+    height = float(test.row["H0_over_H"]) * float(test.row["H"])
+    wrench = Loads.weight(wall).with_precompression(wall, axial_force(test), block=BEAM)
+    live = np.zeros_like(wrench.live)
+    live[wall.block_index(BEAM)] = sense * FORCE * np.array([1.0, 0.0, 0.0, 0.0, height - top[2], 0.0])
+    return Loads(wrench.dead, live, f"{FORCE:g} N at {height:g} m")
+
+
+def drive(test: Experiment) -> Drive:
+    """The beam pushed sideways, free to rise and to turn: of a cantilever, H0 = H."""
+    if float(test.row["H0_over_H"]) != 1.0:
+        raise InputError(f"{test.name} is no cantilever: push it by its loads (H0 / H = {test.row['H0_over_H']})")
+    return Drive({BEAM: {"x": 1.0}})
+
+
+def curve(test: Experiment) -> Curve:
+    """Measured envelope of the positive sense, thinned; drift [%] and force [kN]."""
+    table = read_table(NAME, "envelopes.csv")
+    own = [r for r in table.rows if r["specimen"] == test.specimen and r["sense"] == "pos"]
+    if not own:
+        known = ", ".join(dict.fromkeys(r["specimen"] for r in table.rows))
+        raise InputError(f"no envelope of {test.name} was found; there are those of {known}")
+    drift, force = (np.array([float(r[k]) for r in own]) for k in ("drift", "force"))
+    order = np.argsort(drift, kind="stable")
+    return Curve(
+        drift[order], force[order], displacement_unit="%", load_unit="kN", label=f"wall {test.specimen}",
+        source=str(test.source),
+    )  # fmt: skip
+
+
+SHOWN = Shown(
+    settings=Settings((2, 2)),
+    assumed="Constant axial load; the rig by its shear span; missing inputs at the median of their distributions.",
+)
+
+RECIPE = Recipe(specimens, load, assembly, loads, curve, SHOWN, drive, page="docs/measured-walls.md")

@@ -1,0 +1,128 @@
+"""Walls of modern masonry: inputs with their kinds, rounding of units, rig by its shear span, refusals."""
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from limitmason import experiments
+from limitmason.errors import InputError
+from limitmason.experiments.modern_walls import inputs, units_per_course
+from limitmason.experiments.tables import read_table
+
+NAME = "modern-walls"
+WALLS = {r["specimen"]: r for r in read_table(NAME, "walls.csv").rows}
+RESPONSES = {r["specimen"]: r for r in read_table(NAME, "responses.csv").rows}
+DRY = {"cohesion_share": 0.0, "tension_share": 0.0, "unit_cracks": False}
+
+
+def test_responses_are_of_the_walls_that_are_given_and_of_no_other():
+    assert len(WALLS) == 198
+    assert set(RESPONSES) == {k for k, r in WALLS.items() if r["responses"] == "given"}
+    assert sum(r["responses"] == "kept back" for r in WALLS.values()) == 52
+    kept = experiments.load(NAME, "27")
+    assert not kept.measured
+    assert not kept.targets
+    assert kept.parameters["failure type"] == "kept back"
+
+
+def test_walls_with_all_inputs_are_73_of_which_53_have_responses():
+    whole = [k for k, r in WALLS.items() if inputs.complete(r)]
+    assert len(whole) == 73
+    assert len(set(whole) & set(RESPONSES)) == 53
+    assert len({WALLS[k]["campaign"] for k in set(whole) & set(RESPONSES)}) == 10
+
+
+def test_large_series_stands_in_no_table_of_all_cases():
+    assert NAME in experiments.sources()
+    assert NAME not in {c.source.name for c in experiments.all_cases()}
+    assert len(experiments.specimens(NAME)) == 198
+
+
+@pytest.mark.parametrize(
+    ("wall", "name", "kind", "value"),
+    [
+        ("22", "mu", "tested", 0.81), ("22", "ft", "assumed", 0.05 * 7.92), ("1", "fv0", "of a code", 0.5),
+        ("1", "fc", "of a code", 19.39744268), ("1", "mu", "assumed", 0.45), ("124", "fv0", "tested", 0.44),
+        ("69", "sigma0", "tested", 1.0),
+    ],
+)  # fmt: skip
+def test_kind_of_an_input_is_inferred_from_its_value(wall, name, kind, value):
+    found = inputs.inputs_of(WALLS[wall])[name]
+    assert found.kind == kind
+    assert found.value == pytest.approx(value)
+
+
+def test_code_strength_is_the_formula_that_computed_it():
+    # EN 1996-1-1, thin layer mortar, calcium silicate: 1.2 times 0.8 fb^0.85
+    row = WALLS["1"]
+    assert float(row["fc"]) == pytest.approx(1.2 * 0.8 * float(row["fb_norm"]) ** 0.85, rel=1e-6)
+
+
+def test_draws_are_lognormal_about_the_median_and_the_same_again():
+    drawn = inputs.draws(WALLS["22"], 4000)
+    assert drawn[:3] == inputs.draws(WALLS["22"], 4000)[:3]
+    for name, i in inputs.inputs_of(WALLS["22"]).items():
+        logs = np.log([d[name] for d in drawn])
+        assert np.median(logs) == pytest.approx(np.log(i.value), abs=4 * 1.25 * i.spread / np.sqrt(4000))
+        assert logs.std() == pytest.approx(i.spread, rel=0.06)
+
+
+def test_units_that_do_not_fit_are_said():
+    assert units_per_course(WALLS["22"])[0] == 6.0
+    units, said = units_per_course(WALLS["27"])
+    assert units == 18.5
+    assert "do not fit" not in said
+    units, said = units_per_course(WALLS["114"])  # 1.5 m of units of 625 mm
+    assert units == 2.5
+    assert units_per_course({"L": "1.0", "lb": "620"})[1].startswith("the units do not fit the wall: 1.61 of them")
+
+
+def test_wall_without_shear_span_is_refused_by_name_and_a_load_above_fc_too():
+    wall = experiments.load(NAME, "97")
+    assert not wall.has_model
+    with pytest.raises(InputError, match="modern-walls/97 has no assembly: wall 97 has '/' for its shear span"):
+        wall.assembly()
+    with pytest.raises(InputError, match=r"sigma0 = 9 MPa is above fc = 7\.92"):
+        experiments.load(NAME, "22", sigma0=9.0).assembly()
+    with pytest.raises(InputError, match="no cantilever"):
+        experiments.load(NAME, "22").drive()
+    with pytest.raises(InputError, match="those of 189, 190"):
+        experiments.load(NAME, "22").curve()
+
+
+@pytest.mark.parametrize("wall", ["118", "119", "120", "124"])  # shear span 0.5, 0.75, 1.5, 1
+def test_dry_wall_of_sticking_joints_rocks_about_its_toe_by_statics(wall):
+    test = experiments.load(NAME, wall, mu=20.0, **DRY)
+    row = test.row
+    height, span = float(row["H"]), float(row["L"])
+    force = 1e3 * float(row["sigma0"]) * span * float(row["t"])
+    ratio = float(row["H0_over_H"])
+    weight = 1e-3 * 9.80665 * 1000.0 * span * height * float(row["t"])
+    fc = 1e3 * float(row["fc"]) * float(row["t"])
+
+    def about_toe(n, arm):
+        return (0.5 * n * span - 0.5 * n * n / fc) / arm
+
+    # about the foot, or, where zero moment lies below the middle, about the top
+    foot, top = about_toe(force + weight, ratio * height), about_toe(force, abs(1.0 - ratio) * height or 1e-9)
+    found = lm.limit_analysis(test.assembly(), test.loads()).collapse_multiplier
+    assert found == pytest.approx(min(foot, top), rel=2e-3)
+
+
+@pytest.mark.parametrize("wall", ["7", "52", "189"])
+def test_head_joints_are_as_printed(wall):
+    test = experiments.load(NAME, wall)
+    laws = {i.kind: i.joint for i in test.assembly().interfaces}
+    filled = test.row["head_joints"] in ("F", "TF")
+    assert (laws["head"].cohesion > 0.0) == filled
+    assert laws["bed"].cohesion == pytest.approx(1e6 * inputs.inputs_of(test.row)["fv0"].value)
+    gaps = experiments.load(NAME, wall, unfilled_gap=True).assembly()
+    assert ("head" in {i.kind for i in gaps.interfaces}) == filled
+    assert {"crack", "bed", "base"} <= set(laws)
+
+
+def test_envelope_meets_the_largest_force():
+    for wall in ("189", "192"):
+        test = experiments.load(NAME, wall)
+        assert test.curve().peak.load == pytest.approx(float(test.measured["Vmax+"]), rel=0.02)
+        assert float(test.curve().displacement[-1]) <= 1.05 * float(test.measured["largest drift+"])
