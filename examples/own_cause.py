@@ -1,7 +1,7 @@
 """A cause of one's own, in ten lines: added, applied, and found in measurements that hide it.
 
 The measurements are synthetic: the upper units of the stacks are hollow, which the model does not know. The data behave
-like it, with its size; the name is not earned, because in these stacks it goes with the height alone.
+like it, with its size; it is not identified, because in these stacks it goes with the height alone.
 """
 
 import numpy as np

@@ -8,10 +8,9 @@ from limitmason.causes import Cause, Extension
 from limitmason.diagnosis.inference.decide import Rule
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, NextTests
-from limitmason.diagnosis.investigation import Investigation, investigate
 from limitmason.diagnosis.rehearse import Rehearsal, binomial_interval
-from limitmason.diagnosis.result import Diagnosis
-from limitmason.diagnosis.study import Study
+from limitmason.diagnosis.report import Diagnosis
+from limitmason.diagnosis.study import Investigation, Study, investigate
 
 __all__ = [
     "Cause",

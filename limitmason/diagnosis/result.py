@@ -16,11 +16,12 @@ from limitmason.diagnosis.inference.checks import Checks, judge_again
 from limitmason.diagnosis.inference.decide import Rule
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.estimate import Estimate, estimate
+from limitmason.diagnosis.inference.fit import Fit
 from limitmason.diagnosis.inference.gain import Gain, measure_gain
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, confusable, detectable
 from limitmason.diagnosis.inference.shared import Shares, seen_if_shared
-from limitmason.diagnosis.inference.verdict import Earned, Verdict, VerdictKind
+from limitmason.diagnosis.inference.verdict import Identification, Verdict, VerdictKind
 from limitmason.diagnosis.rehearse import Rehearsal
 from limitmason.display.notebook import Displayed
 from limitmason.storage.frozen import ReadOnly
@@ -29,7 +30,7 @@ GAINS = 8  # most kept explanations whose gain is measured
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Diagnosis(Displayed, Citable, ReadOnly):
+class Findings(Displayed, Citable, ReadOnly):
     """Verdict of a study, conditional on its list of causes: data and tables, no simulator.
 
     Parameters
@@ -44,7 +45,7 @@ class Diagnosis(Displayed, Citable, ReadOnly):
     measured : measured values, shape (n,)
     noise, nuisance, covariates, groups : as stated to the study
     redrawn : names of the measured inputs that have an error
-    unrecorded : circumstances of the tests that no column tells and that tests may share
+    unstated : circumstances of the tests that no column tells and that tests may share
     table_errors : largest error of each cause's table between its levels, in units of the noise
     aside : causes that were asked for and could not be computed, by name, with the reason
     rehearsal : blind trials on this design with the true cause missing from this list, where they were made before
@@ -70,7 +71,7 @@ class Diagnosis(Displayed, Citable, ReadOnly):
     redrawn: tuple[str, ...]
     covariates: Mapping[str, Sequence[Any]]
     groups: Sequence[Any] | None
-    unrecorded: tuple[str, ...]
+    unstated: tuple[str, ...]
     table_errors: Mapping[str, float]
     rehearsal: Rehearsal | None
     references: tuple[Cited, ...] = field(default=(), kw_only=True)
@@ -145,23 +146,28 @@ class Diagnosis(Displayed, Citable, ReadOnly):
         return self.gains[self.kept[0]] if self.kept else None
 
     @property
-    def earned(self) -> Earned | None:
+    def identification(self) -> Identification | None:
         """What stands behind the one name, or the one pair, and what is missing for it; None where there is none."""
-        return self.verdict.earned
+        return self.verdict.identification
 
     @property
-    def named(self) -> bool:
-        """Whether a name is given that is earned, of one cause or of two together."""
-        return self.earned is not None and self.earned.holds
+    def identified(self) -> bool:
+        """Whether a name is given that is identified, of one cause or of two together."""
+        return self.identification is not None and self.identification.holds
 
     @property
     def noise_sd(self) -> float | None:
         """Noise estimated from the best explanation where it is not stated, None where it is."""
         if self.noise.kind != "unknown":
             return None
-        best = self.verdict.tested[self.kept[0]].fit if self.kept else self.verdict.null
+        best = self.best
         free = max(self.n - len(self.kept[0]) if self.kept else self.n, 1)
         return float(np.sqrt(best.loss[0] / free))
+
+    @property
+    def best(self) -> Fit:
+        """Fit of the best kept explanation; of the baseline where none is kept."""
+        return self.verdict.tested[self.kept[0]].fit if self.kept else self.verdict.null
 
     @cached_property
     def known(self) -> Design:
@@ -176,7 +182,7 @@ class Diagnosis(Displayed, Citable, ReadOnly):
     def detectable(self) -> dict[str, tuple[float | None, ...]]:
         """Smallest size of each cause, per side, that would have been seen nine times in ten; None within no bound."""
         known = self.known
-        shared = (lambda curve: seen_if_shared(known, curve)) if self.unrecorded else None
+        shared = (lambda curve: seen_if_shared(known, curve)) if self.unstated else None
         return detectable(known, self.verdict.critical_gain, shared)
 
     @cached_property
@@ -200,7 +206,7 @@ class Diagnosis(Displayed, Citable, ReadOnly):
                 self.seed,
                 bool(self.pairs),
                 self.shares,
-                self.unrecorded,
+                self.unstated,
                 progress,
             )
             self._judged.append(again)
@@ -230,10 +236,10 @@ class Diagnosis(Displayed, Citable, ReadOnly):
         return self.judged.apart(self.verdict.tested[names].fit.residuals[0]) * self.design.scale
 
     def __repr__(self) -> str:
-        return f"<Diagnosis of {self.n} specimens, {self.kind}: {' + '.join(self.causes) or 'no cause'}>"
+        return f"<Findings of {self.n} specimens, {self.kind}: {' + '.join(self.causes) or 'no cause'}>"
 
 
-Given = TypeVar("Given", bound=Diagnosis)
+Given = TypeVar("Given", bound=Findings)
 
 
 def checked_by_group(diagnosis: Given) -> Given:

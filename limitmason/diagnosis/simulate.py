@@ -65,7 +65,9 @@ class Collapse:
             out.append(kind("parameters", kind.VAR_KEYWORD))
         return inspect.Signature(out)
 
-    def model(self, specimen: Any, *, extend: Callable | None = None, **parameters) -> tuple[Assembly, Loads, dict]:
+    def model(
+        self, specimen: Any, *, extend: Callable | None = None, **parameters: Any
+    ) -> tuple[Assembly, Loads, dict[str, Any]]:  # fmt: skip
         """Assembly, loads and options of the method, extended.
 
         Raises
@@ -92,7 +94,7 @@ class Collapse:
             assembly, loads = extend(assembly, loads)
         return assembly, loads, options
 
-    def __call__(self, specimen: Any, *, extend: Callable | None = None, **parameters) -> float:
+    def __call__(self, specimen: Any, *, extend: Callable | None = None, **parameters: Any) -> float:
         """Prediction of what was measured on one specimen."""
         assembly, loads, options = self.model(specimen, extend=extend, **parameters)
         prediction = predict(assembly, loads, self.method, **options)
@@ -118,7 +120,7 @@ def collapse(
     measured_as: float | Callable[[Any, float], float] | None = None,
     floor: float = FLOOR,
     accept: tuple[str, ...] = (SOLVED, ALMOST_SOLVED),
-    **options,
+    **options: Any,
 ) -> Collapse:
     """A simulator for ``Study``: build the specimen, extend it by the causes, find its collapse multiplier.
 
@@ -147,7 +149,7 @@ class _Packaged:
 
     source: str
 
-    def __call__(self, specimen: Mapping[str, Any], **parameters) -> tuple[Assembly, Loads]:
+    def __call__(self, specimen: Mapping[str, Any], **parameters: Any) -> tuple[Assembly, Loads]:
         test = experiments.load(self.source, specimen["specimen"], **parameters)
         return test.assembly(), test.loads(specimen.get("direction", "+"))
 
@@ -175,7 +177,7 @@ class _PackagedModel:
         return fingerprint(self.source, bare, test.loads(specimen.get("direction", "+")), factor)
 
 
-def packaged(source: str, method: str = "limit", *, floor: float = FLOOR, **options) -> Collapse:
+def packaged(source: str, method: str = "limit", *, floor: float = FLOOR, **options: Any) -> Collapse:
     """A simulator of packaged experiments, in the unit of their measured values.
 
     Parameters

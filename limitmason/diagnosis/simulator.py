@@ -2,6 +2,7 @@
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from math import isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -146,7 +147,7 @@ class Simulator:
                 self._memo.keep(self._text(jobs[k]), self._known[keys[k]])
             reached((self.calls - before) / len(jobs), f"{self.calls - before} of {len(jobs)}")
 
-    def _checked(self, job: Job, value) -> float:
+    def _checked(self, job: Job, value: Any) -> float:
         self.calls += 1
         if self.progress is not None:
             self.progress(self.calls)
@@ -180,7 +181,7 @@ class Simulator:
         """Key in the file: function, specimen, parameters and causes."""
         who = self._who(job)
         specimen = self._named(who, lambda: self.specimens[job.specimen] if who.startswith(NUMBERED) else who)
-        steps = [(c.name, c.parameter, self._named(id(c), lambda c=c: c.apply), size) for c, size in job.steps]
+        steps = [(c.name, c.parameter, self._named(id(c), partial(getattr, c, "apply")), size) for c, size in job.steps]
         return fingerprint(self._of, specimen, job.parameters, steps)[:32]
 
     def _named(self, what: str | int, thing: Callable[[], Any]) -> str:
@@ -204,8 +205,8 @@ def positive(value: Any, what: Callable[[], str]) -> float:
     return number
 
 
-def _call(simulate, specimen, job: Job):
-    parameters = dict(job.parameters)
+def _call(simulate: Callable[..., Any], specimen: Any, job: Job) -> Any:
+    parameters: dict[str, Any] = dict(job.parameters)
     if job.steps:
         parameters["extend"] = Extension(job.steps, specimen)
     try:

@@ -14,7 +14,7 @@ from limitmason.causes.cause import Cause
 from limitmason.diagnosis.from_table import About, study_arguments
 from limitmason.diagnosis.inference.grid import at_measured
 from limitmason.diagnosis.inference.noise import Measured, Noise
-from limitmason.diagnosis.inference.shared import unrecorded
+from limitmason.diagnosis.inference.shared import unstated
 from limitmason.diagnosis.simulator import Simulator
 from limitmason.diagnosis.specimens import covariates_of, positive_values
 from limitmason.diagnosis.tables import Made, Tables, placing_noise
@@ -33,10 +33,10 @@ class Statement(ReadOnly):
 
     specimens: Sequence[Any]
     simulate: Callable[..., float]
-    measured: Sequence[float] | np.ndarray | None = None
-    noise: Noise | None = None
-    nuisance: Mapping[str, Measured] | None = None
-    covariates: Iterable[str] | Mapping[str, Sequence] = ()
+    measured: Any = None
+    noise: Noise = field(default_factory=Noise.unknown)
+    nuisance: Mapping[str, Measured] = field(default_factory=dict)
+    covariates: Any = ()
     groups: Sequence | None = None
     shared: Sequence[str] | None = None
     _: KW_ONLY
@@ -59,20 +59,18 @@ class Statement(ReadOnly):
         n = len(specimens)
         if n < FEWEST:
             raise InputError(f"at least {FEWEST} specimens are needed, got {n}")
-        noise = self.noise if self.noise is not None else Noise.unknown()
-        nuisance = dict(self.nuisance or {})
+        nuisance = dict(self.nuisance)
         covariates = covariates_of(self.covariates, specimens)
         if unknown := [name for name in self.shared or () if name not in covariates]:
             raise InputError(f"shared names {unknown[0]!r}, which is no covariate; known: {', '.join(covariates)}")
-        for name, value in nuisance.items():
-            if not isinstance(value, Measured):
-                raise InputError(f"nuisance {name!r} must be Measured(value, sd), got {value!r}")
+        for name, given in nuisance.items():
+            if not isinstance(given, Measured):
+                raise InputError(f"nuisance {name!r} must be Measured(value, sd), got {given!r}")
         if self.groups is not None and len(self.groups) != n:
             raise InputError(f"groups has {len(self.groups)} labels for {n} specimens")
-        fixed = {
+        fixed: dict[str, Any] = {
             "specimens": specimens,
-            "noise": noise,
-            "scale": noise.scale(n),
+            "scale": self.noise.scale(n),
             "measured": None if self.measured is None else positive_values(self.measured, n),
             "covariates": covariates,
             "shared": None if self.shared is None else tuple(self.shared),
@@ -190,6 +188,6 @@ class Statement(ReadOnly):
         return np.exp(self.tabulator.evaluate(tuple(causes), [(tuple(sizes), z)])[0])
 
     @property
-    def unrecorded(self) -> tuple[str, ...]:
+    def unstated(self) -> tuple[str, ...]:
         """Circumstances that no column tells and that tests may share: of batch, day and set-up; see ``shared``."""
-        return unrecorded(self.covariates) if self.shared is None else ()
+        return unstated(self.covariates) if self.shared is None else ()

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from limitmason.causes.cause import Cause, check_causes
-from limitmason.diagnosis.answer import Answer
+from limitmason.diagnosis.from_table import pool_rows
 from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws
 from limitmason.diagnosis.inference.decide import Rule
 from limitmason.diagnosis.inference.design import Design
@@ -21,13 +22,15 @@ from limitmason.diagnosis.inference.plan import Confusable, NextTests, confusabl
 from limitmason.diagnosis.inference.shared import Shares, estimated_shares, sharing
 from limitmason.diagnosis.inference.verdict import VerdictKind
 from limitmason.diagnosis.rehearse import Rehearsal, planted, rehearse
-from limitmason.diagnosis.result import Diagnosis, checked_by_group
+from limitmason.diagnosis.report import Diagnosis
+from limitmason.diagnosis.result import Findings, checked_by_group
 from limitmason.diagnosis.specimens import called
 from limitmason.diagnosis.statement import Statement
 from limitmason.diagnosis.suggest import suggest
 from limitmason.diagnosis.tables import ASSUMED_NOISE, PoolGrids
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
+from limitmason.experiments.measured_table import MeasuredTable
 
 ROUNDS = 6
 
@@ -47,7 +50,7 @@ class Study(Statement):
     groups : label of the configuration of each specimen: repeats share one
     shared : covariates whose labels may share a part of the noise: its share is estimated and carried. None takes
         those that by name are circumstances of a test (batch, day, operator, sensor, set-up, ...) and that no listed
-        cause is about, and holds an alarm against noise shared unrecorded where no column tells batch, day or set-up;
+        cause is about, and holds an alarm against noise shared unstated where no column tells batch, day or set-up;
         () takes all noise as independent
     levels : most sizes per cause at which the simulator is called; 9 and fewer for a slow or a jumpy one
     nuisance_levels : values of each measured input at which it is called; None is 5 for one input, 3 for more
@@ -100,7 +103,7 @@ class Study(Statement):
 
         return Judge(
             design, known, self.covariates, folds_of(self.groups, self.n), rule, rehearsed=rehearsed,
-            unrecorded=self.unrecorded,
+            unstated=self.unstated,
         )  # fmt: skip
 
     def shares(self, causes: Iterable[Cause] | None = None, *, price: float | None = None) -> Shares:
@@ -143,7 +146,7 @@ class Study(Statement):
         draws: int = DRAWS,
         pairs: bool = True,
         rule: Rule | None = None,
-    ) -> Answer:
+    ) -> Diagnosis:
         """Say what the simulation gets wrong, or that the data cannot tell.
 
         Parameters
@@ -189,7 +192,7 @@ class Study(Statement):
                 verdict = judge(judge.design.turned(y), chances, pairs, alarm)
         for names in verdict.pairs:
             design.grid(names)
-        answer = Answer(
+        answer = Diagnosis(
             listed=causes,
             design=design.closed(),
             judged=judge.design.closed(),
@@ -206,7 +209,7 @@ class Study(Statement):
             redrawn=tuple(self.tabulator.free),
             covariates=self.covariates,
             groups=self.groups,
-            unrecorded=self.unrecorded,
+            unstated=self.unstated,
             table_errors={c.name: self.table(c).error for c in causes},
             rehearsal=self._made.rehearsed.get(causes),
             study=self,
@@ -288,8 +291,8 @@ class Study(Statement):
         """Specimens of a pool that would tell the causes of the list apart, before anything is measured."""
         return self._suggested(self._listed(causes), pool, k, None)
 
-    def next_tests(self, diagnosis: Diagnosis, pool: Sequence[Any], k: int = 4) -> NextTests:
-        """Specimens of a pool that would tell the kept causes of a diagnosis apart best, or earn the one name.
+    def next_tests(self, diagnosis: Findings, pool: Sequence[Any], k: int = 4) -> NextTests:
+        """Specimens of a pool that would tell the kept causes of a diagnosis apart best, or identify the one left.
 
         Parameters
         ----------
@@ -300,8 +303,90 @@ class Study(Statement):
         return self._suggested(diagnosis.listed, pool, k, diagnosis)
 
     def _suggested(
-        self, causes: tuple[Cause, ...], pool: Sequence[Any], k: int, diagnosis: Diagnosis | None
+        self, causes: tuple[Cause, ...], pool: Sequence[Any], k: int, diagnosis: Findings | None
     ) -> NextTests:
         design = self.known_design(causes, diagnosis.noise_sd if diagnosis is not None else None)
         there = PoolGrids(self.tables, pool, self.noise, causes, float(np.mean(design.scale)))
         return suggest(design, there, pool, k, diagnosis)
+
+
+Pool = str | Path | MeasuredTable | Sequence[Any]
+
+
+@dataclass(frozen=True)
+class Investigation:
+    """What was found.
+
+    Parameters
+    ----------
+    answer : the verdict
+    next_tests : suggested specimens, None where none were asked for
+    from_pool : whether they come from a pool of their own, or are repeats of the tested ones
+    rehearsal : blind trials on the design, None where none were asked for
+    missing : blind trials with each cause of the list taken off in turn, None where none were asked for
+    """
+
+    answer: Diagnosis
+    next_tests: NextTests | None
+    from_pool: bool
+    rehearsal: Rehearsal | None
+    missing: Rehearsal | None = None
+
+    def report(self, *, checks: bool = True) -> str:
+        """Title, verdict, next tests and what is assumed, as text.
+
+        Parameters
+        ----------
+        checks : also what the verdict hangs on, which judges the data again
+        """
+        about, tests = self.answer.study.about, self.next_tests
+        text = (f"{about.title}\n\n" if about.title else "") + self.answer.report(checks=checks)
+        if tests is not None:
+            where = "in the pool" if self.from_pool else "in the data, to be repeated"
+            rows = ", ".join(str(i + 1) for i in tests.indices)
+            text += f"\n\nNext tests, {tests.reason}: rows {rows} {where}."
+            if tests.pairs:
+                text += f" Smallest d2 over the pairs: {tests.before:.1f} before, {tests.after:.1f} after."
+        return text + "".join(f"\n{note}" for note in ["", *about.notes])
+
+
+@watched("diagnosis")
+def investigate(
+    study: Study,
+    *,
+    seed: int = 0,
+    next_tests: int = 4,
+    pool: Pool | None = None,
+    rehearse: int = 0,
+    missing: int = 0,
+    progress: Callable[[str], None] | None = None,
+) -> Investigation:
+    """Diagnose a study with its own list of causes, and say what to test next.
+
+    Parameters
+    ----------
+    seed : of the bootstrap
+    next_tests : most specimens to suggest; 0 for none
+    pool : specimens that could be tested, or a table of them; None is repeats of the tested ones
+    rehearse : blind trials on the design
+    missing : blind trials with the true cause missing from the list; their rate then stands in the verdict
+    progress : told in a line what is done
+    """
+    say = progress or (lambda line: None)
+    rows: Sequence[Any] = study.specimens
+    if isinstance(pool, (str, Path, MeasuredTable)):
+        rows = pool_rows(pool, study.covariates, study.simulate)
+    elif pool is not None:
+        rows = [dict(s) if isinstance(s, Mapping) else s for s in pool]
+    left_out = None
+    if missing > 0:
+        say(f"{missing} blind trials with the true cause missing from the list")
+        left_out = study.rehearse(n=missing, hide="each", seed=seed)
+    answer = study.diagnose(seed=seed)
+    say(f"{study.simulator.calls} simulations")
+    tests = answer.next_tests(rows, k=min(next_tests, len(rows))) if next_tests > 0 else None
+    rehearsal = None
+    if rehearse > 0:
+        say(f"{rehearse} blind trials")
+        rehearsal = study.rehearse(n=rehearse, seed=seed)
+    return Investigation(answer, tests, pool is not None, rehearsal, left_out)

@@ -6,21 +6,22 @@ from typing import Any
 import numpy as np
 
 from limitmason.diagnosis.inference.design import Design, Names, is_numeric
-from limitmason.diagnosis.inference.discrepancy import Nameless, Rivals, tests_that_earn
+from limitmason.diagnosis.inference.discrepancy import Discrepancy, Rivals, tests_that_identify
 from limitmason.diagnosis.inference.grid import Grid, at_measured
 from limitmason.diagnosis.inference.plan import NextTests, choose_tests, confusable
-from limitmason.diagnosis.result import Diagnosis
+from limitmason.diagnosis.inference.verdict import Tested
+from limitmason.diagnosis.result import Findings
 from limitmason.errors import InputError
 
 
 def suggest(
-    design: Design, there: Mapping[Names, Grid], pool: Sequence[Any], k: int, diagnosis: Diagnosis | None = None
+    design: Design, there: Mapping[Names, Grid], pool: Sequence[Any], k: int, diagnosis: Findings | None = None
 ) -> NextTests:
     """Choose ``k`` specimens of the pool.
 
-    With a set of causes (or pairs) they separate its members, with an earned name they hold it against every other of
-    the list, with one that is not they show the contrast that only it makes, with none they separate the whole list at
-    visible sizes; an unexplained trend asks for the ends and the middle of its covariate.
+    With a set of causes (or pairs) they separate its members, with an identified cause they hold it against every
+    other of the list, with one that is not they show the contrast that only it makes, with none they separate the whole
+    list at visible sizes; an unexplained trend asks for the ends and the middle of its covariate.
 
     Parameters
     ----------
@@ -42,7 +43,7 @@ def suggest(
     if verdict is not None and verdict.kind in ("unexplained", "scatter"):
         return _spread(verdict.covariate if verdict.kind == "unexplained" else None, pool, k)
     if diagnosis is not None and diagnosis.kind == "behaves like":
-        return _earn(design, there, pool, k, diagnosis)
+        return _identify(design, there, pool, k, diagnosis)
     truths, pairs, reason = _hypotheses(design, there, diagnosis)
     grids = {name: (g.denser(), there[name].denser()) for name, g in _needed(design, pairs)}
     chosen, before, after = choose_tests(truths, grids, pairs, k)
@@ -56,12 +57,12 @@ def suggest(
     )
 
 
-def _earn(design: Design, there: Mapping[Names, Grid], pool: list, k: int, diagnosis: Diagnosis) -> NextTests:
+def _identify(design: Design, there: Mapping[Names, Grid], pool: list[Any], k: int, diagnosis: Findings) -> NextTests:
     """Specimens after which the effect of the one explanation most exceeds what the covariates alone could do."""
     names = diagnosis.kept[0]
     fit = diagnosis.verdict.tested[names].fit
     column = Rivals(design, diagnosis.covariates).column(names)
-    both: dict[str, list] = {}
+    both: dict[str, list[Any]] = {}
     for name, values in diagnosis.covariates.items():
         more = [s.get(name) if isinstance(s, Mapping) else getattr(s, name, None) for s in pool]
         if name != column and all(v is not None for v in more):
@@ -71,60 +72,66 @@ def _earn(design: Design, there: Mapping[Names, Grid], pool: list, k: int, diagn
         effect.append(grid.effect(null, fit.node, fit.position))
         slopes.append(null.slopes)
     scale = np.concatenate([design.scale, np.full(len(pool), float(np.mean(design.scale)))])
-    rivals = Nameless.of(both, scale, np.concatenate(slopes))
+    rivals = Discrepancy.of(both, scale, np.concatenate(slopes))
     whole = np.concatenate(slopes), np.concatenate(effect)
-    chosen, before, after = tests_that_earn(rivals, *whole, design.n, k)
+    chosen, before, after = tests_that_identify(rivals, *whole, design.n, k)
     lost = [c for c in diagnosis.covariates if c not in both and c != column]
     told = f"; the pool does not say its {', '.join(lost)}" if lost else ""
-    asked = diagnosis.earned.margin if diagnosis.earned is not None else 0.0
+    asked = diagnosis.identification.margin if diagnosis.identification is not None else 0.0
     reason = (
-        f"to earn the name {' + '.join(names)}, against all that goes with the covariates (expected excess "
+        f"to identify {' + '.join(names)}, against all that goes with the covariates (expected excess "
         f"{before:.1f} now, {after:.1f} with them, {asked:.1f} asked{told})"
     )
     return NextTests(tuple(chosen), tuple(pool[i] for i in chosen), reason)
 
 
-def _needed(design: Design, pairs) -> list[tuple[Names, Grid]]:
+def _needed(design: Design, pairs: Sequence[tuple[Names, Names]]) -> list[tuple[Names, Grid]]:
     return [(names, design.grid(names)) for names in dict.fromkeys(b for _, b in pairs)]
 
 
-def _hypotheses(design: Design, there: Mapping[Names, Grid], diagnosis: Diagnosis | None):
+Truth = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Predictions here and on the pool, and measured inputs in standard deviations."""
+
+
+def _hypotheses(
+    design: Design, there: Mapping[Names, Grid], diagnosis: Findings | None
+) -> tuple[dict[Names, Truth], list[tuple[Names, Names]], str]:  # fmt: skip
     """True explanations with their predictions here and on the pool, ordered pairs, and the reason."""
-    kind = diagnosis.kind if diagnosis is not None else "none"
-    if kind in ("cause", "behaves like", "either", "two"):
+    if diagnosis is not None and diagnosis.kind in ("cause", "behaves like", "either", "two"):
         verdict = diagnosis.verdict
         kept = [n for n, t in verdict.tested.items() if t.kept]
-        truths = {n: _at_fit(design, there, n, verdict.tested[n]) for n in kept}
+        found = {n: _at_fit(design, there, n, verdict.tested[n]) for n in kept}
         if len(kept) > 1:
             reason = "to tell " + " from ".join(" + ".join(n) for n in kept[:4])
-            return truths, [(a, b) for a in kept for b in kept if a != b], reason
-        if kind == "cause":
+            return found, [(a, b) for a in kept for b in kept if a != b], reason
+        rivals: list[Names]
+        if diagnosis.kind == "cause":
             rivals = [(c.name,) for c in design.causes if c.name != kept[0][0]] or [()]
         else:
             rivals = [n for n in verdict.tested if len(n) == 2 and n != kept[0]]
             rivals = sorted(rivals, key=lambda n: verdict.tested[n].deficit)[:8] or [(n,) for n in kept[0]]
-        return truths, [(kept[0], r) for r in rivals], f"to hold {' + '.join(kept[0])} against the others"
+        return found, [(kept[0], r) for r in rivals], f"to hold {' + '.join(kept[0])} against the others"
     map_ = confusable(design)
-    truths = {}
+    truths: dict[Names, Truth] = {}
     for cause in design.causes:
         size = max(map_.sizes[cause.name], key=lambda s: abs(s - cause.baseline))
         row = int(np.argmin(np.abs(design.singles[cause.name].sizes[0] - size)))
         here = at_measured(design.singles[cause.name])[row]
         truths[(cause.name,)] = (here, at_measured(there[(cause.name,)])[row], np.zeros(design.inputs))
-    names = [(c.name,) for c in design.causes]
+    names: list[Names] = [(c.name,) for c in design.causes]
     pairs = [(a, b) for a in names for b in names if a != b] or [(names[0], ())]
     return truths, pairs, "to tell the causes of the list apart"
 
 
-def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested):
+def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested: Tested) -> Truth:
     """Predictions of a fitted explanation here and on the pool, by the nearest cell of both grids."""
     grid, pool = design.grid(names), there[names]
     fit = tested.fit
-    here, there = (g.values_from(fit.node, fit.position)[0] for g in (grid, pool))
-    return here, there, grid.z_at(fit.position)[0]
+    here, beyond = (g.values_from(fit.node, fit.position)[0] for g in (grid, pool))
+    return here, beyond, grid.z_at(fit.position)[0]
 
 
-def _spread(covariate: str | None, pool: list, k: int) -> NextTests:
+def _spread(covariate: str | None, pool: list[Any], k: int) -> NextTests:
     """Ends and middle of the covariate that the residuals vary with, or any repeats for pure scatter."""
     if covariate is None:
         indices = tuple(int(i) for i in np.round(np.linspace(0, len(pool) - 1, k)).astype(int))

@@ -167,8 +167,8 @@ class PoolGrids(dict):
         if not names:
             return base
         causes = [self.by_name[n] for n in names]
-        parts = [self.tables.tabulator.single(c, self.tested.single(c)) for c in causes]
-        return parts[0] if len(parts) == 1 else self.tables.tabulator.pair(*parts, base, exact=True)
+        first, *second = [self.tables.tabulator.single(c, self.tested.single(c)) for c in causes]
+        return first if not second else self.tables.tabulator.pair(first, second[0], base, exact=True)
 
 
 def placing_noise(noise: Noise, n: int) -> np.ndarray:

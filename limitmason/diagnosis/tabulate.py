@@ -87,8 +87,8 @@ class Tabulator:
         self,
         causes: Sequence[Cause],
         points: Sequence[tuple[tuple[float, ...], tuple[float, ...]]],
-        rows: Sequence[int] | None = None,
-    ):
+        rows: Sequence[int] | np.ndarray | None = None,
+    ) -> np.ndarray:
         """Log predictions of specimens at given sizes and nuisance values.
 
         Parameters
@@ -101,7 +101,7 @@ class Tabulator:
         -------
         ndarray, shape (len of points, len of rows)
         """
-        rows = range(self.n) if rows is None else rows
+        rows = np.arange(self.n) if rows is None else np.asarray(rows)
         jobs = []
         for sizes, z in points:
             parameters = list(self.fixed) + [(k, m.at(v)) for (k, m), v in zip(self.free.items(), z, strict=True)]
@@ -179,7 +179,7 @@ class Tabulator:
         one, two = (t.values[np.ix_(p, *thin)] for t, p in zip((first, second), pick, strict=True))
         return Table(causes, sizes, z, one[:, None] + two[None] - (base.values[np.ix_(*thin)] if thin else base.values))
 
-    def pair_error(self, table: Table, at: tuple[float, float], z: Sequence[float]) -> float:
+    def pair_error(self, table: Table, at: tuple[float, ...], z: Sequence[float]) -> float:
         """Largest error of an additive pair table at one point, in units of the noise: true pair minus table."""
         true = self.evaluate(table.causes, [(tuple(at), tuple(z))])[0]
         axes = (*table.sizes, *(a for a in table.z))
@@ -296,8 +296,9 @@ def _say_if_without_effect(change: np.ndarray, what: str, keyword: str, ends: Se
         )
 
 
-def transformed(cause: Cause, size: float, prediction: float, specimen, index: int) -> float:
+def transformed(cause: Cause, size: float, prediction: float, specimen: Any, index: int) -> float:
     """A prediction as a measurement cause lets it be read."""
+    assert cause.apply is not None, "a reading is transformed by its apply"
     try:
         value = cause.apply(float(size), float(prediction), specimen)
     except Exception as error:

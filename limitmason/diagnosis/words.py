@@ -1,11 +1,17 @@
-"""What stands behind a name, or is missing for it, in plain sentences."""
+"""What a diagnosis says, in plain sentences: the verdict, what it means, what it rests on and what limits it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+
+import numpy as np
 
 from limitmason.causes.cause import Cause
+from limitmason.diagnosis.inference.checks import LIKE, Checks
 from limitmason.diagnosis.inference.discrepancy import CONSTANT, TOGETHER
+from limitmason.diagnosis.inference.shared import PLAUSIBLE
 from limitmason.diagnosis.inference.verdict import VerdictKind
-from limitmason.diagnosis.result import Diagnosis
+from limitmason.diagnosis.result import Findings
+
+FEW = 5  # causes named in one sentence
 
 
 def enumerated(words: Sequence[str]) -> str:
@@ -13,22 +19,142 @@ def enumerated(words: Sequence[str]) -> str:
     return " and ".join(w for w in (", ".join(words[:-1]), *words[-1:]) if w)
 
 
+def one_word(kind: str, causes: tuple[str, ...]) -> str:
+    """An answer in few words."""
+    return f"{kind} {', '.join(causes)}".rstrip()
+
+
+def shown_p(value: float) -> str:
+    """A p with its sign of comparison."""
+    return f"= {value:.3f}" if value >= 0.001 else "< 0.001"
+
+
+def gate_words(p: Mapping[str, float]) -> str:
+    """Tail probabilities by their names."""
+    return ", ".join(f"{k} p {shown_p(v)}" for k, v in p.items())
+
+
 def could_do_the_same(along: str, *, short: bool = False) -> str:
-    """What else could do it, by the covariate of the nearest nameless bias."""
+    """What else could do it, by the covariate of the nearest model discrepancy."""
     if along == CONSTANT:
         return "an equal error of all values could do the same" + ("" if short else ", whatever its origin")
     where = "several covariates together" if along == TOGETHER else along
     return f"something else that goes with {where} could do the same"
 
 
-def shown(diagnosis: Diagnosis) -> str:
+def shown(diagnosis: Findings) -> str:
     """The one explanation in words."""
     return " and ".join(diagnosis.causes)
 
 
-def behind_the_name(diagnosis: Diagnosis) -> list[str]:
-    """Why a name is earned, or what is missing for it and which test would earn it; empty where no name is at stake."""
-    record = diagnosis.earned
+def headline(diagnosis: Findings) -> str:
+    """The verdict in one sentence."""
+    kind, names = diagnosis.kind, diagnosis.causes
+    if kind == "none":
+        doubt = diagnosis.verdict.doubt
+        also = "" if doubt is None else " beside noise that tests may share unstated"
+        return f"none: the baseline explains the data{also}"
+    if kind == "cause":
+        identified = ", and it is identified" if diagnosis.identified else ""
+        return f"cause: {names[0]} is the only one of the list that the data do not reject{identified}"
+    if kind == "behaves like":
+        together = " together" if diagnosis.pairs else ""
+        along = diagnosis.identification.along if diagnosis.identification is not None else CONSTANT
+        also = could_do_the_same(along, short=True)
+        return f"behaves like {shown(diagnosis)}{together}: it fits, but it is not identified; {also}"
+    if kind == "either":
+        few = len(names) <= FEW
+        first, last = (names[:-1], names[-1]) if few else (names[: FEW - 1], f"one of {len(names) - FEW + 1} others")
+        return f"either: {', '.join(first)} or {last}; these data cannot tell them apart"
+    if kind == "two":
+        best = " and ".join(names)
+        if len(diagnosis.pairs) == 1:
+            return f"two: {best} together; no single cause of the list and no other pair is left"
+        return f"two: no single cause is left, {len(diagnosis.pairs)} pairs are; best {best}"
+    if kind == "scatter":
+        return "scatter: the data scatter more than stated and no cause of the list takes part of it away"
+    where = f", varies with {diagnosis.covariate}" if diagnosis.covariate else ""
+    if diagnosis.verdict.structured and not diagnosis.causes:
+        fits = " and ".join(diagnosis.verdict.structured[0])
+        return f"unexplained{where}: {fits} fits, but leaves structure that noise does not make"
+    if diagnosis.verdict.withdrawn:
+        return f"unexplained{where}: what fits predicts groups left out worse than the baseline does"
+    none = (
+        "no cause and no pair of the list fits" if diagnosis.verdict.tried_pairs else "no single cause of the list fits"
+    )
+    return f"unexplained{where}: {none}{'' if diagnosis.verdict.tried_pairs else ' (pairs not tried)'}"
+
+
+def meaning(diagnosis: Findings) -> list[str]:
+    """The verdict in plain sentences: what follows from it and what to do."""
+    kind, by_name = diagnosis.kind, diagnosis.by_name
+    before = 100.0 * float(np.sqrt(np.mean(diagnosis.residuals["baseline"] ** 2)))
+    if kind == "none":
+        return [
+            f"The simulation misses the measured values by {before:.1f} % (root mean square); noise and the measured "
+            "inputs account for that.",
+            *what_is_unstated(diagnosis),
+            "No extension of the model is called for. How large each listed cause could be and stay unseen is given "
+            "below; smaller effects may be there.",
+        ]
+    if kind == "scatter":
+        sd = 100.0 * float(np.sqrt(diagnosis.verdict.null.loss[0] / diagnosis.n) * np.mean(diagnosis.design.scale))
+        return [
+            f"The values scatter by {sd:.1f} % about the simulation where a noise of {diagnosis.noise} was stated, and "
+            "no listed cause takes part of it away.",
+            "Repeat a few tests to measure the noise before any cause is sought.",
+        ]
+    if kind == "unexplained":
+        where = (
+            f" It goes with {diagnosis.covariate}: what differs between specimens of different {diagnosis.covariate} "
+            "is the place to look, which need not be that quantity itself."
+            if diagnosis.covariate
+            else ""
+        )
+        alone = "alone or in pairs" if diagnosis.verdict.tried_pairs else "alone (pairs were not tried)"
+        told = [" and ".join(n) for n in diagnosis.verdict.withdrawn]
+        return [
+            f"The simulation misses the measured values by {before:.1f} %, more than noise allows, and nothing on the "
+            f"list, {alone}, removes the misfit.{where}"
+            if not told
+            else f"The simulation misses the measured values by {before:.1f} %, more than noise allows. "
+            f"{'; '.join(told)} is not rejected on all data together, but predicts groups left out worse than the "
+            f"baseline does, and is not named.{where}",
+            "The list lacks the cause: extend it and judge again.",
+        ]
+    gain = diagnosis.gain
+    assert gain is not None, "an explanation is kept"
+    sizes = [f"{n} = {by_name[n].show(e.size)}" for n, e in diagnosis.estimates.items() if n in gain.names]
+    out = [
+        f"With {' and '.join(sizes)} the model misses the measured values by {100 * gain.error_after:.1f} % instead of "
+        f"{before:.1f} %, and specimens left out of the fit by {100 * gain.error_left_out:.1f} %."
+    ]
+    if kind == "either":
+        out.append(
+            "The other causes named do as well within the noise: their sizes are alternatives, not a sum. More tests, "
+            "chosen to tell them apart, decide; more of the same do not."
+        )
+    elif diagnosis.pairs:
+        out.append(
+            "No single cause of the list is enough; the two act together."
+            if len(diagnosis.pairs) == 1
+            else "No single cause of the list is enough, and several pairs do as well as the best: which, is open."
+        )
+    if diagnosis.verdict.structured:
+        fits = " and ".join(diagnosis.verdict.structured[0])
+        out.append(f"{fits} alone is not rejected by the size of the misfit, but leaves structure, and is withdrawn.")
+    out += identification_words(diagnosis)
+    switched = [by_name[n] for n in gain.names]
+    how = " and ".join(
+        f"{c.name}.apply(size, ...)" if c.apply is not None else f"simulate(..., {c.parameter}=size)" for c in switched
+    )
+    out.append(f"The better model: switch on {how}.")
+    return out
+
+
+def identification_words(diagnosis: Findings) -> list[str]:
+    """Why a cause is identified, or what is missing and which test would identify it; empty where none is alone."""
+    record = diagnosis.identification
     if record is None:
         return []
     name = shown(diagnosis)
@@ -38,7 +164,7 @@ def behind_the_name(diagnosis: Diagnosis) -> list[str]:
         else f"a smooth dependence on {record.along}"
     )  # fmt: skip
     beats = (
-        f"{name} beats the nearest explanation without a name, {nearest}, by {record.excess:.1f} in log-likelihood; "
+        f"{name} beats the nearest model discrepancy, {nearest}, by {record.excess:.1f} in log-likelihood; "
         f"{record.margin:.1f} is asked on this design"
     )
     dose = (
@@ -47,27 +173,27 @@ def behind_the_name(diagnosis: Diagnosis) -> list[str]:
     )
     ahead = f"values left out are predicted by {record.ahead:+.1f} +- {record.ahead_error:.1f} better in log score"
     if record.holds:
-        return [f"The name is earned: {beats}; {dose}; {ahead}."]
+        return [f"Identified: {beats}; {dose}; {ahead}."]
     said = {
-        "lever": f"this design hardly varies what only {name} acts through: were it true, the name would be earned in "
+        "lever": f"this design hardly varies what only {name} acts through: were it true, it would be identified in "
         f"{100 * record.chance:.0f} of 100 data sets",
         "excess": beats,
         "dose": dose,
-        "usual": f"it beats the nearest explanation without a name by {record.excess:.1f}, were it true one would "
+        "usual": f"it beats the nearest model discrepancy by {record.excess:.1f}, were it true one would "
         f"expect {record.expected:.1f} (chance of so little: {record.p:.3f})",
         "left out": ahead,
     }
     missing = "; ".join(said[m] for m in record.missing)
     out = [
-        f"The name is not earned. It fits, but {could_do_the_same(record.along)}; no cause on the list need be the "
+        f"Not identified. It fits, but {could_do_the_same(record.along)}; no cause on the list need be the "
         f"true one. What is missing: {missing}."
     ]
-    return [*out, earning_test(diagnosis)]
+    return [*out, identifying_test(diagnosis)]
 
 
-def earning_test(diagnosis: Diagnosis) -> str:
-    """The test that would earn the name."""
-    record, by_name = diagnosis.earned, diagnosis.by_name
+def identifying_test(diagnosis: Findings) -> str:
+    """The test that would identify it."""
+    record, by_name = diagnosis.identification, diagnosis.by_name
     alone = [f"{n}: {by_name[n].isolate}" for n in diagnosis.causes if by_name[n].isolate]
     if record is None or record.along == CONSTANT:
         vary = "tests in which the effect would differ from one specimen to the other"
@@ -75,10 +201,10 @@ def earning_test(diagnosis: Diagnosis) -> str:
         vary = "tests in which the effect would differ between specimens that are alike in all that is recorded"
     else:
         vary = f"tests in which the effect would differ between specimens of one {record.along}"
-    return "What would earn it: " + "; or ".join([*alone, f"{vary} (next_tests chooses from a pool)"]) + "."
+    return "What would identify it: " + "; or ".join([*alone, f"{vary} (next_tests chooses from a pool)"]) + "."
 
 
-def if_it_were_missing(diagnosis: Diagnosis) -> str:
+def if_it_were_missing(diagnosis: Findings) -> str:
     """How often a name of the list would be given to an effect that is not on it; empty where that is not known."""
     found = diagnosis.rehearsal
     if found is not None and found.missing:
@@ -96,15 +222,15 @@ def if_it_were_missing(diagnosis: Diagnosis) -> str:
             "How often this name would be given to another effect is not known: with one cause on the list none can be "
             "left out. Extend it."
         )
-    before = 100 * quick.unearned / quick.trials
+    before = 100 * quick.fitted / quick.trials
     return (
         f"If the true cause were missing from this list, one of these names would be given in {100 * quick.rate:.0f} "
-        f"of 100 data sets on this design ({before:.0f} if names need not be earned; rehearsed quickly on "
+        f"of 100 data sets on this design ({before:.0f} if names need not be identified; rehearsed quickly on "
         f"{quick.trials} data sets with a listed cause taken off, which sets the margin)."
     )
 
 
-def what_is_shared(diagnosis: Diagnosis) -> list[str]:
+def what_is_shared(diagnosis: Findings) -> list[str]:
     """Shares of the noise that are carried."""
     shares = diagnosis.shares
     if not shares.looked_at:
@@ -118,12 +244,12 @@ def what_is_shared(diagnosis: Diagnosis) -> list[str]:
     return [text + "."]
 
 
-def what_is_unrecorded(diagnosis: Diagnosis) -> list[str]:
-    """An alarm held against noise that tests share unrecorded: it stands, or is withheld; empty where there is none."""
+def what_is_unstated(diagnosis: Findings) -> list[str]:
+    """An alarm held against noise that tests share unstated: it stands, or is withheld; empty where there is none."""
     doubt = diagnosis.verdict.doubt
     if doubt is None:
         return []
-    missing, cause = enumerated(doubt.unrecorded), " and ".join(doubt.names)
+    missing, cause = enumerated(doubt.unstated), " and ".join(doubt.names)
     shared = f"half of the noise's variance shared by the tests that {cause} acts on"
     then = ", ".join(f"{k} p = {v:.3f}" for k, v in doubt.p.items())
     if doubt.holds:
@@ -135,13 +261,94 @@ def what_is_unrecorded(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def one_word(kind: str, causes: tuple[str, ...]) -> str:
-    """An answer in few words."""
-    return f"{kind} {', '.join(causes)}".rstrip()
+def basis(diagnosis: Findings) -> list[str]:
+    """What the verdict rests on: noise, measured inputs with their refit, groups, and twins on this design."""
+    verdict = diagnosis.verdict
+    noise = f"Noise of the measured values: {diagnosis.noise}"
+    if diagnosis.noise_sd is not None:
+        noise += (
+            f" (estimated from the {'best fit' if diagnosis.kept else 'baseline'}: {100 * diagnosis.noise_sd:.2g} %)"
+        )
+    out = [noise + "."]
+    fitted = verdict.tested[diagnosis.kept[0]].z if diagnosis.kept else None
+    for name, z in zip(diagnosis.redrawn, fitted or [None] * len(diagnosis.redrawn), strict=True):
+        given = diagnosis.nuisance[name]
+        text = f"Measured input {name}: {given.value:.4g} +- {given.sd:.2g}"
+        out.append(text + (f", refitted to {given.at(z):.4g} ({z:+.1f} sd)." if z is not None else "."))
+    out += [
+        f"Measured input {n}: {v.value:.4g}, taken as exact."
+        for n, v in diagnosis.nuisance.items()
+        if n not in diagnosis.redrawn
+    ]
+    out += what_is_shared(diagnosis)
+    if diagnosis.kind != "none":
+        out += what_is_unstated(diagnosis)
+    if diagnosis.groups is not None:
+        out.append(f"{len(set(diagnosis.groups))} groups of specimens, each left out as a whole for the gain.")
+    distances = diagnosis.distances
+    twins = "; ".join(f"{a} and {b}" for a, b in distances.twins)
+    out.append(f"Twins on this design, which no data of it can tell apart: {twins or 'none'}.")
+    if distances.invisible:
+        out.append(f"Not visible on this design within their bounds: {', '.join(distances.invisible)}.")
+    return out
 
 
-def as_one_kind(diagnosis: Diagnosis) -> str:
-    """The kind, with "behaves like" as what would be said if names need not be earned."""
+def trend_words(diagnosis: Findings) -> list[str]:
+    """The covariate that the residuals of the baseline vary with; empty where there is none."""
+    if not diagnosis.covariate:
+        return []
+    trend = diagnosis.verdict.trend
+    return [f"The residuals of the baseline vary with {diagnosis.covariate} ({trend}); a pointer, not a cause."]
+
+
+def check_lines(diagnosis: Findings, checks: Checks) -> list[str]:
+    """What the verdict hangs on: the same data under other statements of the noise and without single specimens."""
+    out: list[str] = []
+
+    def says(answer: tuple[str, tuple[str, ...]]) -> str:
+        return one_word(*answer)
+
+    same = (as_one_kind(diagnosis), set(diagnosis.causes))
+    if diagnosis.noise.kind != "unknown":
+        if (checks.unknown_noise[0], set(checks.unknown_noise[1])) != same:
+            out.append(
+                f"Stated and unknown noise disagree: with the noise taken as unknown the verdict is "
+                f"{says(checks.unknown_noise)}."
+            )
+        else:
+            out.append("With the noise taken as unknown the verdict is the same.")
+    if checks.student is not None and (checks.student[0], set(checks.student[1])) != same:
+        out.append(
+            f"With Student errors, which forgive blunders (Noise(sd, tails=4)), the verdict is {says(checks.student)}."
+        )
+    for column, answer in checks.shared.items():
+        where = "groups of like specimens" if column == LIKE else column
+        what = f"With {100 * PLAUSIBLE:.0f} % of the noise's variance shared within {where} (assumed: not estimated)"
+        told = "is the same" if (answer[0], set(answer[1])) == same else f"is {says(answer)}"
+        out.append(f"{what} the verdict, before it is identified, {told}.")
+    for i in checks.hangs_on[:6]:
+        out.append(f"The verdict hangs on {diagnosis.specimens[i]}: without it, it is {says(checks.dropped[i])}.")
+    if len(checks.hangs_on) > 6:
+        out.append(f"And without {len(checks.hangs_on) - 6} other single specimens it changes too.")
+    if not checks.hangs_on:
+        out.append(
+            "No single specimen decides: left out one at a time, none turns the verdict into another kind or into "
+            "other causes (a set may grow or shrink)."
+        )
+    return out
+
+
+def seen_from(cause: Cause, sizes: Sequence[float | None]) -> str:
+    """Smallest sizes that would have been seen, per side of the baseline."""
+    shown = [
+        cause.show(s) if s is not None else f"not within the bound {cause.show(side)}"
+        for s, side in zip(sizes, cause.sides, strict=True)
+    ]
+    return " or ".join(shown)
+
+
+def as_one_kind(diagnosis: Findings) -> str:
+    """The kind, with "behaves like" as what would be said if names need not be identified."""
     if diagnosis.kind != VerdictKind.BEHAVES_LIKE:
         return str(diagnosis.kind)
     return str(VerdictKind.TWO if diagnosis.pairs else VerdictKind.CAUSE)

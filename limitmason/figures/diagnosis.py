@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from limitmason.diagnosis.inference.design import is_numeric
-from limitmason.diagnosis.report import headline
+from limitmason.diagnosis.words import headline
 from limitmason.figures import style
 from limitmason.figures.confusion import distance_legend, draw_distances
 from limitmason.figures.residuals import few_labels, ordered_covariates, residual_panel

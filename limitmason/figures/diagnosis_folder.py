@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from limitmason.diagnosis.record import write_record
+from limitmason.diagnosis.report import write_record
 from limitmason.errors import InputError
 from limitmason.figures.confusion import confusable, rehearsal
 from limitmason.figures.diagnosis import diagnosis
@@ -62,7 +62,7 @@ def write_causes(path: str | Path, answer: Any) -> None:
     units = {
         "cause": "-", "acts on": "-", "unit of size": "-", "kept": "-", "size": "unit", "low": "unit", "high": "unit",
         "log-likelihood gain": "-", "p deficit": "-", "p trend": "-", "p scatter": "-",
-        "name earned": "-",
+        "identified": "-",
     }  # fmt: skip
     lines = []
     for row in answer.table():
@@ -74,6 +74,6 @@ def write_causes(path: str | Path, answer: Any) -> None:
         chances = ["" if row[f"p_{k}"] is None else f"{row[f'p_{k}']:.4f}" for k in ("deficit", "shape", "scatter")]
         kept = "yes" if row["kept"] else "no"
         gain = f"{row['gain']:.4f}"
-        name = {True: "yes", False: "no", None: ""}[row["earned"]]
+        name = {True: "yes", False: "no", None: ""}[row["identified"]]
         lines.append([row["cause"], row["acts_on"], row["unit"], kept, sizes, low, high, gain, *chances, name])
     write_table(path, units, lines)

@@ -10,18 +10,16 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from limitmason.diagnosis.report import (
+from limitmason.diagnosis.words import (
     basis,
     check_lines,
     gate_words,
     headline,
+    if_it_were_missing,
     meaning,
     seen_from,
-    state_of,
     trend_words,
-    warnings,
 )
-from limitmason.diagnosis.words import if_it_were_missing
 from limitmason.figures.confusion import rehearsal as draw_rehearsal
 from limitmason.figures.diagnosis import diagnosis as diagnosis_figure
 from limitmason.figures.page import bullets, image, paragraphs, table, write_page
@@ -69,8 +67,8 @@ def diagnosis_page(
         f'<p class="title">{escape(title)}</p><h1>{escape(words[0].upper() + words[1:])}.</h1>',
         f'<p class="list"><strong>Conditional on the list.</strong> The verdict chooses among the {count} '
         f"cause{'s' * (count != 1)} listed below, alone and in pairs. A cause that is not on the list cannot be named; "
-        "a p beside a cause means that it is not rejected, not that it is true; a name is given only where it is "
-        f"earned, otherwise the data behave like it. {escape(if_it_were_missing(result))}</p>",
+        "a p beside a cause means that it is not rejected, not that it is true; a cause is identified only where no "
+        f"model discrepancy does as well, otherwise the data behave like it. {escape(if_it_were_missing(result))}</p>",
         "<h2>What it means</h2>" + paragraphs(meaning(result)),
         "<h2>The picture</h2>" + image(picture, "residuals, sizes, distances and predictions"),
     ]
@@ -82,7 +80,7 @@ def diagnosis_page(
     gate = escape(gate_words(result.verdict.p))
     parts.append(f'<p class="small">Gate for &ldquo;none&rdquo;: {gate}. Seed {result.seed}.</p>')
     hangs = check_lines(result, result.checks) if checks else []
-    parts.append("<h2>What to keep in mind</h2>" + bullets([*hangs, *warnings(result)]))
+    parts.append("<h2>What to keep in mind</h2>" + bullets([*hangs, *result.warnings]))
     parts.append("<h2>What this design can tell apart</h2>" + _distances(result))
     if next_tests is not None:
         parts.append("<h2>Next tests</h2>" + _next_tests(next_tests, units))
@@ -127,7 +125,7 @@ def _causes(result: Any) -> str:
         bounds = f"{cause.bounds[0]:g} to {cause.bounds[1]:g}" + ("" if cause.unit == "-" else f" {cause.unit}")
         rows.append(("kept" if tested.kept else "", [
             cause.name, cause.acts_on, physics, (f"{cause.baseline:g}; {bounds}",), (cause.show(tested.sizes[0]),),
-            (f"{tested.gain:+.1f}",), state_of(result, (cause.name,)),
+            (f"{tested.gain:+.1f}",), result.state_of((cause.name,)),
             seen_from(cause, result.detectable[cause.name]),
         ]))  # fmt: skip
     header = ["cause", "acts on", "physics", "baseline; bounds", "best fit", "log-likelihood", "verdict",

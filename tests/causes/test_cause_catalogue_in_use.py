@@ -443,5 +443,5 @@ def test_a_planted_cause_of_the_catalogue_is_named_sized_and_its_twins_are_known
     diagnosis = study.diagnose(causes, seed=0)
     # its effect goes with the width alone: a smooth dependence on that comes too near for the name to be earned
     assert (diagnosis.kind, diagnosis.causes) == ("behaves like", ("edge rounding",))
-    assert diagnosis.earned.excess > 0.0
+    assert diagnosis.identification.excess > 0.0
     assert diagnosis.estimates["edge rounding"].size == pytest.approx(6.0, rel=0.15)

@@ -10,7 +10,7 @@ from diagnosis_models import CAUSES, HEIGHTS, ROUNDING, data, kinds, pulled, spe
 
 import limitmason as lm
 from limitmason.diagnosis import Cause, Noise, Study
-from limitmason.diagnosis.report import headline
+from limitmason.diagnosis.words import headline
 
 KINDS = ("none", "cause", "either", "two", "unexplained", "scatter")
 TWIN = Cause("thickness <loss>", "twin", 0.0, (0.0, 0.02), "the same & more", "measurement", pulled)

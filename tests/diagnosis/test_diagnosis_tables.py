@@ -11,7 +11,7 @@ from limitmason.diagnosis import Cause, Measured, Noise, Study
 from limitmason.diagnosis.inference.bootstrap import Draws, Tally, run
 from limitmason.diagnosis.inference.cells import descend
 from limitmason.diagnosis.inference.design import Shapes
-from limitmason.diagnosis.inference.fit import fit, fit_many
+from limitmason.diagnosis.inference.fit import fit, fits
 from limitmason.diagnosis.inference.grid import Grid, at_measured
 from limitmason.diagnosis.inference.noise import Likelihood
 from limitmason.diagnosis.simulator import Job, Simulator
@@ -161,8 +161,8 @@ def test_fits_by_inner_products_are_those_by_residuals(like, inputs):
         grids.append(Grid([size], z, values))
     y = grids[0].nodes[-1] + rng.standard_normal((200, 12))
     z, replicate = rng.standard_normal((200, inputs)), rng.chisquare(8, 200) / 8
-    short = fit_many(grids, y, z, like, replicate)
-    bare = fit_many(grids, y, z, like, replicate, residuals=False)
+    short = fits(grids, y, z, like, replicate)
+    bare = fits(grids, y, z, like, replicate, residuals=False)
     for grid, found, quick in zip(grids, short, bare, strict=True):
         long = fit(grid, y, z, like, replicate, np.ones_like(y))
         for name in ("loglik", "loss", "penalty", "residuals"):
@@ -173,7 +173,7 @@ def test_fits_by_inner_products_are_those_by_residuals(like, inputs):
 
 def test_data_that_a_model_fits_exactly_leave_no_rounding_behind():
     grid = Grid([np.linspace(0.0, 1.0, 9)], [], np.linspace(0.0, 1.0, 9)[:, None] * np.arange(1.0, 7.0) * 1e3)
-    (found,) = fit_many([grid], grid.nodes[5:6], np.zeros((1, 0)), Likelihood("unknown"), residuals=False)
+    (found,) = fits([grid], grid.nodes[5:6], np.zeros((1, 0)), Likelihood("unknown"), residuals=False)
     assert found.loss[0] < 1e-20
 
 

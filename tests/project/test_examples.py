@@ -109,7 +109,7 @@ def own_cause(g):
     # it goes with the height alone: something else that does could do the same
     assert g["diagnosis"].kind == "behaves like"
     assert g["diagnosis"].causes == ("hollow upper units",)
-    assert g["diagnosis"].earned.along == "height"
+    assert g["diagnosis"].identification.along == "height"
     assert g["size"] == pytest.approx(0.5, rel=0.15)
     assert g["without"].kind != "none"
 
@@ -161,10 +161,10 @@ def diagnose_ferris_tin_loi(g):
     # sharp DEM against sharp limit analysis is no alarm; the planted rounding is named with its size
     assert g["null"].kind == "none"
     assert g["planted"].causes == ("edge rounding",)
-    assert g["planted"].named
+    assert g["planted"].identified
     # in the programs' own values an offset of the angle fits alone, but leaves structure: no name is given
     assert g["theirs_verdict"].verdict.structured == (("angle offset",),)
-    assert not g["theirs_verdict"].named
+    assert not g["theirs_verdict"].identified
     size = g["planted"].estimates["edge rounding"]
     assert size.size == pytest.approx(20.0, rel=0.15)
     assert size.low < 20.0 < size.high

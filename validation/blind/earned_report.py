@@ -75,7 +75,7 @@ def never_named(record):
 
 
 def without_margin(record):
-    """A broken rule: a name need only beat the nameless bias, by nothing."""
+    """A broken rule: a name need only beat the model discrepancy, by nothing."""
     if "excess" not in record:
         return record["outcome"]
     left = set(record["missing"]) - {"lever", "excess"}

@@ -262,7 +262,7 @@ def one(design, kind, seed, *, code=store.LIMIT, column=None, recorded=True, car
     truth = () if kind.startswith("missing") else plant.names
     out = {"design": design, "kind": kind, "truth": plant.label, "outcome": outcome(verdict, truth),
            "said": " + ".join(verdict.causes)}  # fmt: skip
-    record = verdict.earned
+    record = verdict.identification
     if record is not None:
         fit = verdict.verdict.tested[record.names].fit
         rival = surface.Surfaces(verdict.design, verdict.covariates).evidence(verdict.y)

@@ -39,7 +39,7 @@ def alarms(values, truth, candidates, levels, trials):
         z = float(rng.choice(two_codes_trials.FRICTIONS, p=two_codes_trials.CHANCES))
         expected = np.array(truths.predict(z=z))
         measured = expected * np.exp(noise * rng.standard_normal(len(expected)))
-        rule = Rule(earn=False, screen=True)
+        rule = Rule(identify=False, screen=True)
         verdict = study.with_measured(measured).diagnose(small_walls.CAUSES, seed=k, draws=699, rule=rule, pairs=False)
         found += verdict.kind != "none"
     return worst, found

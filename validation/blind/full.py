@@ -53,7 +53,7 @@ def main(arguments=None):
     start = time.perf_counter()
     kinds = {f.name: type(f.default) for f in fields(Rule)}
     changed = {k: kinds[k](v) for k, v in (r.split("=") for r in given.rule)}
-    record, notes = trial_all(given.seed, given.scale, given.only, given.workers, Rule(earn=False, **changed))
+    record, notes = trial_all(given.seed, given.scale, given.only, given.workers, Rule(identify=False, **changed))
     text = report(record, notes, given.seed, time.perf_counter() - start, given.workers, given.rule)
     report_parts.put(given.out, f"{BEGIN}\n{text}{END}\n", BEGIN, END)
     sys.stdout.write(text)

@@ -10,7 +10,7 @@ from . import hide, other, score, surrogate
 
 CROSS_ERROR = 0.015  # declared method error between the two closed forms (their difference: 0.9 to 1.3 % rms)
 FRESH = 400
-SET = Rule(earn=False)  # these trials count what is not rejected; whether a name is earned is counted by `earned.py`
+SET = Rule(identify=False)  # these trials count what is not rejected; `earned.py` counts what is identified
 
 
 @dataclass

@@ -1,6 +1,6 @@
 """Parametric bootstrap with sequential stopping."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,6 +11,10 @@ from limitmason.diagnosis.inference.noise import Noise
 DRAWS = 1999  # 399 cannot resolve a threshold of 0.005
 BATCHES = (99, 299, 699, 1299, 1999)
 DOUBT = 1e-3  # a threshold counts as passed when chance would reverse it less often than this
+
+
+Drawn = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Values, measured inputs and replicate variances."""
 
 
 @dataclass(frozen=True)
@@ -29,14 +33,14 @@ class Draws:
     replicate: np.ndarray
 
     @classmethod
-    def make(cls, seed, n: int, k: int, noise: Noise, count: int = DRAWS) -> "Draws":
+    def make(cls, seed: int | Sequence[int], n: int, k: int, noise: Noise, count: int = DRAWS) -> "Draws":
         """All draws from one seed."""
         rng = np.random.default_rng(seed)
         errors = rng.standard_normal((count, n)) if noise.tails is None else rng.standard_t(noise.tails, (count, n))
         replicate = np.ones(count) if noise.dof is None else rng.chisquare(noise.dof, count) / noise.dof
         return cls(errors, rng.standard_normal((count, k)), replicate)
 
-    def data(self, fitted: np.ndarray, z: np.ndarray, sd: float, rows: slice):
+    def data(self, fitted: np.ndarray, z: np.ndarray, sd: float, rows: slice) -> Drawn:
         """Values, measured inputs and replicate variances drawn from a fitted model.
 
         Parameters

@@ -3,7 +3,11 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
+Array = NDArray[np.float64]
+Row = Sequence[Array] | Array
+Rows = Sequence[Sequence[Array]] | Array
 FLAT = 1e-9  # of the largest squared change per cell along an axis: below it rounding would choose the step
 SWEEPS = 8  # of coordinate descent inside one cell of three and more axes
 TINY = 1e-30  # keeps the step finite along an axis without effect
@@ -114,7 +118,7 @@ class Looked:
         self.z_sides = at["z_sides"].reshape(2, k, len(table))
 
 
-def descend(gram, gradient, low, high):
+def descend(gram: Rows, gradient: Row, low: Row, high: Row) -> Array:
     """Minimiser of m'Gm/2 - g'm within a box, all data sets at once: closed form up to two axes, else by sweeps.
 
     Parameters
@@ -141,7 +145,7 @@ def descend(gram, gradient, low, high):
     return move
 
 
-def _descend_two(gram, gradient, low, high):
+def _descend_two(gram: Rows, gradient: Row, low: Row, high: Row) -> Array:
     """The same for two axes: the free minimum, or the better of the two with one axis held at its violated end."""
     a, b, c = gram[0][0] + TINY, gram[0][1], gram[1][1] + TINY
     g, h = gradient
@@ -156,5 +160,6 @@ def _descend_two(gram, gradient, low, high):
     return np.stack([np.where(swap, other, first), np.where(swap, second, answer)])
 
 
-def _clip(values, low, high):
-    return np.minimum(np.maximum(values, low), high)
+def _clip(values: Array, low: Array, high: Array) -> Array:
+    out: Array = np.minimum(np.maximum(values, low), high)
+    return out

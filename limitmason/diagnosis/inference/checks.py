@@ -49,7 +49,7 @@ def judge_again(
     seed: int,
     pairs: bool,
     shares: Shares,
-    unrecorded: tuple[str, ...] = (),
+    unstated: tuple[str, ...] = (),
     progress: Callable[[str], None] | None = None,
 ) -> Checks:
     """The verdict under unknown noise, and without each specimen in turn (quick; the latter without pairs).
@@ -62,7 +62,7 @@ def judge_again(
     rule, seed : of the verdict
     pairs : whether pairs of causes are tried under other statements of the noise
     shares : of the noise that are carried
-    unrecorded : circumstances of the tests that no column tells
+    unstated : circumstances of the tests that no column tells
     progress : told in a line what is judged again
     """
 
@@ -83,7 +83,7 @@ def judge_again(
         if correlation is not shares.correlation or shares.shares:
             design = sharing(design, correlation[np.ix_(rows, rows)], kept)
         y = design.turned(y)
-        alarm = doubted(design, y, gate(design, y, chances, rule), chances, rule, kept, unrecorded)
+        alarm = doubted(design, y, gate(design, y, chances, rule), chances, rule, kept, unstated)
         return explained(design, y, alarm, chances, rule, pairs)
 
     say = progress or (lambda line: None)

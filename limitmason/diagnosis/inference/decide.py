@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import chdtrc
 
-from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws, Tally, run
+from limitmason.diagnosis.inference.bootstrap import DRAWS, Drawn, Draws, Tally, run
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.fit import Fit
 from limitmason.diagnosis.inference.noise import Likelihood
@@ -32,12 +32,12 @@ class Rule:
         data drawn from that explanation (a chance of less than 1e-7 a draw)
     screen : whether single causes that are hopeless are rejected without bootstrap as well
     draws : most draws
-    earn : whether a name must be earned; without, whatever is the only one left is named
-    margin : least log-likelihood by which a name must beat every smooth nameless bias; 10 was set on pilot trials
+    identify : whether a name must be identified; without, whatever is the only one left is named
+    margin : least log-likelihood by which a name must beat every smooth model discrepancy; 10 was set on pilot trials
     missing, each : largest share of data sets, with a cause that was taken off the list, in which any name, or one and
         the same name, is given; the margin is raised until it holds
-    usual : a name that beats the nameless biases by less than this share of data drawn from it do, is not earned
-    structure : a single name whose residuals show a nameless bias as seldom as this is withdrawn
+    usual : a name that beats the discrepancies by less than this share of data drawn from it do, is not identified
+    structure : a single name whose residuals show a model discrepancy as seldom as this is withdrawn
     asks : as seldom as this, and pairs are tried before it is given
     """
 
@@ -53,7 +53,7 @@ class Rule:
     far: float = 60.0
     screen: bool = False
     draws: int = DRAWS
-    earn: bool = True
+    identify: bool = True
     margin: float = 10.0
     missing: float = 0.05
     each: float = 0.01
@@ -87,8 +87,8 @@ def gate(design: Design, y: np.ndarray, draws: Draws, rule: Rule) -> Verdict:
     elif "scatter" in fired and not tally.rejected("guard") and p["shape"] >= rule.guard:
         kind = VerdictKind.SCATTER
     tested = _untested(design, singles, float(null.loglik[0]))
-    where = (seen.covariate, seen.kind) if seen else (None, None)
-    return Verdict(kind, (), (), *where, p, critical, tested, null)
+    covariate, shape = (seen.covariate, seen.kind) if seen else (None, None)
+    return Verdict(kind, (), (), covariate, shape, p, critical, tested, null)
 
 
 def explained(design: Design, y: np.ndarray, verdict: Verdict, draws: Draws, rule: Rule, pairs: bool = True) -> Verdict:
@@ -127,7 +127,7 @@ def with_pairs(design: Design, y: np.ndarray, verdict: Verdict, draws: Draws, ru
     ----------
     verdict : in which no single cause is left
     """
-    if not design.pair_names or verdict.null is None:
+    if not design.pair_names:
         return verdict
     names = design.pair_names
     fits = dict(zip(names, design.fits(names, y, np.zeros(design.inputs), residuals=True), strict=True))
@@ -192,7 +192,7 @@ def _gate(design: Design, null: Fit, singles: dict[Names, Fit], draws: Draws, ru
     tally = Tally({k: float(v[0]) for k, v in observed.items()}, thresholds)
     gains: list[np.ndarray] = []
 
-    def draw(rows: slice):
+    def draw(rows: slice) -> dict[str, np.ndarray]:
         y, z, replicate = drawn_data(design, (), null, draws, rows)
         base = design.fit((), y, z, replicate)
         fits = design.fits(list(singles), y, z, replicate)
@@ -215,7 +215,7 @@ def _gate(design: Design, null: Fit, singles: dict[Names, Fit], draws: Draws, ru
     return tally, float(np.quantile(np.concatenate(gains), 1.0 - rule.gain))
 
 
-def _gate_statistics(design: Design, null: Fit, fits: Sequence[Fit], replicate) -> dict[str, np.ndarray]:
+def _gate_statistics(design: Design, null: Fit, fits: Sequence[Fit], replicate: np.ndarray) -> dict[str, np.ndarray]:
     best = np.max([f.loglik for f in fits], axis=0)
     out = {"gain": best - null.loglik, "shape": design.shapes.statistic(null.residuals)}
     if design.like.scale_known:
@@ -237,7 +237,7 @@ def _hopeless(design: Design, fit: Fit, deficit: float, rule: Rule) -> bool:
     return design.like.quadratic and float(chdtrc(design.n + design.inputs, loss)) < rule.hopeless_tail
 
 
-def drawn_data(design: Design, names: Names, fit: Fit, draws: Draws, rows: slice):
+def drawn_data(design: Design, names: Names, fit: Fit, draws: Draws, rows: slice) -> Drawn:
     """Values, measured inputs and replicate variances drawn from a fitted explanation."""
     z = design.grid(names).z_at(fit.position)[0]
     return draws.data(design.predicted(names, fit)[0], z, noise_of(design, names, fit), rows)
@@ -252,13 +252,13 @@ def noise_of(design: Design, names: Names, fit: Fit) -> float:
 def _adequate(design: Design, names: Names, fit: Fit, draws: Draws, rule: Rule) -> Tally:
     """Trend and scatter of the residuals under the explanation's own fit."""
 
-    def statistics(f: Fit, replicate):
+    def statistics(f: Fit, replicate: np.ndarray) -> dict[str, np.ndarray]:
         out = {"shape": design.shapes.statistic(f.residuals)}
         if design.like.scale_known:
             out["scatter"] = design.like.scatter(f.loss, f.penalty, replicate)
         return out
 
-    def draw(rows: slice):
+    def draw(rows: slice) -> dict[str, np.ndarray]:
         y, z, replicate = drawn_data(design, names, fit, draws, rows)
         return statistics(design.fit(names, y, z, replicate), replicate)
 
@@ -283,7 +283,7 @@ def _deficit(
     near = _near(design, names, fit, rivals, rule)
     least = tally.least("deficit")
 
-    def draw(rows: slice):
+    def draw(rows: slice) -> dict[str, np.ndarray]:
         y, z, replicate = drawn_data(design, names, fit, draws, rows)
         own = design.fits([names], y, z, replicate)[0].loglik
         out = np.zeros(len(y))

@@ -1,13 +1,13 @@
 """Everything that the rule needs of one design and one list of causes: whitened grids, trends, likelihood."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
 from scipy.special import fdtrc
 
-from limitmason.diagnosis.inference.fit import Fit, fit, fit_many
+from limitmason.diagnosis.inference.fit import Fit, fits
 from limitmason.diagnosis.inference.grid import Grid, Table
 from limitmason.diagnosis.inference.noise import Likelihood, Noise
 
@@ -111,7 +111,7 @@ def is_numeric(column: Sequence) -> bool:
         return False
 
 
-def _columns(column: Sequence):
+def _columns(column: Sequence) -> Iterator[tuple[str, np.ndarray]]:
     """Kind and columns of every trend of one covariate."""
     labels = [str(v) for v in column]
     if is_numeric(column):
@@ -233,14 +233,11 @@ class Design:
         Parameters
         ----------
         names : of the explanations
-        y, z, replicate : as for :func:`~.fit.fit`
+        y, z, replicate : as for :func:`~.fit.fits`
         residuals : whether those of the fits are wanted
         like : another likelihood than that of the noise
         """
-        grids, like = [self.grid(n) for n in names], like or self.like
-        if like.tails is None:
-            return fit_many(grids, y, z, like, replicate, residuals)
-        return [fit(g, y, z, like, replicate) for g in grids]
+        return fits([self.grid(n) for n in names], y, z, like or self.like, replicate, residuals=residuals)
 
     def fit(
         self,
@@ -250,8 +247,9 @@ class Design:
         replicate: float | np.ndarray = 1.0,
         weights: np.ndarray | None = None,
     ) -> Fit:
-        """Fit of one explanation, by its names or its grid, to every data set; see :func:`~.fit.fit`."""
-        return fit(model if isinstance(model, Grid) else self.grid(model), y, z, self.like, replicate, weights)
+        """Fit of one explanation, by its names or its grid, to every data set; see :func:`~.fit.fits`."""
+        grid = model if isinstance(model, Grid) else self.grid(model)
+        return fits([grid], y, z, self.like, replicate, weights)[0]
 
     def predicted(self, names: Names, fit: Fit) -> np.ndarray:
         """Whitened predictions of fits of an explanation, shape (b, n)."""

@@ -11,7 +11,7 @@ from limitmason.diagnosis.inference.design import Design, Names, is_numeric
 from limitmason.diagnosis.inference.fit import Fit
 from limitmason.diagnosis.inference.gain import left_out, log_score
 from limitmason.diagnosis.inference.noise import Likelihood
-from limitmason.diagnosis.inference.verdict import CONDITIONS, Earned
+from limitmason.diagnosis.inference.verdict import CONDITIONS, Identification
 
 AMPLITUDES = (1.5, 3.0, 6.0, 12.0, 24.0)  # of the bias in units of the noise
 REACH = 1.0  # length over which a curved bias changes, in standard deviations of its covariate
@@ -23,7 +23,7 @@ SURE = 3.0  # standard errors by which the slope along its own contrast must dif
 
 
 @dataclass(frozen=True)
-class Nameless:
+class Discrepancy:
     """Log evidence of smooth biases: one covariate at a time, all of them together, or one bias for all specimens.
 
     With the covariance of a bias S = I + a^2 (K + 11') or I + a^2 K in units of the noise, J the change of the baseline
@@ -60,7 +60,7 @@ class Nameless:
     @classmethod
     def of(
         cls, covariates: Mapping[str, Sequence], scale: np.ndarray, slopes: np.ndarray, mix: np.ndarray | None = None
-    ) -> "Nameless":
+    ) -> "Discrepancy":
         """All biases of a design.
 
         Parameters
@@ -168,15 +168,15 @@ def _kernels(covariates: Mapping[str, Sequence]) -> Iterator[tuple[str, np.ndarr
             yield name, same
             parts.append(same)
     if len(parts) > 1:
-        yield TOGETHER, sum(parts) / len(parts)
+        yield TOGETHER, np.sum(parts, axis=0) / len(parts)
     if len(numbers) > 1:
-        apart = sum((x[:, None] - x[None]) ** 2 for x in numbers) / len(numbers)
+        apart = np.sum([(x[:, None] - x[None]) ** 2 for x in numbers], axis=0) / len(numbers)
         for reach in JOINT:
             yield TOGETHER, np.exp(-0.5 * apart / reach**2)
 
 
 class Rivals:
-    """Nameless biases of a design, by the column of labels that the cause in question is about.
+    """Model discrepancies of a design, by the column of labels that the cause in question is about.
 
     Parameters
     ----------
@@ -188,15 +188,15 @@ class Rivals:
     def __init__(self, design: Design, covariates: Mapping[str, Sequence], sd: float = 1.0):
         self.design, self.covariates, self.sd = design, covariates, sd
         self.slopes = design.null.slopes / sd
-        self._made: dict[str | None, Nameless] = {}
+        self._made: dict[str | None, Discrepancy] = {}
         self._about: dict[Names, str | None] = {}
 
-    def of(self, names: Names) -> Nameless:
+    def of(self, names: Names) -> Discrepancy:
         """Biases that could stand in for an explanation: all but that along the labels it is about."""
         column = self.column(names)
         if column not in self._made:
             rest = {k: v for k, v in self.covariates.items() if k != column}
-            self._made[column] = Nameless.of(rest, self.design.scale, self.slopes, self.design.mix)
+            self._made[column] = Discrepancy.of(rest, self.design.scale, self.slopes, self.design.mix)
         return self._made[column]
 
     def column(self, names: Names) -> str | None:
@@ -220,14 +220,14 @@ class Rivals:
         replicate: float | np.ndarray = 1.0,
         parts: Sequence[np.ndarray] = (),
     ) -> np.ndarray:
-        """Log-likelihood of fits over the evidence of the best nameless bias, shape (b,).
+        """Log-likelihood of fits over the evidence of the best model discrepancy, shape (b,).
 
         Parameters
         ----------
         names, fit : explanation and its fits
         y, replicate : what was fitted
-        parts : of a pair, the effect of each cause, shape (n,): each must beat what is nameless beside the other, and
-            the smaller excess counts
+        parts : of a pair, the effect of each cause, shape (n,): each must beat a model discrepancy beside the
+            other, and the smaller excess counts
         """
         like, data, own = _gaussian(self.design.like, fit, np.atleast_2d(y))
         if len(names) == 1:
@@ -246,13 +246,13 @@ class Rivals:
         return out
 
     def structure(self, names: Names, fit: Fit, replicate: float | np.ndarray = 1.0) -> np.ndarray:
-        """Evidence of a nameless bias in the residuals of fits over that of none, shape (b,)."""
+        """Evidence of a model discrepancy in the residuals of fits over that of none, shape (b,)."""
         like = self.design.like if self.design.like.tails is None else Likelihood()
         plain = like.loglik((fit.residuals**2).sum(axis=1), 0.0, float(self.design.n), replicate)
         return self.of(names).evidence(fit.residuals, like, replicate) - plain
 
 
-def earned(
+def identification(
     design: Design,
     names: Names,
     fit: Fit,
@@ -262,8 +262,8 @@ def earned(
     rivals: Rivals,
     margin: float,
     folds: np.ndarray,
-) -> Earned:
-    """Hold one explanation against everything nameless.
+) -> Identification:
+    """Hold one explanation against every model discrepancy.
 
     Parameters
     ----------
@@ -271,11 +271,11 @@ def earned(
     y : whitened data, shape (n,)
     draws : standard errors
     rule : thresholds
-    rivals : nameless biases of the design
+    rivals : discrepancies of the design
     margin : by how much it must beat them
     folds : number of the group of each specimen, left out together, shape (n,)
     """
-    nameless, sd = rivals.of(names), noise_of(design, names, fit)
+    discrepancy, sd = rivals.of(names), noise_of(design, names, fit)
     like, data, _ = _gaussian(design.like, fit, y[None])
     parts = rivals.parts(names, fit)
     observed = float(rivals.excess(names, fit, y, parts=parts)[0])
@@ -288,15 +288,15 @@ def earned(
     over = rivals.excess(names, again, shifted, replicate, parts)
     more = rivals.structure(names, again, replicate)
     effect = design.effect(names, fit)
-    number = nameless.best(effect / sd, Likelihood())
-    contrast = nameless.weights[number] @ effect
+    number = discrepancy.best(effect / sd, Likelihood())
+    contrast = discrepancy.weights[number] @ effect
     reach = float(contrast @ effect)
     spread = np.eye(design.n) + rivals.slopes @ rivals.slopes.T
     slope = float(contrast @ data[0]) / reach if reach > 0 else 0.0
     error = sd * float(np.sqrt(contrast @ spread @ contrast)) / reach if reach > 0 else np.inf
-    nearest = nameless.best(data, like)
+    nearest = discrepancy.best(data, like)
     own = left_out(design, names, y, folds)[0]
-    ahead, ahead_error = _ahead(design, own, y, nameless, nearest, folds, sd)
+    ahead, ahead_error = _ahead(design, own, y, discrepancy, nearest, folds, sd)
     gain = float(np.sum(own - left_out(design, (), y, folds)[0]))
     p = (1.0 + np.count_nonzero(over <= observed)) / (1.0 + len(over))
     holds = {
@@ -306,10 +306,10 @@ def earned(
         "usual": p >= rule.usual,
         "left out": gain > 0.0 and ahead + ahead_error >= 0.0,
     }
-    return Earned(
+    return Identification(
         names,
         tuple(name for name in CONDITIONS if not holds[name]),
-        nameless.along[nearest],
+        discrepancy.along[nearest],
         observed,
         margin,
         float(np.median(over)),
@@ -323,16 +323,16 @@ def earned(
     )
 
 
-def tests_that_earn(
-    nameless: Nameless, slopes: np.ndarray, effect: np.ndarray, tested: int, k: int
+def tests_that_identify(
+    discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, tested: int, k: int
 ) -> tuple[list[int], float, float]:
-    """Greedy choice of specimens after which an effect, without noise, most exceeds every nameless bias.
+    """Greedy choice of specimens after which an effect, without noise, most exceeds every model discrepancy.
 
     Each step adds the specimen that raises min over the biases of f' (S + J J')^-1 f / 2 + log det(S + J J') / 2 most.
 
     Parameters
     ----------
-    nameless : biases of the tested specimens and the pool together
+    discrepancy : biases of the tested specimens and the pool together
     slopes : J of both, shape (n, number of measured inputs)
     effect : f of both, in units of the noise, shape (n,)
     tested : how many of them are tested, first
@@ -343,7 +343,7 @@ def tests_that_earn(
     chosen, before, after : positions in the pool; expected excess without and with them
     """
     n = len(effect)
-    whole = nameless.kernels + np.eye(n) + slopes @ slopes.T
+    whole = discrepancy.kernels + np.eye(n) + slopes @ slopes.T
     done, chosen, values = list(range(tested)), list[int](), list[float]()
     for _ in range(k + 1):
         part = whole[:, done][:, :, done]
@@ -367,10 +367,10 @@ def tests_that_earn(
 
 
 def _ahead(
-    design: Design, own: np.ndarray, y: np.ndarray, nameless: Nameless, number: int, folds: np.ndarray, sd: float
+    design: Design, own: np.ndarray, y: np.ndarray, discrepancy: Discrepancy, number: int, folds: np.ndarray, sd: float
 ) -> tuple[float, float]:
     """Log score of values left out, explanation (``own``) minus one bias, and its standard error over the folds."""
-    miss, spread = nameless.left_out(number, y, folds)
+    miss, spread = discrepancy.left_out(number, y, folds)
     other = log_score(design, miss, spread * sd**2)
     parts = np.bincount(folds, weights=own - other)
     return float(parts.sum()), float(np.sqrt(len(parts)) * parts.std(ddof=1)) if len(parts) > 1 else 0.0

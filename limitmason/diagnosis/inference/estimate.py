@@ -58,7 +58,9 @@ def estimate(design: Design, tested: Tested, y: np.ndarray, draws: Draws) -> dic
     return out
 
 
-def _interval(design: Design, grid: Grid, axis: int, y, size: float, best: float, limit: float):
+def _interval(
+    design: Design, grid: Grid, axis: int, y: np.ndarray, size: float, best: float, limit: float
+) -> tuple[float, float]:  # fmt: skip
     z = np.zeros(design.inputs)
     profile = np.array([float(design.fit(g, y, z).loglik[0]) for g in grid.without_axis(axis)])
     nodes = grid.sizes[axis]

@@ -7,12 +7,18 @@ and values left out go by residuals.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from limitmason.diagnosis.inference.cells import Cells, Looked, descend
+from limitmason.diagnosis.inference.cells import Array, Cells, Looked, Row, Rows, descend
 from limitmason.diagnosis.inference.grid import Grid
 from limitmason.diagnosis.inference.noise import Likelihood, student_terms
+
+Index = NDArray[np.intp]
+State = dict[str, Any]
+"""Arrays of the fits under way, by name, data sets along the last axis."""
 
 FIELDS = ("loglik", "loss", "penalty", "position", "residuals", "node")
 CANCELLED = 1e-8  # share of the data's squares below which a loss is summed again from residuals
@@ -43,60 +49,48 @@ class Fit:
     node: np.ndarray
 
 
-def fit(grid: Grid, y, z, like: Likelihood, replicate=1.0, weights=None) -> Fit:
-    """Best fit of one model to each data set.
-
-    Parameters
-    ----------
-    y : whitened log data, shape (b, n)
-    z : nuisance data in standard deviations from the measured values, shape (b, k)
-    like : how squares become a log-likelihood
-    replicate : redrawn replicate variance, a number or shape (b,)
-    weights : 1 for values that are used, 0 for values left out, shape (b, n); None uses all
-    """
-    if like.tails is None and weights is None:
-        return fit_many([grid], y, z, like, replicate)[0]
-    y, z = np.atleast_2d(y), np.atleast_2d(z)
-    replicate = np.broadcast_to(np.asarray(replicate, dtype=float), (len(y),))
-    step = max(1, CHUNK // max(1, len(grid.nodes)))
-    parts = []
-    for start in range(0, len(y), step):
-        rows = slice(start, start + step)
-        chosen = None if weights is None else weights[rows]
-        data = (y[rows], z[rows], like, replicate[rows], chosen)
-        node = _best_node(grid, *data)
-        parts.append(_walk_by_residuals(grid, _refine(grid, node, *data), *data))
-    return _joined(parts)
+def fit(
+    grid: Grid, y: Array, z: Array, like: Likelihood, replicate: Array | float = 1.0, weights: Array | None = None
+) -> Fit:  # fmt: skip
+    """Best fit of one model to each data set; see :func:`fits`."""
+    return fits([grid], y, z, like, replicate, weights)[0]
 
 
-def fit_many(
-    grids: Sequence[Grid], y: np.ndarray, z: np.ndarray, like: Likelihood, replicate=1.0, residuals: bool = True
+def fits(
+    grids: Sequence[Grid],
+    y: Array,
+    z: Array,
+    like: Likelihood,
+    replicate: Array | float = 1.0,
+    weights: Array | None = None,
+    residuals: bool = True,
 ) -> list[Fit]:
-    """Best fit of several models to each data set, Gaussian errors and all values used.
+    """Best fit of several models to each data set, one ``Fit`` per model.
 
     Parameters
     ----------
     grids : models with as many axes each
-    y : whitened log data, shape (b, n)
+    y : whitened data, shape (b, n)
     z : nuisance data in standard deviations from the measured values, shape (b, k)
-    like : how squares become a log-likelihood; no Student errors
+    like : how squares become a log-likelihood
     replicate : redrawn replicate variance, a number or shape (b,)
-    residuals : whether they are wanted; without, those of the fits have shape (b, 0)
-
-    Returns
-    -------
-    list of Fit, one per grid
+    weights : 1 for values that are used, 0 for values left out, shape (b, n); None uses all
+    residuals : whether they are wanted; where not, fits by products have residuals of shape (b, 0)
     """
     y, z = np.atleast_2d(y), np.atleast_2d(z)
     b = len(y)
     replicate = np.broadcast_to(np.asarray(replicate, dtype=float), (b,))
-    largest = max(g.cells.count for g in grids)
-    step = max(1, BLOCK // largest)
-    parts = [
-        _fit_rows(grids, y[s : s + step], z[s : s + step], like, replicate[s : s + step], residuals)
-        for s in range(0, max(b, 1), step)
-    ]
-    return [_joined(fits) for fits in zip(*parts, strict=True)]
+    products = like.tails is None and weights is None
+    step = max(1, (BLOCK if products else CHUNK) // max(1, *(len(g.nodes) for g in grids)))
+    parts = []
+    for start in range(0, max(b, 1), step):
+        rows = slice(start, start + step)
+        if products:
+            parts.append(_by_products(grids, y[rows], z[rows], like, replicate[rows], residuals))
+        else:
+            chosen = None if weights is None else weights[rows]
+            parts.append([_by_residuals(g, y[rows], z[rows], like, replicate[rows], chosen) for g in grids])
+    return [_joined(found) for found in zip(*parts, strict=True)]
 
 
 def _joined(parts: Sequence[Fit]) -> Fit:
@@ -109,7 +103,9 @@ def _joined(parts: Sequence[Fit]) -> Fit:
 # ---- Gaussian errors: by inner products ------------------------------------------------------------------------------
 
 
-def _fit_rows(grids, y, z, like, replicate, residuals):
+def _by_products(
+    grids: Sequence[Grid], y: Array, z: Array, like: Likelihood, replicate: Array, residuals: bool
+) -> list[Fit]:  # fmt: skip
     b, n = y.shape
     d, k = grids[0].cells.d, grids[0].cells.k
     squares = np.einsum("bn,bn->b", y, y)
@@ -160,7 +156,9 @@ def _fit_rows(grids, y, z, like, replicate, residuals):
     return out
 
 
-def _best_column(cells: Cells, products, squares, z, like, n, replicate):
+def _best_column(
+    cells: Cells, products: Array, squares: Array, z: Array, like: Likelihood, n: int, replicate: Array
+) -> Index:  # fmt: skip
     """Best node where the noise is estimated: the best sizes for each value of the inputs, then the best of those."""
     b, levels = len(products), cells.z_levels
     by_level = products.reshape(b, len(levels), -1)
@@ -172,7 +170,9 @@ def _best_column(cells: Cells, products, squares, z, like, n, replicate):
     return level * by_level.shape[2] + size[np.arange(b), level]
 
 
-def _step_in_cells(looked: Looked, inner, z, squares, like, n, replicate) -> dict[str, np.ndarray]:
+def _step_in_cells(
+    looked: Looked, inner: Array, z: Array, squares: Array, like: Likelihood, n: int, replicate: Array
+) -> State:  # fmt: skip
     """One linear step in every cell: which way by the mean of the changes on both sides, how far by that side's."""
     d, k = len(looked.index), len(looked.z)
     first = d - k
@@ -215,11 +215,13 @@ def _step_in_cells(looked: Looked, inner, z, squares, like, n, replicate) -> dic
     return {"loglik": loglik, "loss": loss, "penalty": penalty, "move": move, "index": looked.index}
 
 
-def _normal_of_products(gram, slope, z_step, off, per, flat):
+def _normal_of_products(
+    gram: Rows, slope: Row, z_step: Array, off: Array, per: Array | None, flat: Array
+) -> tuple[list[list[Array]], list[Array]]:  # fmt: skip
     """Normal equations of a linear step; along an axis without effect on the data nothing pulls."""
     d, k = len(slope), len(z_step)
-    matrix = [[g if per is None else g * per for g in row] for row in gram]
-    right = [s if per is None else s * per for s in slope]
+    matrix: list[list[Array]] = [[g if per is None else g * per for g in row] for row in gram]
+    right: list[Array] = [s if per is None else s * per for s in slope]
     for i in range(d):
         live = gram[i][i] > flat[i]
         if live.all():
@@ -235,7 +237,9 @@ def _normal_of_products(gram, slope, z_step, off, per, flat):
     return matrix, right
 
 
-def _walk_by_products(grids, state, y, z, squares, like, replicate, b):
+def _walk_by_products(
+    grids: Sequence[Grid], state: State, y: Array, z: Array, squares: Array, like: Likelihood, replicate: Array, b: int
+) -> None:  # fmt: skip
     """Go on to the next cell where a fit ended on the edge of its own: along a valley the nearest node misleads."""
     d, k, n = grids[0].cells.d, grids[0].cells.k, y.shape[1]
     active = np.arange(len(squares))
@@ -280,8 +284,12 @@ def _walk_by_products(grids, state, y, z, squares, like, replicate, b):
 # ---- Student errors, and values left out: by residuals -----------------------------------------------------------
 
 
-def _walk_by_residuals(grid: Grid, fitted: Fit, y, z, like, replicate, weights) -> Fit:
-    """Go on to the next cell where a fit ended on the edge of its own: along a valley the nearest node misleads."""
+def _by_residuals(
+    grid: Grid, y: Array, z: Array, like: Likelihood, replicate: Array, weights: Array | None
+) -> Fit:  # fmt: skip
+    """Best node, step, and on to the next cell as by products."""
+    start = _best_node(grid, y, z, like, replicate, weights)
+    fitted = _refine(grid, start, y, z, like, replicate, weights)
     active = np.arange(len(y))
     for _ in range(WALK if grid.shape else 0):
         index = np.stack(np.unravel_index(fitted.node[active], grid.shape), axis=-1)
@@ -302,7 +310,9 @@ def _walk_by_residuals(grid: Grid, fitted: Fit, y, z, like, replicate, weights) 
     return fitted
 
 
-def _best_node(grid: Grid, y, z, like, replicate, weights):
+def _best_node(
+    grid: Grid, y: Array, z: Array, like: Likelihood, replicate: Array, weights: Array | None
+) -> Index:  # fmt: skip
     used = np.ones_like(y) if weights is None else weights
     count = used.sum(axis=1)[:, None]
     if like.tails is None:
@@ -314,7 +324,9 @@ def _best_node(grid: Grid, y, z, like, replicate, weights):
     return np.argmax(like.loglik(loss, penalty, count, replicate[:, None]), axis=1)
 
 
-def _refine(grid: Grid, node, y, z, like, replicate, weights):
+def _refine(
+    grid: Grid, node: Index, y: Array, z: Array, like: Likelihood, replicate: Array, weights: Array | None
+) -> Fit:  # fmt: skip
     residuals, off = y - grid.nodes[node], z - grid.node_z[node]
     low, high = grid.reach[0][node], grid.reach[1][node]
     first = len(grid.sizes)
@@ -340,7 +352,7 @@ def _refine(grid: Grid, node, y, z, like, replicate, weights):
     off = off - move[:, first:] * z_step
     penalty = (off**2).sum(axis=1)
     loss = like.loss(left, weights)
-    index = np.stack(np.unravel_index(node, grid.shape), axis=-1) if grid.shape else np.zeros((len(y), 0))
+    index = np.stack(np.unravel_index(node, grid.shape), axis=-1) if grid.shape else np.zeros((len(y), 0), int)
     return Fit(like.loglik(loss, penalty, count, replicate), loss, penalty, index + move, left, node)
 
 
@@ -349,7 +361,9 @@ def _beside(changes: np.ndarray, node: np.ndarray, after: np.ndarray) -> np.ndar
     return changes[after.astype(int), node[:, None], np.arange(after.shape[1])[None, :]]
 
 
-def _normal_of_residuals(slopes, z_step, residuals, off, used, variance):
+def _normal_of_residuals(
+    slopes: Array, z_step: Array, residuals: Array, off: Array, used: Array | None, variance: Array | None
+) -> tuple[Array, Array]:  # fmt: skip
     """Normal equations of a linear step: matrix (b, d, d) and right side (b, d)."""
     if used is None:
         gram, gradient = slopes @ slopes.transpose(0, 2, 1), np.einsum("bdn,bn->bd", slopes, residuals)
@@ -365,6 +379,6 @@ def _normal_of_residuals(slopes, z_step, residuals, off, used, variance):
     return gram, gradient
 
 
-def _bounded_step(gram, gradient, low, high):
+def _bounded_step(gram: Array, gradient: Array, low: Array, high: Array) -> Array:
     """Linear step of many data sets within their boxes, shape (b, d)."""
     return descend(gram.transpose(1, 2, 0), gradient.T, low.T, high.T).T

@@ -115,7 +115,7 @@ def left_out(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> 
     return _read(design, fits, weights, folds, len(names))
 
 
-def log_score(design: Design, residuals: np.ndarray, variance) -> np.ndarray:
+def log_score(design: Design, residuals: np.ndarray, variance: np.ndarray | float) -> np.ndarray:
     """Log predictive density of whitened residuals, up to a constant shared by all models."""
     tails = design.like.tails
     if tails is not None:
@@ -130,7 +130,9 @@ def _fold_fits(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -
     return design.fit(names, data, np.zeros((count, design.inputs)), weights=weights), weights
 
 
-def _read(design: Design, fits: Fit, weights: np.ndarray, folds: np.ndarray, spent: int):
+def _read(
+    design: Design, fits: Fit, weights: np.ndarray, folds: np.ndarray, spent: int
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     variance = design.like.variance(fits.loss, weights.sum(axis=1), 1.0, spent)
     residual = fits.residuals[folds, np.arange(design.n)]
     return log_score(design, residual, variance[folds]), residual

@@ -1,4 +1,4 @@
-"""The whole judgement of a data set: the rule, whether its name is earned, pairs where the residuals ask for them."""
+"""The whole judgement of a data set: the rule, identifiability, and pairs where the residuals ask for them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -9,10 +9,10 @@ from scipy.special import chdtri
 from limitmason.diagnosis.inference.bootstrap import Draws
 from limitmason.diagnosis.inference.decide import Rule, explained, gate, noise_of, with_pairs
 from limitmason.diagnosis.inference.design import Design
-from limitmason.diagnosis.inference.discrepancy import Rivals, earned
+from limitmason.diagnosis.inference.discrepancy import Rivals, identification
 from limitmason.diagnosis.inference.missing import Missing, leave_each_out
 from limitmason.diagnosis.inference.shared import doubted
-from limitmason.diagnosis.inference.verdict import Earned, Verdict, VerdictKind
+from limitmason.diagnosis.inference.verdict import Identification, Verdict, VerdictKind
 
 PAIR_TAIL = 0.02  # chance that some second cause improves a single one by as much as noise alone
 
@@ -28,7 +28,7 @@ class Judge:
     folds : number of the group of each specimen, left out together, shape (n,); None leaves single ones out
     rule : thresholds
     seed : of the rehearsal
-    unrecorded : circumstances of the tests that no column tells: an alarm must outlast noise shared within them
+    unstated : circumstances of the tests that no column tells: an alarm must outlast noise shared within them
     rehearsed : the judge whose rehearsal is taken, that of independent noise where this one carries shared noise: its
         shares hang on the data, the margins should not
     """
@@ -42,10 +42,10 @@ class Judge:
         rule: Rule | None = None,
         seed: int = 0,
         rehearsed: "Judge | None" = None,
-        unrecorded: tuple[str, ...] = (),
+        unstated: tuple[str, ...] = (),
     ):
         self.design, self.known, self.covariates, self.seed = design, known, covariates, seed
-        self.rehearsed, self.unrecorded = rehearsed, unrecorded
+        self.rehearsed, self.unstated = rehearsed, unstated
         self.rule = rule or Rule()
         self.folds = np.arange(design.n) if folds is None else folds
         self._rivals: dict[float, Rivals] = {}
@@ -69,14 +69,14 @@ class Judge:
         return self._missing[sd]
 
     def rivals(self, sd: float = 1.0) -> Rivals:
-        """Nameless biases, in units of the noise."""
+        """Discrepancy biases, in units of the noise."""
         if sd not in self._rivals:
             self._rivals[sd] = Rivals(self.design, self.covariates, sd)
         return self._rivals[sd]
 
     def noise(self, verdict: Verdict) -> float:
         """Noise of the best explanation of a verdict in stated units, to two digits; 1 where it is stated."""
-        if self.design.noise.kind != "unknown" or verdict.null is None:
+        if self.design.noise.kind != "unknown":
             return 1.0
         names = verdict.kept[0] if verdict.kept else ()
         fit = verdict.tested[names].fit if names else verdict.null
@@ -85,7 +85,7 @@ class Judge:
     def gate(self, y: np.ndarray, draws: Draws) -> Verdict:
         """Whether one data set raises an alarm, before anything is sought that explains it."""
         verdict = gate(self.design, y, draws, self.rule)
-        return doubted(self.design, y, verdict, draws, self.rule, self.covariates, self.unrecorded)
+        return doubted(self.design, y, verdict, draws, self.rule, self.covariates, self.unstated)
 
     def __call__(self, y: np.ndarray, draws: Draws, pairs: bool = True, alarm: Verdict | None = None) -> Verdict:
         """The verdict on one data set.
@@ -99,37 +99,37 @@ class Judge:
         """
         alarm = self.gate(y, draws) if alarm is None else alarm
         verdict = explained(self.design, y, alarm, draws, self.rule, pairs)
-        if not self.rule.earn:
+        if not self.rule.identify:
             return verdict
-        verdict = self._earned(verdict, y, draws, pairs)
+        verdict = self._identified(verdict, y, draws, pairs)
         return replace(verdict, rehearsed=self.missing(self.noise(verdict)))
 
-    def _earned(self, verdict: Verdict, y: np.ndarray, draws: Draws, pairs: bool) -> Verdict:
-        """The verdict with its one name earned, or not, or withdrawn."""
+    def _identified(self, verdict: Verdict, y: np.ndarray, draws: Draws, pairs: bool) -> Verdict:
+        """The verdict with its one name identified, or not, or withdrawn."""
         if len(verdict.kept) != 1:
             return verdict
-        record = self.held(verdict, y, draws)
-        if len(record.names) == 1:
+        record: Identification | None = self.held(verdict, y, draws)
+        if record is not None and len(record.names) == 1:
             verdict, record = self._second_look(verdict, record, y, draws, pairs)
         if record is None:
             return verdict
         if verdict.pairs and record.structure < self.rule.structure:
             return replace(verdict.without(verdict.kept), withdrawn=(), structured=verdict.kept)
         kind = verdict.kind if record.holds else VerdictKind.BEHAVES_LIKE
-        return replace(verdict, kind=kind, earned=record)
+        return replace(verdict, kind=kind, identification=record)
 
-    def held(self, verdict: Verdict, y: np.ndarray, draws: Draws) -> Earned:
-        """The one explanation of a verdict held against everything nameless."""
+    def held(self, verdict: Verdict, y: np.ndarray, draws: Draws) -> Identification:
+        """The one explanation of a verdict held against every model discrepancy."""
         names, sd = verdict.kept[0], self.noise(verdict)
         margins = self.missing(sd).margins
         margin = max(margins[n] for n in names)
         rivals = self.rivals(sd)
         fit = verdict.tested[names].fit
-        return earned(self.design, names, fit, y, draws, self.rule, rivals, margin, self.folds)
+        return identification(self.design, names, fit, y, draws, self.rule, rivals, margin, self.folds)
 
     def _second_look(
-        self, verdict: Verdict, record: Earned, y: np.ndarray, draws: Draws, pairs: bool
-    ) -> tuple[Verdict, Earned | None]:
+        self, verdict: Verdict, record: Identification, y: np.ndarray, draws: Draws, pairs: bool
+    ) -> tuple[Verdict, Identification | None]:
         """Withdraw a single name that leaves structure; try pairs before it is given where the residuals ask."""
         names = record.names
         if record.structure >= self.rule.asks or (record.structure >= self.rule.structure and not pairs):

@@ -27,10 +27,10 @@ class Missing:
     Parameters
     ----------
     trials : data sets with a visible cause that was taken off the list
-    unearned : how many of them one single name fits, alone and without misfit
+    fitted : how many of them one single name fits, alone and without misfit
     named : how many of them a name would be given, margins applied
-    margins : by name, how far it must beat every smooth nameless bias, in log-likelihood
-    earned : by name, share of data sets with that cause, alone and visible, in which its excess reaches the margin
+    margins : by name, how far it must beat every smooth model discrepancy, in log-likelihood
+    power : by name, share of data sets with that cause, alone and visible, in which its excess reaches the margin
 
     Notes
     -----
@@ -39,10 +39,10 @@ class Missing:
     """
 
     trials: int
-    unearned: int
+    fitted: int
     named: int
     margins: Mapping[str, float]
-    earned: Mapping[str, float]
+    power: Mapping[str, float]
 
     @property
     def rate(self) -> float:
@@ -59,7 +59,7 @@ def leave_each_out(
     ----------
     design : tables and list
     known : the same with the noise that is drawn
-    excess : by how much a fitted cause beats every nameless bias, ``excess(name, fit, y, replicate)``, shape (b,)
+    excess : by how much a fitted cause beats every model discrepancy, ``excess(name, fit, y, replicate)``, shape (b,)
     seed : of noise and measured inputs
     floor : least margin
     share, each : largest share of wrong names, of all together and of a single name

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, isfinite
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from limitmason.errors import InputError
 
+Array = NDArray[np.float64]
 SMALLEST_SUM = 1e-18  # keeps the logarithm finite for data that a model fits exactly
 FACTORS = 4  # of 1 + r^2 / tau under one logarithm: no overflow for residuals below 1e4 in single precision
 
@@ -214,7 +217,9 @@ class Likelihood:
         """Whether the best node is found by one matrix product: known Gaussian noise."""
         return self.kind == "known" and self.tails is None
 
-    def loglik(self, loss, penalty, count, replicate=1.0):
+    def loglik(
+        self, loss: Any, penalty: Array | float, count: Array | float, replicate: Array | float = 1.0
+    ) -> Any:  # fmt: skip
         """Log-likelihood up to a constant that is the same for every model of the same data.
 
         Parameters
@@ -229,7 +234,7 @@ class Likelihood:
         total = np.maximum(loss + self.dof * replicate, SMALLEST_SUM)
         return -0.5 * (count + self.dof) * np.log(total) - 0.5 * penalty
 
-    def loss(self, residuals, weights=None):
+    def loss(self, residuals: Array, weights: Array | None = None) -> Array:
         """Sum of squares, or of Student terms, over the last axis; a weight of 0 leaves a value out."""
         if weights is not None:
             if self.tails is None:
@@ -239,7 +244,9 @@ class Likelihood:
             return np.einsum("...i,...i->...", residuals, residuals)
         return (self.tails + 1.0) * np.log1p(residuals**2 / self.tails).sum(axis=-1)
 
-    def variance(self, loss, count, replicate=1.0, spent: float = 0.0):
+    def variance(
+        self, loss: Array | float, count: Array | float, replicate: Array | float = 1.0, spent: float = 0.0
+    ) -> Array:  # fmt: skip
         """Noise variance in stated units: 1 when known, else the estimate with ``spent`` parameters taken off."""
         if self.kind == "known":
             return np.ones_like(np.asarray(loss, dtype=float))
@@ -253,13 +260,13 @@ class Likelihood:
         return (loss + penalty) / replicate if self.kind == "replicates" else loss + penalty
 
 
-def student_terms(y, used, nodes, tails) -> np.ndarray:
+def student_terms(y: Array, used: Array, nodes: Array, tails: float) -> NDArray[np.float32]:
     """Sum of log(1 + r^2 / tau) over the values used, shape (b, g), by one logarithm for several; to rank nodes."""
-    y, scaled, columns = y.astype(np.float32), (used / tails).astype(np.float32), nodes.T.astype(np.float32)
+    short, scaled, columns = y.astype(np.float32), (used / tails).astype(np.float32), nodes.T.astype(np.float32)
     out = np.zeros((len(y), columns.shape[1]), dtype=np.float32)
     factor = np.ones_like(out)
     for i, column in enumerate(columns):
-        term = y[:, i, None] - column
+        term = short[:, i, None] - column
         term *= term
         term *= scaled[:, i, None]
         term += 1.0

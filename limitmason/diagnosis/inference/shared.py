@@ -191,7 +191,7 @@ def assumed(column: Sequence, share: float = PLAUSIBLE) -> np.ndarray:
 
 
 def alike(covariates: Mapping[str, Sequence]) -> list[int] | None:
-    """Groups of like specimens, by the distance of their covariates: where an unrecorded share would do most harm.
+    """Groups of like specimens, by the distance of their covariates: where an unstated share would do most harm.
 
     Average linkage of numbers over their standard deviation and labels that differ (1) or agree (0); None where nothing
     is recorded or there are too few specimens for two groups.
@@ -229,7 +229,7 @@ def circumstances(covariates: Mapping[str, Sequence]) -> dict[str, Sequence]:
     return out
 
 
-def unrecorded(columns: Iterable[str]) -> tuple[str, ...]:
+def unstated(columns: Iterable[str]) -> tuple[str, ...]:
     """Kinds of circumstances that no column tells by its name, of batch, day and set-up."""
     names = {_called(name) for name in columns}
     return tuple(kind for kind, words in CIRCUMSTANCES.items() if not names & set(words))
@@ -253,7 +253,7 @@ def doubted(
     draws: Draws,
     rule: Rule,
     covariates: Mapping[str, Sequence],
-    unrecorded: tuple[str, ...],
+    unstated: tuple[str, ...],
 ) -> Verdict:
     """Hold the alarm of a gate against noise half of whose variance is shared by the tests that the best cause acts on.
 
@@ -266,7 +266,7 @@ def doubted(
     design, y, draws, rule : of the gate
     verdict : of the gate; what is no alarm stays as it is
     covariates : name to values of all specimens
-    unrecorded : circumstances of the tests that no column tells
+    unstated : circumstances of the tests that no column tells
 
     Notes
     -----
@@ -274,7 +274,7 @@ def doubted(
     it best. Wrong, and too cautious, where tests have nothing in common. A cause that acts on its specimens by more
     than one size is still seen by that.
     """
-    if verdict.kind == VerdictKind.NONE or verdict.null is None or not unrecorded:
+    if verdict.kind == VerdictKind.NONE or not unstated:
         return verdict
     names = max(verdict.tested, key=lambda n: verdict.tested[n].gain)
     effect = design.effect(names, verdict.tested[names].fit)
@@ -290,7 +290,7 @@ def doubted(
         p["scatter"] = _scatter_within(design, verdict.null, groups, draws, rule)
     limits = {"gain": rule.gain, "shape": rule.shape, "scatter": rule.scatter}
     holds = any(verdict.p[k] < v and p[k] < v for k, v in limits.items() if k in verdict.p)
-    doubt = Doubt(names, unrecorded, {k: p[k] for k in limits if k in p}, holds)
+    doubt = Doubt(names, unstated, {k: p[k] for k in limits if k in p}, holds)
     return replace(verdict, doubt=doubt, kind=verdict.kind if holds else VerdictKind.NONE)
 
 

@@ -1,7 +1,7 @@
 """What is said of a data set: the kinds of answers, and what stands behind each."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from limitmason.diagnosis.inference.design import Names
@@ -10,7 +10,7 @@ from limitmason.diagnosis.inference.missing import Missing
 
 
 class VerdictKind(StrEnum):
-    """What is said: nothing, a name earned or not, one of several, two at once, an effect off the list, scatter."""
+    """What is said: nothing, a name identified or not, one of several, two at once, an effect off the list, scatter."""
 
     NONE = "none"
     CAUSE = "cause"
@@ -53,23 +53,23 @@ CONDITIONS = ("lever", "dose", "excess", "usual", "left out")
 
 
 @dataclass(frozen=True)
-class Earned:
+class Identification:
     """What stands behind a name, and what is missing for it.
 
     Parameters
     ----------
     names : the explanation
-    missing : conditions that do not hold, of ``CONDITIONS``; none of them: the name is earned
-    along : covariate of the nameless bias that comes nearest
-    excess : log-likelihood of the explanation over the evidence of the best nameless bias
+    missing : conditions that do not hold, of ``CONDITIONS``; none of them: it is identified
+    along : covariate of the model discrepancy that comes nearest
+    excess : log-likelihood of the explanation over the evidence of the best model discrepancy
     margin : that it must reach
     expected : median of it in data drawn from the explanation; below the margin, the design does not vary what only
         this cause acts through
-    chance : share of these in which it reaches the margin: how often this design earns the name
+    chance : share of these in which it reaches the margin: how often this design identifies it
     p : share of these with an excess as small as that of the data
     slope, slope_error : of the data along that contrast; 0 is no effect, 1 the fitted size
-    ahead, ahead_error : log score of values left out, explanation minus nameless bias, and its standard error
-    structure : share of these draws whose residuals show as much of a nameless bias as those of the data
+    ahead, ahead_error : log score of values left out, explanation minus model discrepancy, and its standard error
+    structure : share of these draws whose residuals show as much of a model discrepancy as those of the data
     """
 
     names: Names
@@ -88,7 +88,7 @@ class Earned:
 
     @property
     def holds(self) -> bool:
-        """Whether the name is earned."""
+        """Whether it is identified."""
         return not self.missing
 
 
@@ -99,13 +99,13 @@ class Doubt:
     Parameters
     ----------
     names : the cause with the largest gain; the tests that it acts on are taken to share half the noise's variance
-    unrecorded : circumstances that no column tells
+    unstated : circumstances that no column tells
     p : the gate's "gain", "shape" and "scatter" under such noise
     holds : whether the alarm stands all the same; else the verdict is "none"
     """
 
     names: Names
-    unrecorded: tuple[str, ...]
+    unstated: tuple[str, ...]
     p: Mapping[str, float]
     holds: bool
 
@@ -126,10 +126,10 @@ class Verdict:
     null : fit of the baseline
     tried_pairs : whether pairs were held against the data
     withdrawn : explanations that fit but predict whole groups left out worse than the baseline does
-    structured : single names that fit but leave a nameless bias in the residuals
-    earned : what stands behind the single name or pair, None where there is none
+    structured : single names that fit but leave a model discrepancy in the residuals
+    identification : what stands behind the single name or pair, None where there is none
     rehearsed : how often a name is given where the true cause is missing from the list, None where no name is at stake
-    doubt : an alarm held against noise that tests share unrecorded, None without an alarm or where all is recorded
+    doubt : an alarm held against noise that tests share unstated, None without an alarm or where all is recorded
     """
 
     kind: VerdictKind
@@ -139,12 +139,12 @@ class Verdict:
     trend: str | None
     p: dict[str, float]
     critical_gain: float
-    tested: dict[Names, Tested] = field(default_factory=dict)
-    null: Fit | None = None
+    tested: dict[Names, Tested]
+    null: Fit
     tried_pairs: bool = False
     withdrawn: tuple[Names, ...] = ()
     structured: tuple[Names, ...] = ()
-    earned: Earned | None = None
+    identification: Identification | None = None
     rehearsed: Missing | None = None
     doubt: Doubt | None = None
 

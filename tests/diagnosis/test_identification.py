@@ -11,7 +11,7 @@ from scipy.stats import multivariate_normal
 from limitmason.diagnosis import Cause, Noise, Rule, Study
 from limitmason.diagnosis.inference.bootstrap import Draws
 from limitmason.diagnosis.inference.decide import gate
-from limitmason.diagnosis.inference.discrepancy import AMPLITUDES, CONSTANT, Nameless, about
+from limitmason.diagnosis.inference.discrepancy import AMPLITUDES, CONSTANT, Discrepancy, about
 from limitmason.diagnosis.inference.noise import Likelihood
 from limitmason.diagnosis.inference.shared import (
     LEAST,
@@ -29,7 +29,7 @@ LABELS = list("aabbbccca")
 
 
 def rivals(slopes=None):
-    return Nameless.of({"x": X, "label": LABELS}, np.ones(9), np.zeros((9, 0)) if slopes is None else slopes)
+    return Discrepancy.of({"x": X, "label": LABELS}, np.ones(9), np.zeros((9, 0)) if slopes is None else slopes)
 
 
 def test_evidence_of_a_bias_is_the_normal_density_with_its_covariance():
@@ -71,11 +71,11 @@ def test_values_left_out_are_the_conditional_means_of_the_process():
 def test_what_goes_with_one_covariate_is_found_along_it_and_a_turned_order_changes_nothing():
     labels, rng = ["p", "q", "r"] * 8, np.random.default_rng(4)
     x, w = rng.uniform(0, 1, 24), rng.uniform(0, 1, 24)
-    every = Nameless.of({"x": x, "w": w, "label": labels}, np.ones(24), np.zeros((24, 0)))
+    every = Discrepancy.of({"x": x, "w": w, "label": labels}, np.ones(24), np.zeros((24, 0)))
     y = 8.0 * x + 0.3 * rng.standard_normal(24)
     assert every.along[every.best(y, Likelihood())] == "x"
     turned = rng.permutation(24)
-    other = Nameless.of(
+    other = Discrepancy.of(
         {"label": [labels[i] for i in turned], "w": w[turned], "x": 5.0 - 3.0 * x[turned]}, np.ones(24),
         np.zeros((24, 0)),
     )  # fmt: skip
@@ -96,10 +96,10 @@ def test_a_cause_about_one_column_of_labels_is_recognised_and_no_other():
 
 
 def test_one_factor_on_all_values_is_never_named():
-    # the nearest nameless bias, an equal error of all values, makes exactly the same data
+    # the nearest model discrepancy, an equal error of all values, makes exactly the same data
     verdicts = [study(data(GAIN, 1.25, seed=s)).diagnose(CAUSES, draws=699) for s in (0, 1, 2)]
     assert {v.kind for v in verdicts} == {"behaves like"}
-    assert all(v.causes == ("gain",) and v.earned.along == CONSTANT for v in verdicts)
+    assert all(v.causes == ("gain",) and v.identification.along == CONSTANT for v in verdicts)
     assert "an equal error of all values could do the same" in str(verdicts[0])
 
 
@@ -111,17 +111,17 @@ def narrow(values=None, **more):
 
 def test_a_name_is_earned_only_where_its_lever_is_varied_and_next_tests_vary_it():
     wide = study(data(ROUNDING, 0.018)).diagnose(CAUSES)
-    assert (wide.kind, wide.named, wide.earned.missing) == ("cause", True, ())
+    assert (wide.kind, wide.identified, wide.identification.missing) == ("cause", True, ())
     values = narrow().predicted([ROUNDING], [0.012]) * np.exp(0.04 * np.random.default_rng(0).standard_normal(12))
     verdict = narrow(values).diagnose(CAUSES)
-    assert (verdict.kind, verdict.causes, verdict.named) == ("behaves like", ("edge rounding",), False)
-    assert "lever" in verdict.earned.missing
+    assert (verdict.kind, verdict.causes, verdict.identified) == ("behaves like", ("edge rounding",), False)
+    assert "lever" in verdict.identification.missing
     assert verdict.gain.leave_one_out.total > 0  # the gain is measured either way
     assert verdict.estimates["edge rounding"].size == pytest.approx(0.012, rel=0.2)
     pool = [{"height": h, "width": w, "batch": b} for h in (0.3, 1.0) for w in (0.06, 0.10, 0.14, 0.3) for b in "AB"]
     tests = verdict.next_tests(pool, k=4)
     assert {s["width"] for s in tests.specimens} <= {0.06, 0.3}  # not more of the same
-    assert "to earn the name edge rounding" in str(tests)
+    assert "to identify edge rounding" in str(tests)
     more = [s for s in tests.specimens for _ in range(2)]
     both = narrow().replace(specimens=[*narrow().specimens, *more])
     noise = np.exp(0.04 * np.random.default_rng(1).standard_normal(both.n))
@@ -131,15 +131,15 @@ def test_a_name_is_earned_only_where_its_lever_is_varied_and_next_tests_vary_it(
 
 def test_without_the_rule_of_earning_what_is_left_is_named():
     values = narrow().predicted([ROUNDING], [0.012]) * np.exp(0.04 * np.random.default_rng(0).standard_normal(12))
-    always = narrow(values).diagnose(CAUSES, rule=Rule(earn=False))
-    assert (always.kind, always.earned) == ("cause", None)
+    always = narrow(values).diagnose(CAUSES, rule=Rule(identify=False))
+    assert (always.kind, always.identification) == ("cause", None)
     assert "earned" not in str(always)
 
 
 def test_a_margin_beyond_reach_gives_no_name_and_says_why():
     verdict = study(data(ROUNDING, 0.012)).diagnose(CAUSES, rule=Rule(margin=1e3))
     assert verdict.kind == "behaves like"
-    assert {"lever", "excess"} <= set(verdict.earned.missing)
+    assert {"lever", "excess"} <= set(verdict.identification.missing)
     assert "in 0 of 100 data sets" in verdict.report(checks=False)
 
 
@@ -147,14 +147,14 @@ def test_report_page_record_and_notebook_say_what_is_missing(tmp_path):
     values = narrow().predicted([ROUNDING], [0.012]) * np.exp(0.04 * np.random.default_rng(0).standard_normal(12))
     verdict = narrow(values).diagnose(CAUSES)
     text = verdict.report(checks=False)
-    for said in ("The name is not earned", "What would earn it", "If the true cause were missing from this list"):
+    for said in ("Not identified", "What would identify it", "If the true cause were missing from this list"):
         assert said in text
     shown = json.loads(json.dumps(verdict.record()))
-    assert (shown["kind"], shown["the name is earned"]) == ("behaves like", False)
-    assert shown["behind the name"]["missing"] == list(verdict.earned.missing)
+    assert (shown["kind"], shown["identified"]) == ("behaves like", False)
+    assert shown["identification"]["missing"] == list(verdict.identification.missing)
     assert "behaves like edge rounding" in repr(verdict)
     (row,) = [r for r in verdict.table() if r["cause"] == "edge rounding"]
-    assert row["earned"] is False
+    assert row["identified"] is False
 
 
 def test_leave_a_cause_out_counts_names_and_its_rate_stands_in_the_verdict():
@@ -186,9 +186,9 @@ def test_margins_hold_a_name_of_a_twin_back():
     made = Study(specimens(), simulate, data(ROUNDING, 0.012), Noise(0.04), FRICTION, ["height", "width"])
     causes = (ROUNDING, twin, Cause("slope", "slope", 0.0, (-1.0, 1.0)))
     missing = made.judge(causes).missing()
-    assert missing.unearned >= 0.5 * missing.trials
+    assert missing.fitted >= 0.5 * missing.trials
     assert missing.rate <= Rule().missing
-    assert missing.earned["edge rounding"] < 0.1
+    assert missing.power["edge rounding"] < 0.1
     free = made.judge(causes, Rule(margin=0.0, missing=1.0, each=1.0)).missing()
     assert free.rate > 0.3
 
@@ -278,7 +278,7 @@ def test_noise_shared_unrecorded_makes_few_alarms_and_a_clear_effect_still_one()
             alarms[shared] += verdict.kind != "none"
             if shared is None and verdict.kind == "none" and verdict.verdict.doubt is not None:
                 assert "would do the same" in verdict.report(checks=False)
-                assert verdict.record()["shared unrecorded"]["not recorded"] == ["batch", "day", "set-up"]
+                assert verdict.record()["shared unstated"]["not recorded"] == ["batch", "day", "set-up"]
     assert alarms[None] <= 4
     assert alarms[()] >= alarms[None] + 3
     clear = study(data(ROUNDING, 0.018), covariates=["height", "width"]).diagnose(CAUSES)
@@ -322,7 +322,7 @@ def test_a_batch_that_a_cause_is_about_is_not_carried_as_noise():
     verdict = study(data(BATCH, 1.2)).diagnose(CAUSES)
     assert verdict.causes == ("batch",)
     assert "batch" not in verdict.shares.looked_at
-    assert verdict.named
+    assert verdict.identified
 
 
 def test_groups_of_like_specimens_gather_what_is_alike():
