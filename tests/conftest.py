@@ -2,11 +2,10 @@
 
 import os
 import random
-import zlib
+import runpy
 from importlib.util import find_spec
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 # one thread per process: the runs share two cores, and timings of figures and programs stay comparable
@@ -32,39 +31,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Set up the lanes before any test module imports the package."""
+    """Put the lanes in force before any test module imports the package, here and in processes that tests start."""
+    lanes = Path(__file__).with_name("lanes")
     if config.getoption("strict_math"):
-        _compile_in_order(Path(config.cache.mkdir("strict-math")))
+        os.environ["LIMITMASON_STRICT_MATH"] = "1"
+        # read by numba when it is imported
+        os.environ["NUMBA_CACHE_DIR"] = str(config.cache.mkdir("strict-math"))
     if seed := config.getoption("jitter"):
-        _move_blocks(seed)
-
-
-def _compile_in_order(kept: Path) -> None:
-    os.environ["NUMBA_CACHE_DIR"] = str(kept)  # read by numba when it is imported
-    import numba
-
-    compile_as_asked = numba.njit
-
-    def in_order(*functions, **options):
-        return compile_as_asked(*functions, **{**options, "fastmath": False})
-
-    numba.njit = in_order
-
-
-def _move_blocks(seed: int) -> None:
-    from limitmason.model import assembly
-
-    read = assembly.read_pieces
-
-    def moved(solid, name):
-        # by its name: the same model made twice, or in another order, is the same
-        move = 1e-12 * np.random.default_rng(zlib.crc32(f"{seed} {name}".encode())).uniform(-1.0, 1.0, 3)
-        pieces = tuple(p._replace(vertices=p.vertices + move) for p in read(solid, name))
-        for piece in pieces:
-            piece.vertices.setflags(write=False)
-        return pieces
-
-    assembly.read_pieces = moved
+        os.environ["LIMITMASON_JITTER"] = str(seed)
+    if config.getoption("strict_math") or config.getoption("jitter"):
+        os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(lanes), os.environ.get("PYTHONPATH", "")]))
+        runpy.run_path(str(lanes / "sitecustomize.py"))
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

@@ -65,7 +65,7 @@ def elevation_plane(normal: Array) -> Plane:
     """Plane looked at along a horizontal normal: the horizontal axis points right, z up, the viewer at -normal."""
     p = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
     z = np.array([0.0, 0.0, 1.0])
-    return Plane(np.cross(p, z), z, p)
+    return Plane(np.cross(p, z), z, p, 0.0)
 
 
 def _one_leaf(assembly: Assembly, rows: NDArray[np.intp], p: Array) -> bool:

@@ -33,7 +33,7 @@ from limitmason.limit.program.face_cells import Cells, refined, spread_cohesion
 from limitmason.limit.program.idle_joints import without_rounding
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.program.scaling import balanced, spread
-from limitmason.limit.program.static import Solution, opening_motion, stands_under_dead_load
+from limitmason.limit.program.static import Solution, carries_any, opening_motion, stands_under_dead_load
 from limitmason.limit.solvers import solve_program
 from limitmason.limit.torsion import with_torsion_limit
 from limitmason.mechanics.certificate import certify, kinematic_multiplier
@@ -138,6 +138,8 @@ def _settled(
             scaled, cones, solver=name, tolerance=tolerance, check_dead_load=check_dead_load, verbose=verbose
         )
         spent += solution.seconds
+        if solution.status == UNBOUNDED and not carries_any(scaled, solution):
+            solution = solution._replace(status=NOT_CONVERGED)
         details: dict[str, Any] = {}
         if torsion and solution.status in (SOLVED, ALMOST_SOLVED):
             solution, seconds, details = with_torsion_limit(scaled, solution, tolerance, torsion, verbose=verbose)

@@ -141,13 +141,17 @@ def contact_points(
     owner = np.concatenate(interface)
     order = np.argsort(owner, kind="stable")
     owner = owner[order]
-    n = x.normal[owner]
+    n, at = x.normal[owner], np.concatenate(position)[order]
     if plane is None:
         directions = np.stack([n, x.tangent_1[owner], x.tangent_2[owner]], axis=1)
     else:
+        # what a face is off the plane by rounding is a moment out of it, and much for a light block between heavy ones
+        at += (plane.level - at @ plane.normal)[:, None] * plane.normal
+        n = n - (n @ plane.normal)[:, None] * plane.normal
+        n /= np.linalg.norm(n, axis=1)[:, None]
         directions = np.stack([n, np.cross(plane.normal, n)], axis=1)
     return ContactPoints(
-        np.concatenate(position)[order], owner, np.concatenate(area)[order], directions,
+        at, owner, np.concatenate(area)[order], directions,
         x.block_a[owner], x.block_b[owner],
     )  # fmt: skip
 

@@ -21,6 +21,7 @@ class Plane(NamedTuple):
     axis_1: Array
     axis_2: Array
     normal: Array
+    level: float  # of its points along the normal [m]
 
 
 def find_plane(assembly: Assembly, loads: Loads, driven: Array | None = None) -> Plane | None:
@@ -81,7 +82,7 @@ def find_plane(assembly: Assembly, loads: Loads, driven: Array | None = None) ->
             z = np.array([0.0, 0.0, 1.0])
             first = np.cross(p, z) if abs(p[2]) < 0.9 else np.array([1.0, 0.0, 0.0]) - p[0] * p
             first /= np.linalg.norm(first)
-            return Plane(first, np.cross(first, p), p)
+            return Plane(first, np.cross(first, p), p, level)
     return None
 
 

@@ -97,6 +97,7 @@ def test_hemisphere_stands_from_the_thickness_that_heyman_gives():
     assert not stands(0.040)
 
 
+@pytest.mark.exact
 @pytest.mark.slow
 def test_tower_is_closed_bonded_and_weaker_at_its_door():
     shape = {
@@ -149,6 +150,7 @@ def test_fill_weighs_what_lies_between_its_level_and_the_extrados():
     assert -pressed[right, 0].sum() == pytest.approx(0.4 * 1600.0 * 9.81 * (2.5**2 - 0.3**2) / 2.0 * 1.5, rel=1e-9)
 
 
+@pytest.mark.exact
 def test_fill_on_a_flat_top_is_its_weight_and_covered_faces_carry_none():
     wall = build.wall(length=1.2, courses=3, unit=(0.4, 0.2, 0.2), joint=JOINT)
     fill = Loads.weight(wall).with_backfill(wall, 1.0, 1500.0)

@@ -14,7 +14,11 @@ from limitmason.answers.results import Certificate, Prediction
 # ---- native JSON ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("variant", ["as built", "turned", "ends pulled in", "renumbered", "many laws", "held in part"])
+@pytest.mark.parametrize(
+    "variant",
+    ["as built", pytest.param("turned", marks=pytest.mark.exact), "ends pulled in", "renumbered", "many laws",
+     "held in part"],
+)  # fmt: skip
 def test_native_file_returns_every_number_unchanged(tmp_path, variant):
     head = Joint(20.0, dilatancy_angle_deg=1 / 3, cohesion=0.1, tensile_strength=0.3, compressive_strength=3e6,
                  normal_stiffness=1e9, residual_cohesion=0.0, name="mortar")  # fmt: skip

@@ -133,6 +133,7 @@ def test_wall_with_several_local_ends_gives_one_value_under_other_numbers_and_in
     assert smallest(wall, lm.Loads.horizontal(wall, (-1, 0, 0)), "standard") == pytest.approx(expected, abs=1e-6)
 
 
+@pytest.mark.exact
 @pytest.mark.parametrize("make", [lambda: ferris(3), small_corner], ids=["plane", "space"])
 @pytest.mark.parametrize("mirrored", [False, True])
 def test_order_of_geometry_gives_the_same_arrays_and_leads_back(make, mirrored):

@@ -74,12 +74,14 @@ def test_small_block_on_a_giant_overturns_at_its_own_t_over_h(ratio):
     assert right_or_refused(make, 0.3) == "right" or ratio > 1e3
 
 
+@pytest.mark.parametrize("off", [0.0, 1e-12])
 @pytest.mark.parametrize("ratio", RATIOS)
-def test_giant_on_two_small_stones(ratio):
+def test_giant_on_two_small_stones(ratio, off):
+    """The wall is plane all the same where a stone is off the plane by rounding, with 1e6 times its weight on it."""
     s = 1.0 / ratio
 
     def make():
-        boxes = [((0, 0, 0), (s, 1, s)), ((1 - s, 0, 0), (1, 1, s)), ((0, 0, s), (1, 1, 1 + s))]
+        boxes = [((0, 0, 0), (s, 1, s)), ((1 - s, off, 0), (1, 1 + off, s)), ((0, 0, s), (1, 1, 1 + s))]
         assembly = on_slab(boxes, mu=5.0)
         return assembly, lm.Loads.horizontal(assembly)
 
@@ -98,6 +100,18 @@ def test_a_small_stack_that_cannot_stand_is_seen_beside_a_giant(ratio):
 
     outcome = right_or_refused(make, np.nan, status="cannot stand under dead load")
     assert outcome == "right" or ratio > 1e3
+
+
+@pytest.mark.parametrize("cohesion", [0.0, 1e3])
+def test_a_grain_tied_to_a_block_does_not_hold_it_for_ever(cohesion):
+    """lambda = mu + c A / W: 0.1 mm of stone, tied by more than ten times 1e10 its own weight, bears nothing."""
+    grain, at = 1e-4, np.array([0.4, 0.4, 0.5])
+    joint = lm.Joint.from_friction_coefficient(0.5, cohesion=cohesion)
+    wall = on_slab([((0, 0, 0), (1, 1, 0.5)), (at, at + grain)], joint=joint)
+    wall = wall.with_ties([lm.Tie(2, at + 0.5 * grain, 1, (0.3, 0.4, 0.25), yield_force=1e4, stiffness=1e6)])
+    answer = lm.limit_analysis(wall, lm.Loads.horizontal(wall))
+    assert answer.status == "solved"
+    assert answer.collapse_multiplier == pytest.approx(0.5 + cohesion / wall.weights[1:].sum(), rel=1e-6)
 
 
 @pytest.mark.parametrize("contrast", [1e2, 1e3, 1e4, 1e5])

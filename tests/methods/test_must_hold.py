@@ -200,6 +200,7 @@ def test_scaling_leaves_the_non_associative_multiplier_unchanged(scale):
     assert values[0] == pytest.approx(values[1], rel=1e-6)
 
 
+@pytest.mark.exact
 @pytest.mark.slow
 def test_growing_only_the_blocks_is_a_result_and_no_law():
     arguments = {"length": 0.32, "height": 0.16, "unit": (0.08, 0.04, 0.04), "joint": DRY, **PLANS["L"]}

@@ -17,7 +17,9 @@ def limit(model: Model) -> Answer:
     got = lm.limit_analysis(*model.build())
     if got.status == "almost solved":
         return {SLOW: True}
-    return {"status": str(got.status), "multiplier": number(got.collapse_multiplier, live=-1)}
+    # cells of cohesive faces follow their axes: the answer moves within what it says of them
+    said = 0.0 if got.certificate is None else got.certificate.discretisation
+    return {"status": str(got.status), "multiplier": number(got.collapse_multiplier, slack=1.0 + said / 1e-6, live=-1)}
 
 
 def exact(model: Model) -> bool:

@@ -40,34 +40,40 @@ class Statics:
         """Largest t with forces within the law in balance with dead + t live [-]; NaN without one, inf without end.
 
         Exact for dry faces, and in plane for cohesive ones: forces at corners, strength shared as areas are. A group is
-        one body guided along ``down``.
+        one body guided along ``down``. Every block's rows are in units of its own load, every force of the lighter one.
         """
         m = self.model
-        force, size = m.weight / len(m.free), m.length
+        force, size = np.full(len(self.volume), m.weight / len(m.free)), m.length
+        own = np.linalg.norm(m.dead[:, :3], axis=1) + np.linalg.norm(m.live[:, :3], axis=1)
+        single = [i for i in m.free if i not in group and own[i] > 0.0]
+        force[single] = own[single]
+        free = set(m.free)
         rows = np.zeros((0, 6 * len(self.volume)))
-        scale = np.tile([1.0, 1.0, 1.0, size, size, size], len(self.volume))
+        scale = (force[:, None] * [1.0, 1.0, 1.0, size, size, size]).ravel()
         rows = np.eye(6 * len(self.volume))[[6 * i + k for i in m.free if i not in group for k in range(6)]]
         if group:
             along = np.zeros((1, rows.shape[1]))
             for i in group:
                 along[0, 6 * i : 6 * i + 3] = down
             rows = np.vstack([rows, along])
-        columns, cones, bounds = [], [], []
+        columns, cones, bounds, strengths = [], [], [], []
         for f in self.faces:
             if f.a in group and f.b in group:
                 continue
-            law = m.law_of(f.a, f.b)
+            law, unit = m.law_of(f.a, f.b), min(force[i] for i in (f.a, f.b) if i in free)
             frame = np.stack([f.normal, f.along, f.across])
             for p, area in zip(f.corners, _corner_areas(f), strict=True):
-                columns.append((self.pair(f, p).T @ frame.T) / scale[:, None])
-                cones.append((law.mu, law.cohesion * area / force))
-                bounds.append(law.cut_off * area / force)
+                columns.append((self.pair(f, p).T @ frame.T) * (unit / scale)[:, None])
+                cones.append((law.mu, law.cohesion * area / unit))
+                bounds.append(law.cut_off * area / unit)
         for t in m.ties:
-            columns.append((_stretch(self, t) / -scale)[:, None])  # it pulls its ends together
+            unit = min(force[i] for i in (t.a, t.b) if i in free)
+            columns.append((_stretch(self, t) * -unit / scale)[:, None])  # it pulls its ends together
+            strengths.append(t.strength / unit)
         n, ties = len(cones), len(m.ties)
-        matrix = np.hstack([rows @ np.hstack(columns), (rows @ (live.ravel() / scale / force))[:, None]])
-        right = -rows @ (dead.ravel() / scale / force)
-        return _maximise(matrix, right, cones, bounds, np.array([t.strength for t in m.ties]) / force, n, ties)
+        matrix = np.hstack([rows @ np.hstack(columns), (rows @ (live.ravel() / scale))[:, None]])
+        right = -rows @ (dead.ravel() / scale)
+        return _maximise(matrix, right, cones, bounds, np.array(strengths), n, ties)
 
     def limit(self) -> float:
         """Multiplier by the static theorem [-]: -inf where dead load alone cannot be borne, NaN where none is found."""

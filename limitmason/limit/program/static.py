@@ -20,7 +20,7 @@ from limitmason.answers.results import (
 from limitmason.limit.program.cones import Cones
 from limitmason.limit.program.idle_joints import without_rounding
 from limitmason.limit.program.problem import Problem
-from limitmason.limit.program.scaling import row_blocks, unit_loads
+from limitmason.limit.program.scaling import block_norms, row_blocks, unit_loads
 from limitmason.mechanics.residuals import own_measures
 
 Array = NDArray[np.float64]
@@ -113,23 +113,13 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     where none do, the program's dual is a motion in which the dead load does more work than the joints can dissipate.
     """
     start = time.perf_counter()
-    c, points, block = problem.components, problem.points, row_blocks(problem)
-    own = np.zeros(problem.assembly.n_blocks)
-    own[block] = unit_loads(problem)[block]
+    c, points = problem.components, problem.points
+    own = unit_loads(problem)
 
     def settled(force: Array) -> Array:
         scale = problem.point_scale[:, None]
         kept = without_rounding(problem.assembly, own, points.interface, force.reshape(-1, c) * scale)
         return (kept / scale).ravel()
-
-    def balances(force: Array) -> bool:
-        size = np.linalg.norm(force.reshape(-1, c), axis=1) * problem.point_scale
-        joint = np.bincount(points.interface, size)[points.interface]
-        largest = np.zeros(len(own))
-        np.maximum.at(largest, points.block_a, joint)
-        np.maximum.at(largest, points.block_b, joint)
-        rest = np.abs(problem.matrix @ force + problem.dead) * problem.row_unit
-        return bool((rest <= OWN_RESIDUAL * own_measures(problem.assembly, own, largest)[block]).all())
 
     level = np.abs(points.directions[:, 0, 2]) > 1 - 1e-9
     simple = level & ~problem.law.crushes
@@ -150,7 +140,7 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
             force = np.zeros(problem.matrix.shape[1])
             force[columns] = answer.x
             force = settled(force)
-            if balances(force):
+            if _balances(problem, force, problem.dead, own):
                 return Carried(True, force, None, time.perf_counter() - start)
     r, n = problem.matrix.shape
     kinds = [clarabel.ZeroConeT(r)]
@@ -165,11 +155,43 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     seconds = time.perf_counter() - start
     if status in ("Solved", "AlmostSolved"):
         force = settled(np.array(answer.x))
-        return Carried(True, force, None, seconds) if balances(force) else Carried(None, None, None, seconds)
+        holds = _balances(problem, force, problem.dead, own)
+        return Carried(True, force, None, seconds) if holds else Carried(None, None, None, seconds)
     if "PrimalInfeasible" not in status:
         return Carried(None, None, None, seconds)
     velocity = np.array(answer.z[:r])
     return Carried(False, None, velocity, seconds)
+
+
+def _balances(problem: Problem, force: Array, load: Array, own: Array) -> bool:
+    """Whether forces carry a load on every block, measured by the block's ``own`` load over ``force_scale``."""
+    points, block = problem.points, row_blocks(problem)
+    size = np.linalg.norm(force.reshape(-1, problem.components), axis=1) * problem.point_scale
+    joint = np.bincount(points.interface, size)[points.interface]
+    largest = np.zeros(len(own))
+    np.maximum.at(largest, points.block_a, joint)
+    np.maximum.at(largest, points.block_b, joint)
+    rest = np.abs(problem.matrix @ force + load) * problem.row_unit
+    return bool((rest <= OWN_RESIDUAL * own_measures(problem.assembly, own, largest)[block]).all())
+
+
+def carries_any(problem: Problem, solution: Solution) -> bool:
+    """Whether the forces of a solution grow with the live load without end: a ray that proves "unbounded".
+
+    A f + live = 0 on every block, by its own live load, with friction and normal force alone. What the whole takes for
+    rounding may be all that a small block bears: cohesion, or a tie. Forces that a solver does not give prove nothing.
+    """
+    if not solution.multiplier > 0:
+        return False
+    force = solution.force.reshape(-1, problem.components) / solution.multiplier
+    normal = np.maximum(force[:, 0], 0.0)
+    if problem.stress_block.count:
+        normal[problem.stress_block.ends] = 0.0
+    normal[problem.law.crushes] = 0.0
+    shear = np.linalg.norm(force[:, 1:], axis=1)
+    within = np.divide(problem.law.tan_phi * normal, shear, out=np.ones_like(shear), where=shear > 0.0)
+    ray = np.column_stack([normal, force[:, 1:] * np.minimum(within, 1.0)[:, None]])
+    return _balances(problem, ray.ravel(), problem.live, block_norms(problem, problem.live))
 
 
 def opening_motion(problem: Problem) -> tuple[Array | None, float]:
