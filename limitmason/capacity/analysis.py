@@ -16,7 +16,7 @@ from limitmason.answers.results import Prediction
 from limitmason.capacity import path
 from limitmason.capacity.certificate import Structure
 from limitmason.capacity.certified import certified_curve
-from limitmason.capacity.contacts import first_contacts, points_of_path
+from limitmason.capacity.contacts import carried_firmly, firmness, first_contacts, points_of_path, turned_over
 from limitmason.capacity.crossing import with_crossings
 from limitmason.capacity.deformable import Deformation, deformation, lumped, plane_of
 from limitmason.capacity.faces import shapes_of, with_faces
@@ -39,6 +39,7 @@ from limitmason.mechanics.equilibrium import degrees_of_freedom, project
 from limitmason.mechanics.law import interface_law
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.plane import Plane
+from limitmason.mechanics.stated import tension_above_apex
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
@@ -91,16 +92,18 @@ def pushover(
     stress : of modal and elastic blocks: "plane stress" (the default of a plane problem), "plane strain", or "solid",
         which takes a plane problem in space too
     contact_model, grid : as in :func:`limitmason.mechanics.contact_points.contact_points`; "grid" where a grid is
-        given, the
-        model of ``initial`` where this is given (its ``grid`` is to be repeated), else what the joints need. That is
-        "lobatto" with 15 points on a side where joints crush or lose strength: right to 2 %, where corners alone carry
-        twice and three times as much. In space, where they have plastic cohesion or tension, it is a grid of 5 x 5
-        points: at the corners alone cohesion resists twisting 1.85 times as much as on a square face, at 5 x 5 points
-        0.98 times. Else it is "vertices". Two points on a side bend three times too stiffly, which matters where blocks
-        deform
-    contacts : "anew" as in the notes, the default for rigid and lumped blocks; "first", that of blocks that deform,
-        keeps the points of the undeformed joints for ever, with the frame carried by the interface's block a, as
-        :func:`dem.collapse` and programs of contact pairs do
+        given; the model of ``initial`` where this is given (its ``grid`` is to be repeated). Else what the joints need:
+
+        - "lobatto" with 15 points on a side where joints crush or lose strength. Corners alone carry twice and three
+          times as much.
+        - The same, 9 in space, where the stiffness of a joint is named or blocks deform. Faces then give way at the
+          edge on which a block rocks. On corners the largest load was up to 27 % higher.
+        - A grid of 5 x 5 points in space where other joints have plastic cohesion or tension. At the corners alone
+          cohesion resists twisting 1.85 times as much as on a square face, at 5 x 5 points 0.98 times.
+        - "vertices" where no stiffness is named: rigid blocks rock on the edges of their joints, as in limit analysis.
+    contacts : "anew" as in the notes, the default for rigid and lumped blocks; "first" keeps the points of the
+        undeformed joints for ever, the default for blocks that deform. Named, it also keeps the frame of a joint on its
+        block a, as :func:`dem.collapse` and programs of contact pairs do; else the firmer block carries it
     gaps : opening of every contact point in the reference pose [m], 0 or more, in the order of
         :func:`limitmason.mechanics.contact_points.contact_points` with the same settings; faces that touch by default.
         See
@@ -165,7 +168,7 @@ def pushover(
         refuse_partial_rotations(assembly)
     kn, ks, warnings = stiffnesses(assembly, loads, stiffness)
     ties, of_ties = make_ties(assembly)
-    warnings += [*of_points, *of_ties]
+    warnings += [*of_points, *of_ties, *filter(None, [tension_above_apex(assembly, taken=True)])]
     basis, free = degrees_of_freedom(assembly, plane)
     dead, live = project(loads.dead, basis) * free, project(loads.live, basis) * free
     weight, size = _units(assembly, loads, free, moving)
@@ -174,9 +177,13 @@ def pushover(
         raise InputError("initial forces go with the structure as built: without gaps, start and a support that moves")
     misfit = of_gaps(points, gaps) if initial is None else of_forces(points, initial, kn, ks)
     law, falls = interface_law(assembly.arrays, convex=False), fall(assembly, kn, ks)
+    firm = firmness(assembly, loads)
     first, shapes = first_contacts(points, law, kn, ks, misfit, falls), None
+    if contacts != FIRST:  # else frames are those of the DEM
+        first = turned_over(first, firm[first.block_b] > firm[first.block_a])
+        points = carried_firmly(points, firm)
     if anew:
-        shapes, first = shapes_of(assembly, first, plane, size)
+        shapes, first = shapes_of(assembly, first, plane, size, firm)
         if plane is None:
             shapes, first = with_crossings(shapes, first, assembly)
         first = with_faces(shapes, first, assembly)

@@ -2,8 +2,9 @@
 with them.
 
 A point is a corner of one block on a face of another: the block whose corner it is carries the point, the other the
-frame, whichever of them the interface calls a. So carried, a point that slides stays under the corner, its normal stays
-that of the face, and nothing depends on how blocks are numbered. Points inside a face belong to either.
+frame, whichever of them the interface calls a. So carried, a point that slides stays under the corner, and its normal
+stays that of the face. Points inside a face, and corners that meet, could belong to either block: the firmer carries
+their frame, see :func:`firmness`. Nothing depends on how blocks are numbered.
 """
 
 from collections.abc import Mapping
@@ -27,6 +28,7 @@ from limitmason.mechanics.contact_points import (
 from limitmason.mechanics.law import Fall, PointLaw
 from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
 from limitmason.storage.frozen import ReadOnly
 
 Array = NDArray[np.float64]
@@ -39,6 +41,8 @@ NO_CORNER = -1
 
 _MANY = 40_000  # points: beyond, fewer are put on the sides
 _FEWEST = 5
+
+_SAME = 1e-9  # of the largest of some lengths or forces: what rounding may change
 
 
 def points_of_path(
@@ -178,7 +182,7 @@ class Contacts(ReadOnly):
 def first_contacts(
     points: ContactPoints, law: PointLaw, kn: Array, ks: Array, misfit: Array | None = None, fall: Fall | None = None
 ) -> Contacts:
-    """The contact points of the reference pose, the frame carried by the interface's block a.
+    """The contact points of the reference pose, the frame carried by the points' block a.
 
     Parameters
     ----------
@@ -210,3 +214,47 @@ def turned_over(c: Contacts, rows: NDArray[np.bool_]) -> Contacts:
         c, block_a=a, block_b=b, place_a=place_a, place_b=place_b, directions=sign[:, None, None] * c.directions,
         sense=sign * c.sense,
     )  # fmt: skip
+
+
+def firmness(assembly: Assembly, loads: Loads) -> Index:
+    """Rank of every block by which of two carries a frame, equal where nothing tells them apart, shape (n,).
+
+    A held block comes before one that moves, then the heavier one, the one farther along the dead load, the one farther
+    along the live load, and the one nearer to the middle of the structure. Turned, mirrored and renumbered structures
+    have the same ranks.
+    """
+    x = assembly.centroids
+    middle = x.mean(axis=0)
+    keys = [-np.linalg.norm(x - middle, axis=1)]
+    keys += [(x - middle) @ _unit(w[:, :3].sum(axis=0), w) for w in (loads.live, loads.dead)]
+    keys += [assembly.weights, assembly.fixed.astype(float)]
+    ranks = np.array([_rank(k) for k in keys])
+    return np.unique(ranks[::-1], axis=1, return_inverse=True)[1].reshape(-1)
+
+
+def _unit(total: Array, parts: Array) -> Array:
+    """Direction of a sum of vectors; zero where it is the rounding of its parts."""
+    size = float(np.linalg.norm(total))
+    return total / size if size > _SAME * float(np.abs(parts).sum()) else np.zeros(3)
+
+
+def _rank(value: Array) -> Index:
+    """Place of every value among those that differ by more than rounding."""
+    order = np.argsort(value)
+    apart = np.diff(value[order], prepend=value[order[:1]]) > _SAME * float(np.abs(value).max(initial=0.0))
+    out = np.empty(len(value), np.intp)
+    out[order] = np.cumsum(apart)
+    return out
+
+
+def carried_firmly(points: ContactPoints, firm: Index) -> ContactPoints:
+    """The points with the frame carried by the firmer of both blocks.
+
+    Parameters
+    ----------
+    firm : ranks by :func:`firmness`
+    """
+    over = firm[points.block_b] > firm[points.block_a]
+    a, b = np.where(over, points.block_b, points.block_a), np.where(over, points.block_a, points.block_b)
+    sign = np.where(over, -1.0, 1.0)[:, None, None]
+    return replace(points, block_a=a, block_b=b, directions=sign * points.directions)

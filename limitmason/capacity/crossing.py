@@ -157,7 +157,7 @@ def carried_by_first(
 
     Parameters
     ----------
-    before : pose from which the last motion counts; where nothing slid the point stays with what is held or heavier
+    before : pose from which the last motion counts; where nothing slid the point stays with the firmer block
     """
     p, q = found.side
     owner = shapes.face_block[shapes.corner_face]
@@ -171,10 +171,7 @@ def carried_by_first(
     on_u, on_v = np.einsum("ij,ij->i", slid, u), np.einsum("ij,ij->i", slid, v)
     s, r = np.abs(on_u - cosine * on_v), np.abs(on_v - cosine * on_u)
     nothing = np.maximum(s, r) < 1e-9 * shapes.spread[owner[p]]
-    held, mass = assembly.fixed, assembly.weights
-    a, b = owner[p], owner[q]
-    firm = np.where(held[a] == held[b], mass[a] >= mass[b], held[a])
-    return np.where(nothing, firm, s <= r)
+    return np.where(nothing, shapes.firm[owner[p]] >= shapes.firm[owner[q]], s <= r)
 
 
 def as_near(shapes: Shapes, found: Crossings, assembly: Assembly, before: Pose, now: Pose) -> Near:

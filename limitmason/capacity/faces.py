@@ -42,6 +42,7 @@ class Shapes(NamedTuple):
     near : gap within which a corner becomes a point [m]
     spread : largest distance of a corner from its block's centroid [m], shape (n,)
     strangers : codes corner * f + face of what lies together in the reference pose without a joint
+    firm : ranks of the blocks, see :func:`limitmason.capacity.contacts.firmness`, shape (n,)
     inset : how far the ends of faces are pulled in from the corners of the blocks, in plane [m]
     """
 
@@ -58,10 +59,13 @@ class Shapes(NamedTuple):
     near: float
     spread: Array
     strangers: NDArray[np.int64]
+    firm: Index
     inset: float = 0.0
 
 
-def shapes_of(assembly: Assembly, contacts: Contacts, plane: Plane | None, size: float) -> tuple[Shapes, Contacts]:
+def shapes_of(
+    assembly: Assembly, contacts: Contacts, plane: Plane | None, size: float, firm: Index
+) -> tuple[Shapes, Contacts]:
     """Faces and corners of an assembly, and the contacts with their corners named and the frame carried by the face.
 
     Parameters
@@ -69,6 +73,7 @@ def shapes_of(assembly: Assembly, contacts: Contacts, plane: Plane | None, size:
     contacts : of the reference pose
     plane : of a problem in plane, whose faces are then lines; None in space
     size : median block size [m]
+    firm : ranks of the blocks
     """
     outlines = _outlines(assembly, contacts, plane)
     inset = _inset(assembly, contacts, outlines, plane)
@@ -107,10 +112,10 @@ def shapes_of(assembly: Assembly, contacts: Contacts, plane: Plane | None, size:
     shapes = Shapes(
         face_block, np.array(place), np.array(normal), np.array(side), np.array(reach), corner_face, corner_place,
         np.searchsorted(face_block, blocks), np.searchsorted(face_block[corner_face], blocks),
-        OVERSHOOT * size, NEAR * size, spread, np.empty(0, np.int64), inset,
+        OVERSHOOT * size, NEAR * size, spread, np.empty(0, np.int64), firm, inset,
     )  # fmt: skip
     near = together(shapes, assembly, at_rest(assembly.n_blocks), -shapes.near)
-    named = _named(shapes, contacts, assembly, near)
+    named = _named(shapes, contacts, near)
     known = named.corner.astype(np.int64) * len(face_block) + named.face
     code = near.corner.astype(np.int64) * len(face_block) + near.face
     # what lies together without being a point belongs to a joint of the model, or to none by its user's will
@@ -193,12 +198,12 @@ def _inset(
     return inset if inset > 10.0 * assembly.tolerance else 0.0
 
 
-def _named(shapes: Shapes, c: Contacts, assembly: Assembly, near: Near) -> Contacts:
+def _named(shapes: Shapes, c: Contacts, near: Near) -> Contacts:
     """The contacts with their corners and faces, the frame carried by the face.
 
     ``near`` is what lies together in the reference pose.
 
-    Where two corners meet the frame stays with a support, then with the heavier block, then as it is.
+    Where two corners meet the frame stays with the block that has it.
     """
     owner = shapes.face_block[shapes.corner_face]
     by_pair: dict[tuple[int, int], list[int]] = {}
@@ -206,7 +211,6 @@ def _named(shapes: Shapes, c: Contacts, assembly: Assembly, near: Near) -> Conta
         key = int(shapes.face_block[near.face[row]]), int(owner[near.corner[row]])
         by_pair.setdefault(key, []).append(row)
     corner, face, over = c.corner.copy(), c.face.copy(), np.zeros(c.count, bool)
-    mass = assembly.weights
     reachable = 1e-2 * shapes.near + 1e-9
     for i in range(c.count):
         a, b = int(c.block_a[i]), int(c.block_b[i])
@@ -218,12 +222,7 @@ def _named(shapes: Shapes, c: Contacts, assembly: Assembly, near: Near) -> Conta
                     best[flipped] = row
         if not best:
             continue
-        flipped = next(iter(best))
-        if len(best) == 2:
-            if assembly.fixed[a] != assembly.fixed[b]:
-                flipped = bool(assembly.fixed[b])
-            else:
-                flipped = bool(mass[b] > (1.0 + 1e-9) * mass[a])
+        flipped = False not in best
         over[i] = flipped
         corner[i], face[i] = near.corner[best[flipped]], near.face[best[flipped]]
     return replace(turned_over(c, over), corner=corner, face=face)

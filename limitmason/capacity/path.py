@@ -44,6 +44,7 @@ _TRIES = 12  # short steps towards a limit point that then does not come
 _COSTLY = 5  # programs of a step after which the next is shorter
 _MANY = 22  # iterations of a step after which the next is shorter
 _BEYOND = (1e-3, 3e-3, 1e-2)  # of the median block size: jumps that are tried where no short step goes on
+_AFTER_FIRST = 2.5  # how much longer the second step is than the first
 _PATIENT = 3  # failures of a step after which cone programs are solved for it
 _HALVINGS = 6  # of a step that loses or makes energy
 _OVER = 0.01  # least displacement of what overturns, of the median block size
@@ -367,6 +368,9 @@ class _Path:
             factor = 1.0
         elif new.programs >= _COSTLY or new.iterations > _MANY:
             factor = 0.6
+        elif len(self.nodes) - self.begin <= 2:
+            # whether the tangent of an unloaded joint is open or closed hangs on rounding: it foretells nothing
+            factor = _AFTER_FIRST
         elif off < 0.25 * smooth:
             factor = 6.0 if off < 0.01 * smooth else 2.5
         else:

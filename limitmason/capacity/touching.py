@@ -65,7 +65,7 @@ def found_anew(
     gone = (inside < -shapes.step) | ((c.interface == NEW) & (gap > 2.0 * shapes.near))
     # corners that take over carry on where springs are pressed, however deep
     pressed = float((force[:, 0] / (c.kn * c.area)).max(initial=0.0))
-    near = together(shapes, assembly, pose, 0.5 * shapes.step, pressed)
+    near = together(shapes, assembly, pose, -0.5 * shapes.step, pressed)
     if c.components == 3:
         found = crossings(shapes, assembly, pose, 0.5 * shapes.step, pressed)
         other = as_near(shapes, found, assembly, since, pose)
@@ -75,17 +75,23 @@ def found_anew(
     present = (c.corner.astype(np.int64) * f + c.face)[c.face >= 0]
     # the successor of a point that has left is as far inside but for the turn of the blocks over a deep gap
     succeeds = np.isin(_pairs(shapes, near), _pairs_of_points(shapes, c)[gone])
-    fresh = ~np.isin(code, present) & ~np.isin(code, shapes.strangers) & (succeeds | (near.inside > shapes.step))
+    fresh = ~np.isin(code, present) & ~np.isin(code, shapes.strangers)
+    on_side = fresh & succeeds & (near.inside <= 0.5 * shapes.step)
+    fresh &= near.inside > np.where(succeeds, 0.5, 1.0) * shapes.step
     if c.components == 3:
         # whichever block carries it, a crossing is one point, which is made again where it has moved
         crosses = near.corner >= len(shapes.corner_face)
         fresh &= ~(crosses & np.isin(near.corner, c.corner[~gone]))
         fresh |= crosses & np.isin(near.corner, c.corner[gone & is_crossing(shapes, c)])
+    x = assembly.centroids
+    now_b = x[c.block_b] + pose.shift[c.block_b] + turned(pose, c.block_b, c.place_b - x[c.block_b])
+    if c.components == 3 and on_side.any():
+        # sides that stay in line do not cross, and no corner comes inside: one on the side of the face takes over
+        left = gone & ~_succeeded(shapes, c, near.at(fresh), now_b, _present(assembly, pose, near.at(fresh)))
+        fresh |= on_side & _close(shapes, c, near, now_b, _present(assembly, pose, near))[left].any(axis=0)
     near = near.at(fresh)
     if not (gone.any() or len(near.corner)):
         return None
-    x = assembly.centroids
-    now_b = x[c.block_b] + pose.shift[c.block_b] + turned(pose, c.block_b, c.place_b - x[c.block_b])
     loaded = (force[:, 0] > 0.0) & (inside > -_WAITS * shapes.step)
     shares = None
     if c.components == 3:

@@ -60,11 +60,15 @@ def why_no_tilt_angle(assembly: Assembly, loads: Loads) -> str:
     return ""
 
 
-def tension_cut(assembly: Assembly) -> str:
-    """Which joints cannot use their tensile strength because c / tan(phi) is less; empty where there are none.
+def tension_above_apex(assembly: Assembly, taken: bool = False) -> str:
+    """Which joints have more tensile strength than c / tan(phi), and what of it counts; empty where there are none.
 
     The convex law ends at the apex of the Coulomb cone, so ft > c / tan(phi) is never reached. Codes that check ft
     apart from the cone do not cut it, nor does the DEM here: parameters calibrated in them lose tension elsewhere.
+
+    Parameters
+    ----------
+    taken : whether the theory takes ft as it is
     """
     x, corner = assembly.arrays, interface_law(assembly.arrays).tension
     lost = np.where(x.tensile_strength > (1.0 + _SAME) * corner, x.tensile_strength - corner, 0.0)
@@ -73,9 +77,16 @@ def tension_cut(assembly: Assembly) -> str:
     k = int(np.argmax(lost))
     worst = assembly.interfaces[k].joint
     name = f" ({worst.name})" if worst.name else ""
+    how, counts = "cut at", f"counts as c / tan(phi) = {corner[k]:.4g} Pa"
+    if taken:
+        how = "taken beyond"
+        counts = (
+            f"counts in full, without shear beyond c / tan(phi) = {corner[k]:.4g} Pa, at which limit analysis and "
+            "mechanisms cut it: their loads are lower"
+        )
     return (
-        f"tension is cut at the apex of the Coulomb cone in {np.count_nonzero(lost)} of {len(lost)} joints: a tensile "
-        f"strength of {worst.tensile_strength:.4g} Pa{name} counts as c / tan(phi) = {corner[k]:.4g} Pa"
+        f"tension is {how} the apex of the Coulomb cone in {np.count_nonzero(lost)} of {len(lost)} joints: a tensile "
+        f"strength of {worst.tensile_strength:.4g} Pa{name} {counts}"
     )
 
 
@@ -102,17 +113,17 @@ def states(
 
 
 def with_statements(prediction: Prediction, assembly: Assembly, loads: Loads, theory: str = "") -> Prediction:
-    """The prediction with why it has no tilt angle, empty where it has one, and with a warning of tension that is cut.
+    """The prediction with why it has no tilt angle, empty where it has one, and a warning of tension above the apex.
 
     The papers of packaged data that the assembly was built from join its own. Nothing is added that it says already.
 
     Parameters
     ----------
-    theory : of ``law_table.THEORIES`` where it is one; one that takes tension above the apex cuts none
+    theory : of ``law_table.THEORIES`` where it is one; some take tension above the apex, others cut it
     """
     takes = theory in TAKES and TAKES[theory][ABOVE_APEX].how is Taken.TAKEN
-    cut = "" if takes else tension_cut(assembly)
-    warnings = prediction.warnings if not cut or cut in prediction.warnings else (*prediction.warnings, cut)
+    said = tension_above_apex(assembly, takes)
+    warnings = prediction.warnings if not said or said in prediction.warnings else (*prediction.warnings, said)
     details = prediction.details
     if NO_TILT not in details:
         details = {**details, NO_TILT: why_no_tilt_angle(assembly, loads)}

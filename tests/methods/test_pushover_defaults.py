@@ -214,3 +214,68 @@ def test_distinct_elements_say_that_their_default_points_are_few():
     fine = dem.make_state(wall, loads, contact_model="lobatto", contact_points=(15, 2))
     assert not any("few contact points" in w for w in fine.warnings)
     assert not any("few" in w for w in dem.make_state(block(STIFF), loads).warnings)
+
+
+def test_tension_above_the_apex_is_told_where_it_is_taken():
+    """Limit analysis cuts ft at c / tan(phi), a path and the DEM do not: their loads differ by what the joint bears."""
+    wall = block({"cohesion": 1e4, "tensile_strength": 2e5, **STIFF})
+    loads = lm.Loads.horizontal(wall)
+    cut = lm.limit_analysis(wall, loads)
+    taken = lm.predict(wall, loads, "pushover", stiffness=1e12)
+    apex = 1e4 / math.tan(math.radians(60.0))
+    for found, tension in ((cut, apex), (taken, 2e5)):
+        assert found.collapse_multiplier == pytest.approx(
+            (tension * AREA + WEIGHT) * WIDTH / (WEIGHT * HEIGHT), rel=0.01
+        )
+    assert any("cut at the apex" in w for w in cut.warnings)
+    assert sum("taken beyond the apex of the Coulomb cone in 1 of 1 joints" in w for w in taken.warnings) == 1
+    assert not any("apex" in w for w in lm.pushover(block(STIFF), loads, to=1e-6).warnings)
+
+
+def pile(order, matrix):
+    """Three boxes on the ground, glued and pulled beside their middle, renumbered and in other axes."""
+    ends = [
+        (-1, -1, -0.2, 1, 1, 0),
+        (0, 0, 0, 0.4, 0.3, 0.3),
+        (0.05, 0, 0.3, 0.45, 0.3, 0.6),
+        (0, 0.02, 0.6, 0.4, 0.32, 0.9),
+    ]
+    solids = [prism(e[:3], e[3:], 0.0) for e in ends]
+    flip = np.linalg.det(matrix) < 0
+    solids = [(p @ matrix.T, [f[::-1] for f in faces] if flip else faces) for p, faces in solids]
+    names = ["g", "low", "mid", "top"]
+    joint = lm.Joint(30.0, cohesion=4e3, tensile_strength=2e3, normal_stiffness=2e8, shear_stiffness=1e8)
+    wall = lm.Assembly.from_polyhedra(
+        [solids[k] for k in order], joint=joint, density=2000.0, fixed=["g"], names=[names[k] for k in order]
+    )
+    dead, live = np.zeros((4, 6)), np.zeros((4, 6))
+    for k, name in enumerate(wall.blocks):
+        dead[k, :3] = wall.weights[k] * (matrix @ [0.0, 0.0, -1.0]) * (name.name != "g")
+        if name.name == "top":
+            live[k, :3] = 1e3 * matrix @ [1.0, 0.3, 0.0]
+            live[k, 3:] = 1e2 * np.linalg.det(matrix) * matrix @ [0.0, 0.0, 1.0]
+    return wall, lm.Loads(dead, live)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("options", [{"to": 0.03}, {"to": 1e-3, "blocks": "modal", "grid": (3, 3)}])
+def test_a_curve_is_that_of_its_renumbered_mirrored_and_turned_copy(options):
+    """Blocks slide far on the points of a grid, whose frame one of both carries: by geometry, not by number."""
+    material = lm.Material(young_modulus=2e8, poisson_ratio=0.2)
+
+    def curve(order, matrix):
+        wall, loads = pile(order, matrix)
+        return lm.pushover(wall.with_material(material), loads, **options)
+
+    first = curve(range(4), np.eye(3))
+    c, s = math.cos(0.4), math.sin(0.4)
+    turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    for order, matrix in (((3, 1, 2, 0), np.eye(3)), ((0, 1, 2, 3), np.diag([1.0, -1.0, 1.0])), ((2, 3, 0, 1), turned)):
+        other = curve(order, matrix)
+        assert other.status == first.status
+        assert other.peak.load == pytest.approx(first.peak.load, rel=1e-6)
+        share = np.linspace(0.05, 1.0, 7) * first.displacement[-1]
+        assert other.displacement[-1] == pytest.approx(first.displacement[-1], rel=1e-9)
+        assert np.interp(share, other.displacement, other.load) == pytest.approx(
+            np.interp(share, first.displacement, first.load), rel=1e-6
+        )

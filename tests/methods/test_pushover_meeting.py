@@ -162,3 +162,22 @@ def test_a_block_slides_from_table_to_table_at_mu_w(stiffness, gap, step, most):
     if most < 1.0:
         assert curve.status == "reached"
         assert curve.multiplier[5:] == pytest.approx(0.4, rel=0.025 if step else 1e-3)
+
+
+@pytest.mark.parametrize("aside", [0.0, 1e-5, 5e-5, 4e-4])
+def test_a_block_drawn_along_a_face_keeps_its_friction_where_sides_stay_in_line(aside):
+    """W + mu P all along: corners that run off are followed by those of the other block, however near sides lie."""
+    friction, pressed = 0.4, 3e3
+    joint = lm.Joint.from_friction_coefficient(friction, normal_stiffness=1e10, shear_stiffness=1e10)
+    solids = [box((0.0, 0.0, 0.0), (0.3, 0.2, 0.4)), box((aside, -0.2, 0.0), (aside + 0.3, 0.0, 0.4))]
+    wall = lm.Assembly.from_polyhedra(solids, joint=joint, density=2000.0, fixed=["a"], names=["a", "b"])
+    weight = float(wall.weights[1])
+    dead, live = np.zeros((2, 6)), np.zeros((2, 6))
+    dead[1, 1:3] = pressed, -weight
+    live[1, 2] = 1.0
+    curve = lm.pushover(wall, lm.Loads(dead, live), to=0.06)
+    assert curve.status == "reached"
+    assert not curve.jumps
+    slides = curve.displacement > 1e-5
+    assert slides.sum() > 5
+    assert curve.load[slides] == pytest.approx(weight + friction * pressed, rel=1e-4)
