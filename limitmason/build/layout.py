@@ -87,30 +87,15 @@ def layout(
                     "pass ragged=True if that is meant"
                 )
 
-    courses: list[list[Unit]] = []
-    pieces: list[tuple[Piece, ...]] = []
-    columns: list[Unit] = []
-    for number, row in enumerate(widths):
-        units, solid = [], []
-        # the running sum is taken in block lengths, so that joints meant to be in line are in line to the last bit
-        position = 0.0
-        for width in row:
-            end = round(position + abs(width), 12)
-            if width > 0.0:
-                box = ((position * length, 0.0, number * height), (end * length, depth, (number + 1) * height))
-                units.append(Unit("facade", number, -1, [box], 0))
-                solid.append(Piece(position * length, end * length, False))
-            position = end
-        if column is not None:
-            columns.append(units[0] if column == "left" else units[-1])
-        courses.append(units)
-        pieces.append(tuple(solid))
+    size = (length, height, depth)
+    laid = [_course(row, number, size) for number, row in enumerate(widths)]
+    courses, pieces = [units for units, _ in laid], [solid for _, solid in laid]
+    columns = [] if column is None else [units[0 if column == "left" else -1] for units in courses]
     overlap = min((_overlap(a, b) for a, b in pairwise(pieces)), default=float("inf"))
 
     starts = [row[0].start for row in pieces]
     stops = [row[-1].end for row in pieces]
     left, right, top = min(starts), max(stops), len(rows) * height
-    size = (length, height, depth)
     site = Site(density)
     slab, margin = check_ground(base, base_thickness, base_margin, size)
     if base == "slab":
@@ -147,6 +132,24 @@ def layout(
         "beam_over": "facade" if top_beam is not None else None,
     }
     return site.assembly(joint, recipe, joints=joints, tolerance=tolerance)
+
+
+def _course(
+    row: Sequence[float], number: int, size: tuple[float, float, float]
+) -> tuple[list[Unit], tuple[Piece, ...]]:
+    """Units of a row and the pieces of it that are solid."""
+    length, height, depth = size
+    units, solid = [], []
+    # the running sum is taken in block lengths, so that joints meant to be in line are in line to the last bit
+    position = 0.0
+    for width in row:
+        end = round(position + abs(width), 12)
+        if width > 0.0:
+            box = ((position * length, 0.0, number * height), (end * length, depth, (number + 1) * height))
+            units.append(Unit("facade", number, -1, [box], 0))
+            solid.append(Piece(position * length, end * length, False))
+        position = end
+    return units, tuple(solid)
 
 
 def _read(row: Row, number: int) -> list[float]:

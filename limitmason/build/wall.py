@@ -150,20 +150,15 @@ def wall(
     laid = make_bond(bond, size, leaves=leaves, staggering=staggering, min_piece=min_piece)
     choice("start", start, ("whole", "half"))
     choice("beam_over", beam_over, ("facade", "returns", "all"))
-    if return_thickness is not None and (laid.name != "running" or laid.leaves > 1):
-        raise InputError("return_thickness is for running bond in one leaf; other bonds fix the thickness")
     if header_every is not None:
         header_every = _headers(header_every, laid.leaves, laid.name)
+    if return_thickness is not None and (laid.name != "running" or laid.leaves > 1):
+        raise InputError("return_thickness is for running bond in one leaf; other bonds fix the thickness")
     ragged = _ragged(ends, plan, laid.name)
     runs = make_runs(
-        plan,
-        total,
-        laid.thickness,
-        return_length=return_length,
-        return_thickness=return_thickness,
-        return_position=return_position,
-        corner=corner,
-    )
+        plan, total, laid.thickness, return_length=return_length, return_thickness=return_thickness,
+        return_position=return_position, corner=corner,
+    )  # fmt: skip
     levels = [size[1] * k for k in range(number + 1)]
     occupied = [(run.name, *run.footprint[:2]) for run in runs[1:] if run.name != "rear"]
     placed = place_openings(
@@ -176,23 +171,16 @@ def wall(
         own = laid if run.thickness == laid.thickness else replace(laid, thickness=run.thickness)
         patterns = lay_courses(own, run, ragged=ragged)
         overlap = min(overlap, patterns.overlap)
-        units = lay_run(run, patterns, levels, bond=own, start_half=start == "half", header_every=header_every)
-        if run.name == "facade" and placed:
-            units = cut_openings(units, placed, thickness=laid.thickness, min_piece=laid.min_piece)
-        by_run.append(units)
-
+        by_run.append(lay_run(run, patterns, levels, bond=own, start_half=start == "half", header_every=header_every))
+    if placed:
+        by_run[0] = cut_openings(by_run[0], placed, thickness=laid.thickness, min_piece=laid.min_piece)
     site = Site(density)
     slab, margin = check_ground(base, base_thickness, base_margin, size)
     if base == "slab":
         add_slab(site, _bounds(runs), slab, margin)
     rows = [[unit for units in by_run for unit in units[course]] for course in range(number)]
     add_units(site, rows, fix_bottom=base == "course")
-    lintels = [opening.lintel for opening in placed if opening.lintel is not None and not opening.soldiers]
-    for index, lintel in enumerate(lintels):
-        site.add_box(f"lintel-{index + 1}", lintel, axis=0, density=lintel_density)
-    for index, soldiers in enumerate([opening.soldier_boxes for opening in placed if opening.soldiers]):
-        for k, box in enumerate(soldiers):
-            site.add_box(f"soldier-{index + 1}-{k + 1:0{max(2, len(str(len(soldiers))))}d}", box, axis=2)
+    _add_lintels(site, placed, lintel_density)
     if top_beam is not None:
         _add_beams(site, runs, levels[-1], positive("top_beam", top_beam), beam_over, beam_density)
     elif beam_over != "facade":
@@ -200,41 +188,37 @@ def wall(
     if spreader is not None:
         _add_spreader(site, runs, levels[-1], spreader, top_beam, beam_density)
     recipe = {
-        "kind": "wall",
-        "plan": plan,
-        "bond": bond,
-        "length": total,
-        "height": levels[-1],
-        "thickness": laid.thickness,
-        "courses": number,
-        "unit": list(size),
-        "unit_length": laid.pitch,
-        "unit_height": size[1],
-        "unit_thickness": size[2],
-        "leaves": laid.leaves,
-        "header_every": None if header_every is None else list(header_every),
-        "staggering": laid.staggering,
-        "smallest_overlap": None if overlap == float("inf") else overlap,
-        "start": start,
-        "ends": list(ends) if isinstance(ends, (tuple, list)) else ends,
-        "min_piece": laid.min_piece,
+        "kind": "wall", "plan": plan, "bond": bond, "length": total, "height": levels[-1], "thickness": laid.thickness,
+        "courses": number, "unit": list(size), "unit_length": laid.pitch, "unit_height": size[1],
+        "unit_thickness": size[2], "leaves": laid.leaves,
+        "header_every": None if header_every is None else list(header_every), "staggering": laid.staggering,
+        "smallest_overlap": None if overlap == float("inf") else overlap, "start": start,
+        "ends": list(ends) if isinstance(ends, (tuple, list)) else ends, "min_piece": laid.min_piece,
         "returns": [_return_recipe(run) for run in runs[1:] if run.name != "rear"],
         "side_walls": sum(run.name.startswith("return") for run in runs),
         "side_wall_thickness": runs[1].thickness if len(runs) > 1 else 0.0,
-        "openings": [_opening_recipe(opening) for opening in placed],
-        "density": float(density),
-        "base": base,
-        "top_beam": top_beam,
-        "beam_over": beam_over if top_beam is not None else None,
+        "openings": [_opening_recipe(opening) for opening in placed], "density": float(density), "base": base,
+        "top_beam": top_beam, "beam_over": beam_over if top_beam is not None else None,
         "spreader": None if spreader is None else [float(s) for s in spreader],
-    }
+    }  # fmt: skip
     built = site.assembly(joint, recipe, joints=joints, tolerance=tolerance)
-    if unit_cracks is None:
-        return built
-    if not isinstance(unit_cracks, Joint):
-        raise InputError(f"unit_cracks must be the law of the cracks, a Joint, got {unit_cracks!r}")
+    return built if unit_cracks is None else _with_unit_cracks(site, built, unit_cracks, 0.75 * size[0])
+
+
+def _with_unit_cracks(site: Site, built: Assembly, cracks: object, shortest: float) -> Assembly:
+    if not isinstance(cracks, Joint):
+        raise InputError(f"unit_cracks must be the law of the cracks, a Joint, got {cracks!r}")
     may_crack = [n for n in site.names if n.startswith(("facade", "return")) and n not in site.fixed]
-    return with_potential_cracks(built, unit_crack_planes(built, may_crack, 0.75 * size[0]), unit_cracks)
+    return with_potential_cracks(built, unit_crack_planes(built, may_crack, shortest), cracks)
+
+
+def _add_lintels(site: Site, placed: Sequence[Placed], density: float | None) -> None:
+    lintels = [opening.lintel for opening in placed if opening.lintel is not None and not opening.soldiers]
+    for index, lintel in enumerate(lintels):
+        site.add_box(f"lintel-{index + 1}", lintel, axis=0, density=density)
+    for index, soldiers in enumerate([opening.soldier_boxes for opening in placed if opening.soldiers]):
+        for k, box in enumerate(soldiers):
+            site.add_box(f"soldier-{index + 1}-{k + 1:0{max(2, len(str(len(soldiers))))}d}", box, axis=2)
 
 
 def _headers(given: object, leaves: int, bond: str) -> tuple[int, int]:

@@ -141,8 +141,6 @@ def rehearsal(result: Any, *, title: str | None = None) -> Figure:
         its name (filled) and its name, "behaves like" it or a set that holds it (open). Where each hidden cause is
         missing from the list: share of names given (filled), of these and of "behaves like" (open).
     """
-    from limitmason.diagnosis import binomial_interval
-
     hidden = list(result.counts)
     causes = hidden if result.missing else hidden[1:]
     others = ["behaves like it", "behaves like another", "set with it", "set without it", "two", "unexplained",
@@ -189,8 +187,22 @@ def rehearsal(result: Any, *, title: str | None = None) -> Figure:
     ax.tick_params(length=0, pad=2)
     for spine in ax.spines.values():
         spine.set_visible(False)
-    rates = figure.add_axes(((left + wide + 0.22) / page, base, right / page - 0.1 / page, high / height))
-    for i, name in enumerate(hidden):
+    _draw_rates(
+        figure.add_axes(((left + wide + 0.22) / page, base, right / page - 0.1 / page, high / height)), result
+    )
+    lines = [
+        f"{result.n} blind trials on this design: hidden cause (row) against answer (column; numbers are names).",
+        "Bars: 95 % binomial intervals. Hidden and listed causes share their tables: this tries the statistics.",
+    ]
+    style.Heading(title, lines, page).put(figure)
+    return figure
+
+
+def _draw_rates(rates: Axes, result: Any) -> None:
+    """Shares of right answers with their intervals, a row for each hidden cause."""
+    from limitmason.diagnosis import binomial_interval
+
+    for i, name in enumerate(result.counts):
         n = sum(result.counts[name].values())
         null = i == 0 and not result.missing
         counted = result.counts[name]
@@ -207,7 +219,7 @@ def rehearsal(result: Any, *, title: str | None = None) -> Figure:
             rates.hlines([y], 100 * low, 100 * high_, color=style.BLUE, linewidth=0.9, gid="interval")
             rates.plot([100 * k / n], [y], "o", color=style.BLUE, markerfacecolor=face, markersize=3.2, gid="share")
     rates.set_xlim(-3, 103)
-    rates.set_ylim(len(hidden), 0)
+    rates.set_ylim(len(result.counts), 0)
     rates.set_yticks([])
     rates.set_xticks([0, 50, 100])
     rates.tick_params(labelsize=6.5, length=2.5, width=0.5, colors=style.FAINT)
@@ -216,9 +228,3 @@ def rehearsal(result: Any, *, title: str | None = None) -> Figure:
         "filled: named (or none)\nopen: or behaves so, in the set"
     )  # fmt: skip
     rates.set_xlabel(f"share [%]\n{told}", fontsize=6.5, color=style.FAINT)
-    lines = [
-        f"{result.n} blind trials on this design: hidden cause (row) against answer (column; numbers are names).",
-        "Bars: 95 % binomial intervals. Hidden and listed causes share their tables: this tries the statistics.",
-    ]
-    style.Heading(title, lines, page).put(figure)
-    return figure

@@ -194,39 +194,27 @@ def study_lines(
     for number, group in enumerate(groups):
         own = sorted((r for r in rows if tuple(r.get(k) for k in by) == group), key=lambda r: r[x])
         solid = [r for r in own if r.get("status") != "extrapolated"]
-        method = str(own[0].get("method"))
-        # groups of one method are told apart by fill and line, methods by colour and marker
-        by_method = bool(by) and by[0] == "method"
-        second = [g for g in groups if g[:1] == group[:1]].index(group) if by_method else 0
-        colour = (
-            _colour(method) if _known(method) else style.SERIES[(methods.index(method) + 3) % 7]
-            if by_method
-            else (style.SERIES[number % 7])
-        )
-        named = by_method and _known(method)
-        marker = _look(method).marker if named else style.MARKERS[number % 7]
-        line = ("-", "--", ":", "-.")[second % 4]
+        method = own[0].get("method") if by and by[0] == "method" else None
+        second = 0 if method is None else [g for g in groups if g[:1] == group[:1]].index(group)
+        look = _line_look(method, number, number if method is None else methods.index(method) + 3, second)
+        line, colour = look["linestyle"], look["color"]
         if len({r[x] for r in solid}) < len(solid):
-            line = ""  # several values at one x: joined they would zigzag
-        face = "white" if second else colour
+            line = "none"  # several values at one x: joined they would zigzag
+        look["linestyle"] = line
         if y == "multiplier":
             bars = [r for r in solid if math.isfinite(r.get("low", math.nan)) and r["high"] > r["low"]]
             ax.vlines([place(r[x]) for r in bars], [r["low"] for r in bars], [r["high"] for r in bars], color=colour,
                       linewidth=2.5, alpha=0.35, zorder=2, gid="range")  # fmt: skip
-        look: dict[str, Any] = {
-            "color": colour, "marker": marker, "markersize": 4.5, "linewidth": 1.1, "markerfacecolor": face,
-        }  # fmt: skip
-        at, values = [place(r[x]) for r in solid], [r[y] for r in solid]
-        ax.plot(at, values, linestyle=line or "none", **look, zorder=3, gid="line")
+        ax.plot([place(r[x]) for r in solid], [r[y] for r in solid], **look, zorder=3, gid="line")
         guess = [r for r in own if r.get("status") == "extrapolated"]
         if guess and solid:
             ax.plot(
                 [place(guess[0][x]), place(solid[0][x])], [guess[0][y], solid[0][y]], ":", color=colour, linewidth=1.0
             )
-            ax.plot([place(guess[0][x])], [guess[0][y]], marker, markerfacecolor="white", color=colour, markersize=4.5,
-                    gid="extrapolated")  # fmt: skip
+            ax.plot([place(guess[0][x])], [guess[0][y]], look["marker"], markerfacecolor="white", color=colour,
+                    markersize=4.5, gid="extrapolated")  # fmt: skip
         if by:
-            handles.append(Line2D([], [], label=_group_name(by, group), **{**look, "linestyle": line or "none"}))
+            handles.append(Line2D([], [], label=_group_name(by, group), **look))
     for number, (name, points) in enumerate((published or {}).items()):
         u, v = np.array(points, dtype=float).T
         ax.plot(u, v, ("x", "+", "*")[number % 3], color=style.BLACK, markersize=6, zorder=4, gid="published")
@@ -249,6 +237,17 @@ def study_lines(
         columns = min(style.legend_shape(handles, figure.get_size_inches()[0])[0], 3)
         figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=style._SMALL)
     return figure
+
+
+def _line_look(method: Any, number: int, hue: int, second: int) -> dict[str, Any]:
+    """Look of a line: methods are told apart by colour and marker, groups of one method by fill and line."""
+    known = method is not None and _known(str(method))
+    colour = _colour(str(method)) if known else style.SERIES[hue % 7]
+    return {
+        "color": colour, "marker": _look(str(method)).marker if known else style.MARKERS[number % 7], "markersize": 4.5,
+        "linewidth": 1.1, "markerfacecolor": "white" if second else colour,
+        "linestyle": ("-", "--", ":", "-.")[second % 4],
+    }  # fmt: skip
 
 
 _NO_PARAMETER = frozenset(("low", "high", "status", "seconds"))

@@ -182,22 +182,7 @@ def solve_nonassociative(
         state, status = found.nearest, TIME_ENDED
     if state is None:
         provenance["seconds"] = time.perf_counter() - start
-        reason = "no state that keeps the true law was found; the bracket in the details still holds"
-        if proof is not None and proof.none:
-            reason = (
-                "no admissible state exists, proven for velocities up to "
-                f"{proof.velocity_bound:g} times the mean live velocity and joint forces up to {FORCE_BOUND:g} times "
-                "the load"
-            )
-        if upper.status == UNBOUNDED:
-            return replace(
-                upper, method=METHOD, provenance=provenance, details=details, warnings=(*upper.warnings, reason),
-                flow_rule=FlowRule.NON_ASSOCIATIVE,
-            )  # fmt: skip
-        return Prediction(
-            METHOD, float("nan"), Bound(BoundKind.NONE), NOT_CONVERGED, provenance=provenance, details=details,
-            warnings=(reason,), flow_rule=FlowRule.NON_ASSOCIATIVE, **contact_facts(problem),
-        )  # fmt: skip
+        return _without_state(problem, upper, proof, details, provenance)
     ends = (state.multiplier, state.multiplier)
     if status == SOLVED and time.perf_counter() < deadline:
         ends = Polisher(ordered, accuracy).interval(state)
@@ -213,6 +198,27 @@ def solve_nonassociative(
     provenance["seconds"] = time.perf_counter() - start
     prediction = replace(prediction, certificate=certificate)
     return replace(prediction, warnings=tuple(_warnings(problem, prediction, certificate)))
+
+
+def _without_state(
+    problem: Problem, upper: Prediction, proof: Smallest | None, details: dict, provenance: dict
+) -> Prediction:
+    """The answer where no state keeps the true law: unbounded as the associative one, or not converged."""
+    reason = "no state that keeps the true law was found; the bracket in the details still holds"
+    if proof is not None and proof.none:
+        reason = (
+            f"no admissible state exists, proven for velocities up to {proof.velocity_bound:g} times the mean live "
+            f"velocity and joint forces up to {FORCE_BOUND:g} times the load"
+        )
+    if upper.status == UNBOUNDED:
+        return replace(
+            upper, method=METHOD, provenance=provenance, details=details, warnings=(*upper.warnings, reason),
+            flow_rule=FlowRule.NON_ASSOCIATIVE,
+        )  # fmt: skip
+    return Prediction(
+        METHOD, float("nan"), Bound(BoundKind.NONE), NOT_CONVERGED, provenance=provenance, details=details,
+        warnings=(reason,), flow_rule=FlowRule.NON_ASSOCIATIVE, **contact_facts(problem),
+    )  # fmt: skip
 
 
 def _told(progress: Callable[[Trial], None] | None, scale: float) -> Callable[[Trial], None]:

@@ -215,11 +215,11 @@ def proven_range(
         )  # fmt: skip
         found = lowest.state
     if found is None:
+        none = lowest is not None and lowest.none
         raise NotConverged(
-            f"no admissible state exists with velocities up to {velocity_bound:g} times the mean live velocity"
-            if lowest is not None and lowest.none
+            f"no admissible state exists with velocities up to {velocity_bound:g} times the mean live velocity" if none
             else "no admissible state was found to begin with; try search='thorough' or a longer time_limit"
-        )
+        )  # fmt: skip
     for number, name in enumerate(which):
         since = time.perf_counter()
         reached(number / len(which), f"the {name} multiplier, at most {time_limit:g} s")
@@ -237,9 +237,8 @@ def proven_range(
             end.force_bounded, end.nodes, time.perf_counter() - since,
         )  # fmt: skip
     low, high = (ends[name].value if name in ends else float("nan") for name in ENDS)
-    return ProvenRange(
-        low, high, ends, upper.collapse_multiplier, velocity_bound, force_bound, time.perf_counter() - began
-    )
+    seconds = time.perf_counter() - began
+    return ProvenRange(low, high, ends, upper.collapse_multiplier, velocity_bound, force_bound, seconds)
 
 
 def _largest(
