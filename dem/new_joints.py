@@ -284,11 +284,13 @@ def _keep_stable(assembly: Assembly, state: State) -> list[str]:
     """Shorten the step (real masses) or add mass (scaled masses) where new contacts made a block stiffer."""
     bodies = state.bodies
     stiffness = block_stiffness(state.points, state.joints, assembly.n_blocks, bodies.rot + np.eye(3), state.ties)
+    # what nothing can do needs no mass: points across the thickness would slow a plane problem's turns fiftyfold
+    moves = ~state.outside
+    stiffness *= moves[:, None] & moves
     inertia: Array = np.linalg.inv(bodies.inv_inertia)
     coupled = None
     if state.modes is not None and state.deformation is not None:
-        # motions out of a plane are held in all blocks
-        coupled = coupled_of(state.deformation, state.points, state.joints, np.asarray(~bodies.held.all(axis=0)))
+        coupled = coupled_of(state.deformation, state.points, state.joints, moves)
     if state.mode == DYNAMIC:
         top = 0.0 if coupled is None or state.modes is None else fastest_of(bodies.mass, inertia, state.modes, coupled)
         limit = 0.65 * stable_step(stiffness, bodies.mass, inertia, ~assembly.fixed, state.joints, 1.0, top)

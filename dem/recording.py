@@ -13,7 +13,7 @@ from dem.detection import SOONEST, Pieces, near_margin, reaches, redetect, trave
 from dem.history import COLUMNS, History
 from dem.joint_marks import joint_marks
 from dem.resuming import Position, RunStatus
-from dem.state import State, UnstableError
+from dem.state import DYNAMIC, State, UnstableError
 from dem.stepping import Scale, unbalance
 from dem.ties import pulls
 from limitmason.errors import InputError
@@ -88,9 +88,7 @@ class Recorder:
         self.margin, self.reach = near_margin(assembly), reaches(assembly)
         self.every, self.watch = detect_every, Watch()
         self._beyond_noted = False
-        elastic = state.measured(assembly).elastic_energy
-        self.begun = {"kinetic": state.energy_of_motion(), "elastic": elastic}
-        self.begun |= {c: float(state.total[k]) for c, k in _SUMS.items()}
+        self.begun = self._energies()
         self.notes: list[str] = list(state.warnings)
         self.settings: tuple[int, Damping | None, tuple[str, ...]] = (1, None, ())
         self.same: Mapping[str, str] = {}
@@ -195,6 +193,21 @@ class Recorder:
                 self.start_looking()
         elif w.since >= min(self.every, w.due) or w.travelled > 0.45 * self.margin:
             self._detect()
+
+    def _energies(self) -> dict[str, float]:
+        """Energies and works now [J], velocities half a step ago."""
+        state = self.state
+        now = {"kinetic": state.energy_of_motion(), "elastic": state.measured(self.assembly).elastic_energy}
+        return now | {c: float(state.total[k]) for c, k in _SUMS.items()}
+
+    def start(self) -> None:
+        """Begin: real masses that stand still under loads, and contacts where blocks have moved already."""
+        state = self.state
+        still = not (state.bodies.vel.any() or state.bodies.ang.any())
+        if state.mode == DYNAMIC and state.total[kernels.E_STEPS] == 0.0 and still:
+            state.stand_back(self.assembly, np.tensordot(self.factors, self.cases, 1))
+            self.begun = self._energies()
+        self.start_looking()
 
     def start_looking(self) -> None:
         """Begin to search where blocks have moved beyond small displacement already."""

@@ -211,7 +211,7 @@ def _follow(
     try:
         with interrupts_wait() as interrupt:
             if at is None:
-                rec.start_looking()
+                rec.start()
             for number in range(0 if at is None else at.stage, len(rec.stages)):
                 rec.status = status
                 reached(number / len(rec.stages), _stage_name(rec, number), share=1.0 / len(rec.stages))

@@ -44,7 +44,7 @@ DEFAULT_POINTS = (4, 8)
 
 Array = NDArray[np.float64]
 QUASI_STATIC, DYNAMIC = "quasi-static", "dynamic"
-_PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "factors", "ground", "setback")
+_PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "factors", "ground", "setback", "outside")
 
 
 class UnsettledError(NotConverged):
@@ -82,6 +82,7 @@ class State:
     model : fingerprint of the assembly it belongs to
     modes, deformation : of blocks that deform, None where all are rigid
     setback : part of the gap of points cut anew under load that keeps their energy, until they open [m], shape (m,)
+    outside : motions that leave the plane of a plane problem, held in all blocks for good, shape (6,)
     ties : kernel arrays of the ties
     """
 
@@ -101,6 +102,7 @@ class State:
     ground: Array
     model: Fingerprint
     setback: Array
+    outside: NDArray[np.bool_]
     warnings: tuple[str, ...] = field(default_factory=tuple)
     modes: Modes | None = None
     deformation: Deformation | None = None
@@ -202,6 +204,23 @@ class State:
         if self.modes is not None:
             energy += 0.5 * float((self.modes.mass * self.modes.rate**2).sum())
         return energy
+
+    def stand_back(self, assembly: Assembly, wrench: Array) -> None:
+        """Give blocks at rest the velocities of half a step ago under loads [N, N m], shape (n, 6), and their joints.
+
+        v(-1/2) = -dt F / (2 m): the first step then leads to v(1/2) = dt F / (2 m), and x(n) is that of time n dt. A
+        whole step from rest would be half a step ahead for good.
+        """
+        b, now = self.bodies, self.measured(assembly)
+        wrench, place = wrench.copy(), assembly.centroids + b.shift
+        for block, sign in ((self.joints.block_a[now.owner], -1.0), (self.joints.block_b[now.owner], 1.0)):
+            turning = np.cross(now.position - place[block], now.force)
+            np.add.at(wrench, block, sign * np.concatenate([now.force, turning], axis=1))
+        push = np.where(b.held, 0.0, -0.5 * self.dt * wrench)
+        rot = b.rot + np.eye(3)
+        b.vel[:] = push[:, :3] * b.inv_mass[:, None]
+        b.ang[:] = push[:, 3:]
+        b.spin[:] = np.einsum("nij,njk,nlk,nl->ni", rot, b.inv_inertia, rot, b.ang)
 
     def stop(self) -> None:
         """Set all velocities to zero."""
@@ -398,5 +417,5 @@ def make_state(
     return State(
         points, joints, bodies, interface, total, 0.0, float(dt), mode, laws, whole_faces, loads.dead.copy(),
         loads.live.copy(), np.array((1.0, 1.0, 0.0, 0.0, 0.0)), np.zeros(3), assembly.fingerprint,
-        np.zeros(len(points.s)), warnings, modes, deformation, ties,
+        np.zeros(len(points.s)), ~moves, warnings, modes, deformation, ties,
     )  # fmt: skip

@@ -101,7 +101,7 @@ class Curve(Displayed, Citable, ReadOnly):
     def __post_init__(self) -> None:
         """Check that the columns fit each other, and freeze them."""
         for name in ("displacement", "load"):
-            column = np.array(getattr(self, name), dtype=float)
+            column = np.array(getattr(self, name), dtype=float) + 0.0  # -0 is 0: nobody should read "-0 N"
             if column.ndim != 1 or not len(column):
                 raise InputError(f"{name} must be a column of at least one number, got shape {column.shape}")
             if not np.isfinite(column).all():

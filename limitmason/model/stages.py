@@ -19,6 +19,16 @@ from limitmason.model.support import DEGREES_OF_FREEDOM
 Array = NDArray[np.float64]
 
 
+def _finite(what: str, value: float | Sequence[float]) -> None:
+    """Refuse numbers that are not finite, and what is no number."""
+    try:
+        fine = bool(np.isfinite(np.asarray(value, dtype=float)).all())
+    except (TypeError, ValueError):
+        fine = False
+    if not fine:
+        raise InputError(f"{what} must be finite, got {value!r}")
+
+
 @dataclass(frozen=True)
 class Damping:
     """How motion is braked.
@@ -136,6 +146,10 @@ class Ramp(Stage):
     steps: int | None = None
     duration: float | None = None
 
+    def __post_init__(self) -> None:
+        """Check the target."""
+        _finite("Ramp: to", self.to)
+
 
 @dataclass(frozen=True)
 class Tilt(Stage):
@@ -153,6 +167,11 @@ class Tilt(Stage):
     steps: int | None = None
     duration: float | None = None
     axis: tuple[float, float, float] = (0.0, 1.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Check angle and axis."""
+        _finite("Tilt: to_deg", self.to_deg)
+        _finite("Tilt: axis", self.axis)
 
 
 @dataclass(frozen=True)
@@ -176,6 +195,8 @@ class Drive(Stage):
 
     def __post_init__(self) -> None:
         """Check what can be checked without a model."""
+        for block, moves in self.displacement.items():
+            _finite(f"Drive: displacement of block {block!r}", list(moves.values()))
         if self.calm is not None and not (self.calm > 0.0 and self.duration is None):
             raise InputError(f"Drive: calm must be positive, and the length be given in steps, got {self.calm!r}")
 

@@ -8,6 +8,7 @@ from walls import on_slab, running_bond, stack
 
 import dem
 import limitmason as lm
+from limitmason.errors import InputError
 from limitmason.geometry import box
 
 GRAVITY = 9.81
@@ -312,3 +313,35 @@ def test_a_wall_pushed_over_falls_apart_and_its_blocks_stay_on_the_floor():
     assert h.energy_error.max() < 0.01 * np.abs(h["applied"]).max()
     # everything that moves rests on something: no block is in free fall or below the floor
     assert h["kinetic"][-1] < 0.2 * h["kinetic"].max()
+
+
+def on_a_spring(weight):
+    """A block on a held one, its joint one spring; its weight upwards or downwards, applied at once."""
+    outlines = [[[-1.0, -0.2], [1.0, -0.2], [1.0, 0.0], [-1.0, 0.0]], [[0.0, 0.0], [0.1, 0.0], [0.1, 0.3], [0.0, 0.3]]]
+    joint = lm.Joint(30.0, normal_stiffness=1e6, shear_stiffness=1e6)
+    a = lm.Assembly.from_polygons(outlines, thickness=0.3, joint=joint, fixed=[0])
+    dead = np.zeros((2, 6))
+    dead[1, 2] = weight * a.weights[1]
+    h = dem.simulate(
+        a, dem.Hold(steps=40), loads=lm.Loads(dead, np.zeros((2, 6))), mode="dynamic", sample=1, joint_options=UNDAMPED
+    )
+    return h.shift[:, 1, 2], h["time"], a.arrays.mass[1], h
+
+
+def test_what_starts_from_rest_is_not_half_a_step_ahead():
+    fallen, time, _, h = on_a_spring(1.0)
+    assert fallen == pytest.approx(0.5 * GRAVITY * time**2, rel=1e-12)
+    # on a spring central differences swing at sin(w' dt / 2) = w dt / 2, and begin at rest
+    sunk, time, mass, h = on_a_spring(-1.0)
+    w = np.sqrt(1e6 * 0.03 / mass)
+    angle = 2.0 * np.arcsin(0.5 * w * h.state.dt) * time / h.state.dt
+    assert sunk == pytest.approx(-GRAVITY / w**2 * (1.0 - np.cos(angle)), abs=1e-9 * GRAVITY / w**2)
+
+
+@pytest.mark.parametrize("made", [
+    lambda: dem.Ramp(to=float("nan")), lambda: dem.Ramp(to="all"), lambda: dem.Tilt(to_deg=float("inf")),
+    lambda: dem.Tilt(axis=(0.0, float("nan"), 0.0)), lambda: dem.Drive({"a": {"x": float("nan")}}, steps=10),
+])  # fmt: skip
+def test_a_target_that_is_not_finite_is_refused(made):
+    with pytest.raises(InputError, match="must be finite"):
+        made()
