@@ -90,6 +90,6 @@ def stage_length(stage: Stage) -> tuple[int | None, float | None]:
     steps, duration = getattr(stage, "steps", None), getattr(stage, "duration", None)
     if (steps is None) == (duration is None):
         raise InputError(f"{type(stage).__name__}: give either steps or duration")
-    if not (steps if steps is not None else duration) > 0:
+    if not (steps or duration or 0) > 0:
         raise InputError(f"{type(stage).__name__}: steps or duration must be positive")
     return (None if steps is None else int(steps)), duration

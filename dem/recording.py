@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from dem import kernels
 from dem.detection import SOONEST, Pieces, near_margin, reaches, redetect, travel_per_step
 from dem.history import COLUMNS, History
-from dem.joint_marks import joint_marks
+from dem.joint_marks import JointMarks, joint_marks
 from dem.resuming import Position, RunStatus
+from dem.samples import Samples
 from dem.state import DYNAMIC, State, UnstableError
 from dem.stepping import Scale, unbalance
 from dem.ties import pulls
@@ -69,22 +70,16 @@ class Recorder:
         east[:, 0], north[:, 1] = -own[:, 2], -own[:, 2]
         self.cases = np.stack([dead - own, own, live, east, north])
         self.scale = Scale.of(assembly, dead if dead.any() else live)
-        self.drives = np.zeros((0, n, 6))
         driven = [assembly.block_index(b) for s in stages if isinstance(s, Drive) for b in s.displacement]
         driven += [assembly.block_index(b) for s in stages for b in s.servo]
         # an earlier run may have left blocks held by a Drive
         held = (assembly.held | state.bodies.held).any(axis=1)
         self.blocks = np.array(sorted({*np.flatnonzero(held).tolist(), *driven}), dtype=np.intp)
-        self.rows: list[list[float]] = []
-        self.reaction: list[Array] = []
-        self.shift: list[Array] = []
-        self.quaternion: list[Array] = []
-        self.opening: list[Array] = []
-        self.slip: list[Array] = []
-        self.crushed: list[Array] = []
-        self.used: list[Array] = []
-        self.failed: list[Array] = []
-        self.pull: list[Array] = []
+        joints = (len(assembly.interfaces),)
+        self.samples = Samples(
+            rows=(len(COLUMNS),), reaction=(len(self.blocks), 6), shift=(n, 3), quaternion=(n, 4),
+            **dict.fromkeys(JointMarks._fields, joints), tie_force=(len(assembly.ties),),
+        )  # fmt: skip
         self.margin, self.reach = near_margin(assembly), reaches(assembly)
         self.every, self.watch = detect_every, Watch()
         self._beyond_noted = False
@@ -97,13 +92,11 @@ class Recorder:
 
     def take_up(self, history: History) -> None:
         """Go on with the samples of an interrupted run."""
-        self.rows = np.column_stack([history.scalars[c] for c in COLUMNS]).tolist()
-        self.reaction, self.shift = list(history.reaction), list(history.shift)
-        self.quaternion, self.opening = list(history.quaternion), list(history.opening)
-        self.slip, self.crushed = list(history.slip), list(history.crushed)
-        self.used, self.failed = list(history.used), list(history.failed)
-        self.pull, self.same = list(history.tie_force), history.same
         self.blocks, self.notes, self.status = history.reaction_blocks, list(history.warnings), history.settings[4]
+        self.same = history.same
+        self.samples.shapes["reaction"] = (len(self.blocks), 6)
+        table = {"rows": np.column_stack([history.scalars[c] for c in COLUMNS])}
+        self.samples.take_up(table | {k: getattr(history, k) for k in self.samples.columns if k not in table})
         self._beyond_noted = any("beyond small displacement" in note for note in self.notes)
         if history.position is not None:
             self.begun = dict(zip(self.begun, history.position.energy.tolist(), strict=True))
@@ -244,17 +237,13 @@ class Recorder:
         }
         if self.every is None:
             self._beyond()
-        self.rows.append([row[c] for c in COLUMNS])
-        # what the support adds so that the held degrees of freedom follow their prescribed motion
-        self.reaction.append(np.where(state.bodies.held, -state.bodies.net, 0.0)[self.blocks])
-        self.shift.append(state.bodies.shift.copy())
-        self.quaternion.append(state.bodies.quat.copy())
-        self.opening.append(marks.opening)
-        self.slip.append(marks.slip)
-        self.crushed.append(marks.crushed)
-        self.used.append(marks.used)
-        self.failed.append(marks.failed)
-        self.pull.append(pulls(state.ties, state.bodies))
+        self.samples.add(
+            rows=[row[c] for c in COLUMNS],
+            # what the support adds so that the held degrees of freedom follow their prescribed motion
+            reaction=np.where(state.bodies.held, -state.bodies.net, 0.0)[self.blocks],
+            shift=state.bodies.shift.copy(), quaternion=state.bodies.quat.copy(), **marks._asdict(),
+            tie_force=pulls(state.ties, state.bodies),
+        )  # fmt: skip
         worked = abs(row["applied"] - self.begun["applied"]) + abs(row["support"] - self.begun["support"])
         size = max(self.begun["kinetic"] + self.begun["elastic"] + worked, 1e-300)
         created = sum((row[c] - self.begun[c]) * (-1.0 if c in ("applied", "support") else 1.0) for c in self.begun)
@@ -268,16 +257,12 @@ class Recorder:
 
     def history(self, status: RunStatus) -> History:
         """Everything recorded so far."""
-        table = np.array(self.rows).reshape(len(self.rows), len(COLUMNS))
-        n, k = self.assembly.n_blocks, len(self.assembly.interfaces)
+        columns = self.samples.arrays()
+        table = columns.pop("rows")
         return History(
-            self.assembly, status, {c: table[:, i].copy() for i, c in enumerate(COLUMNS)},
-            np.array(self.reaction).reshape(-1, len(self.blocks), 6), self.blocks,
-            np.array(self.shift).reshape(-1, n, 3), np.array(self.quaternion).reshape(-1, n, 4),
-            np.array(self.opening).reshape(-1, k), np.array(self.slip).reshape(-1, k),
-            np.array(self.crushed).reshape(-1, k), np.array(self.used).reshape(-1, k),
-            np.array(self.failed).reshape(-1, k), self.state,
-            tuple(s.name or type(s).__name__ for s in self.stages), tuple(dict.fromkeys(self.notes)),
-            tuple(self.factors.tolist()), copy.deepcopy(self.position), (*self.settings, self.every, self.status),
-            np.array(self.pull).reshape(len(self.pull), len(self.assembly.ties)), self.same,
+            self.assembly, status, {c: table[:, i].copy() for i, c in enumerate(COLUMNS)}, reaction_blocks=self.blocks,
+            state=self.state, stages=tuple(s.name or type(s).__name__ for s in self.stages),
+            warnings=tuple(dict.fromkeys(self.notes)), factors=tuple(self.factors.tolist()),
+            position=copy.deepcopy(self.position), settings=(*self.settings, self.every, self.status), same=self.same,
+            **columns,
         )  # fmt: skip

@@ -9,22 +9,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.driving import Driven, Follower, unit_twist, widest_spacing
+from dem.driving import Driven, Follower, go, unit_twist, widest_spacing
+from dem.joint_marks import JointMarks
 from dem.kernels.arrays import LAW_KN, LAW_KS
 from dem.kernels.solid_arrays import FaceContacts
-from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_SUPPORT, Sides
-from dem.resuming import RunStatus, check_same, interrupts_wait, signature
+from dem.kernels.zone_arrays import Z_KINETIC, Sides
+from dem.resuming import RunStatus, check_same, signature
 from dem.settings import PushSettings
 from dem.state import UnstableError
-from dem.stepping import CALM
+from dem.zone_marks import ZoneState
 from dem.zones import running
+from dem.zones.drive import ZonedRun
 from dem.zones.model import make_model, set_loads
-from dem.zones.recording import EVERY, Record, read_digests, read_model, save
+from dem.zones.recording import read_digests, read_model, save
 from dem.zones.solid_mesh import SolidMesh
 from dem.zones.zoned_model import ZonedModel
 from limitmason.deformable import PLANE_STRESS, SOLID
 from limitmason.deformable.levels import ZONED
-from limitmason.display.progress import reached
 from limitmason.errors import InputError, NotConverged
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Drive
@@ -39,9 +40,6 @@ TRIED = 20
 
 LEAST_STEPS = 40_000
 """Steps that the faster run takes, at least: a brittle panel that fails at 9 kN carries 14 to 19 in 6000 to 20 000."""
-
-GENTLE = 5
-"""Samples over which the drive comes up to its speed."""
 
 
 class ZonedStructure:
@@ -170,81 +168,36 @@ class ZonedStructure:
         self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None, follow: Follower
     ) -> Driven:
         """Drive a copy along a path in so many steps, or on from where a file says that it stood."""
-        model, twist, samples = self.model.copy(), self.twist, self.chosen.samples
-        before = np.where(twist != 0.0, model.rigid.net, 0.0)
-        work_before = float(model.total[Z_APPLIED] + model.total[Z_SUPPORT])
-        record = None
+        run = ZonedRun(self.model.copy(), self.twist, self.hold, path, steps, self.chosen.samples)
+        run.same = dict(same)
         if file is not None and file.exists():
             self.check(file, same)
-            record = read_model(file, model)
-        if record is None:
-            record = Record()
-            record.sample(model, 0.0, 0.0, 0.0, 0.0)
-        rates = _rates(path, steps, samples)
-        chunk, clock, taken = steps // samples, time.perf_counter(), record.seconds
-        tail = min(chunk, max(chunk // 4, 20))
-        follow.begin(0.0, chunk * (len(record.moved) - 1))
-        record.status = RunStatus.FINISHED
-        with interrupts_wait() as interrupt:
-            for number in range(len(record.moved) - 1, len(rates)):
-                running.drive(model, twist * rates[number], self.hold)
-                calm = record.restless < CALM
-                try:
-                    running.advance(model, chunk - tail, drifts=calm)
-                    running.advance(model, tail, drifts=calm)
-                    running.refuse_explosion(model)
-                except UnstableError as error:
-                    # what was there before is a curve
-                    if number < 1:
-                        raise
-                    record.status, record.ended = RunStatus.UNSTABLE, f"the run ended early: {error}"
-                    break
-                load_now = float(-((model.rigid.total / tail - before) * twist).sum())
-                work = abs(float(model.total[Z_APPLIED] + model.total[Z_SUPPORT]))
-                done = max(abs(work - work_before), 1e-300)
-                at = record.moved[-1] + float(rates[number]) * chunk
-                moving = float(model.total[Z_KINETIC]) / done if number >= GENTLE else 0.0
-                record.sample(model, at, load_now, moving, work)
-                record.seconds = taken + time.perf_counter() - clock
-                reached((number + 1) / len(rates), f"{1e3 * at:.3g} mm")
-                stop = follow({"step": chunk * (number + 1), "displacement": at, "load": load_now}) or interrupt.asked
-                if file is not None and (stop or number + 1 == len(rates) or (number + 1) % EVERY == 0):
-                    save(file, model, same, record)
-                if stop:
-                    record.status = RunStatus.INTERRUPTED
-                    break
-        return self._driven(record)
-
-    def _driven(self, record: Record) -> Driven:
-        """What a record says of the drive."""
-        notes = [*self.model.warnings, *([record.ended] if record.ended else [])]
-        slid = float(np.nanmax(record.marks[-1].slip, initial=0.0))
+            run.take_up(file)
+        follow.begin(0.0, run.chunk * run.samples)
+        notes = [*self.model.warnings]
+        try:
+            status = go(run, progress=follow, checkpoint=file)
+            if file is not None:
+                run.save(file)
+        except UnstableError as error:
+            # what was there before is a curve
+            if not run.samples:
+                raise
+            status = RunStatus.UNSTABLE
+            notes.append(f"the run ended early: {error}")
+        r = run.record.arrays()
+        marks = JointMarks(*(r[name] for name in JointMarks._fields))
+        slid = float(np.nanmax(marks.slip[-1], initial=0.0))
         if slid > 0.5 * _shortest(self.model):
             notes.append(
                 f"a joint has slid by {1e3 * slid:.3g} mm: contacts are those of the reference position, and a block "
                 "that leaves the face it lies on is still carried by its plane"
             )
-        columns = [np.array(v) for v in zip(*record.marks, strict=True)]
         return Driven(
-            np.array(record.moved), np.array(record.load), np.array(record.kinetic), np.array(record.energy),
-            type(record.marks[0])(*columns), record.places, RunStatus(record.status), tuple(notes), record.seconds,
-            zones=record.zones,
+            r["moved"], r["load"], r["kinetic"], r["energy"], marks, list(zip(r["place"], r["turn"], strict=True)),
+            status, tuple(notes), float(r["seconds"][-1]),
+            zones=[ZoneState(*z) for z in zip(*(r[name] for name in ZoneState._fields), strict=True)],
         )  # fmt: skip
-
-
-def _rates(path: Sequence[float], steps: int, samples: int) -> Array:
-    """Displacement per step in every sample [m]: a gentle start, then one speed, exactly to each turning point."""
-    lengths = np.diff([0.0, *path])
-    whole = np.abs(lengths).sum()
-    chunk = steps // samples
-    rates: list[float] = []
-    for branch, length in enumerate(lengths):
-        count = max(round(samples * abs(length) / whole), GENTLE + 1)
-        weight = np.ones(count)
-        if branch == 0:
-            weight[:GENTLE] = (np.arange(GENTLE) + 0.5) / GENTLE
-        rates += list(length * weight / weight.sum() / chunk)
-    return np.array(rates)
 
 
 def _shortest(model: ZonedModel) -> float:

@@ -1,0 +1,277 @@
+"""Blocks on their way through stages of loading: steps in chunks, from one sample to the next."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem.loading import SERVO_EVERY, servo_holds, stage_length
+from dem.recording import Recorder, Watch
+from dem.resuming import Position, RunStatus
+from dem.stability import block_stiffness
+from dem.state import DYNAMIC, State
+from dem.stepping import displacement_since, restless, run
+from limitmason.errors import InputError
+from limitmason.model import Assembly
+from limitmason.model.stages import COAST, BaseMotion, Damping, Drive, Servo, Settle, Stage
+
+Array = NDArray[np.float64]
+
+_SETTLING = Damping(local=0.8)
+_LOADING = Damping(local=0.5)
+_FREE = Damping()
+
+CALM_EVERY = 25
+"""Steps after which a drive that waits for calm looks whether there is."""
+
+PATIENCE = 3000
+"""Steps in a row for which it stands still at most: what falls for good is never at rest."""
+
+
+class StageRun:
+    """A run of rigid or strained blocks, see :class:`dem.driving.Run`.
+
+    Parameters
+    ----------
+    rec : with the stages, and the samples of a run that is taken up
+    at : where it stood; None for one that begins
+    """
+
+    def __init__(self, rec: Recorder, at: Position | None) -> None:
+        self.rec, self.begun = rec, at
+        self.status = RunStatus.FINISHED if at is None else rec.status
+        self.pause = self.over = False
+
+    @property
+    def samples(self) -> int:
+        """Samples so far."""
+        return len(self.rec.samples)
+
+    @property
+    def where(self) -> tuple[float | None, str]:
+        """Part of the stages that is done, None while a stage ends when it likes, and where it stands in words."""
+        count, done, steps = len(self.rec.stages), self.at.done, self.at.done + max(self._remaining(), 0)
+        words = f"{type(self.stage).__name__.lower()}, stage {self.at.stage + 1} of {count}"
+        settles = isinstance(self.stage, Settle)
+        return None if settles else (self.at.stage + done / max(steps, 1)) / count, words
+
+    def begin(self) -> None:
+        """Stand ready for the first chunk."""
+        if self.begun is None:
+            self.rec.start()
+        self._open(0 if self.begun is None else self.begun.stage, self.begun)
+
+    def advance(self) -> Mapping[str, Any] | None:
+        """A chunk of steps: to the next sample, which is returned, or to the next look at contacts, jacks or calm."""
+        if self.pause:
+            self._open(self.at.stage + 1, None)
+            if self.pause:
+                return None
+        rec, state, at = self.rec, self.rec.state, self.at
+        count, waits = self._chunk()
+        table, speeds = self._table(count), self._speeds(count, waits)
+        # what acts where the blocks are at the beginning of a step are the loads of that time; scaled masses have none
+        acting = table[:-1] if state.mode == DYNAMIC else table[1:]
+        # what waits for rest has no steady motion to be let through
+        brake = replace(self.brake, combined=False) if waits else self.brake
+        run(state, rec.cases, acting, brake, self.drives, speeds)
+        state.factors = table[-1].copy()
+        if waits:
+            at.waited += count
+        else:
+            # who has run out of patience moves every other time
+            at.waited = at.waited - count if at.waited >= PATIENCE else 0
+            at.done += count
+        rec.look(count)
+        self._keep()
+        if waits or (at.done % self.sample and self._remaining() > 0):
+            return None
+        sampled = rec.add(state, at.stage)
+        if self._ends(sampled) or self._remaining() <= 0:
+            self.pause = True
+            self.over = at.stage + 1 == len(rec.stages)
+        return sampled
+
+    def finish(self) -> None:
+        """Leave the last stage."""
+        self._close()
+        self.rec.position = None
+
+    def save(self, file: Any) -> None:
+        """Write a file from which the run goes on to the same bits."""
+        self.rec.status = self.status
+        self.rec.history(RunStatus.INTERRUPTED).save(file)
+
+    def _open(self, number: int, at: Position | None) -> None:
+        """Begin a stage, or go on in it; one without length pauses at once."""
+        if number and at is None:
+            self._close()
+        rec, state, stage = self.rec, self.rec.state, self.rec.stages[number]
+        rec.status, self.stage = self.status, stage
+        self.sample, damping, _ = rec.settings
+        dynamic, settles = state.mode == DYNAMIC, isinstance(stage, Settle)
+        usual = _FREE if dynamic else _SETTLING if settles else _LOADING
+        self.brake = stage.damping or damping or usual
+        self.steps, duration = (stage.max_steps, None) if isinstance(stage, Settle) else stage_length(stage)
+        self.duration = duration or 0.0
+        self.servos = [_Jack(rec.assembly, state, block, servo) for block, servo in stage.servo.items()]
+        if at is None:
+            at = Position(
+                number, 0, state.time, state.dt, rec.factors.copy(), state.bodies.shift.copy(),
+                state.bodies.quat.copy(), state.bodies.held.copy(), 0,
+                RunStatus.NOT_SETTLED if settles else RunStatus.FINISHED, np.zeros((len(self.servos), 2)), np.zeros(4),
+                np.zeros(len(rec.begun)),
+            )  # fmt: skip
+        else:
+            for servo, kept in zip(self.servos, at.servo, strict=True):
+                servo.give, servo.sum = float(kept[0]), float(kept[1])
+            w = at.watch
+            rec.watch = Watch(int(w[0]), float(w[1]), int(w[2]), bool(w[3]))
+        self.at = at
+        self._prescribe(stage)
+        self.target = rec.target(stage)
+        self.calm = stage.calm if isinstance(stage, Drive) else None
+        if self.calm is not None and (dynamic or self.steps is None):
+            raise InputError("a Drive that waits for calm is for quasi-static runs, its length in steps")
+        self._keep()
+        self.pause = self._remaining() <= 0
+        self.over = self.pause and number + 1 == len(rec.stages)
+
+    def _prescribe(self, stage: Stage) -> None:
+        """Twists that the ground, a base motion, a drive and servos prescribe, and the freedoms that they hold."""
+        rec, state, at = self.rec, self.rec.state, self.at
+        n, held = rec.assembly.n_blocks, rec.assembly.held
+        drives: list[Array] = []
+        if state.ground.any():
+            drives.append(_of_ground(held, state.ground))
+        self.own = len(drives)
+        if isinstance(stage, BaseMotion):
+            if state.mode != DYNAMIC:
+                raise InputError("BaseMotion needs mode='dynamic': scaled masses have no inertia to speak of")
+            drives.append(_of_ground(held, stage.unit))
+        elif isinstance(stage, Drive):
+            travel, hold = stage.twists(rec.assembly)
+            drives.append(travel / (self.duration if self.steps is None else self.steps * at.dt))
+            state.bodies.held[hold] = True
+        if self.servos:
+            state.bodies.held[servo_holds(stage, rec.assembly)] = True
+            for servo in self.servos:
+                jack = np.zeros((n, 6))
+                jack[servo.block, 2] = -1.0
+                drives.append(jack)
+        self.drives = np.stack(drives) if drives else np.zeros((0, n, 6))
+
+    def _close(self) -> None:
+        """Let go what the stage has held, and keep how it ended."""
+        rec, state, at, stage = self.rec, self.rec.state, self.at, self.stage
+        if self.duration and np.isclose(
+            state.dt * np.ceil(self.duration / at.dt - 1e-9), self.duration, rtol=1e-9
+        ):
+            state.dt = at.dt  # unless new contacts have shortened it
+        held = at.held.copy()
+        if isinstance(stage, Drive) and stage.keep:
+            held |= stage.twists(rec.assembly)[1]
+        state.bodies.held[:] = held
+        if isinstance(stage, BaseMotion) and stage.after == COAST:
+            state.ground = state.ground + stage.left_over()[0] * stage.unit
+        if at.outcome != RunStatus.FINISHED:
+            self.status = at.outcome
+
+    def _keep(self) -> None:
+        """Say where the run stands, for a checkpoint and for who takes up the history of an interrupted one."""
+        at, w = self.at, self.rec.watch
+        at.servo = np.array([(servo.give, servo.sum) for servo in self.servos]).reshape(-1, 2)
+        at.watch = np.array([w.since, w.travelled, w.due, w.searching], dtype=float)
+        at.energy = np.array(list(self.rec.begun.values()))
+        self.rec.position = at
+
+    def _remaining(self) -> int:
+        """Steps left in the stage."""
+        # new contacts may shorten the step, so a duration is counted in time
+        if self.steps is not None:
+            return self.steps - self.at.done
+        state = self.rec.state
+        return int(np.ceil((self.duration - (state.time - self.at.begun)) / state.dt - 1e-9))
+
+    def _chunk(self) -> tuple[int, bool]:
+        """Steps of the next chunk, and whether the drive waits for calm in it."""
+        rec, state, at, left = self.rec, self.rec.state, self.at, self._remaining()
+        count = min(self.sample - at.done % self.sample, left, rec.steps_to_look())
+        if self.servos:
+            count = min(count, SERVO_EVERY)
+        if self.steps is None:
+            # the stage ends at a whole step: what it prescribes is neither stretched nor overshot
+            rest = self.duration - (state.time - at.begun)
+            if abs(left * state.dt - rest) > 1e-9 * rest:
+                state.dt = rest / left
+        if self.calm is None:
+            return count, False
+        return min(count, CALM_EVERY), at.waited < PATIENCE and restless(state, self.calm)
+
+    def _table(self, count: int) -> Array:
+        """Factors of the load cases before and after each of the next steps, shape (count + 1, c)."""
+        at, state, ahead = self.at, self.rec.state, np.arange(count + 1)
+        if self.steps is not None:
+            part = (at.done + ahead) / self.steps
+        else:
+            part = np.minimum((state.time - at.begun + ahead * state.dt) / self.duration, 1.0)
+        return self.rec.table(at.factors, self.target, part, self.stage)
+
+    def _speeds(self, count: int, waits: bool) -> Array:
+        """Factors of the prescribed twists in each of the next steps, shape (count, d)."""
+        state, at, stage = self.rec.state, self.at, self.stage
+        speeds = np.ones((count, len(self.drives) - len(self.servos)))
+        if isinstance(stage, BaseMotion):
+            elapsed = state.time - at.begun
+            times = np.asarray(elapsed + (np.arange(1, count + 1) - 0.5) * state.dt, dtype=np.float64)
+            speeds[:, self.own] = stage.velocity(times)
+        elif isinstance(stage, Drive) and self.steps is not None:
+            # new contacts may have shortened the step since the stage began
+            speeds[:, self.own] = 0.0 if waits else at.dt / state.dt
+        descent = [servo.velocity(state, count) for servo in self.servos]
+        return np.concatenate([speeds, np.tile(descent, (count, 1))], axis=1) if descent else speeds
+
+    def _ends(self, sampled: Mapping[str, float]) -> bool:
+        """Whether the stage ends before its length is over: it has settled, or a block has moved too far."""
+        rec, at, stage = self.rec, self.at, self.stage
+        over = False
+        if isinstance(stage, Settle):
+            off = max((abs(servo.lacking(rec.state)) for servo in self.servos), default=0.0)
+            worst = max(sampled["unbalanced force"], sampled["unbalanced moment"], off / rec.scale.force)
+            at.quiet = at.quiet + 1 if worst < stage.tolerance else 0
+            over = at.quiet >= 4
+            at.outcome = RunStatus.FINISHED if over else at.outcome
+        if stage.stop_when_moved is not None:
+            over = over or displacement_since(rec.state, at.shift, at.quat, rec.scale) > stage.stop_when_moved
+        return over
+
+
+def _of_ground(held: NDArray[np.bool_], velocity: Sequence[float] | Array) -> Array:
+    """Twists of all held blocks that move with the ground, shape (n, 6)."""
+    out = np.zeros(held.shape)
+    out[:, :3] = held[:, :3] * np.asarray(velocity)
+    return out
+
+
+class _Jack:
+    """A servo at work: block, wanted push [N], gain over the vertical stiffness of the block's joints [m/N]."""
+
+    def __init__(self, assembly: Assembly, state: State, block: int | str, servo: Servo) -> None:
+        self.block, self.force, self.gain = assembly.block_index(block), servo.force, servo.gain
+        stiffness = block_stiffness(state.points, state.joints, assembly.n_blocks, ties=state.ties)[self.block, 2, 2]
+        if not stiffness > 0.0:
+            raise InputError(f"servo on block {block!r}: no joint of it carries a vertical force")
+        self.give, self.sum = servo.gain / stiffness, 0.0
+
+    def lacking(self, state: State) -> float:
+        """Force wanted less the push in the last step [N]."""
+        return float(self.force - state.bodies.net[self.block, 2])
+
+    def velocity(self, state: State, steps: int) -> float:
+        """Downward velocity for the next steps [m/s]."""
+        off = self.lacking(state)
+        # out of contact there is nothing to learn a speed from
+        self.sum = self.sum + steps * off if off < self.force else 0.0
+        return self.give * (off + 0.25 * self.gain * self.sum) / state.dt
