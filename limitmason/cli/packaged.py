@@ -1,4 +1,4 @@
-"""Commands on the packaged experiments: list, show, run, summary."""
+"""Commands on the packaged experiments: list, show, run, summary, and predictions of a large series."""
 
 from __future__ import annotations
 
@@ -50,6 +50,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     summary = actions.add_parser("summary", help="all packaged cases as one Markdown table (some minutes)")
     summary.set_defaults(run=_summary)
     _add_methods(actions)
+    _add_predict(commands)
 
 
 def _add_methods(actions: argparse._SubParsersAction) -> None:
@@ -66,6 +67,40 @@ def _add_methods(actions: argparse._SubParsersAction) -> None:
     methods.add_argument("--markdown", type=writable, metavar="FILE", help="write the page here, not to the terminal")
     methods.add_argument("--csv", type=writable, metavar="FILE", help="also write one line per case and theory")
     methods.set_defaults(run=_methods)
+
+
+def _add_predict(commands: argparse._SubParsersAction) -> None:
+    command = commands.add_parser("predict", help="a large series of tests by a model of its ladder (resumable)")
+    command.add_argument("series", choices=("modern-walls",), metavar="SERIES", help="modern-walls")
+    command.add_argument("walls", nargs="*", metavar="WALL", help="only these walls; default: all")
+    command.add_argument("--method", required=True, metavar="METHOD",
+                         help="formulas, first or extended (block models), or non-associative")  # fmt: skip
+    command.add_argument("--store", type=writable, metavar="FILE", help="keep answers here and go on after a kill")
+    command.add_argument("--workers", type=int, default=1, help="processes, one wall each")
+    command.add_argument("--no-interval", action="store_true", help="do not move the inputs: a seventh of the time")
+    command.add_argument("--csv", type=writable, metavar="FILE", help="write the table here, not to the terminal")
+    command.set_defaults(run=_predict)
+
+
+def _predict(options: argparse.Namespace) -> int:
+    from limitmason.display.text_table import aligned
+    from limitmason.storage.csv_table import write_table
+    from limitmason.validation.wall_ladder import predict_walls
+
+    found = predict_walls(
+        options.method, options.walls or None, store=options.store, spread=not options.no_interval,
+        workers=options.workers, progress=say,
+    )  # fmt: skip
+    cells = [
+        [p.wall, p.method, *(f"{v:.4g}" for v in (p.force, *p.interval)), p.mode or "-", p.status] for p in found
+    ]
+    units = {"wall": "-", "method": "-", "V": "kN", "V_low": "kN", "V_high": "kN", "mode": "-", "status": "-"}
+    if options.csv:
+        write_table(options.csv, units, cells)
+        say(f"wrote {options.csv}")
+    else:
+        show_text(aligned([[k if u == "-" else f"{k} [{u}]" for k, u in units.items()], *cells]))
+    return 0
 
 
 def _list(options: argparse.Namespace) -> int:

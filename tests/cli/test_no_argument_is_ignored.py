@@ -23,6 +23,7 @@ import limitmason as lm
 from limitmason import cli, diagnosis, experiments, methods, validation
 from limitmason.cli import driven, models
 from limitmason.study import memo
+from limitmason.validation import wall_ladder
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("limitmason", "dem", "mechanisms")
@@ -86,6 +87,7 @@ BASES = {
     "experiments summary": ["experiments", "summary"],
     "experiments methods": TABLE,
     "experiments methods, bounds": [*TABLE, "--methods", "associative", "mechanisms"],
+    "predict": ["predict", "modern-walls", "189", "--method", "formulas"],
     "solve": ["solve", "wall.json"],
     "figure assembly": ["figure", "assembly", "wall.json"],
     "figure mechanism": ["figure", "mechanism", "wall.json"],
@@ -122,9 +124,9 @@ VALUES = {
     "--scale": ["0.001"], "--to": ["2mm"], "--block": ["beam"], "--direction": ["0", "0", "-1"], "--blocks": ["lumped"],
     "--spacing": ["20mm"], "--steps": ["500"], "--once": [], "--option": ["outline=675/8/5"],
     "--checkpoint": ["kept.npz"], "--cracks": ["c.png"], "--zone-size": ["20mm"], "--search": ["quick"],
-    "--stress": ["solid"], "--time-limit": ["0.5"],
+    "--stress": ["solid"], "--time-limit": ["0.5"], "--no-interval": [],
 }  # fmt: skip
-OTHER = {("report", "-o"): ["other.html"],
+OTHER = {("predict", "--method"): ["first"], ("report", "-o"): ["other.html"],
          ("compare", "--markdown"): [], ("compare, associative", "--markdown"): [], ("compare", "--methods"): ["dem"],
          ("experiments methods", "--methods"): ["associative"],
          ("compare, associative", "--methods"): ["mechanisms"],
@@ -217,6 +219,7 @@ def run(canned, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(validation, "summary_table", recorder("summary", "a table"))
     monkeypatch.setattr(experiments, "all_cases", lambda **_: [experiments.load("pavia-tilting", "S1")])
     monkeypatch.setattr(validation, "solve_cases", recorder("solve", {}))
+    monkeypatch.setattr(wall_ladder, "predict_walls", recorder("walls", wall_ladder.predict_walls("formulas", ["189"])))
     monkeypatch.setattr(validation, "not_covered", tuple)
     monkeypatch.setattr(validation, "compare", recorder("compare", table))
     monkeypatch.setattr(driven, "get_method", lambda name: methods.get_method(name) if name == "limit" else pushed)

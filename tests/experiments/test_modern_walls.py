@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 
 import limitmason as lm
+import mechanisms
 from limitmason import experiments
 from limitmason.errors import InputError
-from limitmason.experiments.modern_walls import inputs, units_per_course
+from limitmason.experiments.modern_walls import MODELS, inputs, units_per_course
 from limitmason.experiments.tables import read_table
 
 NAME = "modern-walls"
 WALLS = {r["specimen"]: r for r in read_table(NAME, "walls.csv").rows}
 RESPONSES = {r["specimen"]: r for r in read_table(NAME, "responses.csv").rows}
-DRY = {"cohesion_share": 0.0, "tension_share": 0.0, "unit_cracks": False}
+DRY = {"cohesion_share": 0.0, "tension_share": 0.0, "cracks": "none"}
 
 
 def test_responses_are_of_the_walls_that_are_given_and_of_no_other():
@@ -116,8 +117,9 @@ def test_head_joints_are_as_printed(wall):
     filled = test.row["head_joints"] in ("F", "TF")
     assert (laws["head"].cohesion > 0.0) == filled
     assert laws["bed"].cohesion == pytest.approx(1e6 * inputs.inputs_of(test.row)["fv0"].value)
-    gaps = experiments.load(NAME, wall, unfilled_gap=True).assembly()
-    assert ("head" in {i.kind for i in gaps.interfaces}) == filled
+    dry = experiments.load(NAME, wall, unfilled_friction=0.0, head_friction=0.5).assembly()
+    friction = {i.joint.tan_phi for i in dry.interfaces if i.kind == "head"}
+    assert list(friction) == [pytest.approx(0.5 * laws["bed"].tan_phi if filled else 0.0)]
     assert {"crack", "bed", "base"} <= set(laws)
 
 
@@ -126,3 +128,32 @@ def test_envelope_meets_the_largest_force():
         test = experiments.load(NAME, wall)
         assert test.curve().peak.load == pytest.approx(float(test.measured["Vmax+"]), rel=0.02)
         assert float(test.curve().displacement[-1]) <= 1.05 * float(test.measured["largest drift+"])
+
+
+@pytest.mark.parametrize("wall", ["11", "12", "110"])
+def test_units_of_a_vertical_section_carry_the_formula_of_diagonal_cracking(wall):
+    test = experiments.load(NAME, wall, cracks="diagonal strength", crack_factor=2.0)
+    row, i = test.row, inputs.inputs_of(test.row)
+    length, height, t = (float(row[k]) for k in ("L", "H", "t"))
+    force = mechanisms.wall_forces(
+        length, height, t, 0.5 * height, stress=1e6 * i["sigma0"].value, strength=1e6 * i["fc"].value, cohesion=0.0,
+        friction=1.0, diagonal_strength=1e6 * i["ft"].value, unit=(0.25, 0.2),
+    ).diagonal_cracking  # fmt: skip
+    # half of the height of a vertical section is head joints without strength; shear on it is that of a horizontal one
+    cracks = [k for k in test.assembly().interfaces if k.kind == "crack"]
+    assert 0.5 * cracks[0].joint.cohesion * length * t == pytest.approx(force)
+    assert cracks[0].joint.tensile_strength <= 1e6 * i["ft"].value
+
+
+def test_unknown_law_of_cracks_is_named():
+    with pytest.raises(InputError, match="cracks must be"):
+        experiments.load(NAME, "11", cracks="all").assembly()
+
+
+def test_extended_model_lies_below_the_first():
+    for wall in ("124", "161"):
+        first, extended = (
+            lm.limit_analysis((t := experiments.load(NAME, wall, **options)).assembly(), t.loads()).collapse_multiplier
+            for options in MODELS.values()
+        )
+        assert extended < first

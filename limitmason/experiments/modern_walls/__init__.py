@@ -6,6 +6,8 @@ may crack across its middle. Missing inputs are distributions (``inputs``), of w
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -34,21 +36,34 @@ OPTIONS = {
     "fv0": Option(None, "MPa", "initial shear strength; None: of the table"),
     "mu": Option(None, "-", "friction coefficient; None: of the table, or the median of what is assumed"),
     "fc": Option(None, "MPa", "compressive strength of the masonry, of every joint; None: of the table"),
-    "fb": Option(None, "MPa", "normalised strength of the units, to which their cracks belong; None: of the table"),
-    "ft": Option(None, "MPa", "diagonal tensile strength, which no block model uses; None: of the table"),
+    "fb": Option(None, "MPa", "normalised strength of the units; None: of the table"),
+    "ft": Option(None, "MPa", "diagonal tensile strength; None: of the table, or the median of what is assumed"),
     "sigma0": Option(None, "MPa", "axial load over the gross section; None: of the table"),
-    "cohesion_share": Option(1.0, "-", "cohesion of the joints over fv0"),
+    "cohesion_share": Option(1.0, "-", "cohesion of the bed joints over fv0"),
     "tension_share": Option(0.5, "-", "tensile strength of the joints over fv0"),
     "head_share": Option(1.0, "-", "cohesion and tension of filled head joints over those of the bed joints"),
-    "head_friction": Option(1.0, "-", "friction of head joints over that of bed joints"),
-    "unfilled_gap": Option(False, "-", "unfilled head joints do not touch; False: dry friction"),
-    "crushing_share": Option(1.0, "-", "compressive strength of the joints over fc"),
-    "unit_cracks": Option(True, "-", "a potential crack across the middle of every unit"),
-    "crack_friction_deg": Option(45.0, "deg", "friction of the cracks in units"),
-    "crack_cohesion": Option(0.06, "-", "cohesion of the cracks over fb"),
-    "crack_tension": Option(0.03, "-", "tensile strength of the cracks over fb"),
+    "head_friction": Option(1.0, "-", "friction of filled head joints over mu"),
+    "unfilled_friction": Option(1.0, "-", "friction of head joints that are not filled over mu"),
+    "cracks": Option("unit strength", "-", "law of a potential crack across the middle of every unit: 'unit strength', "
+                     "'diagonal strength' or 'none'"),
+    "crack_factor": Option(2.0, "-", "of the law by the diagonal strength"),
     "dilatancy_deg": Option(0.0, "deg", "dilatancy of all joints, used by non-associative limit analysis"),
 }
+
+MODELS: Mapping[str, Mapping[str, Any]] = {
+    "first": {},
+    "extended": {
+        "cohesion_share": 0.6, "tension_share": 0.0, "head_share": 0.0, "head_friction": 0.5, "unfilled_friction": 0.0,
+        "cracks": "diagonal strength", "crack_factor": 1.6,
+    },
+}  # fmt: skip
+"""Options of the two block models.
+
+*first*: every strength at its printed value, plastic without end. *extended*: the bond's tension is gone once a joint
+has opened; unfilled head joints carry no shear and filled ones friction alone (Mann and Mueller 1982 leave out both);
+units crack by the diagonal strength of the masonry (Turnsek and Cacovic 1971). Shares of cohesion and of the friction
+of filled heads and the factor of the cracks are **fitted** to walls of this table: ``docs/measured-walls.md``.
+"""
 
 _MEASURED = {
     "Vmax+": "V_max_pos", "Vmax-": "V_max_neg", "drift at first crack+": "d_cr_pos",
@@ -146,35 +161,50 @@ def assembly(test: Experiment) -> Assembly:
                          f"{value(test, 'fc'):g} MPa; the wall crushes under it")  # fmt: skip
     units, _ = units_per_course(row)
     courses, length = int(row["courses"]), float(row["L"])
-    unit = length / units, float(row["H"]) / courses, float(row["t"])
-    filled = row["head_joints"] in FILLED
-    heads = o["head_share"] if filled else 0.0
-    bed, head = (_mortar(test, share, friction) for share, friction in ((1.0, 1.0), (heads, o["head_friction"])))
     wall = running_wall(
-        length=length, courses=courses, unit=unit, joint=bed, joints={"head": head}, density=DENSITY,
-        top_beam=BEAM_HEIGHT, beam_density=0.0, unit_cracks=crack(test) if o["unit_cracks"] else None,
+        length=length, courses=courses, unit=(length / units, float(row["H"]) / courses, float(row["t"])),
+        joint=_mortar(test, 1.0, 1.0), joints={"head": head_joint(test)}, density=DENSITY, top_beam=BEAM_HEIGHT,
+        beam_density=0.0, unit_cracks=None if o["cracks"] == "none" else crack_joint(test),
     )  # fmt: skip
-    if o["unfilled_gap"] and not filled:
-        wall = wall.with_interfaces([i for i in wall.interfaces if i.kind != "head"])
     return signed(wall, test)
 
 
-def crack(test: Experiment) -> Joint:
-    """Law of a crack across a unit."""
-    o, fb = test.options, 1e6 * value(test, "fb")
-    return Joint(
-        o["crack_friction_deg"], o["dilatancy_deg"], o["crack_cohesion"] * fb, o["crack_tension"] * fb,
-        compressive_strength=1e6 * value(test, "fc"), name="crack in a unit",
-    )  # fmt: skip
+def head_joint(test: Experiment) -> Joint:
+    """Law of a head joint: filled, or with friction alone."""
+    o = test.options
+    if test.row["head_joints"] in FILLED:
+        return _mortar(test, o["head_share"], o["head_friction"])
+    return _mortar(test, 0.0, o["unfilled_friction"])
+
+
+def crack_joint(test: Experiment) -> Joint:
+    """Law of a crack across a unit.
+
+    "unit strength": 45 degrees, c = 0.06 fb, tension 0.03 fb. "diagonal strength": 30 degrees, tension ft and
+    c = k ft / b sqrt(1 + s0 / ft), which with k = 2 is the diagonal cracking of :func:`mechanisms.wall_forces` where
+    head joints carry nothing: half of a vertical section is joints, so that its units have twice the mean shear.
+    """
+    o, strength = test.options, 1e6 * value(test, "fc")
+    if o["cracks"] == "unit strength":
+        fb = 1e6 * value(test, "fb")
+        laws = 45.0, 0.06 * fb, 0.03 * fb
+    elif o["cracks"] == "diagonal strength":
+        ft, stress = 1e6 * value(test, "ft"), 1e6 * value(test, "sigma0")
+        slender = min(max(float(test.row["H"]) / float(test.row["L"]), 1.0), 1.5)
+        cohesion = o["crack_factor"] * ft / slender * math.sqrt(1.0 + stress / ft)
+        laws = 30.0, cohesion, min(ft, cohesion / math.tan(math.radians(30.0)))
+    else:
+        raise InputError(f"{NAME}: cracks must be 'unit strength', 'diagonal strength' or 'none', got {o['cracks']!r}")
+    phi, cohesion, tension = laws
+    return Joint(phi, o["dilatancy_deg"], cohesion, tension, compressive_strength=strength, name="crack in a unit")
 
 
 def _mortar(test: Experiment, share: float, friction: float) -> Joint:
-    o, fv0 = test.options, 1e6 * value(test, "fv0")
+    o, fv0 = test.options, share * 1e6 * value(test, "fv0")
     return Joint.from_friction_coefficient(
-        friction * value(test, "mu"), dilatancy_angle_deg=o["dilatancy_deg"],
-        cohesion=share * o["cohesion_share"] * fv0, tensile_strength=share * o["tension_share"] * fv0,
-        compressive_strength=o["crushing_share"] * 1e6 * value(test, "fc"),
-        name="mortar joint" if share else "dry joint",
+        friction * value(test, "mu"), dilatancy_angle_deg=o["dilatancy_deg"] if friction else 0.0,
+        cohesion=o["cohesion_share"] * fv0, tensile_strength=o["tension_share"] * fv0,
+        compressive_strength=1e6 * value(test, "fc"), name="mortar joint" if share else "dry joint",
     )  # fmt: skip
 
 

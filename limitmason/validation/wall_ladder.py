@@ -1,0 +1,222 @@
+"""Measured walls by a ladder of models: force, failure mode and interval of every wall, kept as they come."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from limitmason.answers.results import Prediction
+from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.experiments import registry
+from limitmason.experiments.modern_walls import BEAM, MODELS, NAME, axial_force, value
+from limitmason.experiments.modern_walls.inputs import has_shear_span, inputs_of
+from limitmason.experiments.record import Experiment
+from limitmason.limit.analysis import limit_analysis
+from limitmason.model.assembly import Assembly
+from limitmason.study.content import fingerprint
+from limitmason.study.memo import Memo
+
+LADDER = ("formulas", "first", "extended", "non-associative")
+"""Models of the ladder; the last is the extended one without dilatancy."""
+
+ROCKS = 0.88
+"""Share of the force at which a wall rocks in one piece from which on it is said to rock (F); **fitted** to modes."""
+
+MODEL_SPREAD: Mapping[str, float] = {"formulas": 0.16, "first": 0.27, "extended": 0.13, "non-associative": 0.13}
+"""Scatter of a model beside that of the inputs, standard deviation of the logarithm: of the walls in
+``docs/measured-walls.md``, campaigns left out."""
+
+NINETY = 1.645  # normal deviates of a 90 % interval
+
+
+class WallPrediction(NamedTuple):
+    """Answer of a model for a wall.
+
+    ``force`` [kN] at the medians of the inputs; ``spread``, standard deviation of its logarithm from the inputs, NaN
+    where they were not moved; ``rocks``, force over that of the wall rocking in one piece; ``inside``, the mode by what
+    gave way inside the wall, see :func:`mode_inside`; ``status`` says why there is none.
+    """
+
+    wall: str
+    method: str
+    force: float
+    spread: float
+    rocks: float
+    inside: str
+    status: str
+    seconds: float
+
+    @property
+    def mode(self) -> str:
+        """S shear, F flexure, SL sliding, G gaping; F where units and joints inside the wall cost it little."""
+        return "F" if self.rocks >= ROCKS else self.inside
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Ends that hold 90 % [kN]: inputs and model, lognormal."""
+        wide = np.exp(NINETY * np.hypot(self.spread, MODEL_SPREAD[self.method]))
+        return self.force / wide, self.force * wide
+
+
+def predict_walls(
+    method: str,
+    walls: Iterable[str] | None = None,
+    *,
+    store: str | Path | None = None,
+    spread: bool = True,
+    workers: int = 1,
+    options: Mapping[str, Any] | None = None,
+    progress: Callable[[str], object] | None = None,
+) -> list[WallPrediction]:
+    """Force, mode and interval of walls of ``modern-walls`` by a model of the ladder.
+
+    Parameters
+    ----------
+    method : "formulas" (:func:`mechanisms.wall_forces`), "first" and "extended" block models by associative limit
+        analysis, "non-associative": the extended one without dilatancy
+    walls : their numbers; all where omitted
+    store : file that keeps every answer; the same call goes on after a kill
+    spread : move every input by its standard deviation, one by one, for the interval: six runs more
+    workers : processes of joblib
+    options : of the assembly, over those of the model
+    progress : called with a line per wall, with the time that is left
+
+    Raises
+    ------
+    InputError
+        For an unknown method or wall, a store of other options or another version.
+
+    Notes
+    -----
+    The spread of the inputs is that of first order: the root of the sum of squares of the changes of ln V. Inputs are
+    taken as independent. Wall 97 has no shear span: its status says so.
+    """
+    if method not in LADDER:
+        raise InputError(f"method must be one of {', '.join(LADDER)}, got {method!r}")
+    names = list(registry.specimens(NAME) if walls is None else walls)
+    chosen = {} if method == "formulas" else {**MODELS["first" if method == "first" else "extended"], **(options or {})}
+    memo = Memo(store, kind=dict)
+    of = fingerprint(method, dict(chosen), spread)
+    keys = {(name, method, of): name for name in names}
+    jobs = {k: {"wall": n, "method": method, "options": chosen, "spread": spread} for k, n in keys.items()}
+    missing, begun = sum(k not in memo for k in keys), time.perf_counter()
+    for done, (key, row) in enumerate(memo.map(predict_wall, jobs, workers=workers), 1):
+        if progress is not None:
+            left = (time.perf_counter() - begun) / done * (missing - done)
+            progress(f"[{done}/{missing}] wall {key[0]}: {row['force']:.1f} kN; {left:.0f} s left")
+    return [WallPrediction(**{k: memo[key][k] for k in WallPrediction._fields}) for key in keys]
+
+
+def predict_wall(wall: str, method: str, options: Mapping[str, Any], spread: bool) -> dict[str, Any]:
+    """One wall by one model, as a row of the store."""
+    begun = time.perf_counter()
+    test = registry.load(NAME, wall, **options)
+    row: dict[str, Any] = {"wall": wall, "method": method, "status": test.no_model, "inside": "", "seconds": 0.0}
+    row |= dict.fromkeys(("force", "spread", "rocks"), np.nan)
+    if not has_shear_span(test.row):
+        return row
+    solve = _SOLVERS[method]
+    try:
+        row["force"], row["rocks"], row["inside"] = solve(test)
+        if spread:
+            moved = [
+                solve(test.with_options(**{name: i.drawn(1.0)}))[0]
+                for name, i in inputs_of(test.row).items()
+                if name not in _UNUSED.get(test.options["cracks"] if method != "formulas" else method, ())
+            ]
+            row["spread"] = float(np.linalg.norm(np.log(np.array(moved) / row["force"])))
+        row["status"] = "solved"
+    except (InputError, NotApplicable, NotConverged) as refusal:
+        row["status"] = str(refusal)
+    return {**row, "seconds": time.perf_counter() - begun}
+
+
+_UNUSED = {"formulas": ("fb",), "diagonal strength": ("fb",), "unit strength": ("ft",), "none": ("fb", "ft")}
+
+
+def _by_formulas(test: Experiment) -> tuple[float, float, str]:
+    row = test.row
+    forces = import_module("mechanisms").wall_forces(
+        float(row["L"]), float(row["H"]), float(row["t"]), float(row["H0_over_H"]) * float(row["H"]),
+        stress=1e6 * value(test, "sigma0"), strength=1e6 * value(test, "fc"), cohesion=1e6 * value(test, "fv0"),
+        friction=value(test, "mu"), diagonal_strength=1e6 * value(test, "ft"),
+        unit=(1e-3 * float(row["lb"]), 1e-3 * float(row["hb"])),
+    )  # fmt: skip
+    force = 1e-3 * float(forces.smallest)
+    rocks = 1.0 if forces.governing == "rocking" else 0.0  # the formula that governs names the mode
+    return force, rocks, "SL" if forces.governing == "sliding" else "S"
+
+
+def _by_blocks(test: Experiment) -> tuple[float, float, str]:
+    return _answer(test, limit_analysis(test.assembly(), test.loads(), check_dead_load=False))
+
+
+def _without_dilatancy(test: Experiment) -> tuple[float, float, str]:
+    return _answer(test, limit_analysis(test.assembly(), test.loads(), "non-associative", search="quick"))
+
+
+def _answer(test: Experiment, found: Prediction) -> tuple[float, float, str]:
+    force = float(found.collapse_multiplier)
+    if not np.isfinite(force) or found.mechanism is None:
+        raise NotConverged(f"{test.name}: {found.status}")
+    return force, force / rocking_force(test), mode_inside(test.assembly(), found)
+
+
+_SOLVERS: Mapping[str, Callable[[Experiment], tuple[float, float, str]]] = {
+    "formulas": _by_formulas, "first": _by_blocks, "extended": _by_blocks, "non-associative": _without_dilatancy,
+}  # fmt: skip
+
+
+def rocking_force(test: Experiment) -> float:
+    """Force at which the wall rocks in one piece [kN], N L / (2 H0) (1 - s0 / fc): nothing but its edges gives way."""
+    row = test.row
+    arm = float(row["H0_over_H"]) * float(row["H"])
+    block = 1.0 - value(test, "sigma0") / value(test, "fc")
+    return 1e-3 * axial_force(test) * 0.5 * float(row["L"]) / arm * block
+
+
+def mode_inside(assembly: Assembly, found: Prediction) -> str:
+    """Mode by the mechanism, of a wall whose inside gave way.
+
+    SL where one bed joint has most of the motion of the top; G where columns slide past each other along their vertical
+    planes without moving apart; S for the rest.
+    """
+    sideways, apart, past = motions(assembly, found)
+    if sideways.max() > 0.5:
+        return "SL"
+    return "G" if past > 0.4 and apart < 0.3 * past else "S"
+
+
+def motions(assembly: Assembly, found: Prediction) -> tuple[np.ndarray, float, float]:
+    """Slip of every bed joint over its length, and how far vertical planes move apart and past each other.
+
+    All over the motion of the top; vertical planes are head joints and cracks, summed over the wall and weighed by
+    their height over that of the wall.
+    """
+    assert found.mechanism is not None
+    twists, at = np.asarray(found.mechanism.twists), assembly.centroids
+    beam = assembly.block_index(BEAM)
+    height = float(assembly.blocks[beam].bounds[0, 2])
+    length = float(np.ptp(assembly.blocks[beam].vertices[:, 0]))
+
+    def velocity(block: int, place: np.ndarray) -> np.ndarray:
+        return twists[block, :3] + np.cross(twists[block, 3:], place - at[block])
+
+    top = abs(velocity(beam, np.array([at[beam, 0], at[beam, 1], height]))[0]) or np.inf
+    beds: dict[float, float] = {}
+    apart = past = 0.0
+    for i in assembly.interfaces:
+        place = i.polygon.mean(axis=0)
+        jump = np.abs(velocity(i.block_b, place) - velocity(i.block_a, place)) / top
+        wide, high = np.ptp(i.polygon[:, 0]) / length, np.ptp(i.polygon[:, 2]) / height
+        if i.kind in ("head", "crack"):
+            apart, past = apart + jump[0] * high, past + jump[2] * high
+        else:
+            level = round(float(place[2]), 4)
+            beds[level] = beds.get(level, 0.0) + float(jump[0] * wide)
+    return np.array(list(beds.values())), float(apart), float(past)
