@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from dem.kernels import LAW_CROSS, LAW_KN, LAW_KS, Joints, Modes, Points
+from dem.kernels import LAW, Joints, Modes, Points
 from limitmason.deformable import SOLID, STATES, modal_blocks
 from limitmason.deformable.body import products
 from limitmason.deformable.levels import MODAL, RIGID
@@ -134,7 +134,7 @@ def sides(deformation: Deformation, points: Points, joints: Joints) -> tuple[Arr
     """
     frame_a, frame_b = frames(joints)
     n = len(frame_a)
-    whole = np.where(joints.law[:, LAW_CROSS] != 0.0, 0.0, 1.0)[:, None, None]  # at crossing edges blocks are rigid
+    whole = np.where(joints.law[:, LAW.cross] != 0.0, 0.0, 1.0)[:, None, None]  # at crossing edges blocks are rigid
     along = np.zeros((n, 2))
     if deformation.plane:
         tangent = np.cross(deformation.normal, frame_a[:, 2])
@@ -188,7 +188,7 @@ def coupled_stiffness(points: Points, joints: Joints, side_a: Array, side_b: Arr
     """
     count = np.diff(joints.start)
     owner = np.repeat(np.arange(len(count)), count)
-    stiff = joints.law[:, [LAW_KS, LAW_KS, LAW_KN]][owner] * points.area[:, None]
+    stiff = joints.law[:, [LAW.ks, LAW.ks, LAW.kn]][owner] * points.area[:, None]
     m = side_a.shape[1]
     out = np.zeros((n, 6 + m, 6 + m))
     values = point_values(points, joints, side_a, side_b, along)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.deformation import relative_deformation
-from dem.kernels import LAW_KN, LAW_KS, Joints, Points
+from dem.kernels import LAW, Joints, Points
 from dem.new_joints import CROSSING, FACES, Fresh
 from dem.state import Measured, State
 
@@ -33,8 +33,8 @@ def inherit(state: State, now: Measured, own: NDArray[np.bool_], family: NDArray
         # a point and an area: the force is what stays
         along = np.where(joints.block_b[now.owner[mine]] == new.b, 1.0, -1.0)
         shear[:] = (now.force[mine] * along[:, None]).sum(axis=0) / new.area.sum()
-    new.slip[:, 0] = shear @ new.world[0] / new.law[LAW_KS]
-    new.slip[:, 1] = shear @ new.world[1] / new.law[LAW_KS]
+    new.slip[:, 0] = shear @ new.world[0] / new.law[LAW.ks]
+    new.slip[:, 1] = shear @ new.world[1] / new.law[LAW.ks]
     new.lift[:] = 0.0 if new.contact == CROSSING else points.lift[nearest]
     new.damage[:] = np.where(own[owner], points.damage[nearest], 0.0)
 
@@ -66,14 +66,14 @@ def keep_energy(
     family, families : numbers of the families of old joints, -1 for those that stay, and of the new ones
     """
     points = state.points
-    kn = state.joints.law[now.owner, LAW_KN]
+    kn = state.joints.law[now.owner, LAW.kn]
     stored = 0.5 * kn * points.area * np.maximum(-now.opening, 0.0) ** 2
     groups: dict[int, list[Fresh]] = {}
     for new, number in zip(made, families, strict=True):
         groups.setdefault(number, []).append(new)
     for number, group in groups.items():
         allowed = float(stored[family[now.owner] == number].sum())
-        stiff = np.concatenate([0.5 * new.law[LAW_KN] * new.area for new in group])
+        stiff = np.concatenate([0.5 * new.law[LAW.kn] * new.area for new in group])
         deep = np.concatenate([new.lift - new.gap - new.apart for new in group])
         if _stored(stiff, deep) <= allowed * (1.0 + 1e-12):
             continue

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.kernels import LAW_KN, Joints
+from dem.kernels import LAW, Joints
 from dem.state import Measured, State
 
 Array = NDArray[np.float64]
@@ -47,7 +47,7 @@ class Bearings(NamedTuple):
         push = np.maximum(np.einsum("mi,mi->m", now.force, normal[now.owner]), 0.0)
         total = np.bincount(now.owner, push, count)
         deep = np.zeros(count)
-        np.maximum.at(deep, now.owner, push / (joints.law[now.owner, LAW_KN] * state.points.area))
+        np.maximum.at(deep, now.owner, push / (joints.law[now.owner, LAW.kn] * state.points.area))
         row = np.flatnonzero(flat & (total > 0.0))
         place = np.stack([np.bincount(now.owner, push * x, count) for x in now.position.T], axis=1)
         return cls(row, normal[row], place[row] / total[row, None], deep[row])

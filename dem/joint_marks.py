@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.kernels import LAW_C, LAW_FC, LAW_FT, LAW_KN, LAW_KS, LAW_MU, LAW_RATE, LAW_RATE_SLIP
+from dem.kernels import LAW
 from dem.state import Measured, State
 
 Array = NDArray[np.float64]
@@ -42,10 +42,10 @@ def joint_marks(state: State, now: Measured, count: int) -> JointMarks:
     count : number of interfaces of the assembly
     """
     p, law = state.points, state.joints.law[now.owner]
-    kn, ft = law[:, LAW_KN], law[:, LAW_FT]
+    kn, ft = law[:, LAW.kn], law[:, LAW.tension]
     force = np.linalg.norm(now.force, axis=1) / p.area
     normal = np.maximum(-kn * now.opening, np.where(p.damage > 0.0, 0.0, -ft))
-    crushing = np.minimum(normal, kn * law[:, LAW_FC])
+    crushing = np.minimum(normal, kn * law[:, LAW.crushing])
     shear = np.sqrt(np.maximum(force**2 - crushing**2, 0.0))
     slip = np.hypot(p.slip_1, p.slip_2)
     interface = state.interface[now.owner]
@@ -83,11 +83,11 @@ def marks_of(points: PointMarks, law: Array, interface: NDArray[np.intp], count:
 
     Parameters
     ----------
-    law : of every point's joint, see the ``LAW_`` entries, shape (m, LAW_SIZE)
+    law : of every point's joint, columns as in ``LAW``, shape (m, LAW_SIZE)
     interface : of every point, shape (m,)
     count : number of interfaces of the assembly
     """
-    kn, ks, mu, c, ft = (law[:, k] for k in (LAW_KN, LAW_KS, LAW_MU, LAW_C, LAW_FT))
+    kn, ks, mu, c, ft = (law[:, k] for k in (LAW.kn, LAW.ks, LAW.tan_phi, LAW.cohesion, LAW.tension))
     opening, slip, normal, shear, lift, damage, weight = points
     size = np.maximum(np.maximum(np.abs(normal), shear), 1e-300)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -95,9 +95,9 @@ def marks_of(points: PointMarks, law: Array, interface: NDArray[np.intp], count:
         pulled = np.where(-normal > ROUNDING * size, -normal / ft, 0.0)
         limit = np.maximum(c + mu * normal, 0.0)
         sheared = np.where(shear > ROUNDING * size, shear / limit, 0.0)
-        pressed = np.where(np.isfinite(law[:, LAW_FC]), normal / (kn * law[:, LAW_FC]), 0.0)
+        pressed = np.where(np.isfinite(law[:, LAW.crushing]), normal / (kn * law[:, LAW.crushing]), 0.0)
     used = np.nan_to_num(np.maximum(np.maximum(pulled, sheared), pressed), posinf=1.0)
-    softens = (law[:, LAW_RATE] > 0.0) | (law[:, LAW_RATE_SLIP] > 0.0)
+    softens = (law[:, LAW.by_opening] > 0.0) | (law[:, LAW.by_slip] > 0.0)
     # only crushing takes more from the lift than dilation gave
     depth = np.maximum(-lift, 0.0)
     plastic = (opening > (1.0 + ROUNDING) * ft / kn) | (slip > ROUNDING * size / ks)

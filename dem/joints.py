@@ -9,33 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.kernels import (
-    LAW_C,
-    LAW_C_R,
-    LAW_DASH,
-    LAW_DIL,
-    LAW_DIL_R,
-    LAW_FC,
-    LAW_FT,
-    LAW_FT_R,
-    LAW_KN,
-    LAW_KS,
-    LAW_LIFT,
-    LAW_MU,
-    LAW_MU_R,
-    LAW_RATE,
-    LAW_RATE_SLIP,
-    LAW_SECANT,
-    Joints,
-    Points,
-)
+from dem.kernels import LAW, Joints, Points
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import ContactPoints, contact_points
-from limitmason.mechanics.law import SUDDEN, peak_law, residual_law, softening
+from limitmason.mechanics.law import LOST, SUDDEN, PointLaw, peak_law, residual_law, softening
 from limitmason.mechanics.plane import Plane
 from limitmason.mechanics.stated import lost_in_failure
 from limitmason.mechanics.stiffness import SETTLEMENT, default_stiffness
 from limitmason.model import Assembly, LostBy, Unloading
+from limitmason.model.joint_term import name_of
 
 Array = NDArray[np.float64]
 PerJoint = float | Mapping[str, float] | Sequence[float] | Array
@@ -93,9 +75,31 @@ def per_interface(value: PerJoint, kinds: Sequence[str], label: str) -> Array:
     return out
 
 
+def law_at(rows: Array, damage: Array, slip: Array) -> PointLaw:
+    """The law of points [Pa] in their state.
+
+    Parameters
+    ----------
+    rows : the kernel's of every point's joint, shape (m, LAW_SIZE)
+    damage, slip : of the points, slip without sign [-], [m], shape (m,)
+    """
+    crushing = rows[:, LAW.crushing] * rows[:, LAW.kn]
+    peak, rest = (
+        PointLaw(crushing=crushing, **{name: rows[:, getattr(LAW, of + name)] for name in LOST}) for of in ("", "rest_")
+    )
+    law = peak.towards(rest, damage)
+    for name, own in kernels.COLUMNS.items():
+        for k in np.flatnonzero(rows[:, own.start]):
+            worn = kernels.ADDED[name].strength(*(column[k] for column in law[:4]), slip[k], damage[k],
+                                                *rows[k, own.start + 1 : own.stop])  # fmt: skip
+            for column, value in zip(law[:4], worn, strict=True):
+                column[k] = value
+    return law
+
+
 def losses(assembly: Assembly, laws: Array) -> tuple[str, ...]:
     """What the joints lose where they fail, in words, from the laws that run, shape (k, LAW_SIZE)."""
-    rate = laws[:, LAW_RATE]
+    rate = laws[:, LAW.by_opening]
     length = np.divide(1.0, rate, out=np.zeros(len(rate)), where=(rate > 0.0) & (rate < SUDDEN))
     return lost_in_failure(assembly, length)
 
@@ -176,20 +180,24 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
         ks = (kn if ks is None else ks * options.stiffness_factor) * options.shear_factor
         if not ks > 0.0:
             raise NotApplicable(f"joint of interface {k} has shear_stiffness 0: it must be positive in the DEM")
-        out[k, [LAW_KN, LAW_KS]] = kn, ks
-    by_opening, by_slip = softening(laws, out[:, LAW_KN], out[:, LAW_KS], length)
+        out[k, [LAW.kn, LAW.ks]] = kn, ks
+    by_opening, by_slip = softening(laws, out[:, LAW.kn], out[:, LAW.ks], length)
     if psi_r is not None:
         # psi alone falls too, but not where nothing is to be lost
         alone = (psi_r != peak.tan_psi) & (by_opening == 0.0) & [j.lost_by is not LostBy.NOTHING for j in laws]
         rate = np.divide(1.0, length, out=np.full(len(laws), SUDDEN), where=length > 0.0)
         by_opening, by_slip = np.where(alone, rate, by_opening), np.where(alone, rate, by_slip)
-    for column, value in (
-        (LAW_MU, peak.tan_phi), (LAW_DIL, peak.tan_psi), (LAW_C, peak.cohesion), (LAW_FT, peak.tension),
-        (LAW_FC, peak.crushing / out[:, LAW_KN]), (LAW_MU_R, rest.tan_phi), (LAW_DIL_R, rest.tan_psi),
-        (LAW_C_R, rest.cohesion), (LAW_FT_R, rest.tension), (LAW_RATE, by_opening), (LAW_DASH, dash),
-        (LAW_RATE_SLIP, by_slip), (LAW_SECANT, [j.unloading is Unloading.SECANT for j in laws]),
-    ):  # fmt: skip
-        out[:, column] = value
+    for name in LOST:
+        out[:, getattr(LAW, name)], out[:, getattr(LAW, f"rest_{name}")] = getattr(peak, name), getattr(rest, name)
+    out[:, LAW.crushing] = peak.crushing / out[:, LAW.kn]
+    out[:, LAW.by_opening], out[:, LAW.by_slip], out[:, LAW.dash] = by_opening, by_slip, dash
+    out[:, LAW.secant] = [j.unloading is Unloading.SECANT for j in laws]
     # a joint that does not dilate is never lifted, for an infinite slip either
-    out[:, LAW_LIFT] = peak.tan_psi * np.where(peak.tan_psi > 0.0, dilatant, 0.0)
+    out[:, LAW.lift] = peak.tan_psi * np.where(peak.tan_psi > 0.0, dilatant, 0.0)
+    for row, joint in zip(out, laws, strict=True):
+        for term in joint.terms:
+            name = name_of(term)
+            if name not in kernels.COLUMNS:
+                raise InputError(f"term {name!r} of the joint law was registered after dem was imported: do so before")
+            row[kernels.COLUMNS[name]] = 1.0, *term.numbers.values()
     return out, tuple(warnings)

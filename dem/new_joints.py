@@ -6,21 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.deformation import add_modal_mass, coupled_of, fastest_of, with_joints
-from dem.kernels import (
-    E_DAMPING,
-    E_KINETIC,
-    LAW_C,
-    LAW_C_R,
-    LAW_CROSS,
-    LAW_DIL,
-    LAW_DIL_R,
-    LAW_FT,
-    LAW_FT_R,
-    LAW_LIFT,
-    LAW_RATE,
-    Joints,
-    Points,
-)
+from dem.kernels import E_DAMPING, E_KINETIC, LAW, Joints, Points
 from dem.stability import block_stiffness, scaled_masses, stable_step
 from dem.state import DYNAMIC, State
 from limitmason.model import Assembly
@@ -151,8 +137,9 @@ def crossing_joint(
     world = np.stack([along_a, np.cross(n, along_a), n])
     q = state.bodies.quat
     law, origin = _law_for(assembly, state, blocks, None, (rot, place), n, point_a)
-    law[[LAW_C, LAW_C_R, LAW_FT, LAW_FT_R, LAW_DIL, LAW_DIL_R, LAW_RATE]] = 0.0
-    law[LAW_CROSS] = 1.0
+    law[[LAW.cohesion, LAW.rest_cohesion, LAW.tension, LAW.rest_tension, LAW.tan_psi, LAW.rest_tan_psi]] = 0.0
+    law[LAW.by_opening] = 0.0
+    law[LAW.cross] = 1.0
     area = np.array([_point_area(assembly, a, b)])
     zero = np.zeros(1)
     return Fresh(
@@ -192,7 +179,7 @@ def _law_for(
             near = (x.block_a == block) | (x.block_b == block)
             score = np.where(near, np.maximum(score, looks - 1e-3 * far / (far.max() + 1e-300)), score)
         law = state.laws[int(score.argmax())].copy()
-    law[[LAW_C, LAW_C_R, LAW_FT, LAW_FT_R]] = 0.0
+    law[[LAW.cohesion, LAW.rest_cohesion, LAW.tension, LAW.rest_tension]] = 0.0
     return law, -1
 
 
@@ -274,7 +261,7 @@ def assemble(assembly: Assembly, state: State, stays: NDArray[np.bool_], made: l
     state.interface, state.contact = rows(state.interface, "origin"), rows(state.contact, "contact")
     for k in range(len(state.joints.block_a) - len(each), len(state.joints.block_a)):
         lift = state.points.lift[state.joints.start[k] : state.joints.start[k + 1]]
-        state.joints.law[k, LAW_LIFT] = max(state.joints.law[k, LAW_LIFT], float(lift.max(initial=0.0)))
+        state.joints.law[k, LAW.lift] = max(state.joints.law[k, LAW.lift], float(lift.max(initial=0.0)))
     if state.modes is not None and state.deformation is not None:
         state.modes = with_joints(state.deformation, state.modes, state.points, state.joints)
     return _keep_stable(assembly, state)

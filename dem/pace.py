@@ -6,7 +6,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from dem.deformation import point_values
-from dem.kernels import LAW_KN, LAW_KS
+from dem.kernels import LAW
 from dem.state import State
 from limitmason.model import Assembly, Loads
 
@@ -52,7 +52,7 @@ def tangent(assembly: Assembly, state: State) -> sparse.csc_array:
     p, j = state.points, state.joints
     owner = np.repeat(np.arange(len(j.block_a)), np.diff(j.start))
     frame = j.frame[owner]
-    stiff = j.law[:, [LAW_KS, LAW_KS, LAW_KN]][owner] * p.area[:, None]
+    stiff = j.law[:, [LAW.ks, LAW.ks, LAW.kn]][owner] * p.area[:, None]
     out = p.s[:, None] * frame[:, 0] + p.t[:, None] * frame[:, 1]
     rows, values = [], []
     for block, arm, sign in ((j.block_a, j.arm_a, -1.0), (j.block_b, j.arm_b, 1.0)):
@@ -93,7 +93,7 @@ def softest_note(state: State, assembly: Assembly) -> str:
         i = int(np.argmin(part))
         if part[i] < 1e-2:
             return f"block {assembly.blocks[i].name!r} is {1.0 / part[i]:.2g} times as soft as its joints"
-    kn = state.joints.law[:, LAW_KN]
+    kn = state.joints.law[:, LAW.kn]
     j = int(np.argmin(kn))
     a, b = (assembly.blocks[i].name for i in (state.joints.block_a[j], state.joints.block_b[j]))
     return (

@@ -184,7 +184,7 @@ def check_continues(assembly: Assembly, state: State, loads: Loads, options: Joi
         laws, _ = make_laws(assembly, state.dead, options)
         if options.dashpot is None:
             # a dynamic run has chosen its own
-            laws[:, kernels.LAW_DASH] = state.laws[:, kernels.LAW_DASH]
+            laws[:, kernels.LAW.dash] = state.laws[:, kernels.LAW.dash]
         if not np.array_equal(laws, state.laws):
             raise InputError(
                 "joint_options differ from those of the run that ended in this state, which goes on with its own laws: "

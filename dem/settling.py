@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from dem.history import History
-from dem.kernels import LAW_C, LAW_FT, LAW_RATE, LAW_RATE_SLIP
+from dem.kernels import LAW
 from dem.resuming import RunStatus, check_same
 from dem.simulate import simulate
 from dem.state import State, UnsettledError, UnstableError
@@ -51,8 +51,8 @@ def settled(
         whole = state.copy()
         # contacts that are found on the way take their laws from the second table
         for law in (whole.joints.law, whole.laws):
-            softens = (law[:, LAW_RATE] > 0.0) | (law[:, LAW_RATE_SLIP] > 0.0)
-            for strength in (LAW_C, LAW_FT):
+            softens = (law[:, LAW.by_opening] > 0.0) | (law[:, LAW.by_slip] > 0.0)
+            for strength in (LAW.cohesion, LAW.tension):
                 law[softens, strength] = BEYOND
         at_rest = _rested(simulate(assembly, stage, loads=loads, start=whole)).state
         weaken(at_rest, state)
@@ -71,7 +71,7 @@ def _broken(history: History) -> bool:
 def weaken(state: State, before: State) -> None:
     """Give the joints of a state the strengths back that another one of the same assembly has."""
     state.laws[:] = before.laws
-    for strength in (LAW_C, LAW_FT):
+    for strength in (LAW.cohesion, LAW.tension):
         for j in (state.joints.law[:, strength] == BEYOND).nonzero()[0]:
             of = int(state.interface[j])
             # cut anew from interface k it is -2 - k

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.kernels import LAW_DASH, LAW_KN, LAW_KS, Joints, Points, Ties
+from dem.kernels import LAW, Joints, Points, Ties
 
 Array = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ def block_stiffness(
     """
     count = np.diff(joints.start)
     owner = np.repeat(np.arange(len(count)), count)
-    stiff = joints.law[:, [LAW_KS, LAW_KS, LAW_KN]][owner] * points.area[:, None]
+    stiff = joints.law[:, [LAW.ks, LAW.ks, LAW.kn]][owner] * points.area[:, None]
     out = np.zeros((n_blocks, 6, 6))
     turn = np.tile(np.eye(3), (n_blocks, 1, 1)) if rotation is None else rotation
     # the frame is given in the axes of a; seen from b it is turned by the present relative rotation
@@ -96,5 +96,5 @@ def stable_step(
     if top == 0.0:
         return np.inf
     fastest = np.sqrt(2.0 * top)
-    z = 0.5 * float(joints.law[:, LAW_DASH].max(initial=0.0)) * fastest
+    z = 0.5 * float(joints.law[:, LAW.dash].max(initial=0.0)) * fastest
     return safety * 2.0 / fastest * (np.sqrt(1.0 + z * z) - z)

@@ -133,7 +133,7 @@ class State:
             out |= self.deformation.arrays()
         return out | {f"model.{k}": v for k, v in self.model.arrays.items()} | {
             "clock": np.array([self.time, self.dt]), "mode": np.array(self.mode),
-            "warnings": np.array(self.warnings, str),
+            "warnings": np.array(self.warnings, str), "terms": np.array(list(kernels.COLUMNS), str),
         }  # fmt: skip
 
     @classmethod
@@ -165,6 +165,12 @@ class State:
         clock, total = take("clock"), take("total")
         if len(total) != kernels.E_SIZE:
             raise InputError(f"{path} was written by another version of this package: its sums of energy differ")
+        terms = [str(name) for name in file.get("terms", ())]
+        if terms != list(kernels.COLUMNS):
+            raise InputError(
+                f"{path} was written with the terms {terms} added to the joint law, now there are "
+                f"{list(kernels.COLUMNS)}: register the same in the same order (limitmason.model.joint_term.ADDED)"
+            )
         plain = {name: take(name) for name in _PLAIN}
         modes = deformation = None
         if "modes.value" in file:
@@ -398,7 +404,7 @@ def make_state(
         if options.dashpot is None:
             # z = dashpot w / 2 = 0.1 at the fastest motion, for which the undamped step is 2 / w
             dash = 0.1 * stable_step(stiffness, mass, inertia, free, joints, 1.0, top)
-            joints.law[:, kernels.LAW_DASH] = laws[:, kernels.LAW_DASH] = dash
+            joints.law[:, kernels.LAW.dash] = laws[:, kernels.LAW.dash] = dash
         largest = stable_step(stiffness, mass, inertia, free, joints, 1.0, top)
         if dt is None:
             dt = safety * largest

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.kernels import LAW_C, LAW_C_R, LAW_FT, LAW_FT_R, LAW_KN, LAW_KS, LAW_MU, LAW_MU_R
+from dem.joints import law_at
+from dem.kernels import LAW
 from limitmason.deformable import modal_blocks
 from limitmason.deformable.levels import MODAL, RIGID
 from limitmason.errors import NotApplicable
@@ -53,13 +54,10 @@ def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSyste
     law = state.laws[k]
     normal = np.einsum("mi,mi->m", now.force, _turned(state, directions[:, 0], points.block_a))
     shear = np.sqrt(np.maximum((now.force**2).sum(axis=1) - normal**2, 0.0))
-    cohesion, friction, tension = (
-        law[:, peak] + p.damage * (law[:, rest] - law[:, peak])
-        for peak, rest in ((LAW_C, LAW_C_R), (LAW_MU, LAW_MU_R), (LAW_FT, LAW_FT_R))
-    )
-    limit = np.maximum(cohesion * p.area + friction * normal, 0.0)
+    strength = law_at(law, p.damage, np.hypot(p.slip_1, p.slip_2)).over(p.area)
+    limit = np.maximum(strength.shear_strength(normal), 0.0)
     stiffness, found = state_stiffness(
-        normal, shear, limit, tension * p.area, law[:, LAW_KN], law[:, LAW_KS], sliding
+        normal, shear, limit, strength.tension, law[:, LAW.kn], law[:, LAW.ks], sliding
     )
     if plane is not None:
         turned = np.cross(plane.normal, directions[:, 0])

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from limitmason.answers.results import NO_TILT, SOLVED, Bound, BoundKind, Certificate, Mechanism, Prediction
 from limitmason.errors import NotApplicable
-from limitmason.mechanics.law_table import MECHANISMS, RESIDUAL, TERMS
+from limitmason.mechanics.law_table import FIELDS, MECHANISMS, RESIDUAL, refuse, terms
 from limitmason.mechanics.law_table import notes as left_out
 from limitmason.mechanics.resultants import scaled_mechanism
 from limitmason.mechanics.stated import why_no_tilt_angle
@@ -190,6 +190,7 @@ def answer(
     certificate: Certificate | None = None
     bound, extra, notes = ideal_bound, dict(details or {}), list(warnings)
     if assembly is not None and loads is not None and twists is not None:
+        refuse(MECHANISMS, assembly)
         check = check_contacts(assembly, loads, twists)
         mechanism = _scaled(assembly, loads, twists, check)
         kinematic = check.multiplier if check.admissible else math.nan
@@ -204,7 +205,8 @@ def answer(
             notes.append(f"{ON_BLOCKS} {kinematic:.6g} there (details['kinematic_multiplier'])")
         elif ideal_bound == UPPER_IDEAL:
             bound = NOT_ADMISSIBLE
-        notes += left_out(MECHANISMS, assembly, terms=(RESIDUAL,) if check.admissible else TERMS)
+        uncharged = tuple(term for term in terms() if not check.admissible or term not in FIELDS or term is RESIDUAL)
+        notes += left_out(MECHANISMS, assembly, among=uncharged)
     provenance: dict[str, Any] = {"theory": "analytical mechanism", "source": source}
     if facade is not None:
         provenance["parameters"] = facade.as_dict()

@@ -1,15 +1,16 @@
 """Compiled functions of the explicit distinct element method, one subject to a file; only these import each other.
 
-``law`` is the joint law at a point, ``sums`` adds it up over the points of a joint, ``kinematics`` says how the blocks
-of a joint lie to each other, ``forces`` brings the sums to the blocks, ``ties`` the pull of rods, ``deformed`` does so
-where blocks strain in modes, ``stepping`` moves these, ``measure`` reads a position without changing it, ``shapes``
-finds where pieces touch; ``arrays`` is what all of them see. ``zones`` steps blocks cut into zones in the plane, with
+``law`` is the joint law at a point and ``added`` the terms that are added to it, ``sums`` adds it up over the points of
+a joint, ``kinematics`` says how the blocks of a joint lie to each other, ``forces`` brings the sums to the blocks,
+``ties`` the pull of rods, ``deformed`` does so where blocks strain in modes, ``stepping`` moves these, ``measure``
+reads a position without changing it, ``shapes`` finds where pieces touch; ``arrays`` is what all of them see. ``zones``
+steps blocks cut into zones in the plane, with
 the same joint law, and ``yielding`` returns a zone's stress to its strength. In space ``solid_zones`` has the forces of
 elastic zones, ``solid_joints`` those between their faces, ``solid_stepping`` moves them.
 
 Rule: a compiled function of ``dem`` stands in this package, is made by ``compiled.kernel`` and uses nothing from
-outside but numpy and numba. What is kept on disk is stamped with the content of all files of the package, so that an
-edit of any is seen by all; an import from elsewhere would not be.
+outside but numpy and numba. What is kept on disk is stamped with the content of all files of the package and of the
+terms that are added to the law, so that an edit of any is seen by all; an import from elsewhere would not be.
 
 Blocks carry a displacement u of the centroid and a unit quaternion q (rotation from the reference position). A joint
 owns its contact points: coordinates (s, t) on a plane carried by block a, frame (t1, t2, n). With d the displacement of
@@ -18,6 +19,7 @@ delta = d + G (s, t, 0): exact at any rotation, without drift. Forces act at blo
 on a, so that elastic contact conserves energy and momentum exactly in continuous time.
 """
 
+from dem.kernels.added import COLUMNS, LAW_SIZE
 from dem.kernels.arrays import (
     E_APPLIED,
     E_DAMPING,
@@ -30,30 +32,14 @@ from dem.kernels.arrays import (
     E_SUPPORT,
     E_VISCOSITY,
     E_VISCOUS,
-    LAW_C,
-    LAW_C_R,
-    LAW_CROSS,
-    LAW_DASH,
-    LAW_DIL,
-    LAW_DIL_R,
-    LAW_FC,
-    LAW_FT,
-    LAW_FT_R,
-    LAW_KN,
-    LAW_KS,
-    LAW_LIFT,
-    LAW_MU,
-    LAW_MU_R,
-    LAW_RATE,
-    LAW_RATE_SLIP,
-    LAW_SECANT,
-    LAW_SIZE,
+    LAW,
     Bodies,
     Joints,
     Modes,
     Points,
     Ties,
 )
+from dem.kernels.compiled import ADDED
 from dem.kernels.forces import contact_wrenches
 from dem.kernels.measure import measure
 from dem.kernels.shapes import contact_shapes
@@ -61,9 +47,7 @@ from dem.kernels.stepping import advance, rotation_of
 from dem.kernels.ties import add_tie_forces
 
 __all__ = [
-    "E_APPLIED", "E_DAMPING", "E_FRACTURE", "E_FRICTION", "E_KINETIC", "E_SIZE", "E_STEPS", "E_STOP", "E_SUPPORT",
-    "E_VISCOSITY", "E_VISCOUS", "LAW_C", "LAW_CROSS", "LAW_C_R", "LAW_DASH", "LAW_DIL", "LAW_DIL_R", "LAW_FC",
-    "LAW_FT", "LAW_FT_R", "LAW_KN", "LAW_KS", "LAW_LIFT", "LAW_MU", "LAW_MU_R", "LAW_RATE", "LAW_RATE_SLIP",
-    "LAW_SECANT", "LAW_SIZE", "Bodies", "Joints", "Modes", "Points", "Ties", "add_tie_forces", "advance",
-    "contact_shapes", "contact_wrenches", "measure", "rotation_of",
+    "ADDED", "COLUMNS", "E_APPLIED", "E_DAMPING", "E_FRACTURE", "E_FRICTION", "E_KINETIC", "E_SIZE", "E_STEPS",
+    "E_STOP", "E_SUPPORT", "E_VISCOSITY", "E_VISCOUS", "LAW", "LAW_SIZE", "Bodies", "Joints", "Modes", "Points", "Ties",
+    "add_tie_forces", "advance", "contact_shapes", "contact_wrenches", "measure", "rotation_of",
 ]  # fmt: skip

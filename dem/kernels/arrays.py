@@ -33,14 +33,34 @@ class Joints(NamedTuple):
     arm_a: Array  # joint origin from the centroid of a, reference axes of a [m], (k, 3)
     arm_b: Array  # joint origin from the centroid of b, reference axes of b [m], (k, 3)
     offset: Array  # (X_b + arm_b) - (X_a + arm_a) in the reference position [m], (k, 3)
-    law: Array  # (k, LAW_SIZE), see the LAW_ indices; LAW_CROSS is 1 where two edges cross
+    law: Array  # (k, LAW_SIZE), columns as in LAW and then those of added terms
     edge: Array  # direction of b's edge, reference axes of b, where two edges cross (a's is frame row t1), (k, 3)
 
 
-LAW_KN, LAW_KS, LAW_MU, LAW_DIL, LAW_C, LAW_FT, LAW_FC, LAW_LIFT = 0, 1, 2, 3, 4, 5, 6, 7
-LAW_MU_R, LAW_DIL_R, LAW_C_R, LAW_FT_R, LAW_RATE, LAW_DASH, LAW_CROSS = 8, 9, 10, 11, 12, 13, 14
-LAW_RATE_SLIP, LAW_SECANT = 15, 16  # LAW_RATE is damage per opening, this per slip; 1 where tension unloads to zero
-LAW_SIZE = 17
+class LawRow(NamedTuple):
+    """Entries of a joint's law by name, peak and residual values; those of terms added to the law follow them."""
+
+    kn: int
+    ks: int
+    tan_phi: int
+    tan_psi: int
+    cohesion: int
+    tension: int
+    crushing: int  # closing at which it crushes, fc / kn [m]
+    lift: int  # largest plastic opening [m]
+    rest_tan_phi: int
+    rest_tan_psi: int
+    rest_cohesion: int
+    rest_tension: int
+    by_opening: int  # damage per opening beyond the strength [1/m]
+    dash: int
+    cross: int  # 1 where two edges cross
+    by_slip: int  # damage per plastic slip [1/m]
+    secant: int  # 1 where tension unloads to the origin
+
+
+LAW = LawRow(*range(len(LawRow._fields)))
+"""Column of every entry."""
 
 
 class Bodies(NamedTuple):

@@ -7,12 +7,15 @@ package instead; no file is touched, so that a read-only installation and proces
 """
 
 import hashlib
-from collections.abc import Callable
+import inspect
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 from numba import njit
 from numba.core.cpu import CPUTargetOptions
+
+from limitmason.model.joint_term import added_terms
 
 FASTMATH = {"reassoc", "contract", "arcp", "nsz"}
 """Sums may be reordered and multiply-adds fused; NaN and infinity keep their meaning."""
@@ -22,18 +25,24 @@ COUNTS = hasattr(CPUTargetOptions, "_nrt")
 """Whether numba lets a function that makes no arrays leave out counting who holds those it is given."""
 
 
-def content(folder: Path) -> str:
-    """Digest of all Python files of a folder, by name and content."""
+ADDED = added_terms()
+"""Terms added to the joint law: compiled in, and with the content of their files part of the stamp."""
+
+
+def content(folder: Path, others: Iterable[Path] = ()) -> str:
+    """Digest of all Python files of a folder and of others, by name and content."""
     digest = hashlib.sha256()
-    for path in sorted(folder.glob("*.py")):
+    for path in (*sorted(folder.glob("*.py")), *others):
         digest.update(path.name.encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
     return digest.hexdigest()
 
 
-SOURCES = content(Path(__file__).parent)
+SOURCES = content(Path(__file__).parent, [Path(inspect.getfile(term)) for term in ADDED.values()])
 
 
-def kernel(*, fast: bool = True, counted: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+def kernel(
+    *, fast: bool = True, counted: bool = False, kept: bool = True, **options: Any
+) -> Callable[[Callable[..., Any]], Any]:
     """Compile a function of this package on its first call, and keep it on disk until any file of the package changes.
 
     Parameters
@@ -41,6 +50,7 @@ def kernel(*, fast: bool = True, counted: bool = False, **options: Any) -> Calla
     fast : let sums be reordered; not where a sign decides which way a search goes
     counted : count references to arrays: needed where one is made, or handed back. Every count is an atomic addition,
         and where one function hands a dozen arrays to the next, per joint, they took two thirds of a modal step
+    kept : on disk; not what is part of its callers and has no file of this package
     options : of ``numba.njit``: ``forceinline`` for what must be part of its caller, so that the same bits come out of
         a process that compiles and of one that loads; ``inline="always"`` for what returns many numbers in registers
 
@@ -53,14 +63,13 @@ def kernel(*, fast: bool = True, counted: bool = False, **options: Any) -> Calla
         options["_nrt"] = counted
 
     def compiled(function: Callable[..., Any]) -> Any:
-        dispatcher = njit(cache=True, error_model="numpy", nogil=True, fastmath=FASTMATH if fast else False, **options)(
-            function
-        )
+        math = FASTMATH if fast else False
+        dispatcher = njit(cache=kept, error_model="numpy", nogil=True, fastmath=math, **options)(function)
         cache = getattr(dispatcher, "_cache", None)  # none where NUMBA_DISABLE_JIT leaves the function as it is
         index = getattr(cache, "_cache_file", None)
         if index is not None and hasattr(index, "_source_stamp"):
             index._source_stamp = (index._source_stamp, SOURCES)
-        elif cache is not None:
+        elif cache is not None and kept:
             cache.disable()
         return dispatcher
 

@@ -8,7 +8,7 @@ sides once, and hands back the moments sum (1, p, p^2) f of its forces; what act
 
 import numpy as np
 
-from dem.kernels.arrays import E_FRACTURE, E_FRICTION, E_VISCOUS, LAW_CROSS, Array, Bodies, Joints, Modes, Points
+from dem.kernels.arrays import E_FRACTURE, E_FRICTION, E_VISCOUS, LAW, Array, Bodies, Joints, Modes, Points
 from dem.kernels.braking import against_change
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed_plane import _plane_joint, _side, _turn_in_plane, _turned_side
@@ -36,7 +36,7 @@ def _modal_forces(
     slip_1, slip_2, lift = points.slip_1, points.slip_2, points.lift
     friction = viscous = fracture = 0.0
     for j in range(joints.block_a.size):
-        if law[j, LAW_CROSS] != 0.0:
+        if law[j, LAW.cross] != 0.0:
             continue
         a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
         p0, p1 = joints.start[j], joints.start[j + 1]
@@ -76,7 +76,7 @@ def _move_modes(
             past = net[i, k]
             net[i, k] = f
             v = rate[i, k]
-            brake = local * abs(f) * ((v > 0.0) - (v < 0.0))
+            brake = local * abs(f) * (int(v > 0.0) - int(v < 0.0))
             if drifts is not None and drifts:
                 brake = against_change(local, f, f - past, brake)
             new = (v * keep + (f - brake) * modes.inv_mass[i, k] * kick) * lag

@@ -2,19 +2,11 @@
 
 import numpy as np
 
-from dem.kernels.arrays import (
-    LAW_DASH,
-    LAW_DIL,
-    LAW_DIL_R,
-    LAW_FC,
-    LAW_RATE,
-    LAW_RATE_SLIP,
-    LAW_SECANT,
-    Array,
-)
+from dem.kernels.added import has_added
+from dem.kernels.arrays import LAW, Array
 from dem.kernels.compiled import kernel
 from dem.kernels.kinematics import relative_motion
-from dem.kernels.law import fall_of, peak_of, return_map
+from dem.kernels.law import Fall, Peak, fall_of, peak_of, plain_peak_of, return_map
 
 Numbers = tuple[float, ...]
 PLANE_MODES = 9  # known to the compiler, which unrolls its loops
@@ -54,8 +46,8 @@ def _turn_in_plane(g: Numbers, al: float, be: float) -> tuple[float, float]:
 @kernel(forceinline=True)
 def _plane_points(
     s: Array, t: Array, area: Array, gap: Array, slip_1: Array, slip_2: Array, lift: Array, damage: Array, p0: int,
-    p1: int, d: Numbers, g: Numbers, al: float, be: float, side_a: Numbers, side_b: Numbers, peak: Numbers,
-    fall: Numbers | None, motion: Numbers | None, lifts: bool,
+    p1: int, d: Numbers, g: Numbers, al: float, be: float, side_a: Numbers, side_b: Numbers, peak: Peak,
+    fall: Fall | None, motion: Numbers | None, lifts: bool,
 ) -> Numbers:  # fmt: skip
     """Sums over the points of a joint between modal blocks in a plane.
 
@@ -142,18 +134,19 @@ def _plane_joint(
     cos, sin = _turn_in_plane(g, al, be)
     side_a = _side(one, j, value, a)
     side_b = _turned_side(_side(two, j, value, b), cos, sin)
-    peak = peak_of(law, j)
-    if law[j, LAW_DASH] == 0.0 or dt == 0.0:
+    plain, peak = plain_peak_of(law, j), peak_of(law, j)
+    if law[j, LAW.dash] == 0.0 or dt == 0.0:
         # what a law does not have is left out: it neither dilates nor crushes, and does not soften
-        flat = law[j, LAW_DIL] == 0.0 and law[j, LAW_DIL_R] == 0.0 and law[j, LAW_FC] == np.inf
-        if flat and law[j, LAW_RATE] == 0.0 and law[j, LAW_RATE_SLIP] == 0.0:
+        flat = law[j, LAW.tan_psi] == 0.0 and law[j, LAW.rest_tan_psi] == 0.0 and law[j, LAW.crushing] == np.inf
+        flat = flat and not has_added(law, j)
+        if flat and law[j, LAW.by_opening] == 0.0 and law[j, LAW.by_slip] == 0.0:
             out = _plane_points(
-                s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, al, be, side_a, side_b, peak,
+                s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, al, be, side_a, side_b, plain,
                 None, None, False,
             )  # fmt: skip
-        elif flat and law[j, LAW_SECANT] == 0.0:
+        elif flat and law[j, LAW.secant] == 0.0:
             out = _plane_points(
-                s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, al, be, side_a, side_b, peak,
+                s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, al, be, side_a, side_b, plain,
                 fall_of(law, j), None, False,
             )  # fmt: skip
         else:
@@ -166,7 +159,7 @@ def _plane_joint(
         w0, w1, w2, w3, w4, w5 = _turned_side(_side(two, j, rate, b), cos, sin)
         u0, u1, u2, u3, u4, u5 = _side(one, j, rate, a)
         motion = (
-            law[j, LAW_DASH], 1.0 / dt, v[0], v[1], v[2], o[0], o[1], o[2],
+            law[j, LAW.dash], 1.0 / dt, v[0], v[1], v[2], o[0], o[1], o[2],
             w0 - u0, w1 - u1, w2 - u2, w3 - u3, w4 - u4, w5 - u5,
         )  # fmt: skip
         out = _plane_points(

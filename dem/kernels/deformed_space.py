@@ -2,19 +2,11 @@
 
 import numpy as np
 
-from dem.kernels.arrays import (
-    LAW_DASH,
-    LAW_DIL,
-    LAW_DIL_R,
-    LAW_FC,
-    LAW_RATE,
-    LAW_RATE_SLIP,
-    LAW_SECANT,
-    Array,
-)
+from dem.kernels.added import has_added
+from dem.kernels.arrays import LAW, Array
 from dem.kernels.compiled import kernel
 from dem.kernels.kinematics import relative_motion
-from dem.kernels.law import fall_of, peak_of, return_map
+from dem.kernels.law import Fall, Peak, fall_of, peak_of, plain_peak_of, return_map
 
 Numbers = tuple[float, ...]
 SPACE_MODES = 21  # known to the compiler, which unrolls its loops
@@ -58,7 +50,7 @@ def _quadratic(c: Array, i: int, x: float, y: float) -> float:
 @kernel(forceinline=True)
 def _space_points(
     s: Array, t: Array, area: Array, gap: Array, slip_1: Array, slip_2: Array, lift: Array, damage: Array, pad: Array,
-    p0: int, p1: int, d: Numbers, g: Numbers, c: Array, peak: Numbers, fall: Numbers | None, motion: Numbers | None,
+    p0: int, p1: int, d: Numbers, g: Numbers, c: Array, peak: Peak, fall: Fall | None, motion: Numbers | None,
     w: Array, lifts: bool,
 ) -> Numbers:  # fmt: skip
     """As :func:`_plane_points` in space; ``c`` holds b's side less a's, ``w`` their rates. Forces go to ``pad``."""
@@ -122,18 +114,19 @@ def _space_joint(
     _space_turn(c, g, False)
     for i in range(18):
         c[i] -= side_a[i]
-    peak = peak_of(law, j)
-    if law[j, LAW_DASH] == 0.0 or dt == 0.0:
+    plain, peak = plain_peak_of(law, j), peak_of(law, j)
+    if law[j, LAW.dash] == 0.0 or dt == 0.0:
         # what a law does not have is left out: it neither dilates nor crushes, and does not soften
-        flat = law[j, LAW_DIL] == 0.0 and law[j, LAW_DIL_R] == 0.0 and law[j, LAW_FC] == np.inf
-        if flat and law[j, LAW_RATE] == 0.0 and law[j, LAW_RATE_SLIP] == 0.0:
+        flat = law[j, LAW.tan_psi] == 0.0 and law[j, LAW.rest_tan_psi] == 0.0 and law[j, LAW.crushing] == np.inf
+        flat = flat and not has_added(law, j)
+        if flat and law[j, LAW.by_opening] == 0.0 and law[j, LAW.by_slip] == 0.0:
             out = _space_points(
-                s, t, area, gap, slip_1, slip_2, lift, damage, pad, p0, p1, d, g, c, peak, None, None, w,
+                s, t, area, gap, slip_1, slip_2, lift, damage, pad, p0, p1, d, g, c, plain, None, None, w,
                 False,
             )  # fmt: skip
-        elif flat and law[j, LAW_SECANT] == 0.0:
+        elif flat and law[j, LAW.secant] == 0.0:
             out = _space_points(
-                s, t, area, gap, slip_1, slip_2, lift, damage, pad, p0, p1, d, g, c, peak, fall_of(law, j), None, w,
+                s, t, area, gap, slip_1, slip_2, lift, damage, pad, p0, p1, d, g, c, plain, fall_of(law, j), None, w,
                 False,
             )  # fmt: skip
         else:
@@ -148,7 +141,7 @@ def _space_joint(
         _space_side(one, j, rate, a, h)
         for i in range(18):
             w[i] -= h[i]
-        motion = law[j, LAW_DASH], 1.0 / dt, v[0], v[1], v[2], o[0], o[1], o[2]
+        motion = law[j, LAW.dash], 1.0 / dt, v[0], v[1], v[2], o[0], o[1], o[2]
         out = _space_points(
             s, t, area, gap, slip_1, slip_2, lift, damage, pad, p0, p1, d, g, c, peak, fall_of(law, j), motion, w, True
         )  # fmt: skip

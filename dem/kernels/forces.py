@@ -2,26 +2,11 @@
 
 import numpy as np
 
-from dem.kernels.arrays import (
-    E_FRACTURE,
-    E_FRICTION,
-    E_SIZE,
-    E_VISCOUS,
-    LAW_CROSS,
-    LAW_DASH,
-    LAW_DIL,
-    LAW_DIL_R,
-    LAW_FC,
-    LAW_KN,
-    LAW_KS,
-    LAW_MU,
-    LAW_MU_R,
-    LAW_RATE,
-    Array,
-)
+from dem.kernels.added import has_added
+from dem.kernels.arrays import E_FRACTURE, E_FRICTION, E_SIZE, E_VISCOUS, LAW, Array
 from dem.kernels.compiled import kernel
 from dem.kernels.kinematics import _cross, _crossing, _dot, _kinematics
-from dem.kernels.law import return_map
+from dem.kernels.law import Peak, return_map
 from dem.kernels.sums import _sum_full, _sum_plain, _sum_softening
 
 Numbers = tuple[float, ...]
@@ -31,16 +16,16 @@ Numbers = tuple[float, ...]
 def _crossing_forces(points, joints, bodies, dt, total):
     """Add the forces of all crossing edges; a call from the loop of :func:`_joint_forces` would slow that by half.
 
-    Their law has no cohesion, tension or dilation.
+    Their law has no cohesion, tension or dilation, and no added terms: what slips there is not counted.
     """
     law, contact, vel, spin = joints.law, bodies.contact, bodies.vel, bodies.spin
     per_dt = 1.0 / dt if dt > 0.0 else 0.0
     for j in range(joints.block_a.size):
-        if law[j, LAW_CROSS] == 0.0:
+        if law[j, LAW.cross] == 0.0:
             continue
         a, b, k = joints.block_a[j], joints.block_b[j], joints.start[j]
         (t1, t2, n), distance, ra, rb = _crossing(j, joints, bodies)
-        mu = law[j, LAW_MU] + points.damage[k] * (law[j, LAW_MU_R] - law[j, LAW_MU])
+        mu = law[j, LAW.tan_phi] + points.damage[k] * (law[j, LAW.rest_tan_phi] - law[j, LAW.tan_phi])
         w, old = distance + points.gap[k], points.lift[k]
         if not w < old:
             points.slip_1[k] = points.slip_2[k] = 0.0
@@ -50,8 +35,8 @@ def _crossing_forces(points, joints, bodies, dt, total):
         vb = (vel[b, 0] + wb[0], vel[b, 1] + wb[1], vel[b, 2] + wb[2])
         r1, r2, r3 = _dot(vb, t1) - _dot(va, t1), _dot(vb, t2) - _dot(va, t2), _dot(vb, n) - _dot(va, n)
         # the point moves along both edges, so that its shear displacement is summed: all of it is in the slip
-        peak = law[j, LAW_KN], law[j, LAW_KS], mu, 0.0, 0.0, 0.0, law[j, LAW_FC], 0.0
-        brake = law[j, LAW_DASH] if dt > 0.0 else 0.0, r1, r2, r3, per_dt
+        peak = Peak(law[j, LAW.kn], law[j, LAW.ks], mu, 0.0, 0.0, 0.0, law[j, LAW.crushing], 0.0, None)
+        brake = law[j, LAW.dash] if dt > 0.0 else 0.0, r1, r2, r3, per_dt
         a1, a2 = points.slip_1[k] - dt * r1, points.slip_2[k] - dt * r2
         q1, q2, q3, points.slip_1[k], points.slip_2[k], points.lift[k], _, rubbed, raised, braked, _ = return_map(
             w, 0.0, 0.0, a1, a2, old, 0.0, peak, None, brake, True
@@ -104,18 +89,19 @@ def _joint_forces(points, joints, bodies, dt, total):
     slip_1, slip_2, lift = points.slip_1, points.slip_2, points.lift
     friction = viscous = fracture = 0.0
     for j in range(joints.block_a.size):
-        if law[j, LAW_CROSS] != 0.0:
+        if law[j, LAW.cross] != 0.0:
             continue
         a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
         p0, p1 = joints.start[j], joints.start[j + 1]
         axes, d, g, ra, rb = _kinematics(j, joints, bodies)
-        if law[j, LAW_RATE] == 0.0 and law[j, LAW_DASH] == 0.0:
-            if law[j, LAW_DIL] == 0.0 and law[j, LAW_FC] == np.inf:
+        plain = law[j, LAW.dash] == 0.0 and not has_added(law, j)
+        if plain and law[j, LAW.by_opening] == 0.0:
+            if law[j, LAW.tan_psi] == 0.0 and law[j, LAW.crushing] == np.inf:
                 out = _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, False)
             else:
                 out = _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, True)
-        elif law[j, LAW_DASH] == 0.0:
-            if law[j, LAW_DIL] == 0.0 and law[j, LAW_DIL_R] == 0.0 and law[j, LAW_FC] == np.inf:
+        elif plain:
+            if law[j, LAW.tan_psi] == 0.0 and law[j, LAW.rest_tan_psi] == 0.0 and law[j, LAW.crushing] == np.inf:
                 out = _sum_softening(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, j, law, False)
             else:
                 out = _sum_softening(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, j, law, True)
@@ -138,7 +124,7 @@ def _joint_forces(points, joints, bodies, dt, total):
                 n[0] * o0 + n[1] * o1 + n[2] * o2,
             )
             moves = (d, g, rate, turn)
-            if law[j, LAW_DIL] == 0.0 and law[j, LAW_DIL_R] == 0.0 and law[j, LAW_FC] == np.inf:
+            if law[j, LAW.tan_psi] == 0.0 and law[j, LAW.rest_tan_psi] == 0.0 and law[j, LAW.crushing] == np.inf:
                 out = _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, moves, j, law, dt, False)
             else:
                 out = _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, moves, j, law, dt, True)

@@ -11,53 +11,84 @@ Whatever has contact points calls :func:`return_map` at each: ``brake`` and ``fa
 softens and ``lifts`` is a constant of the call, so that what a law does not have is not compiled into its loop.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from dem.kernels.arrays import (
-    LAW_C,
-    LAW_C_R,
-    LAW_DIL,
-    LAW_DIL_R,
-    LAW_FC,
-    LAW_FT,
-    LAW_FT_R,
-    LAW_KN,
-    LAW_KS,
-    LAW_LIFT,
-    LAW_MU,
-    LAW_MU_R,
-    LAW_RATE,
-    LAW_RATE_SLIP,
-    LAW_SECANT,
-    Array,
-)
+from dem.kernels.added import entries_of, with_added
+from dem.kernels.arrays import LAW, Array
 from dem.kernels.compiled import kernel
 
 Numbers = tuple[float, ...]
 WITHIN = 1.0 - 1e-9  # squared shear over squared strength below which a point is elastic whatever the rounding
 
 
+class Peak(NamedTuple):
+    """Stiffness [Pa/m] and peak values of a joint, and the entries of terms added to its law; None for none."""
+
+    kn: float
+    ks: float
+    tan_phi: float
+    tan_psi: float
+    cohesion: float
+    tension: float
+    crushing: float  # closing at which it crushes, fc / kn [m]
+    lift: float  # largest plastic opening [m]
+    added: Numbers | None
+
+
+class Fall(NamedTuple):
+    """What a joint gains from peak to residual, damage per opening and per slip [1/m], and how its tension unloads."""
+
+    tan_phi: float
+    tan_psi: float
+    cohesion: float
+    tension: float
+    by_opening: float
+    by_slip: float
+    reach: float  # where tension unloads to the origin, what opens it per damage [Pa]
+
+
 @kernel(forceinline=True)
-def peak_of(law: Array, j: int) -> Numbers:
-    """Stiffness and peak values of joint j: kn, ks, tan(phi), tan(psi), c, ft, fc / kn and the largest lift."""
-    return (
-        law[j, LAW_KN], law[j, LAW_KS], law[j, LAW_MU], law[j, LAW_DIL],
-        law[j, LAW_C], law[j, LAW_FT], law[j, LAW_FC], law[j, LAW_LIFT],
+def plain_peak_of(law: Array, j: int) -> Peak:
+    """Peak values of joint j, which has no added terms."""
+    return Peak(
+        law[j, LAW.kn], law[j, LAW.ks], law[j, LAW.tan_phi], law[j, LAW.tan_psi], law[j, LAW.cohesion],
+        law[j, LAW.tension], law[j, LAW.crushing], law[j, LAW.lift], None,
     )  # fmt: skip
 
 
 @kernel(forceinline=True)
-def fall_of(law: Array, j: int) -> Numbers:
-    """What joint j gains from peak to residual in tan(phi), tan(psi), c and ft, and how it gets there:
+def peak_of(law: Array, j: int) -> Peak:
+    """Peak values of joint j."""
+    return Peak(
+        law[j, LAW.kn], law[j, LAW.ks], law[j, LAW.tan_phi], law[j, LAW.tan_psi], law[j, LAW.cohesion],
+        law[j, LAW.tension], law[j, LAW.crushing], law[j, LAW.lift], entries_of(law, j),
+    )  # fmt: skip
 
-    damage per opening and per slip [1/m]; and where tension unloads to the origin, what opens it per damage [Pa].
-    """
+
+@kernel(forceinline=True)
+def fall_of(law: Array, j: int) -> Fall:
+    """How joint j goes from its peak to its residual values."""
     # where the opening does no damage there is none to unload from
-    reach = law[j, LAW_SECANT] * law[j, LAW_KN] / max(law[j, LAW_RATE], 1e-300)
-    return (
-        law[j, LAW_MU_R] - law[j, LAW_MU], law[j, LAW_DIL_R] - law[j, LAW_DIL], law[j, LAW_C_R] - law[j, LAW_C],
-        law[j, LAW_FT_R] - law[j, LAW_FT], law[j, LAW_RATE], law[j, LAW_RATE_SLIP], reach,
+    reach = law[j, LAW.secant] * law[j, LAW.kn] / max(law[j, LAW.by_opening], 1e-300)
+    return Fall(
+        law[j, LAW.rest_tan_phi] - law[j, LAW.tan_phi], law[j, LAW.rest_tan_psi] - law[j, LAW.tan_psi],
+        law[j, LAW.rest_cohesion] - law[j, LAW.cohesion], law[j, LAW.rest_tension] - law[j, LAW.tension],
+        law[j, LAW.by_opening], law[j, LAW.by_slip], reach,
     )  # fmt: skip
+
+
+@kernel(forceinline=True)
+def strength_of(peak: Peak, fall: Fall | None, damage: float, slip_1: float, slip_2: float) -> Numbers:
+    """tan(phi), tan(psi), c and ft of a point at a damage and plastic slip, added terms included."""
+    mu, dil, c, ft = peak.tan_phi, peak.tan_psi, peak.cohesion, peak.tension
+    if fall is not None:
+        mu, dil, c, ft = (
+            mu + damage * fall.tan_phi, dil + damage * fall.tan_psi, c + damage * fall.cohesion,
+            ft + damage * fall.tension,
+        )  # fmt: skip
+    return with_added(peak.added, mu, dil, c, ft, slip_1, slip_2, damage)
 
 
 @kernel(forceinline=True)
@@ -77,15 +108,18 @@ def stored(pull: float, ft: float, reach: float, kn: float) -> float:
 
 
 @kernel(fast=False, forceinline=True)
-def stress(w: float, a1: float, a2: float, lift: float, damage: float, peak: Numbers, fall: Numbers) -> Numbers:
-    """Stress (t1, t2, n) and elastic energy [J/m2] at an opening w and elastic shear displacement (a1, a2).
+def stress(
+    w: float, e1: float, e2: float, slip_1: float, slip_2: float, lift: float, damage: float, peak: Peak, fall: Fall
+) -> Numbers:
+    """Stress (t1, t2, n) and elastic energy [J/m2] in a position; arguments as in :func:`return_map`.
 
     Changes nothing.
     """
-    kn, ks, mu, _, c, ft, fc, _ = peak
-    mu, c, ft = mu + damage * fall[0], c + damage * fall[2], ft + damage * fall[3]
-    reach = ft + damage * fall[6]
-    n = min(tension(kn * (lift - w), ft, reach), kn * fc)
+    kn, ks = peak.kn, peak.ks
+    mu, _, c, ft = strength_of(peak, fall, damage, slip_1, slip_2)
+    reach = ft + damage * fall.reach
+    n = min(tension(kn * (lift - w), ft, reach), kn * peak.crushing)
+    a1, a2 = slip_1 - e1, slip_2 - e2
     trial = ks * np.sqrt(a1 * a1 + a2 * a2)
     ratio = min(max(c + mu * n, 0.0) / max(trial, 1e-300), 1.0)
     t1, t2 = ks * ratio * a1, ks * ratio * a2
@@ -97,7 +131,7 @@ def stress(w: float, a1: float, a2: float, lift: float, damage: float, peak: Num
 @kernel(forceinline=True)
 def return_map(
     w: float, e1: float, e2: float, slip_1: float, slip_2: float, lift: float, damage: float,
-    peak: Numbers, fall: Numbers | None, brake: Numbers | None, lifts: bool,
+    peak: Peak, fall: Fall | None, brake: Numbers | None, lifts: bool,
 ) -> Numbers:  # fmt: skip
     """Stress at a point at the end of a step, and its plastic state after it.
 
@@ -122,18 +156,16 @@ def return_map(
     braked : power of the dashpots [W/m2]
     broken : what damage releases [J/m2]
     """
-    kn, ks, mu, dil, c, ft, fc, highest = peak
+    kn, ks, fc, highest = peak.kn, peak.ks, peak.crushing, peak.lift
     a1, a2 = slip_1 - e1, slip_2 - e2
     n0 = kn * (lift - w)
+    mu, dil, c, ft = strength_of(peak, fall, damage, slip_1, slip_2)
     held = reached = reach = ft
     if fall is not None:
-        held = ft + damage * fall[3]
-        reached = held + damage * fall[6]
+        reached = held + damage * fall.reach
     if brake is None and (lifts or fall is not None):
         # most points of a structure are well within their strength: what follows would give these numbers, to the bit
         bears = c + mu * n0
-        if fall is not None:
-            bears = c + damage * fall[2] + (mu + damage * fall[0]) * n0
         drawn = held if reached == held else 0.0
         if n0 > -drawn and n0 < kn * fc and bears > 0.0 and ks * ks * (a1 * a1 + a2 * a2) < WITHIN * bears * bears:
             return ks * a1, ks * a2, n0, slip_1, slip_2, lift, damage, 0.0, 0.0, 0.0, 0.0
@@ -150,17 +182,16 @@ def return_map(
         total = np.sqrt(b1 * b1 + b2 * b2)
         pressed = n0 - z * kn * r3
     if fall is not None:
-        mu0, dil0, c0, ft0 = mu, dil, c, ft
-        mu1, dil1, c1, ft1, by_opening, by_slip, secant = fall
+        bore_mu, bore_c = mu, c
         # damage by opening beyond the tension cut-off (not cumulative), then by slip (cumulative)
-        h = min(max(damage, by_opening * max(-n0 - held, 0.0) / kn), 1.0)
-        pulled = tension(pressed, ft0 + h * ft1, ft0 + h * ft1 + h * secant)
-        bears = c0 + h * c1 + (mu0 + h * mu1) * pulled
+        h = min(max(damage, fall.by_opening * max(-n0 - held, 0.0) / kn), 1.0)
+        mu, dil, c, ft = strength_of(peak, fall, h, slip_1, slip_2)
+        bears = c + mu * tension(pressed, ft, ft + h * fall.reach)
         # beyond the apex there is no shear strength that slip could break: the least shear would do
         beyond = max(total - bears, 0.0) / stiffer if bears >= 0.0 else 0.0
-        h = min(h + by_slip * beyond * inv_ks, 1.0)
-        mu, dil, c, ft = mu0 + h * mu1, dil0 + h * dil1, c0 + h * c1, ft0 + h * ft1
-        reach = ft + h * secant
+        h = min(h + fall.by_slip * beyond * inv_ks, 1.0)
+        mu, dil, c, ft = strength_of(peak, fall, h, slip_1, slip_2)
+        reach = ft + h * fall.reach
     new = lift
     if lifts:
         if brake is None:
@@ -168,7 +199,7 @@ def return_map(
         # dilation follows the sense of slip: what part of it leads away from where the point was made
         before = np.sqrt(slip_1 * slip_1 + slip_2 * slip_2)
         outward = -(slip_1 * b1 + slip_2 * b2) / max(before * total, 1e-300) if before > 0.0 else 1.0
-        farthest = highest / max(peak[3], 1e-300)
+        farthest = highest / max(peak.tan_psi, 1e-300)
         outward = outward if before < farthest else 0.0
         rate = dil * outward
         # in a closed joint consistent with the friction it mobilises: sliding back takes pressure and with it friction
@@ -220,7 +251,7 @@ def return_map(
         return q1, q2, n, new_1, new_2, new, damage, rubbed, raised, braked, 0.0
     # what damage releases at this opening and slip: stored energy under the strength before less that under the new
     pull = max(-n0, 0.0)
-    bore = c0 + damage * c1 + (mu0 + damage * mu1) * tension(n0, held, reached)
+    bore = bore_c + bore_mu * tension(n0, held, reached)
     drop = min(trial, max(bore, 0.0)) - max(c + mu * spring, 0.0)
     drop = max(drop, 0.0) if h > damage else 0.0
     broken = stored(pull, held, reached, kn) - stored(pull, ft, reach, kn) + 0.5 * drop * drop * inv_ks

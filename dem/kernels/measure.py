@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dem.kernels.arrays import LAW_CROSS, LAW_FC, LAW_KN, LAW_KS
+from dem.kernels.arrays import LAW
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed import deformation_at
 from dem.kernels.kinematics import _crossing, _kinematics
@@ -33,8 +33,8 @@ def measure(points, joints, bodies, position, force, opening, slip, modes=None, 
     for j in range(joints.block_a.size):
         b = joints.block_b[j]
         law = joints.law[j]
-        kn, ks, fc = law[LAW_KN], law[LAW_KS], law[LAW_FC]
-        if law[LAW_CROSS] != 0.0:
+        kn, ks, fc = law[LAW.kn], law[LAW.ks], law[LAW.crushing]
+        if law[LAW.cross] != 0.0:
             axes, far, _, rb = _crossing(j, joints, bodies)
             k = joints.start[j]
             opening[k], slip[k, 0], slip[k, 1] = far + points.gap[k] - points.lift[k], 0.0, 0.0
@@ -57,7 +57,7 @@ def measure(points, joints, bodies, position, force, opening, slip, modes=None, 
                 r1, r2, r3, u1, u2, u3 = deformation_at(j, joints, modes, space, g, k, points, scratch)
                 e1, e2, e3 = e1 + r1, e2 + r2, e3 + r3
             w = e3 + points.gap[k]
-            t1, t2, n, elastic = stress(w, points.slip_1[k] - e1, points.slip_2[k] - e2, points.lift[k], h, peak, fall)
+            t1, t2, n, elastic = stress(w, e1, e2, points.slip_1[k], points.slip_2[k], points.lift[k], h, peak, fall)
             opening[k] = w - points.lift[k]
             slip[k, 0], slip[k, 1] = e1, e2
             energy += points.area[k] * elastic

@@ -10,7 +10,7 @@ import numpy as np
 
 from dem.kernels.arrays import Array
 from dem.kernels.compiled import kernel
-from dem.kernels.law import fall_of, peak_of, return_map, stress
+from dem.kernels.law import fall_of, peak_of, plain_peak_of, return_map, stress
 from dem.kernels.solid_arrays import FaceContacts, Facets
 from dem.kernels.zone_arrays import Z_FRACTURE, Z_FRICTION, Nodes
 
@@ -146,15 +146,14 @@ def solid_joint_forces(
         at, s, t, t1, t2, n, opening, e1, e2 = foot(k, nodes, facets, contacts)
         contacts.facet[k], contacts.local[k, 0], contacts.local[k, 1] = at, s, t
         row = contacts.joint[k]
-        peak = peak_of(law, row)
         s1, s2, lift = contacts.slip[k, 0], contacts.slip[k, 1], contacts.lift[k]
         if soft:
             q1, q2, q3, s1, s2, lift, contacts.damage[k], rubbed, raised, _, broken = return_map(
-                opening, e1, e2, s1, s2, lift, contacts.damage[k], peak, fall_of(law, row), None, True
+                opening, e1, e2, s1, s2, lift, contacts.damage[k], peak_of(law, row), fall_of(law, row), None, True
             )
         else:
             q1, q2, q3, s1, s2, lift, _, rubbed, raised, _, broken = return_map(
-                opening, e1, e2, s1, s2, lift, 0.0, peak, None, None, True
+                opening, e1, e2, s1, s2, lift, 0.0, plain_peak_of(law, row), None, None, True
             )
         contacts.slip[k, 0], contacts.slip[k, 1], contacts.lift[k] = s1, s2, lift
         area = contacts.area[k]
@@ -194,7 +193,7 @@ def solid_joint_stresses(nodes: Nodes, facets: Facets, contacts: FaceContacts, l
         _, _, _, _, _, _, opening, e1, e2 = foot(k, nodes, facets, contacts)
         row = contacts.joint[k]
         q1, q2, q3, elastic = stress(
-            opening, contacts.slip[k, 0] - e1, contacts.slip[k, 1] - e2, contacts.lift[k], contacts.damage[k],
+            opening, e1, e2, contacts.slip[k, 0], contacts.slip[k, 1], contacts.lift[k], contacts.damage[k],
             peak_of(law, row), fall_of(law, row),
         )  # fmt: skip
         joint[k, 0], joint[k, 1], joint[k, 2] = opening - contacts.lift[k], e1, e2

@@ -2,16 +2,7 @@
 
 import numpy as np
 
-from dem.kernels.arrays import (
-    E_APPLIED,
-    E_DAMPING,
-    E_KINETIC,
-    E_STEPS,
-    E_STOP,
-    E_SUPPORT,
-    E_VISCOSITY,
-    LAW_CROSS,
-)
+from dem.kernels.arrays import E_APPLIED, E_DAMPING, E_KINETIC, E_STEPS, E_STOP, E_SUPPORT, E_VISCOSITY, LAW
 from dem.kernels.braking import against_change
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed import _modal_forces, _move_modes
@@ -95,7 +86,7 @@ def advance(
     vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
     force, old, half, trot, new = np.empty(6), np.empty(6), np.empty(4), np.empty((3, 3)), np.empty(3)
     past = np.empty(6)
-    crossings = (joints.law[:, LAW_CROSS] != 0.0).any()
+    crossings = (joints.law[:, LAW.cross] != 0.0).any()
     scratch = np.empty((4, 18))
     for step in range(factors.shape[0]):
         if modes is None:
@@ -140,7 +131,7 @@ def advance(
                 else:
                     f = net[i, k]
                     v = vel[i, k]
-                    brake = local * abs(f) * ((v > 0.0) - (v < 0.0))
+                    brake = local * abs(f) * (int(v > 0.0) - int(v < 0.0))
                     if drifts is not None and drifts:
                         brake = against_change(local, f, f - past[k], brake)
                     vel[i, k] = (v * keep + (f - brake) * bodies.inv_mass[i] * kick) * lag
@@ -151,7 +142,7 @@ def advance(
                 else:
                     f = net[i, 3 + k]
                     w = spin[i, k]
-                    brake = local * abs(f) * ((w > 0.0) - (w < 0.0))
+                    brake = local * abs(f) * (int(w > 0.0) - int(w < 0.0))
                     if drifts is not None and drifts:
                         brake = against_change(local, f, f - past[3 + k], brake)
                     ang[i, k] = (ang[i, k] * keep + (f - brake) * kick) * lag

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from dem.kernels.arrays import LAW_DASH, Array
+from dem.kernels.arrays import LAW, Array
 from dem.kernels.compiled import kernel
-from dem.kernels.law import Numbers, fall_of, peak_of, return_map
+from dem.kernels.law import Numbers, fall_of, peak_of, plain_peak_of, return_map
 
 
 @kernel(forceinline=True)
@@ -15,7 +15,7 @@ def _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, lift
     """
     d1, d2, d3 = d
     g11, g12, g21, g22, g31, g32 = g
-    peak = peak_of(law, j)
+    peak = plain_peak_of(law, j)
     f1 = f2 = f3 = m1 = m2 = m3 = work = 0.0
     # unsigned: no index from the end to allow for, so that the loop over part of the arrays vectorises without views
     for k in range(np.uint64(p0), np.uint64(p1)):
@@ -51,7 +51,7 @@ def _sum_softening(
     """As :func:`_sum_plain`, with softening to residual values; nothing brakes, which halves the work."""
     d1, d2, d3 = d
     g11, g12, g21, g22, g31, g32 = g
-    peak, fall = peak_of(law, j), fall_of(law, j)
+    peak, fall = plain_peak_of(law, j), fall_of(law, j)
     f1 = f2 = f3 = m1 = m2 = m3 = work = broken = 0.0
     for k in range(np.uint64(p0), np.uint64(p1)):
         x, y = s[k], t[k]
@@ -95,7 +95,7 @@ def _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, moves, j, l
     peak, fall = peak_of(law, j), fall_of(law, j)
     # without a step there is no motion to brake
     per_dt = 1.0 / dt if dt > 0.0 else 0.0
-    dash = law[j, LAW_DASH] if dt > 0.0 else 0.0
+    dash = law[j, LAW.dash] if dt > 0.0 else 0.0
     v1, v2, v3 = rate
     o1, o2, o3 = turn
     f1 = f2 = f3 = m1 = m2 = m3 = work = lost = broken = 0.0

@@ -55,10 +55,10 @@ def measure_zones(
     for k in range(contacts.joint.size):
         _, _, _, _, _, _, opening, slip = met(k, nodes, sides, contacts)
         row = contacts.joint[k]
-        peak = peak_of(law, row)
         t, _, n, elastic = stress(
-            opening, contacts.slip[k] - slip, 0.0, contacts.lift[k], contacts.damage[k], peak, fall_of(law, row)
-        )
+            opening, slip, 0.0, contacts.slip[k], 0.0, contacts.lift[k], contacts.damage[k], peak_of(law, row),
+            fall_of(law, row),
+        )  # fmt: skip
         joint[k, 0], joint[k, 1], joint[k, 2], joint[k, 3] = opening - contacts.lift[k], slip, n, t
         energy += contacts.area[k] * elastic
     return energy

@@ -13,7 +13,7 @@ import numpy as np
 
 from dem.kernels.arrays import Array
 from dem.kernels.compiled import kernel
-from dem.kernels.law import fall_of, peak_of, return_map
+from dem.kernels.law import fall_of, peak_of, plain_peak_of, return_map
 from dem.kernels.yielding import (
     MAT_D,
     MAT_DN,
@@ -232,16 +232,16 @@ def joint_forces(nodes: Nodes, sides: Sides, contacts: Contacts, law: Array, sof
         i, j, along, at, tx, ty, opening, slip = met(k, nodes, sides, contacts)
         contacts.segment[k] = at
         row = contacts.joint[k]
-        peak = peak_of(law, row)
         if soft:
             t, _, n, contacts.slip[k], _, contacts.lift[k], contacts.damage[k], rubbed, raised, _, broken = return_map(
-                opening, slip, 0.0, contacts.slip[k], 0.0, contacts.lift[k], contacts.damage[k], peak,
-                fall_of(law, row), None, True,
+                opening, slip, 0.0, contacts.slip[k], 0.0, contacts.lift[k], contacts.damage[k],
+                peak_of(law, row), fall_of(law, row), None, True,
             )  # fmt: skip
         else:
             t, _, n, contacts.slip[k], _, contacts.lift[k], _, rubbed, raised, _, broken = return_map(
-                opening, slip, 0.0, contacts.slip[k], 0.0, contacts.lift[k], 0.0, peak, None, None, True
-            )
+                opening, slip, 0.0, contacts.slip[k], 0.0, contacts.lift[k], 0.0, plain_peak_of(law, row), None, None,
+                True,
+            )  # fmt: skip
         area = contacts.area[k]
         rubbed_all += area * (rubbed - raised)
         broken_all += area * broken
@@ -281,7 +281,7 @@ def advance_zones(
 
     Parameters
     ----------
-    soft : whether a joint has residual values
+    soft : whether a joint has residual values or added terms
     total : accumulated sums, see the ``Z_`` entries
     dt : [s], 1 where masses are scaled to the step
     local : Cundall's local damping, F - local |F| sign(v) per freedom [-]

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.joints import Grid, JointOptions, losses, make_laws
-from dem.kernels.arrays import LAW_RATE, LAW_RATE_SLIP
+from dem.kernels import LAW, LAW_SIZE
 from dem.kernels.solid_arrays import Hexahedra, HexTable, RigidSolids
 from dem.kernels.zone_arrays import Z_SIZE, Nodes, Rigid, Tables, Zones
 from dem.zones import hexahedron
@@ -95,7 +95,7 @@ def make_model(
         points, interface = make_contacts(assembly, mesh, sides, contact_points)
         parts = {"tables": flat, "zones": plates, "sides": sides, "contacts": points}
     law = np.ascontiguousarray(laws[interface])
-    soft = bool((law[:, [LAW_RATE, LAW_RATE_SLIP]] > 0.0).any())
+    soft = bool((law[:, [LAW.by_opening, LAW.by_slip, *range(len(LAW), LAW_SIZE)]] > 0.0).any())
     n, d = mesh.place.shape
     body = np.full(n, -1, dtype=np.int64)
     for b, block in enumerate(np.flatnonzero(mesh.rigid)):

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import eigsh
 
-from dem.kernels.arrays import LAW_KN, LAW_KS
+from dem.kernels.arrays import LAW
 from dem.kernels.solid_arrays import FaceContacts, Facets
 from dem.kernels.zone_arrays import Contacts, Sides
 from dem.zones.solid_attach import bilinear, bilinear_slopes
@@ -30,7 +30,7 @@ def stiffness(model: ZonedModel) -> sparse.csr_matrix:
     rows, cols = np.repeat(dof, width, 1).ravel(), np.tile(dof, (1, width)).ravel()
     b, size = contact_matrix(model), d * len(model.nodes.place)
     law = model.law[contacts.joint]
-    stiff = np.column_stack([law[:, LAW_KN], *[law[:, LAW_KS]] * (d - 1)]) * contacts.area[:, None]
+    stiff = np.column_stack([law[:, LAW.kn], *[law[:, LAW.ks]] * (d - 1)]) * contacts.area[:, None]
     whole = sparse.csr_matrix((k.ravel(), (rows, cols)), (size, size))
     return (whole + b.T @ sparse.diags(stiff.ravel()) @ b).tocsr()
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from dem.driving import Driven, Follower, go, unit_twist, widest_spacing
 from dem.joint_marks import JointMarks
-from dem.kernels.arrays import LAW_KN, LAW_KS
+from dem.kernels.arrays import LAW
 from dem.kernels.solid_arrays import FaceContacts
 from dem.kernels.zone_arrays import Z_KINETIC, Sides
 from dem.resuming import RunStatus, check_same, signature
@@ -130,7 +130,7 @@ class ZonedStructure:
         """Stiffness of zones and joints in words."""
         m = self.model
         zone = max(b.material.young_modulus for b in m.assembly.blocks if b.material is not None) / m.mesh.size
-        joint = m.law[:, [LAW_KN, LAW_KS]]
+        joint = m.law[:, [LAW.kn, LAW.ks]]
         return f"zones have E / size = {zone:.2g} Pa/m, joints from {joint.min():.2g} to {joint.max():.2g} Pa/m"
 
     def check(self, file: Path, same: Mapping[str, str]) -> None:

@@ -46,9 +46,8 @@ def overload(system: System, old: History, at: Evaluated) -> Array:
     slid = np.linalg.norm(new.slip - old.slip, axis=1)
     spare = np.linalg.norm(stress[:, 1:], axis=1) - np.maximum(s.shear_strength(stress[:, 0]), 0.0)
     # an open point has no shear strength that slip could break, nor one beyond the tip of the cone
-    bears = s.shear_strength(stress[:, 0]) >= -1e-12 * s.cohesion
     short = np.where(stress[:, 0] > -s.tension, np.minimum(spare / law.ks, 0.0), -np.inf)
-    sliding = np.where(bears, np.where(slid > 0.0, slid, short), -np.inf)
+    sliding = np.where(s.bears_shear(stress[:, 0]), np.where(slid > 0.0, slid, short), -np.inf)
     by_opening, by_slip = fall.sudden
     over = np.where(by_opening, opening / np.maximum(law.strength.tension / law.kn, least), -np.inf)
     other = np.where(by_slip, sliding / np.maximum(law.strength.cohesion / law.ks, least), -np.inf)

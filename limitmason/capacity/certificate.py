@@ -218,7 +218,7 @@ def damage_error(s: Structure, before: State, after: State) -> float:
     now = strength(s, after)
     beyond = beyond_strength(s, after, apart)
     # beyond the tip of the cone there is no shear strength that slip could break
-    bears = now.shear_strength(components[:, 0] / p.area) >= -1e-12 * now.cohesion
+    bears = now.bears_shear(components[:, 0] / p.area)
     slid = np.where(bears, np.linalg.norm(after.slip - before.slip, axis=1), 0.0)
     at_once = p.by_opening >= SUDDEN, p.by_slip >= SUDDEN
     opening, slip = (np.where(a, 0.0, r) for a, r in zip(at_once, (p.by_opening, p.by_slip), strict=True))

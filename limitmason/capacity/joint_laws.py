@@ -4,12 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.errors import InputError, NotApplicable
+from limitmason.mechanics import law_table
 from limitmason.mechanics.law import SUDDEN, Fall, interface_law, residual_law, softening
-from limitmason.mechanics.law_table import PUSHOVER, TERMS
-from limitmason.mechanics.law_table import refuse as refuse_term
 from limitmason.mechanics.stiffness import SETTLEMENT, default_stiffness
 from limitmason.model.assembly import Assembly
-from limitmason.model.joint import Unloading
 from limitmason.model.load import Loads
 
 Array = NDArray[np.float64]
@@ -19,15 +17,7 @@ def refuse(assembly: Assembly, loads: Loads) -> None:
     """Refuse joints that a path does not follow, and models that nothing can push."""
     if len(loads.dead) != assembly.n_blocks:
         raise InputError(f"loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
-    for term in TERMS:
-        refuse_term(PUSHOVER, term, assembly)
-    for i in assembly.interfaces:
-        if i.joint.softens and i.joint.unloading is Unloading.SECANT:
-            names = tuple(assembly.blocks[b].name for b in (i.block_a, i.block_b))
-            raise NotApplicable(
-                f"the joint between {names[0]!r} and {names[1]!r} unloads to the origin (unloading='secant'), which "
-                "the capacity curve does not follow; take 'elastic' or method 'dem'"
-            )
+    law_table.refuse(law_table.PUSHOVER, assembly)
     if assembly.fixed.all():
         raise InputError("every block is held: there is nothing to push")
 

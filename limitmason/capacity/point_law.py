@@ -31,8 +31,6 @@ _OPEN_TANGENT = 1e-9
 _PROBE = 1e-6
 """Step of the difference quotients of softening points, over their softening length [-]."""
 
-_NOUGHT = 1e-12  # of the cohesion: rounding of the shear strength at the tip of the cone
-
 
 class Elastic(NamedTuple):
     """Law of m contact points: peak strengths [Pa], stiffnesses [Pa/m], and how they soften; None where none does."""
@@ -175,8 +173,8 @@ def _demanded(law: Elastic, before: Array, lift: Array, tried: _Tried, damage: A
     found = _slid(law, s, lift, tried)
     beyond = np.maximum(tried.opening - found.lift - s.tension / law.kn, 0.0)
     # beyond the tip of the cone there is no shear strength that slip could break
-    bears = s.shear_strength(found.normal) >= -_NOUGHT * s.cohesion
-    return np.minimum(np.maximum(before, by_opening * beyond) + by_slip * np.where(bears, found.slip, 0.0), 1.0)
+    slip = np.where(s.bears_shear(found.normal), found.slip, 0.0)
+    return np.minimum(np.maximum(before, by_opening * beyond) + by_slip * slip, 1.0)
 
 
 def _slid(law: Elastic, s: PointLaw, lift: Array, tried: _Tried) -> _Slid:

@@ -20,7 +20,6 @@ from limitmason.capacity.crossing import as_near, crossings, gaps_at, is_crossin
 from limitmason.capacity.faces import Near, Shapes, beside, together, turned
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import History
-from limitmason.mechanics.law import PointLaw
 from limitmason.model.assembly import Assembly
 
 Array = NDArray[np.float64]
@@ -268,7 +267,7 @@ def _made(
     if not same[model]:
         # blocks that had no joint are not bonded, and nothing of their friction is lost
         zero = np.zeros(1)
-        law, interface = PointLaw(law.tan_phi, law.tan_psi, zero, zero.copy(), law.crushing), np.array([NEW])
+        law, interface = law._replace(cohesion=zero, tension=zero.copy()), np.array([NEW])
         rest, damage = law, 0.0
     kn, ks, area = float(c.kn[model]), float(c.ks[model]), float(c.area[model])
     taken = np.flatnonzero(heirs)

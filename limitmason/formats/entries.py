@@ -8,6 +8,7 @@ from typing import Any
 from limitmason.errors import InputError
 from limitmason.formats.document import DocumentNode
 from limitmason.model import Assembly, Joint, Loads, Material, Support, Tie
+from limitmason.model.joint_term import JointTerm, added_terms
 
 _LAW_KEYS = tuple(f.name for f in fields(Joint))
 _LAW_WORDS = ("name", "lost_by", "unloading")
@@ -60,7 +61,9 @@ def joint_of(node: DocumentNode) -> Joint:
     """A joint law from its fields."""
     node.mapping((*_LAW_KEYS, "friction_coefficient"))
     given = [(k, v) for k, v in node.items() if v.value is not None and not k.startswith("_")]
-    values: dict[str, Any] = {k: v.text() if k in _LAW_WORDS else v.number() for k, v in given}
+    values: dict[str, Any] = {
+        k: _terms(v) if k == "terms" else v.text() if k in _LAW_WORDS else v.number() for k, v in given
+    }
     if ("friction_angle_deg" in values) == ("friction_coefficient" in values):
         raise node.error("give exactly one of 'friction_angle_deg' and 'friction_coefficient'")
     try:
@@ -69,6 +72,17 @@ def joint_of(node: DocumentNode) -> Joint:
         return Joint(**values)
     except InputError as error:
         raise node.error(str(error)) from None
+
+
+def _terms(node: DocumentNode) -> tuple[JointTerm, ...]:
+    """Terms added to a law: their numbers by field, by the name under which each is registered."""
+    known, out = added_terms(), []
+    for name, numbers in node.items():
+        if name not in known:
+            raise numbers.error(f"no term {name!r} of the joint law is registered; known: {', '.join(known) or 'none'}")
+        numbers.mapping(tuple(f.name for f in fields(known[name])))
+        out.append(known[name](**{k: v.number() for k, v in numbers.items()}))
+    return tuple(out)
 
 
 def joint_table(node: DocumentNode) -> dict[Any, Joint]:

@@ -75,6 +75,7 @@ from limitmason.model import (
     Support,
     Tie,
 )
+from limitmason.model.joint_term import name_of
 
 SCHEMA, VERSION = "limitmason-model", 1
 UNITS = {
@@ -187,8 +188,10 @@ def _name_of(law: Any, taken: Mapping[Any, str], kind: str) -> str:
 
 def _given(law: Joint | Material) -> dict[str, Any]:
     """Fields that differ from the default; infinity is a default and so needs no number."""
-    values = {f.name: getattr(law, f.name) for f in fields(law)}
-    return {f.name: plain(values[f.name], f.name) for f in fields(law) if values[f.name] != f.default}
+    values = {f.name: getattr(law, f.name) for f in fields(law) if getattr(law, f.name) != f.default}
+    if "terms" in values:
+        values["terms"] = {name_of(term): term.numbers for term in values["terms"]}
+    return {name: plain(value, name) for name, value in values.items()}
 
 
 def _same_as_found(assembly: Assembly) -> bool:

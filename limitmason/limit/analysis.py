@@ -15,6 +15,7 @@ from limitmason.limit.papers import papers_behind
 from limitmason.limit.parts import governed, independent_parts
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.mechanics.contact_points import Grid, chosen_grid
+from limitmason.mechanics.law_table import refuse
 from limitmason.mechanics.stated import states
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -98,6 +99,7 @@ def limit_analysis(
             raise InputError("torsion_limit is available with the associative flow rule only")
         if solver != "auto":
             raise InputError(f"solver={solver!r} is available with the associative flow rule only")
+    refuse(flow_rule, assembly)
     grid = chosen_grid(contact_model, grid)
     model: dict[str, Any] = {"contact_model": contact_model, "grid": grid, "in_plane": in_plane}
     settings: dict[str, Any] = {"tolerance": tolerance, "check_dead_load": check_dead_load, "verbose": verbose}

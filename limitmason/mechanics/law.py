@@ -49,6 +49,10 @@ def unit_tension(material: Material) -> float:
     return float(tension_corner(np.array(strength), np.array(material.cohesion), np.array(material.tan_phi)))
 
 
+LOST = ("tan_phi", "tan_psi", "cohesion", "tension")
+"""Columns of the law that go from peak to residual values; crushing stays."""
+
+
 class PointLaw(NamedTuple):
     """The law at m contact points: strengths [Pa] per interface, or capacities [N] over tributary areas; shape (m,)."""
 
@@ -86,9 +90,9 @@ class PointLaw(NamedTuple):
 
     def from_corner(self) -> "PointLaw":
         """The same law of N' = N + t: cohesion c', no tension, crushing at q, and psi never above phi."""
-        return PointLaw(
-            self.tan_phi, np.minimum(self.tan_psi, self.tan_phi), self.corner_cohesion,
-            np.zeros(np.shape(self.tension)), self.corner_crushing,
+        return self._replace(
+            tan_psi=np.minimum(self.tan_psi, self.tan_phi), cohesion=self.corner_cohesion,
+            tension=np.zeros(np.shape(self.tension)), crushing=self.corner_crushing,
         )  # fmt: skip
 
     def over(self, area: Array) -> "PointLaw":
@@ -109,8 +113,8 @@ class PointLaw(NamedTuple):
 
     def towards(self, rest: "PointLaw", damage: Array) -> "PointLaw":
         """The law of points on their way to residual values: peak values at damage 0, those of ``rest`` at 1."""
-        mu, psi, c, t = (a + damage * (b - a) for a, b in zip(self[:4], rest[:4], strict=True))
-        return PointLaw(mu, psi, c, t, self.crushing)
+        pairs = {name: (getattr(self, name), getattr(rest, name)) for name in LOST}
+        return self._replace(**{name: peak + damage * (left - peak) for name, (peak, left) in pairs.items()})
 
     def without_crushing(self, rows: NDArray | None = None) -> "PointLaw":
         """The law with infinite compressive strength at some points, at all where none are named."""
@@ -121,6 +125,10 @@ class PointLaw(NamedTuple):
     def shear_strength(self, normal: Array) -> Array:
         """Largest shear under a normal force, c + tan(phi) N [N], shape (m,); negative beyond the apex."""
         return self.cohesion + self.tan_phi * normal
+
+    def bears_shear(self, normal: Array) -> NDArray[np.bool_]:
+        """Points with a shear strength under a normal force, shape (m,): none beyond the tip of the cone."""
+        return np.asarray(self.shear_strength(normal) >= -BELOW_THE_APEX * self.cohesion)
 
     def excess(self, normal: Array, shear: Array) -> Array:
         """How far a force lies outside the law, the largest of its three conditions [N], shape (m,); <= 0 inside.

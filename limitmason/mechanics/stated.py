@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from limitmason.answers.references import Cited, data_behind
 from limitmason.answers.results import NO_TILT, Prediction
 from limitmason.mechanics.law import interface_law, peak_law, residual_law
-from limitmason.mechanics.law_table import ABOVE_APEX, TAKES, Taken
+from limitmason.mechanics.law_table import ABOVE_APEX, THEORIES
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint, LostBy, Unloading
+from limitmason.model.joint_term import Taken
 from limitmason.model.load import Loads
 
 Array = NDArray[np.float64]
@@ -121,7 +122,7 @@ def with_statements(prediction: Prediction, assembly: Assembly, loads: Loads, th
     ----------
     theory : of ``law_table.THEORIES`` where it is one; some take tension above the apex, others cut it
     """
-    takes = theory in TAKES and TAKES[theory][ABOVE_APEX].how is Taken.TAKEN
+    takes = theory in THEORIES and ABOVE_APEX.cell(theory).how is Taken.TAKEN
     said = tension_above_apex(assembly, takes)
     warnings = prediction.warnings if not said or said in prediction.warnings else (*prediction.warnings, said)
     details = prediction.details
@@ -154,16 +155,17 @@ def _joint_loses(joint: Joint, length: float | None) -> str:
     peak, rest = peak_law([joint], convex=False), residual_law([joint], convex=False)
     names = ("c", "ft", "tan(phi)")
     values = [[float(getattr(law, f)[0]) for law in (peak, rest)] for f in ("cohesion", "tension", "tan_phi")]
-    if values[0][0] == values[1][0] == 0.0 and values[2][0] == values[2][1]:
+    if values[0][0] == values[1][0] == 0.0 and values[2][0] == values[2][1] and not joint.terms:
         return ""
     label = f"joint {joint.name!r}" if joint.name else "joints"
     strengths = f"c {values[0][0]:.4g} Pa, ft {values[1][0]:.4g} Pa, tan(phi) {values[2][0]:.4g}"
+    own = [f"{t.words} ({', '.join(f'{k} {v:.4g}' for k, v in t.numbers.items())})" for t in joint.terms]
     if length is None or not joint.softens:
-        return f"{label}: {strengths}: nothing is lost in failure (perfectly plastic)"
+        return f"{label}: {strengths}: {'; '.join(own) or 'nothing is lost in failure (perfectly plastic)'}"
     falls = ", ".join(f"{n} to {r:.4g}" for n, (p, r) in zip(names, values, strict=True) if p != r) or "nothing"
     energies = {"GfI": joint.fracture_energy_tension, "GfII": joint.fracture_energy_shear}
     over = f"over {length:.3g} m" if length > 0.0 and not any(energies.values()) else "at once"
     opening, slip = (over if e is None else f"over {name} = {e:.4g} J/m2" for name, e in energies.items())
     by = f"by opening {opening}" + (f" or by slip {slip}" if joint.lost_by is LostBy.OPENING_OR_SLIP else " only")
     back = "; tension unloads to the origin" if joint.unloading is Unloading.SECANT else ""
-    return f"{label}: {strengths}: lost in failure: {falls}, {by}{back}"
+    return f"{label}: {strengths}: " + "; ".join([f"lost in failure: {falls}, {by}{back}", *own])

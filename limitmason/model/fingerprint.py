@@ -15,6 +15,7 @@ from limitmason.errors import InputError
 from limitmason.model.block import Block
 from limitmason.model.interface import Interface
 from limitmason.model.joint import Joint
+from limitmason.model.joint_term import name_of
 from limitmason.model.material import Material
 from limitmason.model.tie import Tie
 from limitmason.storage.frozen import ReadOnly
@@ -68,6 +69,7 @@ class Fingerprint(ReadOnly):
             "joint: normal": _rows([i.normal[None] for i in joints], 3),
             "joint: kind": np.array([i.kind for i in joints], dtype=str),
             **_columns("joint: ", Joint, [i.joint for i in joints]),
+            **_term_columns([i.joint for i in joints]),
             "tie: pair of blocks": np.asarray(ends, dtype=np.int64).reshape(-1, 2),
             "tie: pair of ends": np.array([t.ends for t in ties]).reshape(-1, 6),
             "tie: strength": np.array([t.strength for t in ties], dtype=float),
@@ -180,11 +182,20 @@ def _columns(prefix: str, kind: type[Joint] | type[Material], rows: Sequence[Any
     out = {}
     distinct = {id(row): row for row in rows}
     for field in fields(kind):
-        if field.name == "name":
+        if field.name in ("name", "terms"):
             continue
         value = {key: _number(None if row is None else getattr(row, field.name)) for key, row in distinct.items()}
         out[prefix + field.name] = np.array([value[id(row)] for row in rows], dtype=float)
     return out
+
+
+def _term_columns(joints: Sequence[Joint]) -> dict[str, Table]:
+    """A column for every number of the terms that joints have beside their fields: NaN where one has no such term."""
+    numbers = [{(name_of(t), f): v for t in joint.terms for f, v in t.numbers.items()} for joint in joints]
+    return {
+        f"joint: {name}'s {field}": np.array([own.get((name, field), np.nan) for own in numbers])
+        for name, field in sorted({key for own in numbers for key in own})
+    }
 
 
 def _number(value: Any) -> float:

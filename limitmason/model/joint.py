@@ -6,6 +6,7 @@ from enum import StrEnum
 from typing import Any
 
 from limitmason.errors import InputError
+from limitmason.model.joint_term import JointTerm, name_of
 from limitmason.model.plausibility import given_as_coefficient, warn_of_joint
 
 
@@ -54,6 +55,7 @@ class Joint:
         ``softening_slip`` of the DEM's options
     unloading : in tension of a point that has lost a part of ft over an opening: "elastic" keeps kn, "secant" goes
         straight to the origin, so that cycles lose stiffness. In shear a joint unloads with ks
+    terms : further terms of the law, each of its own class, see :class:`limitmason.model.joint_term.JointTerm`
 
     Raises
     ------
@@ -81,6 +83,7 @@ class Joint:
     fracture_energy_tension: float | None = None
     fracture_energy_shear: float | None = None
     unloading: Unloading = Unloading.ELASTIC
+    terms: tuple[JointTerm, ...] = ()
 
     def __repr__(self) -> str:
         """What is not the default."""
@@ -92,7 +95,7 @@ class Joint:
         label = f"joint {self.name!r}" if self.name else "joint"
         for field in fields(self):
             value = getattr(self, field.name)
-            if field.name == "name" or value is None:
+            if field.name in ("name", "terms") or value is None:
                 continue
             if field.name in _CHOICES:
                 choices = _CHOICES[field.name]
@@ -121,6 +124,14 @@ class Joint:
         if self.residual_friction_angle_deg is not None and self.residual_friction_angle_deg >= 90.0:
             raise InputError(f"{label}: residual_friction_angle_deg must be below 90 degrees")
         self._check_energies(label)
+        object.__setattr__(self, "terms", tuple(self.terms))
+        names = [name_of(term) for term in self.terms]
+        if len(set(names)) < len(names):
+            raise InputError(f"{label}: a term is given twice: {', '.join(names)}")
+        peak = self.tan_phi, self.tan_psi, self.cohesion, self.tensile_strength
+        for term, name in zip(self.terms, names, strict=True):
+            if term.strength(*peak, 0.0, 0.0, *term.numbers.values()) != peak:
+                raise InputError(f"{label}: term {name!r} changes the strength of a joint that has not slipped")
         warn_of_joint(self, label)
 
     def _check_energies(self, label: str) -> None:
@@ -168,4 +179,5 @@ class Joint:
     @property
     def is_cohesionless(self) -> bool:
         """True for a dry joint with unlimited compression: the multiplier then does not depend on the scale."""
-        return self.cohesion == 0.0 and self.tensile_strength == 0.0 and math.isinf(self.compressive_strength)
+        strong = self.cohesion > 0.0 or self.tensile_strength > 0.0 or math.isfinite(self.compressive_strength)
+        return not strong and not self.terms

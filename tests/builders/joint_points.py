@@ -44,7 +44,7 @@ def along(joint: lm.Joint, opening=None, slip=None, pressure=None, **options) ->
     s1 = s2 = lift = damage = rubbed = broken = 0.0
     out = []
     for k, e in enumerate(zero if slip is None else slip):
-        w = lift - pressure / peak[0] if opening is None else opening[k]
+        w = lift - pressure / peak.kn if opening is None else opening[k]
         t, _, n, s1, s2, lift, damage, rub, raised, _, released = return_map(
             w, e, 0.0, s1, s2, lift, damage, peak, fall, (0.0, 0.0, 0.0, 0.0, 0.0), True
         )

@@ -202,13 +202,13 @@ def test_lists_hold_what_a_method_feels():
 @pytest.mark.parametrize("method", lm.methods.METHODS)
 def test_a_method_declares_no_lever_whose_term_its_law_refuses_or_leaves_out(method):
     """Against the table of joint laws, which refuses and warns."""
-    law = law_table.TAKES.get(method, law_table.TAKES[lm.methods.NON_ASSOCIATIVE])  # the sustained load begins there
+    theory = method if method in law_table.THEORIES else lm.methods.NON_ASSOCIATIVE  # the sustained load begins there
     terms = {"cohesion": (law_table.COHESION,) * 2, "tension": (law_table.TENSION,) * 2,
              "dilatancy": (law_table.DILATANCY,) * 2,
              "crushing": (law_table.CORNER_CRUSHING, law_table.STRESS_BLOCK)}  # fmt: skip
     for lever, (space, plane) in terms.items():
         for in_plane, term in ((False, space), (True, plane)):
-            taken = law[term].how in (law_table.Taken.TAKEN, law_table.Taken.PLASTIC)
+            taken = term.cell(theory).how in (law_table.Taken.TAKEN, law_table.Taken.PLASTIC)
             assert lm.methods.get_method(method).feels(lever, plane=in_plane) == taken, (lever, in_plane)
 
 

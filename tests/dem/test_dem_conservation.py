@@ -37,7 +37,7 @@ def test_one_statics_block_wrenches_equal_the_equilibrium_matrix_times_contact_f
     area = state.points.area
     state.points.lift[:] = normal / (1e9 * area)
     state.points.slip_1[:], state.points.slip_2[:] = (shear / (4e8 * area[:, None])).T
-    state.joints.law[:, kernels.LAW_LIFT] = 0.0
+    state.joints.law[:, kernels.LAW.lift] = 0.0
     kernels.contact_wrenches(state.points, state.joints, state.bodies)
     expected = equilibrium_matrix(wall, points) @ np.column_stack([normal, shear]).ravel()
     assert np.abs(state.bodies.contact.ravel() - expected).max() < 1e-12 * np.abs(expected).max()

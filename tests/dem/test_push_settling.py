@@ -10,7 +10,7 @@ import pytest
 import dem
 import limitmason as lm
 from dem import UnsettledError, UnstableError
-from dem.kernels import LAW_C, LAW_FT
+from dem.kernels import LAW
 from dem.resuming import RunStatus
 from dem.settling import BEYOND, weaken
 from limitmason.constants import GRAVITY
@@ -165,13 +165,13 @@ def test_joints_found_anew_on_the_way_have_their_own_strength_again():
     before = dem.make_state(wall, lm.Loads.weight(wall))
     after = before.copy()
     for law in (after.joints.law, after.laws):
-        law[:, [LAW_C, LAW_FT]] = BEYOND
+        law[:, [LAW.cohesion, LAW.tension]] = BEYOND
     # the uppermost joint is gone, another one is cut anew, from the interface between the last two blocks
     order = [1, 2, 2]
     after.joints = after.joints._replace(law=after.joints.law[order].copy())
     after.interface = np.array([1, 2, -2 - 2])
     after.laws[0] = before.laws[0]
-    before.laws[2, LAW_FT] *= 0.5
+    before.laws[2, LAW.tension] *= 0.5
     weaken(after, before)
-    assert np.array_equal(after.joints.law[:, LAW_FT], before.laws[order, LAW_FT])
+    assert np.array_equal(after.joints.law[:, LAW.tension], before.laws[order, LAW.tension])
     assert np.array_equal(after.laws, before.laws)

@@ -13,12 +13,12 @@ import dem
 import limitmason as lm
 import mechanisms
 from dem.joints import JointOptions, make_laws
-from dem.kernels import LAW_C, LAW_C_R, LAW_DIL_R, LAW_FT, LAW_FT_R, LAW_MU_R
+from dem.kernels import LAW as ROW
 from limitmason import methods
 from limitmason.errors import NotApplicable
 from limitmason.mechanics import law_table
 from limitmason.mechanics.law import PointLaw, interface_law, peak_law, residual_law, stress_blocks, tension_corner
-from limitmason.mechanics.law_table import TAKES, TERMS, THEORIES, Taken
+from limitmason.mechanics.law_table import FIELDS, THEORIES, Taken
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("limitmason", "dem", "mechanisms")
@@ -121,8 +121,8 @@ def test_peak_and_residual_law_are_what_the_dem_runs():
     peak = peak_law([brittle], convex=False)
     rest = residual_law([brittle], np.tan(np.deg2rad([40.0])), convex=False)
     assert (peak.tension[0], rest.tension[0]) == (9e5, 1e6)
-    assert (rows[0, LAW_C], rows[0, LAW_FT]) == (peak.cohesion[0], peak.tension[0])
-    assert rows[0, [LAW_C_R, LAW_FT_R, LAW_MU_R, LAW_DIL_R]].tolist() == [
+    assert (rows[0, ROW.cohesion], rows[0, ROW.tension]) == (peak.cohesion[0], peak.tension[0])
+    assert rows[0, [ROW.rest_cohesion, ROW.rest_tension, ROW.rest_tan_phi, ROW.rest_tan_psi]].tolist() == [
         rest.cohesion[0], rest.tension[0], rest.tan_phi[0], rest.tan_psi[0],
     ]  # fmt: skip
     assert rest.tan_psi[0] == rest.tan_phi[0]  # never more than the friction left
@@ -191,10 +191,10 @@ def test_results_are_not_read_out_of_provenance_or_words():
 
 
 def test_every_theory_says_what_it_does_with_every_term():
-    assert set(TAKES) == set(THEORIES) >= set(methods.THEORIES)
-    for theory, cells in TAKES.items():
-        assert set(cells) == set(TERMS), theory
-        for term, cell in cells.items():
+    assert set(THEORIES) >= set(methods.THEORIES)
+    for term in FIELDS:
+        assert set(term.takes) == set(THEORIES), term.name
+        for theory, cell in term.takes.items():
             if cell.how is Taken.REFUSED:
                 assert cell.why, (theory, term.name)
                 assert cell.remedy, (theory, term.name)

@@ -291,12 +291,13 @@ def test_small_steps_come_to_the_same_as_the_softening_kernel(by_opening, by_sli
     law = law_of(1, 0.0, by_opening, by_slip, rest, tension)
     beyond = 0.0 if by_slip == 0.0 else 1.0 / (1.0 / by_slip - (0.3 - rest[1]) / 3.0)
     row = np.zeros((1, kernels.LAW_SIZE))
-    for column, value in (
-        (kernels.LAW_KN, 2.0), (kernels.LAW_KS, 3.0), (kernels.LAW_MU, 0.6), (kernels.LAW_C, 0.3),
-        (kernels.LAW_FT, tension), (kernels.LAW_FC, np.inf), (kernels.LAW_MU_R, rest[0]), (kernels.LAW_C_R, rest[1]),
-        (kernels.LAW_FT_R, rest[2]), (kernels.LAW_RATE, by_opening), (kernels.LAW_RATE_SLIP, beyond),
-    ):  # fmt: skip
-        row[0, column] = value
+    entries = {
+        "kn": 2.0, "ks": 3.0, "tan_phi": 0.6, "cohesion": 0.3, "tension": tension, "crushing": np.inf,
+        "rest_tan_phi": rest[0], "rest_cohesion": rest[1], "rest_tension": rest[2], "by_opening": by_opening,
+        "by_slip": beyond,
+    }  # fmt: skip
+    for name, value in entries.items():
+        row[0, getattr(kernels.LAW, name)] = value
     points = [np.zeros(1), np.zeros(1), np.ones(1), *(np.zeros(1) for _ in range(5))]
     old, stress, damage = virgin(1, 3), [], []
     s = np.linspace(0.0, 1.0, 401)

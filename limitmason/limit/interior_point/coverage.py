@@ -4,15 +4,14 @@ import numpy as np
 
 from limitmason.errors import NotApplicable
 from limitmason.limit.program.problem import Problem
-from limitmason.mechanics.law_table import INTERIOR_POINT, SMOOTH, STRESS_BLOCK, TIES, refuse
+from limitmason.mechanics.law_table import INTERIOR_POINT, SECTIONS, refuse
 
 
 def unsupported(problem: Problem) -> str | None:
     """What keeps the own solver from a problem, or None: it needs friction everywhere and linear bounds per point."""
     try:
-        refuse(INTERIOR_POINT, STRESS_BLOCK, problem.assembly, problem.block_interfaces)
-        refuse(INTERIOR_POINT, SMOOTH, problem.assembly, problem.interfaces)
-        refuse(INTERIOR_POINT, TIES, problem.assembly, problem.interfaces)
+        refuse(INTERIOR_POINT, problem.assembly, problem.block_interfaces, where=SECTIONS)
+        refuse(INTERIOR_POINT, problem.assembly, problem.interfaces)
     except NotApplicable as refusal:
         return str(refusal)
     if (np.bincount(problem.matrix.indices, minlength=len(problem.row)) == 0).any():

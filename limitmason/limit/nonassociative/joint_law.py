@@ -8,7 +8,7 @@ from scipy import sparse
 
 from limitmason.limit.program.problem import Problem
 from limitmason.mechanics.law import PointLaw
-from limitmason.mechanics.law_table import NON_ASSOCIATIVE, STRESS_BLOCK, refuse
+from limitmason.mechanics.law_table import NON_ASSOCIATIVE, SECTIONS, refuse
 
 Array = NDArray[np.float64]
 
@@ -81,7 +81,7 @@ def joint_law(problem: Problem) -> JointLaw:
     NotApplicable
         For in-plane sections with an exact crushing stress block, which has no dilatancy law here.
     """
-    refuse(NON_ASSOCIATIVE, STRESS_BLOCK, problem.assembly, problem.block_interfaces)
+    refuse(NON_ASSOCIATIVE, problem.assembly, problem.block_interfaces, where=SECTIONS)
     law, tension = problem.law.from_corner(), problem.law.tension
     corner = np.zeros(problem.matrix.shape[1])
     corner[:: problem.components] = tension

@@ -24,7 +24,7 @@ from limitmason.limit.nonassociative.search import (
 from limitmason.limit.nonassociative.sequential import FrozenCones
 from limitmason.limit.nonassociative.smallest import Smallest, prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
-from limitmason.mechanics.law_table import CRUSHING, PROVEN_SMALLEST, TIES, refuse
+from limitmason.mechanics.law_table import GRID, PROVEN_SMALLEST, refuse
 
 Array = NDArray[np.float64]
 
@@ -51,8 +51,7 @@ def proof_is_tried(problem: Problem, prove: bool | None, search: str) -> bool:
     if prove:
         if problem.plane is None:
             raise NotApplicable("prove=True: the problem is not plane; a proof needs a plane problem")
-        refuse(PROVEN_SMALLEST, CRUSHING, problem.assembly, problem.interfaces)
-        refuse(PROVEN_SMALLEST, TIES, problem.assembly, problem.interfaces)
+        refuse(PROVEN_SMALLEST, problem.assembly, problem.interfaces, where=GRID)
         return True
     crushes = problem.law.crushes.any() or problem.stress_block.count > 0
     few = problem.plane is not None and problem.points.count <= PROVEN_POINTS[search]

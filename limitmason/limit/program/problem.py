@@ -14,7 +14,7 @@ from limitmason.limit.program.face_cells import Cells, whole_faces, with_cells
 from limitmason.mechanics.contact_points import ContactPoints, Grid, contact_points
 from limitmason.mechanics.equilibrium import degrees_of_freedom, equilibrium_matrix
 from limitmason.mechanics.law import PointLaw, StressBlock, interface_law, stress_blocks
-from limitmason.mechanics.law_table import ASSOCIATIVE, CORNER_CRUSHING, refuse
+from limitmason.mechanics.law_table import ASSOCIATIVE, CORNERS, refuse
 from limitmason.mechanics.plane import Plane, find_plane
 from limitmason.mechanics.residuals import total_load
 from limitmason.model.assembly import Assembly
@@ -118,7 +118,7 @@ def make_problem(
     InputError
         When loads and assembly do not fit, no free block carries live load, or nothing is held.
     NotApplicable
-        Where ``vertices`` meets a finite compressive strength in 3-D.
+        Where ``vertices`` meets a finite compressive strength in 3-D, and for terms of the law that are not taken.
     """
     n = assembly.n_blocks
     if len(loads.dead) != n:
@@ -139,8 +139,7 @@ def make_problem(
             "in_plane=True, but blocks, rectangular interfaces and loads are not all symmetric about one plane"
         )
     x = assembly.links
-    if contact_model == "vertices" and plane is None:
-        refuse(ASSOCIATIVE, CORNER_CRUSHING, assembly)
+    refuse(ASSOCIATIVE, assembly, where=CORNERS if contact_model == "vertices" and plane is None else "")
     points = contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane, ties=True)
     if plane is not None or contact_model != "vertices":
         cells = {}

@@ -26,7 +26,7 @@ from limitmason.limit.nonassociative.smallest import (
 )
 from limitmason.limit.program.problem import make_problem
 from limitmason.mechanics.contact_points import Grid, chosen_grid
-from limitmason.mechanics.law_table import CRUSHING, PROVEN_RANGE, TIES, refuse
+from limitmason.mechanics.law_table import GRID, PROVEN_RANGE, refuse
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
@@ -188,8 +188,7 @@ def proven_range(
         raise NotApplicable(
             "a proven range needs a plane problem: blocks, interfaces and loads symmetric about one plane"
         )
-    refuse(PROVEN_RANGE, CRUSHING, assembly, problem.interfaces)
-    refuse(PROVEN_RANGE, TIES, assembly, problem.interfaces)
+    refuse(PROVEN_RANGE, assembly, problem.interfaces, where=GRID)
     upper = solve_associative(problem)
     if upper.status not in (SOLVED, ALMOST_SOLVED) or upper.resultants is None:
         raise NotConverged(f"the associative analysis ended with {upper.status!r}: there is no range to prove")

@@ -1,0 +1,81 @@
+"""Terms added to the joint law (``Joint.terms``): their entries in the rows of laws, and what they make of strengths.
+
+The functions that the registered terms give are composed into one and compiled with the rest. Without any the composed
+function is the identity and compiles to nothing.
+"""
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from dem.kernels.arrays import LAW, Array
+from dem.kernels.compiled import ADDED, kernel
+
+Numbers = tuple[float, ...]
+_STRENGTHS = "tan_phi, tan_psi, cohesion, tension"
+
+COLUMNS: dict[str, range] = {}
+"""Columns of every added term by its name: 1 where a joint has it, and its numbers."""
+
+LAW_SIZE = len(LAW)
+for _name, _term in ADDED.items():
+    COLUMNS[_name] = range(LAW_SIZE, LAW_SIZE + 1 + len(fields(_term)))
+    LAW_SIZE = COLUMNS[_name].stop
+
+
+def _composed() -> dict[str, Any]:
+    """Functions of a law's row and of a point's strengths that name every column of the added terms."""
+    lines = [
+        "def entries(law, j):",
+        f"    return ({''.join(f'law[j, {k}], ' for k in range(len(LAW), LAW_SIZE))})",
+        "def has(law, j):",
+        f"    return {' or '.join(f'law[j, {k.start}] != 0.0' for k in COLUMNS.values())}",
+        f"def changed(added, {_STRENGTHS}, slip, damage):",
+    ]
+    for number, own in enumerate(COLUMNS.values()):
+        first, *rest = (f"added[{k - len(LAW)}]" for k in own)
+        lines += [
+            f"    if {first} != 0.0:",
+            f"        {_STRENGTHS} = term_{number}({', '.join([_STRENGTHS, 'slip', 'damage', *rest])})",
+        ]
+    found: dict[str, Any] = {
+        f"term_{k}": kernel(kept=False, forceinline=True)(term.strength) for k, term in enumerate(ADDED.values())
+    }
+    exec("\n".join([*lines, f"    return {_STRENGTHS}"]), found)
+    return found
+
+
+if ADDED:
+    _made = _composed()
+    entries_of, has_added, _changed = (
+        kernel(kept=False, forceinline=True)(_made[name]) for name in ("entries", "has", "changed")
+    )
+else:
+
+    @kernel(forceinline=True)
+    def entries_of(law: Array, j: int) -> Numbers | None:
+        """Entries of joint j's added terms."""
+        return None
+
+    @kernel(forceinline=True)
+    def has_added(law: Array, j: int) -> bool:
+        """Whether joint j has added terms."""
+        return False
+
+    @kernel(forceinline=True)
+    def _changed(
+        added: Numbers, tan_phi: float, tan_psi: float, cohesion: float, tension: float, slip: float, damage: float
+    ) -> Numbers:
+        return tan_phi, tan_psi, cohesion, tension
+
+
+@kernel(forceinline=True)
+def with_added(
+    added: Numbers | None, tan_phi: float, tan_psi: float, cohesion: float, tension: float, slip_1: float,
+    slip_2: float, damage: float,
+) -> Numbers:  # fmt: skip
+    """tan(phi), tan(psi), c and ft with the terms added to the law, at the plastic slip before the step."""
+    if added is None:
+        return tan_phi, tan_psi, cohesion, tension
+    return _changed(added, tan_phi, tan_psi, cohesion, tension, np.sqrt(slip_1 * slip_1 + slip_2 * slip_2), damage)
