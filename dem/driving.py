@@ -2,17 +2,13 @@
 
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.history import History
-from dem.joint_marks import JointMarks
 from dem.resuming import RunStatus, interrupts_wait
-from dem.zone_marks import ZoneState
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
 from limitmason.model import Assembly
@@ -23,36 +19,6 @@ Progress = Callable[[Mapping[str, Any]], object]
 
 SLOWER = 3
 """The second run is so many times slower."""
-
-
-@dataclass(frozen=True, eq=False)
-class Driven:
-    """What a run of a push has recorded; sample 0 is the settled structure.
-
-    Parameters
-    ----------
-    displacement, load : along the drive, of the driven block and beyond what stood there [m], [N], shape (s,)
-    kinetic : kinetic energy over the work of the drive [-], shape (s,)
-    energy : energy from nowhere over the work [-], shape (s,)
-    marks : of the joints, shape (s, k) each
-    states : displacements of the centroids [m] and quaternions of all blocks at every sample
-    status, warnings : how it ended, and what a user should know
-    seconds : that it took [s]
-    zones : of zoned blocks
-    history : of blocks that are whole
-    """
-
-    displacement: Array
-    load: Array
-    kinetic: Array
-    energy: Array
-    marks: JointMarks
-    states: Sequence[tuple[Array, Array]]
-    status: RunStatus
-    warnings: tuple[str, ...]
-    seconds: float
-    zones: Sequence[ZoneState] = ()
-    history: History | None = None
 
 
 class Follower:
@@ -142,65 +108,6 @@ def go(
     except KeyboardInterrupt:
         return RunStatus.INTERRUPTED
     return run.status
-
-
-class Structure(Protocol):
-    """A structure that a push drives, of rigid, strained or zoned blocks.
-
-    Parameters
-    ----------
-    assembly : what is driven; of lumped units with the joints' series stiffness
-    unit, held : twist of the blocks per displacement of 1 m, and the freedoms that the drive holds, shapes (n, 6)
-    blocks : how they deform, in words
-    same : digests by name of what a file of it must have in common with it
-    least_steps : of the faster run
-    zoned : mesh and state of stress of zoned blocks
-    """
-
-    assembly: Assembly
-    unit: Array
-    held: NDArray[np.bool_]
-    blocks: str
-    same: Mapping[str, str]
-    least_steps: int
-    zoned: Mapping[str, Any]
-
-    @property
-    def lost(self) -> tuple[str, ...]:
-        """What joints lose where they fail, in words."""
-
-    @property
-    def period(self) -> float:
-        """Steps of the slowest motion."""
-
-    @property
-    def to_settle(self) -> float:
-        """Slowest motions in which it comes to rest, about; 0 where settling has an end of its own."""
-
-    @property
-    def settlement(self) -> float:
-        """Displacement by own weight of the driven block along the drive [m]."""
-
-    @property
-    def spacing(self) -> float:
-        """Largest distance between neighbouring contact points of a joint [m]."""
-
-    def step_time(self) -> float:
-        """Time that a step takes [s]."""
-
-    def contrast(self) -> str:
-        """What makes its motion slow, in words."""
-
-    def check(self, file: Path, same: Mapping[str, str]) -> None:
-        """Refuse a file of another push."""
-
-    def rest(self, file: Path | None) -> None:
-        """Come to rest under the dead loads, or take the rest from a file; it is kept there."""
-
-    def drive(
-        self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None, follow: Follower
-    ) -> Driven:
-        """Drive a copy along a path in so many steps, or on from where a file says that it stood."""
 
 
 def turning_points(to: float | Sequence[float]) -> list[float]:

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from dem.driving import SLOWER, Follower, Progress, Structure, turning_points
+from dem.driving import SLOWER, Follower, Progress, turning_points
 from dem.pace import default_steps
-from dem.push_curve import PushCurve, make_curve
+from dem.push_curve import PushCurve, told
 from dem.resuming import RunStatus, digests, part_file
 from dem.settings import PushSettings
 from dem.structure import BlockStructure
@@ -78,7 +78,7 @@ def push(
     """
     chosen, path = (settings or PushSettings()).with_options(options), turning_points(to)
     made = ZonedStructure if chosen.blocks == ZONED else BlockStructure
-    structure: Structure = made(assembly, drive, loads, chosen)
+    structure = made(assembly, drive, loads, chosen)
     same = dict(structure.same) | digests(
         drive=(structure.unit.tolist(), structure.held.tolist(), chosen.calm or drive.calm), to=path,
         samples=chosen.samples, damping=chosen.damping, detect_every=chosen.detect_every,
@@ -100,14 +100,14 @@ def push(
         before = sum(counts[:number])
         reached(before / sum(counts), f"run {number + 1} of {len(counts)}", share=count / sum(counts))
         follow = Follower(progress, number, before, count, sum(counts))
-        driven = structure.drive(path, count, same | digests(steps=count), file, follow)
-        curves.append(make_curve(structure, driven, count, label or ", ".join(map(str, drive.displacement))))
-        if driven.status == RunStatus.INTERRUPTED:
+        curve = structure.drive(path, count, same | digests(steps=count), file, follow)
+        curves.append(told(curve, label or ", ".join(map(str, drive.displacement))))
+        if curve.status == RunStatus.INTERRUPTED:
             break
     return curves[0] if len(curves) == 1 else curves[1].beside(curves[0])
 
 
-def _refuse_hopeless(structure: Structure, steps: int, longest: float) -> None:
+def _refuse_hopeless(structure: BlockStructure | ZonedStructure, steps: int, longest: float) -> None:
     """Refuse a push whose predicted time is beyond the longest; steps that somebody chose are 0 here.
 
     Raises

@@ -8,13 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.driving import Driven, Structure
 from dem.failure_mode import Mode, failure_mode
 from dem.history import History
 from dem.papers import PAPERS
-from dem.zone_marks import AT_YIELD, ELASTIC, TENSION, YIELDED, ZoneState
-from dem.zones.mesh import ZoneMesh
-from dem.zones.solid_mesh import SolidMesh
+from dem.zone_marks import AT_YIELD, ELASTIC, TENSION, YIELDED, Mesh, ZoneState
 from limitmason.answers.curve import Curve, Event
 from limitmason.answers.references import data_behind
 from limitmason.deformable import SOLID
@@ -46,7 +43,7 @@ class JointPoint:
     value: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class PushCurve(Curve):
     """Curve of :func:`dem.push`; sample 0 is the settled structure before it is driven.
 
@@ -68,21 +65,21 @@ class PushCurve(Curve):
     stress : of the zones: "plane stress", "plane strain" or "solid"
     """
 
-    assembly: Assembly | None = None
+    assembly: Assembly
     history: History | None = None
-    opening: Array | None = None
-    slip: Array | None = None
-    crushed: Array | None = None
-    used: Array | None = None
-    failed: Array | None = None
-    settlement: float = 0.0
-    blocks: str = ""
-    spacing: float = 0.0
-    law: str = ""
-    steps: int = 0
-    seconds: float = 0.0
+    opening: Array
+    slip: Array
+    crushed: Array
+    used: Array
+    failed: Array
+    settlement: float
+    blocks: str
+    spacing: float
+    law: str
+    steps: int
+    seconds: float
     faster: PushCurve | None = None
-    mesh: ZoneMesh | SolidMesh | None = None
+    mesh: Mesh | None = None
     zones: Sequence[ZoneState] = ()
     stress: str = ""
 
@@ -102,8 +99,6 @@ class PushCurve(Curve):
         joints. Where it is reached before there are two samples, the first that shows it. Where own weight alone breaks
         a joint, sample 0 and no load.
         """
-        assert self.failed is not None
-        assert self.used is not None
         failed = np.nan_to_num(self.failed) > 0.0
         if failed[0].any():
             k = int(np.argmax(np.nan_to_num(self.failed[0])))
@@ -133,8 +128,6 @@ class PushCurve(Curve):
         width : [m]; of a lumped unit the elastic opening includes the units' share, some micrometres
         kind : "bed", "head", "base"; None for all
         """
-        assert self.opening is not None
-        assert self.assembly is not None
         if not width > 0.0:
             raise InputError(f"width must be positive [m], got {width!r}")
         kept = np.array([kind is None or i.kind == kind for i in self.assembly.interfaces])
@@ -165,10 +158,6 @@ class PushCurve(Curve):
 
     def mode_at(self, index: int) -> Mode:
         """The same at a sample."""
-        assert self.assembly is not None
-        assert self.opening is not None
-        assert self.slip is not None
-        assert self.crushed is not None
         i = self.point(index).index
         since = (v[i] - v[0] for v in (self.opening, self.slip, self.crushed))
         return failure_mode(self.assembly, *since)
@@ -206,7 +195,7 @@ class PushCurve(Curve):
         return self._first_zone([z.plastic * np.isin(z.marks, (AT_YIELD, YIELDED)) for z in self.zones], strain)
 
     @property
-    def _mesh(self) -> ZoneMesh | SolidMesh:
+    def _mesh(self) -> Mesh:
         """Mesh of zoned blocks; refused of others."""
         if self.mesh is None:
             raise InputError(f"{self.blocks} blocks have no zones: push with blocks='zoned'")
@@ -214,7 +203,6 @@ class PushCurve(Curve):
 
     def _first_zone(self, values: Sequence[Array], least: float) -> JointPoint | None:
         """First sample at which a zone has a value, and the block of the zone that has the largest."""
-        assert self.assembly is not None
         for i, value in enumerate(values):
             k = int(np.argmax(value))
             if value[k] >= least:
@@ -238,7 +226,6 @@ class PushCurve(Curve):
         return both
 
     def _joint(self, k: int) -> str:
-        assert self.assembly is not None
         i = self.assembly.interfaces[k]
         return f"{i.kind} joint of {self.assembly.blocks[i.block_a].name} and {self.assembly.blocks[i.block_b].name}"
 
@@ -268,23 +255,21 @@ class PushCurve(Curve):
     __repr__ = __str__
 
 
-def make_curve(structure: Structure, driven: Driven, steps: int, label: str) -> PushCurve:
-    """Curve of a run of a structure that was driven in so many steps."""
-    notes = [*driven.warnings, *dynamic_notes(driven.displacement[1:], driven.kinetic[1:])]
-    curve = PushCurve(
-        driven.displacement, driven.load, errors={"energy": driven.energy, "kinetic": driven.kinetic}, label=label,
-        states=driven.states, status=driven.status, source="dem.push", assembly=structure.assembly,
-        history=driven.history, **driven.marks._asdict(), settlement=structure.settlement, blocks=structure.blocks,
-        spacing=structure.spacing, law="; ".join(structure.lost), steps=steps, seconds=driven.seconds,
-        zones=driven.zones, references=(*PAPERS, *data_behind(structure.assembly.recipe)), **structure.zoned,
-    )  # fmt: skip
-    sudden = any("at once" in law and "in failure: nothing" not in law for law in structure.lost)
-    if sudden and (np.nan_to_num(driven.marks.failed[curve.peak.index]) > 0.0).sum() > FEW:
+def told(curve: PushCurve, label: str) -> PushCurve:
+    """A curve as it was recorded, with what a reader must know of it: label, source, events and warnings."""
+    # of sample 0 nothing was asked
+    kinetic = curve.errors["kinetic"][1:]
+    notes = [*curve.warnings, *dynamic_notes(curve.displacement[1:], kinetic)]
+    sudden = any("at once" in law and "in failure: nothing" not in law for law in curve.law.split("; "))
+    if sudden and (np.nan_to_num(curve.failed[curve.peak.index]) > 0.0).sum() > FEW:
         notes.append(
             "joints lose their strength at once: the peak hangs on which joint breaks first, and that on rounding; "
             "quote the median of a few starts whose blocks are moved by 1e-12 m, or lm.pushover"
         )
-    return replace(curve, events=(*_failure_events(curve), *_zone_events(curve)), warnings=tuple(notes))
+    return replace(
+        curve, label=label, source="dem.push", references=(*PAPERS, *data_behind(curve.assembly.recipe)),
+        events=(*_failure_events(curve), *_zone_events(curve)), warnings=tuple(notes),
+    )  # fmt: skip
 
 
 def dynamic_notes(displacement: Array, kinetic: Array) -> list[str]:
@@ -314,7 +299,6 @@ def _zone_events(curve: PushCurve) -> list[Event]:
         for i, state in enumerate(curve.zones):
             hit = np.flatnonzero(np.isin(state.marks, wanted))
             if len(hit):
-                assert curve.assembly is not None
                 block = curve.assembly.blocks[int(curve._mesh.zone_block[hit[0]])].name
                 events.append(Event(name, i, block, float(state.plastic[hit].max())))
                 break

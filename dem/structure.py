@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.driving import Driven, Follower, unit_twist, widest_spacing
+from dem.driving import Follower, unit_twist, widest_spacing
 from dem.history import History
 from dem.joint_marks import JointMarks
 from dem.joints import JointOptions
 from dem.pace import LEAST_STEPS, slowest_period, softest_note
+from dem.push_curve import PushCurve
 from dem.resuming import check_same, signature
 from dem.settings import PushSettings
 from dem.settling import settled
@@ -46,11 +47,20 @@ _TRIED = 100
 
 
 class BlockStructure:
-    """See :class:`dem.driving.Structure`."""
+    """Rigid or strained blocks that a push drives.
+
+    Parameters
+    ----------
+    assembly : what is driven; of lumped units with the joints' series stiffness
+    unit, held : twist of the blocks per displacement of 1 m, and the freedoms that the drive holds, shapes (n, 6)
+    blocks : how they deform, in words
+    same : digests by name of what a file of it must have in common with it
+    least_steps : of the faster run
+    to_settle : slowest motions in which it comes to rest, about; 0 where settling has an end of its own
+    """
 
     least_steps = LEAST_STEPS
     to_settle = 0.0
-    zoned: Mapping[str, Any] = {}
 
     def __init__(self, assembly: Assembly, drive: Drive, loads: Loads | None, chosen: PushSettings) -> None:
         """Contact points, masses and signature; nothing moves yet."""
@@ -100,23 +110,6 @@ class BlockStructure:
         return slowest_period(self.assembly, self.state, self.loads)
 
     @property
-    def lost(self) -> tuple[str, ...]:
-        """What joints lose where they fail, in words."""
-        return self.at_rest.lost_in_failure
-
-    @property
-    def settlement(self) -> float:
-        """Displacement by own weight of the driven block along the drive [m]."""
-        block = self._driven_block
-        return float(self.at_rest.state.bodies.shift[block] @ self.unit[block, :3])
-
-    @property
-    def spacing(self) -> float:
-        """Largest distance between neighbouring contact points of a joint [m]."""
-        p, start = self.at_rest.state.points, self.at_rest.state.joints.start
-        return widest_spacing((p.s[a:b], p.t[a:b]) for a, b in pairwise(start))
-
-    @property
     def _driven_block(self) -> int:
         return int(np.argmax(np.linalg.norm(self.unit[:, :3], axis=1)))
 
@@ -143,7 +136,7 @@ class BlockStructure:
 
     def drive(
         self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None, follow: Follower
-    ) -> Driven:
+    ) -> PushCurve:
         """Drive a copy along a path in so many steps, or on from where a file says that it stood."""
         clock, chosen, stages = time.perf_counter(), self.chosen, _stages(self.move, path, steps)
         origin = float(self.at_rest["step"][-1])
@@ -168,28 +161,33 @@ class BlockStructure:
             history = replace(error.history, warnings=(*error.history.warnings, f"the run ended early: {error}"))
         if file is not None:
             history.save(file)
-        return self._driven(history, time.perf_counter() - clock)
+        return self._curve(history, steps, time.perf_counter() - clock)
 
-    def _driven(self, history: History, seconds: float) -> Driven:
+    def _curve(self, history: History, steps: int, seconds: float) -> PushCurve:
         """What a history that began at the settled one says of the drive."""
-        before, block = self.at_rest.state.bodies, self._driven_block
+        rest, block = self.at_rest, self._driven_block
+        before, axis = rest.state.bodies, self.unit[block, :3]
         driven = [k for k, b in enumerate(history.reaction_blocks) if self.unit[b].any()]
         twist = self.unit[history.reaction_blocks[driven]]
-        marks = [
-            np.concatenate([getattr(self.at_rest, name)[-1:], getattr(history, name)]) for name in JointMarks._fields
-        ]
+        names = JointMarks._fields
+        marks: dict[str, Any] = {k: np.concatenate([getattr(rest, k)[-1:], getattr(history, k)]) for k in names}
+        p, start = rest.state.points, rest.state.joints.start
 
         def begun(values: Array) -> Array:
             return np.concatenate([[0.0], values])
 
-        return Driven(
-            begun((history.shift[:, block] - before.shift[block]) @ self.unit[block, :3]),
+        return PushCurve(
+            begun((history.shift[:, block] - before.shift[block]) @ axis),
             begun(np.einsum("sbk,bk->s", history.reaction[:, driven], twist)),
-            begun(history.kinetic_ratio_since(self.at_rest)), begun(history.energy_error / history._work),
-            JointMarks(*marks),
+            errors={
+                "energy": begun(history.energy_error / history._work),
+                "kinetic": begun(history.kinetic_ratio_since(rest)),
+            },
             # a state goes on and is written to
-            [(before.shift.copy(), before.quat.copy()), *zip(history.shift, history.quaternion, strict=True)],
-            history.status, history.warnings, seconds, history=history,
+            states=[(before.shift.copy(), before.quat.copy()), *zip(history.shift, history.quaternion, strict=True)],
+            status=history.status, warnings=history.warnings, assembly=self.assembly, history=history, **marks,
+            settlement=float(before.shift[block] @ axis), blocks=self.blocks, law="; ".join(history.lost_in_failure),
+            spacing=widest_spacing((p.s[a:b], p.t[a:b]) for a, b in pairwise(start)), steps=steps, seconds=seconds,
         )  # fmt: skip
 
 

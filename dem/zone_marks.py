@@ -1,5 +1,6 @@
-"""What the zones of zoned blocks have done at a moment: displacements, and which have yielded or cracked."""
+"""Zones of blocks as answers show them: the mesh, and which zones have yielded or cracked at a moment."""
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 from dem.kernels.yielding import SHEAR_NOW, SHEAR_PAST, TENSION_NOW, TENSION_PAST
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 ELASTIC, AT_YIELD, YIELDED, TENSION = 0, 1, 2, 3
 """Marks of a zone: elastic, yields in shear now, yielded so before, failed in tension at any time."""
@@ -19,6 +21,33 @@ def zone_marks(flags: NDArray[np.int64]) -> NDArray[np.int64]:
     out = np.where(whole & SHEAR_PAST, YIELDED, ELASTIC)
     out = np.where(whole & SHEAR_NOW, AT_YIELD, out)
     return np.where(whole & (TENSION_NOW | TENSION_PAST), TENSION, out)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mesh:
+    """Nodes and zones of all blocks, in the plane or in space.
+
+    Parameters
+    ----------
+    place : nodes in the reference position [m], x and z, shape (n, 2), or all three, shape (n, 3)
+    block : of every node, shape (n,)
+    zones : nodes of every zone, counter-clockwise, shape (e, 4), or as in :mod:`dem.zones.hexahedron`, shape (e, 8)
+    zone_block : shape (e,)
+    rigid : blocks without zones, shape (b,)
+    size : largest zone edge [m]
+    """
+
+    place: Array
+    block: Index
+    zones: Index
+    zone_block: Index
+    rigid: NDArray[np.bool_]
+    size: float
+
+    @property
+    def zone_sizes(self) -> Array:
+        """Edge of a square or cube as large as every zone [m], shape (e,)."""
+        raise NotImplementedError
 
 
 class ZoneState(NamedTuple):

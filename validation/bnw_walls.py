@@ -169,9 +169,6 @@ def model_of(options: Mapping[str, Any]) -> str:
 def moved_crack(p: Pushed) -> int | None:
     """First sample at which a crack plane has opened or slid by ``CRACK``."""
     c = p.curve
-    assert c.assembly is not None
-    assert c.opening is not None
-    assert c.slip is not None
     own = np.array([i.kind == "crack" for i in c.assembly.interfaces])
     if not own.any():
         return None

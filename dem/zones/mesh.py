@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from dem.zone_marks import Mesh
 from limitmason.errors import InputError
 from limitmason.geometry import polygon_area_centroid
 from limitmason.model import Assembly
@@ -23,36 +24,24 @@ MOST = 300_000
 _FLAT = 1e-6  # of the size of a block: corners this near a plane lie in it
 
 
-@dataclass(frozen=True)
-class ZoneMesh:
-    """Nodes and zones of all blocks.
+@dataclass(frozen=True, kw_only=True)
+class ZoneMesh(Mesh):
+    """Nodes, zones and sides of all blocks in the plane x-z.
 
     Parameters
     ----------
-    place : nodes in the reference position, x and z [m], shape (n, 2)
-    block : of every node, shape (n,)
-    zones : nodes of every zone, counter-clockwise, shape (e, 4)
-    zone_block : shape (e,)
     sides : nodes along each side of every block, in a row
     side_start : first entry of every side in ``sides``, shape (s + 1,)
     side_block : shape (s,)
     thickness : of every block [m], shape (b,)
     area : of every block in the plane [m2], shape (b,)
-    rigid : blocks without zones, shape (b,)
-    size : largest zone edge [m]
     """
 
-    place: Array
-    block: Index
-    zones: Index
-    zone_block: Index
     sides: Index
     side_start: Index
     side_block: Index
     thickness: Array
     area: Array
-    rigid: NDArray[np.bool_]
-    size: float
 
     @property
     def zone_sizes(self) -> Array:
@@ -162,9 +151,10 @@ def make_mesh(assembly: Assembly, zone_size: float, stiff: Iterable[int] = ()) -
             side_block.append(i)
         count += len(nodes)
     return ZoneMesh(
-        np.concatenate(place), np.concatenate(owner), np.concatenate(zones), np.concatenate(zone_owner),
-        np.concatenate(sides), np.concatenate([[0], np.cumsum([len(s) for s in sides])]).astype(np.int64),
-        np.array(side_block, dtype=np.int64), thickness, area, rigid, largest,
+        place=np.concatenate(place), block=np.concatenate(owner), zones=np.concatenate(zones),
+        zone_block=np.concatenate(zone_owner), sides=np.concatenate(sides),
+        side_start=np.concatenate([[0], np.cumsum([len(s) for s in sides])]).astype(np.int64),
+        side_block=np.array(side_block, dtype=np.int64), thickness=thickness, area=area, rigid=rigid, size=largest,
     )  # fmt: skip
 
 

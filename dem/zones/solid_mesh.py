@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from dem.zone_marks import Mesh
 from dem.zones.hexahedron import CORNERS, FACES, shape_gradients, shape_values
 from dem.zones.mesh import need_length
 from limitmason.errors import InputError
@@ -27,34 +28,22 @@ MOST = 60_000
 _FLAT = 0.02  # smallest ratio of volumes at the corners of a zone to that of its middle
 
 
-@dataclass(frozen=True)
-class SolidMesh:
-    """Nodes, zones and facets of all blocks.
+@dataclass(frozen=True, kw_only=True)
+class SolidMesh(Mesh):
+    """Nodes, zones and facets of all blocks in space.
 
     Parameters
     ----------
-    place : nodes in the reference position [m], shape (n, 3)
-    block : of every node, shape (n,)
-    zones : nodes of every zone, as in :mod:`dem.zones.hexahedron`, shape (e, 8)
-    zone_block : shape (e,)
     facets : nodes of the quadrilaterals of all faces, counter-clockwise from outside, shape (f, 4)
     beside : facet of the same face across each of its edges, -1 at the rim of the face, shape (f, 4)
     facet_block : shape (f,)
     facet_normal : outward, shape (f, 3)
-    rigid : blocks without zones, shape (b,)
-    size : largest zone edge [m]
     """
 
-    place: Array
-    block: Index
-    zones: Index
-    zone_block: Index
     facets: Index
     beside: Index
     facet_block: Index
     facet_normal: Array
-    rigid: NDArray[np.bool_]
-    size: float
 
     @property
     def zone_sizes(self) -> Array:
@@ -117,8 +106,9 @@ def make_solid_mesh(assembly: Assembly, zone_size: float, stiff: Iterable[int] =
     normal = np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     return SolidMesh(
-        where, np.concatenate(owner), np.concatenate(zones), np.concatenate(zone_owner), quads, _beside(quads, of_face),
-        np.concatenate(facet_owner), normal, rigid, largest,
+        place=where, block=np.concatenate(owner), zones=np.concatenate(zones), zone_block=np.concatenate(zone_owner),
+        facets=quads, beside=_beside(quads, of_face), facet_block=np.concatenate(facet_owner), facet_normal=normal,
+        rigid=rigid, size=largest,
     )  # fmt: skip
 
 

@@ -4,16 +4,16 @@ import time
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.driving import Driven, Follower, go, unit_twist, widest_spacing
+from dem.driving import Follower, go, unit_twist, widest_spacing
 from dem.joint_marks import JointMarks
 from dem.kernels.arrays import LAW
 from dem.kernels.solid_arrays import FaceContacts
 from dem.kernels.zone_arrays import Z_KINETIC, Sides
+from dem.push_curve import PushCurve
 from dem.resuming import RunStatus, check_same, signature
 from dem.settings import PushSettings
 from dem.state import UnstableError
@@ -43,7 +43,7 @@ LEAST_STEPS = 40_000
 
 
 class ZonedStructure:
-    """See :class:`dem.driving.Structure`.
+    """Zoned blocks that a push drives, as :class:`dem.structure.BlockStructure` are.
 
     Contacts are those of the reference position, followed along the sides they lie on. A servo is a dead force, and
     holds the turns of its block where it is parallel.
@@ -91,32 +91,11 @@ class ZonedStructure:
             "loads": (model.nodes.load, model.rigid.load),
         }  # fmt: skip
         self.same: Mapping[str, str] = signature(assembly, parts, blocks=ZONED, stress=stress, holds=first.tolist())
-        self.lost = model.lost
-        self.zoned: Mapping[str, Any] = {"mesh": mesh, "stress": stress}
 
     @cached_property
     def period(self) -> float:
         """Steps of the slowest motion."""
         return running.slowest_period(self.model)
-
-    @property
-    def settlement(self) -> float:
-        """Displacement by own weight of the driven block along the drive [m]."""
-        m, driven = self.model, int(np.argmax(np.abs(self.twist).max(axis=1)))
-        return float(-m.nodes.shift[m.nodes.body == driven].mean(axis=0) @ -self.twist[driven, : m.dimension])
-
-    @property
-    def spacing(self) -> float:
-        """Largest distance between neighbouring contact points of a joint [m]."""
-        contacts = self.model.contacts
-
-        def along(row: int) -> Array:
-            own = contacts.joint == row
-            if isinstance(contacts, FaceContacts):
-                return np.asarray((contacts.origin[own] @ contacts.tangent[row].T).T)
-            return np.asarray(contacts.arc[own][None])
-
-        return widest_spacing(along(row) for row in range(len(self.model.interface)))
 
     def step_time(self) -> float:
         """Time that a step takes [s], from a few of a copy once they are compiled."""
@@ -166,7 +145,7 @@ class ZonedStructure:
 
     def drive(
         self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None, follow: Follower
-    ) -> Driven:
+    ) -> PushCurve:
         """Drive a copy along a path in so many steps, or on from where a file says that it stood."""
         run = ZonedRun(self.model.copy(), self.twist, self.hold, path, steps, self.chosen.samples)
         run.same = dict(same)
@@ -185,19 +164,34 @@ class ZonedStructure:
                 raise
             status = RunStatus.UNSTABLE
             notes.append(f"the run ended early: {error}")
-        r = run.record.arrays()
-        marks = JointMarks(*(r[name] for name in JointMarks._fields))
-        slid = float(np.nanmax(marks.slip[-1], initial=0.0))
-        if slid > 0.5 * _shortest(self.model):
+        r, m = run.record.arrays(), self.model
+        slid, driven = float(np.nanmax(r["slip"][-1], initial=0.0)), int(np.argmax(np.abs(self.twist).max(axis=1)))
+        if slid > 0.5 * _shortest(m):
             notes.append(
                 f"a joint has slid by {1e3 * slid:.3g} mm: contacts are those of the reference position, and a block "
                 "that leaves the face it lies on is still carried by its plane"
             )
-        return Driven(
-            r["moved"], r["load"], r["kinetic"], r["energy"], marks, list(zip(r["place"], r["turn"], strict=True)),
-            status, tuple(notes), float(r["seconds"][-1]),
-            zones=[ZoneState(*z) for z in zip(*(r[name] for name in ZoneState._fields), strict=True)],
+        return PushCurve(
+            r["moved"], r["load"], errors={"energy": r["energy"], "kinetic": r["kinetic"]},
+            states=list(zip(r["place"], r["turn"], strict=True)), status=status, warnings=tuple(notes),
+            assembly=self.assembly, **{name: r[name] for name in JointMarks._fields}, blocks=ZONED,
+            settlement=float(m.nodes.shift[m.nodes.body == driven].mean(axis=0) @ self.twist[driven, : m.dimension]),
+            law="; ".join(m.lost), spacing=_spacing(m), steps=steps, seconds=float(r["seconds"][-1]), mesh=m.mesh,
+            zones=[ZoneState(*z) for z in zip(*(r[name] for name in ZoneState._fields), strict=True)], stress=m.plane,
         )  # fmt: skip
+
+
+def _spacing(model: ZonedModel) -> float:
+    """Largest distance between neighbouring contact points of a joint [m]."""
+    contacts = model.contacts
+
+    def along(row: int) -> Array:
+        own = contacts.joint == row
+        if isinstance(contacts, FaceContacts):
+            return np.asarray((contacts.origin[own] @ contacts.tangent[row].T).T)
+        return np.asarray(contacts.arc[own][None])
+
+    return widest_spacing(along(row) for row in range(len(model.interface)))
 
 
 def _shortest(model: ZonedModel) -> float:
