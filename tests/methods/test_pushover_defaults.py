@@ -279,3 +279,32 @@ def test_a_curve_is_that_of_its_renumbered_mirrored_and_turned_copy(options):
         assert np.interp(share, other.displacement, other.load) == pytest.approx(
             np.interp(share, first.displacement, first.load), rel=1e-6
         )
+
+
+def told(curve):
+    """Part of the load that a curve says is lost at the edges of its joints; 0 where it says nothing."""
+    said = [w for w in curve.warnings if "blocks rock on the ends of their joints" in w]
+    return float(said[0].split("about ")[1].split("%")[0]) / 100.0 if said else 0.0
+
+
+@pytest.mark.parametrize("stiffness", [1e9, 1e10])
+@pytest.mark.parametrize("space", [False, True])
+def test_corners_say_what_faces_that_give_way_at_the_edge_would_bear_less(stiffness, space):
+    """The force stands x / 3 inside, x = sqrt(2 N / (kn d theta)), and theta h / 2 nearer to the edge."""
+    wall = block({"normal_stiffness": stiffness, "shear_stiffness": stiffness}, space=space, angle=0.4)
+    way = (math.cos(0.4), math.sin(0.4), 0.0) if space else (1.0, 0.0, 0.0)
+    theta = np.geomspace(1e-4, 0.2, 20_000)
+    inside = np.sqrt(2.0 * WEIGHT / (stiffness * DEPTH * theta)) / 3.0
+    exact = 1.0 - ((WIDTH / 2.0 - inside) / (HEIGHT / 2.0) - theta).max() / (WIDTH / HEIGHT)
+    assert told(lm.pushover(wall, lm.Loads.horizontal(wall, way))) == pytest.approx(exact, rel=0.1)
+
+
+def test_corners_say_nothing_of_edges_where_nothing_is_lost_there():
+    stiff, slides = block({"normal_stiffness": 1e13, "shear_stiffness": 1e13}), lm.Joint(10.0, normal_stiffness=1e9)
+    for wall in (stiff, block(STIFF).with_joints(lambda _: slides), block({})):
+        assert told(lm.pushover(wall, lm.Loads.horizontal(wall))) == 0.0
+    soft = block(STIFF)
+    loads = lm.Loads.horizontal(soft)
+    assert told(lm.predict(soft, loads, "pushover")) > 0.04
+    for options in ({"grid": (9, 2)}, {"contact_model": "vertices"}):
+        assert told(lm.pushover(soft, loads, **options)) == 0.0
