@@ -14,7 +14,7 @@ from dem.kernels.sums import point_sums
 from limitmason.capacity import Steps, path, stepping
 from limitmason.capacity.certificate import certify
 from limitmason.capacity.point_law import Elastic, History, return_map, virgin
-from limitmason.mechanics.law import SUDDEN, Fall, PointLaw
+from limitmason.mechanics.law import SUDDEN, PointLaw, Softening
 from limitmason.model.stages import Drive
 
 STIFF = {"normal_stiffness": 1e10, "shear_stiffness": 1e10}
@@ -268,9 +268,8 @@ def test_a_glued_block_with_a_tie_cracks_and_then_hangs_on_it():
 def law_of(m, tan_psi, by_opening, by_slip, rest=(0.4, 0.02, 0.03), tension=0.2, crushing=np.inf):
     one = np.ones(m)
     peak = PointLaw(0.6 * one, tan_psi * one, 0.3 * one, tension * one, crushing * one)
-    fall = Fall(PointLaw(rest[0] * one, tan_psi * one, rest[1] * one, rest[2] * one, peak.crushing),
-                by_opening * one, by_slip * one)  # fmt: skip
-    return Elastic(peak, 2.0 * one, 3.0 * one, fall)
+    left = PointLaw(rest[0] * one, tan_psi * one, rest[1] * one, rest[2] * one, peak.crushing)
+    return Elastic(peak, 2.0 * one, 3.0 * one, Softening(left, by_opening * one, by_slip * one))
 
 
 @pytest.mark.parametrize(
