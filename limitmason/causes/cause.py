@@ -34,6 +34,8 @@ class Cause:
     hidden_when : when data cannot show it, or cannot tell it from another cause
     lever : what it pulls at, of ``causes.LEVERS``; methods say which of them they feel; empty is felt by all
     reads_specimen : ``apply`` of a simulation cause also takes ``specimen=``, for what differs from test to test
+    reads : of a measurement cause, the kinds of evidence or the quantities that it acts on; () is all
+    own : columns of the specimens that it acts along by its own law, such as the label of a batch or a normal load
     analyses : most limit analyses that ``apply`` itself runs each time; 0 for nearly all causes
 
     Raises
@@ -60,6 +62,8 @@ class Cause:
     lever: str = ""
     reads_specimen: bool = False
     analyses: int = 0
+    reads: tuple[str, ...] = ()
+    own: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         low, high = (float(b) for b in self.bounds)
@@ -85,6 +89,10 @@ class Cause:
     def transforms(self) -> bool:
         """Whether it acts on the predicted value and so needs no further simulation."""
         return self.acts_on == "measurement" and self.apply is not None
+
+    def reads_row(self, quantity: str, kind: str) -> bool:
+        """Whether a measurement cause acts on a quantity of some kind."""
+        return not self.reads or quantity in self.reads or kind in self.reads
 
     def show(self, size: float) -> str:
         """A size with its unit."""

@@ -50,16 +50,16 @@ class Declared:
     ----------
     function : makes the change, ``function(size, assembly, loads, *, options)`` or, of a reading,
         ``function(size, prediction, specimen, *, options)``; None where the simulator takes the parameter itself
-    name, parameter, baseline, bounds, physics, unit, source, isolate, hidden_when, reads_specimen, analyses : see
-        :class:`~limitmason.causes.Cause`; bounds are the default
+    name, parameter, baseline, bounds, physics, unit, source, isolate, hidden_when, reads_specimen, analyses, reads :
+        see :class:`~limitmason.causes.Cause`; bounds are the default
     lever : one of ``LEVERS``
-    variant : checks the options and returns what depends on them: name, parameter, physics, unit
+    variant : checks the options and returns what depends on them: name, parameter, physics, unit, own
     """
 
     def __init__(
         self, function: Callable[..., Any], name: str, *, parameter: str, lever: str, baseline: float, bounds: Bounds,
         physics: str, unit: str, source: str, isolate: str, hidden_when: str, by_simulator: bool, analyses: int,
-        variant: Callable[..., Mapping[str, str]] | None,
+        variant: Callable[..., Mapping[str, Any]] | None, reads: tuple[str, ...] = (),
     ):  # fmt: skip
         if lever not in LEVERS:
             raise InputError(f"cause {name!r}: lever must be one of {', '.join(LEVERS)}, got {lever!r}")
@@ -71,7 +71,7 @@ class Declared:
         self.options = {p.name: p.default for p in parameters if p.kind is p.KEYWORD_ONLY and p.name != "specimen"}
         self.said: dict[str, Any] = {
             "name": name, "parameter": parameter, "physics": physics, "unit": unit, "source": source,
-            "isolate": isolate, "hidden_when": hidden_when, "lever": lever, "analyses": analyses,
+            "isolate": isolate, "hidden_when": hidden_when, "lever": lever, "analyses": analyses, "reads": reads,
             "acts_on": "measurement" if lever == "reading" else "simulation",
             "reads_specimen": lever != "reading" and any(p.name == "specimen" for p in parameters),
         }  # fmt: skip
@@ -79,7 +79,7 @@ class Declared:
         self.arguments: dict[str, Any] = {
             "name": name, "parameter": parameter, "lever": lever, "baseline": baseline, "bounds": bounds,
             "physics": physics, "unit": unit, "source": source, "isolate": isolate, "hidden_when": hidden_when,
-            "by_simulator": by_simulator, "analyses": analyses, "variant": variant,
+            "by_simulator": by_simulator, "analyses": analyses, "variant": variant, "reads": reads,
         }  # fmt: skip
         keyword = inspect.Parameter.KEYWORD_ONLY
         first = inspect.Parameter("bounds", inspect.Parameter.POSITIONAL_OR_KEYWORD, default=bounds)
@@ -132,7 +132,8 @@ def declare(
     hidden_when: str = "",
     by_simulator: bool = False,
     analyses: int = 0,
-    variant: Callable[..., Mapping[str, str]] | None = None,
+    variant: Callable[..., Mapping[str, Any]] | None = None,
+    reads: tuple[str, ...] = (),
 ) -> Callable[[Callable[..., Any]], Declared]:
     """Declare the cause that a function makes; see :class:`Declared` and the head of this file."""
 
@@ -140,7 +141,7 @@ def declare(
         return Declared(
             function, name, parameter=parameter, lever=lever, baseline=baseline, bounds=bounds, physics=physics,
             unit=unit, source=source, isolate=isolate, hidden_when=hidden_when, by_simulator=by_simulator,
-            analyses=analyses, variant=variant,
+            analyses=analyses, variant=variant, reads=reads,
         )  # fmt: skip
 
     return made

@@ -10,6 +10,7 @@ from typing import Any
 from limitmason.causes.declare import declare
 from limitmason.errors import InputError
 
+LOAD_CELL = ("force", "stiffness")  # what its error goes into: forces, and forces over displacements
 FLOOR = 1e-3  # of the prediction: a reading stays positive, so that its logarithm exists
 
 
@@ -44,7 +45,7 @@ def angle_offset(size: float, prediction: float, specimen: Any) -> float:
 
 
 @declare(
-    "gain", parameter="gain", lever="reading", baseline=1.0, bounds=(0.7, 1.4),
+    "gain", parameter="gain", lever="reading", baseline=1.0, bounds=(0.7, 1.4), reads=LOAD_CELL,
     physics="calibration of the load cell or the accelerometer", source="linear sensor",
     isolate="calibrate the sensor against a known load",
     hidden_when="any cause that changes all specimens by one factor, such as friction where all slide",
@@ -54,10 +55,11 @@ def gain(size: float, prediction: float, specimen: Any) -> float:
     return size * prediction
 
 
-def _shifted(*, covariate: str, label: Any) -> Mapping[str, str]:
+def _shifted(*, covariate: str, label: Any) -> Mapping[str, Any]:
     return {
         "name": f"shift of {covariate} {label}",
         "parameter": f"shift_{covariate}_{label}".replace(" ", "_"),
+        "own": (covariate,),
         "physics": f"another sensor, operator or delivery: specimens with {covariate} = {label} read size times the "
         "value",
     }
@@ -65,6 +67,7 @@ def _shifted(*, covariate: str, label: Any) -> Mapping[str, str]:
 
 @declare(
     "batch shift", parameter="shift", lever="reading", baseline=1.0, bounds=(0.7, 1.4), variant=_shifted,
+    reads=LOAD_CELL,
     physics="another sensor, operator or delivery", source="linear sensor",
     isolate="test one configuration in both batches", hidden_when="the batch goes with a change of geometry or load",
 )  # fmt: skip
@@ -82,6 +85,7 @@ def _taken(*, per: str | None, unit: str) -> Mapping[str, str]:
 
 @declare(
     "friction of the rig", parameter="rig_friction", lever="reading", baseline=0.0, bounds=(0.0, 0.1), variant=_taken,
+    reads=("force",),
     physics="rollers, hinges or guides take a force", source="Coulomb friction of the guides",
     isolate="run the rig without a specimen; load and unload: the sign changes",
     hidden_when="all specimens carry about the same load: twin of gain",

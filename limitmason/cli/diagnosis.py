@@ -23,6 +23,10 @@ measured value. Column 'measured' holds the value; 'specimen' a name, 'group' th
 'noise' the relative error of each value; all others are covariates. `limitmason diagnose --template data.csv` writes
 such a file.
 
+Or a folder, of any number of quantities per specimen: specimens.csv, measured.csv (a column per quantity, blank where
+missing), quantities.csv (scatter and kind of each) and predicted.csv, or a model that returns a mapping of quantities.
+`limitmason diagnose --template DIR` writes an example.
+
 The simulation: --model with a packaged series (minho, ...; the file names its specimens, or leave the file out),
 --model module:function or file.py:function for simulate(specimen, **parameters) of your own, or a column of the file
 with its predictions (--predicted); then only causes that act on the predicted value can be tried.
@@ -37,7 +41,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
         "diagnose", help="what a simulation gets wrong on measured data, and why", description=ABOUT,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
-    command.add_argument("data", nargs="?", type=Path, metavar="DATA.csv", help="measured values; see above")
+    command.add_argument("data", nargs="?", type=Path, metavar="DATA", help="CSV file or folder; see above")
     command.add_argument("--model", metavar="NAME", help="packaged series, or module:function, or file.py:function")
     command.add_argument("--predicted", metavar="COLUMN", help="column with predictions; default: 'predicted'")
     command.add_argument("--template", type=Path, metavar="FILE", help="write a data file to start from (with --model "
@@ -100,13 +104,19 @@ def _diagnose(options: argparse.Namespace) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     from limitmason import diagnosis, figures
+    from limitmason.diagnosis.from_folder import write_folder
 
     if options.template:
         others = [name for name in vars(options) if name not in ("template", "model", "run", "debug", "progress")]
         refuse(options, others, "with --template, which writes a file and stops")
         if options.model and ":" in options.model:
             raise InputError(f"--template with --model needs a packaged series, got {options.model!r}")
-        write_template(options.template, options.model)
+        if options.template.suffix:
+            write_template(options.template, options.model)
+        elif options.model:
+            raise InputError(f"a template of the series {options.model} is a file: --template {options.template}.csv")
+        else:
+            write_folder(options.template)
         say(f"wrote {options.template}: replace its rows, keep the line of units, then `limitmason diagnose`")
         return 0
     if options.next == 0:
@@ -119,7 +129,10 @@ def _run(options: argparse.Namespace) -> int:
     store = options.out / "simulations.jsonl"
     if options.fresh:
         store.unlink(missing_ok=True)
-    study = diagnosis.Study.from_table(options.data, cache=store, n_jobs=options.jobs, **_stated(options))
+    if options.data is not None and options.data.is_dir():
+        study = diagnosis.Study.from_folder(options.data, cache=store, n_jobs=options.jobs, **_of_folder(options))
+    else:
+        study = diagnosis.Study.from_table(options.data, cache=store, n_jobs=options.jobs, **_stated(options))
     say(f"{study.about.title}: {study.n} values, noise {study.noise}, {len(study.causes)} causes: "
         f"{', '.join(c.name for c in study.causes)}")  # fmt: skip
     found = diagnosis.investigate(
@@ -133,6 +146,27 @@ def _run(options: argparse.Namespace) -> int:
     for file in files:
         say(f"wrote {file}")
     return 0
+
+
+def _of_folder(options: argparse.Namespace) -> dict[str, Any]:
+    """What the options say of a folder's model, as ``Study.from_folder`` takes it."""
+    from limitmason.causes import ALL
+
+    useless = ("measured", "predicted", "group", "batches", "noise", "dof", "tails", "towards", "tilting", "spatial")
+    refuse(options, (*useless, "method", *ANALYSIS), "with a folder, whose files say it")
+    if options.model and ":" not in options.model:
+        raise InputError(f"--model {options.model}: a folder takes a function, module:function or file.py:function")
+    model = load_object(options.model, "--model") if options.model else None
+    chosen = None
+    if options.causes:
+        found = _causes(options.causes) or ()
+        chosen = [ALL[c]() if isinstance(c, str) and c in ALL else c for c in found]
+        if words := [c for c in chosen if isinstance(c, str)]:
+            raise InputError(f"there is no cause {words[0]!r}; known: {', '.join(ALL)}")
+    return {
+        "model": model, "causes": chosen, "inputs": dict(_input(text) for text in options.input),
+        "covariates": options.covariates, "shared": options.shared, "title": options.title, "levels": options.levels,
+    }  # fmt: skip
 
 
 def _stated(options: argparse.Namespace) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from limitmason.causes import Cause, Extension
 from limitmason.diagnosis.inference.decide import Rule
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, NextTests
+from limitmason.diagnosis.observations import EvidenceKind, Observation
 from limitmason.diagnosis.rehearse import Rehearsal, binomial_interval
 from limitmason.diagnosis.report import Diagnosis
 from limitmason.diagnosis.study import Investigation, Study, investigate
@@ -16,11 +17,13 @@ __all__ = [
     "Cause",
     "Confusable",
     "Diagnosis",
+    "EvidenceKind",
     "Extension",
     "Investigation",
     "Measured",
     "NextTests",
     "Noise",
+    "Observation",
     "Rehearsal",
     "Rule",
     "Study",

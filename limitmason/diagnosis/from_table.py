@@ -158,7 +158,7 @@ def study_arguments(
         "groups": groups,
         "shared": shared,
         "levels": levels or LEVELS[tabulated],
-        "version": _version(simulate),
+        "version": version_of(simulate),
         "causes": (*_chosen(causes, known, tabulated), *(_towards(c) for c in towards)),
         "about": About(
             title or (Path(data.name).stem if table is not None else str(series)),
@@ -203,7 +203,7 @@ def _tabulated(data: MeasuredTable, column: str, towards: Sequence[str], measure
     return Tabulated(column, {_keyword(c): c for c in towards})
 
 
-def _version(simulate: Any) -> str:
+def version_of(simulate: Any) -> str:
     """What makes simulated values on disk obsolete: another version of this package, an edit of the user's module."""
     source = getattr(sys.modules.get(getattr(simulate, "__module__", "")), "__file__", None)
     own = isinstance(simulate, Collapse | Tabulated)

@@ -89,8 +89,8 @@ def outcome(verdict: Verdict, hidden: str | None) -> str:
     if verdict.kind in ("none", "unexplained", "scatter"):
         return str(verdict.kind)
     if verdict.pairs:
-        return "two" if verdict.kind == VerdictKind.TWO else "behaves like another"
-    if verdict.kind == VerdictKind.CAUSE:
+        return "two" if verdict.distinct or verdict.kind == VerdictKind.TWO else "behaves like another"
+    if verdict.distinct:
         return "named" if verdict.causes[0] == hidden else "wrong name"
     if verdict.kind == VerdictKind.BEHAVES_LIKE:
         return "behaves like it" if verdict.causes[0] == hidden else "behaves like another"
@@ -174,7 +174,7 @@ def rehearse(
         verdict = chosen.judge(y, chances, pairs)
         row = NULL if chosen.cause is None else chosen.cause.name
         counts[row][outcome(verdict, chosen.cause.name if chosen.cause else None)] += 1
-        if verdict.kind == VerdictKind.CAUSE:
+        if verdict.distinct and not verdict.pairs:
             answers[row][verdict.causes[0]] += 1
         reached((trial + 1) / n, f"trial {trial + 1} of {n}")
         if progress is not None:

@@ -11,18 +11,21 @@ from typing import Any, Protocol
 import numpy as np
 
 from limitmason.diagnosis.from_table import About
+from limitmason.diagnosis.inference.checks import LIKE, Checks
 from limitmason.diagnosis.inference.decide import Rule
 from limitmason.diagnosis.inference.design import is_numeric
 from limitmason.diagnosis.inference.plan import NextTests
+from limitmason.diagnosis.inference.shared import PLAUSIBLE
 from limitmason.diagnosis.result import Findings
 from limitmason.diagnosis.words import (
+    as_one_kind,
     basis,
-    check_lines,
     enumerated,
     gate_words,
     headline,
     if_it_were_missing,
     meaning,
+    one_word,
     physics_of,
     seen_from,
     trend_words,
@@ -201,8 +204,13 @@ class Diagnosis(Findings):
             "identification": None if held is None else {
                 "missing": list(held.missing), "nearest discrepancy": held.along, "excess": held.excess,
                 "margin": held.margin, "expected excess": held.expected, "chance to identify it": held.chance,
+                "nearest lever": held.rival, "over it": held.rival_excess,
                 "slope": held.slope, "slope error": held.slope_error, "left out, ahead by": held.ahead,
             },
+            "by kind": [
+                {"kind": k.kind, "gain": k.gain, "share": k.share, "error": k.error, "misfit": k.misfit}
+                for k in self.by_kind
+            ],
             "if the true cause were missing": None if rehearsed is None else {
                 "in words": if_it_were_missing(self), "share named": rehearsed.rate, "data sets": rehearsed.trials,
             },
@@ -232,6 +240,43 @@ class Diagnosis(Findings):
 
     def __repr__(self) -> str:
         return f"<Diagnosis of {self.n} specimens, {headline(self)}>"
+
+
+def check_lines(diagnosis: Findings, checks: Checks) -> list[str]:
+    """What the verdict hangs on: the same data under other statements of the noise and without single specimens."""
+    out: list[str] = []
+
+    def says(answer: tuple[str, tuple[str, ...]]) -> str:
+        return one_word(*answer)
+
+    same = (as_one_kind(diagnosis), set(diagnosis.causes))
+    if diagnosis.noise.kind != "unknown":
+        if (checks.unknown_noise[0], set(checks.unknown_noise[1])) != same:
+            out.append(
+                f"Stated and unknown noise disagree: with the noise taken as unknown the verdict is "
+                f"{says(checks.unknown_noise)}."
+            )
+        else:
+            out.append("With the noise taken as unknown the verdict is the same.")
+    if checks.student is not None and (checks.student[0], set(checks.student[1])) != same:
+        out.append(
+            f"With Student errors, which forgive blunders (Noise(sd, tails=4)), the verdict is {says(checks.student)}."
+        )
+    for column, answer in checks.shared.items():
+        where = "groups of like specimens" if column == LIKE else column
+        what = f"With {100 * PLAUSIBLE:.0f} % of the noise's variance shared within {where} (assumed: not estimated)"
+        told = "is the same" if (answer[0], set(answer[1])) == same else f"is {says(answer)}"
+        out.append(f"{what} the verdict, before it is identified, {told}.")
+    for i in checks.hangs_on[:6]:
+        out.append(f"The verdict hangs on {diagnosis.specimens[i]}: without it, it is {says(checks.dropped[i])}.")
+    if len(checks.hangs_on) > 6:
+        out.append(f"And without {len(checks.hangs_on) - 6} other single specimens it changes too.")
+    if not checks.hangs_on:
+        out.append(
+            "No single specimen decides: left out one at a time, none turns the verdict into another kind or into "
+            "other causes (a set may grow or shrink)."
+        )
+    return out
 
 
 def _collinear(covariates: Mapping[str, Sequence[Any]], name: str) -> list[str]:

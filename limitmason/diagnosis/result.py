@@ -18,10 +18,12 @@ from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.estimate import Estimate, estimate
 from limitmason.diagnosis.inference.fit import Fit
 from limitmason.diagnosis.inference.gain import Gain, measure_gain
+from limitmason.diagnosis.inference.kinds import Evidence, by_kind
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, confusable, detectable
 from limitmason.diagnosis.inference.shared import Shares, seen_if_shared
 from limitmason.diagnosis.inference.verdict import Identification, Verdict, VerdictKind
+from limitmason.diagnosis.observations import linked, unlinked
 from limitmason.diagnosis.rehearse import Rehearsal
 from limitmason.display.notebook import Displayed
 from limitmason.storage.frozen import ReadOnly
@@ -41,8 +43,9 @@ class Findings(Displayed, Citable, ReadOnly):
     shares : shares of the noise within batches, days, set-ups, ... that are carried
     verdict : answer of the rule
     seed, draws, rule : of the bootstrap
-    specimens : what each is called, shape (n,)
+    specimens : what each row is called, shape (n,)
     measured : measured values, shape (n,)
+    quantities : of each row
     noise, nuisance, covariates, groups : as stated to the study
     redrawn : names of the measured inputs that have an error
     unstated : circumstances of the tests that no column tells and that tests may share
@@ -69,6 +72,7 @@ class Findings(Displayed, Citable, ReadOnly):
     noise: Noise
     nuisance: Mapping[str, Measured]
     redrawn: tuple[str, ...]
+    quantities: tuple[str, ...]
     covariates: Mapping[str, Sequence[Any]]
     groups: Sequence[Any] | None
     unstated: tuple[str, ...]
@@ -170,6 +174,16 @@ class Findings(Displayed, Citable, ReadOnly):
         return self.verdict.tested[self.kept[0]].fit if self.kept else self.verdict.null
 
     @cached_property
+    def by_kind(self) -> tuple[Evidence, ...]:
+        """What each kind of data says of the best kept explanation, or of the baseline where none is kept."""
+        held = self.verdict.identification
+        if held is not None and held.kinds:
+            return held.kinds
+        names = self.kept[0] if self.kept else ()
+        sd = self.noise_sd or 1.0
+        return by_kind(self.judged, names, self.best, self.verdict.null, self.judged.turned(self.y), sd)
+
+    @cached_property
     def known(self) -> Design:
         """The design with a known noise: as stated, or as estimated from the best explanation."""
         sd = self.noise_sd
@@ -219,7 +233,7 @@ class Findings(Displayed, Citable, ReadOnly):
 
     @cached_property
     def residuals(self) -> dict[str, np.ndarray]:
-        """Values of log(measured / predicted): "baseline" as stated, and refitted with each kept explanation."""
+        """Differences on the scale of comparison, log(measured / predicted): "baseline", and each kept explanation."""
         out = {"baseline": self.y * self.design.scale}
         for names in self.kept:
             out[" + ".join(names)] = self._left(names)
@@ -229,7 +243,8 @@ class Findings(Displayed, Citable, ReadOnly):
         """Prediction of every specimen by a kept explanation (default the best), or by the baseline for no names."""
         names = (self.kept[0] if self.kept else ()) if names is None else tuple(names)
         left = self._left(names) if names else self.residuals["baseline"]
-        return self.measured * np.exp(-left)
+        log = np.ones(self.n, bool) if self.design.log is None else self.design.log
+        return unlinked(linked(self.measured, log) - left, log)
 
     def _left(self, names: Names) -> np.ndarray:
         """Residuals log(measured / predicted) of an explanation, shape (n,)."""

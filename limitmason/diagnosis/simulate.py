@@ -1,7 +1,7 @@
 """Ready simulators for a study: the collapse multiplier of an assembly by any method, extended by causes."""
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 
 from limitmason import experiments
+from limitmason.answers.curve import Curve
 from limitmason.answers.method import Method
 from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED
 from limitmason.errors import InputError, NotConverged
 from limitmason.methods import get_method, predict
 from limitmason.model import Assembly, Loads
 from limitmason.study.content import fingerprint
+from limitmason.vibration import modes
 
 Build = Callable[..., tuple[Assembly, Loads]]
 FLOOR = 1e-3
@@ -141,6 +143,79 @@ def collapse(
         ``simulate(specimen, extend=None, **parameters)``; ``.model(...)`` returns the extended model itself.
     """
     return Collapse(build, method, measured_as, floor, tuple(accept), options)
+
+
+@dataclass(frozen=True, eq=False)
+class Several:
+    """A simulator of several quantities; make one with :func:`several`."""
+
+    build: Build
+    answers: Mapping[str, str | Callable[[Assembly, Loads], float]]
+    options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    @property
+    def __signature__(self) -> inspect.Signature:
+        """What it takes: the specimen, ``extend`` and the parameters of ``build``."""
+        return Collapse(self.build).__signature__
+
+    def __call__(self, specimen: Any, *, extend: Callable | None = None, **parameters: Any) -> dict[str, float]:
+        """Every quantity of one specimen, all of the same extended model."""
+        assembly, loads = self.build(specimen, **parameters)
+        if extend is not None:
+            assembly, loads = extend(assembly, loads)
+        out: dict[str, float] = {}
+        for method in dict.fromkeys(m for m in self.answers.values() if isinstance(m, str)):
+            wanted = [q for q, m in self.answers.items() if m == method]
+            out |= answer(assembly, loads, method, wanted, **self.options.get(method, {}))
+        return out | {q: float(f(assembly, loads)) for q, f in self.answers.items() if callable(f)}
+
+
+def answer(
+    assembly: Assembly, loads: Loads, method: str, wanted: Sequence[str], **options: Any
+) -> dict[str, float]:  # fmt: skip
+    """Quantities that one method finds on one model.
+
+    Parameters
+    ----------
+    method : "modes" for "frequency 1", "frequency 2", ... [Hz]; else a method of ``limitmason.methods``: "peak" is its
+        collapse multiplier [-], and of one that follows a path "stiffness" (secant of 10 to 40 % of the peak), "drift
+        at peak" and "residual" are those of its curve, in its units
+    wanted : names of quantities
+
+    Raises
+    ------
+    InputError
+        For a quantity that the method does not find; the message lists those it does.
+    """
+    if method == "modes":
+        found = modes(assembly, max(int(q.split()[-1]) for q in wanted), **options)
+        known = {f"frequency {k + 1}": float(f) for k, f in enumerate(found.frequency)}
+    else:
+        prediction = predict(assembly, loads, method, **options)
+        value = prediction.collapse_multiplier
+        if prediction.status not in (SOLVED, ALMOST_SOLVED) or not np.isfinite(value):
+            raise NotConverged(f"method {method!r} ended '{prediction.status}' (multiplier {value:.4g})")
+        known = {"peak": float(value)}
+        if isinstance(curve := prediction.details.get("curve"), Curve):
+            known |= {"stiffness": curve.stiffness(), "drift at peak": curve.peak.displacement,
+                      "residual": float(curve.load[-1])}  # fmt: skip
+    if missing := [q for q in wanted if q not in known]:
+        raise InputError(f"method {method!r} does not find {missing[0]!r}; it finds {', '.join(known)}")
+    return {q: known[q] for q in wanted}
+
+
+def several(
+    build: Build, answers: Mapping[str, str | Callable[[Assembly, Loads], float]], **options: Mapping[str, Any]
+) -> Several:
+    """A simulator for ``Study`` of several quantities of one model, so that a cause moves them all.
+
+    Parameters
+    ----------
+    build : ``build(specimen, **parameters)`` returns (assembly, loads)
+    answers : quantity to the method that finds it, see :func:`answer`, or to a function of assembly and loads
+    options : of a method, by its name
+    """
+    return Several(build, dict(answers), options)
 
 
 @dataclass(frozen=True)

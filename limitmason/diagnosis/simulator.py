@@ -29,6 +29,7 @@ def is_own(error: BaseException) -> bool:
     return any(note.startswith(OWN) for note in getattr(error, "__notes__", ()))
 
 
+Prediction = float | Mapping[str, float]
 NUMBERED = "number "  # begins what is known of a specimen only by its place in the list
 
 
@@ -45,10 +46,11 @@ class Simulator:
 
     Parameters
     ----------
-    simulate : returns a positive prediction of what was measured
+    simulate : returns the prediction of what was measured, a number, or a mapping of quantities to numbers
     specimens : what is passed to it, one per measured value
     cache : file that keeps every value, one line each; an interrupted study goes on where it stopped
     n_jobs : processes
+    needed : quantities that it must return, and whether each must be positive; a single one may come as a number
     version : part of the key on disk, for what it does not see; with one, lists and mappings that ``simulate`` holds
         are taken for its own state, such as counters, and do not count
 
@@ -71,19 +73,21 @@ class Simulator:
         cache: str | Path | None = None,
         n_jobs: int = 1,
         version: str = "",
+        needed: Mapping[str, bool] | None = None,
     ):
         if not callable(simulate):
             raise TypeError(f"simulate must be a function simulate(specimen, **parameters), got {simulate!r}")
         self.simulate = simulate
         self.specimens = list(specimens)
+        self.needed = dict(needed or {"value": True})
         self.cache = None if cache is None else Path(cache)
         self.n_jobs = n_jobs
         self.version = version
         self.calls = 0
         self.progress: Callable[[int], None] | None = None  # told the number of calls after each
-        self._known: dict[tuple[str, tuple, tuple], float] = {}  # by what the specimen is
+        self._known: dict[tuple[str, tuple, tuple], Prediction] = {}  # by what the specimen is
         self._equal: list[str] | None = None
-        self._memo = None if cache is None else Memo(cache, kind=(int, float))
+        self._memo = None if cache is None else Memo(cache, kind=(int, float, dict))
         # of the function as it is now: calls may change what it holds
         known = fingerprint_of_code if version else fingerprint
         self._of = "" if cache is None else known(simulate, version)
@@ -110,7 +114,7 @@ class Simulator:
                 raise InputError(f"simulate does not take the parameter {name!r} of {of}; it takes: {known}")
 
     def predict(self, jobs: Sequence[Job]) -> np.ndarray:
-        """Predictions of all jobs, computing only those never computed before.
+        """Predictions of all jobs, shape (len of jobs, quantities needed), computing only those never computed before.
 
         Raises
         ------
@@ -125,10 +129,14 @@ class Simulator:
                 missing[key] = job
         if self._memo is not None:
             for key in [k for k in missing if self._text(missing[k]) in self._memo]:
-                self._known[key] = float(self._memo[self._text(missing.pop(key))])
+                kept = self._memo[self._text(missing[key])]
+                if isinstance(kept, dict) and not set(self.needed) <= set(kept):
+                    continue  # of a study that needed fewer quantities
+                self._known[key] = kept
+                missing.pop(key)
         if missing:
             self._run(missing)
-        return np.array([self._known[key] for key in keys])
+        return np.array([self._read(self._known[key]) for key in keys]).reshape(len(jobs), len(self.needed))
 
     def _run(self, missing: dict[tuple, Job]) -> None:
         with task("simulations", shown=self.progress is None):
@@ -147,15 +155,35 @@ class Simulator:
                 self._memo.keep(self._text(jobs[k]), self._known[keys[k]])
             reached((self.calls - before) / len(jobs), f"{self.calls - before} of {len(jobs)}")
 
-    def _checked(self, job: Job, value: Any) -> float:
+    def _read(self, known: Prediction) -> list[float]:
+        """The quantities needed, in their order."""
+        return [float(known[q]) for q in self.needed] if isinstance(known, Mapping) else [float(known)]
+
+    def _checked(self, job: Job, value: Any) -> Prediction:
         self.calls += 1
         if self.progress is not None:
             self.progress(self.calls)
-        return positive(value, lambda: f"simulate for {_called(self.specimens[job.specimen], job)}")
+
+        def what() -> str:
+            return f"simulate for {_called(self.specimens[job.specimen], job)}"
+
+        value = getattr(value, "quantities", value)
+        if not isinstance(value, Mapping):
+            if len(self.needed) > 1:
+                raise InputError(f"{what()} gave {_short(value)}; a mapping of {', '.join(self.needed)} is needed")
+            (must,) = self.needed.values()
+            return number(value, what, must)
+        for quantity, must in self.needed.items():
+            if quantity not in value:
+                raise InputError(f"{what()} gave no {quantity!r}; it gave {', '.join(map(str, value)) or 'nothing'}")
+            number(value[quantity], lambda q=quantity: f"{what()}: {q}", must)  # type: ignore[misc]
+        return {str(q): float(v) for q, v in value.items() if isinstance(v, (int, float)) and isfinite(v)}
 
     def on(self, specimens: Sequence[Any]) -> "Simulator":
         """A simulator of other specimens that knows what is known of those equal to these."""
-        out = Simulator(self.simulate, specimens, cache=self.cache, n_jobs=self.n_jobs, version=self.version)
+        out = Simulator(
+            self.simulate, specimens, cache=self.cache, n_jobs=self.n_jobs, version=self.version, needed=self.needed
+        )
         out._of = self._of
         out._known = {key: value for key, value in self._known.items() if not key[0].startswith(NUMBERED)}
         return out
@@ -191,18 +219,18 @@ class Simulator:
         return self._names[what]
 
 
-def positive(value: Any, what: Callable[[], str]) -> float:
-    """The value as a float, refused unless it is finite and positive."""
+def number(value: Any, what: Callable[[], str], must_be_positive: bool = True) -> float:
+    """The value as a float, refused unless it is finite and, where its logarithm is compared, positive."""
     try:
-        number = float(value)
+        out = float(value)
     except (TypeError, ValueError):
         raise InputError(f"{what()} gave {_short(value)}; a positive number is needed") from None
-    if not isfinite(number) or number <= 0.0:
+    if not isfinite(out) or (must_be_positive and out <= 0.0):
         raise InputError(
-            f"{what()} gave {number!r}; a positive finite number is needed: narrow the bounds of the cause, give the "
+            f"{what()} gave {out!r}; a positive finite number is needed: narrow the bounds of the cause, give the "
             "measured input bounds, or return a small positive number for a model that cannot stand"
         )
-    return number
+    return out
 
 
 def _call(simulate: Callable[..., Any], specimen: Any, job: Job) -> Any:

@@ -11,19 +11,20 @@ from typing import Any, Self
 import numpy as np
 
 from limitmason.causes.cause import Cause
+from limitmason.diagnosis.from_folder import folder_arguments
 from limitmason.diagnosis.from_table import About, study_arguments
 from limitmason.diagnosis.inference.grid import at_measured
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.shared import unstated
+from limitmason.diagnosis.observations import Observation, Rows, called, covariates_of, unlinked
 from limitmason.diagnosis.simulator import Simulator
-from limitmason.diagnosis.specimens import covariates_of, positive_values
 from limitmason.diagnosis.tables import Made, Tables, placing_noise
 from limitmason.diagnosis.tabulate import Tabulator
 from limitmason.errors import InputError
 from limitmason.experiments.measured_table import MeasuredTable
 from limitmason.storage.frozen import ReadOnly
 
-FEWEST = 4  # specimens
+FEWEST = 4  # numbers, where their noise is not stated; two where it is
 STATEMENTS = ("measured", "noise", "groups", "covariates", "causes", "about", "shared")  # no table depends on them
 
 
@@ -49,32 +50,39 @@ class Statement(ReadOnly):
     crossed: str = "full"
     causes: tuple[Cause, ...] = ()
     about: About = field(default_factory=About)
+    rows: Any = None
     made: InitVar[Made | None] = None
+    columns: Mapping[str, Sequence[Any]] = field(init=False)
     scale: np.ndarray = field(init=False)
     tables: Tables = field(init=False)
     _made: Made = field(init=False)
 
     def __post_init__(self, made: Made | None) -> None:
         specimens = tuple(self.specimens)
-        n = len(specimens)
-        if n < FEWEST:
-            raise InputError(f"at least {FEWEST} specimens are needed, got {n}")
+        rows = rows_of(self.measured, self.rows, specimens)
+        noise, n = self.noise, len(rows)
+        if rows.scatter is not None:
+            noise = Noise(tuple(rows.scatter), noise.dof, noise.tails, by_row=True)
+        if n < (least := FEWEST if noise.kind == "unknown" else 2):
+            raise InputError(f"at least {least} specimens are needed, got {n}")
         nuisance = dict(self.nuisance)
-        covariates = covariates_of(self.covariates, specimens)
+        covariates = covariates_of(self.covariates, specimens, rows)
         if unknown := [name for name in self.shared or () if name not in covariates]:
             raise InputError(f"shared names {unknown[0]!r}, which is no covariate; known: {', '.join(covariates)}")
         for name, given in nuisance.items():
             if not isinstance(given, Measured):
                 raise InputError(f"nuisance {name!r} must be Measured(value, sd), got {given!r}")
-        if self.groups is not None and len(self.groups) != n:
-            raise InputError(f"groups has {len(self.groups)} labels for {n} specimens")
+        groups = self.groups if self.groups is not None or not rows.several else list(range(len(specimens)))
         fixed: dict[str, Any] = {
             "specimens": specimens,
-            "scale": self.noise.scale(n),
-            "measured": None if self.measured is None else positive_values(self.measured, n),
+            "rows": rows,
+            "noise": noise,
+            "scale": noise.scale(n),
+            "measured": rows.values,
             "covariates": covariates,
+            "columns": rows.columns(covariates, [called(specimens[i], i) for i in rows.of]),
             "shared": None if self.shared is None else tuple(self.shared),
-            "groups": None if self.groups is None else list(self.groups),
+            "groups": None if groups is None else rows.spread_out("groups", groups, len(specimens)),
             "nuisance": nuisance,
         }
         for name, value in fixed.items():
@@ -85,11 +93,12 @@ class Statement(ReadOnly):
 
     def _new_tables(self) -> Tables:
         simulator = Simulator(
-            self.simulate, self.specimens, cache=self.cache, n_jobs=self.n_jobs, version=self.version
+            self.simulate, self.specimens, cache=self.cache, n_jobs=self.n_jobs, version=self.version,
+            needed=self.rows.needed,
         )  # fmt: skip
         placing = placing_noise(self.noise, self.n)
         tabulator = Tabulator(
-            simulator, self.nuisance, placing, levels=self.levels, nuisance_levels=self.nuisance_levels,
+            simulator, self.rows, self.nuisance, placing, levels=self.levels, nuisance_levels=self.nuisance_levels,
             crossed=self.crossed,
         )  # fmt: skip
         return Tables(tabulator, self.pair_tables)
@@ -127,14 +136,43 @@ class Statement(ReadOnly):
         return cls(cache=cache, n_jobs=n_jobs, **study_arguments(table, **stated))
 
     @classmethod
+    def from_folder(
+        cls, folder: str | Path, *, cache: str | Path | None = None, n_jobs: int = 1, **stated: Any
+    ) -> Self:  # fmt: skip
+        """A study of a folder of CSV files: any number of quantities and specimens, cells missing or not.
+
+        Parameters
+        ----------
+        folder : with specimens.csv, measured.csv and quantities.csv, see :mod:`limitmason.diagnosis.from_folder`
+        cache, n_jobs : as for the study
+        stated : ``model``, ``simulate(specimen, **parameters)``, which returns a mapping of quantities; without one
+            predicted.csv holds the predictions. ``causes``; else those in the measurement. ``inputs``, measured inputs
+            of the model by name; ``covariates``, ``shared``, ``title``, ``levels``
+
+        Raises
+        ------
+        InputError
+            Naming file, row and column of what is wrong.
+        """
+        return cls(cache=cache, n_jobs=n_jobs, **folder_arguments(folder, **stated))
+
+    @classmethod
     def from_experiments(cls, series: str, **stated: Any) -> Self:
         """A study of a packaged series by its own models or published predictions; see :meth:`from_table`."""
         return cls.from_table(None, model=series, **stated)
 
     @property
     def n(self) -> int:
-        """Number of specimens."""
-        return len(self.specimens)
+        """Number of measured numbers."""
+        return len(self.rows)
+
+    @property
+    def called(self) -> tuple[str, ...]:
+        """What each row is called: its specimen, and its quantity where several were measured."""
+        names = [called(self.specimens[i], int(i)) for i in self.rows.of]
+        if self.rows.several:
+            names = [f"{name}, {q}" for name, q in zip(names, self.rows.quantities, strict=True)]
+        return tuple(names)
 
     @property
     def simulator(self) -> Simulator:
@@ -154,7 +192,12 @@ class Statement(ReadOnly):
         and groups, and their covariates are read anew.
         """
         if "specimens" in changes:
-            changes = {"measured": None, "groups": None, "covariates": tuple(self.covariates), **changes}
+            rows = self.rows.on(len(changes["specimens"]))
+            noise = self.noise.for_others() if self.noise.by_row else self.noise
+            changes = {
+                "measured": None, "groups": None, "covariates": tuple(self.covariates), "rows": rows, "noise": noise,
+                **changes,
+            }  # fmt: skip
         if not set(changes) <= set(STATEMENTS):
             return dataclasses.replace(self, **changes)
         if set(changes) & {"noise", "covariates"}:
@@ -174,7 +217,7 @@ class Statement(ReadOnly):
 
     def baseline(self) -> np.ndarray:
         """Prediction of the baseline at the measured inputs, shape (n,)."""
-        return np.exp(at_measured(self.tables.base()))
+        return unlinked(at_measured(self.tables.base()), self.rows.log)
 
     def predicted(self, causes: Iterable[Cause], sizes: Iterable[float], z: Iterable[float] = ()) -> np.ndarray:
         """Prediction with given causes switched on, by the simulator itself, shape (n,).
@@ -185,9 +228,18 @@ class Statement(ReadOnly):
         z : measured inputs in standard deviations from their values; none is the values themselves
         """
         z = tuple(z) or tuple(0.0 for _ in self.tabulator.free)
-        return np.exp(self.tabulator.evaluate(tuple(causes), [(tuple(sizes), z)])[0])
+        return unlinked(self.tabulator.evaluate(tuple(causes), [(tuple(sizes), z)])[0], self.rows.log)
 
     @property
     def unstated(self) -> tuple[str, ...]:
         """Circumstances that no column tells and that tests may share: of batch, day and set-up; see ``shared``."""
         return unstated(self.covariates) if self.shared is None else ()
+
+
+def rows_of(measured: Any, rows: Any, specimens: Sequence[Any]) -> Rows:
+    """What is compared, from observations, from one value per row of rows known before, or one number per specimen."""
+    if measured is not None and len(measured) and all(isinstance(o, Observation) for o in measured):
+        return Rows.read(list(measured), specimens)
+    if isinstance(rows, Rows):
+        return rows if measured is None or measured is rows.values else rows.with_values(measured)
+    return Rows.plain(len(specimens), measured)

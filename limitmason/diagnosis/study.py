@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from limitmason.causes.cause import Cause, check_causes
 from limitmason.diagnosis.from_table import pool_rows
 from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws
@@ -24,7 +22,6 @@ from limitmason.diagnosis.inference.verdict import VerdictKind
 from limitmason.diagnosis.rehearse import Rehearsal, planted, rehearse
 from limitmason.diagnosis.report import Diagnosis
 from limitmason.diagnosis.result import Findings, checked_by_group
-from limitmason.diagnosis.specimens import called
 from limitmason.diagnosis.statement import Statement
 from limitmason.diagnosis.suggest import suggest
 from limitmason.diagnosis.tables import ASSUMED_NOISE, PoolGrids
@@ -41,10 +38,12 @@ class Study(Statement):
 
     Parameters
     ----------
-    specimens : one per measured value; a mapping of covariates, or any object that ``simulate`` understands
-    simulate : ``simulate(specimen, **parameters)``, a positive prediction of what was measured
-    measured : positive values, shape (n,); None for planning
-    noise : relative error of the measured values
+    specimens : mappings of covariates, or any objects that ``simulate`` understands
+    simulate : ``simulate(specimen, **parameters)``, the prediction of what was measured: a number, or a mapping of
+        quantities to numbers
+    measured : one positive value per specimen, shape (n,), or a list of :class:`~limitmason.diagnosis.Observation`,
+        any number per specimen; None for planning
+    noise : relative error of the measured values, where the observations do not state their own
     nuisance : inputs of the simulator that were measured separately, with their errors
     covariates : names to read from each specimen, or a mapping of names to n values
     groups : label of the configuration of each specimen: repeats share one
@@ -85,7 +84,7 @@ class Study(Statement):
         causes = self._listed(causes)
         designs = self._made.designs
         if causes not in designs:
-            designs[causes] = self.tables.design(causes, self.noise, self.scale, self.covariates)
+            designs[causes] = self.tables.design(causes, self.noise, self.scale, self.columns)
         return designs[causes]
 
     def judge(self, causes: Iterable[Cause] | None = None, rule: Rule | None = None) -> Judge:
@@ -102,7 +101,7 @@ class Study(Statement):
             return design if self.noise.kind != "unknown" else self.known_design(causes, sd)
 
         return Judge(
-            design, known, self.covariates, folds_of(self.groups, self.n), rule, rehearsed=rehearsed,
+            design, known, self.columns, folds_of(self.groups, self.n), rule, rehearsed=rehearsed,
             unstated=self.unstated,
         )  # fmt: skip
 
@@ -119,9 +118,9 @@ class Study(Statement):
             raise InputError("the study has no measured values to estimate shares of the noise from")
         causes = self._listed(causes)
         design = self.design(causes)
-        named = {n: self.covariates[n] for n in self.shared or ()}
+        named = {n: self.columns[n] for n in self.shared or ()}
         return estimated_shares(
-            design, design.whiten(self.measured), self.covariates if self.shared is None else named,
+            design, design.whiten(self.measured), self.columns if self.shared is None else named,
             every=self.shared is not None, price=price,
         )  # fmt: skip
 
@@ -130,7 +129,7 @@ class Study(Statement):
         judge = self.judge(causes, rule)
         if not shares.shares:
             return judge
-        mixed = sharing(judge.design, shares.correlation, self.covariates)
+        mixed = sharing(judge.design, shares.correlation, self.columns)
         return self._judge(causes, rule, mixed, judge)
 
     def table(self, cause: Cause) -> Table:
@@ -202,12 +201,13 @@ class Study(Statement):
             seed=seed,
             draws=chances,
             rule=rule,
-            specimens=tuple(called(s, i) for i, s in enumerate(self.specimens)),
+            specimens=self.called,
             measured=self.measured,
             noise=self.noise,
             nuisance=self.nuisance,
             redrawn=tuple(self.tabulator.free),
-            covariates=self.covariates,
+            covariates=self.columns,
+            quantities=self.rows.quantities,
             groups=self.groups,
             unstated=self.unstated,
             table_errors={c.name: self.table(c).error for c in causes},
@@ -234,7 +234,7 @@ class Study(Statement):
         if sd is None and self.noise.kind != "unknown":
             return design
         noise = Noise(sd if sd is not None else ASSUMED_NOISE)
-        return design.with_noise(noise, noise.scale(self.n), self.covariates)
+        return design.with_noise(noise, noise.scale(self.n), self.columns)
 
     def rehearse(
         self,
@@ -306,7 +306,7 @@ class Study(Statement):
         self, causes: tuple[Cause, ...], pool: Sequence[Any], k: int, diagnosis: Findings | None
     ) -> NextTests:
         design = self.known_design(causes, diagnosis.noise_sd if diagnosis is not None else None)
-        there = PoolGrids(self.tables, pool, self.noise, causes, float(np.mean(design.scale)))
+        there = PoolGrids(self.tables, pool, self.noise, causes, design.scale)
         return suggest(design, there, pool, k, diagnosis)
 
 

@@ -11,11 +11,12 @@ from limitmason.diagnosis.inference.grid import Grid, at_measured
 from limitmason.diagnosis.inference.plan import NextTests, choose_tests, confusable
 from limitmason.diagnosis.inference.verdict import Tested
 from limitmason.diagnosis.result import Findings
+from limitmason.diagnosis.tables import PoolGrids
 from limitmason.errors import InputError
 
 
 def suggest(
-    design: Design, there: Mapping[Names, Grid], pool: Sequence[Any], k: int, diagnosis: Findings | None = None
+    design: Design, there: PoolGrids, pool: Sequence[Any], k: int, diagnosis: Findings | None = None
 ) -> NextTests:
     """Choose ``k`` specimens of the pool.
 
@@ -47,42 +48,53 @@ def suggest(
     truths, pairs, reason = _hypotheses(design, there, diagnosis)
     grids = {name: (g.denser(), there[name].denser()) for name, g in _needed(design, pairs)}
     chosen, before, after = choose_tests(truths, grids, pairs, k)
-    return NextTests(
-        tuple(chosen),
-        tuple(pool[i] for i in chosen),
-        reason,
+    return _tests(
+        there, chosen, pool, reason,
         tuple((" + ".join(a), " + ".join(b)) for a, b in pairs),
         float(before.min()),
         float(after.min()),
     )
 
 
-def _identify(design: Design, there: Mapping[Names, Grid], pool: list[Any], k: int, diagnosis: Findings) -> NextTests:
+def _identify(design: Design, there: PoolGrids, pool: list[Any], k: int, diagnosis: Findings) -> NextTests:
     """Specimens after which the effect of the one explanation most exceeds what the covariates alone could do."""
     names = diagnosis.kept[0]
     fit = diagnosis.verdict.tested[names].fit
-    column = Rivals(design, diagnosis.covariates).column(names)
+    own = Rivals(design, diagnosis.covariates).own(names)
     both: dict[str, list[Any]] = {}
     for name, values in diagnosis.covariates.items():
-        more = [s.get(name) if isinstance(s, Mapping) else getattr(s, name, None) for s in pool]
-        if name != column and all(v is not None for v in more):
+        said = [s.get(name) if isinstance(s, Mapping) else getattr(s, name, None) for s in pool]
+        more = [said[i] for i in there.rows.of]
+        more = list(there.rows.quantities) if name == "quantity" else more
+        if name not in own and all(v is not None for v in more):
             both[name] = [*values, *more]
     effect, slopes = [], []
     for null, grid in ((design.null, design.grid(names)), (there[()], there[names])):
         effect.append(grid.effect(null, fit.node, fit.position))
         slopes.append(null.slopes)
-    scale = np.concatenate([design.scale, np.full(len(pool), float(np.mean(design.scale)))])
+    scale = np.concatenate([design.scale, there.scale])
     rivals = Discrepancy.of(both, scale, np.concatenate(slopes))
     whole = np.concatenate(slopes), np.concatenate(effect)
     chosen, before, after = tests_that_identify(rivals, *whole, design.n, k)
-    lost = [c for c in diagnosis.covariates if c not in both and c != column]
+    lost = [c for c in diagnosis.covariates if c not in both and c not in own and " in " not in c]
     told = f"; the pool does not say its {', '.join(lost)}" if lost else ""
     asked = diagnosis.identification.margin if diagnosis.identification is not None else 0.0
     reason = (
         f"to identify {' + '.join(names)}, against all that goes with the covariates (expected excess "
         f"{before:.1f} now, {after:.1f} with them, {asked:.1f} asked{told})"
     )
-    return NextTests(tuple(chosen), tuple(pool[i] for i in chosen), reason)
+    return _tests(there, chosen, pool, reason)
+
+
+def _tests(
+    there: PoolGrids, chosen: Sequence[int], pool: list[Any], reason: str, pairs: tuple[tuple[str, str], ...] = (),
+    before: float = float("nan"), after: float = float("nan"),
+) -> NextTests:  # fmt: skip
+    """Rows of a pool as specimens to be tested, each with the quantity to be measured where there are several."""
+    rows = there.rows
+    indices = tuple(int(rows.of[i]) for i in chosen)
+    quantities = tuple(rows.quantities[i] for i in chosen) if rows.several else ()
+    return NextTests(indices, tuple(pool[i] for i in indices), reason, pairs, before, after, quantities)
 
 
 def _needed(design: Design, pairs: Sequence[tuple[Names, Names]]) -> list[tuple[Names, Grid]]:

@@ -105,7 +105,11 @@ class Tables:
             return self.pair(by_name[names[0]], by_name[names[1]])
 
         null = base.whitened(origin, scale)
-        return Design(causes, noise, scale, origin, null, singles, Shapes(covariates, scale), pair_table, pairs)
+        rows = self.tabulator.rows
+        return Design(
+            causes, noise, scale, origin, null, singles, Shapes(covariates, scale), pair_table, pairs, log=rows.log,
+            kinds=rows.kinds,
+        )  # fmt: skip
 
     def verify(self, design: Design, causes: Iterable[Cause], verdict: Verdict) -> bool:
         """Check additive tables of pairs near the best against the true pair; True when one had to be replaced."""
@@ -148,15 +152,21 @@ class PoolGrids(dict):
     pool : specimens that could be tested
     noise : stated for the tested specimens
     causes : the list
-    sd : relative noise of a test of the pool
+    scale : noise of the tested rows, shape (n,): a test of the pool has that of its quantity on average
     """
 
-    def __init__(self, tested: Tables, pool: Sequence[Any], noise: Noise, causes: Iterable[Cause], sd: float):
+    def __init__(
+        self, tested: Tables, pool: Sequence[Any], noise: Noise, causes: Iterable[Cause], scale: np.ndarray
+    ):  # fmt: skip
         super().__init__()
         self.tested = tested
-        self.tables = tested.on(pool, placing_noise(noise.for_others(), len(pool)))
+        rows = tested.tabulator.rows
+        mean = [float(np.mean(scale[rows.column == k])) for k in range(len(rows.needed))]
+        self.scale = np.tile(mean, len(pool))
+        placing = self.scale if noise.kind != "unknown" else np.full(len(self.scale), ASSUMED_NOISE)
+        self.tables = tested.on(pool, placing)
+        self.rows = self.tables.tabulator.rows
         self.by_name = {c.name: c for c in causes}
-        self.scale = np.full(len(pool), sd)
 
     def __missing__(self, names: Names) -> Grid:
         self[names] = self._table(names).whitened(at_measured(self.tables.base()), self.scale)

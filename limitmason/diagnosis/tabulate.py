@@ -11,7 +11,8 @@ from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
 from limitmason.causes.cause import Cause
 from limitmason.diagnosis.inference.grid import Table
 from limitmason.diagnosis.inference.noise import Measured
-from limitmason.diagnosis.simulator import Job, Simulator, note_own, positive
+from limitmason.diagnosis.observations import Rows
+from limitmason.diagnosis.simulator import Job, Simulator, note_own, number
 from limitmason.errors import InputError
 
 REACH = 4.0  # standard deviations of a measured input that the refit may use
@@ -30,6 +31,7 @@ class Tabulator:
     Parameters
     ----------
     simulator : the calls
+    rows : the numbers that are compared
     nuisance : measured inputs by name; those with error 0 are passed on as exact
     noise : noise per specimen that levels and nodes are placed by, shape (n,)
     levels : most sizes per cause at which the simulator is called
@@ -46,6 +48,7 @@ class Tabulator:
     def __init__(
         self,
         simulator: Simulator,
+        rows: Rows,
         nuisance: Mapping[str, Measured],
         noise: np.ndarray,
         *,
@@ -56,7 +59,7 @@ class Tabulator:
         if crossed not in CROSSED:
             raise InputError(f"crossed must be one of {CROSSED}, got {crossed!r}")
         self.crossed = crossed
-        self.simulator = simulator
+        self.simulator, self.rows = simulator, rows
         self.nuisance = dict(nuisance)
         self.fixed = tuple((k, m.value) for k, m in nuisance.items() if m.sd == 0)
         self.free = {k: m for k, m in nuisance.items() if m.sd > 0}
@@ -75,13 +78,14 @@ class Tabulator:
         count = len(self.z_levels[0]) if self.z_levels else None
         simulator = self.simulator.on(specimens)
         return Tabulator(
-            simulator, self.nuisance, noise, levels=self.levels, nuisance_levels=count, crossed=self.crossed
+            simulator, self.rows.on(len(specimens)), self.nuisance, noise, levels=self.levels, nuisance_levels=count,
+            crossed=self.crossed,
         )
 
     @property
     def n(self) -> int:
-        """Number of specimens."""
-        return len(self.simulator.specimens)
+        """Number of rows."""
+        return len(self.rows)
 
     def evaluate(
         self,
@@ -89,19 +93,20 @@ class Tabulator:
         points: Sequence[tuple[tuple[float, ...], tuple[float, ...]]],
         rows: Sequence[int] | np.ndarray | None = None,
     ) -> np.ndarray:
-        """Log predictions of specimens at given sizes and nuisance values.
+        """Predictions at given sizes and nuisance values, as logarithms where these are compared.
 
         Parameters
         ----------
         causes : none, one or two; a measurement cause with ``apply`` transforms the prediction after the others
         points : pairs of sizes (one per cause) and nuisance inputs in standard deviations
-        rows : numbers of the specimens; None is all
+        rows : numbers of the rows; None is all
 
         Returns
         -------
         ndarray, shape (len of points, len of rows)
         """
         rows = np.arange(self.n) if rows is None else np.asarray(rows)
+        asked, place = np.unique(self.rows.of[rows], return_inverse=True)
         jobs = []
         for sizes, z in points:
             parameters = list(self.fixed) + [(k, m.at(v)) for (k, m), v in zip(self.free.items(), z, strict=True)]
@@ -113,16 +118,23 @@ class Tabulator:
                     parameters.append((cause.parameter, float(size)))
                 else:
                     steps.append((cause, float(size)))
-            jobs += [Job(int(i), tuple(parameters), tuple(steps)) for i in rows]
-        values = self.simulator.predict(jobs).reshape(len(points), len(rows))
+            jobs += [Job(int(i), tuple(parameters), tuple(steps)) for i in asked]
+        values = self.simulator.predict(jobs).reshape(len(points), len(asked), -1)[:, place, self.rows.column[rows]]
         for index, (sizes, _) in enumerate(points):
             for cause, size in zip(causes, sizes, strict=True):
                 if cause.transforms and size != cause.baseline:
-                    values[index] = [
-                        transformed(cause, size, value, self.simulator.specimens[i], i)
-                        for i, value in zip(rows, values[index], strict=True)
-                    ]
-        return np.log(values)
+                    values[index] = self._transformed(cause, size, values[index], rows)
+        return self.rows.linked(values, rows)
+
+    def _transformed(self, cause: Cause, size: float, values: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Predictions of some rows as a measurement cause lets them be read."""
+        out = values.copy()
+        for k, row in enumerate(rows):
+            if cause.reads_row(self.rows.quantities[row], self.rows.kinds[row]):
+                specimen = int(self.rows.of[row])
+                what = self.simulator.specimens[specimen]
+                out[k] = transformed(cause, size, values[k], what, specimen, bool(self.rows.log[row]))
+        return out
 
     def baseline(self) -> Table:
         """The model without any cause."""
@@ -193,17 +205,22 @@ class Tabulator:
             self.simulator.check_parameters(["extend"], f"cause {cause.name!r} (it has apply= and acts on the model)")
         self.simulator.check_parameters([k for k, _ in self.fixed] + list(self.free), "the nuisance")
         parameters = self.fixed + tuple((k, m.value) for k, m in self.free.items())
-        plain = self.simulator.predict([Job(0, parameters)])[0]
+        first = int(self.rows.of[0])
+        rows = np.flatnonzero(self.rows.of == first)
+        plain = self.simulator.predict([Job(first, parameters)])[0, self.rows.column[rows]]
         if cause.transforms:
-            value = transformed(cause, cause.baseline, plain, self.simulator.specimens[0], 0)
-        elif cause.apply is None:
-            value = self.simulator.predict([Job(0, (*parameters, (cause.parameter, cause.baseline)))])[0]
+            values = self._transformed(cause, cause.baseline, plain, rows)
         else:
-            value = self.simulator.predict([Job(0, parameters, ((cause, cause.baseline),))])[0]
-        if abs(np.log(value / plain)) > 0.02 * self.noise[0]:
+            with_it = Job(first, parameters, ((cause, cause.baseline),))
+            if cause.apply is None:
+                with_it = Job(first, (*parameters, (cause.parameter, cause.baseline)))
+            values = self.simulator.predict([with_it])[0, self.rows.column[rows]]
+        change = np.abs(self.rows.linked(values, rows) - self.rows.linked(plain, rows)) / self.noise[rows]
+        worst = int(np.argmax(change))
+        if change[worst] > 0.02:
             raise InputError(
-                f"cause {cause.name!r} at its baseline {cause.baseline:g} predicts {value:.6g} for specimen 0, the "
-                f"baseline model {plain:.6g}: a cause must be nested in the baseline"
+                f"cause {cause.name!r} at its baseline {cause.baseline:g} predicts {values[worst]:.6g} for specimen "
+                f"{first}, the baseline model {plain[worst]:.6g}: a cause must be nested in the baseline"
             )
 
     def _levels(self, cause: Cause) -> tuple[np.ndarray, float]:
@@ -296,7 +313,9 @@ def _say_if_without_effect(change: np.ndarray, what: str, keyword: str, ends: Se
         )
 
 
-def transformed(cause: Cause, size: float, prediction: float, specimen: Any, index: int) -> float:
+def transformed(
+    cause: Cause, size: float, prediction: float, specimen: Any, index: int, must_be_positive: bool = True
+) -> float:  # fmt: skip
     """A prediction as a measurement cause lets it be read."""
     assert cause.apply is not None, "a reading is transformed by its apply"
     try:
@@ -304,7 +323,8 @@ def transformed(cause: Cause, size: float, prediction: float, specimen: Any, ind
     except Exception as error:
         note_own(error, f"cause {cause.name!r} of size {size:g} failed for specimen {index} ({specimen!r})")
         raise
-    return positive(value, lambda: f"cause {cause.name!r} of size {size:g} applied to specimen {index}")
+    what = f"cause {cause.name!r} of size {size:g} applied to specimen {index}"
+    return number(value, lambda: what, must_be_positive)
 
 
 def _through_zero(low: float, high: float, count: int) -> np.ndarray:

@@ -5,13 +5,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from limitmason.causes.cause import Cause
-from limitmason.diagnosis.inference.checks import LIKE, Checks
 from limitmason.diagnosis.inference.discrepancy import CONSTANT, TOGETHER
-from limitmason.diagnosis.inference.shared import PLAUSIBLE
-from limitmason.diagnosis.inference.verdict import VerdictKind
+from limitmason.diagnosis.inference.verdict import Identification, VerdictKind
 from limitmason.diagnosis.result import Findings
 
 FEW = 5  # causes named in one sentence
+OPEN = 0.10  # largest share of sets without the truth, upper end, for a set to be said as closed
+AGAINST = 2.0  # log-likelihood by which a kind that grows worse speaks against an explanation
 
 
 def enumerated(words: Sequence[str]) -> str:
@@ -44,7 +44,8 @@ def could_do_the_same(along: str, *, short: bool = False) -> str:
 
 def shown(diagnosis: Findings) -> str:
     """The one explanation in words."""
-    return " and ".join(diagnosis.causes)
+    record = diagnosis.identification
+    return " and ".join(diagnosis.causes or (record.names if record is not None else ()))
 
 
 def headline(diagnosis: Findings) -> str:
@@ -55,17 +56,21 @@ def headline(diagnosis: Findings) -> str:
         also = "" if doubt is None else " beside noise that tests may share unstated"
         return f"none: the baseline explains the data{also}"
     if kind == "cause":
-        identified = ", and it is identified" if diagnosis.identified else ""
+        held = diagnosis.identification
+        by = enumerated([k.kind for k in held.kinds if k.shows]) if held is not None else ""
+        identified = f", and it is identified by {by}" if diagnosis.identified else ""
         return f"cause: {names[0]} is the only one of the list that the data do not reject{identified}"
     if kind == "behaves like":
         together = " together" if diagnosis.pairs else ""
-        along = diagnosis.identification.along if diagnosis.identification is not None else CONSTANT
-        also = could_do_the_same(along, short=True)
+        held = diagnosis.identification
+        also = could_do_the_same(held.along if held is not None else CONSTANT, short=True)
+        if held is not None and held.missing == ("kinds",):
+            also = not_two_kinds(held)
         return f"behaves like {shown(diagnosis)}{together}: it fits, but it is not identified; {also}"
     if kind == "either":
         few = len(names) <= FEW
         first, last = (names[:-1], names[-1]) if few else (names[: FEW - 1], f"one of {len(names) - FEW + 1} others")
-        return f"either: {', '.join(first)} or {last}; these data cannot tell them apart"
+        return f"either: {', '.join(first)} or {last}{off_the_list(diagnosis)}; these data cannot tell them apart"
     if kind == "two":
         best = " and ".join(names)
         if len(diagnosis.pairs) == 1:
@@ -75,14 +80,51 @@ def headline(diagnosis: Findings) -> str:
         return "scatter: the data scatter more than stated and no cause of the list takes part of it away"
     where = f", varies with {diagnosis.covariate}" if diagnosis.covariate else ""
     if diagnosis.verdict.structured and not diagnosis.causes:
-        fits = " and ".join(diagnosis.verdict.structured[0])
-        return f"unexplained{where}: {fits} fits, but leaves structure that noise does not make"
+        fits, held = " and ".join(diagnosis.verdict.structured[0]), diagnosis.identification
+        why = "leaves structure that noise does not make" if held is None else not_two_kinds(held)
+        return f"unexplained{where}: {fits} fits, but {why}"
     if diagnosis.verdict.withdrawn:
         return f"unexplained{where}: what fits predicts groups left out worse than the baseline does"
     none = (
         "no cause and no pair of the list fits" if diagnosis.verdict.tried_pairs else "no single cause of the list fits"
     )
     return f"unexplained{where}: {none}{'' if diagnosis.verdict.tried_pairs else ' (pairs not tried)'}"
+
+
+def not_two_kinds(held: Identification) -> str:
+    """Which kinds of evidence do not agree, or that there is one only."""
+    shown = [k.kind for k in held.kinds if k.shows]
+    if absent := [k.kind for k in held.kinds if k.absent]:
+        return f"it should show in {enumerated(absent)} and does not"
+    if len(shown) > 1:
+        return f"the sizes that {enumerated(shown)} ask for do not agree"
+    only = f"only {shown[0]} shows it" if shown else "no kind of data shows it by itself"
+    return f"{only}, and a name needs two kinds of evidence, or a dose along a measured column of its own"
+
+
+def off_the_list(diagnosis: Findings) -> str:
+    """That none of a set need be true; empty where trials with the true cause missing say that sets rarely miss it."""
+    found = diagnosis.rehearsal
+    if found is not None and found.missing and found.rate("set without it")[2] <= OPEN:
+        return ""
+    return ", or something that is not on the list"
+
+
+def by_kind_words(diagnosis: Findings) -> list[str]:
+    """What every kind of data says of the best explanation, or where the baseline misses; empty for one kind."""
+    kinds = diagnosis.by_kind
+    if len(kinds) < 2:
+        return []
+    if not diagnosis.kept and diagnosis.identification is None:
+        each = [f"{k.kind} {k.misfit:.1f}" for k in kinds]
+        worst = max(kinds, key=lambda k: k.misfit).kind
+        told = f"{enumerated(each)}; most in {worst}"
+        return [f"Misfit of the baseline in units of the noise (1 is noise alone): {told}."]
+    each = [f"{k.kind} {k.gain:+.1f}, {k.share:.2f} +- {k.error:.2f} of the fitted effect" for k in kinds]
+    out = [f"By kind, in log-likelihood and in the share of the effect that it shows: {'; '.join(each)}."]
+    best = max(kinds, key=lambda k: k.gain).kind
+    against = [k.kind for k in kinds if k.gain < -AGAINST or k.absent]
+    return [*out, f"Carried by {best}" + (f"; {enumerated(against)} speaks against it." if against else ".")]
 
 
 def meaning(diagnosis: Findings) -> list[str]:
@@ -120,6 +162,7 @@ def meaning(diagnosis: Findings) -> list[str]:
             else f"The simulation misses the measured values by {before:.1f} %, more than noise allows. "
             f"{'; '.join(told)} is not rejected on all data together, but predicts groups left out worse than the "
             f"baseline does, and is not named.{where}",
+            *by_kind_words(diagnosis),
             "The list lacks the cause: extend it and judge again.",
         ]
     gain = diagnosis.gain
@@ -143,12 +186,13 @@ def meaning(diagnosis: Findings) -> list[str]:
     if diagnosis.verdict.structured:
         fits = " and ".join(diagnosis.verdict.structured[0])
         out.append(f"{fits} alone is not rejected by the size of the misfit, but leaves structure, and is withdrawn.")
-    out += identification_words(diagnosis)
-    switched = [by_name[n] for n in gain.names]
-    how = " and ".join(
-        f"{c.name}.apply(size, ...)" if c.apply is not None else f"simulate(..., {c.parameter}=size)" for c in switched
-    )
-    out.append(f"The better model: switch on {how}.")
+    out += [*by_kind_words(diagnosis), *identification_words(diagnosis)]
+    if diagnosis.identified:
+        how = " and ".join(
+            f"{c.name}.apply(size, ...)" if c.apply is not None else f"simulate(..., {c.parameter}=size)"
+            for c in (by_name[n] for n in gain.names)
+        )
+        out.append(f"The better model: switch on {how}.")
     return out
 
 
@@ -182,13 +226,17 @@ def identification_words(diagnosis: Findings) -> list[str]:
         "usual": f"it beats the nearest model discrepancy by {record.excess:.1f}, were it true one would "
         f"expect {record.expected:.1f} (chance of so little: {record.p:.3f})",
         "left out": ahead,
+        "rival levers": f"{record.rival} does as well (log-likelihood {record.rival_excess:+.1f} over it)",
+        "kinds": not_two_kinds(record),
     }
     missing = "; ".join(said[m] for m in record.missing)
     out = [
         f"Not identified. It fits, but {could_do_the_same(record.along)}; no cause on the list need be the "
         f"true one. What is missing: {missing}."
+        if diagnosis.kept
+        else f"{name} fits, but {not_two_kinds(record)}: it is rejected."
     ]
-    return [*out, identifying_test(diagnosis)]
+    return [*out, identifying_test(diagnosis)] if diagnosis.kept else out
 
 
 def identifying_test(diagnosis: Findings) -> str:
@@ -201,7 +249,9 @@ def identifying_test(diagnosis: Findings) -> str:
         vary = "tests in which the effect would differ between specimens that are alike in all that is recorded"
     else:
         vary = f"tests in which the effect would differ between specimens of one {record.along}"
-    return "What would identify it: " + "; or ".join([*alone, f"{vary} (next_tests chooses from a pool)"]) + "."
+    other = ["a second kind of data on the same specimens"] * (record is not None and len(record.kinds) < 2)
+    tests = [*alone, *other, f"{vary} (next_tests chooses from a pool)"]
+    return f"What would identify it: {'; or '.join(tests)}."
 
 
 def if_it_were_missing(diagnosis: Findings) -> str:
@@ -225,7 +275,7 @@ def if_it_were_missing(diagnosis: Findings) -> str:
     before = 100 * quick.fitted / quick.trials
     return (
         f"If the true cause were missing from this list, one of these names would be given in {100 * quick.rate:.0f} "
-        f"of 100 data sets on this design ({before:.0f} if names need not be identified; rehearsed quickly on "
+        f"of 100 data sets on this design ({before:.0f} if it were enough to fit alone; rehearsed quickly on "
         f"{quick.trials} data sets with a listed cause taken off, which sets the margin)."
     )
 
@@ -299,43 +349,6 @@ def trend_words(diagnosis: Findings) -> list[str]:
         return []
     trend = diagnosis.verdict.trend
     return [f"The residuals of the baseline vary with {diagnosis.covariate} ({trend}); a pointer, not a cause."]
-
-
-def check_lines(diagnosis: Findings, checks: Checks) -> list[str]:
-    """What the verdict hangs on: the same data under other statements of the noise and without single specimens."""
-    out: list[str] = []
-
-    def says(answer: tuple[str, tuple[str, ...]]) -> str:
-        return one_word(*answer)
-
-    same = (as_one_kind(diagnosis), set(diagnosis.causes))
-    if diagnosis.noise.kind != "unknown":
-        if (checks.unknown_noise[0], set(checks.unknown_noise[1])) != same:
-            out.append(
-                f"Stated and unknown noise disagree: with the noise taken as unknown the verdict is "
-                f"{says(checks.unknown_noise)}."
-            )
-        else:
-            out.append("With the noise taken as unknown the verdict is the same.")
-    if checks.student is not None and (checks.student[0], set(checks.student[1])) != same:
-        out.append(
-            f"With Student errors, which forgive blunders (Noise(sd, tails=4)), the verdict is {says(checks.student)}."
-        )
-    for column, answer in checks.shared.items():
-        where = "groups of like specimens" if column == LIKE else column
-        what = f"With {100 * PLAUSIBLE:.0f} % of the noise's variance shared within {where} (assumed: not estimated)"
-        told = "is the same" if (answer[0], set(answer[1])) == same else f"is {says(answer)}"
-        out.append(f"{what} the verdict, before it is identified, {told}.")
-    for i in checks.hangs_on[:6]:
-        out.append(f"The verdict hangs on {diagnosis.specimens[i]}: without it, it is {says(checks.dropped[i])}.")
-    if len(checks.hangs_on) > 6:
-        out.append(f"And without {len(checks.hangs_on) - 6} other single specimens it changes too.")
-    if not checks.hangs_on:
-        out.append(
-            "No single specimen decides: left out one at a time, none turns the verdict into another kind or into "
-            "other causes (a set may grow or shrink)."
-        )
-    return out
 
 
 def seen_from(cause: Cause, sizes: Sequence[float | None]) -> str:

@@ -70,11 +70,15 @@ class MeasuredTable:
         return [float(v) for v in self.columns[name]]
 
 
-def read_measured(path: str | Path) -> MeasuredTable:
+def read_measured(path: str | Path, *, blanks: bool = False) -> MeasuredTable:
     """Read a CSV file of specimens: names of the columns, a line of units, then one row per measured value.
 
     The units stand in the comment line "# units: ..." or, as version 0.1 wrote them, in a row below the names. Other
-    lines that begin with # are comments. A column holds numbers, or words where its unit is "-"; no cell may be blank.
+    lines that begin with # are comments. A column holds numbers, or words where its unit is "-".
+
+    Parameters
+    ----------
+    blanks : whether cells may be blank, in columns of numbers; they are NaN
 
     Raises
     ------
@@ -110,7 +114,8 @@ def read_measured(path: str | Path) -> MeasuredTable:
             )
     lines = found.lines
     columns = {
-        name: _column(str(path), name, units[k], lines, [row[k] for row in found.rows]) for k, name in enumerate(header)
+        name: _column(str(path), name, units[k], lines, [row[k] or "nan" * blanks for row in found.rows])
+        for k, name in enumerate(header)
     }
     return MeasuredTable(str(path), dict(zip(header, units, strict=True)), columns, tuple(lines))
 
@@ -174,4 +179,4 @@ def _number(cell: str) -> float | None:
         value = float(cell)
     except ValueError:
         return None
-    return value if isfinite(value) else None
+    return value if isfinite(value) or cell == "nan" else None

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from limitmason.diagnosis.report import check_lines
 from limitmason.diagnosis.words import (
     basis,
-    check_lines,
     gate_words,
     headline,
     if_it_were_missing,

@@ -32,7 +32,7 @@ def second_batch(size, prediction, specimen):
     return prediction * size if specimen["batch"] == "B" else prediction
 
 
-BATCH = Cause("batch", "batch", 1.0, (0.7, 1.4), "other sensor", "measurement", second_batch)
+BATCH = Cause("batch", "batch", 1.0, (0.7, 1.4), "other sensor", "measurement", second_batch, own=("batch",))
 CAUSES = (ROUNDING, GAIN, BATCH)
 
 

@@ -120,7 +120,7 @@ def test_a_second_column_of_predictions_can_be_the_cause(tmp_path, capsys):
     status, text, _ = run(path, "--predicted", "stiff", "--towards", "dilatant", "--noise", 0.02, "--out",
                           tmp_path / "out", "--no-checks", "--next", 0, capsys=capsys)  # fmt: skip
     assert status == 0
-    assert "Cause: towards dilatant" in text
+    assert "Behaves like towards dilatant" in text
     size = float(text.split("towards dilatant = ")[1].split()[0])
     assert size == pytest.approx(0.6, abs=0.1)
     assert "No covariates are recorded" in text

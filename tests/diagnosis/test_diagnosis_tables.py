@@ -334,7 +334,7 @@ def test_a_prediction_that_is_no_positive_number_is_named(value):
         (lambda: make().design([Cause("c", "bnd", 0.0, (0.0, 1.0))]), "does not take the parameter 'bnd'.*bend"),
         (lambda: make().design([Cause("c", "bend", 0.5, (0.0, 1.0))]), "nested"),
         (lambda: Study(SPECIMENS, simulate, covariates=["colour"]), "'colour' is not recorded"),
-        (lambda: Study(SPECIMENS, simulate, groups=["a"]), "1 labels for 10"),
+        (lambda: Study(SPECIMENS, simulate, groups=["a"]), "1 values for 10"),
         (lambda: Study(SPECIMENS, simulate, nuisance={"mu": 0.7}), "Measured"),
         (lambda: Study(SPECIMENS[:2], simulate), "at least 4"),
         (lambda: Study(SPECIMENS, simulate, noise=Noise([0.04] * 3)), "3 specimens, but there are 10"),
@@ -354,7 +354,7 @@ def test_two_measured_inputs_are_refitted_together():
     made = Study(SPECIMENS, two, None, Noise(0.04), inputs, ["x"])
     values = made.predicted([BEND], [0.8], [0.5, -0.7]) * np.exp(0.02 * np.random.default_rng(1).standard_normal(10))
     diagnosis = made.with_measured(values).diagnose([BEND], pairs=False)
-    assert diagnosis.kind == "cause"
+    assert diagnosis.causes == ("bend",)
     assert diagnosis.estimates["bend"].low < 0.8 < diagnosis.estimates["bend"].high
 
 

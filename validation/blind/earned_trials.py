@@ -216,12 +216,11 @@ def outcome(verdict, names):
     hidden = set(names)
     if verdict.kind in ("none", "scatter", "unexplained"):
         return str(verdict.kind)
+    if verdict.distinct:  # this one explanation, identified or behaves like: peaks alone identify nothing
+        wrong = "wrong pair named" if verdict.pairs else "wrong name"
+        return "named" if hidden == set(verdict.causes) else wrong
     if verdict.kind == "behaves like":
         return "behaves like it" if hidden == set(verdict.causes) else "behaves like another"
-    if verdict.kind == "two" and len(verdict.pairs) == 1:
-        return "named" if hidden == set(verdict.causes) else "wrong pair named"
-    if verdict.kind == "cause":
-        return "named" if hidden == set(verdict.causes) else "wrong name"
     sets = [set(p) for p in verdict.pairs] or [{c} for c in verdict.causes]
     return "set with it" if hidden and any(hidden <= s for s in sets) else "set without it"
 

@@ -174,6 +174,8 @@ class Design:
     singles : one grid per cause
     shapes : trends of the covariates
     pair_table : makes the table of a pair of causes, by their names
+    log : whether each row is compared by its logarithm, shape (n,); None is all
+    kinds : kind of evidence of each row; () is one for all
     mix : what makes shared noise independent: all values are in these coordinates; None where it is not shared
     """
 
@@ -188,6 +190,8 @@ class Design:
     pair_names: tuple[Names, ...] = ()
     _pairs: dict[Names, Grid] = field(default_factory=dict)
     mix: np.ndarray | None = None
+    log: np.ndarray | None = None
+    kinds: tuple[str, ...] = ()
 
     @property
     def n(self) -> int:
@@ -205,8 +209,11 @@ class Design:
         return Likelihood.of(self.noise)
 
     def whiten(self, values: np.ndarray) -> np.ndarray:
-        """Measured values as log differences from the baseline in units of the noise, shape (..., n)."""
-        return (np.log(values) - self.origin) / self.scale
+        """Measured values as differences from the baseline in units of the noise, shape (..., n)."""
+        values = np.asarray(values, dtype=float)
+        if self.log is None or self.log.all():
+            return (np.log(values) - self.origin) / self.scale
+        return (np.where(self.log, np.log(np.where(self.log, values, 1.0)), values) - self.origin) / self.scale
 
     def grid(self, names: Names) -> Grid:
         """Grid of the baseline (no name), a cause or a pair."""
@@ -316,6 +323,8 @@ class Design:
             self.pair_table,
             self.pair_names,
             {k: g.columns(chosen) for k, g in self._pairs.items()},
+            log=None if self.log is None else self.log[chosen],
+            kinds=tuple(k for k, keep in zip(self.kinds, chosen, strict=False) if keep),
         )
 
     def with_noise(self, noise: Noise, scale: np.ndarray, covariates: Mapping) -> "Design":
@@ -336,6 +345,8 @@ class Design:
             self.pair_table,
             self.pair_names,
             {k: again(g) for k, g in self._pairs.items()},
+            log=self.log,
+            kinds=self.kinds,
         )
 
 

@@ -10,6 +10,7 @@ from limitmason.diagnosis.inference.decide import Rule, drawn_data, noise_of
 from limitmason.diagnosis.inference.design import Design, Names, is_numeric
 from limitmason.diagnosis.inference.fit import Fit
 from limitmason.diagnosis.inference.gain import left_out, log_score
+from limitmason.diagnosis.inference.kinds import LEVER, agree, by_kind, lever_kernels
 from limitmason.diagnosis.inference.noise import Likelihood
 from limitmason.diagnosis.inference.verdict import CONDITIONS, Identification
 
@@ -17,7 +18,6 @@ AMPLITUDES = (1.5, 3.0, 6.0, 12.0, 24.0)  # of the bias in units of the noise
 REACH = 1.0  # length over which a curved bias changes, in standard deviations of its covariate
 JOINT = (1.0, 2.0)  # the same for all numeric covariates at once
 CONSTANT, TOGETHER = "nothing recorded", "several covariates"
-SPANNED = 1e-6  # share of a cause's effect that a column of labels may leave, for the cause to be about that column
 DRAWN = 699  # data sets drawn from the explanation: its own distribution of the excess
 SURE = 3.0  # standard errors by which the slope along its own contrast must differ from 0, and at most from 1
 
@@ -118,33 +118,6 @@ class Discrepancy:
         return miss, spread
 
 
-def about(effect: np.ndarray, scale: np.ndarray, covariates: Mapping[str, Sequence]) -> str | None:
-    """Column of labels that an effect is all about: it changes with the label and with nothing else.
-
-    A cause such as the shift of one batch claims no more than a dependence on that column, which therefore is no rival
-    of it.
-
-    Parameters
-    ----------
-    effect : whitened change of the predictions, shape (n,)
-    scale : standard deviation per specimen, shape (n,)
-    """
-    raw = effect * scale
-    total = float(((raw - raw.mean()) ** 2).sum())
-    if total <= SPANNED * float((raw**2).sum()):
-        return None
-    for name, column in covariates.items():
-        labels = [str(v) for v in column]
-        names = sorted(set(labels))
-        if is_numeric(column) or not 1 < len(names) < len(labels):
-            continue
-        means = {k: np.mean([r for r, v in zip(raw, labels, strict=True) if v == k]) for k in names}
-        left = raw - np.array([means[v] for v in labels])
-        if float((left**2).sum()) <= SPANNED * total:
-            return name
-    return None
-
-
 def _kernels(covariates: Mapping[str, Sequence]) -> Iterator[tuple[str, np.ndarray]]:
     """Name and kernel of every bias that is not constant, each with a mean diagonal of one."""
     parts, numbers = [], []
@@ -176,7 +149,7 @@ def _kernels(covariates: Mapping[str, Sequence]) -> Iterator[tuple[str, np.ndarr
 
 
 class Rivals:
-    """Model discrepancies of a design, by the column of labels that the cause in question is about.
+    """Model discrepancies of a design, by the columns that the cause in question declares as its own.
 
     Parameters
     ----------
@@ -188,29 +161,28 @@ class Rivals:
     def __init__(self, design: Design, covariates: Mapping[str, Sequence], sd: float = 1.0):
         self.design, self.covariates, self.sd = design, covariates, sd
         self.slopes = design.null.slopes / sd
-        self._made: dict[str | None, Discrepancy] = {}
-        self._about: dict[Names, str | None] = {}
+        self._made: dict[tuple[str, ...], Discrepancy] = {}
 
     def of(self, names: Names) -> Discrepancy:
-        """Biases that could stand in for an explanation: all but that along the labels it is about."""
-        column = self.column(names)
-        if column not in self._made:
-            rest = {k: v for k, v in self.covariates.items() if k != column}
-            self._made[column] = Discrepancy.of(rest, self.design.scale, self.slopes, self.design.mix)
-        return self._made[column]
+        """Biases that could stand in for an explanation: all but those along its own columns."""
+        own = self.own(names)
+        if own not in self._made:
+            rest = {k: v for k, v in self.covariates.items() if k.split(" in ")[0] not in own}
+            self._made[own] = Discrepancy.of(rest, self.design.scale, self.slopes, self.design.mix)
+        return self._made[own]
 
-    def column(self, names: Names) -> str | None:
-        """Column of labels that a single cause is about, None for most."""
-        if names not in self._about:
-            grid, cause = self.design.grid(names), {c.name: c for c in self.design.causes}
-            effect = None
-            if len(names) == 1:
-                far = int(np.argmax(np.abs(grid.sizes[0] - cause[names[0]].baseline)))
-                null = self.design.null
-                effect = grid.at_size(float(far)).between(grid.zero) - null.between(null.zero)
-            plain = effect if effect is None else self.design.apart(effect)
-            self._about[names] = None if plain is None else about(plain, self.design.scale, self.covariates)
-        return self._about[names]
+    def own(self, names: Names) -> tuple[str, ...]:
+        """Columns that the causes of an explanation declare as their own."""
+        return tuple(column for c in self.design.causes if c.name in names for column in getattr(c, "own", ()))
+
+    def levers(self, names: Names) -> Discrepancy:
+        """Listed levers with another dependence."""
+        inner = tuple(f" in {kind}" for kind in set(self.design.kinds))
+        plain = {k: v for k, v in self.covariates.items() if not k.endswith(inner) and k != "specimen"}
+        along, kernels = lever_kernels(self.design, plain, self.own(names))
+        whole = kernels + np.eye(self.design.n)
+        weights = np.linalg.inv(whole + self.slopes @ self.slopes.T)
+        return Discrepancy(tuple(along), weights, kernels, 0.5 * np.linalg.slogdet(whole)[1])
 
     def excess(
         self,
@@ -262,6 +234,7 @@ def identification(
     rivals: Rivals,
     margin: float,
     folds: np.ndarray,
+    null: Fit,
 ) -> Identification:
     """Hold one explanation against every model discrepancy.
 
@@ -274,9 +247,10 @@ def identification(
     rivals : discrepancies of the design
     margin : by how much it must beat them
     folds : number of the group of each specimen, left out together, shape (n,)
+    null : fit of the baseline
     """
     discrepancy, sd = rivals.of(names), noise_of(design, names, fit)
-    like, data, _ = _gaussian(design.like, fit, y[None])
+    like, data, (own_value,) = _gaussian(design.like, fit, y[None])
     parts = rivals.parts(names, fit)
     observed = float(rivals.excess(names, fit, y, parts=parts)[0])
     left = float(rivals.structure(names, fit)[0])
@@ -295,6 +269,15 @@ def identification(
     slope = float(contrast @ data[0]) / reach if reach > 0 else 0.0
     error = sd * float(np.sqrt(contrast @ spread @ contrast)) / reach if reach > 0 else np.inf
     nearest = discrepancy.best(data, like)
+    levers, rival, beyond = rivals.levers(names), "", np.inf
+    if levers.along:
+        each = levers.each(data, like)[0]
+        rival, beyond = levers.along[int(each.argmax())], float(own_value) - float(each.max())
+    kinds = by_kind(design, names, fit, null, y, sd)
+    together = len(names) == 1 and agree(kinds)
+    if together and margin <= rule.margin:
+        margin = rule.agreed
+    doses = any(is_numeric(rivals.covariates[c]) for c in rivals.own(names) if c in rivals.covariates)
     own = left_out(design, names, y, folds)[0]
     ahead, ahead_error = _ahead(design, own, y, discrepancy, nearest, folds, sd)
     gain = float(np.sum(own - left_out(design, (), y, folds)[0]))
@@ -305,6 +288,8 @@ def identification(
         "excess": observed >= margin,
         "usual": p >= rule.usual,
         "left out": gain > 0.0 and ahead + ahead_error >= 0.0,
+        "rival levers": beyond >= LEVER,
+        "kinds": together or (len(names) == 1 and doses and not any(k.absent for k in kinds)),
     }
     return Identification(
         names,
@@ -320,6 +305,9 @@ def identification(
         ahead,
         ahead_error,
         float((1.0 + np.count_nonzero(more >= left)) / (1.0 + len(more))),
+        kinds,
+        rival,
+        beyond,
     )
 
 

@@ -113,8 +113,9 @@ class Judge:
             verdict, record = self._second_look(verdict, record, y, draws, pairs)
         if record is None:
             return verdict
-        if verdict.pairs and record.structure < self.rule.structure:
-            return replace(verdict.without(verdict.kept), withdrawn=(), structured=verdict.kept)
+        if (verdict.pairs and record.structure < self.rule.structure) or any(k.absent for k in record.kinds):
+            left = replace(verdict.without(verdict.kept), withdrawn=(), structured=verdict.kept)
+            return replace(left, identification=replace(record, missing=(*record.missing, "kinds")))
         kind = verdict.kind if record.holds else VerdictKind.BEHAVES_LIKE
         return replace(verdict, kind=kind, identification=record)
 
@@ -125,7 +126,7 @@ class Judge:
         margin = max(margins[n] for n in names)
         rivals = self.rivals(sd)
         fit = verdict.tested[names].fit
-        return identification(self.design, names, fit, y, draws, self.rule, rivals, margin, self.folds)
+        return identification(self.design, names, fit, y, draws, self.rule, rivals, margin, self.folds, verdict.null)
 
     def _second_look(
         self, verdict: Verdict, record: Identification, y: np.ndarray, draws: Draws, pairs: bool

@@ -65,6 +65,7 @@ class Noise:
     sd : relative standard deviation (0.04 is 4 %), one number or one per specimen; None when unknown
     dof : degrees of freedom of the replicates that ``sd`` was estimated from; None takes ``sd`` as known
     tails : degrees of freedom of a Student distribution of single errors, for data with blunders; None is Gaussian
+    by_row : whether ``sd`` is that of every row on its own scale, relative or in the unit of the value
 
     Raises
     ------
@@ -79,13 +80,14 @@ class Noise:
     sd: float | Sequence[float] | None = None
     dof: float | None = None
     tails: float | None = None
+    by_row: bool = False
 
     def __post_init__(self) -> None:
         if self.sd is not None:
             sd = np.asarray(self.sd, dtype=float)
             if sd.ndim > 1 or not np.all(np.isfinite(sd)) or np.any(sd <= 0):
                 raise InputError(f"noise must be a positive relative standard deviation, got {self.sd!r}")
-            if np.any(sd >= 1.0):
+            if np.any(sd >= 1.0) and not self.by_row:
                 raise InputError(f"noise is relative: 0.04 is 4 %; got {self.sd!r}, which is 100 % or more")
             object.__setattr__(self, "sd", float(sd) if sd.ndim == 0 else tuple(float(s) for s in sd))
         if self.dof is not None and (self.sd is None or not self.dof >= 1):
@@ -156,19 +158,21 @@ class Noise:
         """The same statement for other specimens: its mean where it differs from one to the other."""
         if not isinstance(self.sd, tuple):
             return self
-        return Noise(float(np.mean(self.sd)), self.dof, self.tails)
+        return Noise(float(np.mean(self.sd)), self.dof, self.tails, self.by_row)
 
     def of_some(self, chosen: Sequence[bool] | np.ndarray) -> Noise:
         """The statement for some of the specimens, boolean, shape (n,)."""
         if not isinstance(self.sd, tuple):
             return self
-        return Noise(tuple(s for s, keep in zip(self.sd, chosen, strict=True) if keep), self.dof, self.tails)
+        return Noise(tuple(s for s, keep in zip(self.sd, chosen, strict=True) if keep), self.dof, self.tails,
+                     self.by_row)  # fmt: skip
 
     def __str__(self) -> str:
         if self.sd is None:
             return "unknown"
         sd = np.asarray(self.sd, dtype=float)
         text = f"{100 * float(sd.mean()):.3g} %" + (" on average" if sd.ndim else "")
+        text = "as stated for every number" if self.by_row else text
         if self.dof is not None:
             text += f", from replicates with {self.dof:g} degrees of freedom"
         return text + (f", Student tails with {self.tails:g} degrees of freedom" if self.tails is not None else "")

@@ -97,6 +97,7 @@ class NextTests:
     reason : what they are chosen for
     pairs : ordered pairs (true, rival) that they separate
     before, after : smallest d2 over these pairs without and with them; NaN where no pair is separated
+    quantities : what to measure on each; () where there is one quantity
     """
 
     indices: tuple[int, ...]
@@ -105,9 +106,12 @@ class NextTests:
     pairs: tuple[tuple[str, str], ...] = ()
     before: float = float("nan")
     after: float = float("nan")
+    quantities: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        text = f"{self.reason}: specimens {', '.join(map(str, self.indices))} of the pool"
+        what = [f" ({q})" for q in self.quantities] or [""] * len(self.indices)
+        each = ", ".join(f"{i}{q}" for i, q in zip(self.indices, what, strict=True))
+        text = f"{self.reason}: specimens {each} of the pool"
         return text + (f"; smallest d2 {self.before:.1f} -> {self.after:.1f}" if self.pairs else "")
 
 

@@ -90,7 +90,7 @@ def estimated_shares(
     rivals = Rivals(design, covariates)
     columns = dict(covariates)
     if not every:
-        taken = {rivals.column((c.name,)) for c in design.causes}
+        taken = {column for c in design.causes for column in rivals.own((c.name,))}
         columns = {k: v for k, v in circumstances(covariates).items() if k not in taken}
     if not columns:
         return Shares({}, np.eye(design.n))
@@ -224,7 +224,8 @@ def circumstances(covariates: Mapping[str, Sequence]) -> dict[str, Sequence]:
     out = {}
     for name, column in covariates.items():
         labels = {str(v) for v in column}
-        if any(_called(name) in words for words in CIRCUMSTANCES.values()) and 1 < len(labels) < len(column):
+        told = _called(name) == "specimen" or any(_called(name) in words for words in CIRCUMSTANCES.values())
+        if told and 1 < len(labels) < len(column):
             out[name] = column
     return out
 

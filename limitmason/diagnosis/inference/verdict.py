@@ -6,6 +6,7 @@ from enum import StrEnum
 
 from limitmason.diagnosis.inference.design import Names
 from limitmason.diagnosis.inference.fit import Fit
+from limitmason.diagnosis.inference.kinds import Evidence
 from limitmason.diagnosis.inference.missing import Missing
 
 
@@ -49,7 +50,8 @@ class Tested:
     fit: Fit
 
 
-CONDITIONS = ("lever", "dose", "excess", "usual", "left out")
+CONDITIONS = ("lever", "dose", "excess", "usual", "left out", "rival levers", "kinds")
+BEYOND_FIT = ("rival levers", "kinds")  # conditions that no statistics of one kind of data can meet
 
 
 @dataclass(frozen=True)
@@ -70,6 +72,8 @@ class Identification:
     slope, slope_error : of the data along that contrast; 0 is no effect, 1 the fitted size
     ahead, ahead_error : log score of values left out, explanation minus model discrepancy, and its standard error
     structure : share of these draws whose residuals show as much of a model discrepancy as those of the data
+    kinds : what each kind of data shows of it
+    rival, rival_excess : the nearest listed lever with another dependence, and the log-likelihood over its evidence
     """
 
     names: Names
@@ -85,6 +89,14 @@ class Identification:
     ahead: float
     ahead_error: float
     structure: float
+    kinds: tuple[Evidence, ...] = ()
+    rival: str = ""
+    rival_excess: float = float("inf")
+
+    @property
+    def distinct(self) -> bool:
+        """Whether it is told from every smooth discrepancy, which one kind of data can do."""
+        return not set(self.missing) - set(BEYOND_FIT)
 
     @property
     def holds(self) -> bool:
@@ -152,6 +164,13 @@ class Verdict:
     def kept(self) -> tuple[Names, ...]:
         """Explanations that are not rejected: single causes or pairs, best first."""
         return self.pairs or tuple((name,) for name in self.causes)
+
+    @property
+    def distinct(self) -> bool:
+        """Whether one explanation is left, told from every smooth discrepancy; identified or not."""
+        if len(self.kept) != 1:
+            return False
+        return self.identification.distinct if self.identification is not None else self.kind != "behaves like"
 
     def without(self, names: Sequence[Names]) -> "Verdict":
         """The verdict after explanations are withdrawn: fewer of them, or "unexplained" when none is left."""

@@ -11,7 +11,7 @@ from scipy.stats import multivariate_normal
 from limitmason.diagnosis import Cause, Noise, Rule, Study
 from limitmason.diagnosis.inference.bootstrap import Draws
 from limitmason.diagnosis.inference.decide import gate
-from limitmason.diagnosis.inference.discrepancy import AMPLITUDES, CONSTANT, Discrepancy, about
+from limitmason.diagnosis.inference.discrepancy import AMPLITUDES, CONSTANT, Discrepancy
 from limitmason.diagnosis.inference.noise import Likelihood
 from limitmason.diagnosis.inference.shared import (
     LEAST,
@@ -85,16 +85,6 @@ def test_what_goes_with_one_covariate_is_found_along_it_and_a_turned_order_chang
     assert min(large) > -15.0
 
 
-def test_a_cause_about_one_column_of_labels_is_recognised_and_no_other():
-    shift = np.where(np.array(LABELS) == "b", 2.0, 0.0)
-    covariates = {"x": X, "label": LABELS}
-    assert about(shift, np.ones(9), covariates) == "label"
-    assert about(np.full(9, 2.0), np.ones(9), covariates) is None  # a gain is about no column
-    assert about(shift + 0.1 * X, np.ones(9), covariates) is None
-    scale = np.linspace(0.5, 1.5, 9)
-    assert about(shift / scale, scale, covariates) == "label"
-
-
 def test_one_factor_on_all_values_is_never_named():
     # the nearest model discrepancy, an equal error of all values, makes exactly the same data
     verdicts = [study(data(GAIN, 1.25, seed=s)).diagnose(CAUSES, draws=699) for s in (0, 1, 2)]
@@ -111,7 +101,9 @@ def narrow(values=None, **more):
 
 def test_a_name_is_earned_only_where_its_lever_is_varied_and_next_tests_vary_it():
     wide = study(data(ROUNDING, 0.018)).diagnose(CAUSES)
-    assert (wide.kind, wide.identified, wide.identification.missing) == ("cause", True, ())
+    # peaks are one kind of evidence: told from every smooth discrepancy, and still not a name
+    assert (wide.kind, wide.identified, wide.identification.distinct) == ("behaves like", False, True)
+    assert wide.identification.missing == ("kinds",)
     values = narrow().predicted([ROUNDING], [0.012]) * np.exp(0.04 * np.random.default_rng(0).standard_normal(12))
     verdict = narrow(values).diagnose(CAUSES)
     assert (verdict.kind, verdict.causes, verdict.identified) == ("behaves like", ("edge rounding",), False)
@@ -126,7 +118,7 @@ def test_a_name_is_earned_only_where_its_lever_is_varied_and_next_tests_vary_it(
     both = narrow().replace(specimens=[*narrow().specimens, *more])
     noise = np.exp(0.04 * np.random.default_rng(1).standard_normal(both.n))
     again = both.with_measured(both.predicted([ROUNDING], [0.012]) * noise).diagnose(CAUSES)
-    assert (again.kind, again.causes) == ("cause", ("edge rounding",))
+    assert (again.identification.distinct, again.causes) == (True, ("edge rounding",))
 
 
 def test_without_the_rule_of_earning_what_is_left_is_named():
@@ -322,7 +314,7 @@ def test_a_batch_that_a_cause_is_about_is_not_carried_as_noise():
     verdict = study(data(BATCH, 1.2)).diagnose(CAUSES)
     assert verdict.causes == ("batch",)
     assert "batch" not in verdict.shares.looked_at
-    assert verdict.identified
+    assert verdict.identification.distinct  # its own column, which it declares, is no rival
 
 
 def test_groups_of_like_specimens_gather_what_is_alike():

@@ -1,0 +1,150 @@
+"""Evidence by kind: how much of an effect each kind of data shows, and rivals that act through a listed lever."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from limitmason.diagnosis.inference.design import Design, Names, is_numeric
+from limitmason.diagnosis.inference.fit import Fit
+
+AGREE = 2.0  # standard errors within which the shares that two kinds show must agree
+SEEN = 2.0  # standard errors by which a kind must show an effect
+TESTED = 1.0 / 3.0  # standard error of a share up to which a kind can tell the whole effect from none
+ABSENT = 3.0  # standard errors by which the share of a tested kind then lies below one
+LEVER = 2.0  # log-likelihood by which a name must beat every listed lever with another dependence
+AMPLITUDES = (3.0, 6.0, 12.0, 24.0)  # of such a rival, in units of the noise
+
+
+@dataclass(frozen=True)
+class Evidence:
+    r"""What one kind of data says of an explanation.
+
+    With f the fitted effect on the rows of this kind, y their data from the baseline, C the correlation of their noise
+    and J the change of the baseline per standard deviation of each measured input,
+
+    .. math:: a = \frac{f' W y}{f' W f}, \qquad W = (C + J J')^{-1}, \qquad \mathrm{error} = (f' W f)^{-1/2}
+
+    Parameters
+    ----------
+    kind : of the data
+    gain : log-likelihood that the explanation gains on these rows; below 0 it makes them worse
+    share, error : a and its standard error: 1 is the whole fitted effect, 0 none of it
+    misfit : root mean square of the baseline's residuals in units of the noise; 1 is noise alone
+    """
+
+    kind: str
+    gain: float
+    share: float
+    error: float
+    misfit: float
+
+    @property
+    def tested(self) -> bool:
+        """Whether this kind can tell the whole effect from none."""
+        return self.error <= TESTED
+
+    @property
+    def shows(self) -> bool:
+        """Whether the effect is seen in it."""
+        return self.share >= SEEN * self.error
+
+    @property
+    def absent(self) -> bool:
+        """Whether the effect should show here and does not: this rejects the explanation."""
+        return self.tested and not self.shows and 1.0 - self.share > ABSENT * self.error
+
+
+def agree(kinds: Sequence[Evidence]) -> bool:
+    """Whether two kinds or more show an effect, and the size found in each predicts the others."""
+    known = [k for k in kinds if k.tested or k.shows]
+    pairs = ((a, b) for i, a in enumerate(known) for b in known[:i])
+    same = all(abs(a.share - b.share) <= AGREE * np.hypot(a.error, b.error) for a, b in pairs)
+    return same and sum(k.shows for k in known) >= 2
+
+
+def by_kind(design: Design, names: Names, fit: Fit, null: Fit, y: np.ndarray, sd: float = 1.0) -> tuple[Evidence, ...]:
+    """Evidence of every kind of data for an explanation.
+
+    Parameters
+    ----------
+    names, fit : explanation and its fit to the data; no names for the baseline, of which only the misfit is told
+    null : fit of the baseline
+    y : data in the coordinates of the design, shape (n,)
+    sd : noise in stated units
+    """
+    kinds = design.kinds or ("",) * design.n
+    apart = design.apart
+    mix = np.eye(design.n) if design.mix is None else design.mix
+    factor = np.linalg.inv(mix)
+    correlation = factor @ factor.T
+    slopes = apart((design.null.slopes / sd).T).T
+    effect = apart(design.effect(names, fit)) if names else np.zeros(design.n)
+    data = apart(y)
+    squares = [apart(f.residuals[0]) * (mix.T @ f.residuals[0]) / sd**2 for f in (null, fit)]
+    out = []
+    for kind in dict.fromkeys(kinds):
+        rows = np.array([k == kind for k in kinds])
+        j = slopes[rows]
+        weighted = np.linalg.solve(correlation[np.ix_(rows, rows)] + j @ j.T, effect[rows])
+        reach = float(weighted @ effect[rows])
+        share, error = (float(weighted @ data[rows]) / reach, sd / np.sqrt(reach)) if reach > 0 else (0.0, np.inf)
+        gain = 0.5 * float((squares[0] - squares[1])[rows].sum())
+        misfit = float(np.sqrt(np.mean(np.maximum(squares[0][rows], 0.0))))
+        out.append(Evidence(str(kind), gain, share, float(error), misfit))
+    return tuple(out)
+
+
+def dependences(columns: Mapping[str, Sequence]) -> dict[str, list[np.ndarray]]:
+    """Other dependences of a lever, as kernels of shape (n, n): on labels, along a number, and on its level."""
+    out: dict[str, list[np.ndarray]] = {}
+    for name, column in columns.items():
+        labels: Sequence = [str(v) for v in column]
+        kernels = []
+        if is_numeric(column):
+            x = np.asarray(column, dtype=float)
+            if np.ptp(x) <= 1e-12 * np.abs(x).max(initial=0.0):
+                continue
+            kernels.append(np.outer(x - x.mean(), x - x.mean()) / x.var() + 1.0)
+            labels = x > np.median(x)
+        if 1 < len(set(labels)) < len(labels):
+            kernels.append(np.array([[float(a == b) for b in labels] for a in labels]))
+        if kernels:
+            out[name] = kernels
+    return out
+
+
+def lever_kernels(
+    design: Design, columns: Mapping[str, Sequence], exempt: Sequence[str]
+) -> tuple[list[str], np.ndarray]:  # fmt: skip
+    """Covariance of every listed lever with another dependence, in the coordinates of a design.
+
+    A rival is the effect of a listed cause at its largest size, scaled to a mean square of one, times an unknown
+    factor that depends on a column: a friction that differs by direction, a softness that grows with the load.
+
+    Parameters
+    ----------
+    columns : what is recorded, one entry per row
+    exempt : columns that the explanation in question declares as its own
+
+    Returns
+    -------
+    names, kernels : "lever by column", and covariances of shape (m, n, n)
+    """
+    ways = dependences({k: v for k, v in columns.items() if k not in exempt})
+    names, kernels = [], []
+    null = design.null.between(design.null.zero)
+    for cause in design.causes:
+        grid = design.singles[cause.name]
+        far = int(np.argmax(np.abs(grid.sizes[0] - cause.baseline)))
+        effect = design.apart(grid.at_size(float(far)).between(grid.zero) - null)
+        size = float(np.sqrt(np.mean(effect**2)))
+        if size <= 1e-9:
+            continue
+        for column, parts in ways.items():
+            for part in parts:
+                for amplitude in AMPLITUDES:
+                    names.append(f"{cause.name} by {column}")
+                    kernels.append((amplitude / size) ** 2 * np.outer(effect, effect) * part)
+    stack = np.array(kernels).reshape(len(kernels), design.n, design.n)
+    return names, stack if design.mix is None else design.mix @ stack @ design.mix.T

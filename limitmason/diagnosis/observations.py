@@ -1,0 +1,295 @@
+"""What was measured on the specimens: one row per number, with its quantity, kind, error and scale."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+
+from limitmason.errors import InputError
+
+VALUE = "value"  # the quantity of a study that measured one number per specimen
+
+
+class EvidenceKind(StrEnum):
+    """Kinds of evidence: numbers of one kind may share an error of the instrument, of two kinds they do not."""
+
+    FORCE = "force"
+    DEFORMATION = "deformation"
+    VIBRATION = "vibration"
+    PATTERN = "pattern"
+
+
+KIND_OF = {
+    EvidenceKind.DEFORMATION: ("stiffness", "drift", "displacement", "rotation", "sway"),
+    EvidenceKind.VIBRATION: ("frequency", "mode", "damping", "period"),
+    EvidenceKind.PATTERN: ("crack pattern", "opened", "slid", "failure mode"),
+}  # all else is a force
+SIGNED = ("mode", "residual displacement")  # quantities that may be negative: compared as they are, not as logarithms
+
+
+def _begins(quantity: str, words: Iterable[str]) -> bool:
+    return any(quantity.lower().startswith(word) for word in words)
+
+
+@dataclass(frozen=True)
+class Observation:
+    """One measured number of one specimen.
+
+    Parameters
+    ----------
+    specimen : its number, from 0, or its name (the "specimen" or "name" of its mapping)
+    quantity : what was measured, as the simulator calls it: "peak", "stiffness", "frequency 1", ...
+    value : NaN where it is missing
+    scatter : standard deviation, relative to the value for a logarithmic scale, in its unit for a linear one; None
+        where the study states the noise
+    unit : of the value, for reports
+    kind : of evidence, see :class:`EvidenceKind`; "" goes by the name of the quantity
+    link : "log" compares logarithms (positive values), "identity" differences; "" goes by the name of the quantity
+
+    Raises
+    ------
+    InputError
+        For an unknown kind or link, a scatter that is not positive, or a value that its scale cannot take.
+    """
+
+    specimen: Any
+    quantity: str
+    value: float = float("nan")
+    scatter: float | None = None
+    unit: str = "-"
+    kind: str = ""
+    link: str = ""
+
+    def __post_init__(self) -> None:
+        known = (*EvidenceKind, "")
+        if self.kind not in known:
+            raise InputError(f"{self._called}: kind must be one of {', '.join(EvidenceKind)}, got {self.kind!r}")
+        if self.link not in ("log", "identity", ""):
+            raise InputError(f"{self._called}: link must be 'log' or 'identity', got {self.link!r}")
+        guessed = next((k for k, words in KIND_OF.items() if _begins(self.quantity, words)), EvidenceKind.FORCE)
+        object.__setattr__(self, "kind", EvidenceKind(self.kind or guessed))
+        object.__setattr__(self, "link", self.link or ("identity" if _begins(self.quantity, SIGNED) else "log"))
+        object.__setattr__(self, "value", float(self.value))
+        if np.isinf(self.value) or (self.link == "log" and self.value <= 0.0):
+            raise InputError(f"{self._called} is {self.value!r}; a logarithmic scale takes positive finite values")
+        if self.scatter is not None and not (np.isfinite(self.scatter) and self.scatter > 0.0):
+            raise InputError(f"{self._called}: the scatter must be a positive number, got {self.scatter!r}")
+
+    @property
+    def _called(self) -> str:
+        return f"{self.quantity} of specimen {self.specimen}"
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """The numbers of a study, one row each.
+
+    Parameters
+    ----------
+    of : number of the specimen of each row, shape (n,)
+    quantities, kinds : of each row
+    log : whether it is compared by its logarithm, shape (n,)
+    values : measured, shape (n,); None where nothing is measured yet
+    scatter : stated standard deviation on the scale of comparison, shape (n,); None where it is not stated per row
+    """
+
+    of: np.ndarray
+    quantities: tuple[str, ...]
+    kinds: tuple[str, ...]
+    log: np.ndarray
+    values: np.ndarray | None = None
+    scatter: np.ndarray | None = None
+
+    @classmethod
+    def plain(cls, n: int, values: Any = None) -> Rows:
+        """One number per specimen.
+
+        Raises
+        ------
+        InputError
+            For another number of values, or values that are not positive and finite.
+        """
+        out = cls(np.arange(n), (VALUE,) * n, (str(EvidenceKind.FORCE),) * n, np.ones(n, dtype=bool))
+        return out if values is None else out.with_values(values)
+
+    @classmethod
+    def read(cls, observed: Sequence[Observation], specimens: Sequence[Any]) -> Rows:
+        """Rows of observations; those without a value are left out, unless nothing at all is measured yet.
+
+        Raises
+        ------
+        InputError
+            For a specimen that is not there, a number given twice, or a scatter stated for some rows only.
+        """
+        called = [name_of(s) for s in specimens]
+        names = {name: i for i, name in enumerate(called) if name is not None}
+        chosen = [o for o in observed if not np.isnan(o.value)] or list(observed)
+        of = []
+        for o in chosen:
+            number = names.get(o.specimen, o.specimen)
+            if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number < len(specimens):
+                known = ", ".join(names) or "none has a name"
+                raise InputError(f"{o._called}: no such specimen; known: {known}, or 0 to {len(specimens) - 1}")
+            of.append(number)
+        seen: set[tuple[int, str]] = set()
+        for number, o in zip(of, chosen, strict=True):
+            if (number, o.quantity) in seen:
+                raise InputError(f"{o._called} is given twice: a repeat is a specimen of its own")
+            seen.add((number, o.quantity))
+        stated = [o.scatter for o in chosen if o.scatter is not None]
+        if stated and len(stated) < len(chosen):
+            bare = next(o for o in chosen if o.scatter is None)
+            raise InputError(f"{bare._called} has no scatter, others have: state it for every number or for none")
+        values = np.array([o.value for o in chosen])
+        return cls(
+            np.array(of, dtype=int), tuple(o.quantity for o in chosen), tuple(o.kind for o in chosen),
+            np.array([o.link == "log" for o in chosen], dtype=bool), None if np.isnan(values).all() else frozen(values),
+            np.array(stated) if stated else None,
+        )  # fmt: skip
+
+    def __len__(self) -> int:
+        return len(self.of)
+
+    @property
+    def several(self) -> bool:
+        """Whether more than one quantity was measured."""
+        return len(set(self.quantities)) > 1
+
+    @property
+    def needed(self) -> dict[str, bool]:
+        """Quantities that the simulator must return, and whether each must be positive."""
+        return {q: bool(log) for q, log in zip(self.quantities, self.log, strict=True)}
+
+    @property
+    def column(self) -> np.ndarray:
+        """Number of each row's quantity among those needed, shape (n,)."""
+        order = {q: i for i, q in enumerate(self.needed)}
+        return np.array([order[q] for q in self.quantities], dtype=int)
+
+    def with_values(self, values: Any) -> Rows:
+        """The same rows with other values, one per row."""
+        out = np.array(values, dtype=float)
+        if out.shape != (len(self),):
+            what = "number" if self.several else "specimen"
+            raise InputError(f"measured must have one value per {what} ({len(self)}), got shape {out.shape}")
+        bad = np.flatnonzero(~(np.isfinite(out) & (~self.log | (out > 0))))
+        if len(bad):
+            where = f"specimen {self.of[bad[0]]}"
+            raise InputError(f"measured values must be positive and finite; {where} has {out[bad[0]]!r}")
+        return replace(self, values=frozen(out))
+
+    def on(self, count: int) -> Rows:
+        """The quantities of these rows on each of other specimens, nothing measured."""
+        needed = self.needed
+        kinds = dict(zip(self.quantities, self.kinds, strict=True))
+        return Rows(
+            np.repeat(np.arange(count), len(needed)), tuple(needed) * count, tuple(kinds[q] for q in needed) * count,
+            np.tile(np.array(list(needed.values()), dtype=bool), count),
+        )  # fmt: skip
+
+    def linked(self, values: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
+        """Values on the scale on which they are compared: logarithms, or as they are; rows along the last axis."""
+        return linked(values, self.log if rows is None else self.log[rows])
+
+    def spread_out(self, name: str, column: Sequence[Any], specimens: int) -> list[Any]:
+        """A column with one entry per row, from one per row or per specimen.
+
+        Raises
+        ------
+        InputError
+            For another number of entries.
+        """
+        column = list(column)
+        if len(column) == len(self) != specimens:
+            return column
+        if len(column) != specimens:
+            raise InputError(f"{name} has {len(column)} values for {specimens} specimens")
+        return [column[i] for i in self.of]
+
+    def columns(self, covariates: Mapping[str, Sequence[Any]], names: Sequence[str]) -> dict[str, Sequence[Any]]:
+        """Columns that effects may go with: the covariates; of several quantities also each within its kind alone.
+
+        Parameters
+        ----------
+        covariates : one entry per row
+        names : what each row's specimen is called
+        """
+        out = dict(covariates)
+        if not self.several:
+            return out
+        kinds = list(dict.fromkeys(self.kinds))
+        out["quantity"] = list(self.quantities)
+        out["specimen"] = list(names)
+        for kind in kinds if len(kinds) > 1 else ():
+            for name, column in covariates.items():
+                out[f"{name} in {kind}"] = _within([k == kind for k in self.kinds], column)
+        return out
+
+
+def _within(inside: Sequence[bool], column: Sequence[Any]) -> list[Any]:
+    """A column where some rows are told apart only: all others have its mean, or one label of their own."""
+    numbers = [v for v, i in zip(column, inside, strict=True) if i]
+    if any(isinstance(v, (str, bool)) for v in numbers):
+        return [str(v) if i else "-" for v, i in zip(column, inside, strict=True)]
+    mean = float(np.mean([float(v) for v in numbers]))
+    return [float(v) if i else mean for v, i in zip(column, inside, strict=True)]
+
+
+def linked(values: np.ndarray, log: np.ndarray) -> np.ndarray:
+    """Logarithms of some columns, the others as they are."""
+    return np.log(values) if log.all() else np.where(log, np.log(np.where(log, values, 1.0)), values)
+
+
+def unlinked(values: np.ndarray, log: np.ndarray) -> np.ndarray:
+    """Inverse of :func:`linked`."""
+    return np.exp(values) if log.all() else np.where(log, np.exp(np.where(log, values, 0.0)), values)
+
+
+def frozen(values: np.ndarray) -> np.ndarray:
+    """An array that cannot be written to."""
+    values.flags.writeable = False
+    return values
+
+
+def name_of(specimen: Any) -> str | None:
+    """The "specimen" or "name" of a specimen; None where it has none."""
+    for key in ("specimen", "name"):
+        value = specimen.get(key) if isinstance(specimen, Mapping) else getattr(specimen, key, None)
+        if value is not None:
+            return str(value)
+    return None
+
+
+def called(specimen: Any, number: int) -> str:
+    """What a specimen is called: its "specimen" or "name", else its number counted from 0."""
+    name = name_of(specimen)
+    direction = specimen.get("direction", "") if name and isinstance(specimen, Mapping) else ""
+    return f"specimen {number if name is None else name}{direction}"
+
+
+def covariates_of(
+    given: Iterable[str] | Mapping[str, Sequence[Any]], specimens: Sequence[Any], rows: Rows
+) -> dict[str, list[Any]]:  # fmt: skip
+    """Values of every covariate per row, read from the specimens by name or as they are given.
+
+    Raises
+    ------
+    InputError
+        For a covariate that a specimen lacks, or a wrong number of values.
+    """
+    if isinstance(given, Mapping):
+        out = {str(k): list(v) for k, v in given.items()}
+    else:
+        out = {}
+        for name in given:
+            out[name] = []
+            for i, s in enumerate(specimens):
+                try:
+                    out[name].append(s[name] if isinstance(s, Mapping) else getattr(s, name))
+                except (KeyError, AttributeError):
+                    raise InputError(f"covariate {name!r} is not recorded for specimen {i}") from None
+    return {name: rows.spread_out(f"covariate {name!r}", v, len(specimens)) for name, v in out.items()}
