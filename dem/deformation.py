@@ -12,7 +12,7 @@ from limitmason.deformable import SOLID, STATES, modal_blocks
 from limitmason.deformable.body import products
 from limitmason.deformable.levels import MODAL, RIGID
 from limitmason.errors import InputError
-from limitmason.mechanics.joint_shapes import face_motions
+from limitmason.mechanics.joint_shapes import face_motions, motion_at
 from limitmason.mechanics.plane import Plane, find_plane
 from limitmason.model import Assembly, Loads
 
@@ -127,61 +127,40 @@ def frames(joints: Joints) -> tuple[Array, Array]:
     return joints.frame, np.asarray(joints.frame @ np.swapaxes(turn, 1, 2))
 
 
-def sides(deformation: Deformation, points: Points, joints: Joints) -> tuple[Array, Array, Array]:
-    """Coefficients of the shapes on the plane of every joint, ``side_a``, ``side_b`` and ``along`` of the kernel.
+def sides(deformation: Deformation, points: Points, joints: Joints) -> tuple[Array, Array]:
+    """What every shape does to the faces of every joint, ``side_a`` and ``side_b`` of the kernel, shapes (k, m, 6).
 
-    A joint takes up six motions of a face, see :func:`limitmason.mechanics.joint_shapes.face_motions`.
+    A joint takes up six motions of a face, see :func:`limitmason.mechanics.joint_shapes.face_motions`, in a plane those
+    in it.
     """
     frame_a, frame_b = frames(joints)
     n = len(frame_a)
     whole = np.where(joints.law[:, LAW.cross] != 0.0, 0.0, 1.0)[:, None, None]  # at crossing edges blocks are rigid
-    along = np.zeros((n, 2))
-    if deformation.plane:
-        tangent = np.cross(deformation.normal, frame_a[:, 2])
-        along = np.ascontiguousarray(np.einsum("kti,ki->kt", frame_a[:, :2], tangent))
     owner = np.repeat(np.arange(n), np.diff(joints.start))
-    place, m = np.column_stack([points.s, points.t]), deformation.reach.shape[1]
+    place = np.column_stack([points.s, points.t])
+    kept = np.zeros((n, 6, 6))
+    kept[:] = np.eye(6)
+    if deformation.plane:
+        across = frame_a @ deformation.normal
+        turn = across[:, :, None] * across[:, None, :]
+        kept[:, :3, :3] -= turn
+        kept[:, 3:, 3:] = turn
     out = []
     for block, arm, frame in ((joints.block_a, joints.arm_a, frame_a), (joints.block_b, joints.arm_b, frame_b)):
         axes = frame[owner]
         u = deformation.displacement(block[owner], arm[owner] + np.einsum("xt,xti->xi", place, axes[:, :2]))
-        c1, c2, c3, w1, w2, w3 = face_motions(joints.start, place, points.area, axes @ u).transpose(1, 0, 2)
-        if deformation.plane:
-            al, be = along.T[:, :, None]
-            side = np.zeros((n, m, 2, 3))
-            side[:, :, 0, 0], side[:, :, 1, 0], side[:, :, 1, 1] = al * c1 + be * c2, c3, be * w1 - al * w2
-        else:
-            side = np.zeros((n, m, 3, 6))
-            side[:, :, :, 0] = np.stack([c1, c2, c3], axis=2)
-            side[:, :, 0, 2], side[:, :, 1, 1], side[:, :, 2, 1], side[:, :, 2, 2] = -w3, w3, -w2, w1
-        out.append(np.ascontiguousarray(whole * side.reshape(n, m, -1)))
-    return out[0], out[1], along
-
-
-def point_values(points: Points, joints: Joints, side_a: Array, side_b: Array, along: Array) -> tuple[Array, Array]:
-    """Displacement that every mode of both blocks makes at every point, along t1, t2, n of its joint.
-
-    Returns
-    -------
-    on a, on b : in the frame as the block carries it [m per unit of a coordinate], shapes (points, 3, m)
-    """
-    owner = np.repeat(np.arange(len(joints.block_a)), np.diff(joints.start))
-    s, t, m = points.s, points.t, side_a.shape[1]
-    out = []
-    for side in (side_a, side_b):
-        if side.shape[2] == 18:
-            powers = np.stack([np.ones_like(s), s, t, s * s, s * t, t * t], axis=1)
-            out.append(np.einsum("xmcp,xp->xcm", side[owner].reshape(len(s), m, 3, 6), powers))
-        else:
-            p = along[owner, 0] * s + along[owner, 1] * t
-            powers = np.stack([np.ones_like(p), p, p * p], axis=1)
-            value = np.einsum("xmcp,xp->xcm", side[owner].reshape(len(s), m, 2, 3), powers)
-            slide, apart = value[:, 0], value[:, 1]
-            out.append(np.stack([along[owner, :1] * slide, along[owner, 1:] * slide, apart], axis=1))
+        moved = kept @ face_motions(joints.start, place, points.area, axes @ u)
+        out.append(np.ascontiguousarray(whole * moved.transpose(0, 2, 1)))
     return out[0], out[1]
 
 
-def coupled_stiffness(points: Points, joints: Joints, side_a: Array, side_b: Array, along: Array, n: int) -> Array:
+def point_values(points: Points, joints: Joints, side: Array) -> Array:
+    """Displacement that every shape makes at every point on one side of its joint, along t1, t2, n, (points, 3, m)."""
+    owner = np.repeat(np.arange(len(joints.block_a)), np.diff(joints.start))
+    return np.asarray(motion_at(np.column_stack([points.s, points.t])) @ side[owner].transpose(0, 2, 1))
+
+
+def coupled_stiffness(points: Points, joints: Joints, side_a: Array, side_b: Array, n: int) -> Array:
     """Stiffness every block feels in its rigid motions and modes when only it moves, joints closed, (n, 6 + m, 6 + m).
 
     Frames are those of the time a joint was made.
@@ -191,7 +170,7 @@ def coupled_stiffness(points: Points, joints: Joints, side_a: Array, side_b: Arr
     stiff = joints.law[:, [LAW.ks, LAW.ks, LAW.kn]][owner] * points.area[:, None]
     m = side_a.shape[1]
     out = np.zeros((n, 6 + m, 6 + m))
-    values = point_values(points, joints, side_a, side_b, along)
+    values = point_values(points, joints, side_a), point_values(points, joints, side_b)
     ends = (joints.block_a, joints.block_b), (joints.arm_a, joints.arm_b), frames(joints), values
     for block, arm, axes, value in zip(*ends, strict=True):
         frame = axes[owner]
@@ -263,19 +242,18 @@ class Start:
             u = Deformation(**new).displacement(np.full(len(x), i), x)
             new["reach"][i] = np.linalg.norm(u, axis=1).max(axis=0)
         deformation = Deformation(**new)
-        side_a, side_b, along = sides(deformation, points, joints)
+        side_a, side_b = sides(deformation, points, joints)
         zero = np.zeros((n, m))
         modes = Modes(
-            zero, zero.copy(), stiffness, np.ones((n, m)), inv_mass, zero.copy(), zero.copy(), side_a, side_b, along,
-            np.zeros((0 if deformation.plane else len(points.s), 3)),
+            zero, zero.copy(), stiffness, np.ones((n, m)), inv_mass, zero.copy(), zero.copy(), side_a, side_b,
         )  # fmt: skip
         return deformation, modes
 
 
 def coupled_of(start: Deformation, points: Points, joints: Joints, moves: NDArray[np.bool_]) -> Array:
     """:func:`coupled_stiffness` of shapes in any coordinates; ``moves`` says which rigid motions a block has, (6,)."""
-    side_a, side_b, along = sides(start, points, joints)
-    out = coupled_stiffness(points, joints, side_a, side_b, along, len(start.reach))
+    side_a, side_b = sides(start, points, joints)
+    out = coupled_stiffness(points, joints, side_a, side_b, len(start.reach))
     out[:, :6][:, ~moves] = 0.0
     out[:, :, :6][:, :, ~moves] = 0.0
     return out
@@ -306,22 +284,15 @@ def fastest_of(mass: Array, inertia: Array, modes: Modes, coupled: Array) -> flo
 
 def relative_deformation(deformation: Deformation, modes: Modes, joint: Joints, points: Points) -> Array:
     """Displacement of b's face against a's by deformation at points of a joint just made [m], its axes, (m, 3)."""
-    s, t = points.s, points.t
-    side_a, side_b, along = sides(deformation, points, joint)
+    side_a, side_b = sides(deformation, points, joint)
     change = modes.value[joint.block_b[0]] @ side_b[0] - modes.value[joint.block_a[0]] @ side_a[0]
-    if not deformation.plane:
-        powers = np.stack([np.ones_like(s), s, t, s * s, s * t, t * t])
-        return np.asarray((change.reshape(3, 6) @ powers).T)
-    p = s * along[0, 0] + t * along[0, 1]
-    slide, apart = change.reshape(2, 3) @ np.stack([np.ones_like(p), p, p * p])
-    return np.column_stack([along[0, 0] * slide, along[0, 1] * slide, apart])
+    return np.asarray(motion_at(np.column_stack([points.s, points.t])) @ change)
 
 
 def with_joints(deformation: Deformation, modes: Modes, points: Points, joints: Joints) -> Modes:
     """The same coordinates between other joints."""
-    side_a, side_b, along = sides(deformation, points, joints)
-    pad = np.zeros((len(modes.pad) and len(points.s), 3))
-    return modes._replace(side_a=side_a, side_b=side_b, along=along, pad=pad)
+    side_a, side_b = sides(deformation, points, joints)
+    return modes._replace(side_a=side_a, side_b=side_b)
 
 
 def add_modal_mass(

@@ -12,7 +12,7 @@ from dem import kernels
 from dem.kernels import LAW, Joints, Points
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import ContactPoints, contact_points
-from limitmason.mechanics.law import LOST, SUDDEN, PointLaw, peak_law, residual_law, softening
+from limitmason.mechanics.law import LOST, SUDDEN, PointLaw, peak_law, softening
 from limitmason.mechanics.plane import Plane
 from limitmason.mechanics.stated import lost_in_failure
 from limitmason.mechanics.stiffness import SETTLEMENT, default_stiffness
@@ -172,7 +172,7 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
     dash = per_interface(0.0 if options.dashpot is None else options.dashpot, kinds, "dashpot")
     later = options.residual_dilatancy_angle_deg
     psi_r = None if later is None else np.tan(np.deg2rad(per_interface(later, kinds, "residual_dilatancy_angle_deg")))
-    peak, rest = peak_law(laws, convex=False), residual_law(laws, psi_r, convex=False)
+    peak = peak_law(laws, convex=False)
     out = np.zeros((len(laws), kernels.LAW_SIZE))
     for k, joint in enumerate(laws):
         kn = (joint.normal_stiffness or standard) * options.stiffness_factor
@@ -181,7 +181,7 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
         if not ks > 0.0:
             raise NotApplicable(f"joint of interface {k} has shear_stiffness 0: it must be positive in the DEM")
         out[k, [LAW.kn, LAW.ks]] = kn, ks
-    by_opening, by_slip = softening(laws, out[:, LAW.kn], out[:, LAW.ks], length)
+    rest, by_opening, by_slip = softening(laws, out[:, LAW.kn], out[:, LAW.ks], length, psi_r)
     if psi_r is not None:
         # psi alone falls too, but not where nothing is to be lost
         alone = (psi_r != peak.tan_psi) & (by_opening == 0.0) & [j.lost_by is not LostBy.NOTHING for j in laws]

@@ -63,8 +63,8 @@ def tangent(assembly: Assembly, state: State) -> sparse.csc_array:
     more = np.zeros(0)
     if state.modes is not None:
         x = state.modes
-        ends = zip((j.block_a, j.block_b), point_values(p, j, x.side_a, x.side_b, x.along), (-1.0, 1.0), strict=True)
-        for block, value, sign in ends:
+        for block, side, sign in ((j.block_a, x.side_a, -1.0), (j.block_b, x.side_b, 1.0)):
+            value = point_values(p, j, side)
             rows.append(n + block[owner][:, None] * value.shape[2] + np.arange(value.shape[2]))
             values.append(sign * value)
         more = x.stiffness.ravel()

@@ -23,8 +23,7 @@ from dem.deformation import (
 )
 from dem.joints import Grid, JointOptions, make_joints, make_points
 from dem.kernels import Bodies, Joints, Modes, Points, Ties
-from dem.kernels.deformed_plane import PLANE_MODES
-from dem.kernels.deformed_space import SPACE_MODES
+from dem.kernels.deformed import PLANE_MODES, SPACE_MODES
 from dem.stability import block_stiffness, scaled_masses, stable_step
 from dem.ties import NO_TIES, make_ties, pulls, stored_energy
 from limitmason.answers.results import Resultants

@@ -150,7 +150,7 @@ def run(
         state.points, state.joints, state.bodies, state.total, np.ascontiguousarray(cases, dtype=float),
         np.ascontiguousarray(factors, dtype=float), np.ascontiguousarray(drives, dtype=float),
         np.ascontiguousarray(speeds, dtype=float), state.dt, damping.local, damping.adaptive, damping.kinetic,
-        state.mode == DYNAMIC, drifts, state.modes, state.space, True if state.modes is None else None,
+        state.mode == DYNAMIC, drifts, state.modes, state.space,
         state.ties if len(state.ties.block_a) else None,
     )  # fmt: skip
     state.time += steps * state.dt

@@ -2,11 +2,11 @@
 
 ``law`` is the joint law at a point and ``added`` the terms that are added to it, ``sums`` adds it up over the points of
 a joint, ``kinematics`` says how the blocks of a joint lie to each other, ``forces`` brings the sums to the blocks,
-``ties`` the pull of rods, ``deformed`` does so where blocks strain in modes, ``stepping`` moves these, ``measure``
-reads a position without changing it, ``shapes`` finds where pieces touch; ``arrays`` is what all of them see. ``zones``
-steps blocks cut into zones in the plane, with
-the same joint law, and ``yielding`` returns a zone's stress to its strength. In space ``solid_zones`` has the forces of
-elastic zones, ``solid_joints`` those between their faces, ``solid_stepping`` moves them.
+``ties`` the pull of rods, ``deformed`` what goes with blocks that strain, ``stepping`` moves these, ``measure`` reads a
+position without changing it, ``shapes`` finds where pieces touch; ``arrays`` is what all of them see. ``zones`` steps
+blocks cut into zones in the plane, with the same joint law, and ``yielding`` returns a zone's stress to its strength.
+In space ``solid_zones`` has the forces of elastic zones, ``solid_joints`` those between their faces,
+``solid_stepping`` moves them.
 
 Rule: a compiled function of ``dem`` stands in this package, is made by ``compiled.kernel`` and uses nothing from
 outside but numpy and numba. What is kept on disk is stamped with the content of all files of the package and of the

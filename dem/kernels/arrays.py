@@ -101,10 +101,9 @@ E_SIZE = 10
 
 
 class Modes(NamedTuple):
-    """Deformation of blocks: modal coordinates, and the shapes of every joint's two sides on its plane.
+    """Deformation of blocks: coordinates of their shapes, and what every shape does to a joint's two sides.
 
-    In a plane a side has 6 coefficients, displacement along the joint and along its normal before 1, p, p^2, where
-    p = along . (s, t); in space 18, along t1, t2 and n before 1, s, t, s^2, s t, t^2.
+    A side has six numbers a shape, displacement and rotation of the face about the joint's origin along t1, t2 and n.
     """
 
     value: Array  # (n, m)
@@ -114,7 +113,5 @@ class Modes(NamedTuple):
     inv_mass: Array  # 0 where a block has no such mode, (n, m)
     contact: Array  # force of the joints on the modes in the last step, (n, m)
     net: Array  # contact less stiffness, without damping, (n, m)
-    side_a: Array  # in the joint's frame, (k, m, 6 or 18)
-    side_b: Array  # in the joint's frame as block b carries it, (k, m, 6 or 18)
-    along: Array  # direction of the plane in the tangents of each joint, zero in space, (k, 2)
-    pad: Array  # forces of the points on block b, joint axes, written and read within a step [N], (points, 3)
+    side_a: Array  # in the joint's frame, (k, m, 6)
+    side_b: Array  # in the joint's frame as block b carries it, (k, m, 6)

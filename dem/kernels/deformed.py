@@ -1,63 +1,136 @@
-"""Joints between blocks that deform in modes: displacements and forces at their points as polynomials on the joint.
+"""Joints between blocks that deform in shapes: what strains move their faces by, and what forces there do to shapes.
 
-The total relative displacement at a point is that of the rigid motions plus R_rel phi_b q_b - phi_a q_a, phi the shapes
-of either block at its material point, each carried by its block: a block that turns keeps its strains. On the plane of
-a joint a quadratic shape is a quadratic of the point's coordinates, so that a joint needs the coefficients of both
-sides once, and hands back the moments sum (1, p, p^2) f of its forces; what acts on a mode is their product.
+A joint takes up the six rigid motions of a face that are nearest to what a shape does there. A shape is six numbers of
+a joint's side then, a displacement c and a rotation w, and both sides add to the relative motion of the rigid blocks,
+
+    delta = d + G X + R_rel (c_b + w_b x X) - (c_a + w_a x X),  X = (s, t, 0),
+
+each carried by its block: a block that turns keeps its strains. The joint law sees a joint between rigid blocks with
+another d and G. What its forces do to a shape is c . sum f + w . sum X x f.
 """
 
 import numpy as np
 
-from dem.kernels.arrays import E_FRACTURE, E_FRICTION, E_VISCOUS, LAW, Array, Bodies, Joints, Modes, Points
+from dem.kernels.arrays import LAW, Array, Bodies, Joints, Modes, Points
 from dem.kernels.braking import against_change
 from dem.kernels.compiled import kernel
-from dem.kernels.deformed_plane import _plane_joint, _side, _turn_in_plane, _turned_side
-from dem.kernels.deformed_space import _quadratic, _space_joint, _space_side, _space_turn
-from dem.kernels.forces import Numbers, add_wrench
-from dem.kernels.kinematics import _kinematics
+from dem.kernels.law import Numbers
+from dem.kernels.sums import joint_sums
+
+PLANE_MODES, SPACE_MODES = 9, 21  # shapes of a block: known to the compiler, which unrolls its loops
 
 
 @kernel(forceinline=True)
-def _modal_forces(
-    points: Points, joints: Joints, bodies: Bodies, modes: Modes, space: bool | None, dt: float, total: Array,
-    scratch: Array,
-) -> None:  # fmt: skip
-    """Fill ``bodies.contact`` and ``modes.contact`` from all joints and update the plastic state of their points.
+def face_motion(side: Array, j: int, x: Array, i: int, space: bool | None) -> Numbers:
+    """Displacement c and rotation w of one side of joint j at the coordinates of block i."""
+    c1 = c2 = c3 = w1 = w2 = w3 = 0.0
+    for k in range(PLANE_MODES if space is None else SPACE_MODES):
+        q = x[i, k]
+        c1 += q * side[j, k, 0]
+        c2 += q * side[j, k, 1]
+        c3 += q * side[j, k, 2]
+        w1 += q * side[j, k, 3]
+        w2 += q * side[j, k, 4]
+        if space is not None:
+            w3 += q * side[j, k, 5]
+    return c1, c2, c3, w1, w2, w3
 
-    ``space`` is None in a plane: the compiler then leaves out what is for space.
-    """
-    contact, vel, spin = bodies.contact, bodies.vel, bodies.spin
-    value, rate, on_modes, one, two = modes.value, modes.rate, modes.contact, modes.side_a, modes.side_b
-    along, pad = modes.along, modes.pad
-    contact[:] = 0.0
-    on_modes[:] = 0.0
-    law = joints.law
-    s, t, area, gap, damage = points.s, points.t, points.area, points.gap, points.damage
-    slip_1, slip_2, lift = points.slip_1, points.slip_2, points.lift
-    friction = viscous = fracture = 0.0
-    for j in range(joints.block_a.size):
-        if law[j, LAW.cross] != 0.0:
-            continue
-        a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
-        p0, p1 = joints.start[j], joints.start[j + 1]
-        axes, d, g, ra, rb = _kinematics(j, joints, bodies)
-        if space is None:
-            out = _plane_joint(
-                j, a, b, p0, p1, s, t, area, gap, slip_1, slip_2, lift, damage, law, vel, spin, value, rate, on_modes,
-                one, two, along, axes, d, g, ra, rb, dt,
-            )  # fmt: skip
-        else:
-            out = _space_joint(
-                j, a, b, p0, p1, s, t, area, gap, slip_1, slip_2, lift, damage, law, vel, spin, value, rate, on_modes,
-                one, two, pad, axes, d, g, ra, rb, dt, scratch,
-            )  # fmt: skip
-        friction += out[6]
-        viscous += out[7] * dt
-        fracture += out[8]
-        add_wrench(contact, a, b, axes, out, ra, rb)
-    total[E_FRICTION] += friction
-    total[E_VISCOUS] += viscous
-    total[E_FRACTURE] += fracture
+
+@kernel(forceinline=True)
+def slopes(u: Numbers) -> Numbers:
+    """A motion c + w x (s, t, 0) of block a's face as d and g of :func:`dem.kernels.sums.point_sums`."""
+    return u[0], u[1], u[2], 0.0, -u[5], u[5], 0.0, -u[4], u[3]
+
+
+@kernel(forceinline=True)
+def third_axis(g: Numbers) -> Numbers:
+    """Third column of R_rel from the first two of G."""
+    r1, r2, r3 = 1.0 + g[0], g[2], g[4]
+    q1, q2, q3 = g[1], 1.0 + g[3], g[5]
+    return r2 * q3 - r3 * q2, r3 * q1 - r1 * q3, r1 * q2 - r2 * q1
+
+
+@kernel(forceinline=True)
+def turned_slopes(u: Numbers, g: Numbers, space: bool | None) -> Numbers:
+    """As :func:`slopes` of block b's face, in block a's frame."""
+    z1, z2, z3 = third_axis(g)
+    r11, r12, r21, r22, r31, r32 = 1.0 + g[0], g[1], g[2], 1.0 + g[3], g[4], g[5]
+    c1, c2, c3, w1, w2, w3 = u
+    d1, d2, d3 = r11 * c1 + r12 * c2 + z1 * c3, r21 * c1 + r22 * c2 + z2 * c3, r31 * c1 + r32 * c2 + z3 * c3
+    if space is None:  # no face turns about its normal
+        return d1, d2, d3, -z1 * w2, z1 * w1, -z2 * w2, z2 * w1, -z3 * w2, z3 * w1
+    return (
+        d1, d2, d3, r12 * w3 - z1 * w2, z1 * w1 - r11 * w3, r22 * w3 - z2 * w2, z2 * w1 - r21 * w3, r32 * w3 - z3 * w2,
+        z3 * w1 - r31 * w3,
+    )  # fmt: skip
+
+
+@kernel(forceinline=True)
+def turned_back(f1: float, f2: float, f3: float, g: Numbers) -> Numbers:
+    """A vector in block b's frame."""
+    z1, z2, z3 = third_axis(g)
+    return (
+        (1.0 + g[0]) * f1 + g[2] * f2 + g[4] * f3, g[1] * f1 + (1.0 + g[3]) * f2 + g[5] * f3,
+        z1 * f1 + z2 * f2 + z3 * f3,
+    )  # fmt: skip
+
+
+@kernel(forceinline=True)
+def less(v: Numbers, u: Numbers) -> Numbers:
+    """Difference of two motions of faces."""
+    return (
+        v[0] - u[0], v[1] - u[1], v[2] - u[2], v[3] - u[3], v[4] - u[4], v[5] - u[5], v[6] - u[6], v[7] - u[7],
+        v[8] - u[8],
+    )  # fmt: skip
+
+
+@kernel(forceinline=True)
+def load_shapes(
+    contact: Array, i: int, side: Array, j: int, sign: float, f: Numbers, s: Numbers, t: Numbers, space: bool | None
+) -> None:
+    """Add what forces do to the shapes of block i; sums of f, s f and t f in the axes of that side."""
+    f1, f2, f3, m1, m2, m3 = sign * f[0], sign * f[1], sign * f[2], sign * t[2], -sign * s[2], sign * (s[1] - t[0])
+    for k in range(PLANE_MODES if space is None else SPACE_MODES):
+        x = side[j, k, 0] * f1 + side[j, k, 1] * f2 + side[j, k, 2] * f3 + side[j, k, 3] * m1 + side[j, k, 4] * m2
+        if space is not None:
+            x += side[j, k, 5] * m3
+        contact[i, k] += x
+
+
+@kernel(forceinline=True)
+def strained_sums(
+    j: int, points: Points, joints: Joints, bodies: Bodies, modes: Modes, space: bool | None,
+    axes: tuple[Numbers, Numbers, Numbers], d: Numbers, g: Numbers, ra: Numbers, rb: Numbers, dt: float,
+) -> Numbers:  # fmt: skip
+    """Forces, moments and losses of joint j, added to the shapes of its blocks too; ``space`` is None in a plane."""
+    a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
+    u = slopes(face_motion(modes.side_a, j, modes.value, a, space))
+    v = turned_slopes(face_motion(modes.side_b, j, modes.value, b, space), g, space)
+    rates = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if joints.law[j, LAW.dash] != 0.0:
+        rates = less(
+            turned_slopes(face_motion(modes.side_b, j, modes.rate, b, space), g, space),
+            slopes(face_motion(modes.side_a, j, modes.rate, a, space)),
+        )
+    e = less(v, u)
+    f1, f2, f3, s1, s2, s3, t1, t2, t3, work, lost, broken = joint_sums(
+        j, points, joints, bodies, axes, (d[0] + e[0], d[1] + e[1], d[2] + e[2]),
+        (g[0] + e[3], g[1] + e[4], g[2] + e[5], g[3] + e[6], g[4] + e[7], g[5] + e[8]), ra, rb, rates, dt, True,
+    )  # fmt: skip
+    load_shapes(modes.contact, a, modes.side_a, j, -1.0, (f1, f2, f3), (s1, s2, s3), (t1, t2, t3), space)
+    load_shapes(
+        modes.contact, b, modes.side_b, j, 1.0, turned_back(f1, f2, f3, g), turned_back(s1, s2, s3, g),
+        turned_back(t1, t2, t3, g), space,
+    )  # fmt: skip
+    # arms end in b's points: d + X + G X with b's strains and without a's
+    d1, d2, d3 = d[0] + v[0], d[1] + v[1], d[2] + v[2]
+    x1, x2, x3 = 1.0 + g[0] + v[3], g[2] + v[5], g[4] + v[7]
+    y1, y2, y3 = g[1] + v[4], 1.0 + g[3] + v[6], g[5] + v[8]
+    return (
+        f1, f2, f3, d2 * f3 - d3 * f2 + x2 * s3 - x3 * s2 + y2 * t3 - y3 * t2,
+        d3 * f1 - d1 * f3 + x3 * s1 - x1 * s3 + y3 * t1 - y1 * t3,
+        d1 * f2 - d2 * f1 + x1 * s2 - x2 * s1 + y1 * t2 - y2 * t1, work, lost, broken,
+    )  # fmt: skip
 
 
 @kernel(forceinline=True)
@@ -90,26 +163,13 @@ def _move_modes(
 
 @kernel(fast=False)
 def deformation_at(
-    j: int, joints: Joints, modes: Modes, space: bool | None, g: Numbers, k: int, points: Points, scratch: Array,
-) -> Numbers:  # fmt: skip
-    """Relative displacement by deformation at point k of joint j, and a's own part of it, joint axes (3), (3)."""
-    a, b = joints.block_a[j], joints.block_b[j]
-    x, y = points.s[k], points.t[k]
-    if space is not None:
-        one, two = scratch[0], scratch[1]
-        _space_side(modes.side_a, j, modes.value, a, one)
-        _space_side(modes.side_b, j, modes.value, b, two)
-        _space_turn(two, g, False)
-        u1, u2, u3 = _quadratic(one, 0, x, y), _quadratic(one, 6, x, y), _quadratic(one, 12, x, y)
-        v1, v2, v3 = _quadratic(two, 0, x, y), _quadratic(two, 6, x, y), _quadratic(two, 12, x, y)
-    else:
-        al, be = modes.along[j, 0], modes.along[j, 1]
-        cos, sin = _turn_in_plane(g, al, be)
-        p = al * x + be * y
-        c = _side(modes.side_a, j, modes.value, a)
-        e = _turned_side(_side(modes.side_b, j, modes.value, b), cos, sin)
-        slide, u3 = c[0] + p * (c[1] + p * c[2]), c[3] + p * (c[4] + p * c[5])
-        u1, u2 = al * slide, be * slide
-        slide, v3 = e[0] + p * (e[1] + p * e[2]), e[3] + p * (e[4] + p * e[5])
-        v1, v2 = al * slide, be * slide
-    return v1 - u1, v2 - u2, v3 - u3, u1, u2, u3
+    j: int, joints: Joints, modes: Modes, space: bool | None, g: Numbers, x: float, y: float
+) -> Numbers:
+    """Relative displacement by deformation at (x, y) of joint j, and a's own part of it, joint axes (3), (3)."""
+    u = slopes(face_motion(modes.side_a, j, modes.value, joints.block_a[j], space))
+    v = turned_slopes(face_motion(modes.side_b, j, modes.value, joints.block_b[j], space), g, space)
+    e = less(v, u)
+    return (
+        e[0] + e[3] * x + e[4] * y, e[1] + e[5] * x + e[6] * y, e[2] + e[7] * x + e[8] * y,
+        u[0] + u[3] * x + u[4] * y, u[1] + u[5] * x + u[6] * y, u[2] + u[7] * x + u[8] * y,
+    )  # fmt: skip

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from dem.kernels.added import has_added
 from dem.kernels.arrays import E_FRACTURE, E_FRICTION, E_SIZE, E_VISCOUS, LAW, Array
 from dem.kernels.compiled import kernel
+from dem.kernels.deformed import strained_sums
 from dem.kernels.kinematics import _cross, _crossing, _dot, _kinematics
 from dem.kernels.law import Peak, return_map
-from dem.kernels.sums import _sum_full, _sum_plain, _sum_softening
+from dem.kernels.sums import joint_sums
 
 Numbers = tuple[float, ...]
 
@@ -80,54 +80,26 @@ def add_wrench(
 
 
 @kernel(forceinline=True)
-def _joint_forces(points, joints, bodies, dt, total):
-    """Fill ``bodies.contact`` from all joints and update the plastic state of their points."""
-    contact, vel, spin = bodies.contact, bodies.vel, bodies.spin
+def _joint_forces(points, joints, bodies, dt, total, modes=None, space=None):
+    """Fill ``bodies.contact`` and ``modes.contact`` from all joints and update the plastic state of their points.
+
+    ``modes`` is None where all blocks are rigid, ``space`` where they strain in a plane: the compiler then leaves out
+    what is for the other.
+    """
+    contact, law = bodies.contact, joints.law
     contact[:] = 0.0
-    law = joints.law
-    s, t, area, gap, damage = points.s, points.t, points.area, points.gap, points.damage
-    slip_1, slip_2, lift = points.slip_1, points.slip_2, points.lift
+    if modes is not None:
+        modes.contact[:] = 0.0
     friction = viscous = fracture = 0.0
     for j in range(joints.block_a.size):
         if law[j, LAW.cross] != 0.0:
             continue
         a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
-        p0, p1 = joints.start[j], joints.start[j + 1]
         axes, d, g, ra, rb = _kinematics(j, joints, bodies)
-        plain = law[j, LAW.dash] == 0.0 and not has_added(law, j)
-        if plain and law[j, LAW.by_opening] == 0.0:
-            if law[j, LAW.tan_psi] == 0.0 and law[j, LAW.crushing] == np.inf:
-                out = _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, False)
-            else:
-                out = _sum_plain(s, t, area, gap, slip_1, slip_2, lift, p0, p1, d, g, j, law, True)
-        elif plain:
-            if law[j, LAW.tan_psi] == 0.0 and law[j, LAW.rest_tan_psi] == 0.0 and law[j, LAW.crushing] == np.inf:
-                out = _sum_softening(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, j, law, False)
-            else:
-                out = _sum_softening(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, d, g, j, law, True)
+        if modes is None:
+            out = joint_sums(j, points, joints, bodies, axes, d, g, ra, rb, None, dt, None)
         else:
-            va, oa = (vel[a, 0], vel[a, 1], vel[a, 2]), (spin[a, 0], spin[a, 1], spin[a, 2])
-            vb, ob = (vel[b, 0], vel[b, 1], vel[b, 2]), (spin[b, 0], spin[b, 1], spin[b, 2])
-            j0 = vb[0] - va[0] + ob[1] * rb[2] - ob[2] * rb[1] - oa[1] * ra[2] + oa[2] * ra[1]
-            j1 = vb[1] - va[1] + ob[2] * rb[0] - ob[0] * rb[2] - oa[2] * ra[0] + oa[0] * ra[2]
-            j2 = vb[2] - va[2] + ob[0] * rb[1] - ob[1] * rb[0] - oa[0] * ra[1] + oa[1] * ra[0]
-            o0, o1, o2 = ob[0] - oa[0], ob[1] - oa[1], ob[2] - oa[2]
-            t1, t2, n = axes
-            rate = (
-                t1[0] * j0 + t1[1] * j1 + t1[2] * j2,
-                t2[0] * j0 + t2[1] * j1 + t2[2] * j2,
-                n[0] * j0 + n[1] * j1 + n[2] * j2,
-            )
-            turn = (
-                t1[0] * o0 + t1[1] * o1 + t1[2] * o2,
-                t2[0] * o0 + t2[1] * o1 + t2[2] * o2,
-                n[0] * o0 + n[1] * o1 + n[2] * o2,
-            )
-            moves = (d, g, rate, turn)
-            if law[j, LAW.tan_psi] == 0.0 and law[j, LAW.rest_tan_psi] == 0.0 and law[j, LAW.crushing] == np.inf:
-                out = _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, moves, j, law, dt, False)
-            else:
-                out = _sum_full(s, t, area, gap, slip_1, slip_2, lift, damage, p0, p1, moves, j, law, dt, True)
+            out = strained_sums(j, points, joints, bodies, modes, space, axes, d, g, ra, rb, dt)
         friction += out[6]
         viscous += out[7] * dt
         fracture += out[8]

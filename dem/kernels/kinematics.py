@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dem.kernels.arrays import Array
+from dem.kernels.arrays import Bodies, Joints
 from dem.kernels.compiled import kernel
 
 Numbers = tuple[float, ...]
@@ -122,9 +122,11 @@ def _crossing(j, joints, bodies):
 
 @kernel(forceinline=True)
 def relative_motion(
-    a: int, b: int, vel: Array, spin: Array, axes: tuple[Numbers, Numbers, Numbers], ra: Numbers, rb: Numbers,
-) -> tuple[Numbers, Numbers]:  # fmt: skip
-    """Velocity of block b's joint origin against block a's, and of its rotation, joint axes."""
+    j: int, joints: Joints, bodies: Bodies, axes: tuple[Numbers, Numbers, Numbers], ra: Numbers, rb: Numbers
+) -> Numbers:
+    """Velocity of block b's joint origin against block a's (3), and of its rotation (3), joint axes."""
+    a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
+    vel, spin = bodies.vel, bodies.spin
     va, oa = (vel[a, 0], vel[a, 1], vel[a, 2]), (spin[a, 0], spin[a, 1], spin[a, 2])
     vb, ob = (vel[b, 0], vel[b, 1], vel[b, 2]), (spin[b, 0], spin[b, 1], spin[b, 2])
     j0 = vb[0] - va[0] + ob[1] * rb[2] - ob[2] * rb[1] - oa[1] * ra[2] + oa[2] * ra[1]
@@ -132,10 +134,7 @@ def relative_motion(
     j2 = vb[2] - va[2] + ob[0] * rb[1] - ob[1] * rb[0] - oa[0] * ra[1] + oa[1] * ra[0]
     o0, o1, o2 = ob[0] - oa[0], ob[1] - oa[1], ob[2] - oa[2]
     t1, t2, n = axes
-    rate = (
-        t1[0] * j0 + t1[1] * j1 + t1[2] * j2, t2[0] * j0 + t2[1] * j1 + t2[2] * j2, n[0] * j0 + n[1] * j1 + n[2] * j2
+    return (
+        t1[0] * j0 + t1[1] * j1 + t1[2] * j2, t2[0] * j0 + t2[1] * j1 + t2[2] * j2, n[0] * j0 + n[1] * j1 + n[2] * j2,
+        t1[0] * o0 + t1[1] * o1 + t1[2] * o2, t2[0] * o0 + t2[1] * o1 + t2[2] * o2, n[0] * o0 + n[1] * o1 + n[2] * o2,
     )  # fmt: skip
-    turn = (
-        t1[0] * o0 + t1[1] * o1 + t1[2] * o2, t2[0] * o0 + t2[1] * o1 + t2[2] * o2, n[0] * o0 + n[1] * o1 + n[2] * o2
-    )  # fmt: skip
-    return rate, turn

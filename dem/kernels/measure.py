@@ -1,7 +1,5 @@
 """What the joints carry in the present position, without changing their state."""
 
-import numpy as np
-
 from dem.kernels.arrays import LAW
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed import deformation_at
@@ -27,7 +25,6 @@ def measure(points, joints, bodies, position, force, opening, slip, modes=None, 
         strain energy of the blocks [J]
     """
     energy = 0.0
-    scratch = np.empty((4, 18))
     if modes is not None:
         energy += 0.5 * (modes.stiffness * modes.value * modes.value).sum()
     for j in range(joints.block_a.size):
@@ -54,7 +51,7 @@ def measure(points, joints, bodies, position, force, opening, slip, modes=None, 
             e3 = d[2] + g[4] * x + g[5] * y
             u1 = u2 = u3 = 0.0
             if modes is not None:
-                r1, r2, r3, u1, u2, u3 = deformation_at(j, joints, modes, space, g, k, points, scratch)
+                r1, r2, r3, u1, u2, u3 = deformation_at(j, joints, modes, space, g, x, y)
                 e1, e2, e3 = e1 + r1, e2 + r2, e3 + r3
             w = e3 + points.gap[k]
             t1, t2, n, elastic = stress(w, e1, e2, points.slip_1[k], points.slip_2[k], points.lift[k], h, peak, fall)

@@ -5,7 +5,7 @@ import numpy as np
 from dem.kernels.arrays import E_APPLIED, E_DAMPING, E_KINETIC, E_STEPS, E_STOP, E_SUPPORT, E_VISCOSITY, LAW
 from dem.kernels.braking import against_change
 from dem.kernels.compiled import kernel
-from dem.kernels.deformed import _modal_forces, _move_modes
+from dem.kernels.deformed import _move_modes
 from dem.kernels.forces import _crossing_forces, _joint_forces
 from dem.kernels.ties import add_tie_forces
 
@@ -57,7 +57,7 @@ def rotation_of(q, out):
 @kernel(counted=True)
 def advance(
     points, joints, bodies, total, cases, factors, drives, speeds, dt, local, adaptive, kinetic_stop, true_inertia,
-    drifts, modes=None, space=None, rigid=True, ties=None,
+    drifts, modes=None, space=None, ties=None,
 ):
     """Advance by ``len(factors)`` steps of central differences.
 
@@ -79,7 +79,7 @@ def advance(
     drifts : half of the local damping acts against the change of the force, see :func:`against_change`;
         None where it never does: the compiler then leaves it out
     modes : of blocks that deform, changed in place; None where all are rigid
-    space, rigid : None where they deform in a plane, None where they deform at all
+    space : None where they deform in a plane
     ties : changed in place; None where there are none
     """
     n = bodies.mass.size
@@ -87,13 +87,8 @@ def advance(
     force, old, half, trot, new = np.empty(6), np.empty(6), np.empty(4), np.empty((3, 3)), np.empty(3)
     past = np.empty(6)
     crossings = (joints.law[:, LAW.cross] != 0.0).any()
-    scratch = np.empty((4, 18))
     for step in range(factors.shape[0]):
-        if modes is None:
-            if rigid is not None:  # of modal blocks it is: the compiler then leaves out what is for rigid ones
-                _joint_forces(points, joints, bodies, dt, total)
-        else:
-            _modal_forces(points, joints, bodies, modes, space, dt, total, scratch)
+        _joint_forces(points, joints, bodies, dt, total, modes, space)
         if crossings:
             _crossing_forces(points, joints, bodies, dt, total)
         if ties is not None:

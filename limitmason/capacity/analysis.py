@@ -23,7 +23,7 @@ from limitmason.capacity.edges import told_of_edges
 from limitmason.capacity.faces import shapes_of, with_faces
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.going_on import begin
-from limitmason.capacity.joint_laws import fall, refuse, refuse_partial_rotations, stiffnesses
+from limitmason.capacity.joint_laws import refuse, refuse_partial_rotations, softening_of, stiffnesses
 from limitmason.capacity.kinematics import at_rest, make_bodies
 from limitmason.capacity.misfit import begun_with, of_forces, of_gaps
 from limitmason.capacity.papers import PAPERS
@@ -177,9 +177,9 @@ def pushover(
     if initial is not None and not (gaps is None and start is None and moving is None):
         raise InputError("initial forces go with the structure as built: without gaps, start and a support that moves")
     misfit = of_gaps(points, gaps) if initial is None else of_forces(points, initial, kn, ks)
-    law, falls = interface_law(assembly.arrays, convex=False), fall(assembly, kn, ks)
+    law, softens = interface_law(assembly.arrays, convex=False), softening_of(assembly, kn, ks)
     firm = firmness(assembly, loads)
-    first, shapes = first_contacts(points, law, kn, ks, misfit, falls), None
+    first, shapes = first_contacts(points, law, kn, ks, misfit, softens), None
     if contacts != FIRST:  # else frames are those of the DEM
         first = turned_over(first, firm[first.block_b] > firm[first.block_a])
         points = carried_firmly(points, firm)
@@ -256,7 +256,7 @@ def _equations(
     """Equations of a structure; a function of the module, so that a curve goes to other processes."""
     p = s.points
     return System(
-        make_bodies(assembly, p, plane, bent), Elastic(p.law, p.kn, p.ks, p.fall),
+        make_bodies(assembly, p, plane, bent), Elastic(p.law, p.kn, p.ks, p.softening),
         springs=np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness, **given,
     )  # fmt: skip
 

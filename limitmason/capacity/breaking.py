@@ -27,8 +27,8 @@ _TOGETHER = 0.5  # of the largest overload: what breaks in one round
 
 def brittle(system: System) -> bool:
     """Whether any point loses its strength at once."""
-    fall = system.law.fall
-    return fall is not None and bool(np.logical_or(*fall.sudden).any())
+    softening = system.law.softening
+    return softening is not None and bool(np.logical_or(*softening.sudden).any())
 
 
 def overload(system: System, old: History, at: Evaluated) -> Array:
@@ -36,8 +36,8 @@ def overload(system: System, old: History, at: Evaluated) -> Array:
 
     Negative below the strength; minus infinity where nothing can break.
     """
-    law, fall = system.law, system.law.fall
-    assert fall is not None
+    law, softening = system.law, system.law.softening
+    assert softening is not None
     damage = np.broadcast_to(np.asarray(old.damage), law.kn.shape)
     s = law.strength_at(damage)
     stress, new = at.returned.stress, at.returned.history
@@ -48,7 +48,7 @@ def overload(system: System, old: History, at: Evaluated) -> Array:
     # an open point has no shear strength that slip could break, nor one beyond the tip of the cone
     short = np.where(stress[:, 0] > -s.tension, np.minimum(spare / law.ks, 0.0), -np.inf)
     sliding = np.where(s.bears_shear(stress[:, 0]), np.where(slid > 0.0, slid, short), -np.inf)
-    by_opening, by_slip = fall.sudden
+    by_opening, by_slip = softening.sudden
     over = np.where(by_opening, opening / np.maximum(law.strength.tension / law.kn, least), -np.inf)
     other = np.where(by_slip, sliding / np.maximum(law.strength.cohesion / law.ks, least), -np.inf)
     return np.where(damage < 1.0, np.maximum(over, other), -np.inf)

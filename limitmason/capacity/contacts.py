@@ -25,7 +25,7 @@ from limitmason.mechanics.contact_points import (
     contact_points,
     weakening,
 )
-from limitmason.mechanics.law import Fall, PointLaw
+from limitmason.mechanics.law import PointLaw, Softening
 from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -114,7 +114,7 @@ class Contacts(ReadOnly):
     kn, ks : [Pa/m], shape (m,)
     corner, face : numbers of what meets, see :mod:`limitmason.capacity.faces`; ``NO_CORNER`` for points that are
         neither, shape (m,)
-    by_opening, by_slip : damage per opening beyond the strength and per slip, see :class:`Fall` [1/m], shape (m,)
+    by_opening, by_slip : damage per opening beyond the strength and per slip, see :class:`Softening` [1/m], shape (m,)
     """
 
     block_a: Index
@@ -150,9 +150,9 @@ class Contacts(ReadOnly):
         return bool(self.by_opening.any() or self.by_slip.any())
 
     @property
-    def fall(self) -> Fall | None:
+    def softening(self) -> Softening | None:
         """How the points soften; None where none does."""
-        return Fall(self.rest, self.by_opening, self.by_slip) if self.softens else None
+        return Softening(self.rest, self.by_opening, self.by_slip) if self.softens else None
 
     def at(self, rows: Index | NDArray[np.bool_]) -> "Contacts":
         """Some of the points."""
@@ -180,8 +180,9 @@ class Contacts(ReadOnly):
 
 
 def first_contacts(
-    points: ContactPoints, law: PointLaw, kn: Array, ks: Array, misfit: Array | None = None, fall: Fall | None = None
-) -> Contacts:
+    points: ContactPoints, law: PointLaw, kn: Array, ks: Array, misfit: Array | None = None,
+    softening: Softening | None = None,
+) -> Contacts:  # fmt: skip
     """The contact points of the reference pose, the frame carried by the points' block a.
 
     Parameters
@@ -189,10 +190,10 @@ def first_contacts(
     law, kn, ks : of every interface, shape (k,)
     misfit : displacement of b against a in the reference pose, opening and along the tangents [m], shape (m, c); none
         by default
-    fall : how every interface softens; None where none does
+    softening : how every interface softens; None where none does
     """
-    if fall is None:
-        fall = Fall(law, np.zeros(len(kn)), np.zeros(len(kn)))
+    if softening is None:
+        softening = Softening(law, np.zeros(len(kn)), np.zeros(len(kn)))
     place_a = points.position
     if misfit is not None:
         place_a = place_a - np.einsum("mc,mci->mi", misfit, points.directions)
@@ -200,7 +201,7 @@ def first_contacts(
     none = np.full(points.count, NO_CORNER, np.intp)
     return Contacts(
         points.block_a, points.block_b, place_a, points.position.copy(), points.directions, points.area, rows,
-        np.ones(points.count), law.at(rows), kn[rows], ks[rows], none, none.copy(), *fall.at(rows),
+        np.ones(points.count), law.at(rows), kn[rows], ks[rows], none, none.copy(), *softening.at(rows),
     )  # fmt: skip
 
 

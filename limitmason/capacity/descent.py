@@ -94,9 +94,7 @@ def solve(
 
 def frozen(law: Elastic, normal: Array, damage: Array | float = 0.0) -> Elastic:
     """The associative law of friction at frozen normal stresses [Pa] and damage, shape (m,), with dilation as it is."""
-    s = law.strength_at(damage)
-    fixed = np.maximum(s.cohesion + (s.tan_phi - s.tan_psi) * normal, 0.0)
-    return law._replace(strength=s._replace(tan_phi=s.tan_psi, cohesion=fixed), fall=None)
+    return law._replace(strength=law.strength_at(damage).frozen(normal), softening=None)
 
 
 def _force(system: System, returned: Returned) -> Array:

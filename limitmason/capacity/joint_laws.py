@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics import law_table
-from limitmason.mechanics.law import SUDDEN, Fall, interface_law, residual_law, softening
+from limitmason.mechanics.law import SUDDEN, Softening, softening
 from limitmason.mechanics.stiffness import SETTLEMENT, default_stiffness
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -33,7 +33,7 @@ def refuse_partial_rotations(assembly: Assembly) -> None:
         )
 
 
-def fall(assembly: Assembly, kn: Array, ks: Array) -> Fall | None:
+def softening_of(assembly: Assembly, kn: Array, ks: Array) -> Softening | None:
     """How every interface softens; None where none does.
 
     A joint that has lost all of its opening's or its slip's energy is at damage 1. The slip is the plastic one:
@@ -42,12 +42,10 @@ def fall(assembly: Assembly, kn: Array, ks: Array) -> Fall | None:
     joints = [i.joint for i in assembly.interfaces]
     if not any(j.softens for j in joints):
         return None
-    peak, rest = interface_law(assembly.arrays, convex=False), residual_law(joints, convex=False)
-    opening, slip = softening(joints, kn, ks)
-    lost = peak.cohesion - rest.cohesion
+    found = softening(joints, kn, ks)
+    lost, slip = assembly.arrays.cohesion - found.rest.cohesion, found.by_slip
     gradual = (slip > 0.0) & (slip < SUDDEN)
-    slip = np.where(gradual, 1.0 / (1.0 / np.where(gradual, slip, 1.0) + lost / ks), slip)
-    return Fall(rest, opening, slip)
+    return found._replace(by_slip=np.where(gradual, 1.0 / (1.0 / np.where(gradual, slip, 1.0) + lost / ks), slip))
 
 
 def stiffnesses(

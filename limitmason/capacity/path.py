@@ -227,7 +227,7 @@ class _Path:
 
     def _leaps(self, a: Try) -> Verdict:
         """A step that leaps while the load still rises to more than ever may have passed over the largest load."""
-        if not a.new.jump or a.guess is None or a.system.law.fall is None or a.move <= self.shortest:
+        if not a.new.jump or a.guess is None or a.system.law.softening is None or a.move <= self.shortest:
             return Verdict.ACCEPTED
         if self.toward * a.guess[1] <= (1.0 + _MISSED) * self._largest():
             return Verdict.ACCEPTED
@@ -344,7 +344,7 @@ class _Path:
     def _ended(self, system: System, new: Node) -> PathEnd | None:
         """How the path ends with its last state; None where it goes on."""
         loads = [n.multiplier for n in self.nodes[self.begin :]]
-        softens, passed = system.law.fall is not None, self.phase is Phase.FALLING
+        softens, passed = system.law.softening is not None, self.phase is Phase.FALLING
         pushed, pushes = max(self.toward * m for m in loads), self.toward * new.multiplier
         fell = pushed > 0.0 and (passed or softens)
         if self.to is None and fell and pushes < (1.0 - (_DROP_OF_SOFTENING if softens else _DROP)) * pushed:

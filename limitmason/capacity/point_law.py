@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.mechanics.law import Fall, PointLaw
+from limitmason.mechanics.law import PointLaw, Softening
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -38,16 +38,18 @@ class Elastic(NamedTuple):
     strength: PointLaw
     kn: Array  # (m,)
     ks: Array  # (m,)
-    fall: Fall | None = None
+    softening: Softening | None = None
 
     def strength_at(self, damage: Array | float) -> PointLaw:
         """Strengths at a damage [Pa]."""
-        return self.strength if self.fall is None else self.strength.towards(self.fall.rest, np.asarray(damage))
+        if self.softening is None:
+            return self.strength
+        return self.strength.towards(self.softening.rest, np.asarray(damage))
 
     def at(self, rows: Index) -> "Elastic":
         """Of some of the points."""
-        fall = None if self.fall is None else self.fall.at(rows)
-        return Elastic(self.strength.at(rows), self.kn[rows], self.ks[rows], fall)
+        softening = None if self.softening is None else self.softening.at(rows)
+        return Elastic(self.strength.at(rows), self.kn[rows], self.ks[rows], softening)
 
 
 class History(NamedTuple):
@@ -89,7 +91,7 @@ def trial(law: Elastic, old: History, displacement: Array) -> Array:
 def return_map(law: Elastic, old: History, displacement: Array) -> Returned:
     """Stress and history after a step from ``old`` to a relative displacement (w, e...) [m], shape (m, c)."""
     tried = _tried(law, old, displacement)
-    if law.fall is None:
+    if law.softening is None:
         return _plastic(law, law.strength, old, tried)
     before = np.array(np.broadcast_to(old.damage, law.kn.shape))
     found = _plastic(law, law.strength_at(before), old._replace(damage=before), tried)
@@ -97,13 +99,13 @@ def return_map(law: Elastic, old: History, displacement: Array) -> Returned:
     if not len(rows):
         return found
     part, was, at = law.at(rows), old.at(rows), displacement[rows]
-    assert part.fall is not None
+    assert part.softening is not None
     new, damage = _softened(part, was, at)
     before[rows] = damage
     stress, slip, lift, tangent = found.stress, found.history.slip, found.history.lift, found.tangent
     stress[rows] = new.stress
     slip[rows], lift[rows] = was.slip - new.slip[:, None] * new.along, new.lift
-    rates = np.maximum(*part.fall.gradual)
+    rates = np.maximum(*part.softening.gradual)
     for k in range(displacement.shape[1]):
         probe = np.zeros_like(at)
         probe[:, k] = _PROBE / rates
@@ -167,8 +169,8 @@ def _softened(law: Elastic, old: History, displacement: Array) -> tuple[_Slid, A
 
 def _demanded(law: Elastic, before: Array, lift: Array, tried: _Tried, damage: Array) -> Array:
     """Damage after a step with the strengths of ``damage``, (m,)."""
-    assert law.fall is not None
-    by_opening, by_slip = law.fall.gradual
+    assert law.softening is not None
+    by_opening, by_slip = law.softening.gradual
     s = law.strength_at(damage)
     found = _slid(law, s, lift, tried)
     beyond = np.maximum(tried.opening - found.lift - s.tension / law.kn, 0.0)

@@ -130,19 +130,18 @@ def _bounds(
     area, force, ties = system.bodies.area, system.weight, system.ties
     m, t = len(area), len(ties.length)
     rows = np.arange(m)
-    tan = law.tan_psi if normal is not None else law.tan_phi
-    fixed = law.cohesion * area / force
+    bears = law.over(area).in_units_of(force)
     if normal is not None:
-        fixed = fixed + np.maximum((law.tan_phi - law.tan_psi) * normal / force, -fixed)
-    tension = law.tension * area / force
+        bears = bears.frozen(normal / force)
+    tan, fixed = bears.tan_phi, bears.cohesion
     one = np.ones(m)
     place = [sparse.csc_matrix((-one, (rows, c * rows)), shape=(m, unknowns))]
-    limit = [tension]
-    crushes = np.flatnonzero(law.crushes)
+    limit = [bears.tension]
+    crushes = np.flatnonzero(bears.crushes)
     if len(crushes):
         pressed = np.arange(len(crushes)), c * crushes
         place.append(sparse.csc_matrix((np.ones(len(crushes)), pressed), shape=(len(crushes), unknowns)))
-        limit.append(law.crushing[crushes] * area[crushes] / force)
+        limit.append(bears.crushing[crushes])
     cones: list[Any] = [clarabel.NonnegativeConeT(len(crushes) + (m if c == 3 else 3 * m) + 2 * t)]
     if t:
         bounded = np.arange(unknowns - t, unknowns)

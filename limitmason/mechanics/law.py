@@ -192,8 +192,15 @@ class PointLaw(NamedTuple):
         Its cohesion is c - (tan(phi) - tan(psi)) t: with the full cohesion the reduced cone would leave the true one
         where joints are in tension. Source: Radenkovic's second theorem.
         """
-        cohesion = np.maximum(self.cohesion - (self.tan_phi - self.tan_psi) * self.tension, 0.0)
-        return self._replace(tan_phi=self.tan_psi, cohesion=cohesion)
+        return self.frozen(-self.tension)
+
+    def frozen(self, normal: Array) -> "PointLaw":
+        """The associative law with friction psi that has this one's shear strength under a normal force, shape (m,).
+
+        c := max(c + (tan(phi) - tan(psi)) N, 0), the step of Haslinger's fixed point for non-associated friction.
+        """
+        fixed = np.maximum(self.cohesion + (self.tan_phi - self.tan_psi) * normal, 0.0)
+        return self._replace(tan_phi=self.tan_psi, cohesion=fixed)
 
 
 class StressBlock(NamedTuple):
@@ -300,21 +307,11 @@ def _rest(residual: float | None, energy: float | None) -> float | None:
     return 0.0 if residual is None and energy is not None else residual
 
 
-class Softening(NamedTuple):
-    """How joints go from peak to residual values: damage per opening and per slip [1/m], shape (number of joints,).
-
-    Damage 1 is the residual law. A sudden drop is ``SUDDEN``, nothing is 0.
-    """
-
-    by_opening: Array
-    by_slip: Array
-
-
 SUDDEN = 1e30
 """Damage per opening or slip [1/m] of a joint that loses its strength at once."""
 
 
-class Fall(NamedTuple):
+class Softening(NamedTuple):
     """How points lose strength: residual values, and damage per opening beyond the strength and per slip [1/m], (m,).
 
     A rate of ``SUDDEN`` loses it at once, 0 never.
@@ -335,13 +332,15 @@ class Fall(NamedTuple):
         opening, slip = self.sudden
         return np.where(opening, 0.0, self.by_opening), np.where(slip, 0.0, self.by_slip)
 
-    def at(self, rows: Index | NDArray[np.bool_]) -> "Fall":
+    def at(self, rows: Index | NDArray[np.bool_]) -> "Softening":
         """Of some of the points."""
-        return Fall(self.rest.at(rows), self.by_opening[rows], self.by_slip[rows])
+        return Softening(self.rest.at(rows), self.by_opening[rows], self.by_slip[rows])
 
 
-def softening(joints: Sequence[Joint], kn: Array, ks: Array, slip: Array | float = 0.0) -> Softening:
-    """Damage rates of joints: over 2 GfI / (ft - ft_r) of opening, over 2 GfII / (c - c_r) of plastic slip.
+def softening(
+    joints: Sequence[Joint], kn: Array, ks: Array, slip: Array | float = 0.0, tan_psi: Array | None = None
+) -> Softening:
+    """How joints lose strength: over 2 GfI / (ft - ft_r) of opening, over 2 GfII / (c - c_r) of plastic slip.
 
     What the DEM counts is the displacement beyond the strength, elastic part included: it is shorter than the plastic
     slip by what the elastic part gives back, (c - c_r) / ks. Where phi falls too under a stress N that adds
@@ -351,6 +350,7 @@ def softening(joints: Sequence[Joint], kn: Array, ks: Array, slip: Array | float
     ----------
     kn, ks : elastic stiffness [Pa/m], shape (number of joints,)
     slip : length for what has no fracture energy [m], 0 for a sudden drop
+    tan_psi : residual dilatancy, as for :func:`residual_law`
 
     Raises
     ------
@@ -358,7 +358,7 @@ def softening(joints: Sequence[Joint], kn: Array, ks: Array, slip: Array | float
         Where the curve of a fracture energy would run back, (ft - ft_r)^2 / (2 kn) >= GfI: the elastic joint has stored
         more than breaking it takes. Names the joint and the least stiffness.
     """
-    peak, rest = peak_law(joints, convex=False), residual_law(joints, convex=False)
+    peak, rest = peak_law(joints, convex=False), residual_law(joints, tan_psi, convex=False)
     slip = np.broadcast_to(np.asarray(slip, dtype=float), (len(joints),))
     rates = np.zeros((2, len(joints)))
     for k, joint in enumerate(joints):
@@ -381,4 +381,4 @@ def softening(joints: Sequence[Joint], kn: Array, ks: Array, slip: Array | float
             rates[row, k] = 1.0 / (2.0 * energy / drop - (drop / stiffness if field == "shear" else 0.0))
         if joint.lost_by is LostBy.OPENING:
             rates[1, k] = 0.0
-    return Softening(*rates)
+    return Softening(rest, *rates)

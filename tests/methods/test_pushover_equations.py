@@ -138,17 +138,18 @@ def test_the_return_keeps_the_law_the_flow_rule_and_the_energy():
 
 def test_small_steps_come_to_the_same_as_the_dem_kernel():
     """The kernel's apex rule is an incremental one; over many small steps both are one law."""
-    from dem.kernels import LAW_SIZE
-    from dem.kernels.sums import _sum_plain
+    from dem.kernels import LAW_SIZE, Points
+    from dem.kernels.law import plain_peak_of
+    from dem.kernels.sums import point_sums
 
     def scan(d, law_row, points):
         g = (0.0,) * 6
-        return _sum_plain(*points, 0, 1, d, g, 0, law_row, True)
+        return point_sums(points, 0, 1, d, g, plain_peak_of(law_row, 0), None, None, None, None, True)
 
     mu, dil, kn, ks, cohesion, tension = 0.6, 0.3, 2.0, 3.0, 0.3, 0.2
     row = np.zeros((1, LAW_SIZE))
     row[0, :8] = kn, ks, mu, dil, cohesion, tension, np.inf, np.inf
-    points = [np.zeros(1), np.zeros(1), np.ones(1), *(np.zeros(1) for _ in range(4))]
+    points = Points(np.zeros(1), np.zeros(1), np.ones(1), *(np.zeros(1) for _ in range(5)))
     one = np.ones(1)
     law = Elastic(PointLaw(mu * one, dil * one, cohesion * one, tension * one, np.inf * one), kn * one, ks * one)
     old = History(np.zeros((1, 2)), np.zeros(1))

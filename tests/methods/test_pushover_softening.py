@@ -9,11 +9,12 @@ import pytest
 import dem
 import limitmason as lm
 from dem import kernels
-from dem.kernels.sums import _sum_softening
+from dem.kernels.law import fall_of, plain_peak_of
+from dem.kernels.sums import point_sums
 from limitmason.capacity import Steps, path, stepping
 from limitmason.capacity.certificate import certify
 from limitmason.capacity.point_law import Elastic, History, return_map, virgin
-from limitmason.mechanics.law import SUDDEN, Fall, PointLaw
+from limitmason.mechanics.law import SUDDEN, PointLaw, Softening
 from limitmason.model.stages import Drive
 
 STIFF = {"normal_stiffness": 1e10, "shear_stiffness": 1e10}
@@ -267,9 +268,8 @@ def test_a_glued_block_with_a_tie_cracks_and_then_hangs_on_it():
 def law_of(m, tan_psi, by_opening, by_slip, rest=(0.4, 0.02, 0.03), tension=0.2, crushing=np.inf):
     one = np.ones(m)
     peak = PointLaw(0.6 * one, tan_psi * one, 0.3 * one, tension * one, crushing * one)
-    fall = Fall(PointLaw(rest[0] * one, tan_psi * one, rest[1] * one, rest[2] * one, peak.crushing),
-                by_opening * one, by_slip * one)  # fmt: skip
-    return Elastic(peak, 2.0 * one, 3.0 * one, fall)
+    left = PointLaw(rest[0] * one, tan_psi * one, rest[1] * one, rest[2] * one, peak.crushing)
+    return Elastic(peak, 2.0 * one, 3.0 * one, Softening(left, by_opening * one, by_slip * one))
 
 
 @pytest.mark.parametrize(
@@ -298,16 +298,17 @@ def test_small_steps_come_to_the_same_as_the_softening_kernel(by_opening, by_sli
     }  # fmt: skip
     for name, value in entries.items():
         row[0, getattr(kernels.LAW, name)] = value
-    points = [np.zeros(1), np.zeros(1), np.ones(1), *(np.zeros(1) for _ in range(5))]
+    points = kernels.Points(np.zeros(1), np.zeros(1), np.ones(1), *(np.zeros(1) for _ in range(5)))
+    joint = plain_peak_of(row, 0), fall_of(row, 0)
     old, stress, damage = virgin(1, 3), [], []
     s = np.linspace(0.0, 1.0, 401)
     # pressed, slid, pulled open while sliding, closed, slid on
     for e1, e2, w in np.column_stack([0.9 * s, 0.4 * s, -0.3 + opens * np.sin(4.0 * s)]):
         found = return_map(law, old, np.array([[w, e1, e2]]))
         old = found.history
-        dem = _sum_softening(*points, 0, 1, (e1, e2, w), (0.0,) * 6, 0, row, False)
+        dem = point_sums(points, 0, 1, (e1, e2, w), (0.0,) * 6, *joint, None, None, None, False)
         stress.append(np.abs(found.stress[0] - [dem[2], dem[0], dem[1]]).max())
-        damage.append(abs(float(old.damage[0]) - float(points[7][0])))
+        damage.append(abs(float(old.damage[0]) - float(points.damage[0])))
     assert float(old.damage[0]) > 0.5
     assert max(damage) < off
     assert max(stress) < 0.5 * off + 5e-3
