@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from dem.kernels import LAW, Joints, Modes, Points
+from dem.stability import owners, springs_of_blocks
 from limitmason.deformable import SOLID, STATES, modal_blocks
 from limitmason.deformable.body import products
 from limitmason.deformable.levels import MODAL, RIGID
@@ -136,7 +137,7 @@ def sides(deformation: Deformation, points: Points, joints: Joints) -> tuple[Arr
     frame_a, frame_b = frames(joints)
     n = len(frame_a)
     whole = np.where(joints.law[:, LAW.cross] != 0.0, 0.0, 1.0)[:, None, None]  # at crossing edges blocks are rigid
-    owner = np.repeat(np.arange(n), np.diff(joints.start))
+    owner = owners(joints)
     place = np.column_stack([points.s, points.t])
     kept = np.zeros((n, 6, 6))
     kept[:] = np.eye(6)
@@ -152,34 +153,6 @@ def sides(deformation: Deformation, points: Points, joints: Joints) -> tuple[Arr
         moved = kept @ face_motions(joints.start, place, points.area, axes @ u)
         out.append(np.ascontiguousarray(whole * moved.transpose(0, 2, 1)))
     return out[0], out[1]
-
-
-def point_values(points: Points, joints: Joints, side: Array) -> Array:
-    """Displacement that every shape makes at every point on one side of its joint, along t1, t2, n, (points, 3, m)."""
-    owner = np.repeat(np.arange(len(joints.block_a)), np.diff(joints.start))
-    return np.asarray(motion_at(np.column_stack([points.s, points.t])) @ side[owner].transpose(0, 2, 1))
-
-
-def coupled_stiffness(points: Points, joints: Joints, side_a: Array, side_b: Array, n: int) -> Array:
-    """Stiffness every block feels in its rigid motions and modes when only it moves, joints closed, (n, 6 + m, 6 + m).
-
-    Frames are those of the time a joint was made.
-    """
-    count = np.diff(joints.start)
-    owner = np.repeat(np.arange(len(count)), count)
-    stiff = joints.law[:, [LAW.ks, LAW.ks, LAW.kn]][owner] * points.area[:, None]
-    m = side_a.shape[1]
-    out = np.zeros((n, 6 + m, 6 + m))
-    values = point_values(points, joints, side_a), point_values(points, joints, side_b)
-    ends = (joints.block_a, joints.block_b), (joints.arm_a, joints.arm_b), frames(joints), values
-    for block, arm, axes, value in zip(*ends, strict=True):
-        frame = axes[owner]
-        r = arm[owner] + points.s[:, None] * frame[:, 0] + points.t[:, None] * frame[:, 1]
-        g = np.concatenate([frame, np.cross(r[:, None], frame), value], axis=2)
-        part = np.einsum("xk,xki,xkj->xij", stiff, g, g, optimize=True)
-        total = np.add.reduceat(part, joints.start[:-1], axis=0) if len(part) else part[:0]
-        np.add.at(out, block, total)
-    return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,7 +196,7 @@ class Start:
 
         Parameters
         ----------
-        coupled : stiffness of :func:`coupled_stiffness` for scaled masses, K_mode + 2 K_joints; None for the real ones
+        coupled : stiffness of :func:`coupled_of` for scaled masses, K_mode + 2 K_joints; None for the real ones
         """
         d = self.deformation
         n, m = d.reach.shape
@@ -250,10 +223,12 @@ class Start:
         return deformation, modes
 
 
-def coupled_of(start: Deformation, points: Points, joints: Joints, moves: NDArray[np.bool_]) -> Array:
-    """:func:`coupled_stiffness` of shapes in any coordinates; ``moves`` says which rigid motions a block has, (6,)."""
-    side_a, side_b = sides(start, points, joints)
-    out = coupled_stiffness(points, joints, side_a, side_b, len(start.reach))
+def coupled_of(shapes: Deformation, points: Points, joints: Joints, moves: NDArray[np.bool_]) -> Array:
+    """Stiffness every block feels in its rigid motions and shapes when only it moves, joints closed, (n, 6 + m, 6 + m).
+
+    Frames are those of the time a joint was made; ``moves`` says which rigid motions a block has, shape (6,).
+    """
+    out = springs_of_blocks(points, joints, len(shapes.reach), frames(joints)[1], sides(shapes, points, joints))
     out[:, :6][:, ~moves] = 0.0
     out[:, :, :6][:, :, ~moves] = 0.0
     return out

@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from dem.deformation import point_values
 from dem.kernels import LAW
+from dem.stability import owners, point_motions, point_stiffness
 from dem.state import State
 from limitmason.model import Assembly, Loads
 
@@ -49,30 +49,24 @@ def tangent(assembly: Assembly, state: State) -> sparse.csc_array:
 
     Shape (6 n, 6 n), or (6 n + n m, 6 n + n m) of blocks with m modes.
     """
-    p, j = state.points, state.joints
-    owner = np.repeat(np.arange(len(j.block_a)), np.diff(j.start))
-    frame = j.frame[owner]
-    stiff = j.law[:, [LAW.ks, LAW.ks, LAW.kn]][owner] * p.area[:, None]
-    out = p.s[:, None] * frame[:, 0] + p.t[:, None] * frame[:, 1]
+    p, j, x = state.points, state.joints, state.modes
+    n, owner = 6 * assembly.n_blocks, owners(j)
+    more = np.zeros(0) if x is None else x.stiffness.ravel()
     rows, values = [], []
-    for block, arm, sign in ((j.block_a, j.arm_a, -1.0), (j.block_b, j.arm_b, 1.0)):
-        r = arm[owner] + out
+    for block, arm, side, sign in (
+        (j.block_a, j.arm_a, None if x is None else x.side_a, -1.0),
+        (j.block_b, j.arm_b, None if x is None else x.side_b, 1.0),
+    ):
+        values.append(sign * point_motions(p, j, arm, j.frame, side))
         rows.append(block[owner][:, None] * 6 + np.arange(6))
-        values.append(sign * np.concatenate([frame, np.cross(r[:, None], frame)], axis=2))
-    m, n = len(p.s), 6 * assembly.n_blocks
-    more = np.zeros(0)
-    if state.modes is not None:
-        x = state.modes
-        for block, side, sign in ((j.block_a, x.side_a, -1.0), (j.block_b, x.side_b, 1.0)):
-            value = point_values(p, j, side)
-            rows.append(n + block[owner][:, None] * value.shape[2] + np.arange(value.shape[2]))
-            values.append(sign * value)
-        more = x.stiffness.ravel()
+        k = values[-1].shape[2] - 6
+        rows.append(n + block[owner][:, None] * k + np.arange(k))
+    m = len(owner)
     row = np.repeat(np.concatenate(rows, axis=1)[:, None], 3, axis=1).ravel()
     column = np.repeat(np.arange(3 * m), len(row) // (3 * m))
     a = sparse.csc_array((np.concatenate(values, axis=2).ravel(), (row, column)), (n + len(more), 3 * m))
     own = sparse.diags_array(np.concatenate([np.zeros(n), more]))
-    return sparse.csc_array(a @ sparse.diags_array(stiff.ravel()) @ a.T + own)
+    return sparse.csc_array(a @ sparse.diags_array(point_stiffness(p, j).ravel()) @ a.T + own)
 
 
 def _deforms(state: State) -> NDArray[np.bool_]:

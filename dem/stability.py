@@ -4,8 +4,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.kernels import LAW, Joints, Points, Ties
+from limitmason.mechanics.joint_shapes import motion_at
 
 Array = NDArray[np.float64]
+
+
+def point_motions(points: Points, joints: Joints, arm: Array, frame: Array, side: Array | None = None) -> Array:
+    """Displacement of every point along t1, t2, n by the motions of one of its blocks and by its shapes, (m, 3, 6 + k).
+
+    Parameters
+    ----------
+    arm, frame : of the joints, in the axes of that block, shapes (joints, 3), (joints, 3, 3)
+    side : what its shapes do to the joints' faces, see :class:`dem.kernels.Modes`; None of rigid blocks
+    """
+    owner = owners(joints)
+    axes = frame[owner]
+    r = arm[owner] + points.s[:, None] * axes[:, 0] + points.t[:, None] * axes[:, 1]
+    parts = [axes, np.cross(r[:, None], axes)]
+    if side is not None:
+        parts.append(motion_at(np.column_stack([points.s, points.t])) @ side[owner].transpose(0, 2, 1))
+    return np.concatenate(parts, axis=2)
+
+
+def point_stiffness(points: Points, joints: Joints) -> Array:
+    """Stiffness of every point along t1, t2, n [N/m], shape (m, 3)."""
+    return np.asarray(joints.law[:, [LAW.ks, LAW.ks, LAW.kn]][owners(joints)] * points.area[:, None])
+
+
+def owners(joints: Joints) -> NDArray[np.intp]:
+    """Joint of every point, shape (m,)."""
+    return np.repeat(np.arange(len(joints.block_a)), np.diff(joints.start))
 
 
 def block_stiffness(
@@ -20,26 +48,38 @@ def block_stiffness(
     rotation : of every block from the reference position, shape (n, 3, 3); none by default
     ties : taut, which adds k g g^T along each; the little that a force across it adds, T / L, is left out
     """
-    count = np.diff(joints.start)
-    owner = np.repeat(np.arange(len(count)), count)
-    stiff = joints.law[:, [LAW.ks, LAW.ks, LAW.kn]][owner] * points.area[:, None]
-    out = np.zeros((n_blocks, 6, 6))
     turn = np.tile(np.eye(3), (n_blocks, 1, 1)) if rotation is None else rotation
     # the frame is given in the axes of a; seen from b it is turned by the present relative rotation
     seen = joints.frame @ np.swapaxes(turn[joints.block_a], 1, 2) @ turn[joints.block_b]
-    for block, arm, axes in ((joints.block_a, joints.arm_a, joints.frame), (joints.block_b, joints.arm_b, seen)):
-        frame = axes[owner]
-        r = arm[owner] + points.s[:, None] * frame[:, 0] + points.t[:, None] * frame[:, 1]
-        g = np.concatenate([frame, np.cross(r[:, None], frame)], axis=2)
-        part = np.einsum("mk,mki,mkj->mij", stiff, g, g)
-        total = np.add.reduceat(part, joints.start[:-1], axis=0) if len(part) else np.zeros((0, 6, 6))
-        np.add.at(out, block, total)
+    out = springs_of_blocks(points, joints, n_blocks, seen)
     if ties is not None and len(ties.block_a):
         along = ties.span / ties.length[:, None]
         for block, arm in ((ties.block_a, ties.arm_a), (ties.block_b, ties.arm_b)):
             own = np.einsum("tji,tj->ti", turn[block], along)
             g = np.concatenate([own, np.cross(arm, own)], axis=1)
             np.add.at(out, block, ties.stiffness[:, None, None] * g[:, :, None] * g[:, None, :])
+    return out
+
+
+def springs_of_blocks(
+    points: Points, joints: Joints, n_blocks: int, seen: Array, sides: tuple[Array, Array] | None = None
+) -> Array:
+    """Sums of k A g g^T over the points of every block, with its shapes where ``sides`` are given, (n, 6 + k, 6 + k).
+
+    Parameters
+    ----------
+    seen : frames of the joints in the axes of block b, shape (joints, 3, 3)
+    """
+    stiff = point_stiffness(points, joints)
+    one, two = (None, None) if sides is None else sides
+    size = 6 if one is None else 6 + one.shape[1]
+    out = np.zeros((n_blocks, size, size))
+    for block, arm, frame, side in (
+        (joints.block_a, joints.arm_a, joints.frame, one), (joints.block_b, joints.arm_b, seen, two),
+    ):  # fmt: skip
+        g = point_motions(points, joints, arm, frame, side)
+        part = np.einsum("mk,mki,mkj->mij", stiff, g, g)
+        np.add.at(out, block, np.add.reduceat(part, joints.start[:-1], axis=0) if len(part) else part[:0])
     return out
 
 

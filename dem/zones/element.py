@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.deformable import PLANE_STRESS
 from limitmason.errors import InputError
 
 Array = NDArray[np.float64]
@@ -43,29 +42,6 @@ class ZoneTables(NamedTuple):
     gradient: Array
 
 
-def elasticity(modulus: float, poisson: float, plane: str) -> Array:
-    """Elastic matrix [Pa]: stresses xx, zz, xz and yy (across) from strains xx, zz, 2 xz in the plane, shape (4, 3).
-
-    Plane stress has no stress across, plane strain no strain across.
-
-    Parameters
-    ----------
-    modulus : Young's modulus E [Pa]
-    poisson : nu [-], below 0.5
-    plane : "plane stress" or "plane strain"
-    """
-    e, nu = modulus, poisson
-    d = np.zeros((4, 3))
-    if plane == PLANE_STRESS:
-        d[0, 0] = d[1, 1] = e / (1.0 - nu * nu)
-        d[0, 1] = d[1, 0] = nu * d[0, 0]
-    else:
-        d[0, 0] = d[1, 1] = e * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
-        d[0, 1] = d[1, 0] = d[3, 0] = d[3, 1] = nu / (1.0 - nu) * d[0, 0]
-    d[2, 2] = 0.5 * e / (1.0 + nu)
-    return d
-
-
 def zone_tables(corners: Array, thickness: float, elastic: Array) -> ZoneTables:
     """Tables of a quadrilateral.
 
@@ -73,7 +49,7 @@ def zone_tables(corners: Array, thickness: float, elastic: Array) -> ZoneTables:
     ----------
     corners : counter-clockwise [m], shape (4, 2)
     thickness : [m]
-    elastic : from :func:`elasticity`, shape (4, 3)
+    elastic : of :class:`limitmason.deformable.Elasticity` in a plane, shape (4, 3)
 
     Raises
     ------

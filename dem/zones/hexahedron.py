@@ -45,22 +45,6 @@ class HexTables(NamedTuple):
     gradient: Array
 
 
-def elasticity(modulus: float, poisson: float) -> Array:
-    """Elastic matrix [Pa]: stresses xx, yy, zz, yz, xz, xy from strains xx, yy, zz, 2 yz, 2 xz, 2 xy, shape (6, 6).
-
-    Parameters
-    ----------
-    modulus : Young's modulus E [Pa]
-    poisson : nu [-], below 0.5
-    """
-    shear = 0.5 * modulus / (1.0 + poisson)
-    lame = 2.0 * shear * poisson / (1.0 - 2.0 * poisson)
-    d = np.zeros((6, 6))
-    d[:3, :3] = lame
-    d[range(6), range(6)] += shear * np.array([2.0, 2.0, 2.0, 1.0, 1.0, 1.0])
-    return d
-
-
 def shape_values(local: Array) -> Array:
     """Trilinear shape functions at places in the reference cube, (..., 3) to (..., 8)."""
     return np.asarray(0.125 * np.prod(1.0 + local[..., None, :] * CORNERS, axis=-1))
@@ -91,7 +75,7 @@ def hex_tables(corners: Array, elastic: Array) -> HexTables:
     Parameters
     ----------
     corners : in the order of :data:`CORNERS` [m], shape (8, 3)
-    elastic : from :func:`elasticity`, shape (6, 6)
+    elastic : of :class:`limitmason.deformable.Elasticity` in space, shape (6, 6)
 
     Raises
     ------

@@ -12,7 +12,7 @@ from dem.kernels.solid_arrays import Hexahedra, HexTable, RigidSolids
 from dem.kernels.zone_arrays import Z_SIZE, Nodes, Rigid, Tables, Zones
 from dem.zones import hexahedron
 from dem.zones.attach import make_contacts, make_sides
-from dem.zones.element import ZoneTables, elasticity, zone_tables
+from dem.zones.element import ZoneTables, zone_tables
 from dem.zones.hexahedron import HexTables, hex_tables
 from dem.zones.mesh import ZoneMesh, make_mesh
 from dem.zones.solid_attach import make_face_contacts, make_facets
@@ -20,7 +20,7 @@ from dem.zones.solid_mesh import SolidMesh, make_solid_mesh
 from dem.zones.stable import freedoms, stable_masses, stiffness
 from dem.zones.yielding import material_row
 from dem.zones.zoned_model import ZonedModel
-from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID
+from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID, Elasticity
 from limitmason.errors import InputError
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.model import Assembly, Block, Loads, Material
@@ -164,7 +164,7 @@ def make_solids(place: Array, cells: Index, blocks: Sequence[Block]) -> tuple[He
         key = (*_form(r), id(material))
         if key not in known:
             known[key] = len(made)
-            elastic.append(hexahedron.elasticity(material.young_modulus, material.poisson_ratio))
+            elastic.append(Elasticity.of(material.young_modulus, material.poisson_ratio, SOLID).matrix)
             made.append(hex_tables(r, elastic[-1]))
         kind[z] = known[key]
     columns = [np.ascontiguousarray(np.stack([getattr(t, name) for t in made])) for name in HexTables._fields]
@@ -197,7 +197,7 @@ def make_zones(
     for z, cell in enumerate(cells):
         made_of = materials[z]
         assert made_of is not None
-        elastic = elasticity(made_of.young_modulus, made_of.poisson_ratio, plane)
+        elastic = Elasticity.of(made_of.young_modulus, made_of.poisson_ratio, plane).matrix
         if id(made_of) not in of_material:
             of_material[id(made_of)] = len(rows)
             rows.append(material_row(made_of, plane == PLANE_STRAIN, elastic))

@@ -28,10 +28,10 @@ from limitmason.mechanics.joint_shapes import shapes_of
 from limitmason.mechanics.law import PointLaw, interface_law
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.lumped_units import with_lumped_units
+from limitmason.mechanics.stiffness_matrix import stiffness_matrix
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.storage.frozen import ReadOnly
-from limitmason.vibration.blocks import stiffness_matrix
 
 Array = NDArray[np.float64]
 

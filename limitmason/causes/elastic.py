@@ -11,7 +11,7 @@ from scipy.sparse.linalg import splu
 
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import contact_points
-from limitmason.mechanics.equilibrium import equilibrium_matrix
+from limitmason.mechanics.stiffness_matrix import stiffness_matrix
 from limitmason.model import Assembly, Loads
 
 Array = NDArray[np.float64]
@@ -61,15 +61,14 @@ def elastic_displacements(
     corner = np.bincount(k, points.area * (arm**2).sum(axis=1), len(x.area))
     shrink = np.sqrt(np.divide(_polar_moments(assembly), corner, out=np.zeros(len(x.area)), where=corner > 0))
     points = replace(points, position=x.centre[k] + shrink[k, None] * arm)
-    matrix = equilibrium_matrix(assembly, points)
     left_out = np.zeros(len(assembly.interfaces), dtype=bool)
     if not head_joints and _stands_without_head_joints(assembly):
         left_out = np.array([i.kind == "head" for i in assembly.interfaces], dtype=bool)
-    share = np.where(left_out[k], OPEN, 1.0) * points.area * normal_stiffness
-    springs = (share[:, None] * np.array([1.0, shear_ratio, shear_ratio])).ravel()
+    share = np.where(left_out[k], OPEN, 1.0) * normal_stiffness
+    springs = share[:, None] * np.array([1.0, shear_ratio, shear_ratio])
+    rows, whole = stiffness_matrix(assembly, points, springs)
     free = np.flatnonzero(~assembly.held.ravel())
-    rows = sparse.csr_array(matrix)[free]
-    stiffness = sparse.csc_array(rows @ sparse.diags_array(springs) @ rows.T)
+    stiffness = whole[free][:, free]
     # moments over a length of the block, so that forces and moments have one scale
     length = np.ones((assembly.n_blocks, 6))
     length[:, 3:] = np.cbrt(x.volume)[:, None]
@@ -82,8 +81,8 @@ def elastic_displacements(
         raise NotApplicable("the joints do not hold every block in place: an elastic state does not exist")
     u = np.zeros(assembly.n_blocks * 6)
     u[free] = scale @ solved
-    force = -springs * (matrix.T @ u)
-    normal = np.bincount(k, force[0::3], len(x.area))
+    opening = (rows.T @ u)[0::3]
+    normal = np.bincount(k, -springs[:, 0] * points.area * opening, len(x.area))
     return u.reshape(-1, 6), np.asarray(normal, dtype=np.float64)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.deformable import SOLID, Elasticity
 from limitmason.errors import InputError
 from limitmason.model.input import read_number
 
@@ -94,11 +95,6 @@ class Material:
         return cls(young_modulus, poisson_ratio, density, fc / 10.0, tensile_energy, fc, ductility * fc, name)
 
     @property
-    def shear_modulus(self) -> float:
-        """G = E / (2 (1 + nu)) [Pa]."""
-        return 0.5 * self.young_modulus / (1.0 + self.poisson_ratio)
-
-    @property
     def elastic(self) -> bool:
         """Whether it neither cracks nor crushes."""
         return math.isinf(self.tensile_strength) and math.isinf(self.compressive_strength)
@@ -106,10 +102,4 @@ class Material:
     @property
     def stiffness(self) -> Array:
         """Elastic stiffness [Pa], shape (6, 6), for strains (xx, yy, zz, xy, yz, zx) with engineering shear."""
-        e, nu = self.young_modulus, self.poisson_ratio
-        lame = e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
-        d = np.zeros((6, 6))
-        d[:3, :3] = lame
-        d[np.arange(3), np.arange(3)] += 2.0 * self.shear_modulus
-        d[np.arange(3, 6), np.arange(3, 6)] = self.shear_modulus
-        return d
+        return Elasticity.of(self.young_modulus, self.poisson_ratio, SOLID).matrix

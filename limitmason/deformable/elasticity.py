@@ -40,13 +40,13 @@ class Elasticity(ReadOnly):
     state: str
 
     @classmethod
-    def of(cls, young_modulus: float, poisson_ratio: float, state: str, normal: ArrayLike | None) -> Elasticity:
+    def of(cls, young_modulus: float, poisson_ratio: float, state: str, normal: ArrayLike | None = None) -> Elasticity:
         """Elasticity of a material with E [Pa] and nu [-].
 
         Parameters
         ----------
         state : "solid", "plane stress" or "plane strain"
-        normal : unit normal of the plane, shape (3,); None in space
+        normal : of the plane, (0, 1, 0) where none is given, shape (3,); in space none
 
         Raises
         ------
@@ -86,6 +86,23 @@ class Elasticity(ReadOnly):
     def confined_modulus(self) -> float:
         """Stress over strain along a bar that cannot strain sideways (in its plane) [Pa]; of a pressure wave."""
         return self.lame + 2.0 * self.shear
+
+    @property
+    def matrix(self) -> Array:
+        r"""Stresses [Pa] of direct strains and of shear angles :math:`\gamma = 2 \varepsilon_{ij}`.
+
+        In space three and three, the shears in any one order, shape (6, 6). In a plane stresses along its two axes,
+        their shear and the stress across the plane, from two strains and an angle, shape (4, 3).
+        """
+        d = np.zeros((4, 3) if self.plane else (6, 6))
+        direct = 2 if self.plane else 3
+        d[:direct, :direct] = self.lame
+        d[range(direct), range(direct)] += 2.0 * self.shear
+        shears = range(direct, d.shape[1])
+        d[shears, shears] = self.shear
+        if self.state == PLANE_STRAIN:
+            d[3, :2] = self.lame
+        return d
 
     def stress(self, strain: Array) -> Array:
         """Stress [Pa] of strains in the space of P, tension positive, shapes (..., 3, 3)."""

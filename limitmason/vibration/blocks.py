@@ -15,11 +15,12 @@ from limitmason.deformable import SOLID, STATES
 from limitmason.deformable.levels import ELASTIC, MODAL, RIGID
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import ContactPoints, contact_points
-from limitmason.mechanics.equilibrium import degrees_of_freedom, equilibrium_matrix
-from limitmason.mechanics.joint_shapes import BlockShapes, at_joints, shapes_of
+from limitmason.mechanics.equilibrium import degrees_of_freedom
+from limitmason.mechanics.joint_shapes import BlockShapes, shapes_of
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.plane import Plane, find_plane
 from limitmason.mechanics.stiffness import default_stiffness
+from limitmason.mechanics.stiffness_matrix import stiffness_matrix
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.vibration.system import VibratingSystem
@@ -257,51 +258,3 @@ def _spread(free: NDArray[np.bool_], basis: Array, place: NDArray[np.bool_], vec
     deformed = np.zeros(place.shape)
     deformed[place] = out[rigid:]
     return np.hstack([out[:rigid].reshape(-1, basis.shape[1]) @ basis.T, deformed])
-
-
-def stiffness_matrix(
-    assembly: Assembly,
-    points: ContactPoints,
-    stiffness: Array,
-    plane: Plane | None = None,
-    shapes: Sequence[BlockShapes | None] | None = None,
-    blocks: str = RIGID,
-) -> tuple[sparse.csc_array, sparse.csc_array]:
-    """A and K = A k A^T, with the stiffness of the shapes beside that of the joints.
-
-    Parameters are those of :func:`block_system`.
-
-    Returns
-    -------
-    rows : A of all motions, held ones included, and then of the shapes block by block: A^T u are opening and slip,
-        -k A^T u the stresses of the points, shape (d n + shapes of all, c m)
-    matrix : K [N/m, N, N m], of as many
-    """
-    a = equilibrium_matrix(assembly, points, plane=plane)
-    springs = sparse.diags_array((stiffness * points.area[:, None]).ravel())
-    if shapes is None:
-        return a, sparse.csc_array(a @ springs @ a.T)
-    motions = a.shape[0]
-    a = sparse.csc_array(sparse.vstack([a, _shape_rows(assembly, points, shapes, blocks)]))
-    own = [s.stiffness for s in shapes if s is not None]
-    parts = [sparse.csc_array((motions, motions)), *own]
-    return a, sparse.csc_array(sparse.csc_array(a @ springs @ a.T) + sparse.block_diag(parts, format="csc"))
-
-
-def _shape_rows(
-    assembly: Assembly, points: ContactPoints, shapes: Sequence[BlockShapes | None], blocks: str
-) -> sparse.csr_array:
-    """Forces of the points on every shape, block by block, shape (shapes of all, c m): more rows of A."""
-    c = points.components
-    on = at_joints(assembly, points, shapes, blocks)
-    parts = []
-    for i, shape in enumerate(shapes):
-        if shape is None:
-            continue
-        rows = sparse.lil_array((shape.count, c * points.count))
-        for u, side, sign in zip(on, (points.block_a, points.block_b), (-1.0, 1.0), strict=True):
-            at = np.flatnonzero(side == i)
-            value = sign * (points.directions[at] @ u[at][:, :, : shape.count])  # (p, c, k)
-            rows[:, (c * at[:, None] + np.arange(c)).ravel()] += value.reshape(-1, shape.count).T
-        parts.append(rows.tocsr())
-    return sparse.csr_array(sparse.vstack(parts))

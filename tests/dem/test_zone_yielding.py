@@ -9,9 +9,8 @@ from zone_bodies import ZoneBody, grid
 
 import limitmason as lm
 from dem.kernels.yielding import MAT_D, MAT_DN, MAT_G, SHEAR_NOW, TENSION_NOW, stress_return
-from dem.zones.element import elasticity
 from dem.zones.yielding import material_row
-from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS
+from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, Elasticity
 
 PLANES = (PLANE_STRESS, PLANE_STRAIN)
 
@@ -24,7 +23,7 @@ def stone(phi, psi=None, c=1e6, ft=None, modulus=10e9, poisson=0.2):
 
 
 def row_of(material, plane):
-    elastic = elasticity(material.young_modulus, material.poisson_ratio, plane)
+    elastic = Elasticity.of(material.young_modulus, material.poisson_ratio, plane).matrix
     return material_row(material, plane == PLANE_STRAIN, elastic)[None]
 
 

@@ -17,7 +17,7 @@ from limitmason.geometry import (
 from limitmason.geometry.boxtree import overlapping_pairs
 from limitmason.geometry.polygon import centred_overlap, clip_convex
 from limitmason.mechanics.contact_points import contact_points
-from limitmason.vibration.blocks import stiffness_matrix
+from limitmason.mechanics.stiffness_matrix import stiffness_matrix
 
 JOINT = lm.Joint(30.0)
 

@@ -1,0 +1,69 @@
+"""The elastic stiffness matrix of blocks on joints, K = A k A^T, with the shapes of blocks that deform."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from limitmason.deformable.levels import RIGID
+from limitmason.mechanics.contact_points import ContactPoints
+from limitmason.mechanics.equilibrium import equilibrium_matrix
+from limitmason.mechanics.joint_shapes import BlockShapes, at_joints
+from limitmason.mechanics.plane import Plane
+from limitmason.model.assembly import Assembly
+
+Array = NDArray[np.float64]
+
+
+def stiffness_matrix(
+    assembly: Assembly,
+    points: ContactPoints,
+    stiffness: Array,
+    plane: Plane | None = None,
+    shapes: Sequence[BlockShapes | None] | None = None,
+    blocks: str = RIGID,
+) -> tuple[sparse.csc_array, sparse.csc_array]:
+    """A and K = A k A^T, with the stiffness of the shapes beside that of the joints.
+
+    Parameters
+    ----------
+    stiffness : of the points per area, of normal and two tangents [Pa/m], shape (m, 3); of normal and one in plane,
+        (m, 2)
+    plane : in which blocks move, where points come with one
+    shapes, blocks : of blocks that deform, and their kind, which says how joint points take them up; none by default
+
+    Returns
+    -------
+    rows : A of all motions, held ones included, and then of the shapes block by block: A^T u are opening and slip,
+        -k A^T u the stresses of the points, shape (d n + shapes of all, c m)
+    matrix : K [N/m, N, N m], of as many
+    """
+    a = equilibrium_matrix(assembly, points, plane=plane)
+    springs = sparse.diags_array((stiffness * points.area[:, None]).ravel())
+    if shapes is None:
+        return a, sparse.csc_array(a @ springs @ a.T)
+    motions = a.shape[0]
+    a = sparse.csc_array(sparse.vstack([a, _shape_rows(assembly, points, shapes, blocks)]))
+    own = [s.stiffness for s in shapes if s is not None]
+    parts = [sparse.csc_array((motions, motions)), *own]
+    return a, sparse.csc_array(sparse.csc_array(a @ springs @ a.T) + sparse.block_diag(parts, format="csc"))
+
+
+def _shape_rows(
+    assembly: Assembly, points: ContactPoints, shapes: Sequence[BlockShapes | None], blocks: str
+) -> sparse.csr_array:
+    """Forces of the points on every shape, block by block, shape (shapes of all, c m): more rows of A."""
+    c = points.components
+    on = at_joints(assembly, points, shapes, blocks)
+    parts = []
+    for i, shape in enumerate(shapes):
+        if shape is None:
+            continue
+        rows = sparse.lil_array((shape.count, c * points.count))
+        for u, side, sign in zip(on, (points.block_a, points.block_b), (-1.0, 1.0), strict=True):
+            at = np.flatnonzero(side == i)
+            value = sign * (points.directions[at] @ u[at][:, :, : shape.count])  # (p, c, k)
+            rows[:, (c * at[:, None] + np.arange(c)).ravel()] += value.reshape(-1, shape.count).T
+        parts.append(rows.tocsr())
+    return sparse.csr_array(sparse.vstack(parts))
