@@ -7,7 +7,8 @@ overshoot. Corners of blocks that had no joint take an unbonded law.
 
 In space places where sides of two faces cross are corners of their overlap too, see
 :mod:`limitmason.capacity.crossing`; several new points share the force and the area of one that has left, by distance.
-Points inside a face stay with the block that carries them until that has slid off; none are added.
+Points inside a face stay with the block that carries them until they have left it; in space they then go on at its
+side, and so does a loaded corner that nothing follows. None are added.
 """
 
 from typing import NamedTuple
@@ -15,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.capacity.contacts import NEW, Contacts
+from limitmason.capacity.contacts import NEW, NO_CORNER, Contacts
 from limitmason.capacity.crossing import as_near, crossings, gaps_at, is_crossing, off
 from limitmason.capacity.faces import Near, Shapes, beside, together, turned
 from limitmason.capacity.kinematics import Pose
@@ -64,7 +65,7 @@ def found_anew(
     gone = (inside < -shapes.step) | ((c.interface == NEW) & (gap > 2.0 * shapes.near))
     # corners that take over carry on where springs are pressed, however deep
     pressed = float((force[:, 0] / (c.kn * c.area)).max(initial=0.0))
-    near = together(shapes, assembly, pose, -0.5 * shapes.step, pressed)
+    near = together(shapes, assembly, pose, 0.5 * shapes.step, pressed)
     if c.components == 3:
         found = crossings(shapes, assembly, pose, 0.5 * shapes.step, pressed)
         other = as_near(shapes, found, assembly, since, pose)
@@ -74,9 +75,7 @@ def found_anew(
     present = (c.corner.astype(np.int64) * f + c.face)[c.face >= 0]
     # the successor of a point that has left is as far inside but for the turn of the blocks over a deep gap
     succeeds = np.isin(_pairs(shapes, near), _pairs_of_points(shapes, c)[gone])
-    fresh = ~np.isin(code, present) & ~np.isin(code, shapes.strangers)
-    on_side = fresh & succeeds & (near.inside <= 0.5 * shapes.step)
-    fresh &= near.inside > np.where(succeeds, 0.5, 1.0) * shapes.step
+    fresh = ~np.isin(code, present) & ~np.isin(code, shapes.strangers) & (succeeds | (near.inside > shapes.step))
     if c.components == 3:
         # whichever block carries it, a crossing is one point, which is made again where it has moved
         crosses = near.corner >= len(shapes.corner_face)
@@ -84,11 +83,13 @@ def found_anew(
         fresh |= crosses & np.isin(near.corner, c.corner[gone & is_crossing(shapes, c)])
     x = assembly.centroids
     now_b = x[c.block_b] + pose.shift[c.block_b] + turned(pose, c.block_b, c.place_b - x[c.block_b])
-    if c.components == 3 and on_side.any():
-        # sides that stay in line do not cross, and no corner comes inside: one on the side of the face takes over
-        left = gone & ~_succeeded(shapes, c, near.at(fresh), now_b, _present(assembly, pose, near.at(fresh)))
-        fresh |= on_side & _close(shapes, c, near, now_b, _present(assembly, pose, near))[left].any(axis=0)
     near = near.at(fresh)
+    if c.components == 3:
+        # where sides stay in line they do not cross, and no corner comes inside
+        lost = gone & (force[:, 0] > 0.0) & ~_succeeded(shapes, c, near, now_b, _present(assembly, pose, near))
+        slid = (c.face >= 0) & (c.interface != NEW)
+        back = _put_back(shapes, assembly, c, pose, slid & (lost | (gone & (c.corner == NO_CORNER))), gap)
+        near = Near(*(np.concatenate(pair) for pair in zip(near, back, strict=True)))
     if not (gone.any() or len(near.corner)):
         return None
     loaded = (force[:, 0] > 0.0) & (inside > -_WAITS * shapes.step)
@@ -117,6 +118,39 @@ def found_anew(
     damage = np.append(np.broadcast_to(history.damage, history.lift.shape)[~gone], [new.damage for new in made])
     before = np.concatenate([np.flatnonzero(~gone), np.full(len(made), -1, np.intp)])
     return Renewed(kept.at(order), History(slip[order], lift[order], damage[order]), all_force[order], before[order])
+
+
+def _put_back(shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose, rows: NDArray[np.bool_], gap: Array) -> Near:
+    """Points that have left their face, on its sides: at the places of their block that are there now.
+
+    What its block no longer reaches of the joint is left out.
+    """
+    i = np.flatnonzero(rows)
+    a, b, face = c.block_a[i], c.block_b[i], c.face[i]
+    x = assembly.centroids
+    arm = c.place_b[i] - x[b]
+    apart = x[b] + pose.shift[b] + arm + np.einsum("mij,mj->mi", pose.turn[b], arm) - x[a] - pose.shift[a]
+    local = x[a] + apart + np.einsum("mji,mj->mi", pose.turn[a], apart)
+    off = np.minimum(np.einsum("mki,mi->mk", shapes.side[face], local) - shapes.reach[face], 0.0)
+    # sides are padded by repetition: each counts once
+    turns = np.diff(shapes.side[face], axis=1).any(axis=2)
+    new = np.concatenate([np.ones((len(i), 1), bool), turns], axis=1)
+    inward = -np.einsum("mk,mki->mi", off * new, shapes.side[face])
+    inward = inward + np.einsum("mij,mj->mi", pose.turn[a], inward)
+    place = c.place_b[i] + inward + np.einsum("mji,mj->mi", pose.turn[b], inward)
+    joint = [assembly.interfaces[k].polygon for k in c.interface[i]]
+    use = np.array([_within(x, y, shapes.step) for x, y in zip(joint, place, strict=True)], dtype=bool)
+    none = np.full(int(use.sum()), NO_CORNER, np.intp)
+    return Near(none, face[use], gap[i][use], np.zeros(len(none)), b[use], place[use])
+
+
+def _within(polygon: Array, point: Array, slack: float) -> bool:
+    """Whether a point in the plane of a convex polygon lies inside, or outside by no more than a length [m]."""
+    edge, arm = np.roll(polygon, -1, axis=0) - polygon, point - polygon
+    turns = np.cross(edge, arm)
+    total = turns.sum(axis=0)
+    inside = (turns @ total) / (np.linalg.norm(total) * np.linalg.norm(edge, axis=1))
+    return bool((inside >= -slack).all())
 
 
 def landed(
@@ -178,7 +212,8 @@ def _single(shapes: Shapes, c: Contacts, gone: NDArray[np.bool_], now_b: Array, 
     """Rows of corners and crossings at which no point of the same two blocks stays and no other row lies."""
     rows: list[int] = []
     pair, of = _pairs(shapes, near), _pairs_of_points(shapes, c)
-    for k in np.argsort(near.corner, kind="stable"):  # corners first
+    last = near.corner.max(initial=0) + 1
+    for k in np.argsort(np.where(near.corner == NO_CORNER, last, near.corner), kind="stable"):  # corners first
         here = (of == pair[k]) & ~gone & (np.linalg.norm(now_b - now[k], axis=1) < 0.5 * shapes.step)
         if not here.any() and all(
             pair[r] != pair[k] or np.linalg.norm(now[r] - now[k]) > 0.5 * shapes.step for r in rows
