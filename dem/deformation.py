@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from dem.kernels import LAW, Joints, Modes, Points
-from dem.stability import owners, springs_of_blocks
+from dem.stability import largest_square, owners, springs_of_blocks
 from limitmason.deformable import SOLID, STATES, modal_blocks
 from limitmason.deformable.body import products
 from limitmason.deformable.levels import MODAL, RIGID
 from limitmason.errors import InputError
+from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.mechanics.joint_shapes import face_motions, motion_at
 from limitmason.mechanics.plane import Plane, find_plane
 from limitmason.model import Assembly, Loads
@@ -124,7 +125,7 @@ def block_stresses(deformation: Deformation, modes: Modes, rotation: Array) -> B
 
 def frames(joints: Joints) -> tuple[Array, Array]:
     """Frames of the joints as both blocks carry them, rows t1, t2, n, reference axes of a and of b, (k, 3, 3) each."""
-    turn = _matrices(joints.turn)
+    turn = rotation_matrices(rotation_vectors(joints.turn))
     return joints.frame, np.asarray(joints.frame @ np.swapaxes(turn, 1, 2))
 
 
@@ -292,22 +293,6 @@ def add_modal_mass(
 
 def _top(coupled: Array, stiffness: Array, mass: float, inertia: Array, modal_mass: Array) -> float:
     """Largest w^2 of M^-1 (2 K_joints + K_modes) of one block, a bound of the assembly's [1/s2]."""
-    value, axes = np.linalg.eigh(inertia)
-    scale = np.zeros_like(coupled)
-    scale[:3, :3] = np.eye(3) / np.sqrt(mass)
-    scale[3:6, 3:6] = (axes / np.sqrt(value)) @ axes.T
-    scale[6:, 6:] = np.diag(1.0 / np.sqrt(modal_mass))
     whole = 2.0 * coupled
     whole[6:, 6:] += np.diag(stiffness)
-    return float(np.linalg.eigvalsh(scale @ whole @ scale)[-1])
-
-
-def _matrices(q: Array) -> Array:
-    """Rotation matrices of unit quaternions, scalar first, shape (k, 3, 3)."""
-    w, x, y, z = q.T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), -1, 0)
+    return largest_square(whole, mass, inertia, modal_mass)

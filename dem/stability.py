@@ -1,7 +1,7 @@
 """Stable time step, and the masses that let every block settle at the same pace."""
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from dem.kernels import LAW, Joints, Points, Ties
 from limitmason.mechanics.joint_shapes import motion_at
@@ -83,6 +83,16 @@ def springs_of_blocks(
     return out
 
 
+def largest_square(stiffness: Array, mass: float, inertia: Array, others: ArrayLike = ()) -> float:
+    """Largest w^2 of M^-1 K of one block [1/s2], M its mass, inertia tensor and those of its shapes, shape (k,)."""
+    value, axes = np.linalg.eigh(inertia)
+    scale = np.zeros_like(stiffness)
+    scale[:3, :3] = np.eye(3) / np.sqrt(mass)
+    scale[3:6, 3:6] = (axes / np.sqrt(value)) @ axes.T
+    scale[6:, 6:] = np.diag(1.0 / np.sqrt(others))
+    return float(np.linalg.eigvalsh(scale @ stiffness @ scale)[-1])
+
+
 def scaled_masses(stiffness: Array, dt: float, safety: float, floor: float = 0.02) -> tuple[Array, Array]:
     """Mass and inertia tensor with which every block is as fast as the time step allows.
 
@@ -108,11 +118,7 @@ def scaled_masses(stiffness: Array, dt: float, safety: float, floor: float = 0.0
         # about the centre of stiffness the arms are shortest; about the centroid is where the block turns
         value, axes = np.linalg.eigh(k[3:, 3:])
         j = (axes * np.maximum(value, floor * value[-1])) @ axes.T
-        scale = np.zeros((6, 6))
-        scale[:3, :3] = np.eye(3) / np.sqrt(m)
-        value, axes = np.linalg.eigh(j)
-        scale[3:, 3:] = (axes / np.sqrt(value)) @ axes.T
-        top = np.linalg.eigvalsh(scale @ k @ scale)[-1]
+        top = largest_square(k, m, j)
         factor = 2.0 * top * dt**2 / (4.0 * safety**2)
         mass[i], inertia[i] = m * factor * unit, j * factor * unit
     return mass, inertia
@@ -128,11 +134,7 @@ def stable_step(
     for i in np.flatnonzero(free):
         if not np.trace(stiffness[i]) > 0.0:
             continue
-        scale = np.zeros((6, 6))
-        scale[:3, :3] = np.eye(3) / np.sqrt(mass[i])
-        value, axes = np.linalg.eigh(inertia[i])
-        scale[3:, 3:] = (axes / np.sqrt(value)) @ axes.T
-        top = max(top, float(np.linalg.eigvalsh(scale @ stiffness[i] @ scale)[-1]))
+        top = max(top, largest_square(stiffness[i], mass[i], inertia[i]))
     if top == 0.0:
         return np.inf
     fastest = np.sqrt(2.0 * top)

@@ -24,7 +24,7 @@ from dem.deformation import (
 from dem.joints import Grid, JointOptions, make_joints, make_points
 from dem.kernels import Bodies, Joints, Modes, Points, Ties
 from dem.kernels.deformed import PLANE_MODES, SPACE_MODES
-from dem.stability import block_stiffness, scaled_masses, stable_step
+from dem.stability import block_stiffness, owners, scaled_masses, stable_step
 from dem.ties import NO_TIES, make_ties, pulls, stored_energy
 from limitmason.answers.results import Resultants
 from limitmason.deformable import SOLID
@@ -243,7 +243,7 @@ class State:
         energy = kernels.measure(
             self.points, self.joints, self.bodies, position, force, opening, slip, self.modes, self.space
         )
-        owner = np.repeat(np.arange(len(self.joints.block_a)), np.diff(self.joints.start))
+        owner = owners(self.joints)
         position += assembly.centroids[self.joints.block_b[owner]]
         if len(self.ties.block_a):
             energy += stored_energy(self.ties, self.bodies)

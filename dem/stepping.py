@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
+from dem.stability import owners
 from dem.state import DYNAMIC, State, UnstableError
 from limitmason.constants import GRAVITY
 from limitmason.model import Assembly
@@ -80,7 +81,7 @@ class Scale:
         if not (self.load < 1e-6 * self.load.max()).any():
             return self
         _, force = _stored(state)
-        owner = np.repeat(np.arange(len(state.joints.block_a)), np.diff(state.joints.start))
+        owner = owners(state.joints)
         pressed = np.zeros(len(self.load))
         for block in (state.joints.block_a, state.joints.block_b):
             np.add.at(pressed, block[owner], np.linalg.norm(force, axis=1))
