@@ -135,13 +135,13 @@ def pushover(
 
     Notes
     -----
-    A contact point stays under the corner of the block that makes it, its normal on the face of the other; corners that
+    A contact point stays under the corner of the block that makes it, its normal on the face of the other. Corners that
     leave a face or come to another are found after each step (an event of the curve), as are places where sides of two
     faces cross in space. Points inside a grid stay with the block that carries them until they have left the face; in
-    space they then go on at its side. None are added. A path of rigid blocks ends, and names two of them, where these would go through each other without a point.
-    Blocks deform by small strains, in axes that turn with them; body forces
-    strain no block but through its joints. Ties are unstressed in the reference pose; they follow their ends at any
-    rotation, yield at their strength and hang loose when they shorten.
+    space they then go on at its side. A path of rigid blocks ends, and names two of them, where these would go through
+    each other without a point. Blocks deform by small strains, in axes that turn with them; body forces strain no block
+    but through its joints. Ties are unstressed in the reference pose; they follow their ends at any rotation, yield at
+    their strength and hang loose when they shorten.
 
     Joints without residual values and fracture energies are perfectly plastic, and tension that opens one leaves no
     damage: a path ends where open joints still bear such a bond to an effect, and names the joint. Over fracture
