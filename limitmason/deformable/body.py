@@ -19,7 +19,8 @@ from limitmason.storage.frozen import ReadOnly
 
 Array = NDArray[np.float64]
 
-_SQUARE = 1e-6  # sides and faces this nearly equal count as equal: the first one given sets the axes
+_SQUARE = 1e-6  # sides and faces this nearly equal count as equal
+_ALIKE = 0.6  # cosine from which equal ones set an axis together; of a square's sides the first one given sets it
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,22 +188,26 @@ def block_axes(solid: Solid, normal: Array | None) -> Array:
 
     In a plane: along the longest side, the normal of the plane, and their cross product.
     """
-    vertices = solid.vertices
-    corners = [vertices[list(face)] for face in solid.faces]
+    corners = [solid.vertices[list(face)] for face in solid.faces]
+    sides = [np.roll(c, -1, axis=0) - c for c in corners]
     if normal is not None:
-        sides = [np.roll(c, -1, axis=0) - c for c in corners]
         flat = np.concatenate([s - np.outer(s @ normal, normal) for s in sides])
-        first = _largest(np.linalg.norm(flat, axis=1))
-        along = flat[first] / np.linalg.norm(flat[first])
+        along, _ = _longest(flat)
         return np.stack([along, normal, np.cross(along, normal)])
-    area = np.array([np.linalg.norm(np.cross(c, np.roll(c, -1, axis=0)).sum(axis=0)) / 2.0 for c in corners])
-    face = corners[_largest(area)]
-    across = face_planes(face[None])[0][0]
-    side = np.roll(face, -1, axis=0) - face
-    along = side[_largest(np.linalg.norm(side, axis=1))]
-    along = along - (along @ across) * across
-    along = along / np.linalg.norm(along)
+    across, faces = _longest(np.array([np.cross(c, np.roll(c, -1, axis=0)).sum(axis=0) for c in corners]))
+    flat = np.concatenate([sides[k] for k in faces])
+    along, _ = _longest(flat - np.outer(flat @ across, across))
     return np.stack([along, np.cross(across, along), across])
+
+
+def _longest(vectors: Array) -> tuple[Array, NDArray[np.intp]]:
+    """Unit vector along the longest, and which these are; between equally long ones, as of a voussoir's two beds."""
+    size = np.linalg.norm(vectors, axis=1)
+    longest = np.flatnonzero(size >= size.max() * (1.0 - _SQUARE))
+    turn = vectors[longest] @ vectors[longest[0]] / size.max() ** 2
+    alike = np.abs(turn) > _ALIKE
+    total = (np.sign(turn[alike])[:, None] * vectors[longest[alike]]).sum(axis=0)
+    return total / np.linalg.norm(total), longest[alike]
 
 
 def volume_points(solid: Solid, centre: Array, order: int = 4) -> tuple[Array, Array]:
@@ -247,7 +252,3 @@ def check_prism(name: str, solid: Solid, normal: Array) -> None:
                 f"block {name!r} is no prism along the normal {np.round(normal, 6).tolist()} of the plane: plane "
                 "stress and plane strain are for walls of constant thickness; take it in space"
             )
-
-
-def _largest(values: Array) -> int:
-    return int(np.flatnonzero(values >= values.max() * (1.0 - _SQUARE))[0])

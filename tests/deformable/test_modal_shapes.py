@@ -5,7 +5,7 @@ import pytest
 
 import limitmason as lm
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID, Elasticity, modal_block
-from limitmason.deformable.body import volume_points
+from limitmason.deformable.body import block_axes, volume_points
 from limitmason.geometry.polyhedron import Solid, box, face_planes, prism
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.model.block import Block
@@ -47,6 +47,17 @@ def face_points(solid):
             for u, wu in zip(g, w, strict=True):
                 for v, wv in zip(g, w, strict=True):
                     yield t[0] + u * ((1 - v) * (t[1] - t[0]) + v * (t[2] - t[0])), n, u * wu * wv * area
+
+
+@pytest.mark.parametrize("state", STATES)
+@pytest.mark.parametrize("deep", [0.1, 0.9])
+def test_axes_of_a_voussoir_are_those_of_its_symmetry_in_whatever_order_its_faces_are_given(state, deep):
+    # its two beds are its largest faces, or the longest sides of them, and of equal size
+    solid = prism(np.array([[-0.11, 0.0], [0.11, 0.0], [0.15, 0.5], [-0.15, 0.5]]), 0.0, deep)
+    normal = None if state == SOLID else np.array([0.0, 1.0, 0.0])
+    for faces in (solid.faces, solid.faces[::-1]):
+        axes = block_axes(Solid(solid.vertices, faces), normal)
+        assert np.sort(np.abs(axes), axis=0) == pytest.approx(np.array([[0.0] * 3, [0.0] * 3, [1.0] * 3]), abs=1e-12)
 
 
 @pytest.mark.parametrize("state", STATES)

@@ -224,7 +224,7 @@ def test_which_faces_touch_does_not_depend_on_how_the_model_is_turned(ratio):
     model = on_slab(boxes)
     areas = sorted(i.area for i in model.interfaces)
     for seed in range(4):
-        matrix = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
+        matrix = Rotation.from_quat(np.random.default_rng(seed).normal(size=4)).as_matrix()
         solids = [[(p.vertices @ matrix.T, p.faces) for p in b.parts] for b in model.blocks]
         turned = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(33.0), fixed=[0])
         assert sorted(i.area for i in turned.interfaces) == pytest.approx(areas, rel=1e-9)
@@ -237,7 +237,7 @@ def test_a_plane_wall_stays_plane_however_it_is_turned():
     wall = stack([(1.0, 0.5), (0.8, 0.5), (0.6, 0.5)], joint=joint)
     expected = lm.limit_analysis(wall, lm.Loads.horizontal(wall)).collapse_multiplier
     for seed in range(20):
-        matrix = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
+        matrix = Rotation.from_quat(np.random.default_rng(seed).normal(size=4)).as_matrix()
         turned = wall.transformed(matrix, (3.0, -2.0, 5.0))
         loads = lm.Loads.horizontal(wall)
         loads = lm.Loads(*(np.hstack([w[:, :3] @ matrix.T, w[:, 3:] @ matrix.T]) for w in (loads.dead, loads.live)))

@@ -33,7 +33,9 @@ def collapse(model: Model) -> Answer:
 
 
 def judge_collapse(model: Model, answer: Answer) -> list[str]:
-    """The static theorem's value lies in the interval."""
+    """The static theorem's value lies in the interval; not of ties, which turn as their blocks slide and bear more."""
+    if model.ties:
+        return []
     own = Statics(model).limit()
     if "multiplier" not in answer:
         return [f"{answer['status']}, own statics {own!r}"]

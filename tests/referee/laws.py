@@ -26,7 +26,7 @@ def _quarter(random) -> Array:
 
 
 def _turned(random, model: Model, axes: bool) -> Frame:
-    matrix = _quarter(random) if axes else Rotation.random(rng=random).as_matrix()
+    matrix = _quarter(random) if axes else Rotation.from_quat(random.normal(size=4)).as_matrix()
     return Frame(matrix=matrix, shift=random.normal(size=3) * model.length)
 
 
