@@ -148,8 +148,8 @@ def _move_modes(
             f = modes.contact[i, k] - modes.stiffness[i, k] * value[i, k]
             past = net[i, k]
             net[i, k] = f
-            v = rate[i, k]
-            brake = local * abs(f) * (int(v > 0.0) - int(v < 0.0))
+            v = float(rate[i, k])
+            brake = local * abs(f) * ((v > 0.0) - (v < 0.0))
             if drifts is not None and drifts:
                 brake = against_change(local, f, f - past, brake)
             new = (v * keep + (f - brake) * modes.inv_mass[i, k] * kick) * lag

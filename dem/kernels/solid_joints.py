@@ -135,7 +135,7 @@ def foot(k: int, nodes: Nodes, facets: Facets, contacts: FaceContacts) -> tuple:
     return at, s, t, t1, t2, n, opening, dot(way, e1), dot(way, e2)
 
 
-@kernel()
+@kernel(forceinline=True)
 def solid_joint_forces(
     nodes: Nodes, facets: Facets, contacts: FaceContacts, law: Array, soft: bool, total: Array
 ) -> None:

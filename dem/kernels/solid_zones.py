@@ -90,7 +90,7 @@ def turned_back(z: int, nodes: Nodes, zones: Hexahedra, table: HexTable, u: Arra
     return a, b, c, d, e, f, g, p, q
 
 
-@kernel(counted=True)
+@kernel(counted=True, forceinline=True)
 def solid_forces(nodes: Nodes, zones: Hexahedra, table: HexTable) -> None:
     """Add the forces of all zones to ``nodes.force``."""
     u, local = np.empty(24), np.empty(24)

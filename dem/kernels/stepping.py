@@ -125,8 +125,8 @@ def advance(
                     vel[i, k] = v
                 else:
                     f = net[i, k]
-                    v = vel[i, k]
-                    brake = local * abs(f) * (int(v > 0.0) - int(v < 0.0))
+                    v = float(vel[i, k])
+                    brake = local * abs(f) * ((v > 0.0) - (v < 0.0))
                     if drifts is not None and drifts:
                         brake = against_change(local, f, f - past[k], brake)
                     vel[i, k] = (v * keep + (f - brake) * bodies.inv_mass[i] * kick) * lag
@@ -136,8 +136,8 @@ def advance(
                     ang[i, k] = 0.0
                 else:
                     f = net[i, 3 + k]
-                    w = spin[i, k]
-                    brake = local * abs(f) * (int(w > 0.0) - int(w < 0.0))
+                    w = float(spin[i, k])
+                    brake = local * abs(f) * ((w > 0.0) - (w < 0.0))
                     if drifts is not None and drifts:
                         brake = against_change(local, f, f - past[3 + k], brake)
                     ang[i, k] = (ang[i, k] * keep + (f - brake) * kick) * lag
