@@ -323,7 +323,7 @@ def test_push_meets_the_springs_in_series(state):
     assert curve.blocks == f"modal, {state}"
     assert curve.rate_error < 1e-3
     # what has no stress of its own takes no state of stress
-    with pytest.raises(lm.errors.InputError, match="is for modal and zoned blocks"):
+    with pytest.raises(lm.errors.InputError, match="lumped blocks take no stress"):
         dem.push(wall, Drive({f"block-{n + 1}": {"z": -1.0}}), to=1e-5, blocks="lumped", stress=state)
 
 
