@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -13,6 +13,9 @@ from limitmason.errors import InputError
 from limitmason.methods import LIMIT, METHODS, get_method
 
 TOPICS = (joints, faces, shape, loads, measurement)
+
+MODES = "modes"
+FELT_BY_MODES = ("stiffness", "faces", "blocks", "weights")  # levers of natural frequencies and shapes
 
 ALL: Mapping[str, Declared] = MappingProxyType(
     {d.name: d for topic in TOPICS for d in vars(topic).values() if isinstance(d, Declared)}
@@ -25,7 +28,8 @@ def acts_on(cause: Cause, method: str, *, plane: bool = True) -> bool:
 
     Parameters
     ----------
-    method : a name of :func:`limitmason.methods.available_methods`, or "limit", which is associative
+    method : a name of :func:`limitmason.methods.available_methods`, "limit", which is associative, or "modes", natural
+        frequencies and shapes
     plane : whether the structure works in its plane; in space the corners of a face cannot represent crushing
 
     Raises
@@ -33,6 +37,8 @@ def acts_on(cause: Cause, method: str, *, plane: bool = True) -> bool:
     InputError
         For an unknown method.
     """
+    if method == MODES:
+        return cause.lever in FELT_BY_MODES or (cause.acts_on == "measurement" and not cause.reads)
     chosen = get_method(method)
     return cause.acts_on == "measurement" or not cause.lever or chosen.feels(cause.lever, plane=plane)
 
@@ -40,7 +46,7 @@ def acts_on(cause: Cause, method: str, *, plane: bool = True) -> bool:
 def standard(
     *,
     plane: bool = True,
-    method: str = LIMIT,
+    method: str | Sequence[str] = LIMIT,
     tilting: bool = False,
     overload: bool = False,
     covariates: Iterable[str] = (),
@@ -55,7 +61,8 @@ def standard(
     Parameters
     ----------
     plane : True for walls in the x-z plane that work in it; False for out-of-plane and spatial ones
-    method : the simulator's; causes that it does not feel, or cannot compute with its default points, are left out
+    method : the simulator's, or several where it finds several quantities; causes that none of them feels, or can
+        compute with its default points, are left out
     tilting : the multiplier was read as a tilt angle
     overload : at least one specimen carries dead load beyond self weight
     covariates : what is recorded of every specimen; "order" adds wear
@@ -98,7 +105,9 @@ def standard(
     unknown = [n for n in without if n not in names]
     if unknown:
         raise InputError(f"without: the list has no cause {unknown[0]!r}; it has {', '.join(names)}")
-    return [c for c in causes if acts_on(c, method, plane=plane) and c.name not in tuple(without)]
+    methods = (method,) if isinstance(method, str) else tuple(method)
+    felt = [c for c in causes if any(acts_on(c, m, plane=plane) for m in methods)]
+    return [c for c in felt if c.name not in tuple(without)]
 
 
 def table() -> list[dict[str, str]]:

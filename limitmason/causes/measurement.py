@@ -29,7 +29,8 @@ def entry(specimen: Any, name: str, cause: str) -> Any:
 
 
 @declare(
-    "angle offset", parameter="angle_offset_deg", lever="reading", baseline=0.0, bounds=(-3.0, 3.0), unit="deg",
+    "angle offset", parameter="angle_offset_deg", lever="reading", reads=("force",), baseline=0.0, bounds=(-3.0, 3.0),
+    unit="deg",
     physics="zero of the inclinometer or a table that is not level",
     source="lambda is the tangent of the tilt angle",
     isolate="turn the specimen or the sensor by 180 degrees and repeat",

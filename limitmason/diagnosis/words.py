@@ -120,7 +120,9 @@ def by_kind_words(diagnosis: Findings) -> list[str]:
         worst = max(kinds, key=lambda k: k.misfit).kind
         told = f"{enumerated(each)}; most in {worst}"
         return [f"Misfit of the baseline in units of the noise (1 is noise alone): {told}."]
-    each = [f"{k.kind} {k.gain:+.1f}, {k.share:.2f} +- {k.error:.2f} of the fitted effect" for k in kinds]
+    parts = [f"{k.share:.2f} +- {k.error:.2f} of the fitted effect" if np.isfinite(k.error) else "none of it is felt"
+             for k in kinds]  # fmt: skip
+    each = [f"{k.kind} {k.gain:+.1f}, {t}" for k, t in zip(kinds, parts, strict=True)]
     out = [f"By kind, in log-likelihood and in the share of the effect that it shows: {'; '.join(each)}."]
     best = max(kinds, key=lambda k: k.gain).kind
     against = [k.kind for k in kinds if k.gain < -AGAINST or k.absent]

@@ -160,6 +160,15 @@ def test_next_tests_say_what_to_measure():
     assert all(0 <= i < 4 for i in tests.indices)
 
 
+def test_the_standard_list_of_a_method_holds_only_what_it_feels():
+    by_modes = {c.name for c in causes.standard(method="modes", tilting=True)}
+    assert {"edge rounding", "joint softness"} <= by_modes
+    assert not by_modes & {"cohesion", "dilatancy", "out-of-plumb", "gain", "angle offset"}
+    both = {c.name for c in causes.standard(method=("limit", "modes"), tilting=True)}
+    assert both == by_modes | {c.name for c in causes.standard(method="limit", tilting=True)}
+    assert {c.name for c in causes.standard(method="pushover")} >= {"edge rounding", "joint softness"}
+
+
 def test_a_cause_moves_every_answer_of_one_model():
     def build(s):
         stack = lm.build.column(

@@ -4,11 +4,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import chdtrc
 
 from limitmason.diagnosis.inference.design import Design, Names, is_numeric
 from limitmason.diagnosis.inference.fit import Fit
 
-AGREE = 2.0  # standard errors within which the shares that two kinds show must agree
+AGREE = 0.0455  # tail probability of shares that differ more: two standard errors between two kinds
+ROUGH = 0.02  # of the effect: what a share may be off where the effect is far from linear in its size
+UNFELT = 10.0  # standard error of a share above which a kind says nothing of an effect
 SEEN = 2.0  # standard errors by which a kind must show an effect
 TESTED = 1.0 / 3.0  # standard error of a share up to which a kind can tell the whole effect from none
 ABSENT = 3.0  # standard errors by which the share of a tested kind then lies below one
@@ -58,9 +61,11 @@ class Evidence:
 def agree(kinds: Sequence[Evidence]) -> bool:
     """Whether two kinds or more show an effect, and the size found in each predicts the others."""
     known = [k for k in kinds if k.tested or k.shows]
-    pairs = ((a, b) for i, a in enumerate(known) for b in known[:i])
-    same = all(abs(a.share - b.share) <= AGREE * np.hypot(a.error, b.error) for a, b in pairs)
-    return same and sum(k.shows for k in known) >= 2
+    if sum(k.shows for k in known) < 2:
+        return False
+    share, weight = np.array([k.share for k in known]), np.array([1.0 / (k.error**2 + ROUGH**2) for k in known])
+    apart = float((weight * (share - np.average(share, weights=weight)) ** 2).sum())
+    return bool(chdtrc(len(known) - 1, apart) >= AGREE)
 
 
 def by_kind(design: Design, names: Names, fit: Fit, null: Fit, y: np.ndarray, sd: float = 1.0) -> tuple[Evidence, ...]:
@@ -88,7 +93,8 @@ def by_kind(design: Design, names: Names, fit: Fit, null: Fit, y: np.ndarray, sd
         j = slopes[rows]
         weighted = np.linalg.solve(correlation[np.ix_(rows, rows)] + j @ j.T, effect[rows])
         reach = float(weighted @ effect[rows])
-        share, error = (float(weighted @ data[rows]) / reach, sd / np.sqrt(reach)) if reach > 0 else (0.0, np.inf)
+        felt = reach * UNFELT**2 > sd**2
+        share, error = (float(weighted @ data[rows]) / reach, sd / np.sqrt(reach)) if felt else (0.0, np.inf)
         gain = 0.5 * float((squares[0] - squares[1])[rows].sum())
         misfit = float(np.sqrt(np.mean(np.maximum(squares[0][rows], 0.0))))
         out.append(Evidence(str(kind), gain, share, float(error), misfit))

@@ -1,0 +1,232 @@
+"""Trials with several kinds of evidence: ``python -m validation.blind.kinds --sets 100 --out kinds.md``.
+
+Twelve specimens of ``campaigns.py`` with peak (limit analysis), stiffness (rigid blocks on elastic joints) and first
+frequency. Effects off the list are those of ``outsiders.py``, built unit by unit without the catalogue, and two more:
+friction that is lower in one direction, and an instrument that reads low in one set-up. Truth and candidates are of one
+code; effects are interpolated between their sizes. Seeds are fixed here, before any run.
+"""
+
+import argparse
+import time
+from collections import Counter
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from limitmason.causes import declare, elastic_displacements
+from limitmason.diagnosis import Observation, Study
+from limitmason.diagnosis.inference.plan import distances
+from limitmason.diagnosis.rehearse import binomial_interval
+from limitmason.diagnosis.simulate import SLOW, several
+
+from . import campaigns, outsiders
+
+SEED = 20261124
+KN, RATIO = 2e9, 0.4  # joints' stiffness [Pa/m], assumed
+SCATTER = {"peak": 0.05, "stiffness": 0.05, "frequency 1": 0.01}
+SPECIMENS = campaigns.specimens("12")
+VISIBLE = 36.0  # d2 from the baseline
+
+
+def on_springs(model, loads):
+    """The model whose joints have a stiffness."""
+    return model.with_joints(lambda j: replace(j, normal_stiffness=KN, shear_stiffness=RATIO * KN)), loads
+
+
+def build(s, friction_coefficient=campaigns.FRICTION):
+    """A specimen on elastic joints."""
+    return on_springs(*campaigns.build(s, friction_coefficient))
+
+
+def stiffness(assembly, loads):
+    """Sum of the live forces over the displacement that they do work on [N/m]."""
+    live = np.asarray(loads.live)
+    kn = assembly.interfaces[0].joint.normal_stiffness
+    moved, _ = elastic_displacements(assembly, live, normal_stiffness=kn, shear_ratio=RATIO, head_joints=True)
+    return float(np.linalg.norm(live[:, :3].sum(axis=0)) ** 2 / (live * moved).sum())
+
+
+@declare(
+    "softer joints", parameter="softer", lever="stiffness", baseline=1.0, bounds=(0.3, 2.5),
+    physics="all joints have size times their stiffness",
+)  # fmt: skip
+def softer_joints(size, assembly, loads):
+    """Stiffness of all joints times the size [-]."""
+    def soft(joint):
+        return replace(joint, normal_stiffness=size * KN, shear_stiffness=size * RATIO * KN)
+
+    return assembly.with_joints(soft), loads
+
+
+ANSWERS = {"peak": "limit", "stiffness": stiffness, "frequency 1": "modes"}
+CAUSES = (*campaigns.CAUSES, softer_joints())
+simulate = several(build, ANSWERS)
+
+
+def batch_friction(s, friction, size):
+    """Friction times the size in the specimens that are pushed in plane."""
+    return campaigns.build(s, friction * (size if s["setup"] == "in plane" else 1.0))
+
+
+def reads_low(size, value, s):
+    """The load cell of one set-up reads low."""
+    return value * (size if s["setup"] == "strip" else 1.0)
+
+
+MORE = (
+    outsiders.Effect("friction in one direction", "in plane only", (0.8, 0.65, 0.5), batch_friction),
+    outsiders.Effect("instrument of one set-up", "reads low", (0.94, 0.88, 0.8), read=reads_low),
+)
+EFFECTS = (*outsiders.EFFECTS, *MORE)
+FORCES = ("peak", "stiffness")
+
+
+def with_effect(effect, size):
+    """Quantities of every specimen with an effect off the list."""
+    out = []
+    for s in SPECIMENS:
+        if effect.change is not None:
+            model = on_springs(*effect.change(s, campaigns.FRICTION, size))
+            found = several(lambda _, model=model: model, ANSWERS)(s)
+        else:
+            found = dict(simulate(s))
+            found |= {q: effect.read(size, found[q], s) for q in FORCES}
+        out.append(found)
+    return out
+
+
+def rows(found, quantities, rng=None):
+    """Observations of what was found, shaken where a generator is given."""
+    return [
+        Observation(i, q, f[q] * (np.exp(SCATTER[q] * rng.standard_normal()) if rng is not None else 1.0), SCATTER[q])
+        for i, f in enumerate(found) for q in quantities
+    ]  # fmt: skip
+
+
+def study_of(quantities, covariates, cache):
+    """The study, with tables to come."""
+    found = [simulate(s) for s in SPECIMENS]
+    return Study(
+        SPECIMENS, simulate, rows(found, quantities), nuisance=campaigns.NUISANCE, covariates=covariates, causes=CAUSES,
+        cache=cache, version="1", shared=(), **SLOW,
+    )  # fmt: skip
+
+
+class Trials:
+    """Planted data sets of one design.
+
+    Parameters
+    ----------
+    quantities : that are measured
+    covariates : that are recorded
+    """
+
+    def __init__(self, quantities, covariates, cache):
+        self.study, self.quantities = study_of(quantities, covariates, cache), quantities
+        self.design, self.curves = self.study.design(), {}
+        for effect in EFFECTS:
+            zero = [simulate(s) for s in SPECIMENS]
+            self.curves[effect.name] = [zero, *(with_effect(effect, size) for size in effect.sizes)]
+
+    def off_the_list(self, k, rng):
+        """Values with an effect off the list, as large as it takes to be visible, or its largest."""
+        effect = EFFECTS[k % len(EFFECTS)]
+        nodes = np.log([[f[q] for f in found for q in self.quantities] for found in self.curves[effect.name]])
+        place = rng.uniform(1.0, len(nodes) - 1.0)
+        low = min(int(place), len(nodes) - 2)
+        return np.exp(nodes[low] + (place - low) * (nodes[low + 1] - nodes[low])), effect.name
+
+    def listed(self, k, rng, kinds=1):
+        """Values with a listed cause, 36 and more in d2 from the baseline and its nearest rival; None if not."""
+        names = [c.name for c in CAUSES]
+        cause = CAUSES[k % len(CAUSES)]
+        grid = self.design.singles[cause.name]
+        sizes = grid.sizes[0]
+        size = rng.uniform(sizes[0], sizes[-1])
+        y = grid.at_size(float(np.interp(size, sizes, np.arange(len(sizes))))).between(grid.zero)
+        rivals = [float(distances(y, self.design.singles[n])[0]) for n in names if n != cause.name]
+        felt = sum(
+            float((y[[q == want for q in self.study.rows.quantities]] ** 2).sum()) >= 16.0 for want in self.quantities
+        )
+        if distances(y, self.design.null)[0] < VISIBLE or min(rivals) < VISIBLE or felt < kinds:
+            return None
+        return np.exp(self.design.origin + self.design.scale * y), cause.name
+
+    def judged(self, values, rng, rule=None):
+        """Verdict on values after noise and an error of the measured friction."""
+        shaken = values * np.exp(self.study.scale * rng.standard_normal(len(values)))
+        return self.study.with_measured(shaken).diagnose(seed=int(rng.integers(1 << 31)), draws=699, rule=rule)
+
+
+def outcome(found, name):
+    """What is said when a cause (None for one that no list holds) was planted."""
+    right = name in found.causes
+    if found.kind in ("none", "scatter", "unexplained"):
+        return str(found.kind)
+    if found.identified:
+        return "identified" if right else "identified wrongly"
+    if found.pairs:
+        return "pair with it" if right else "pair without it"
+    if found.kind == "behaves like":
+        return "behaves like it" if right else "behaves like another"
+    return "set with it" if right else "set without it"
+
+
+def trial(trials, label, sets, seed):
+    """Outcomes of one class on one design."""
+    counts, by_effect = Counter(), {}
+    k = done = 0
+    while done < sets and k < 40 * sets:
+        rng = np.random.default_rng([SEED, seed, k])
+        if label == "nothing":
+            made = np.array([simulate(s)[q] for s in SPECIMENS for q in trials.quantities]), None
+        elif label == "clear":
+            made = trials.listed(k, rng, kinds=min(2, len(trials.quantities)))
+        else:
+            made = trials.off_the_list(k, rng)
+        k += 1
+        if made is None:
+            continue
+        said = outcome(trials.judged(made[0], rng), made[1])
+        counts[said] += 1
+        by_effect.setdefault(made[1] or "nothing", Counter())[said] += 1
+        done += 1
+    return counts, by_effect
+
+
+def main():
+    """Run the trials and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sets", type=int, default=300)
+    parser.add_argument("--cache", type=Path, default=None)
+    parser.add_argument("--out", type=Path, required=True)
+    given = parser.parse_args()
+    begin, lines = time.process_time(), []
+    every = campaigns.COVARIATES
+    designs = {
+        "three kinds, all recorded": (tuple(SCATTER), every), "three kinds, nothing recorded": (tuple(SCATTER), ()),
+        "peaks alone, all recorded": (("peak",), every), "peaks alone, nothing recorded": (("peak",), ()),
+    }  # fmt: skip
+    for i, (name, (quantities, covariates)) in enumerate(designs.items()):
+        trials = Trials(quantities, covariates, given.cache)
+        for j, label in enumerate(("nothing", "clear", "off the list")):
+            counts, each = trial(trials, label, given.sets, 10 * i + j)
+            total = sum(counts.values())
+            share = partial(binomial_interval, n=total, level=0.9)
+            told = "; ".join(
+                f"{k} {v} ({100 * v / total:.0f} %, {100 * share(v)[0]:.0f} to {100 * share(v)[1]:.0f})"
+                for k, v in counts.most_common()
+            )
+            lines.append(f"- **{name}, {label}** ({total}): {told}")
+            wrong = {e: c["identified wrongly"] for e, c in each.items() if c["identified wrongly"]}
+            if wrong:
+                lines.append(f"  identified wrongly: {', '.join(f'{e} {n} of {sum(each[e].values())}' for e, n in wrong.items())}")  # noqa: E501
+            spent = time.process_time() - begin
+            given.out.write_text(f"seed {SEED}, {spent:.0f} processor seconds\n\n" + "\n".join(lines) + "\n")
+            print(lines[-1], flush=True)
+
+
+if __name__ == "__main__":
+    main()
