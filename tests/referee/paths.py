@@ -83,7 +83,8 @@ def back(model: Model, blocks: str = "rigid") -> list[str]:
         return []
     work = float(np.abs(np.diff(gone.energy.live)).sum()) + 1e-300
     lost = gone.energy.lost + gone.energy.broken
-    end = int(np.flatnonzero(lost <= 1e-7 * work)[-1])
+    # what slips as a point opens may seem to gain
+    end = int(np.flatnonzero(np.abs(lost) > 1e-7 * work).min(initial=len(gone))) - 1
     if end < 3 or not (np.diff(gone.displacement[: end + 1]) > 0).all():
         return []
     first = curve(model, blocks, to=float(gone.displacement[end]))
