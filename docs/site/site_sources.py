@@ -62,6 +62,7 @@ COPIED = {
     "u_walls.md": "docs/papers/u-walls.md",
     "stochastic.md": "docs/papers/stochastic.md",
     "calibration.md": "docs/papers/calibration.md",
+    "measured_walls.md": "docs/measured-walls.md",
     "pavia.md": "docs/pavia.md",
     "blind_trials.md": "validation/blind/report.md",
     "two_codes.md": "validation/blind/two_codes.md",

@@ -1,0 +1,272 @@
+"""The page of the measured walls: a ladder of models beside 146 walls, causes chosen with campaigns left out.
+
+    python -m validation.measured_walls --out docs --store FOLDER
+
+makes ``measured-walls.md`` and its figures, and ``validation/blind_walls.csv``. Answers are kept in the folder of
+``--store`` as they come; a run that was cut off goes on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from datetime import date
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+import mechanisms
+from limitmason.constants import VERSION
+from limitmason.display.text_table import markdown as markdown_lines
+from limitmason.experiments.modern_walls import MODELS, NAME, specimens
+from limitmason.experiments.modern_walls.inputs import complete, inputs_of
+from limitmason.experiments.tables import read_table
+from limitmason.storage.csv_table import write_table
+from limitmason.validation.wall_ladder import MODEL_SPREAD, ROCKS, WallPrediction, predict_walls
+from validation.measured_walls_text import TEXT
+from validation.wall_figures import envelopes, scatter_figure, worst_walls
+from validation.wall_loop import difference, factored, first_mode, left_out, scatter
+
+Array = NDArray[np.float64]
+ROWS = {r["specimen"]: r for r in read_table(NAME, "walls.csv").rows}
+RESPONSES = {r["specimen"]: r for r in read_table(NAME, "responses.csv").rows}
+ABOVE = ("22", "24")  # walls above the rigid bound which the acceptance is asked with and without
+BLIND = Path(__file__).with_name("blind_walls.csv")
+RIGID_ERROR = 1.1  # measured force over the rigid bound from which on a row is listed
+
+DRY = {"tension_share": 0.0, "head_share": 0.0, "head_friction": 0.0, "unfilled_friction": 0.0}
+CAUSES: Mapping[str, Mapping[str, Any]] = {
+    "first": {}, "no tension in joints": {"tension_share": 0.0}, "head joints carry nothing": DRY,
+    **{
+        f"c {c:g}, filled heads {h:g}, cracks {k:g}": {
+            **DRY, "cohesion_share": c, "head_friction": h, "cracks": "diagonal strength", "crack_factor": k,
+        }
+        for c, h, k in itertools.product((1.0, 0.6), (0.0, 0.25, 0.5), (2.0, 1.6, 1.2))
+    },
+}  # fmt: skip
+"""Candidates of the block model: one cause after another, then shares of cohesion, friction of filled head joints and
+the factor of the cracks in units."""
+
+
+class Measured(NamedTuple):
+    """A wall whose response is given: number, campaign, mean of the largest forces of both senses [kN], mode."""
+
+    wall: str
+    campaign: str
+    force: float
+    mode: str
+
+
+def measured_walls() -> list[Measured]:
+    """Walls with a response, in their order."""
+    found = []
+    for wall, row in RESPONSES.items():
+        forces = [float(row[c]) for c in ("V_max_pos", "V_max_neg") if row[c]]
+        if forces:
+            found.append(Measured(wall, ROWS[wall]["campaign"], float(np.mean(forces)), row["failure_mode"]))
+    return found
+
+
+def logs(found: Iterable[WallPrediction], walls: Sequence[Measured]) -> Array:
+    """ln(predicted / measured)."""
+    by = {p.wall: p.force for p in found}
+    return np.log([by[m.wall] / m.force for m in walls])
+
+
+def rigid_bound(wall: str) -> float:
+    """N L / (2 H0) [kN], above which no wall can be under a constant load."""
+    row = ROWS[wall]
+    length, stress = float(row["L"]), inputs_of(row)["sigma0"].value
+    return 500.0 * stress * length**2 * float(row["t"]) / (float(row["H0_over_H"]) * float(row["H"]))
+
+
+def four_forces(walls: Sequence[Measured]) -> Array:
+    """The four formulas of every wall [kN], shape (walls, 4)."""
+    found = []
+    for m in walls:
+        row, i = ROWS[m.wall], inputs_of(ROWS[m.wall])
+        length, height, t = (float(row[k]) for k in ("L", "H", "t"))
+        found.append(mechanisms.wall_forces(
+            length, height, t, float(row["H0_over_H"]) * height, stress=1e6 * i["sigma0"].value,
+            strength=1e6 * i["fc"].value, cohesion=1e6 * i["fv0"].value, friction=i["mu"].value,
+            diagonal_strength=1e6 * i["ft"].value, unit=(1e-3 * float(row["lb"]), 1e-3 * float(row["hb"])),
+        ))  # fmt: skip
+    return 1e-3 * np.array(found)
+
+
+def markdown(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+    """A table of Markdown."""
+    return "\n".join(markdown_lines([head, *lines]))
+
+
+# ---- parts of the page -----------------------------------------------------------------------------------------
+
+
+def _line(name: str, found: Array, walls: Sequence[Measured]) -> list[str]:
+    s = scatter(found)
+    without = np.std(found[[m.wall not in ABOVE for m in walls]], ddof=1)
+    modes = []
+    for mode in ("S", "F", "H-FS"):
+        own = found[[m.mode == mode for m in walls]]
+        modes.append(f"{np.exp(np.median(own)):.2f}" if len(own) else "-")
+    return [name, f"{s.median:.2f}", f"{s.deviation:.3f}", f"{without:.3f}", f"{s.middle:.2f}", f"{s.nine:.2f}", *modes]
+
+
+HEAD = ["model", "median", "sd of ln", "without 22, 24", "median abs ln", "90 %", "S", "F", "H-FS"]
+
+
+def ladder(walls: Sequence[Measured], causes: Mapping[str, Array], four: Array) -> tuple[str, str]:
+    """Tables of the models, fixed and chosen with campaigns left out; and what was chosen, with the difference."""
+    force, campaigns = np.array([m.force for m in walls]), [m.campaign for m in walls]
+    formulas = np.log(four.min(axis=1) / force)
+    by_loop = left_out(causes, campaigns)
+    formulas_loop = left_out(factored(four, force), campaigns)
+    lines = [HEAD, _line("rocking alone", np.log(four[:, 0] / force), walls),
+             _line("smallest of the four formulas", formulas, walls),
+             _line("the same, three factors, campaigns left out", formulas_loop.logs, walls),
+             *(_line(f"blocks: {name}", found, walls) for name, found in causes.items()),
+             _line("**blocks, causes chosen, campaigns left out**", by_loop.logs, walls)]  # fmt: skip
+    said = []
+    for name, other in (("without factors", formulas), ("with factors in the same loop", formulas_loop.logs)):
+        low, high = difference(by_loop.logs, other, campaigns)
+        less = by_loop.logs.std(ddof=1) - other.std(ddof=1)
+        said.append(f"- sd of the blocks less that of the formulas {name}: {less:+.3f}, 90 % of draws of campaigns "
+                    f"{low:+.3f} to {high:+.3f}.")  # fmt: skip
+    picks = Counter(by_loop.chosen.values())
+    said += [f"- Chosen without {'one of ' if n > 1 else ''}{n} campaign{'s' if n > 1 else ''}"
+             f"{'' if n > 1 else ' (' + next(c for c, k in by_loop.chosen.items() if k == name) + ')'}: *{name}*."
+             for name, n in picks.most_common()]  # fmt: skip
+    return markdown(lines[0], lines[1:]), "\n".join(said)
+
+
+def modes(walls: Sequence[Measured], found: Mapping[str, list[WallPrediction]]) -> str:
+    """Confusion of failure modes, hybrids by their first, and how many are right."""
+    text = []
+    for method in ("formulas", "extended"):
+        by = {p.wall: p.mode for p in found[method]}
+        pairs = [(first_mode(m.mode), by[m.wall]) for m in walls if m.mode != "D"]
+        names = ["S", "F", "SL", "G"]
+        table = [[f"measured {a}", *(str(pairs.count((a, b))) for b in names)] for a in names]
+        right = sum(a == b for a, b in pairs)
+        shear = sum({"SL": "S"}.get(a, a) == {"SL": "S"}.get(b, b) for a, b in pairs)
+        text += [markdown([method, *(f"predicted {n}" for n in names)], table),
+                 f"Right: {right} of {len(pairs)} ({right / len(pairs):.0%}); with sliding counted as shear {shear} "
+                 f"({shear / len(pairs):.0%})."]  # fmt: skip
+    return "\n\n".join(text).strip()
+
+
+def coverage(walls: Sequence[Measured], found: Mapping[str, list[WallPrediction]]) -> str:
+    """Share of walls inside the 90 % interval, scatter, and medians by unit type."""
+    lines, kinds = [], sorted({ROWS[m.wall]["unit_type"] for m in walls})
+    for method in ("formulas", "first", "extended"):
+        by = {p.wall: p for p in found[method]}
+        own = [m for m in walls if np.isfinite(by[m.wall].force)]
+        inside = np.mean([by[m.wall].interval[0] <= m.force <= by[m.wall].interval[1] for m in own])
+        s = scatter(logs(found[method], own))
+        medians = []
+        for kind in kinds:
+            part = [m for m in own if ROWS[m.wall]["unit_type"] == kind]
+            campaigns = len({m.campaign for m in part})
+            medians.append(f"{np.exp(np.median(logs(found[method], part))):.2f} ({len(part)}, {campaigns})")
+        lines.append([method, str(s.number), f"{s.median:.2f}", f"{s.deviation:.3f}", f"{inside:.0%}", *medians])
+    table = markdown(["model", "walls", "median", "sd of ln", "in the 90 % interval", *kinds], lines)
+    still = [m.wall for m in walls if np.isnan({p.wall: p for p in found["extended"]}[m.wall].spread)]
+    note = f"\n\nOf {len(still)} walls the inputs of the extended model were not moved: the model's scatter alone."
+    return table + (note if still else "")
+
+
+def impossible(walls: Sequence[Measured]) -> str:
+    """Rows above the rigid bound by more than an error of measurement."""
+    lines = []
+    for m in walls:
+        if ROWS[m.wall]["H0_over_H"] == "/":
+            continue
+        ratio = m.force / rigid_bound(m.wall)
+        if ratio > RIGID_ERROR:
+            r = ROWS[m.wall]
+            lines.append([m.wall, m.campaign, m.mode, r["H0_over_H"], f"{m.force:.0f}", f"{rigid_bound(m.wall):.0f}",
+                          f"{ratio:.2f}", f"{float(r['sigma0']) * ratio:.2f} for {r['sigma0']}"])  # fmt: skip
+    head = ["wall", "campaign", "mode", "H0 / H", "measured [kN]", "N L / 2 H0 [kN]", "ratio", "sigma0 that would do"]
+    return markdown(head, lines)
+
+
+def worst(walls: Sequence[Measured], found: list[WallPrediction], number: int = 10) -> tuple[list[str], str]:
+    """The walls furthest off, and their table."""
+    far = np.abs(logs(found, walls))
+    order = [walls[k] for k in np.argsort(-far)[:number]]
+    by = {p.wall: p for p in found}
+    lines = [
+        [m.wall, m.campaign, ROWS[m.wall]["unit_type"], ROWS[m.wall]["head_joints"], f"{m.force:.0f}",
+         f"{by[m.wall].force:.0f}", f"{by[m.wall].force / m.force:.2f}", m.mode, by[m.wall].mode,
+         f"{m.force / rigid_bound(m.wall):.2f}"]
+        for m in order
+    ]  # fmt: skip
+    head = ["wall", "campaign", "units", "heads", "measured", "extended", "ratio", "mode", "ours", "over rigid bound"]
+    return [m.wall for m in order], markdown(head, lines)
+
+
+def write_blind(found: Mapping[str, list[WallPrediction]]) -> None:
+    """Predictions of the walls whose responses are kept back."""
+    rows = []
+    for wall in specimens():
+        if ROWS[wall]["responses"] == "given":
+            continue
+        for method in ("formulas", "first", "extended"):
+            p = next(p for p in found[method] if p.wall == wall)
+            forces = (f"{v:.1f}" for v in (p.force, *p.interval))
+            rows.append([wall, method, *forces, p.mode, VERSION, date.today().isoformat()])
+    units = dict.fromkeys(("wall", "model"), "-") | dict.fromkeys(("V_kN", "V_low_kN", "V_high_kN"), "kN")
+    note = ("Walls of modern-walls whose responses are kept back, predicted without them; V is the mean of both "
+            "senses, low and high hold 90 %.")  # fmt: skip
+    write_table(BLIND, units | dict.fromkeys(("mode", "version", "date"), "-"), rows, note)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Make everything that is missing, then the page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--store", type=Path, required=True)
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--no-interval", action="store_true", help="do not move inputs: a draft in a fifth of the time")
+    o = parser.parse_args(arguments)
+    text = TEXT
+
+    def solved(method: str, walls: Sequence[str] | None = None, file: str = "ladder", **more: Any) -> Any:
+        show: Callable[[str], object] = lambda line: print(method, line, flush=True)  # noqa: E731
+        return predict_walls(
+            method, walls, store=o.store / f"{file}.jsonl", workers=o.workers, progress=show, **more
+        )  # fmt: skip
+
+    found = {"formulas": solved("formulas"), "first": solved("first", spread=False),
+             "extended": solved("extended", spread=not o.no_interval)}
+    all_walls = [m for m in measured_walls() if ROWS[m.wall]["H0_over_H"] != "/"]
+    whole = [m for m in all_walls if complete(ROWS[m.wall])]
+    names = [m.wall for m in whole]
+    causes = {
+        name: logs(solved("first", names, "causes", spread=False, options=options), whole)
+        for name, options in CAUSES.items()
+    }
+    table, chosen = ladder(whole, causes, four_forces(whole))
+    far, worst_table = worst(all_walls, found["extended"])
+    parts = {
+        "[ladder]": table, "[chosen]": chosen, "[modes]": modes(whole, found), "[coverage]": coverage(all_walls, found),
+        "[impossible]": impossible(all_walls), "[worst]": worst_table,
+        "[model]": ", ".join(f"{k} {v}" for k, v in MODELS["extended"].items()),
+        "[rocks]": f"{ROCKS:g}", "[spread]": ", ".join(f"{k} {v:g}" for k, v in MODEL_SPREAD.items()),
+    }  # fmt: skip
+    for mark, part in parts.items():
+        text = text.replace(mark, part)
+    (o.out / "measured-walls.md").write_text(text, encoding="utf-8")
+    print(text)
+    write_blind(found)
+    scatter_figure({k: found[k] for k in ("formulas", "first", "extended")}, all_walls, o.out / "measured-walls.png")
+    worst_walls(far, {p.wall: p for p in found["extended"]}, o.out / "measured-walls-worst.png")
+    envelopes({p.wall: p for p in found["extended"]}, o.out / "measured-walls-envelopes.png")
+
+
+if __name__ == "__main__":
+    main()
