@@ -95,8 +95,10 @@ def bodies(path: str | Path | Sequence[str | Path], *, scale: float, up: str) ->
             mesh: Any = trimesh.load(BytesIO(content), file_type=suffix[1:], force="mesh")
         except Exception as error:  # its readers raise whatever they meet
             raise InputError(f"{name}{suffix}: not a mesh that can be read: {error}") from None
-        parts = [mesh] if len(files) > 1 else list(mesh.split(only_watertight=False))
-        if not parts or not len(mesh.faces):
+        # some versions of trimesh give a list where there is nothing
+        full = isinstance(mesh, trimesh.Trimesh) and len(mesh.faces) > 0
+        parts = [] if not full else [mesh] if len(files) > 1 else list(mesh.split(only_watertight=False))
+        if not parts:
             raise InputError(f"{name}{suffix}: not a mesh that can be read: it holds no faces")
         yield [
             MeshBody(

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 from wall_checks import deepest_overlap, parts, volume
 
 import mechanisms
@@ -136,7 +137,7 @@ def test_fill_weighs_what_lies_between_its_level_and_the_extrados():
         for k in range(8):  # each extrados is a chord; below the level only
             s = np.linspace(0.0, 1.0, 20_001)
             height = np.clip(level - (z[k] + s * (z[k + 1] - z[k])), 0.0, None)
-            depth += np.trapezoid(height, x[k] + s * (x[k + 1] - x[k]))
+            depth += trapezoid(height, x[k] + s * (x[k + 1] - x[k]))
         own = Loads.weight(barrel)
         fill = own.with_backfill(barrel, level, 1600.0).dead - own.dead
         assert -fill[:, 2].sum() == pytest.approx(depth * 1.5 * 1600.0 * 9.81, rel=1e-7)
