@@ -34,6 +34,7 @@ examples:
   limitmason solve wall.json --flow-rule non-associative --output answer.json
   limitmason compare wall.json --figure theories.png   every theory side by side
   limitmason pushover brick-panels-opening/S1 --to 2mm --blocks lumped --figure s1.png
+  limitmason predict modern-walls --method extended --store walls.jsonl
   limitmason diagnose --template data.csv              measured values to fill in, then
   limitmason diagnose data.csv --noise 0.04 --out result
   limitmason figure mechanism wall.json -o wall.pdf    also: assembly, forces; .png, .pdf or .svg

@@ -110,6 +110,7 @@ def test_dry_wall_of_sticking_joints_rocks_about_its_toe_by_statics(wall):
     assert found == pytest.approx(min(foot, top), rel=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wall", ["7", "52", "189"])
 def test_head_joints_are_as_printed(wall):
     test = experiments.load(NAME, wall)
@@ -150,6 +151,7 @@ def test_unknown_law_of_cracks_is_named():
         experiments.load(NAME, "11", cracks="all").assembly()
 
 
+@pytest.mark.slow
 def test_extended_model_lies_below_the_first():
     for wall in ("124", "161"):
         first, extended = (

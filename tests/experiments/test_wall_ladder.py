@@ -59,6 +59,7 @@ def test_interval_is_that_of_inputs_and_model_and_holds_nine_in_ten():
     assert np.mean((drawn > low) & (drawn < high)) == pytest.approx(0.9, abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "mode"),
     [
