@@ -160,6 +160,11 @@ class Findings(Displayed, Citable, ReadOnly):
         return self.identification is not None and self.identification.holds
 
     @property
+    def distinct(self) -> bool:
+        """Whether one explanation is left, told from every smooth discrepancy; identified or not."""
+        return self.verdict.distinct
+
+    @property
     def noise_sd(self) -> float | None:
         """Noise estimated from the best explanation where it is not stated, None where it is."""
         if self.noise.kind != "unknown":

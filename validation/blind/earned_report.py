@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 from limitmason.diagnosis import binomial_interval
+from limitmason.diagnosis.inference.verdict import BEYOND_FIT
 
 from . import campaign_store, campaigns, earned_trials
 from .earned_trials import OUTCOMES
@@ -78,7 +79,7 @@ def without_margin(record):
     """A broken rule: a name need only beat the model discrepancy, by nothing."""
     if "excess" not in record:
         return record["outcome"]
-    left = set(record["missing"]) - {"lever", "excess"}
+    left = set(record["missing"]) - {"lever", "excess", *BEYOND_FIT}
     return always_named(record) if not left and record["excess"] >= 0.0 else never_named(record)
 
 
