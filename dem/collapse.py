@@ -87,93 +87,26 @@ def collapse(
 
 def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Prediction:
     """The search, and its repeats for the error budget."""
-    held = chosen.loading is Loading.INCREMENTS
-    contact_points, contact_model, max_steps = chosen.contact_points, chosen.contact_model, chosen.max_steps
-    tolerance = 5e-3 if chosen.tolerance is None else chosen.tolerance
+    held, begun = chosen.loading is Loading.INCREMENTS, time.perf_counter()
     unit = _unit(assembly, loads)
-    begun = time.perf_counter()
-    moved_limit = MOVED if chosen.moved_limit is None else chosen.moved_limit
-    first = chosen.first_increment if chosen.first_increment is not None else 0.05 * unit
     controls = Controls(
-        tolerance, max_steps, moved_limit, chosen.equilibrium, chosen.damping or (LOADING if held else RAMPING),
-        40_000 if chosen.ramp_steps is None else chosen.ramp_steps, unit, first, chosen.progress,
+        5e-3 if chosen.tolerance is None else chosen.tolerance, chosen.max_steps,
+        MOVED if chosen.moved_limit is None else chosen.moved_limit, chosen.equilibrium,
+        chosen.damping or (LOADING if held else RAMPING), 40_000 if chosen.ramp_steps is None else chosen.ramp_steps,
+        unit, 0.05 * unit if chosen.first_increment is None else chosen.first_increment, chosen.progress,
     )  # fmt: skip
-    law_options = chosen.joint_options or JointOptions()
-
-    def start(points: Any = contact_points, model: str = contact_model, law: JointOptions = law_options) -> State:
-        return make_state(
-            assembly, loads, contact_points=points, contact_model=model, joint_options=law, mode=QUASI_STATIC,
-            blocks=chosen.blocks, stress=chosen.stress,
-        )  # fmt: skip
-
-    search = increments if held else ramps
-    share = 1.0 / (1 + len(chosen.error_budget))
-    reached(0.0, "search", share=share)
-    found = search(assembly, loads, start(), controls)
-    if held and chosen.moved_limit is None and _swayed(assembly, found, moved_limit) > 0.5:
-        moved_limit = WIDEST
-        controls = replace(controls, moved_limit=moved_limit)
+    reached(0.0, "search", share=1.0 / (1 + len(chosen.error_budget)))
+    found = (increments if held else ramps)(assembly, loads, _start(assembly, loads, chosen, ""), controls)
+    if held and chosen.moved_limit is None and _swayed(assembly, found, controls.moved_limit) > 0.5:
+        controls = replace(controls, moved_limit=WIDEST)
         found = _further(assembly, loads, found, controls)
-    budget: dict[str, dict[str, Any]] = {}
     warnings = [*found.state.warnings, *assembly.contact_warnings]
+    budget: dict[str, dict[str, Any]] = {}
     if found.status in (SOLVED, ALMOST_SOLVED):
-        for number, check in enumerate(chosen.error_budget, 1):
-            reached(number * share, f"error budget: {check}", share=share)
-            changed = start()
-            # ten times as stiff, a joint gives a tenth as much before it moves on
-            near = replace(
-                controls, tolerance=2.0 * tolerance,
-                moved_limit=(0.3 if check == "stiffness" else 1.0) * moved_limit,
-            )
-            if check == "stiffness":
-                changed = start(law=replace(law_options, stiffness_factor=10.0 * law_options.stiffness_factor))
-            elif check == "ks/kn":
-                changed = start(law=replace(law_options, shear_factor=SHEAR * law_options.shear_factor))
-            elif check == "contact points":
-                changed = start(points=_doubled(contact_points), model="grid")
-            if not held:
-                again = _ramp_again(assembly, loads, changed, found, near, check)
-            elif check == "rate":
-                again = _at_half_rate(assembly, loads, found, near)
-            else:
-                guess = found.stable
-                again = increments(assembly, loads, changed, near, through=[0.5 * guess, 0.9 * guess, guess])
-            decided = again.status in (SOLVED, ALMOST_SOLVED)
-            budget[check] = {
-                "multiplier": again.stable,
-                "change": again.stable / found.stable - 1.0 if found.stable and decided else float("nan"),
-                "smallest moving": again.moving,
-                "resolution": again.moving / again.stable - 1.0 if again.stable and held else 0.0,
-                "steps": again.steps,
-                "status": again.status,
-            }
-            if "interrupted" in again.details:
-                warnings.append(f"interrupted while the search was repeated for the {check}: the budget is incomplete")
-                del budget[check]
-                break
-            if again.status not in (SOLVED, ALMOST_SOLVED):
-                warnings.append(f"error budget: undecided with {check} changed ({again.status})")
-            elif not abs(budget[check]["change"]) <= 0.03:
-                warnings.append(
-                    f"the multiplier changes by {100 * budget[check]['change']:+.1f} % with {check} changed: it is not "
-                    "converged in this respect"
-                )
-    if "interrupted" in found.details:
-        warnings.append(f"interrupted while holding {found.details['interrupted']:.5g}: the bracket is not closed")
+        budget, notes = _budget(assembly, loads, found, chosen, controls)
+        warnings += notes
     undecided = [value for value, verdict in found.record if verdict.outcome == UNDECIDED]
-    between = [u for u in undecided if found.stable < u < found.moving]
-    if between and found.status != NOT_CONVERGED:
-        warnings.append(
-            f"undecided after {max_steps} steps and more at {', '.join(f'{u:.5g}' for u in between)}; not counted as "
-            f"stable (least balanced: block {_least_balanced(assembly, found, between[-1])})"
-        )
-    share = _swayed(assembly, found, moved_limit)
-    if held and share > 0.5:
-        swayed = share * moved_limit * smallest_edge(assembly)
-        warnings.append(
-            f"a load in equilibrium moved a block by {swayed:.2g} m, {share:.0%} of what counts as collapse: with "
-            f"joints as soft as these raise moved_limit ({moved_limit:g})"
-        )
+    warnings += _doubts(assembly, found, controls, undecided, held)
     answered = found.status in (SOLVED, ALMOST_SOLVED, NOT_CONVERGED)
     prediction = Prediction(
         method=f"dem, {chosen.loading}",
@@ -184,9 +117,9 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
         resultants=found.state.resultants(assembly) if answered else None,
         warnings=tuple(warnings),
         provenance={
-            "loading": str(chosen.loading), "contact points": contact_points, "contact model": contact_model,
-            "tolerance": tolerance, "steps": found.steps, "seconds": time.perf_counter() - begun,
-            "damping": controls.damping, "moved limit": moved_limit,
+            "loading": str(chosen.loading), "contact points": chosen.contact_points,
+            "contact model": chosen.contact_model, "tolerance": controls.tolerance, "steps": found.steps,
+            "seconds": time.perf_counter() - begun, "damping": controls.damping, "moved limit": controls.moved_limit,
             **({} if chosen.blocks == RIGID else {"blocks": chosen.blocks, "stress": chosen.stress}),
         },
         details={
@@ -195,12 +128,88 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
             "interval": _interval(found, budget, _unbalanced(assembly, loads, found)),
             "steps": found.steps, **found.details,
         },
-        contact_model=ContactModel(contact_model), error_budget=budget,
+        contact_model=ContactModel(chosen.contact_model), error_budget=budget,
         lost_in_failure=losses(assembly, found.state.laws),
     )  # fmt: skip
     if prediction.resultants is not None and held:
         prediction = replace(prediction, certificate=certify(assembly, loads, prediction, convex=False))
     return replace(prediction, mechanism=found.mechanism)
+
+
+def _start(assembly: Assembly, loads: Loads, chosen: DemSettings, check: str) -> State:
+    """State that a search begins with, changed as a check of the error budget asks; "" for none."""
+    points, model, law = chosen.contact_points, chosen.contact_model, chosen.joint_options or JointOptions()
+    if check == "stiffness":
+        law = replace(law, stiffness_factor=10.0 * law.stiffness_factor)
+    elif check == "ks/kn":
+        law = replace(law, shear_factor=SHEAR * law.shear_factor)
+    elif check == "contact points":
+        points, model = _doubled(points), "grid"
+    return make_state(
+        assembly, loads, contact_points=points, contact_model=model, joint_options=law, mode=QUASI_STATIC,
+        blocks=chosen.blocks, stress=chosen.stress,
+    )  # fmt: skip
+
+
+def _budget(
+    assembly: Assembly, loads: Loads, found: Search, chosen: DemSettings, controls: Controls
+) -> tuple[dict[str, dict[str, Any]], list[str]]:
+    """Repeats of a search in changed models, by check, and what they call in doubt."""
+    held, share = chosen.loading is Loading.INCREMENTS, 1.0 / (1 + len(chosen.error_budget))
+    budget: dict[str, dict[str, Any]] = {}
+    notes: list[str] = []
+    for number, check in enumerate(chosen.error_budget, 1):
+        reached(number * share, f"error budget: {check}", share=share)
+        changed = _start(assembly, loads, chosen, check)
+        # ten times as stiff, a joint gives a tenth as much before it moves on
+        least = (0.3 if check == "stiffness" else 1.0) * controls.moved_limit
+        near = replace(controls, tolerance=2.0 * controls.tolerance, moved_limit=least)
+        if not held:
+            again = _ramp_again(assembly, loads, changed, found, near, check)
+        elif check == "rate":
+            again = _at_half_rate(assembly, loads, found, near)
+        else:
+            guess = found.stable
+            again = increments(assembly, loads, changed, near, through=[0.5 * guess, 0.9 * guess, guess])
+        if "interrupted" in again.details:
+            notes.append(f"interrupted while the search was repeated for the {check}: the budget is incomplete")
+            break
+        decided = again.status in (SOLVED, ALMOST_SOLVED)
+        change = again.stable / found.stable - 1.0 if found.stable and decided else float("nan")
+        budget[check] = {
+            "multiplier": again.stable, "change": change, "smallest moving": again.moving,
+            "resolution": again.moving / again.stable - 1.0 if again.stable and held else 0.0, "steps": again.steps,
+            "status": again.status,
+        }  # fmt: skip
+        if not decided:
+            notes.append(f"error budget: undecided with {check} changed ({again.status})")
+        elif not abs(change) <= 0.03:
+            notes.append(
+                f"the multiplier changes by {100 * change:+.1f} % with {check} changed: it is not converged in this "
+                "respect"
+            )
+    return budget, notes
+
+
+def _doubts(assembly: Assembly, found: Search, c: Controls, undecided: list[float], held: bool) -> list[str]:
+    """What a reader must know of a search: it was interrupted, loads stayed undecided, a load at rest moved far."""
+    notes = []
+    if "interrupted" in found.details:
+        notes.append(f"interrupted while holding {found.details['interrupted']:.5g}: the bracket is not closed")
+    between = [u for u in undecided if found.stable < u < found.moving]
+    if between and found.status != NOT_CONVERGED:
+        notes.append(
+            f"undecided after {c.max_steps} steps and more at {', '.join(f'{u:.5g}' for u in between)}; not counted as "
+            f"stable (least balanced: block {_least_balanced(assembly, found, between[-1])})"
+        )
+    share = _swayed(assembly, found, c.moved_limit)
+    if held and share > 0.5:
+        swayed = share * c.moved_limit * smallest_edge(assembly)
+        notes.append(
+            f"a load in equilibrium moved a block by {swayed:.2g} m, {share:.0%} of what counts as collapse: with "
+            f"joints as soft as these raise moved_limit ({c.moved_limit:g})"
+        )
+    return notes
 
 
 def _swayed(assembly: Assembly, found: Search, moved_limit: float) -> float:
