@@ -15,7 +15,7 @@ from dem.joint_marks import JointMarks, joint_marks
 from dem.resuming import Position, RunStatus
 from dem.samples import Samples
 from dem.state import DYNAMIC, State, UnstableError
-from dem.stepping import Scale, unbalance
+from dem.stepping import Scale, stand_back, unbalance
 from dem.ties import pulls
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
@@ -198,7 +198,7 @@ class Recorder:
         state = self.state
         still = not (state.bodies.vel.any() or state.bodies.ang.any())
         if state.mode == DYNAMIC and state.total[kernels.E_STEPS] == 0.0 and still:
-            state.stand_back(self.assembly, np.tensordot(self.factors, self.cases, 1))
+            stand_back(state, self.assembly, np.tensordot(self.factors, self.cases, 1))
             self.begun = self._energies()
         self.start_looking()
 

@@ -210,23 +210,6 @@ class State:
             energy += 0.5 * float((self.modes.mass * self.modes.rate**2).sum())
         return energy
 
-    def stand_back(self, assembly: Assembly, wrench: Array) -> None:
-        """Give blocks at rest the velocities of half a step ago under loads [N, N m], shape (n, 6), and their joints.
-
-        v(-1/2) = -dt F / (2 m): the first step then leads to v(1/2) = dt F / (2 m), and x(n) is that of time n dt. A
-        whole step from rest would be half a step ahead for good.
-        """
-        b, now = self.bodies, self.measured(assembly)
-        wrench, place = wrench.copy(), assembly.centroids + b.shift
-        for block, sign in ((self.joints.block_a[now.owner], -1.0), (self.joints.block_b[now.owner], 1.0)):
-            turning = np.cross(now.position - place[block], now.force)
-            np.add.at(wrench, block, sign * np.concatenate([now.force, turning], axis=1))
-        push = np.where(b.held, 0.0, -0.5 * self.dt * wrench)
-        rot = b.rot + np.eye(3)
-        b.vel[:] = push[:, :3] * b.inv_mass[:, None]
-        b.ang[:] = push[:, 3:]
-        b.spin[:] = np.einsum("nij,njk,nlk,nl->ni", rot, b.inv_inertia, rot, b.ang)
-
     def stop(self) -> None:
         """Set all velocities to zero."""
         for array in (self.bodies.vel, self.bodies.spin, self.bodies.ang):

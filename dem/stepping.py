@@ -171,6 +171,24 @@ def run_constant(state: State, wrench: Array, steps: int, damping: Damping) -> N
     run(state, wrench[None], np.ones((steps, 1)), damping)
 
 
+def stand_back(state: State, assembly: Assembly, wrench: Array) -> None:
+    """Give blocks at rest the velocities of half a step ago under loads [N, N m], shape (n, 6), and their joints.
+
+    v(-1/2) = -dt F / (2 m): the first step then leads to v(1/2) = dt F / (2 m), and x(n) is that of time n dt. A whole
+    step from rest would be half a step ahead for good.
+    """
+    b, now = state.bodies, state.measured(assembly)
+    wrench, place = wrench.copy(), assembly.centroids + b.shift
+    for block, sign in ((state.joints.block_a[now.owner], -1.0), (state.joints.block_b[now.owner], 1.0)):
+        turning = np.cross(now.position - place[block], now.force)
+        np.add.at(wrench, block, sign * np.concatenate([now.force, turning], axis=1))
+    push = np.where(b.held, 0.0, -0.5 * state.dt * wrench)
+    rot = b.rot + np.eye(3)
+    b.vel[:] = push[:, :3] * b.inv_mass[:, None]
+    b.ang[:] = push[:, 3:]
+    b.spin[:] = np.einsum("nij,njk,nlk,nl->ni", rot, b.inv_inertia, rot, b.ang)
+
+
 def unbalance(state: State, scale: Scale) -> tuple[float, float]:
     """Largest unbalanced force over a block's own load, and moment over that load times the block's least thickness."""
     force, moment = unbalance_of_blocks(state, scale.above_rounding(state))
