@@ -51,6 +51,14 @@ def plane_of(
     return plane
 
 
+def out_of_plane(plane: Plane) -> NDArray[np.bool_]:
+    """Degrees of freedom that leave a plane whose normal is a global axis, shape (6,); other planes are refused."""
+    axis = np.abs(plane.normal) > 1.0 - 1e-9
+    if not axis.any():
+        raise InputError("the plane of the problem is turned against the axes: leave plane out, or turn the assembly")
+    return np.concatenate([axis, ~axis])
+
+
 @dataclass(frozen=True, eq=False)
 class Deformation:
     """Shapes of all blocks in the coordinates of the kernel, zero where a block is rigid; does not change in a run.

@@ -19,6 +19,7 @@ from dem.deformation import (
     coupled_of,
     fastest_of,
     keep_step,
+    out_of_plane,
     plane_of,
 )
 from dem.joints import Grid, JointOptions, make_joints, make_points
@@ -147,9 +148,7 @@ class State:
 
         def take(name: str) -> Any:
             if name not in file:
-                raise InputError(
-                    f"{path} lacks {name!r}: it was cut short, or written by another version of this package"
-                )
+                raise InputError(f"{path} lacks {name!r}: it was cut short, or is of another version of this package")
             return file[name]
 
         def group(kind: Any, name: str) -> Any:
@@ -157,10 +156,7 @@ class State:
 
         model = Fingerprint({k.removeprefix("model."): v for k, v in file.items() if k.startswith("model.")})
         if not model.arrays:
-            raise InputError(
-                f"{path} does not say which model it is of: it was written by another version of this package; run it "
-                "again from the start"
-            )
+            raise InputError(f"{path} does not say which model it is of: it is of another version of this package")
         clock, total = take("clock"), take("total")
         if len(total) != kernels.E_SIZE:
             raise InputError(f"{path} was written by another version of this package: its sums of energy differ")
@@ -273,18 +269,27 @@ class Measured:
     elastic_energy: float
 
 
-def out_of_plane(plane: Plane) -> NDArray[np.bool_]:
-    """Degrees of freedom that leave a plane whose normal is a global axis, shape (6,).
+def _real_masses(assembly: Assembly) -> tuple[Array, Array]:
+    """Masses [kg] and inertia [kg m2] of the blocks, shapes (n,) and (n, 3, 3); 1 of held ones that have none."""
+    mass, inertia = assembly.arrays.mass.copy(), assembly.arrays.inertia.copy()
+    light = ~assembly.fixed & ~(mass > 0.0)
+    if light.any():
+        name = assembly.blocks[int(np.flatnonzero(light)[0])].name
+        raise InputError(f"block {name!r} has no mass: a dynamic simulation needs a positive density")
+    massless = ~(mass > 0.0)
+    mass[massless], inertia[massless] = 1.0, np.eye(3)
+    return mass, inertia
 
-    Raises
-    ------
-    ValueError
-        For a plane that is turned against the axes: single degrees of freedom do not keep blocks in it.
-    """
-    axis = np.abs(plane.normal) > 1.0 - 1e-9
-    if not axis.any():
-        raise InputError("the plane of the problem is turned against the axes: leave plane out, or turn the assembly")
-    return np.concatenate([axis, ~axis])
+
+def _at_rest(mass: Array, inertia: Array, held: NDArray[np.bool_]) -> Bodies:
+    """Bodies in their reference position."""
+    n = len(mass)
+    zero, quat = np.zeros((n, 3)), np.zeros((n, 4))
+    quat[:, 0] = 1.0
+    return Bodies(
+        zero, quat, np.zeros((n, 3, 3)), zero.copy(), zero.copy(), zero.copy(), mass, 1.0 / mass,
+        np.ascontiguousarray(np.linalg.inv(inertia)), held, np.zeros((n, 6)), np.zeros((n, 6)),
+    )  # fmt: skip
 
 
 def make_state(
@@ -332,7 +337,6 @@ def make_state(
     """
     if mode not in (QUASI_STATIC, DYNAMIC):
         raise InputError(f"mode must be {QUASI_STATIC!r} or {DYNAMIC!r}, got {mode!r}")
-    x = assembly.arrays
     n = assembly.n_blocks
     free = ~assembly.fixed
     if not free.any():
@@ -372,13 +376,7 @@ def make_state(
             deformation, modes = start.modes(assembly, points, joints, coupled)
             keep_step(mass, inertia, modes, coupled_of(deformation, points, joints, moves), dt, safety)
     else:
-        mass, inertia = x.mass.copy(), x.inertia.copy()
-        light = free & ~(mass > 0.0)
-        if light.any():
-            name = assembly.blocks[int(np.flatnonzero(light)[0])].name
-            raise InputError(f"block {name!r} has no mass: a dynamic simulation needs a positive density")
-        massless = ~(mass > 0.0)
-        mass[massless], inertia[massless] = 1.0, np.eye(3)
+        mass, inertia = _real_masses(assembly)
         top = 0.0
         if start is not None:
             deformation, modes = start.modes(assembly, points, joints, None)
@@ -388,17 +386,10 @@ def make_state(
             dash = 0.1 * stable_step(stiffness, mass, inertia, free, joints, 1.0, top)
             joints.law[:, kernels.LAW.dash] = laws[:, kernels.LAW.dash] = dash
         largest = stable_step(stiffness, mass, inertia, free, joints, 1.0, top)
-        if dt is None:
-            dt = safety * largest
-        elif dt > largest:
+        dt = safety * largest if dt is None else dt
+        if dt > largest:
             raise InputError(f"dt = {dt:g} s is above the stable time step of {largest:g} s of these joints and masses")
-    zero = np.zeros((n, 3))
-    quat = np.zeros((n, 4))
-    quat[:, 0] = 1.0
-    bodies = Bodies(
-        zero, quat, np.zeros((n, 3, 3)), zero.copy(), zero.copy(), zero.copy(), mass, 1.0 / mass,
-        np.ascontiguousarray(np.linalg.inv(inertia)), held, np.zeros((n, 6)), np.zeros((n, 6)),
-    )  # fmt: skip
+    bodies = _at_rest(mass, inertia, held)
     total = np.zeros(kernels.E_SIZE)
     total[kernels.E_VISCOSITY] = 0.01 / dt
     whole_faces = np.ones(len(interface), dtype=np.int64)

@@ -244,30 +244,37 @@ def tilt_test(
     repeat = _peak(_read(again, begun, d, weight)[4])
     reading, top = runs[-1][1], float(np.tan(np.deg2rad(to_deg)))
     bracket = _stopped(assembly, loads, settled, runs, top, tolerance)
-    if bracket.status == UNBOUNDED:
-        status, multiplier = DID_NOT_FALL, top
-        notes.append(f"it did not fall up to {to_deg:g} degrees: give a larger to_deg")
-    else:
-        multiplier = min(reading, repeat, bracket.moving)
-        lowest = min(reading, repeat)
-        status = TiltStatus(bracket.status)
-        if lowest < (1.0 - tolerance) * bracket.stable:
-            status = TiltStatus.NOT_CONVERGED
-            notes.append(f"it fell at {lowest:.4f} while the table turned and stood at {bracket.stable:.4f}")
-        undecided = [f"{x:.4f}" for x, v in bracket.record if v.outcome == UNDECIDED and x > bracket.stable]
-        if undecided:
-            notes.append(f"undecided on the stopped table at {', '.join(undecided)}; not counted as standing")
-        change = runs[-1][1] / runs[-2][1] - 1.0
-        if reading > (1.0 + tolerance) * bracket.moving or abs(change) >= tolerance:
-            notes.append(
-                f"the turning table reads max(Rh / Rv) = {reading:.4f} ({change:+.1%} at half the rate), the wall "
-                f"falls at {bracket.moving:.4f} on the stopped one: it turns too fast, or slides after others have left"
-            )
+    status, multiplier, said = _judged(bracket, runs, repeat, top, tolerance)
     tilt, count, vertical, horizontal, ratio, rv0, _ = found
     return TiltTest(
         status, multiplier, tilt, count, vertical, horizontal, ratio, rv0, _reached(ratio, multiplier), tuple(runs),
-        tuple(d.tolist()), history, (bracket.stable, bracket.moving), abs(repeat / reading - 1.0), held, tuple(notes),
+        tuple(d.tolist()), history, (bracket.stable, bracket.moving), abs(repeat / reading - 1.0), held,
+        (*notes, *said),
     )  # fmt: skip
+
+
+def _judged(
+    bracket: Search, runs: list[tuple[float, float]], repeat: float, top: float, tolerance: float
+) -> tuple[TiltStatus, float, list[str]]:
+    """Status, multiplier and notes: what the turning table read at two rates and again, beside the stopped one."""
+    reading, notes = runs[-1][1], []
+    if bracket.status == UNBOUNDED:
+        angle = float(np.rad2deg(np.arctan(top)))
+        return TiltStatus.DID_NOT_FALL, top, [f"it did not fall up to {angle:g} degrees: give a larger to_deg"]
+    status, lowest = TiltStatus(bracket.status), min(reading, repeat)
+    if lowest < (1.0 - tolerance) * bracket.stable:
+        status = TiltStatus.NOT_CONVERGED
+        notes.append(f"it fell at {lowest:.4f} while the table turned and stood at {bracket.stable:.4f}")
+    undecided = [f"{x:.4f}" for x, v in bracket.record if v.outcome == UNDECIDED and x > bracket.stable]
+    if undecided:
+        notes.append(f"undecided on the stopped table at {', '.join(undecided)}; not counted as standing")
+    change = reading / runs[-2][1] - 1.0
+    if reading > (1.0 + tolerance) * bracket.moving or abs(change) >= tolerance:
+        notes.append(
+            f"the turning table reads max(Rh / Rv) = {reading:.4f} ({change:+.1%} at half the rate), the wall "
+            f"falls at {bracket.moving:.4f} on the stopped one: it turns too fast, or slides after others have left"
+        )
+    return status, min(lowest, bracket.moving), notes
 
 
 def _stopped(
