@@ -131,8 +131,9 @@ def unit_twist(drive: Drive, assembly: Assembly) -> tuple[Array, NDArray[np.bool
     if taken.any():
         name = assembly.blocks[int(np.flatnonzero(taken.any(axis=1))[0])].name
         raise InputError(f"block {name!r} is held by a support in a degree of freedom that the drive moves")
-    if drive.steps is not None or drive.duration is not None:
-        raise InputError("the drive of a push is a direction: leave out its steps and duration, and give steps to push")
+    extra = [name for name in ("steps", "duration", "stop_when_moved") if getattr(drive, name) is not None]
+    if extra:
+        raise InputError(f"the drive of a push is a direction: leave out its {', '.join(extra)}; steps= is of push")
     return travel / size, held
 
 

@@ -62,6 +62,9 @@ class ZonedStructure:
                 f"the drive leaves the x-z plane, in which zoned blocks stay: give x, z or ry, or stress={SOLID!r} "
                 "for zones in space"
             )
+        for given in ("calm", "damping"):
+            if getattr(drive, given) is not None:
+                raise InputError(f"zoned blocks take no {given}: leave it out of the drive")
         dead = (loads if loads is not None else Loads.weight(assembly)).dead.copy()
         for name, servo in drive.servo.items():
             block = assembly.block_index(name)

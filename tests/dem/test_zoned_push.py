@@ -75,6 +75,10 @@ def test_what_a_zoned_push_cannot_do_is_refused():
     options = dict(to=1e-4, zone_size=0.1)
     with pytest.raises(InputError, match="leaves the x-z plane"):
         zoned(model, dem.Drive({"beam": {"x": 1.0, "y": 0.5}}), **options)
+    with pytest.raises(InputError, match="take no calm: leave it out of the drive"):
+        zoned(model, dem.Drive({"beam": {"x": 1.0}}, calm=1e-4), **options)
+    with pytest.raises(InputError, match="leave out its steps, stop_when_moved"):
+        zoned(model, dem.Drive({"beam": {"x": 1.0}}, steps=100, stop_when_moved=0.1), **options)
     with pytest.raises(InputError, match="no direction"):
         zoned(model, dem.Drive({"beam": {"x": 0.0}}), **options)
     with pytest.raises(InputError, match="larger than the shortest side"):
