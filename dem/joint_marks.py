@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from dem.kernels import LAW
 from dem.state import Measured, State
+from limitmason.model import Assembly
 
 Array = NDArray[np.float64]
 
@@ -54,6 +55,24 @@ def joint_marks(state: State, now: Measured, count: int) -> JointMarks:
     if not kept.all():
         points, law, interface = PointMarks(*(v[kept] for v in points)), law[kept], interface[kept]
     return marks_of(points, law, interface, count)
+
+
+def bond_yielded(assembly: Assembly, state: State) -> tuple[float, tuple[str, str]]:
+    """Largest opening or slip of a joint that bears perfectly plastic cohesion or tension [m], and its two blocks.
+
+    Beyond the elastic part; 0 and no names where there is no such joint.
+    """
+    now = state.measured(assembly)
+    p, law = state.points, state.joints.law[now.owner]
+    bond = np.maximum(law[:, LAW.cohesion], law[:, LAW.tension]) > 0.0
+    bond &= np.maximum(law[:, LAW.by_opening], law[:, LAW.by_slip]) == 0.0
+    if not bond.any():
+        return 0.0, ("", "")
+    moved = np.maximum(now.opening - law[:, LAW.tension] / law[:, LAW.kn], np.hypot(p.slip_1, p.slip_2)) * bond
+    k = int(moved.argmax())
+    ends = (state.joints.block_a[now.owner[k]], state.joints.block_b[now.owner[k]])
+    a, b = (str(assembly.blocks[i].name or i) for i in ends)
+    return float(moved[k]), (a, b)
 
 
 class PointMarks(NamedTuple):

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from limitmason.errors import InputError
 from limitmason.model import Assembly
-from limitmason.model.stages import COAST, HOLD, BaseMotion, Drive, Stage, Tilt
+from limitmason.model.stages import COAST, HOLD, BaseMotion, Drive, Settle, Stage, Tilt
 
 SERVO_EVERY = 10
 """Steps between two corrections of a servo's velocity."""
@@ -39,6 +39,20 @@ def check_base_motions(stages: Sequence[Stage]) -> list[str]:
             f"with the ground at rest, unless the record says after={COAST!r}"
         )
     return notes
+
+
+def check_gentle(stages: Sequence[Stage], loaded: bool) -> None:
+    """Refuse loads that come on gently where others act already.
+
+    Raises
+    ------
+    InputError
+        Naming the stage.
+    """
+    for number, stage in enumerate(stages):
+        if isinstance(stage, Settle) and stage.gently and (number or loaded):
+            name = stage.name or f"stage {number} (Settle)"
+            raise InputError(f"{name}: loads act already, they cannot come on gently: give gently= in the first stage")
 
 
 def servo_holds(stage: Stage, assembly: Assembly) -> NDArray[np.bool_]:

@@ -19,7 +19,7 @@ from dem.stepping import Scale, stand_back, unbalance
 from dem.ties import pulls
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
-from limitmason.model.stages import Damping, Drive, Ramp, Stage, Tilt
+from limitmason.model.stages import Damping, Drive, Ramp, Settle, Stage, Tilt
 
 Array = NDArray[np.float64]
 
@@ -30,6 +30,9 @@ _SUMS = {
 
 
 _NEVER = 10**9
+
+SLID = 0.02
+"""Slip over the largest displacement from which loads that came on at once are pointed out [-]."""
 
 SMALL = 0.5
 """Displacement up to which the first contacts are all there are, over the gap at which two blocks count as near [-]."""
@@ -132,7 +135,24 @@ class Recorder:
             first = float(np.arctan2(start[3] * d[0] + start[4] * d[1], start[1]))
             angle = first + part * (target - first)
             out[:, 1], out[:, 3], out[:, 4] = np.cos(angle), np.sin(angle) * d[0], np.sin(angle) * d[1]
+        elif isinstance(stage, Settle) and stage.gently:
+            out *= np.minimum(part * (stage.max_steps / stage.gently), 1.0)[:, None]
         return out
+
+    def note_slip(self, stage: Settle, done: int) -> None:
+        """Say how far joints slid where the first loads acted at once and overshot; ``done`` are the stage's steps."""
+        state = self.state
+        if stage.gently or state.mode == DYNAMIC or state.total[kernels.E_STEPS] != done:
+            return
+        closed = np.linalg.norm(state.measured(self.assembly).force, axis=1) > 0.0
+        slid = float((np.hypot(state.points.slip_1, state.points.slip_2) * closed).max(initial=0.0))
+        moved = float(np.linalg.norm(state.bodies.shift, axis=1).max())
+        if slid > SLID * moved:
+            self.notes.append(
+                f"joints slid by up to {slid:.2g} m, {slid / moved:.0%} of the largest displacement, while the loads "
+                "came to rest: at once they overshoot, and how far joints slide hangs on the way; "
+                f"Settle(gently={4 * done}) puts them on evenly"
+            )
 
     def _farthest(self) -> tuple[int, float]:
         """Block that has moved most against the held ones, and how far its farthest corner has [m]."""

@@ -43,9 +43,10 @@ class DemSettings:
         that changes by < 1 %
     tolerance : width of the final bracket over the multiplier [-], 0.005 by default; increments only
     error_budget : what to repeat the search with: "stiffness" (kn, ks x 10), "ks/kn" (ks x 0.4, which decides how
-        wedged blocks share their thrust), "contact points" (x 2) and "rate" (increments half as long; a ramp at half
-        speed). The repeats start near the multiplier found and close in on it to twice ``tolerance``; all four together
-        take two to five times as long as the search. () for none
+        wedged blocks share their thrust), "contact points" (x 2, and crowded towards the edges: "lobatto") and "rate"
+        (increments half as long; a ramp at half speed). The repeats start near the multiplier found and close in on it
+        to twice ``tolerance``; where the multiplier may move by 2 % there is a warning. All four together take two to
+        five times as long as the search. () for none
     joint_options : limits of dilation, softening lengths
     blocks, stress : "rigid", or "modal" blocks that strain and bend, in space ("solid"), "plane stress" or "plane
         strain"; see :func:`dem.make_state`

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from dem.driving import Progress, go
 from dem.history import History
 from dem.joints import JointOptions
-from dem.loading import check_base_motions, prescribed
+from dem.loading import check_base_motions, check_gentle, prescribed
 from dem.recording import Recorder
 from dem.resuming import RunStatus, check_continues, check_same_stages, spelled
 from dem.stage_run import StageRun
@@ -120,6 +120,7 @@ def simulate(
             raise InputError(f"factors must be {len(state.factors)} numbers, got {factors!r}")
         state.factors = given
     state.dead, state.live = loads.dead.copy(), loads.live.copy()
+    check_gentle(todo, state.time > 0.0)
     recorder = Recorder(assembly, loads, state, todo, detect_every)
     recorder.notes += notes
     recorder.settings = (sample, damping, tuple(spelled(s) for s in todo))

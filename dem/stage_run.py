@@ -166,6 +166,8 @@ class StageRun:
     def _close(self) -> None:
         """Let go what the stage has held, and keep how it ended."""
         rec, state, at, stage = self.rec, self.rec.state, self.at, self.stage
+        if isinstance(stage, Settle):
+            rec.note_slip(stage, at.done)
         if self.duration and np.isclose(
             state.dt * np.ceil(self.duration / at.dt - 1e-9), self.duration, rtol=1e-9
         ):
@@ -241,7 +243,7 @@ class StageRun:
             off = max((abs(servo.lacking(rec.state)) for servo in self.servos), default=0.0)
             worst = max(sampled["unbalanced force"], sampled["unbalanced moment"], off / rec.scale.force)
             at.quiet = at.quiet + 1 if worst < stage.tolerance else 0
-            over = at.quiet >= 4
+            over = at.quiet >= 4 and at.done >= stage.gently
             at.outcome = RunStatus.FINISHED if over else at.outcome
         if stage.stop_when_moved is not None:
             over = over or displacement_since(rec.state, at.shift, at.quat, rec.scale) > stage.stop_when_moved

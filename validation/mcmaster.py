@@ -87,7 +87,7 @@ are lower. Each suspect alone:
 
 - Excluded, since none lowers it by more than 3 %: speed, spans, dilatancy, finer contact points. Fewer points and
   another cut of the bond only raise it: four courses of 200 mm fill 790 mm as the first row has it.
-- Friction at the rollers and wider bars raise it. Elastic blocks (modal, nu 0.2) lower it by 6 %, part of the way.
+- Friction at the rollers and wider bars raise it. Elastic blocks (modal, nu 0.2) lower it by 4 to 6 %, part of it.
 - Blocks with a plane across their middle (c 1.5 ft, brittle, kn = ks = 70 GPa/m) that does not crack lose 3 and 10 %,
   by the give of the plane; one that cracks at 1.5 MPa brings 0 degrees alone below the axis. The blocks of the source
   are rigid and whole, and its wallettes failed in steps along the joints.

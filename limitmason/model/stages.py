@@ -118,10 +118,19 @@ class Settle(Stage):
     ----------
     tolerance : largest unbalanced force and moment over every block's own load [-]
     max_steps : the stage ends there in any case; the history then says "not settled"
+    gently : steps over which the loads come on evenly, in the first stage of a structure without load. At once they
+        overshoot, by twice their elastic settlement undamped, and joints slide that would stick; how far hangs on the
+        way, on the axes too, since damping acts by components. A run says where they slid
     """
 
     tolerance: float = 1e-6
     max_steps: int = 50_000
+    gently: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the range."""
+        if not 0 <= self.gently < self.max_steps:
+            raise InputError(f"Settle: gently must lie in 0 .. max_steps, got {self.gently!r} of {self.max_steps!r}")
 
 
 @dataclass(frozen=True)

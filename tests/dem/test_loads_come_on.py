@@ -1,0 +1,84 @@
+"""Loads that come on at once or evenly: a block on a table, pressed and pulled sideways below its friction."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from builders.walls import on_slab
+
+import dem
+import limitmason as lm
+from limitmason.errors import InputError
+
+FORCE, KN, KS, AREA = 0.4, 1e9, 4e8, 0.09  # sideways over the weight, at a friction of 0.5; [Pa/m], [m2]
+
+
+def pulled(angle):
+    """Block and table, and its weight with a force at an angle to x, through the middle of the face between them."""
+    wall = on_slab([((-0.15, -0.15, 0.0), (0.15, 0.15, 0.2))], mu=0.5)
+    wall = wall.with_joints(lambda j: replace(j, normal_stiffness=KN, shear_stiffness=KS))
+    along = np.array([np.cos(angle), np.sin(angle), 0.0])
+    dead = lm.Loads.weight(wall).dead.copy()
+    force = FORCE * wall.weights[1] * along
+    dead[1, :3] += force
+    dead[1, 3:] += np.cross((0.0, 0.0, -0.1), force)
+    exact = force / (KS * AREA) - (0.0, 0.0, wall.weights[1] / (KN * AREA))
+    return wall, lm.Loads(dead, 0.0 * dead), exact
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.5, np.pi / 4])
+def test_loads_that_come_on_gently_leave_what_sticks_where_statics_has_it(angle):
+    wall, loads, exact = pulled(angle)
+    run = dem.simulate(wall, dem.Settle(gently=2000), loads=loads)
+    assert run.status == "finished"
+    assert run.shift[-1, 1] == pytest.approx(exact, rel=1e-4, abs=1e-6 * np.abs(exact).max())
+    assert not any("slid" in note for note in run.warnings)
+
+
+def test_loads_at_once_overshoot_and_slide_by_what_the_axes_say_and_the_run_warns():
+    moved = []
+    for angle in (0.0, 0.5):
+        wall, loads, exact = pulled(angle)
+        run = dem.simulate(wall, dem.Settle(), loads=loads)
+        (note,) = (n for n in run.warnings if "joints slid" in n)
+        assert "gently=" in note
+        moved.append(np.linalg.norm(run.shift[-1, 1, :2]) / np.linalg.norm(exact[:2]))
+    # damping acts by components: the same block, turned on its table, stops elsewhere
+    assert min(moved) > 1.5
+    assert max(moved) / min(moved) > 1.1
+
+
+def test_what_does_not_slide_needs_no_word():
+    wall = on_slab([((-0.15, -0.15, 0.0), (0.15, 0.15, 0.2))], mu=0.5)
+    assert not any("slid" in note for note in dem.simulate(wall, dem.Settle()).warnings)
+
+
+def test_loads_that_act_already_cannot_come_on_gently():
+    wall, loads, _ = pulled(0.0)
+    with pytest.raises(InputError, match=r"stage 1 \(Settle\): loads act already"):
+        dem.simulate(wall, [dem.Hold(steps=10), dem.Settle(gently=100)], loads=loads)
+    with pytest.raises(InputError, match="gently"):
+        dem.Settle(gently=60_000)
+    with pytest.raises(InputError, match="gently"):
+        dem.Settle(gently=-1)
+    run = dem.simulate(wall, dem.Hold(steps=10), loads=loads)
+    with pytest.raises(InputError, match="act already"):
+        dem.simulate(wall, dem.Settle(gently=100), start=run)
+
+
+def test_a_run_cut_off_while_loads_come_on_goes_on_to_the_same_bits(tmp_path):
+    wall, loads, _ = pulled(0.5)
+    stage = dem.Settle(gently=2000)
+    whole = dem.simulate(wall, stage, loads=loads)
+    calls = []
+
+    def stop(sample):
+        calls.append(sample)
+        return len(calls) == 3
+
+    cut = dem.simulate(wall, stage, loads=loads, progress=stop)
+    assert cut.status == "interrupted"
+    cut.save(tmp_path / "cut.npz")
+    again = dem.resume(dem.History.load(tmp_path / "cut.npz", wall), stage)
+    assert (again.shift == whole.shift).all()
+    assert (again.reaction == whole.reaction).all()
