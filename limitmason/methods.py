@@ -5,7 +5,16 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any
 
-from limitmason.answers.method import ASSOCIATIVE, DEM, LIMIT, MECHANISMS, NON_ASSOCIATIVE, THEORIES, Look, Method
+from limitmason.answers.method import (
+    ASSOCIATIVE,
+    COMPARED_METHODS,
+    DEM,
+    LIMIT,
+    MECHANISMS,
+    NON_ASSOCIATIVE,
+    Look,
+    Method,
+)
 from limitmason.answers.results import FlowRule, Prediction
 from limitmason.errors import InputError
 from limitmason.mechanics.stated import with_statements
@@ -14,13 +23,13 @@ from limitmason.model.load import Loads
 
 __all__ = [
     "ASSOCIATIVE",
+    "COMPARED_METHODS",
     "DEM",
     "ENTRY_POINT_GROUP",
     "LIMIT",
     "MECHANISMS",
     "METHODS",
     "NON_ASSOCIATIVE",
-    "THEORIES",
     "available_methods",
     "get_method",
     "predict",

@@ -17,8 +17,10 @@ from limitmason.answers.results import Prediction, Range
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
-ASSOCIATIVE, NON_ASSOCIATIVE, DEM, MECHANISMS = THEORIES = ("associative", "non-associative", "dem", "mechanisms")
-"""Names of this package's own methods, the same wherever a method is named."""
+COMPARED_METHODS = ("associative", "non-associative", "dem", "mechanisms")
+"""Methods that a comparison runs where none is named."""
+
+ASSOCIATIVE, NON_ASSOCIATIVE, DEM, MECHANISMS = COMPARED_METHODS
 
 LIMIT = "limit"
 """Limit analysis with the flow rule as an option, for ``predict`` and the command line: one of the first two."""

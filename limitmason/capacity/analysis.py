@@ -16,11 +16,18 @@ from limitmason.answers.results import Prediction
 from limitmason.capacity import path
 from limitmason.capacity.certificate import Structure
 from limitmason.capacity.certified import certified_curve
-from limitmason.capacity.contacts import carried_firmly, firmness, first_contacts, points_of_path, turned_over
+from limitmason.capacity.contacts import (
+    Contacts,
+    carried_firmly,
+    firmness,
+    first_contacts,
+    points_of_path,
+    turned_over,
+)
 from limitmason.capacity.crossing import with_crossings
 from limitmason.capacity.deformable import Deformation, deformation, lumped, plane_of
 from limitmason.capacity.edges import told_of_edges
-from limitmason.capacity.faces import shapes_of, with_faces
+from limitmason.capacity.faces import Shapes, shapes_of, with_faces
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.going_on import begin
 from limitmason.capacity.joint_laws import refuse, refuse_partial_rotations, softening_of, stiffnesses
@@ -37,6 +44,7 @@ from limitmason.display.progress import watched
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import Grid, weakening
 from limitmason.mechanics.equilibrium import degrees_of_freedom, project
+from limitmason.mechanics.joint_shapes import told_of_soft_blocks
 from limitmason.mechanics.law import interface_law
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.plane import Plane
@@ -169,7 +177,8 @@ def pushover(
         refuse_partial_rotations(assembly)
     kn, ks, warnings = stiffnesses(assembly, loads, stiffness)
     ties, of_ties = make_ties(assembly)
-    warnings += [*of_points, *of_ties, *filter(None, [tension_above_apex(assembly, taken=True)])]
+    apex = tension_above_apex(assembly, taken=True)
+    warnings += [*of_points, *of_ties, *filter(None, [apex]), *told_of_soft_blocks(assembly, kn, blocks)]
     basis, free = degrees_of_freedom(assembly, plane)
     dead, live = project(loads.dead, basis) * free, project(loads.live, basis) * free
     weight, size = _units(assembly, loads, free, moving)
@@ -178,17 +187,13 @@ def pushover(
         raise InputError("initial forces go with the structure as built: without gaps, start and a support that moves")
     misfit = of_gaps(points, gaps) if initial is None else of_forces(points, initial, kn, ks)
     law, softens = interface_law(assembly.arrays, convex=False), softening_of(assembly, kn, ks)
-    firm = firmness(assembly, loads)
     first, shapes = first_contacts(points, law, kn, ks, misfit, softens), None
+    firm = firmness(assembly, loads)
     if contacts != FIRST:  # else frames are those of the DEM
         first = turned_over(first, firm[first.block_b] > firm[first.block_a])
         points = carried_firmly(points, firm)
     if anew:
-        shapes, first = shapes_of(assembly, first, plane, size, firm)
-        if plane is None:
-            shapes, first = with_crossings(shapes, first, assembly)
-        first = with_faces(shapes, first, assembly)
-
+        shapes, first = _meeting_shapes(assembly, first, plane, size, firm)
     length = weight / float((first.kn * first.area).mean())
     bent = deformation(assembly, points, blocks, stress, plane, kn, ks) if deforming else None
     equations = partial(
@@ -213,11 +218,21 @@ def pushover(
         generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None
     )  # fmt: skip
     warnings += said
-    if contact_model is None and grid is None and initial is None and not weakening(assembly).any():
-        soft = stiffness is not None or bool((assembly.arrays.normal_stiffness > 0.0).any())
-        warnings += told_of_edges(generations, nodes) if soft else []
+    soft = stiffness is not None or bool((assembly.arrays.normal_stiffness > 0.0).any())
+    if soft and contact_model is None and grid is None and initial is None and not weakening(assembly).any():
+        warnings += told_of_edges(generations, nodes)
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
     return certified_curve(generations, nodes, origin, status, warnings, 1.0 if moving is None else ratio)
+
+
+def _meeting_shapes(
+    assembly: Assembly, first: Contacts, plane: Plane | None, size: float, firm: NDArray[np.intp]
+) -> tuple[Shapes, Contacts]:
+    """Faces that may meet on the way, and the first contacts with what they stand for there."""
+    shapes, first = shapes_of(assembly, first, plane, size, firm)
+    if plane is None:
+        shapes, first = with_crossings(shapes, first, assembly)
+    return shapes, with_faces(shapes, first, assembly)
 
 
 def _found_anew(assembly: Assembly, blocks: str, contacts: str | None, deforming: bool) -> bool:

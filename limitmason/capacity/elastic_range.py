@@ -24,7 +24,7 @@ from limitmason.deformable.levels import ELASTIC, LUMPED, MODAL, RIGID
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import ContactPoints, Grid
 from limitmason.mechanics.equilibrium import degrees_of_freedom, project
-from limitmason.mechanics.joint_shapes import shapes_of
+from limitmason.mechanics.joint_shapes import shapes_of, told_of_soft_blocks
 from limitmason.mechanics.law import PointLaw, interface_law
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.lumped_units import with_lumped_units
@@ -250,6 +250,7 @@ def elastic_range(
     kn, ks, warnings = stiffnesses(assembly, loads, stiffness)
     springs = np.column_stack([kn, *[ks] * (points.components - 1)])[points.interface]
     shapes = shapes_of(assembly, blocks, state, None if plane is None else plane.normal) if deforming else None
+    warnings = [*warnings, *told_of_soft_blocks(assembly, kn, blocks)]
     rows, matrix = stiffness_matrix(assembly, points, springs, plane, shapes, blocks)
     basis, free = degrees_of_freedom(assembly, plane)
     wrench = np.column_stack([(project(w, basis) * free).ravel() for w in (loads.dead, loads.live)])

@@ -71,7 +71,7 @@ def _add_methods(actions: argparse._SubParsersAction) -> None:
 
 def _add_predict(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("predict", help="a large series of tests by a model of its ladder (resumable)")
-    command.add_argument("series", choices=("modern-walls",), metavar="SERIES", help="modern-walls")
+    command.add_argument("series", metavar="SERIES", help="a packaged series with a page of its own")
     command.add_argument("walls", nargs="*", metavar="WALL", help="only these walls; default: all")
     command.add_argument("--method", required=True, metavar="METHOD",
                          help="formulas, first or extended (block models), or non-associative")  # fmt: skip
@@ -84,9 +84,13 @@ def _add_predict(commands: argparse._SubParsersAction) -> None:
 
 def _predict(options: argparse.Namespace) -> int:
     from limitmason.display.text_table import aligned
+    from limitmason.experiments import registry
     from limitmason.storage.csv_table import write_table
     from limitmason.validation.wall_ladder import predict_walls
 
+    known = [s for s in registry.sources() if s not in registry.tabled()]
+    if options.series not in known:
+        raise InputError(f"series must be {' or '.join(known)}, got {options.series!r}: it has a ladder of models")
     found = predict_walls(
         options.method, options.walls or None, store=options.store, spread=not options.no_interval,
         workers=options.workers, progress=say,

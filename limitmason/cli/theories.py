@@ -17,16 +17,16 @@ from limitmason.cli.console import (
     show_text,
 )
 from limitmason.errors import InputError
-from limitmason.methods import THEORIES, available_methods, get_method
+from limitmason.methods import COMPARED_METHODS, available_methods, get_method
 from limitmason.storage.files import save_figure
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``compare`` and ``report``."""
-    known = (*THEORIES, *sorted(set(available_methods()) - set(THEORIES)))
+    known = (*COMPARED_METHODS, *sorted(set(available_methods()) - set(COMPARED_METHODS)))
     command = commands.add_parser("compare", help="several theories, and a test, side by side")
     command.add_argument("target", metavar="TARGET")
-    command.add_argument("--methods", nargs="+", choices=known, default=list(THEORIES),
+    command.add_argument("--methods", nargs="+", choices=known, default=list(COMPARED_METHODS),
                          metavar="METHOD", help=f"out of {', '.join(known)}; default: the four theories")  # fmt: skip
     command.add_argument("--measured", type=float, nargs="+", metavar="LAMBDA",
                          help="multiplier of the test: one value, low and high, or low, value and high")  # fmt: skip
@@ -44,7 +44,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     report.add_argument("target", metavar="TARGET", help="model file, experiment or drawing")
     report.add_argument("-o", "--output", type=page_file, default=Path("report.html"), metavar="FILE",
                         help="default: report.html")  # fmt: skip
-    report.add_argument("--methods", nargs="+", choices=known, default=list(THEORIES), metavar="METHOD",
+    report.add_argument("--methods", nargs="+", choices=known, default=list(COMPARED_METHODS), metavar="METHOD",
                         help=f"out of {', '.join(known)}; default: the four theories")  # fmt: skip
     report.add_argument("--title", help="heading; by default the name of the target")
     drawing_options(report)

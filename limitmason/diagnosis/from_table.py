@@ -96,14 +96,7 @@ def study_arguments(
     shared: Sequence[str] | None = None,
 ) -> dict[str, Any]:
     """Arguments of ``Study``; see :meth:`limitmason.diagnosis.Study.from_table`."""
-    series = None
-    if isinstance(model, str):
-        series = series_of(model)
-        if series is None:
-            packed = ", ".join(experiments.sources())
-            raise InputError(f"the model {model!r} is neither module:function nor a packaged series ({packed})")
-    elif model is not None and not callable(model):
-        raise InputError(f"model must be a function or the name of a packaged series, got {model!r}")
+    series = _series(model)
     if table is None and series is None:
         raise InputError("name a data file, or a packaged series as the model; `limitmason diagnose --template FILE` "
                          "writes a file to start from")  # fmt: skip
@@ -161,13 +154,24 @@ def study_arguments(
         "version": version_of(simulate),
         "causes": (*_chosen(causes, known, tabulated), *(_towards(c) for c in towards)),
         "about": About(
-            title or (Path(data.name).stem if table is not None else str(series)),
-            data.units,
-            f"{'value' if measured == 'measured' else measured} [{unit}]",
-            tuple(notes),
+            title or (Path(data.name).stem if table is not None else str(series)), data.units,
+            f"{'value' if measured == 'measured' else measured} [{unit}]", tuple(notes),
             (*data_behind({"source": series}), *papers),
         ),
     }
+
+
+def _series(model: str | Callable[..., float] | None) -> str | None:
+    """The packaged series that a model names; None for a function and for no model."""
+    if isinstance(model, str):
+        series = series_of(model)
+        if series is None:
+            packed = ", ".join(experiments.sources())
+            raise InputError(f"the model {model!r} is neither module:function nor a packaged series ({packed})")
+        return series
+    if model is not None and not callable(model):
+        raise InputError(f"model must be a function or the name of a packaged series, got {model!r}")
+    return None
 
 
 def pool_rows(pool: str | Path | MeasuredTable, covariates: Iterable[str], simulate: Any) -> list[dict[str, Any]]:

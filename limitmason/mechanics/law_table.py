@@ -65,7 +65,7 @@ class Term(NamedTuple):
         """What a theory does with it."""
         if theory in self.takes:
             return self.takes[theory]
-        why = f"this theory does not follow ({THEORIES[theory]})"
+        why = f"this theory does not follow ({THEORIES.get(theory, theory)})"
         return Cell(Taken.REFUSED, why, "take method 'dem', or leave it out")
 
 

@@ -18,7 +18,7 @@ from limitmason.display.text_table import aligned, markdown
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments.record import Quantity
 from limitmason.limit.range.proven_range import proven_range
-from limitmason.methods import NON_ASSOCIATIVE, THEORIES, get_method
+from limitmason.methods import COMPARED_METHODS, NON_ASSOCIATIVE, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.study.content import fingerprint
@@ -157,7 +157,7 @@ class SideBySide(Displayed):
 def compare(
     assembly: Assembly,
     loads: Loads,
-    methods: Sequence[str] = THEORIES,
+    methods: Sequence[str] = COMPARED_METHODS,
     measured: float | Sequence[float] | None = None,
     *,
     store: str | Path | None = None,

@@ -8,7 +8,7 @@ from itertools import groupby
 from pathlib import Path
 
 from limitmason.display.text_table import markdown, names_of, span
-from limitmason.methods import ASSOCIATIVE, DEM, MECHANISMS, THEORIES, get_method
+from limitmason.methods import ASSOCIATIVE, COMPARED_METHODS, DEM, MECHANISMS, get_method
 from limitmason.storage.csv_table import write_table
 from limitmason.validation.cases import Case, ReferenceValue, settings_of
 from limitmason.validation.comparing import SideBySide
@@ -67,13 +67,13 @@ def as_markdown(
         assumed = next(iter(own)).test.recipe.shown.assumed
         lines += [assumed, ""] if assumed else []
         lines += _settings(own, thorough)
-        methods = [m for m in THEORIES if any(m in r for r in own.values())]
+        methods = [m for m in COMPARED_METHODS if any(m in r for r in own.values())]
         unit = next(iter(own)).unit
         head = ["case", "test or published", *(get_method(m).heading for m in methods)]
         lines += ["", f"Values in {unit}." if unit != "-" else "Values are multipliers of the weight.", ""]
         lines += markdown([head, *([c.name, _span_of(c), *(_cell(c, r, m) for m in methods)] for c, r in own.items())])
         lines += [*_refusals(own), *_checks(own)]
-    if any(name not in r for r in found.values() for name in THEORIES):
+    if any(name not in r for r in found.values() for name in COMPARED_METHODS):
         lines.insert(3, "An empty cell was not computed.")
     lines += ["", "## Not in the table", ""]
     lines += [f"- {source} {names_of(names)}: {reason}." for source, names, reason in missing]

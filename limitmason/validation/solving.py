@@ -11,7 +11,7 @@ from typing import Any
 from limitmason.display.progress import reached, task
 from limitmason.errors import InputError
 from limitmason.experiments.shown import Settings
-from limitmason.methods import ASSOCIATIVE, DEM, MECHANISMS, NON_ASSOCIATIVE, THEORIES, get_method
+from limitmason.methods import ASSOCIATIVE, COMPARED_METHODS, DEM, MECHANISMS, NON_ASSOCIATIVE, get_method
 from limitmason.validation.cases import Case, settings_of
 from limitmason.validation.comparing import SideBySide, compare
 from limitmason.validation.findings import INSIDE, Answers
@@ -30,7 +30,7 @@ def dem_verdict(result: SideBySide) -> str:
 
 def solve_cases(
     wanted: Iterable[Case],
-    methods: Sequence[str] = THEORIES,
+    methods: Sequence[str] = COMPARED_METHODS,
     *,
     thorough: bool = False,
     store: str | Path | None = None,

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from limitmason.answers.results import Prediction
+from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments import registry
 from limitmason.experiments.modern_walls import BEAM, MODELS, NAME, axial_force, value
@@ -63,6 +64,7 @@ class WallPrediction(NamedTuple):
         return self.force / wide, self.force * wide
 
 
+@watched("predict")
 def predict_walls(
     method: str,
     walls: Iterable[str] | None = None,
@@ -106,6 +108,7 @@ def predict_walls(
     jobs = {k: {"wall": n, "method": method, "options": chosen, "spread": spread} for k, n in keys.items()}
     missing, begun = sum(k not in memo for k in keys), time.perf_counter()
     for done, (key, row) in enumerate(memo.map(predict_wall, jobs, workers=workers), 1):
+        reached(done / max(missing, 1), f"wall {key[0]}")
         if progress is not None:
             left = (time.perf_counter() - begun) / done * (missing - done)
             progress(f"[{done}/{missing}] wall {key[0]}: {row['force']:.1f} kN; {left:.0f} s left")

@@ -16,7 +16,7 @@ from limitmason.deformable.levels import ELASTIC, MODAL, RIGID
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import ContactPoints, contact_points
 from limitmason.mechanics.equilibrium import degrees_of_freedom
-from limitmason.mechanics.joint_shapes import BlockShapes, shapes_of
+from limitmason.mechanics.joint_shapes import BlockShapes, shapes_of, told_of_soft_blocks
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.plane import Plane, find_plane
 from limitmason.mechanics.stiffness import default_stiffness
@@ -153,6 +153,7 @@ def closed_system(
     points = _points(assembly, contact_points, contact_model, plane)
     kn, ks, warnings = joint_stiffness(assembly, dead.dead, stiffness)
     components = np.column_stack([kn, *[ks] * (points.components - 1)])[points.interface]
+    warnings += told_of_soft_blocks(assembly, kn, blocks)
     label = f"{'' if blocks == RIGID else blocks + ' '}blocks on closed joints"
     shapes = None if blocks == RIGID else shapes_of(assembly, blocks, stress, None if plane is None else plane.normal)
     return block_system(assembly, points, components, label, warnings, plane, shapes, blocks)

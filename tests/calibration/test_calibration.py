@@ -339,7 +339,7 @@ def test_simplex_passes_jumps_that_stop_a_gradient():
     assert fit.misfit < 1e-2
 
 
-def test_residuals_that_the_model_cannot_explain_get_a_name():
+def test_residuals_that_the_model_cannot_explain_are_explained():
     rng = np.random.default_rng(8)
     models, targets = {}, {}
     for k in range(12):
@@ -354,11 +354,12 @@ def test_residuals_that_the_model_cannot_explain_get_a_name():
     mortar = lm.diagnosis.Cause("stronger mortar above 2 m2", "mortar", 1.0, (0.5, 2.0), "strength of the second batch")
     gain = lm.causes.gain()
     found = fit.diagnose([mortar, gain])
-    assert found.kind == "cause"
+    # one explanation alone holds; peaks are one kind of evidence, which identifies nothing
+    assert (found.kind, found.distinct) == ("behaves like", True)
     assert found.causes == ("stronger mortar above 2 m2",)
-    # without the refit the fit's compromise has to be undone by a second cause, whose name no equal factor can earn
+    # without the refit the fit's compromise has to be undone by a second cause, and no single one holds
     both = fit.diagnose([mortar, gain], refit=[])
-    assert (both.kind, len(both.pairs)) == ("behaves like", 1)
+    assert (both.kind, both.distinct, len(both.pairs)) == ("behaves like", False, 1)
 
 
 @pytest.mark.parametrize(

@@ -39,6 +39,10 @@ PROTOCOLS = {
     ("faces.py", "torsion_strength", "loads"),
     ("__init__.py", "loads", "test"),  # recipes: (test, wall, sense)
     ("record.py", "__setattr__", "value"),  # refuses whatever is set
+    # a law without added terms, and a term that changes nothing
+    *(("added.py", "_changed", name) for name in ("added", "slip", "damage")),
+    *(("added.py", function, name) for function in ("entries_of", "has_added") for name in ("law", "j")),
+    *(("joint_term.py", "strength", name) for name in ("slip", "damage", "numbers")),
 }  # fmt: skip
 
 

@@ -87,3 +87,17 @@ def test_sway_in_other_units_of_stiffness_scales(scale):
     )
     force = np.array((FORCE, 0.0, 0.0))
     assert scale * moved(other, force, SOLID) == pytest.approx(moved(wall, force, SOLID), rel=1e-7, abs=1e-12)
+
+
+@pytest.mark.parametrize("ratio, told", [(1.0, True), (6.0, False), (50.0, False)])
+def test_modal_blocks_as_soft_as_their_joints_say_so(ratio, told):
+    # E / (kn l): beyond 5 three frequencies lie within 2 % of those of blocks with many more shapes
+    joint = lm.Joint(30.0, normal_stiffness=1e10, shear_stiffness=5e9)
+    outlines = [[(0, 0.2 * k), (0.2, 0.2 * k), (0.2, 0.2 * k + 0.2), (0, 0.2 * k + 0.2)] for k in range(4)]
+    column = lm.Assembly.from_polygons(outlines, thickness=0.6, joint=joint, fixed=[0])
+    modulus = ratio * 1e10 * (0.2 * 0.2 * 0.6) ** (1.0 / 3.0)
+    column = column.with_material(lm.Material(young_modulus=modulus, poisson_ratio=0.2))
+    few, many = (lm.modes(column, 3, blocks=blocks) for blocks in ("modal", "elastic"))
+    assert (np.abs(few.frequency / many.frequency - 1.0).max() > 0.02) == told
+    assert any("hardly stiffer than its joints" in w for w in few.warnings) == told
+    assert not any("hardly stiffer" in w for w in many.warnings)

@@ -59,7 +59,7 @@ def test_unknown_source_specimen_and_option_name_the_culprit_and_what_there_is()
 def test_all_cases_covers_every_specimen_of_every_source_once():
     names = [c.name for c in experiments.all_cases()]
     assert len(names) == len(set(names)) == sum(len(experiments.specimens(s)) for s in registry.tabled())
-    assert {c.source.name for c in MODELLED} == {FERRIS, MINHO, WALLETTE, BENDING, MURANO}
+    assert {c.source.name for c in MODELLED} <= set(registry.tabled())
 
 
 def test_quantity_is_its_number_with_a_unit_frozen_and_copied_whole():

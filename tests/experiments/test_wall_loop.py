@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-
-from validation.wall_loop import difference, factored, first_mode, left_out, scatter
+from wall_loop import difference, factored, first_mode, left_out, scatter
 
 
 def test_scatter_of_known_numbers():

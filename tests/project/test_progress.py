@@ -231,7 +231,7 @@ def test_a_bar_changes_no_answer(screen):
 
 
 HANDED_ON = {
-    "limitmason/diagnosis/answer.py:report",
+    "limitmason/diagnosis/report.py:report",
     "limitmason/diagnosis/result.py:judged_again",
     "limitmason/limit/nonassociative/analysis.py:solve_nonassociative",
     "limitmason/limit/nonassociative/search.py:search_smallest",
