@@ -11,17 +11,18 @@ from numpy.typing import ArrayLike, NDArray
 
 T = TypeVar("T")
 
+_PLAIN = frozenset((int, float, str, bool, type(None)))
+
 
 def frozen(value: T) -> T:
     """The value itself, all arrays in it made read-only: in tuples, lists and mappings too, not in other objects."""
     if isinstance(value, np.ndarray):
         value.flags.writeable = False
-    elif isinstance(value, Mapping):
-        for item in value.values():
-            frozen(item)
-    elif isinstance(value, tuple | list):
-        for item in value:
-            frozen(item)
+    elif isinstance(value, dict | tuple | list) or isinstance(value, Mapping):
+        # faces are tuples of thousands of numbers: these are not asked one by one what they are
+        for item in value.values() if isinstance(value, Mapping) else value:
+            if type(item) not in _PLAIN:
+                frozen(item)
     return value
 
 
