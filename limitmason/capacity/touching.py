@@ -84,6 +84,10 @@ def found_anew(
     x = assembly.centroids
     now_b = x[c.block_b] + pose.shift[c.block_b] + turned(pose, c.block_b, c.place_b - x[c.block_b])
     near = near.at(fresh)
+    # over a deep gap a corner may be inside before the one whose place it takes has left: it waits, to be its heir
+    leaves = ~gone & (inside < 0.0) & (c.corner != NO_CORNER) & ~is_crossing(shapes, c)
+    waits = _close(shapes, c.at(leaves), near, now_b[leaves], _present(assembly, pose, near)).any(axis=0)
+    near = near.at(np.flatnonzero(~waits))
     if c.components == 3:
         # where sides stay in line they do not cross, and no corner comes inside
         lost = gone & (force[:, 0] > 0.0) & ~_succeeded(shapes, c, near, now_b, _present(assembly, pose, near))

@@ -5,6 +5,7 @@ Every expectation is a closed form.
 
 import itertools
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -112,6 +113,20 @@ def test_a_grain_tied_to_a_block_does_not_hold_it_for_ever(cohesion):
     answer = lm.limit_analysis(wall, lm.Loads.horizontal(wall))
     assert answer.status == "solved"
     assert answer.collapse_multiplier == pytest.approx(0.5 + cohesion / wall.weights[1:].sum(), rel=1e-6)
+
+
+@pytest.mark.parametrize("push, weights", [(0.1, np.inf), (0.7, 36.0), (-0.7, 12.0)])
+def test_cubes_beside_one_that_is_pressed_down_for_ever_bear_none_of_it(push, weights):
+    """Three stacks of two cubes side by side, friction 0.6, a force (push, -1) on the lowest cube at one end.
+
+    Within the cone of friction it has no limit. Else 0.7 F = 0.6 (F + n W): it pushes all six cubes, or its own two.
+    """
+    wall = on_slab([((x, 0, z), (x + 1, 1, z + 1)) for x in range(3) for z in range(2)], mu=0.6)
+    live = np.zeros((wall.n_blocks, 6))
+    live[1, :3] = push, 0.0, -1.0
+    answer = lm.limit_analysis(wall, replace(lm.Loads.weight(wall), live=live))
+    assert answer.status == ("solved" if np.isfinite(weights) else "unbounded")
+    assert answer.collapse_multiplier == pytest.approx(weights * wall.weights[1], rel=1e-6)
 
 
 @pytest.mark.parametrize("contrast", [1e2, 1e3, 1e4, 1e5])

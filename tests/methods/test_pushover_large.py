@@ -62,6 +62,18 @@ def test_corners_that_take_over_carry_what_was_carried_however_deep_soft_joints_
         assert at.unbalance < 0.01  # of a block's weight; a toe that is lost leaves 4 to 7
 
 
+@pytest.mark.slow
+def test_a_corner_that_comes_over_a_deep_gap_before_another_leaves_does_not_bear_beside_it():
+    """Steps decided whether both bore: the toe was then too stiff, and the largest load .4071 instead of .4054."""
+    wall = lm.build.wall(length=2.0, courses=10, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.02))
+    coarse, fine = (
+        lm.pushover(wall, lm.Loads.horizontal(wall), stiffness=2.5e7, to=0.035, steps=Steps(largest=s))
+        for s in (0.04, 0.005)
+    )
+    assert coarse.peak.load == pytest.approx(fine.peak.load, rel=2e-4)
+    assert coarse.load[-1] == pytest.approx(fine.load[-1], rel=2e-4)
+
+
 def test_a_curve_whose_contacts_are_never_found_anew_is_noticed(monkeypatch):
     monkeypatch.setattr(generations, "found_anew", lambda *_: None)
     curve = lm.pushover(*on_a_plinth(), stiffness=1e9, to=0.3)

@@ -115,12 +115,6 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     start = time.perf_counter()
     c, points = problem.components, problem.points
     own = unit_loads(problem)
-
-    def settled(force: Array) -> Array:
-        scale = problem.point_scale[:, None]
-        kept = without_rounding(problem.assembly, own, points.interface, force.reshape(-1, c) * scale)
-        return (kept / scale).ravel()
-
     level = np.abs(points.directions[:, 0, 2]) > 1 - 1e-9
     simple = level & ~problem.law.crushes
     simple[problem.stress_block.ends] = False
@@ -139,7 +133,7 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
         if str(answer.status) == "Solved":
             force = np.zeros(problem.matrix.shape[1])
             force[columns] = answer.x
-            force = settled(force)
+            force = _settled(problem, force, own)
             if _balances(problem, force, problem.dead, own):
                 return Carried(True, force, None, time.perf_counter() - start)
     r, n = problem.matrix.shape
@@ -154,13 +148,20 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     status = str(answer.status)
     seconds = time.perf_counter() - start
     if status in ("Solved", "AlmostSolved"):
-        force = settled(np.array(answer.x))
+        force = _settled(problem, np.array(answer.x), own)
         holds = _balances(problem, force, problem.dead, own)
         return Carried(True, force, None, seconds) if holds else Carried(None, None, None, seconds)
     if "PrimalInfeasible" not in status:
         return Carried(None, None, None, seconds)
     velocity = np.array(answer.z[:r])
     return Carried(False, None, velocity, seconds)
+
+
+def _settled(problem: Problem, force: Array, own: Array) -> Array:
+    """The forces without what is rounding on blocks that bear none of a load, ``own`` as in :func:`_balances`."""
+    scale = problem.point_scale[:, None]
+    force = force.reshape(-1, problem.components) * scale
+    return np.asarray(without_rounding(problem.assembly, own, problem.points.interface, force) / scale).ravel()
 
 
 def _balances(problem: Problem, force: Array, load: Array, own: Array) -> bool:
@@ -191,7 +192,8 @@ def carries_any(problem: Problem, solution: Solution) -> bool:
     shear = np.linalg.norm(force[:, 1:], axis=1)
     within = np.divide(problem.law.tan_phi * normal, shear, out=np.ones_like(shear), where=shear > 0.0)
     ray = np.column_stack([normal, force[:, 1:] * np.minimum(within, 1.0)[:, None]])
-    return _balances(problem, ray.ravel(), problem.live, block_norms(problem, problem.live))
+    own = block_norms(problem, problem.live)
+    return _balances(problem, _settled(problem, ray.ravel(), own), problem.live, own)
 
 
 def opening_motion(problem: Problem) -> tuple[Array | None, float]:
