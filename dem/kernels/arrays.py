@@ -15,7 +15,7 @@ class Points(NamedTuple):
     s: Array
     t: Array
     area: Array
-    gap: Array  # opening at zero relative displacement
+    gap: Array  # height over a's face when the joint was made, carried by b; and what is set back
     slip_1: Array  # plastic slip along t1
     slip_2: Array
     lift: Array  # plastic opening w_p

@@ -14,6 +14,7 @@ import numpy as np
 from dem.kernels.arrays import LAW, Array, Bodies, Joints, Modes, Points
 from dem.kernels.braking import against_change
 from dem.kernels.compiled import kernel
+from dem.kernels.kinematics import third_axis
 from dem.kernels.law import Numbers
 from dem.kernels.sums import joint_sums
 
@@ -40,14 +41,6 @@ def face_motion(side: Array, j: int, x: Array, i: int, space: bool | None) -> Nu
 def slopes(u: Numbers) -> Numbers:
     """A motion c + w x (s, t, 0) of block a's face as d and g of :func:`dem.kernels.sums.point_sums`."""
     return u[0], u[1], u[2], 0.0, -u[5], u[5], 0.0, -u[4], u[3]
-
-
-@kernel(forceinline=True)
-def third_axis(g: Numbers) -> Numbers:
-    """Third column of R_rel from the first two of G."""
-    r1, r2, r3 = 1.0 + g[0], g[2], g[4]
-    q1, q2, q3 = g[1], 1.0 + g[3], g[5]
-    return r2 * q3 - r3 * q2, r3 * q1 - r1 * q3, r1 * q2 - r2 * q1
 
 
 @kernel(forceinline=True)
@@ -112,24 +105,24 @@ def strained_sums(
             turned_slopes(face_motion(modes.side_b, j, modes.rate, b, space), g, space),
             slopes(face_motion(modes.side_a, j, modes.rate, a, space)),
         )
-    e = less(v, u)
-    f1, f2, f3, s1, s2, s3, t1, t2, t3, work, lost, broken = joint_sums(
+    e, z = less(v, u), third_axis(g)
+    f1, f2, f3, s1, s2, s3, t1, t2, t3, u1, u2, u3, work, lost, broken = joint_sums(
         j, points, joints, bodies, axes, (d[0] + e[0], d[1] + e[1], d[2] + e[2]),
-        (g[0] + e[3], g[1] + e[4], g[2] + e[5], g[3] + e[6], g[4] + e[7], g[5] + e[8]), ra, rb, rates, dt, True,
+        (g[0] + e[3], g[1] + e[4], g[2] + e[5], g[3] + e[6], g[4] + e[7], g[5] + e[8]), z, ra, rb, rates, dt, True,
     )  # fmt: skip
     load_shapes(modes.contact, a, modes.side_a, j, -1.0, (f1, f2, f3), (s1, s2, s3), (t1, t2, t3), space)
     load_shapes(
         modes.contact, b, modes.side_b, j, 1.0, turned_back(f1, f2, f3, g), turned_back(s1, s2, s3, g),
         turned_back(t1, t2, t3, g), space,
     )  # fmt: skip
-    # arms end in b's points: d + X + G X with b's strains and without a's
+    # arms end in b's points: d + X + G X + z gap with b's strains and without a's
     d1, d2, d3 = d[0] + v[0], d[1] + v[1], d[2] + v[2]
     x1, x2, x3 = 1.0 + g[0] + v[3], g[2] + v[5], g[4] + v[7]
     y1, y2, y3 = g[1] + v[4], 1.0 + g[3] + v[6], g[5] + v[8]
     return (
-        f1, f2, f3, d2 * f3 - d3 * f2 + x2 * s3 - x3 * s2 + y2 * t3 - y3 * t2,
-        d3 * f1 - d1 * f3 + x3 * s1 - x1 * s3 + y3 * t1 - y1 * t3,
-        d1 * f2 - d2 * f1 + x1 * s2 - x2 * s1 + y1 * t2 - y2 * t1, work, lost, broken,
+        f1, f2, f3, d2 * f3 - d3 * f2 + x2 * s3 - x3 * s2 + y2 * t3 - y3 * t2 + z[1] * u3 - z[2] * u2,
+        d3 * f1 - d1 * f3 + x3 * s1 - x1 * s3 + y3 * t1 - y1 * t3 + z[2] * u1 - z[0] * u3,
+        d1 * f2 - d2 * f1 + x1 * s2 - x2 * s1 + y1 * t2 - y2 * t1 + z[0] * u2 - z[1] * u1, work, lost, broken,
     )  # fmt: skip
 
 

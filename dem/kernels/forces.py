@@ -5,7 +5,7 @@ import numpy as np
 from dem.kernels.arrays import E_FRACTURE, E_FRICTION, E_SIZE, E_VISCOUS, LAW, Array
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed import strained_sums
-from dem.kernels.kinematics import _cross, _crossing, _dot, _kinematics
+from dem.kernels.kinematics import _cross, _crossing, _dot, _kinematics, third_axis
 from dem.kernels.law import Peak, return_map
 from dem.kernels.sums import joint_sums
 
@@ -97,7 +97,7 @@ def _joint_forces(points, joints, bodies, dt, total, modes=None, space=None):
         a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
         axes, d, g, ra, rb = _kinematics(j, joints, bodies)
         if modes is None:
-            out = joint_sums(j, points, joints, bodies, axes, d, g, ra, rb, None, dt, None)
+            out = joint_sums(j, points, joints, bodies, axes, d, g, third_axis(g), ra, rb, None, dt, None)
         else:
             out = strained_sums(j, points, joints, bodies, modes, space, axes, d, g, ra, rb, dt)
         friction += out[6]

@@ -69,6 +69,14 @@ def _kinematics(j, joints, bodies):
     return (t1, t2, n), d, g, ra, rb
 
 
+@kernel(forceinline=True)
+def third_axis(g: Numbers) -> Numbers:
+    """Third column of R_rel from the first two of G."""
+    r1, r2, r3 = 1.0 + g[0], g[2], g[4]
+    q1, q2, q3 = g[1], 1.0 + g[3], g[5]
+    return r2 * q3 - r3 * q2, r3 * q1 - r1 * q3, r1 * q2 - r2 * q1
+
+
 @kernel(fast=False)
 def _turn_row(rot, i, x, y, z):
     """(I + rot[i]) (x, y, z)."""

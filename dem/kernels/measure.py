@@ -3,7 +3,7 @@
 from dem.kernels.arrays import LAW
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed import deformation_at
-from dem.kernels.kinematics import _crossing, _kinematics
+from dem.kernels.kinematics import _crossing, _kinematics, third_axis
 from dem.kernels.law import fall_of, peak_of, stress
 
 
@@ -43,22 +43,22 @@ def measure(points, joints, bodies, position, force, opening, slip, modes=None, 
                 position[k, r] = rb[r] + bodies.shift[b, r]
             continue
         axes, d, g, _, rb = _kinematics(j, joints, bodies)
+        z1, z2, z3 = third_axis(g)
         peak, fall = peak_of(joints.law, j), fall_of(joints.law, j)
         for k in range(joints.start[j], joints.start[j + 1]):
-            x, y, h = points.s[k], points.t[k], points.damage[k]
-            e1 = d[0] + g[0] * x + g[1] * y
-            e2 = d[1] + g[2] * x + g[3] * y
-            e3 = d[2] + g[4] * x + g[5] * y
+            x, y, far, h = points.s[k], points.t[k], points.gap[k], points.damage[k]
+            e1 = d[0] + g[0] * x + g[1] * y + z1 * far
+            e2 = d[1] + g[2] * x + g[3] * y + z2 * far
+            w = d[2] + g[4] * x + g[5] * y + z3 * far
             u1 = u2 = u3 = 0.0
             if modes is not None:
                 r1, r2, r3, u1, u2, u3 = deformation_at(j, joints, modes, space, g, x, y)
-                e1, e2, e3 = e1 + r1, e2 + r2, e3 + r3
-            w = e3 + points.gap[k]
+                e1, e2, w = e1 + r1, e2 + r2, w + r3
             t1, t2, n, elastic = stress(w, e1, e2, points.slip_1[k], points.slip_2[k], points.lift[k], h, peak, fall)
             opening[k] = w - points.lift[k]
             slip[k, 0], slip[k, 1] = e1, e2
             energy += points.area[k] * elastic
-            px, py, pz = x + e1 + u1, y + e2 + u2, e3 + u3
+            px, py, pz = x + e1 + u1, y + e2 + u2, w + u3
             for r in range(3):
                 force[k, r] = points.area[k] * (axes[0][r] * t1 + axes[1][r] * t2 + axes[2][r] * n)
                 position[k, r] = rb[r] + bodies.shift[b, r] + axes[0][r] * px + axes[1][r] * py + axes[2][r] * pz

@@ -11,14 +11,15 @@ from dem.kernels.law import Fall, Numbers, Peak, fall_of, peak_of, plain_peak_of
 
 @kernel(forceinline=True)
 def point_sums(
-    points: Points, p0: int, p1: int, d: Numbers, g: Numbers, peak: Peak, fall: Fall | None,
+    points: Points, p0: int, p1: int, d: Numbers, g: Numbers, z: Numbers, peak: Peak, fall: Fall | None,
     motion: Numbers | None, rates: Numbers | None, strained: bool | None, lifts: bool,
 ) -> Numbers:  # fmt: skip
     """Forces, moments and losses of a joint's points; what is None is left out of the loop by the compiler.
 
     Parameters
     ----------
-    d, g : displacement of b's face against a's at (s, t) is d + G (s, t, 0), joint axes; g = (G11, G12, ... G32)
+    d, g, z : b's point stands at d + X + G X + z gap, X = (s, t, 0), in joint axes; g = (G11, G12, ... G32), and z is
+        b's normal: it stood along a's when the joint was made, and a gap turns with its block
     peak, fall, lifts : see :func:`dem.kernels.law.return_map`; ``lifts`` is a constant of each call
     motion : dash, 1 / dt, and velocity of b's joint origin against a's [m/s] and of its rotation [rad/s]; or None
     rates : of what the faces' strains add to that velocity, as d and g (9); or None
@@ -26,28 +27,29 @@ def point_sums(
 
     Returns
     -------
-    forces (t1, t2, n), then between rigid blocks the moments about block a's joint origin (3), else the sums of s f (3)
-    and t f (3); plastic work, power of dashpots, energy of fracture
+    forces (t1, t2, n), then between rigid blocks the moments about block a's joint origin (3), else the sums of s f,
+    t f and gap f (9); plastic work, power of dashpots, energy of fracture
     """
     s, t, area, gap, damage = points.s, points.t, points.area, points.gap, points.damage
     slip_1, slip_2, lift = points.slip_1, points.slip_2, points.lift
     d1, d2, d3 = d
     g11, g12, g21, g22, g31, g32 = g
+    z1, z2, z3 = z
     f1 = f2 = f3 = m1 = m2 = m3 = work = lost = broken = 0.0
-    s1 = s2 = s3 = t1 = t2 = t3 = 0.0
+    s1 = s2 = s3 = t1 = t2 = t3 = u1 = u2 = u3 = 0.0
     # unsigned: no index from the end to allow for, so that the loop over part of the arrays vectorises without views
     for k in range(np.uint64(p0), np.uint64(p1)):
-        x, y = s[k], t[k]
-        e1 = d1 + g11 * x + g12 * y
-        e2 = d2 + g21 * x + g22 * y
-        e3 = d3 + g31 * x + g32 * y
+        x, y, far = s[k], t[k], gap[k]
+        e1 = d1 + g11 * x + g12 * y + z1 * far
+        e2 = d2 + g21 * x + g22 * y + z2 * far
+        w = d3 + g31 * x + g32 * y + z3 * far
         if motion is None:
             brake = None
         else:
             # velocity of b against a at the point
             dash, per_dt, v1, v2, v3, o1, o2, o3 = motion
-            r1 = v1 + o2 * e3 - o3 * (y + e2)
-            r2 = v2 + o3 * (x + e1) - o1 * e3
+            r1 = v1 + o2 * w - o3 * (y + e2)
+            r2 = v2 + o3 * (x + e1) - o1 * w
             r3 = v3 + o1 * (y + e2) - o2 * (x + e1)
             if rates is not None:
                 r1 += rates[0] + rates[3] * x + rates[4] * y
@@ -59,7 +61,7 @@ def point_sums(
         else:
             h = damage[k]
         q1, q2, q3, slip_1[k], slip_2[k], new, h, rubbed, raised, braked, released = return_map(
-            e3 + gap[k], e1, e2, slip_1[k], slip_2[k], lift[k], h, peak, fall, brake, lifts
+            w, e1, e2, slip_1[k], slip_2[k], lift[k], h, peak, fall, brake, lifts
         )
         da = area[k]
         if lifts:
@@ -78,8 +80,8 @@ def point_sums(
         if strained is None:
             x += e1
             y += e2
-            m1 += y * q3 - e3 * q2
-            m2 += e3 * q1 - x * q3
+            m1 += y * q3 - w * q2
+            m2 += w * q1 - x * q3
             m3 += x * q2 - y * q1
         else:
             s1 += x * q1
@@ -88,22 +90,25 @@ def point_sums(
             t1 += y * q1
             t2 += y * q2
             t3 += y * q3
+            u1 += far * q1
+            u2 += far * q2
+            u3 += far * q3
     if strained is None:
         return f1, f2, f3, m1, m2, m3, work, lost, broken
-    return f1, f2, f3, s1, s2, s3, t1, t2, t3, work, lost, broken
+    return f1, f2, f3, s1, s2, s3, t1, t2, t3, u1, u2, u3, work, lost, broken
 
 
 @kernel(inline="always")
 def joint_sums(
     j: int, points: Points, joints: Joints, bodies: Bodies, axes: tuple[Numbers, Numbers, Numbers], d: Numbers,
-    g: Numbers, ra: Numbers, rb: Numbers, rates: Numbers | None, dt: float, strained: bool | None,
+    g: Numbers, z: Numbers, ra: Numbers, rb: Numbers, rates: Numbers | None, dt: float, strained: bool | None,
 ) -> Numbers:  # fmt: skip
     """Sums of joint j by the least law it needs: without what it has not, the loop over its points takes half the time.
 
     Parameters
     ----------
     axes, d, g, ra, rb : see :func:`dem.kernels.kinematics._kinematics`
-    rates, strained : see :func:`point_sums`
+    z, rates, strained : see :func:`point_sums`
     dt : [s]; 0 for forces in a position, where nothing moves that could be braked
     """
     p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
@@ -111,23 +116,27 @@ def joint_sums(
     # without dilation and crushing the lift stays
     if plain and law[j, LAW.by_opening] == 0.0:
         if law[j, LAW.tan_psi] == 0.0 and law[j, LAW.crushing] == np.inf:
-            out = point_sums(points, p0, p1, d, g, plain_peak_of(law, j), None, None, None, strained, False)
+            out = point_sums(points, p0, p1, d, g, z, plain_peak_of(law, j), None, None, None, strained, False)
         else:
-            out = point_sums(points, p0, p1, d, g, plain_peak_of(law, j), None, None, None, strained, True)
+            out = point_sums(points, p0, p1, d, g, z, plain_peak_of(law, j), None, None, None, strained, True)
     elif plain:
         if law[j, LAW.tan_psi] == 0.0 and law[j, LAW.rest_tan_psi] == 0.0 and law[j, LAW.crushing] == np.inf:
-            out = point_sums(points, p0, p1, d, g, plain_peak_of(law, j), fall_of(law, j), None, None, strained, False)
+            out = point_sums(
+                points, p0, p1, d, g, z, plain_peak_of(law, j), fall_of(law, j), None, None, strained, False
+            )
         else:
-            out = point_sums(points, p0, p1, d, g, plain_peak_of(law, j), fall_of(law, j), None, None, strained, True)
+            out = point_sums(
+                points, p0, p1, d, g, z, plain_peak_of(law, j), fall_of(law, j), None, None, strained, True
+            )
     else:
         motion = relative_motion(j, joints, bodies, axes, ra, rb)
         dash = law[j, LAW.dash] if dt > 0.0 else 0.0, 1.0 / dt if dt > 0.0 else 0.0
         if law[j, LAW.tan_psi] == 0.0 and law[j, LAW.rest_tan_psi] == 0.0 and law[j, LAW.crushing] == np.inf:
             out = point_sums(
-                points, p0, p1, d, g, peak_of(law, j), fall_of(law, j), dash + motion, rates, strained, False
+                points, p0, p1, d, g, z, peak_of(law, j), fall_of(law, j), dash + motion, rates, strained, False
             )
         else:
             out = point_sums(
-                points, p0, p1, d, g, peak_of(law, j), fall_of(law, j), dash + motion, rates, strained, True
+                points, p0, p1, d, g, z, peak_of(law, j), fall_of(law, j), dash + motion, rates, strained, True
             )
     return out

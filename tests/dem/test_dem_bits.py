@@ -114,7 +114,7 @@ def test_an_edit_of_an_imported_kernel_file_is_seen_by_its_callers(tmp_path):
     assert force(tmp_path) == (pytest.approx(1e3), 1)
     # of the same length and with the time stamp of before: neither time nor size tells
     before, source = law.stat(), law.read_text(encoding="utf-8")
-    assert source.count("n = min(tension(kn * (lift - w), ft, reach), kn * fc)") == 1
+    assert source.count("n = min(tension(kn * (lift - w), ft, reach), kn * peak.crushing)") == 1
     edited = source.replace("(kn * (lift - w), ft, reach), kn", "(kn * 2.0*( - w), ft, reach), kn")
     law.write_text(edited, encoding="utf-8")
     os.utime(law, ns=(before.st_atime_ns, before.st_mtime_ns))

@@ -128,8 +128,8 @@ def test_a_block_turns_as_fast_in_a_plane_as_in_space():
     # points across the thickness are found anew on the way; in the plane nothing can turn about them
     turns = []
     for a, drive in ((tables(step=1e-3), {"x": 1.0}), (tables(step=1e-3, turned_deg=30.0), {"x": 0.75**0.5, "y": 0.5})):
-        u, load, h = pushed(a, to=0.08, drive=drive)
-        # it runs on the step at 50 mm and tips soon after
+        # it runs on the step at 50 mm and tips soon after; at rest it keeps a trace of the blow, 16 % at 4000 steps
+        u, load, h = pushed(a, to=0.08, drive=drive, steps=16_000)
         turns.append((load.max(), u[load.argmax()], np.linalg.norm(h.quaternion[-1, -1, 1:])))
     assert turns[0] == pytest.approx(turns[1], rel=0.05)
 
