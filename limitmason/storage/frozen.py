@@ -18,7 +18,7 @@ def frozen(value: T) -> T:
     """The value itself, all arrays in it made read-only: in tuples, lists and mappings too, not in other objects."""
     if isinstance(value, np.ndarray):
         value.flags.writeable = False
-    elif isinstance(value, dict | tuple | list) or isinstance(value, Mapping):
+    elif isinstance(value, dict | tuple | list | Mapping):
         # faces are tuples of thousands of numbers: these are not asked one by one what they are
         for item in value.values() if isinstance(value, Mapping) else value:
             if type(item) not in _PLAIN:
