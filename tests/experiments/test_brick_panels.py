@@ -377,13 +377,15 @@ def test_the_largest_load_up_to_a_displacement_is_of_the_curve_that_was_kept():
 def test_run_10_is_the_same_by_zones_and_modes_once_its_crack_is_chosen():
     # two bed joints at the ends reach their strength within a hundredth of each other: the one that is first decides
     known, peaks = runs.Runs(None, None), {}
-    for course, to, blocks, pace in ((8, 2e-4, "modal", 7e7), (9, 3.3e-4, "modal", 7e7), (9, 3.3e-4, "zoned", 1e8)):
-        push = dict(once=True, to=to, steps=round(pace * to), blocks=blocks, seed=1)
-        peaks[course, blocks] = known("udec-10", crack=course, **push).peak
-    # the target for single brittle runs; another crack is another panel where it differs by more than that
-    noise = 0.12
-    assert peaks[9, "modal"] == pytest.approx(peaks[9, "zoned"], rel=noise)
-    assert min(peaks[9, "modal"], peaks[9, "zoned"]) > (1.0 + noise) * peaks[8, "modal"]
+    # a brittle run forks at rounding, one start of three to 4.4 kN: medians of three starts
+    cases = ((8, 2e-4, "modal", 7e7, (1, 2, 3)), (9, 3.3e-4, "modal", 7e7, (1, 2, 3)), (9, 3.3e-4, "zoned", 1e8, (1,)))
+    for course, to, blocks, pace, starts in cases:
+        push = dict(once=True, to=to, steps=round(pace * to), blocks=blocks)
+        peaks[course, blocks] = np.median([known("udec-10", crack=course, seed=k, **push).peak for k in starts])
+    # the target for single brittle runs
+    assert peaks[9, "modal"] == pytest.approx(peaks[9, "zoned"], rel=0.12)
+    # of one kind of blocks: zoned ones stand 4 % lower, 1.17 times the other crack of modal ones
+    assert peaks[9, "modal"] > 1.2 * peaks[8, "modal"]
 
 
 @pytest.mark.slow
