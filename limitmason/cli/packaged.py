@@ -1,11 +1,9 @@
-"""Commands on the packaged experiments: list, show, run, summary, and predictions of a large series."""
+"""Commands on the packaged experiments: list, show, run, and predictions of a large series."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 from limitmason.cli.console import (
     analysis_options,
@@ -18,10 +16,7 @@ from limitmason.cli.console import (
     writable,
 )
 from limitmason.errors import InputError
-from limitmason.storage.files import save_figure, write_text
-
-if TYPE_CHECKING:
-    pass
+from limitmason.storage.files import save_figure
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
@@ -47,29 +42,6 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     analysis_options(run, flow_default="as published")
     run.set_defaults(run=_run)
 
-    summary = actions.add_parser("summary", help="all packaged cases as one Markdown table (some minutes)")
-    summary.set_defaults(run=_summary)
-    _add_methods(actions)
-    _add_predict(commands)
-
-
-def _add_methods(actions: argparse._SubParsersAction) -> None:
-    methods = actions.add_parser("methods", help="all packaged cases by all theories as one page (an hour; resumable)")
-    methods.add_argument("--source", help="only this source")
-    methods.add_argument("--specimen", help="only cases of this specimen")
-    known = ("associative", "non-associative", "dem", "mechanisms")
-    methods.add_argument("--methods", nargs="+", choices=known, default=known, metavar="METHOD",
-                         help=f"out of {', '.join(known)}; default: all")  # fmt: skip
-    methods.add_argument("--thorough", action="store_true",
-                         help="whole error budgets, longer search, proven ranges (hours)")  # fmt: skip
-    methods.add_argument("--store", type=Path, metavar="FOLDER", help="keep answers here and go on after a kill")
-    methods.add_argument("--workers", type=int, default=1, help="processes, one case each; needs --store")
-    methods.add_argument("--markdown", type=writable, metavar="FILE", help="write the page here, not to the terminal")
-    methods.add_argument("--csv", type=writable, metavar="FILE", help="also write one line per case and theory")
-    methods.set_defaults(run=_methods)
-
-
-def _add_predict(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("predict", help="a large series of tests by a model of its ladder (resumable)")
     command.add_argument("series", metavar="SERIES", help="a packaged series with a page of its own")
     command.add_argument("walls", nargs="*", metavar="WALL", help="only these walls; default: all")
@@ -159,38 +131,3 @@ def _cases(options: argparse.Namespace) -> Sequence:
     source, _, one = options.source.partition("/")
     names = ([one] if one else []) + options.specimens
     return [experiments.load(source, name) for name in names] or experiments.all_cases(source=source)
-
-
-def _summary(options: argparse.Namespace) -> int:
-    del options
-    from limitmason import validation
-
-    show_text(validation.summary_table(progress=lines()))
-    return 0
-
-
-def _methods(options: argparse.Namespace) -> int:
-    import limitmason
-    from limitmason import validation
-
-    wanted = validation.cases(options.source, specimen=options.specimen)
-    if not wanted:
-        name = " ".join(n for n in (options.source, options.specimen) if n)
-        raise InputError(f"no packaged case with a model is called {name!r}; see `limitmason experiments list`")
-    if options.thorough and not {"non-associative", "dem"} & set(options.methods):
-        raise InputError("--thorough is not used by associative limit analysis and mechanisms: leave it out")
-    found = validation.solve_cases(
-        wanted, options.methods, thorough=options.thorough,
-        store=options.store, workers=options.workers, progress=lines(),
-    )  # fmt: skip
-    missing = () if options.source or options.specimen else validation.not_covered()
-    page = validation.as_markdown(found, missing, version=limitmason.__version__, thorough=options.thorough)
-    if options.markdown:
-        write_text(options.markdown, page)
-        say(f"wrote {options.markdown}")
-    else:
-        show_text(page)
-    if options.csv:
-        validation.write_csv(found, options.csv)
-        say(f"wrote {options.csv}")
-    return 0

@@ -1,4 +1,4 @@
-"""Tables as text: columns of equal width for the terminal, Markdown for pages, and how a range is written."""
+"""Tables as text: columns of equal width for the terminal, Markdown for pages."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -42,13 +42,3 @@ def markdown_line(cells: Sequence[str]) -> str:
     """One line of a Markdown table; no cell can end itself or begin an element of HTML."""
     plain = (re.sub(r"<(?=[A-Za-z/!?])", "&lt;", " ".join(c.splitlines())).replace("|", "\\|") for c in cells)
     return "| " + " | ".join(plain) + " |"
-
-
-def span(low: float, high: float, form: str = ".4g") -> str:
-    """A range as text, a single number where both ends read the same."""
-    return f"{low:{form}}" if f"{low:{form}}" == f"{high:{form}}" else f"{low:{form}} to {high:{form}}"
-
-
-def names_of(names: Sequence[str]) -> str:
-    """Several names as the first, the last and their number."""
-    return names[0] if len(names) == 1 else f"{names[0]} ... {names[-1]} ({len(names)})"

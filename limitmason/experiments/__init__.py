@@ -9,16 +9,10 @@ Quantity(41.5, 'kN')
 A source is one folder here: data, ``source.json``, licence, and a module with its ``RECIPE``.
 """
 
-from importlib import import_module
-from typing import Any
-
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, Source, TargetValue
 from limitmason.experiments.registry import all_cases, load, recipe_of, sources, specimens
 from limitmason.experiments.shown import Departure, Settings, Shown, Variant
-
-# predictions beside these values stand in limitmason.validation, above this package: handed on when asked for
-_VALIDATION = ("Comparison", "as_text", "run", "summary_table", "table")
 
 __all__ = [
     "Departure",
@@ -36,12 +30,4 @@ __all__ = [
     "recipe_of",
     "sources",
     "specimens",
-    *_VALIDATION,
 ]
-
-
-def __getattr__(name: str) -> Any:
-    """Hand on what compares predictions with these values."""
-    if name in _VALIDATION:
-        return getattr(import_module("limitmason.validation"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

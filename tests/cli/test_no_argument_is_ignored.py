@@ -83,14 +83,10 @@ def leaves(parser: argparse.ArgumentParser, path: tuple[str, ...] = ()):
 
 
 COMMANDS = dict(leaves(cli._parser()))
-TABLE = ["experiments", "methods", "--source", "ferris-tin-loi-2001", "--specimen", "wall-1"]
 BASES = {
     "experiments list": ["experiments", "list"],
     "experiments show": ["experiments", "show", "ferris-tin-loi-2001/wall-1"],
     "experiments run": ["experiments", "run", "ferris-tin-loi-2001", "wall-1"],
-    "experiments summary": ["experiments", "summary"],
-    "experiments methods": TABLE,
-    "experiments methods, bounds": [*TABLE, "--methods", "associative", "mechanisms"],
     "predict": ["predict", "modern-walls", "189", "--method", "formulas"],
     "solve": ["solve", "wall.json"],
     "figure assembly": ["figure", "assembly", "wall.json"],
@@ -112,8 +108,8 @@ BASES = {
 METHODS = ("limit", "dem", "mechanisms")
 VALUES = {
     "--all": [], "--csv": ["t.csv"], "--figure": ["f.png"], "--method": ["dem"], "--flow-rule": ["non-associative"],
-    "--contact-model": ["grid"], "--grid": ["3", "3"], "--torsion-limit": [], "--source": ["rondelet-wallette"],
-    "--specimen": ["wall-2"], "--methods": ["non-associative", "dem"], "--thorough": [], "--store": ["kept"],
+    "--contact-model": ["grid"], "--grid": ["3", "3"], "--torsion-limit": [],
+    "--methods": ["non-associative", "dem"], "--store": ["kept"],
     "--workers": ["2"], "--markdown": ["page.md"], "--output": ["o.json"], "--vtu": ["v.vtu"], "-o": ["drawn.png"],
     "--view": ["3d"], "--dpi": ["50"], "--measured": ["0.4", "0.5"], "--points": ["2", "2"], "--no-budget": [],
     "--proven": ["1"], "--model": ["own_model.py:simulate"], "--predicted": ["other"], "--template": ["out.csv"],
@@ -132,7 +128,6 @@ VALUES = {
 }  # fmt: skip
 OTHER = {("predict", "--method"): ["first"], ("report", "-o"): ["other.html"],
          ("compare", "--markdown"): [], ("compare, associative", "--markdown"): [], ("compare", "--methods"): ["dem"],
-         ("experiments methods", "--methods"): ["associative"],
          ("compare, associative", "--methods"): ["mechanisms"],
          ("pushover", "--method"): ["limit"], ("pushover, packaged", "--method"): ["limit"],
          ("pushover", "--block"): ["stone-1"], ("pushover", "--direction"): ["0", "0", "1"]}  # fmt: skip
@@ -220,11 +215,8 @@ def run(canned, tmp_path, monkeypatch, capsys):
     # of a table only the runs are replaced: it is the table that hands every option on to them
     row = recorder("run", validation.run(experiments.load("pavia-tilting", "S1")))
     monkeypatch.setattr(sys.modules["limitmason.validation.specimen"], "run", row)
-    monkeypatch.setattr(validation, "summary_table", recorder("summary", "a table"))
     monkeypatch.setattr(experiments, "all_cases", lambda **_: [experiments.load("pavia-tilting", "S1")])
-    monkeypatch.setattr(validation, "solve_cases", recorder("solve", {}))
     monkeypatch.setattr(wall_ladder, "predict_walls", recorder("walls", wall_ladder.predict_walls("formulas", ["189"])))
-    monkeypatch.setattr(validation, "not_covered", tuple)
     monkeypatch.setattr(validation, "compare", recorder("compare", table))
     monkeypatch.setattr(driven, "get_method", lambda name: methods.get_method(name) if name == "limit" else pushed)
     monkeypatch.setattr(driven, "_draw", lambda o, *_: note("draw", o.figure, o.cracks))
@@ -360,9 +352,9 @@ def test_forces_are_not_drawn_where_there_are_none_and_a_mechanism_is_where_ther
     (lambda w, p: lm.compare(w, p, "associative", dem={"tolerance": 0.1}), "dem"),
     (lambda w, p: lm.compare(w, p, "associative", associative={"search": "quick"}), "search"),
     (lambda w, p: lm.settlement_analysis(w, 0, loads=p), "loads"),
-    (lambda w, p: experiments.run(experiments.load("ferris-tin-loi-2001", "wall-1"), "dem", flow_rule="associative"),
+    (lambda w, p: validation.run(experiments.load("ferris-tin-loi-2001", "wall-1"), "dem", flow_rule="associative"),
      "flow_rule"),
-    (lambda w, p: experiments.run(experiments.load("ferris-tin-loi-2001", "wall-1"), kinds="guessed"), "kinds"),
+    (lambda w, p: validation.run(experiments.load("ferris-tin-loi-2001", "wall-1"), kinds="guessed"), "kinds"),
     (lambda w, p: experiments.load("mcmaster-bending", "theta-90").loads("-"), "direction '-'"),
 ])  # fmt: skip
 def test_keyword_of_another_mode_is_refused_by_name(call, name, canned):

@@ -3,12 +3,12 @@
 import csv
 from pathlib import Path
 
+import every_case
 import pytest
+from every_case import ratio_span, references_for
+from every_case.__main__ import main
 
 import limitmason as lm
-from limitmason import validation
-from limitmason.cli import main
-from limitmason.validation import ratio_span, references_for
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 FERRIS, MINHO, WALLETTE = "ferris-tin-loi-2001", "minho-dry-stone-2005-2009", "rondelet-wallette"
@@ -17,15 +17,15 @@ QUICK = ("associative", "mechanisms")
 
 @pytest.mark.slow
 def test_every_packaged_specimen_is_in_the_table_or_listed_with_its_reason():
-    shown = {(c.source, s) for c in validation.cases() for s in c.specimens}
-    listed = {(source, s) for source, names, reason in validation.not_covered() for s in names if reason}
+    shown = {(c.source, s) for c in every_case.cases() for s in c.specimens}
+    listed = {(source, s) for source, names, reason in every_case.not_covered() for s in names if reason}
     every = {(t.source.name, t.specimen) for t in lm.experiments.all_cases()}
     assert shown | listed == every
     assert not shown & listed
 
 
 def test_repeats_of_one_model_are_one_row_with_all_their_values():
-    rows = validation.cases(MINHO)
+    rows = every_case.cases(MINHO)
     assert sorted(s for c in rows for s in c.specimens) == sorted(lm.experiments.specimens(MINHO))
     # four levels of load on each of two walls; the walls are symmetric, so both senses of a cyclic test are one row
     assert len(rows) == 8
@@ -35,32 +35,32 @@ def test_repeats_of_one_model_are_one_row_with_all_their_values():
 
 
 def test_published_values_stand_beside_answers_of_their_own_kind():
-    sharp, rounded = validation.cases(FERRIS, specimen="wall-3")
+    sharp, rounded = every_case.cases(FERRIS, specimen="wall-3")
     labels = {m: [r.label for r in references_for(sharp, m)] for m in ("associative", "non-associative", "dem")}
     assert labels["associative"] == ["published associative"]
     assert labels["non-associative"] == labels["dem"] == ["published non-associative"]
     assert [r.label for r in references_for(rounded, "dem")] == ["published rounded LMGC90", "published rounded UDEC"]
     assert references_for(rounded, "associative") == ()
-    plain, dilatant = validation.cases(WALLETTE, specimen="toothed-odd-flush")
+    plain, dilatant = every_case.cases(WALLETTE, specimen="toothed-odd-flush")
     assert [r.value for r in references_for(plain, "dem")] == [0.32]
     assert "published 3DEC zero dilatancy (derived)" in [r.label for r in references_for(plain, "dem")]
     assert [r.value for r in references_for(dilatant, "dem")] == [0.40]
 
 
 def test_answers_ratios_page_and_csv(tmp_path):
-    wanted = validation.cases(FERRIS, specimen="wall-1")
+    wanted = every_case.cases(FERRIS, specimen="wall-1")
     said = []
-    found = validation.solve_cases(wanted, QUICK, store=tmp_path / "store", progress=said.append)
-    again = validation.solve_cases(wanted, QUICK, store=tmp_path / "store", progress=said.append)
+    found = every_case.solve_cases(wanted, QUICK, store=tmp_path / "store", progress=said.append)
+    again = every_case.solve_cases(wanted, QUICK, store=tmp_path / "store", progress=said.append)
     assert sum("from the store" in line for line in said) == 2 * len(wanted)
     for case in wanted:
         assert again[case]["associative"].multiplier == found[case]["associative"].multiplier
     low, high = ratio_span(wanted[0], found[wanted[0]]["associative"])
     assert low == high == pytest.approx(0.64286 / 0.643, abs=1e-4)
-    page = validation.as_markdown(found, (("a source", ("one", "two"), "no plan"),), version="0")
+    page = every_case.as_markdown(found, (("a source", ("one", "two"), "no plan"),), version="0")
     assert "| wall-1 | associative 0.643; non-associative 0.64 | 0.6429 × 1.00 |" in page
     assert "- a source one ... two (2): no plan." in page
-    validation.write_csv(found, tmp_path / "table.csv")
+    every_case.write_csv(found, tmp_path / "table.csv")
     with (tmp_path / "table.csv").open(encoding="utf-8") as file:
         lines = list(csv.DictReader(file))
     assert len(lines) == 1 + len(wanted) * len(QUICK)
@@ -68,8 +68,8 @@ def test_answers_ratios_page_and_csv(tmp_path):
 
 
 def test_what_a_theory_does_not_cover_is_said(tmp_path):
-    wanted = validation.cases("mcmaster-bending", specimen="theta-90")
-    page = validation.as_markdown(validation.solve_cases(wanted, QUICK), (), version="0")
+    wanted = every_case.cases("mcmaster-bending", specimen="theta-90")
+    page = every_case.as_markdown(every_case.solve_cases(wanted, QUICK), (), version="0")
     assert "does not apply" in page
     assert "- theta-90: not covered by mechanisms: no mechanism of the catalogue fits" in page
 
@@ -77,15 +77,15 @@ def test_what_a_theory_does_not_cover_is_said(tmp_path):
 @pytest.mark.slow
 def test_command_writes_page_and_csv(tmp_path):
     page, table = tmp_path / "page.md", tmp_path / "table.csv"
-    command = ["experiments", "methods", "--source", "bnw-walls", "--specimen", "BNW1", "--methods", *QUICK]
-    assert main([*command, "--markdown", str(page), "--csv", str(table)]) == 0
+    command = ["--source", "bnw-walls", "--specimen", "BNW1", "--methods", *QUICK]
+    main([*command, "--markdown", str(page), "--csv", str(table)])
     assert "EN 1996-1-1" in page.read_text(encoding="utf-8")
     assert "BNW1, friction 0.4, cohesion 0.2 MPa" in page.read_text(encoding="utf-8")
 
 
 def test_several_workers_need_a_store():
     with pytest.raises(ValueError, match="give a folder"):
-        validation.solve_cases(validation.cases(FERRIS, specimen="wall-1"), QUICK, workers=2)
+        every_case.solve_cases(every_case.cases(FERRIS, specimen="wall-1"), QUICK, workers=2)
 
 
 # ---- the page in docs ------------------------------------------------------------------------------------------------
@@ -99,8 +99,8 @@ def documented():
 @pytest.mark.slow
 def test_documented_associative_values_are_what_the_cases_give():
     shown = {(r["source"], r["specimens"], r["variant"]): r["value"] for r in documented() if r["method"] == QUICK[0]}
-    wanted = [c for c in validation.cases() if c.source in (FERRIS, MINHO, WALLETTE)]
-    for case, result in validation.solve_cases(wanted, QUICK[:1]).items():
+    wanted = [c for c in every_case.cases() if c.source in (FERRIS, MINHO, WALLETTE)]
+    for case, result in every_case.solve_cases(wanted, QUICK[:1]).items():
         value = result["associative"].multiplier * float(case.test.multiplier_to_measured)
         assert float(shown[case.source, " ".join(case.specimens), case.variant]) == pytest.approx(value, rel=1e-4)
 

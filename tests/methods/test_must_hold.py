@@ -13,7 +13,7 @@ from walls import corner, running_bond
 
 import limitmason as lm
 import mechanisms
-from limitmason.validation import dem_verdict
+from limitmason.validation.findings import Answers
 
 DRY = lm.Joint(33.82)
 PLANS = {
@@ -141,7 +141,7 @@ LONGER = {
 def test_dem_lies_inside_the_non_associative_range_within_its_error_budget(name):
     make, points = {**INSIDE, **LONGER}[name]
     result = dem_and_range(*make(), points)
-    assert dem_verdict(result).startswith("inside"), result.table()
+    assert Answers(result.rows).position(result["dem"]).startswith("inside"), result.table()
     # an error bar that holds everything would say nothing
     assert result["dem"].high - result["dem"].low < 0.1 * result["dem"].multiplier
 
@@ -153,7 +153,7 @@ def test_a_dem_answer_outside_is_called_so():
     off = {"below": 0.9 * result["non-associative"].multiplier, "above": 1.1 * upper.multiplier}
     for side, value in off.items():
         answer = replace(upper, method="dem", multiplier=value, low=0.99 * value, high=1.01 * value)
-        assert dem_verdict(replace(result, rows=(*result.rows, answer))).startswith(side)
+        assert Answers((*result.rows, answer)).position(answer).startswith(side)
 
 
 # ---- scaling the whole wall, and growing only its blocks -------------------------------------------------------------

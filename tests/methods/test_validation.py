@@ -5,6 +5,7 @@ import re
 import sys
 from pathlib import Path
 
+import every_case
 import numpy as np
 import pytest
 
@@ -15,7 +16,6 @@ from limitmason.display.text_table import aligned, markdown
 from limitmason.errors import InputError
 from limitmason.experiments import registry
 from limitmason.geometry import box
-from limitmason.validation.page import UNEXPLAINED
 from limitmason.validation.rows import STORED, Row
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -118,20 +118,20 @@ def test_a_folder_is_a_full_source(one_block):
     assert one_block in experiments.sources()
     assert experiments.specimens(one_block) == ("tall", "flat")
     test = experiments.load(one_block, "tall")
-    assert [r.ratio for r in experiments.run(test)] == pytest.approx([1.0])
+    assert [r.ratio for r in validation.run(test)] == pytest.approx([1.0])
     assert test.with_options(friction=0.1).options["friction"] == 0.1
     assert test.curve().peak.load == 2.0
-    cases = validation.cases(one_block)
+    cases = every_case.cases(one_block)
     assert [c.name for c in cases] == ["tall", "flat", "tall, rough", "flat, rough"]
-    assert [validation.settings_of(c).search for c in cases] == ["standard", "quick", "quick", "quick"]
-    found = validation.solve_cases(cases, ("associative", "mechanisms"))
-    page = validation.as_markdown(found, (), version="0")
+    assert [every_case.settings_of(c).search for c in cases] == ["standard", "quick", "quick", "quick"]
+    found = every_case.solve_cases(cases, ("associative", "mechanisms"))
+    page = every_case.as_markdown(found, (), version="0")
     assert "Weightless air is assumed." in page
     assert "| flat | lambda 0.5 | 0.5 × 1.00 |" in page
     assert "- tall ... flat, rough (4): not covered by mechanisms: it is too small for them" in page
     assert experiments.recipe_of(one_block).shown.reason_for("tall, rough", "below by 1 %") == "It rocks."
     assert experiments.recipe_of(one_block).shown.reason_for("tall", "below by 1 %") == ""
-    assert f"{one_block} tall" in "\n".join(validation.table_rows([test]))
+    assert f"{one_block} tall" in "\n".join(every_case.table_rows([test]))
 
 
 def test_every_departure_written_on_the_page_is_stated_in_the_folder_of_its_source():
@@ -140,14 +140,14 @@ def test_every_departure_written_on_the_page_is_stated_in_the_folder_of_its_sour
     written = re.findall(r"^- .*?: (?:the DEM lies .*?%|DEM [a-z ]+)\. (.*)$", page, re.MULTILINE)
     assert written
     assert set(written) <= known
-    assert UNEXPLAINED not in page
+    assert every_case.UNEXPLAINED not in page
 
 
 def test_values_of_a_copy_of_the_same_model_are_no_references():
     test = experiments.load("ferris-tin-loi-2001", "wall-1")
     copies = {t.quantity for t in test.targets if t.copy}
     assert copies == {"HybriDFEM associative", "HybriDFEM non-associative", "HybriDFEM rounded"}
-    shown = [r.label for c in validation.cases("ferris-tin-loi-2001") for r in c.references]
+    shown = [r.label for c in every_case.cases("ferris-tin-loi-2001") for r in c.references]
     assert shown
     assert not any("HybriDFEM" in label for label in shown)
 
@@ -157,7 +157,7 @@ def test_values_of_a_copy_of_the_same_model_are_no_references():
 
 def test_every_table_is_made_of_the_same_rows(one_block):
     test = experiments.load(one_block, "tall")
-    (row,) = experiments.run(test, "associative")
+    (row,) = validation.run(test, "associative")
     (answer,) = lm.compare(test.assembly(), test.loads(), "associative", measured=0.25).rows
     assert type(row) is type(answer) is Row
     assert (row.multiplier, row.ratio, row.bound, row.unit) == (
@@ -223,14 +223,6 @@ def test_curves_are_drawn_in_mm_and_kn_whatever_their_units():
     assert [line.get_gid() for line in lm.figures.load_displacement(test).axes[0].lines][-1] == "curve test"
     with pytest.raises(ValueError, match="is in rad and N m"):
         lm.figures.load_displacement(Curve([0.0], [1.0], displacement_unit="rad", load_unit="N m"))
-
-
-def test_experiments_hand_on_what_compares():
-    for name in ("run", "table", "as_text", "summary_table"):
-        assert getattr(experiments, name) is getattr(validation, name)
-    assert experiments.Comparison is Row
-    with pytest.raises(AttributeError, match="no attribute 'runn'"):
-        experiments.runn  # noqa: B018
 
 
 # ---- stages of loading live below dem --------------------------------------------------------------------------------

@@ -6,9 +6,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from every_case import table_rows
 
 from limitmason import experiments
-from limitmason.validation import table_rows
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

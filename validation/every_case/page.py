@@ -7,19 +7,30 @@ from collections.abc import Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 
-from limitmason.display.text_table import markdown, names_of, span
+from limitmason.display.text_table import markdown
 from limitmason.methods import ASSOCIATIVE, COMPARED_METHODS, DEM, MECHANISMS, get_method
 from limitmason.storage.csv_table import write_table
-from limitmason.validation.cases import Case, ReferenceValue, settings_of
 from limitmason.validation.comparing import SideBySide
 from limitmason.validation.findings import BROKEN, HOLDS, INSIDE, NOT_CHECKED, Answers
 from limitmason.validation.rows import REFUSED, Row
-from limitmason.validation.solving import dem_verdict
+
+from .cases import Case, ReferenceValue, settings_of
+from .solving import dem_verdict
 
 Found = Mapping[Case, SideBySide]
 
 UNEXPLAINED = "NOT EXPLAINED."
 """Written where an answer leaves the range of theory and the folder of its source does not say why."""
+
+
+def span(low: float, high: float, form: str = ".4g") -> str:
+    """A range as text, a single number where both ends read the same."""
+    return f"{low:{form}}" if f"{low:{form}}" == f"{high:{form}}" else f"{low:{form}} to {high:{form}}"
+
+
+def names_of(names: Sequence[str]) -> str:
+    """Several names as the first, the last and their number."""
+    return names[0] if len(names) == 1 else f"{names[0]} ... {names[-1]} ({len(names)})"
 
 
 def references_for(case: Case, method: str) -> tuple[ReferenceValue, ...]:
@@ -40,15 +51,15 @@ def as_markdown(
 
     Parameters
     ----------
-    found : from :func:`limitmason.validation.solve_cases`
-    missing : from :func:`limitmason.validation.not_covered`
+    found : from :func:`solve_cases`
+    missing : from :func:`not_covered`
     version : of limitmason, for the line on where the page comes from
     thorough : whether the answers are those of a thorough run
     """
     lines = [
         "# Every packaged case by every theory",
         "",
-        f"Made by `limitmason experiments methods{' --thorough' if thorough else ''}`, version {version}; nothing is "
+        f"Made by `python -m validation.every_case{' --thorough' if thorough else ''}`, version {version}; nothing is "
         "tuned. In brackets after a value: "
         "its range, and after × its ratio to the test or to the published value of the same flow rule.",
         "",

@@ -4,11 +4,13 @@ from collections.abc import Callable, Iterable
 from itertools import groupby
 
 from limitmason.display.progress import reached, watched
-from limitmason.display.text_table import markdown, markdown_line, names_of, span
+from limitmason.display.text_table import markdown, markdown_line
 from limitmason.experiments.record import Experiment
 from limitmason.experiments.registry import all_cases
 from limitmason.validation.rows import Row
 from limitmason.validation.specimen import run
+
+from .page import names_of, span
 
 _HEADER = ("case", "value", "reference", "limit analysis", "flow rule", "predicted / reference")
 

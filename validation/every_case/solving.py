@@ -12,10 +12,11 @@ from limitmason.display.progress import reached, task
 from limitmason.errors import InputError
 from limitmason.experiments.shown import Settings
 from limitmason.methods import ASSOCIATIVE, COMPARED_METHODS, DEM, MECHANISMS, NON_ASSOCIATIVE, get_method
-from limitmason.validation.cases import Case, settings_of
 from limitmason.validation.comparing import SideBySide, compare
 from limitmason.validation.findings import INSIDE, Answers
 from limitmason.validation.rows import Row
+
+from .cases import Case, settings_of
 
 Progress = Callable[[str], object]
 
@@ -41,7 +42,7 @@ def solve_cases(
 
     Parameters
     ----------
-    wanted : from :func:`limitmason.validation.cases`
+    wanted : from :func:`cases`
     methods : as in :func:`limitmason.compare`
     thorough : the whole error budget for every DEM answer, the standard search and proven ranges (hours)
     store : folder that keeps every answer when it is done; the same call goes on after a kill
