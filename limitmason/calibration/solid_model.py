@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from limitmason.errors import InputError
+from limitmason.model.material import FRACTURE
 
 if TYPE_CHECKING:  # who calibrates joints need not wait for the finite elements
     from limitmason.continuum import Continuum
@@ -52,7 +53,7 @@ class SolidModel:
 
     @property
     def _properties(self) -> tuple[str, ...]:
-        return tuple(f.name for f in fields(self.solid.materials[0]) if f.name != "name")
+        return ("young_modulus", "poisson_ratio", "density", "tensile_strength", *FRACTURE)
 
     @property
     def parameters(self) -> tuple[str, ...]:

@@ -1,7 +1,6 @@
 """Masonry as a continuum: solids of 20-node bricks from the outlines of block models, on scikit-fem."""
 
 from limitmason.continuum.elastic import ElasticState, solve_elastic
-from limitmason.continuum.material import Material
 from limitmason.continuum.mesh import Box, Mesh, mesh_boxes
 from limitmason.continuum.path import push
 from limitmason.continuum.result import SolidCurve, load_curve
@@ -11,7 +10,6 @@ __all__ = [
     "Box",
     "Continuum",
     "ElasticState",
-    "Material",
     "Mesh",
     "SolidCurve",
     "load_curve",

@@ -34,7 +34,7 @@ class ElasticState(ReadOnly):
     @cached_property
     def stress(self) -> Array:
         """Stresses (xx, yy, zz, xy, yz, zx) at the integration points [Pa], tension positive, shape (m, q, 6)."""
-        d = np.array([m.stiffness for m in self.model.materials])[self.model.mesh.material]
+        d = self.model.moduli[self.model.mesh.material]
         strain = self.model.discretisation.strains(self.displacement.ravel())
         return np.asarray(np.einsum("mij,mqj->mqi", d, strain))
 

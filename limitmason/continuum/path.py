@@ -131,7 +131,7 @@ def _flat_bricks(model: Continuum) -> tuple[str, ...]:
     corners = model.mesh.corners
     edges = corners.max(axis=1) - corners.min(axis=1)
     aspect = float((edges.max(axis=1) / edges.min(axis=1)).max())
-    if aspect < _FLAT or all(m.elastic for m in model.materials):
+    if aspect < _FLAT or not any(m.fractures for m in model.materials):
         return ()
     return (f"bricks are up to {aspect:.2g} times as long as wide: a crack's energy depends on how it crosses them",)
 

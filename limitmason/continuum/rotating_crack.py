@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.continuum.material import Material
 from limitmason.errors import InputError
+from limitmason.model.material import Material
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -75,7 +75,8 @@ def curves_of(materials: Sequence[Material], material: Index, width: Array) -> C
     """
 
     def column(name: str) -> Array:
-        return np.array([getattr(m, name) for m in materials], dtype=float)[material]
+        given = [getattr(m, name) for m in materials]
+        return np.array([np.inf if value is None else value for value in given], dtype=float)[material]
 
     e, ft, fc = column("young_modulus"), column("tensile_strength"), column("compressive_strength")
     with np.errstate(invalid="ignore"):

@@ -12,13 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from limitmason.constants import GRAVITY
 from limitmason.continuum.discretisation import Discretisation
-from limitmason.continuum.material import Material
 from limitmason.continuum.mesh import Box, Mesh, box_of, mesh_boxes
 from limitmason.continuum.multifrontal import Factor
 from limitmason.continuum.patch import patch_forces
+from limitmason.deformable.elasticity import SOLID, Elasticity
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.input import read_number, read_vector
+from limitmason.model.material import Material
 from limitmason.storage.frozen import ReadOnly, frozen
 from limitmason.vibration.system import VibratingSystem
 
@@ -46,6 +47,11 @@ class Continuum(ReadOnly):
     dead, live : forces on the nodes beside the own weight [N], shape (n_nodes, 3); a multiplier scales the live ones
     lumped : masses carried by the nodes [kg], shape (n_nodes,); their weight is dead load
     points : integration points along an edge of a brick; with 2 a single layer of bricks has motions without strain
+
+    Raises
+    ------
+    InputError
+        For a material without density, and one that yields by Mohr and Coulomb.
     """
 
     mesh: Mesh
@@ -55,6 +61,17 @@ class Continuum(ReadOnly):
     live: Array
     lumped: Array
     points: int = 3
+
+    def __post_init__(self) -> None:
+        """Check that a solid may be made of its materials."""
+        for m in self.materials:
+            if m.density is None:
+                raise InputError(f"material {m.name!r} has no density: a solid takes it from there, 0 for no weight")
+            if m.yields:
+                raise InputError(
+                    f"material {m.name!r}: solids crack and crush over fracture energies; cohesion and "
+                    "friction_angle_deg are for units"
+                )
 
     @classmethod
     def from_boxes(
@@ -154,12 +171,17 @@ class Continuum(ReadOnly):
     def elastic(self) -> Factor:
         """Factor of the elastic stiffness of the free unknowns."""
         d = self.discretisation
-        return d.factor(d.stiffness(np.array([m.stiffness for m in self.materials])))
+        return d.factor(d.stiffness(self.moduli))
+
+    @property
+    def moduli(self) -> Array:
+        """Elastic stiffness per material [Pa], shape (k, 6, 6), for (xx, yy, zz, xy, yz, zx), shears as angles."""
+        return np.array([Elasticity.of(m.young_modulus, m.poisson_ratio, SOLID).matrix for m in self.materials])
 
     @property
     def densities(self) -> Array:
         """Mass density per material [kg/m3]."""
-        return np.array([m.density for m in self.materials])
+        return np.array([m.density for m in self.materials], dtype=float)
 
     @cached_property
     def mass(self) -> float:

@@ -32,7 +32,7 @@ class Block(ReadOnly):
     Raises
     ------
     InputError
-        For an axis that is no direction.
+        For an axis that is no direction, and a material with fracture energies.
     """
 
     name: str
@@ -44,6 +44,11 @@ class Block(ReadOnly):
     def __post_init__(self) -> None:
         """Take vertices and axis as arrays of its own, which nobody changes, and check the axis."""
         object.__setattr__(self, "parts", tuple(Solid(owned(p.vertices), p.faces) for p in self.parts))
+        if self.material is not None and self.material.fractures:
+            raise InputError(
+                f"block {self.name!r}: units yield by cohesion and friction_angle_deg; fracture energies are for "
+                "limitmason.continuum"
+            )
         if self.axis is not None:
             axis = read_vector(f"axis of block {self.name!r}", self.axis)
             if not 0.0 < np.abs(axis).max() < 1e100:

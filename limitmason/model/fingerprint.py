@@ -16,7 +16,7 @@ from limitmason.model.block import Block
 from limitmason.model.interface import Interface
 from limitmason.model.joint import Joint
 from limitmason.model.joint_term import name_of
-from limitmason.model.material import Material
+from limitmason.model.material import FRACTURE, Material
 from limitmason.model.tie import Tie
 from limitmason.storage.frozen import ReadOnly
 
@@ -62,13 +62,13 @@ class Fingerprint(ReadOnly):
             "block: density": np.array([b.density for b in blocks], dtype=float),
             "block: axis": np.array([[np.nan] * 3 if b.axis is None else b.axis for b in blocks]).reshape(-1, 3),
             "block: support": held.copy(),
-            **_columns("block: material's ", Material, [b.material for b in blocks]),
+            **_columns("block: material's ", Material, [b.material for b in blocks], FRACTURE),
             "joint: pair of blocks": np.array([(i.block_a, i.block_b) for i in joints], dtype=np.int64).reshape(-1, 2),
             "joint: polygon": _rows([i.polygon for i in joints], 3),
             "joint: number of corners": np.array([len(i.polygon) for i in joints], dtype=np.int64),
             "joint: normal": _rows([i.normal[None] for i in joints], 3),
             "joint: kind": np.array([i.kind for i in joints], dtype=str),
-            **_columns("joint: ", Joint, [i.joint for i in joints]),
+            **_columns("joint: ", Joint, [i.joint for i in joints], ("terms",)),
             **_term_columns([i.joint for i in joints]),
             "tie: pair of blocks": np.asarray(ends, dtype=np.int64).reshape(-1, 2),
             "tie: pair of ends": np.array([t.ends for t in ties]).reshape(-1, 6),
@@ -177,12 +177,14 @@ def check_same_loads(
         )
 
 
-def _columns(prefix: str, kind: type[Joint] | type[Material], rows: Sequence[Any]) -> dict[str, Table]:
+def _columns(
+    prefix: str, kind: type[Joint] | type[Material], rows: Sequence[Any], without: Sequence[str]
+) -> dict[str, Table]:
     """A column for every field of a law or material: NaN for None, choices by their number; its label is left out."""
     out = {}
     distinct = {id(row): row for row in rows}
     for field in fields(kind):
-        if field.name in ("name", "terms"):
+        if field.name == "name" or field.name in without:
             continue
         value = {key: _number(None if row is None else getattr(row, field.name)) for key, row in distinct.items()}
         out[prefix + field.name] = np.array([value[id(row)] for row in rows], dtype=float)

@@ -1,26 +1,36 @@
-"""What a unit is made of: elastic constants, and the strength of Mohr and Coulomb where it yields or cracks."""
+"""What units and solids are made of: elasticity, with a Mohr-Coulomb strength or with fracture energies."""
+
+from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import KW_ONLY, dataclass, fields
 
 from limitmason.errors import InputError
 from limitmason.model.plausibility import warn_of_material
 
+FRACTURE = ("tensile_energy", "compressive_strength", "compressive_energy")
+"""Fields of a solid that cracks and crushes; blocks have none of them."""
 
-@dataclass(frozen=True, kw_only=True)
+
+@dataclass(frozen=True)
 class Material:
-    """Elastic material of a unit, with a Mohr-Coulomb strength and a tension cut-off where these are given.
+    r"""Isotropic material: elastic, yielding by Mohr and Coulomb, or losing strength over fracture energies.
 
-    |tau| <= c - sigma tan(phi), sigma <= ft, tension positive. Without cohesion and friction angle it never yields.
+    A unit yields where :math:`|\tau| = c - \sigma \tan\varphi` or :math:`\sigma = f_t`, tension positive; without
+    cohesion and friction angle it never does. A solid cracks at :math:`f_t` and crushes at :math:`f_c`, over the
+    energies :math:`G_f` and :math:`G_{fc}`. Blocks take the first, :class:`limitmason.continuum.Continuum` the second.
 
     Parameters
     ----------
     young_modulus : E [Pa], > 0
     poisson_ratio : nu [-], -1 < nu < 0.5
-    density : [kg/m3], > 0; None keeps the density that the block has
+    density : [kg/m3], >= 0; None keeps the density that the block has
     cohesion, friction_angle_deg : c [Pa] and phi [deg], 0 <= phi < 90, both or neither
     dilatancy_angle_deg : psi [deg], 0 <= psi <= phi, of yielding in shear; yielding in tension is associated
     tensile_strength : ft [Pa]; None is the apex c / tan(phi), which also governs where it is lower
+    tensile_energy : Gf [N/m], the area under stress against opening of a crack, elastic part included
+    compressive_strength : fc [Pa]
+    compressive_energy : Gfc [N/m], the area beyond the peak under stress against shortening of a crushing band
     name : label shown in tables
 
     Raises
@@ -37,10 +47,14 @@ class Material:
     young_modulus: float
     poisson_ratio: float
     density: float | None = None
+    _: KW_ONLY
     cohesion: float | None = None
     friction_angle_deg: float | None = None
     dilatancy_angle_deg: float = 0.0
     tensile_strength: float | None = None
+    tensile_energy: float | None = None
+    compressive_strength: float | None = None
+    compressive_energy: float | None = None
     name: str = ""
 
     def __post_init__(self) -> None:
@@ -63,14 +77,29 @@ class Material:
                 f"{label}: poisson_ratio = {self.poisson_ratio} must lie between -1 and 0.5, both excluded: at 0.5 a "
                 "unit has no finite bulk modulus"
             )
-        if self.density == 0.0:
-            raise InputError(f"{label}: density must be positive; leave it out to keep the density of the block")
+        self._check_strength(label)
+        warn_of_material(self, label)
+
+    def _check_strength(self, label: str) -> None:
+        """Refuse one of a pair without the other, and two laws at once."""
         if (self.cohesion is None) != (self.friction_angle_deg is None):
             raise InputError(f"{label}: give both cohesion and friction_angle_deg, or neither for an elastic unit")
+        if (self.compressive_strength is None) != (self.compressive_energy is None):
+            raise InputError(f"{label}: give both compressive_strength and compressive_energy, or neither")
+        if self.tensile_energy is not None and self.tensile_strength is None:
+            raise InputError(f"{label}: tensile_energy needs tensile_strength beside it")
+        for name in (*FRACTURE, *(("tensile_strength",) if self.fractures else ())):
+            if getattr(self, name) == 0.0:
+                raise InputError(f"{label}: {name} must be positive; leave it out where there is none")
         if self.cohesion is None or self.friction_angle_deg is None:
-            for name in ("dilatancy_angle_deg", "tensile_strength"):
-                if getattr(self, name):
-                    raise InputError(f"{label}: {name} needs cohesion and friction_angle_deg beside it")
+            if self.dilatancy_angle_deg:
+                raise InputError(f"{label}: dilatancy_angle_deg needs cohesion and friction_angle_deg beside it")
+            if self.tensile_strength and self.tensile_energy is None:
+                raise InputError(
+                    f"{label}: tensile_strength needs cohesion and friction_angle_deg beside it, or tensile_energy"
+                )
+        elif self.fractures:
+            raise InputError(f"{label}: fracture energies do not go with cohesion and friction_angle_deg")
         elif self.friction_angle_deg >= 90.0:
             raise InputError(f"{label}: friction_angle_deg = {self.friction_angle_deg} must be below 90 degrees")
         elif self.dilatancy_angle_deg > self.friction_angle_deg:
@@ -78,7 +107,44 @@ class Material:
                 f"{label}: dilatancy_angle_deg = {self.dilatancy_angle_deg} exceeds friction_angle_deg = "
                 f"{self.friction_angle_deg}"
             )
-        warn_of_material(self, label)
+
+    @classmethod
+    def from_modulus(
+        cls,
+        young_modulus: float,
+        *,
+        poisson_ratio: float = 0.2,
+        density: float = 2000.0,
+        modulus_over_strength: float = 1000.0,
+        ductility: float = 1.6e-3,
+        tensile_energy: float = 12.0,
+        name: str = "masonry",
+    ) -> Material:
+        """Masonry as a solid from Young's modulus: fc = E / alpha, ft = fc / 10, Gfc = d fc, Gf = 12 N/m.
+
+        Parameters
+        ----------
+        young_modulus : E [Pa]
+        poisson_ratio, density : [-], [kg/m3]; they do not follow from E
+        modulus_over_strength : alpha = E / fc [-]
+        ductility : d = Gfc / fc [m]
+        tensile_energy : Gf [N/m]
+
+        Notes
+        -----
+        Murano et al., equations 9 to 12, after Lourenço's recommendations. They are a first guess where nothing was
+        measured: a dry wall has no tensile strength, whatever its modulus.
+        """
+        fc = young_modulus / modulus_over_strength
+        return cls(
+            young_modulus, poisson_ratio, density, tensile_strength=fc / 10.0, tensile_energy=tensile_energy,
+            compressive_strength=fc, compressive_energy=ductility * fc, name=name,
+        )  # fmt: skip
+
+    @property
+    def fractures(self) -> bool:
+        """Whether it loses strength over a fracture energy."""
+        return any(getattr(self, name) is not None for name in FRACTURE)
 
     @property
     def shear_modulus(self) -> float:

@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse.linalg import splu
 
 import limitmason as lm
-from limitmason.continuum import Box, Continuum, Material, multifrontal, push, solve_elastic
+from limitmason.continuum import Box, Continuum, multifrontal, push, solve_elastic
 from limitmason.continuum.dissection import dissect
 from limitmason.errors import NotApplicable
 
@@ -15,7 +15,9 @@ LEGS = [
     Box(np.zeros(3), np.array([1.2, 0.2, 0.6])), Box(np.array([0.0, 0.2, 0.0]), np.array([0.2, 0.7, 0.6])),
     Box(np.array([1.0, 0.2, 0.0]), np.array([1.2, 0.7, 0.6])),
 ]  # fmt: skip
-MASONRY = Material(8e8, 0.2, 2000.0, 8e4, 12.0, 8e5, 1300.0)
+MASONRY = lm.Material(
+    8e8, 0.2, 2000.0, tensile_strength=8e4, tensile_energy=12.0, compressive_strength=8e5, compressive_energy=1300.0
+)  # fmt: skip
 
 
 def wall(size=0.1, material=MASONRY, points=3):
@@ -41,7 +43,7 @@ def assert_fronts_alone_solve(factor, right, expected, *, within=1e-6):
 def elastic(solid, factors=1.0):
     """Matrices of elastic bricks, times a factor each."""
     d = solid.discretisation
-    tangent = np.tile(MASONRY.stiffness, (len(solid.mesh), d.per_brick, 1, 1))
+    tangent = np.tile(solid.moduli[0], (len(solid.mesh), d.per_brick, 1, 1))
     return d.stiffness(tangent * np.broadcast_to(factors, len(tangent))[:, None, None, None])
 
 
@@ -119,7 +121,7 @@ def test_a_front_whose_own_block_is_singular_takes_exchanges_over_the_whole_matr
 def test_tangents_behind_the_peak_are_indefinite_and_solved():
     solid = wall(0.2).with_body_force((0.0, -1.0, 0.0))
     d = solid.discretisation
-    tangent = np.tile(MASONRY.stiffness, (len(solid.mesh), d.per_brick, 1, 1))
+    tangent = np.tile(solid.moduli[0], (len(solid.mesh), d.per_brick, 1, 1))
     tangent[solid.mesh.corners.mean(axis=1)[:, 2] < 0.2] *= -0.3  # as where a softening layer unloads nothing
     factor = d.factor(d.stiffness(tangent))
     assert factor.indefinite > 0

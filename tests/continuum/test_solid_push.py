@@ -5,11 +5,13 @@ import pytest
 
 import limitmason as lm
 from limitmason import experiments, figures, formats
-from limitmason.continuum import Box, Continuum, Material, load_curve, push
+from limitmason.continuum import Box, Continuum, load_curve, push
 from limitmason.errors import InputError
 from limitmason.experiments.murano_u_walls.macro import control_point, macro_model
 
-MASONRY = Material(8e8, 0.2, 2000.0, 8e4, 12.0, 8e5, 1300.0)
+MASONRY = lm.Material(
+    8e8, 0.2, 2000.0, tensile_strength=8e4, tensile_energy=12.0, compressive_strength=8e5, compressive_energy=1300.0
+)  # fmt: skip
 
 
 def column(size, material=MASONRY, points=3):
@@ -29,7 +31,8 @@ def coarse():
 def test_one_brick_pulled_apart_takes_the_fracture_energy_of_its_section():
     # a cube of side h has band h: work = G times its section
     h = 0.1
-    cube = Continuum.from_boxes([Box(np.zeros(3), np.full(3, h))], Material(8e8, 0.0, 0.0, 8e4, 12.0), size=h)
+    brittle = lm.Material(8e8, 0.0, 0.0, tensile_strength=8e4, tensile_energy=12.0)
+    cube = Continuum.from_boxes([Box(np.zeros(3), np.full(3, h))], brittle, size=h)
     top = [(0, 0, h), (h, 0, h), (h, h, h), (0, h, h)]
     curve = push(cube.with_patch_pressure(top, force=-1.0), control=((h / 2, h / 2, h), (0, 0, 1)), to=2e-3,
                  first=1e-5, largest=2e-5)  # fmt: skip
@@ -50,7 +53,8 @@ def test_a_crack_through_one_row_of_bricks_takes_the_fracture_energy_of_its_sect
     strengths = (8e4, 0.98 * 8e4)
     solid = Continuum.from_boxes(
         [Box(np.array([0, 0, k * h]), np.array([h, h, k * h + h]), int(k == 1)) for k in range(3)],
-        [Material(8e8, 0.0, 0.0, ft, 12.0) for ft in strengths], size=h, points=points,
+        [lm.Material(8e8, 0.0, 0.0, tensile_strength=ft, tensile_energy=12.0) for ft in strengths], size=h,
+        points=points,
     )  # fmt: skip
     top = [(0, 0, 3 * h), (h, 0, 3 * h), (h, h, 3 * h), (0, h, 3 * h)]
     pulled = solid.with_patch_pressure(top, force=-1.0)
@@ -73,7 +77,11 @@ def test_default_steps_find_one_crack_of_a_bar_at_any_mesh(size, weaker, length)
     ends = [0.0, 0.4, 0.4 + size, length]
     bar = Continuum.from_boxes(
         [Box(np.array([0, 0, ends[k]]), np.array([side, side, ends[k + 1]]), k % 2) for k in range(3)],
-        [Material(modulus, 0.0, 1.0, part * strength, energy, 20 * strength, 1e4) for part in (1.0, weaker)],
+        [
+            lm.Material(modulus, 0.0, 1.0, tensile_strength=part * strength, tensile_energy=energy,
+                        compressive_strength=20 * strength, compressive_energy=1e4)
+            for part in (1.0, weaker)
+        ],
         size=size,
     )  # fmt: skip
     top = [(0, 0, length), (side, 0, length), (side, side, length), (0, side, length)]
@@ -145,7 +153,7 @@ def test_a_curve_is_gone_on_from_saved_and_drawn(coarse, tmp_path):
 
 
 def test_an_elastic_solid_stays_on_its_line_and_wrong_input_is_refused():
-    solid = column(0.2, Material(8e8, 0.2, 2000.0))
+    solid = column(0.2, lm.Material(8e8, 0.2, 2000.0))
     curve = pushed(solid, 1e-3)
     assert curve.load == pytest.approx(curve.displacement * curve.load[-1] / curve.displacement[-1], rel=1e-9)
     assert curve.energy.lost[-1] == 0.0

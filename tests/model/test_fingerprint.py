@@ -8,6 +8,7 @@ import pytest
 import dem
 import limitmason as lm
 from limitmason.errors import InputError
+from limitmason.model.material import FRACTURE
 
 JOINT = lm.Joint(33.0, normal_stiffness=1e9, shear_stiffness=5e8)
 STONE = lm.Material(young_modulus=1e9, poisson_ratio=0.2)
@@ -65,8 +66,9 @@ def test_every_field_of_a_model_is_told_by_name(now, then, words):
 
 def test_no_field_of_a_joint_or_material_is_left_out():
     kept = set(stack().fingerprint.arrays)
+    # blocks have no fracture energies
     # terms have a column for each of their numbers where a joint has one: tests/dem/test_joint_terms.py
-    of_joints, of_materials = ("joint: ", {"name", "terms"}), ("block: material's ", {"name"})
+    of_joints, of_materials = ("joint: ", {"name", "terms"}), ("block: material's ", {"name", *FRACTURE})
     for kind, (prefix, apart) in ((lm.Joint, of_joints), (lm.Material, of_materials)):
         assert {f.name for f in fields(kind)} - {name.removeprefix(prefix) for name in kept} == apart
 

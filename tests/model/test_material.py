@@ -16,6 +16,7 @@ from limitmason.mechanics.law import unit_tension
 
 BRICK = {"young_modulus": 16.7e9, "poisson_ratio": 0.15}
 STONE = {**BRICK, "cohesion": 2e6, "friction_angle_deg": 40.0}
+STRONG = {"cohesion": 2e6, "friction_angle_deg": 40.0}
 
 
 def test_elastic_constants():
@@ -48,7 +49,6 @@ def test_tension_ends_at_the_apex_of_the_cone():
         ({"poisson_ratio": 0.7}, "poisson_ratio"),
         ({"poisson_ratio": -1.0}, "poisson_ratio"),
         ({"poisson_ratio": float("nan")}, "poisson_ratio"),
-        ({"density": 0.0}, "density"),
         ({"density": -2000.0}, "density"),
         ({"cohesion": 1e6}, "friction_angle_deg"),
         ({"friction_angle_deg": 30.0}, "cohesion"),
@@ -57,6 +57,13 @@ def test_tension_ends_at_the_apex_of_the_cone():
         ({"cohesion": 1e6, "friction_angle_deg": 30.0, "dilatancy_angle_deg": 31.0}, "dilatancy_angle_deg"),
         ({"tensile_strength": 1e6}, "tensile_strength"),
         ({"dilatancy_angle_deg": 5.0}, "dilatancy_angle_deg"),
+        ({"tensile_energy": 12.0}, "tensile_energy needs tensile_strength"),
+        ({"tensile_strength": 1e5, "tensile_energy": 0.0}, "tensile_energy must be positive"),
+        ({"tensile_strength": 0.0, "tensile_energy": 12.0}, "tensile_strength must be positive"),
+        ({"compressive_strength": 1e6}, "compressive_energy"),
+        ({"compressive_energy": 1e3}, "compressive_strength"),
+        ({**STRONG, "compressive_strength": 1e6, "compressive_energy": 1e3}, "do not go with cohesion"),
+        ({**STRONG, "tensile_strength": 1e5, "tensile_energy": 12.0}, "do not go with cohesion"),
     ],
 )
 def test_wrong_values_are_refused_by_name(fields, message):
@@ -96,9 +103,16 @@ def test_a_material_gives_the_block_its_density_and_keeps_it_without():
 def test_a_block_without_density_is_refused_by_name():
     wall = make_assembly()
     light = replace(wall, blocks=tuple(replace(b, density=0.0) if b.name == "pier" else b for b in wall.blocks))
-    with pytest.raises(ValueError, match="'pier' has no density.*density="):
-        light.with_material(lm.Material(**BRICK))
+    for density in (None, 0.0):
+        with pytest.raises(ValueError, match="'pier' has no density.*density="):
+            light.with_material(lm.Material(**BRICK, density=density), blocks=["pier"])
     assert light.with_material(lm.Material(**BRICK, density=1800.0)).blocks[light.block_index("pier")].density == 1800.0
+
+
+def test_a_block_refuses_fracture_energies_by_name():
+    solid = lm.Material(**BRICK, tensile_strength=1e5, tensile_energy=12.0)
+    with pytest.raises(InputError, match="block 'pier': units yield by cohesion .* limitmason.continuum"):
+        make_assembly().with_material(solid, blocks=["pier"])
 
 
 @pytest.mark.parametrize(

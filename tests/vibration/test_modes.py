@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 import dem
 import limitmason as lm
 from limitmason import experiments
-from limitmason.continuum import Box, Continuum, Material
+from limitmason.continuum import Box, Continuum
 from limitmason.errors import InputError, NotApplicable
 from limitmason.experiments.murano_u_walls.macro import macro_model, published
 
@@ -27,7 +27,7 @@ def stack(courses=4, joint=JOINT):
 def test_column_of_the_continuum_bends_and_stretches_at_the_frequencies_of_beams():
     # nu = 0: axial sqrt(E / rho) / (4 L) with 8 / pi^2 of the mass; bending by Timoshenko's cantilever
     e, rho, b, length = 1e9, 2000.0, 0.2, 3.0
-    bar = Continuum.from_boxes([Box(np.zeros(3), np.array([b, b, length]))], Material(e, 0.0, rho), size=(b, b, 0.1))
+    bar = Continuum.from_boxes([Box(np.zeros(3), np.array([b, b, length]))], lm.Material(e, 0.0, rho), size=(b, b, 0.1))
     found = lm.modes(bar, 9)
     axial = math.sqrt(e / rho) / (4 * length)
     lengthwise = int(found.share[:, 2].argmax())
@@ -79,7 +79,7 @@ def test_turned_and_renumbered_models_have_the_same_modes():
 
 
 def solid(wall):
-    return Continuum.from_assembly(wall, Material(5e8, 0.2, 2000.0), size=0.2)
+    return Continuum.from_assembly(wall, lm.Material(5e8, 0.2, 2000.0), size=0.2)
 
 
 # ---- the cell of four bricks ----------------------------------------------------------------------------------------
@@ -123,8 +123,8 @@ def test_cell_on_a_held_brick_as_blocks_on_joints_and_as_stiff_bricks_with_thin_
     t = 1e-3
     kn, ks = 1e9 / THICK, 1e9 / 2.4 / THICK
     nu = (kn / ks - 2) / (2 * (kn / ks) - 2)
-    layer = Material(2 * ks * t * (1 + nu), nu, 0.0, name="joint")
-    stiff = Material(1e14, 0.0, 1800.0 * H / (H - t), name="brick")
+    layer = lm.Material(2 * ks * t * (1 + nu), nu, 0.0, name="joint")
+    stiff = lm.Material(1e14, 0.0, 1800.0 * H / (H - t), name="brick")
 
     def part(x0, x1, z0, z1, material):
         return Box(np.array([x0, 0.0, z0]), np.array([x1, DEPTH, z1]), material)
@@ -311,7 +311,7 @@ def test_criterion_of_chosen_shapes():
 def test_one_solid_with_two_meshes_has_the_same_shapes():
     wall = lm.build.wall(length=1.2, height=0.8, unit=(0.4, 0.2, 0.2), joint=JOINT)
     coarse, fine = (
-        lm.modes(Continuum.from_assembly(wall, Material(5e8, 0.2, 2000.0), size=size), 4) for size in (0.3, 0.15)
+        lm.modes(Continuum.from_assembly(wall, lm.Material(5e8, 0.2, 2000.0), size=size), 4) for size in (0.3, 0.15)
     )
     assert np.diag(lm.mac(coarse, fine).values) == pytest.approx(1.0, abs=2e-3)
     # Rayleigh: bricks cut in halves can only lower the frequencies

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import eigh
 
 import limitmason as lm
-from limitmason.continuum import Box, Continuum, Material
+from limitmason.continuum import Box, Continuum
 from limitmason.errors import InputError
 from limitmason.geometry.rotation import rotation_matrices
 
@@ -73,7 +73,7 @@ def test_blocks_that_nothing_holds_count_their_rigid_motions():
 def test_equal_piers_of_the_continuum_repeat_and_are_counted_by_its_own_factor():
     def solid(count):
         boxes = [Box(np.array([k, 0.0, 0.0]), np.array([k + 0.2, 0.2, 1.2])) for k in range(count)]
-        return Continuum.from_boxes(boxes, Material(1e9, 0.2, 2000.0), size=0.2)
+        return Continuum.from_boxes(boxes, lm.Material(1e9, 0.2, 2000.0), size=0.2)
 
     alone = np.repeat(lm.modes(solid(1), 12).frequency, 4)
     found = lm.modes(solid(4), 9)

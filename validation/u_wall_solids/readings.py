@@ -10,10 +10,11 @@ import numpy as np
 
 from limitmason import experiments
 from limitmason.constants import GRAVITY
-from limitmason.continuum import Box, Continuum, Material, SolidCurve, push
+from limitmason.continuum import Box, Continuum, SolidCurve, push
 from limitmason.display.text_table import filled, markdown
 from limitmason.experiments import Experiment
 from limitmason.experiments.murano_u_walls import FORCE, NAME, macro
+from limitmason.model.material import FRACTURE, Material
 from limitmason.storage.csv_table import parsed, write_table
 
 LAYER = 0.05
@@ -73,7 +74,7 @@ def one_crack(model: Continuum, test: Experiment) -> Continuum:
         float(test.parameters[k]) for k in ("span", "thickness", "height", "return length")
     )  # fmt: skip
     masonry = model.materials[0]
-    none = {f"{side}_{part}": np.inf for side in ("tensile", "compressive") for part in ("strength", "energy")}
+    none = dict.fromkeys(("tensile_strength", *FRACTURE))
     boxes = [Box(np.zeros(3), np.array([span, depth, height]))]
     for x in (0.0, span - depth):
         for first, last, material in ((depth, depth + LAYER, 1), (depth + LAYER, back, 0)):

@@ -1,10 +1,11 @@
 """The U walls as a continuum: the source's finite element macro-model, which needs no layout of stones."""
 
-from limitmason.continuum import Continuum, Material
+from limitmason.continuum import Continuum
 from limitmason.errors import InputError
 from limitmason.experiments.murano_u_walls import FORCE, NAME, airbag, assembly, roofs
 from limitmason.experiments.record import Experiment, Quantity
 from limitmason.experiments.tables import read_table
+from limitmason.model.material import FRACTURE, Material
 
 SETS = {"DS": ("step 1", "final"), "REGW": ("final",)}
 
@@ -34,12 +35,10 @@ def material(specimen: str, properties: str = "final") -> Material:
     if properties not in SETS.get(specimen, ()):
         known = "; ".join(f"{wall}: {', '.join(map(repr, sets))}" for wall, sets in SETS.items())
         raise InputError(f"no macro-model {properties!r} of {specimen!r}; there are {known}")
-    p = published(specimen, properties)
-    return Material(
-        float(p["young_modulus"]) * 1e6, float(p["poisson_ratio"]), float(p["density"]), float(p["tensile_strength"]),
-        float(p["tensile_energy"]), float(p["compressive_strength"]), float(p["compressive_energy"]),
-        f"{specimen} {properties}",
-    )  # fmt: skip
+    p = {name: float(value) for name, value in published(specimen, properties).items()}
+    strength = {name: p[name] for name in ("tensile_strength", *FRACTURE)}
+    name = f"{specimen} {properties}"
+    return Material(1e6 * p["young_modulus"], p["poisson_ratio"], p["density"], **strength, name=name)
 
 
 def macro_model(
