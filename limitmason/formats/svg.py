@@ -65,7 +65,7 @@ def read_svg(
     Raises
     ------
     ImportError
-        Where lines have to be joined to loops and shapely is not installed; the message says how to install it.
+        Where svg.path is not installed, or shapely where lines have to be joined to loops; the message says how.
     InputError
         Naming the file, and the shape where one is wrong: not an SVG, no scale, an unknown layer, nothing to read.
 

@@ -1,11 +1,10 @@
-"""Shapes of an SVG drawing as lines of points: path data, basic shapes, transformations."""
+"""Shapes of an SVG drawing as lines of points: path data by svg.path, basic shapes, transformations."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -19,8 +18,7 @@ LARGEST = 1e30
 """Numbers beyond it are errors of a drawing; the squares and products of others can be taken."""
 
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
-_TOKEN = re.compile(rf"([MmZzLlHhVvCcSsQqTtAa])|({_NUMBER.pattern})|([^\s,])")
-_ARGUMENTS = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7, "Z": 0}
+_WORD = re.compile(rf"[MmZzLlHhVvCcSsQqTtAa]|{_NUMBER.pattern}")
 
 
 class Line(NamedTuple):
@@ -148,164 +146,79 @@ def shape_lines(element: ElementTree.Element, kind: str, flatness: float, where:
         return numbers_of(element.get(name, "0"), where)[0]
 
     if kind == "path":
-        yield from _path(element.get("d", ""), flatness, where)
+        data = element.get("d", "").strip()
     elif kind in ("polygon", "polyline"):
-        values = numbers_of(element.get("points", ""), where)
-        if len(values) % 2:
-            raise InputError(f"{where}: an odd number of coordinates")
-        yield Line(np.array(values).reshape(-1, 2), kind == "polygon")
+        data = "M" + element.get("points", "") + "z" * (kind == "polygon")
     elif kind == "line":
-        yield Line(np.array([[number("x1"), number("y1")], [number("x2"), number("y2")]]), False)
+        data = f"M{number('x1')} {number('y1')}L{number('x2')} {number('y2')}"
     elif kind == "rect":
-        x, y, w, h = (number(k) for k in ("x", "y", "width", "height"))
-        if w > 0.0 and h > 0.0:
-            yield Line(np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]]), True)
+        w, h = number("width"), number("height")
+        data = f"M{number('x')} {number('y')}h{w}v{h}h{-w}z" if w > 0.0 and h > 0.0 else ""
     else:
-        middle = np.array([number("cx"), number("cy")])
-        radii = np.array([number("r")] * 2 if kind == "circle" else [number("rx"), number("ry")])
-        if radii.min() > 0.0:
-            angle = np.linspace(0.0, 2.0 * np.pi, _chords(2.0 * np.pi, float(radii.max()), flatness) + 1)[:-1]
-            yield Line(middle + radii * np.column_stack([np.cos(angle), np.sin(angle)]), True)
+        a, b = (number("r"), number("r")) if kind == "circle" else (number("rx"), number("ry"))
+        halves = f"a{a} {b} 0 0 0 {2.0 * a} 0 {a} {b} 0 0 0 {-2.0 * a} 0z"
+        data = f"M{number('cx') - a} {number('cy')}{halves}" if min(a, b) > 0.0 else ""
+    return _path(data, flatness, where)
 
 
 def _path(data: str, flatness: float, where: str) -> Iterator[Line]:
-    points: list[Array] = []
-    start = at = np.zeros(2)
-    control: Array | None = None  # second handle of the curve before, for smooth ones
-    before = ""
-    for command, n in _commands(data, where):
-        kind, relative = command.upper(), command.islower()
-        origin = at if relative else np.zeros(2)
-        if kind == "Z":
+    points: list[complex] = []
+    for segment in _segments(data, where):
+        kind = type(segment).__name__
+        if kind in ("Move", "Close"):
             if len(points) > 1:
-                yield Line(np.array(points), True)
-            at, points, before = start, [], kind
+                yield _line(points, kind == "Close")
+            points = [segment.end] if kind == "Move" else []
             continue
-        if kind == "M":
-            if len(points) > 1:
-                yield Line(np.array(points), False)
-            start = at = origin + n
-            points, before = [at], kind
-            continue
-        if not points:
-            points = [at]
-        end = origin + n[-2:]
-        if kind in "HV":
-            end = at.copy()
-            end[0 if kind == "H" else 1] = n[0] + (origin[0 if kind == "H" else 1])
-            points.append(end)
-        elif kind == "L":
-            points.append(end)
-        elif kind == "A":
-            points += _arc(at, n, end, flatness)
-        else:
-            mirrored = 2.0 * at - control if control is not None and before in _SMOOTH_AFTER[kind] else at
-            handles = [mirrored] if kind in "ST" else []
-            handles += [origin + n[k : k + 2] for k in range(0, len(n) - 2, 2)]
-            points += _bezier([at, *handles, end], flatness)
-            control = handles[-1]
-        at, before = end, kind
+        points = points or [segment.start]
+        if kind != "Line":
+            points += [segment.point(t) for t in np.linspace(0.0, 1.0, _chords(segment, flatness) + 1)[1:-1]]
+        points.append(segment.end)
     if len(points) > 1:
-        yield Line(np.array(points), False)
+        yield _line(points, False)
 
 
-_SMOOTH_AFTER = {"C": "", "Q": "", "S": "CS", "T": "QT"}
+def _line(points: list[complex], closed: bool) -> Line:
+    whole = np.array(points)
+    return Line(np.column_stack([whole.real, whole.imag]), closed)
 
 
-def _commands(data: str, where: str) -> Iterator[tuple[str, Array]]:
-    """Commands of path data with their numbers; repeated ones are written out."""
-    command, numbers = "", []
-    words = [*_tokens(data, where), ("Z", None)]
-    first = True
-    for k, (letter, number) in enumerate(words):
-        if letter is None:
-            if not command:
-                raise InputError(f"{where}: path data {data[:20]!r} begins with a number")
-            numbers.append(number)
-            need = _ARGUMENTS[command.upper()]
-            if need == 0:
-                raise InputError(f"{where}: a number follows the end of a path")
-            if len(numbers) == need:
-                if first and command.upper() != "M":
-                    raise InputError(f"{where}: path data {data[:20]!r} does not begin with M")
-                yield command, np.array(numbers)
-                first, numbers = False, []
-                command = {"M": "L", "m": "l"}.get(command, command)
-            continue
-        if numbers:
-            raise InputError(f"{where}: {command} needs {_ARGUMENTS[command.upper()]} numbers, got {len(numbers)}")
-        command = letter
-        if letter in "Zz" and k + 1 < len(words):
-            yield letter, np.empty(0)
+def _segments(data: str, where: str) -> Any:
+    """Segments of path data; what svg.path would pass over in silence is refused."""
+    try:
+        from svg.path import parse_path
+    except ImportError:
+        message = "reading SVG needs svg.path: pip install 'limitmason[dxf]' (or pip install svg.path)"
+        raise ImportError(message) from None
+    odd = re.search(r"[^\s,]", _WORD.sub(lambda word: " " * len(word[0]), data))
+    if odd:
+        raise InputError(f"{where}: path data cannot be read at {data[odd.start() : odd.start() + 12]!r}")
+    if data and data[0] not in "Mm":
+        raise InputError(f"{where}: path data {data[:20]!r} does not begin with M")
+    for text in _NUMBER.findall(data):
+        _number(text, where)
+    for pairs in re.findall(rf"[MLTCSQ]((?:[\s,]*{_NUMBER.pattern})*)", data, re.IGNORECASE):
+        if len(_NUMBER.findall(pairs)) % 2:  # svg.path ends there in silence
+            raise InputError(f"{where}: path data {data[:20]!r} cannot be read: an odd number of coordinates")
+    try:
+        return parse_path(data)
+    except (ValueError, ArithmeticError, IndexError, AssertionError) as error:
+        raise InputError(f"{where}: path data {data[:20]!r} cannot be read: {error}") from None
 
 
-def _tokens(data: str, where: str) -> Iterator[tuple[str | None, float]]:
-    """Letters and numbers of path data; the flags of an arc may stand without a space between."""
-    place, letter, count = 0, "", 0
-    while place < len(data):
-        flag = letter in "Aa" and letter and count % 7 in (3, 4)
-        match = (re.compile(r"[\s,]*([01])") if flag else re.compile(r"[\s,]*")).match(data, place)
-        if flag and match:
-            yield None, float(match.group(1))
-            place, count = match.end(), count + 1
-            continue
-        place = match.end() if match else place
-        if place >= len(data):
-            return
-        found = _TOKEN.match(data, place)
-        if found is None or found.group(3):
-            raise InputError(f"{where}: path data cannot be read at {data[place : place + 12]!r}")
-        place = found.end()
-        if found.group(1):
-            letter, count = found.group(1), 0
-            yield letter, 0.0
-        else:
-            count += 1
-            yield None, _number(found.group(2), where)
+def _chords(segment: Any, flatness: float) -> int:
+    """Number of equal steps of the parameter whose chords leave a curve by no more than the flatness.
 
-
-def _bezier(handles: list[Array], flatness: float) -> list[Array]:
-    """Points of a curve after its first, near enough that chords leave it by less than the flatness.
-
-    A chord over 1/n of the parameter is off by at most |B''| / (8 n^2), and |B''| by k (k - 1) times the largest second
-    difference of the k + 1 handles.
+    A chord over 1/n of the parameter of a Bezier curve is off by at most |B''| / (8 n^2), and |B''| by k (k - 1) times
+    the largest second difference of the k + 1 handles.
     """
-    h = np.array(handles)
-    degree = len(h) - 1
-    bend = degree * (degree - 1) * float(np.linalg.norm(np.diff(h, 2, axis=0), axis=1).max(initial=0.0))
-    count = min(max(int(np.ceil(np.sqrt(bend / (8.0 * flatness)))), 1), 10_000)
-    t = np.linspace(0.0, 1.0, count + 1)[1:, None]
-    level = [np.broadcast_to(p, (count, 2)) for p in h]
-    while len(level) > 1:
-        level = [(1.0 - t) * a + t * b for a, b in pairwise(level)]
-    return list(level[0])
-
-
-def _arc(start: Array, n: Array, end: Array, flatness: float) -> list[Array]:
-    """Points of an elliptic arc after its first, by its centre (SVG 1.1, appendix F.6.5)."""
-    radii = np.abs(n[:2])
-    if radii.min() < 1.0 / LARGEST or np.allclose(start, end):
-        return [end]
-    c, s = np.cos(np.deg2rad(n[2])), np.sin(np.deg2rad(n[2]))
-    turn = np.array([[c, s], [-s, c]])
-    p = turn @ (0.5 * (start - end))
-    radii = radii * max(1.0, float(np.sqrt(((p / radii) ** 2).sum())))  # too small ones grow until they reach
-    product = float((radii**2).prod())
-    cross = float(((radii[::-1] * p) ** 2).sum())
-    factor = np.sqrt(max(product / cross - 1.0, 0.0)) * (1.0 if n[3] != n[4] else -1.0)
-    centre = factor * np.array([radii[0] * p[1] / radii[1], -radii[1] * p[0] / radii[0]])
-    one, two = (p - centre) / radii, (-p - centre) / radii
-    first = np.arctan2(one[1], one[0])
-    angle = (np.arctan2(two[1], two[0]) - first) % (2.0 * np.pi)
-    if not n[4]:
-        angle -= 2.0 * np.pi
-    steps = first + angle * np.linspace(0.0, 1.0, _chords(abs(angle), float(radii.max()), flatness) + 1)[1:]
-    middle = turn.T @ centre + 0.5 * (start + end)
-    curve = middle + (radii * np.column_stack([np.cos(steps), np.sin(steps)])) @ turn
-    return [*curve[:-1], end]
-
-
-def _chords(angle: float, radius: float, flatness: float) -> int:
-    """Number of equal chords that leave an arc by no more than the flatness."""
-    step = 2.0 * np.arccos(max(1.0 - flatness / radius, 0.0))
-    return min(max(int(np.ceil(angle / max(step, 1e-3))), 3), 10_000)
+    if type(segment).__name__ == "Arc":
+        if segment.start == segment.end or 0.0 in (segment.radius.real, segment.radius.imag):
+            return 1
+        radius = segment.radius_scale * max(segment.radius.real, segment.radius.imag)
+        step = 2.0 * np.arccos(max(1.0 - flatness / radius, 0.0))
+        return min(max(int(np.ceil(np.deg2rad(abs(segment.delta)) / max(step, 1e-3))), 3), 10_000)
+    middle = [getattr(segment, name) for name in ("control", "control1", "control2") if hasattr(segment, name)]
+    handles = np.array([segment.start, *middle, segment.end])
+    bend = len(middle) * (len(middle) + 1) * float(np.abs(np.diff(handles, 2)).max())
+    return min(max(int(np.ceil(np.sqrt(bend / (8.0 * flatness)))), 1), 10_000)
