@@ -10,9 +10,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from limitmason.figures import elevation, solid, style
-from limitmason.figures.mechanism import chosen_plane, page_frame
-from limitmason.figures.painter import camera
+from limitmason.figures import elevation, style
+from limitmason.figures.stage import Stage
 from limitmason.model import Assembly
 from limitmason.model.contact_report import ContactReport, NearMiss
 
@@ -55,29 +54,17 @@ def contact_report(
         Axes in metres with equal aspect; ``savefig`` writes PNG, PDF or SVG.
     """
     report = model.contact_report() if report is None else report
-    plane = chosen_plane(model, view, None)
+    stage = Stage(model, view, ax, azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)
+    page, plane, axes, width = stage.page, stage.plane, stage.axes, stage.width
     loose = np.array([b.name in set(report.floating) for b in model.blocks])
+    stage.blocks(moving=loose if plane is None else np.zeros(model.n_blocks, dtype=bool))
     if plane is not None:
-        drawing = elevation.Elevation(model, plane)
-        frame = drawing.frame()
-        page = style.Page(frame.span, ax)
-        width = page.line_width(drawing.block_size())
-        elevation.draw_blocks(page.ax, drawing, width, moving=np.zeros(model.n_blocks, dtype=bool))
-        _loose(page.ax, drawing, loose, width)
-        axes = drawing.axes
+        _loose(page.ax, stage.drawing, loose, width)
         _bare_faces(page.ax, report, plane.normal, axes, width)
         _lines(page.ax, [i.polygon for i in model.interfaces], axes, _CONTACT, 1.6 * width + 0.5, "contacts", 3.0)
-        elevation.set_frame(page.ax, drawing, frame)
     else:
-        scene = solid.SolidView(model, camera(azimuth_deg, elevation_deg))
-        layout = solid.Layout(scene, page_frame(scene, scene))
-        page = style.Page(layout.high - layout.low, ax, framed=False)
-        width = page.line_width(solid.block_size(model))
-        solid.draw_solids(page.ax, scene, width, moving=loose, joints=None, before=scene,
-                          ghosts=np.zeros(model.n_blocks, dtype=bool))  # fmt: skip
-        axes = np.column_stack([scene.view.right, scene.view.up])
         _areas(page.ax, [i.polygon for i in model.interfaces], axes, _CONTACT, 0.25, "contacts")
-        layout.draw(page.ax)
+    stage.frame()
     thick = 2.0 * width + 1.0
     for rows, colour, gid in ((report.kept, _WEDGE, "kept"), (report.near_misses, _MISS, "near misses")):
         polygons = [p for row in rows for p in row.polygons]
@@ -91,8 +78,7 @@ def contact_report(
         misses = report.near_misses[:_LABELLED]
         named = [(m, _MISS) for m in misses] + [(m, _WEDGE) for m in report.kept[: _LABELLED - len(misses)]]
         _label(page, named, axes)
-    handles = _handles(report, fixed=bool(model.fixed.any()), plane=plane is not None)
-    return page.finish(title, _caption(report), handles)
+    return page.finish(title, _caption(report), [*_handles(report, plane=plane is not None), *stage.handles()])
 
 
 def _lines(
@@ -189,7 +175,7 @@ def _caption(report: ContactReport) -> str:
     ])  # fmt: skip
 
 
-def _handles(report: ContactReport, *, fixed: bool, plane: bool) -> list[Patch | Line2D]:
+def _handles(report: ContactReport, *, plane: bool) -> list[Patch | Line2D]:
     """Legend entries for what is really in the drawing."""
     handles: list[Patch | Line2D] = []
 
@@ -211,4 +197,4 @@ def _handles(report: ContactReport, *, fixed: bool, plane: bool) -> list[Patch |
             line(colour, label, linestyle="none", marker=marker, markersize=4.5, markerfacecolor="none")
     if report.floating:
         handles.append(Patch(facecolor=style.pale(_MISS, 0.25), edgecolor=style.OUTLINE, linewidth=0.5, label="floats"))
-    return handles + elevation.joint_handles(None, fixed=fixed, ghost=False, hatch=plane)
+    return handles

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from limitmason.errors import InputError
 from limitmason.figures import elevation, style
 from limitmason.figures.deformation import rigid_motion
-from limitmason.figures.mechanism import chosen_plane
 from limitmason.figures.motion import RigidMotion, structure_size
+from limitmason.figures.stage import chosen_plane
 from limitmason.geometry.rotation import rotation_vectors
 
 Array = NDArray[np.float64]
@@ -73,8 +73,7 @@ def cracks(
         scale = max(style.round_length(_DRAWN * size / travel), 1.0)
     view = elevation.Elevation(model, plane)
     motions = [rigid_motion(model, u, v, scale) for u, v in moved]
-    ends = [view.frame(m) for m in motions]
-    frame = elevation.Window(np.min([f.low for f in ends], axis=0), np.max([f.high for f in ends], axis=0))
+    frame = elevation.window_of([view.frame(m) for m in motions])
     text = [f"displacements drawn {scale:g} times"]
     text += [f"no {m}: never {1e3 * width:g} mm wide" for i, m in chosen if i is None and m == "first crack"]
     text += [caption] if caption else []

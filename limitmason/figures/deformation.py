@@ -12,16 +12,13 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from limitmason.errors import InputError
-from limitmason.figures import elevation, solid, style
-from limitmason.figures.mechanism import chosen_plane, page_frame
+from limitmason.figures import style
 from limitmason.figures.motion import MovingJoints, RigidMotion, structure_size
-from limitmason.figures.painter import camera
+from limitmason.figures.stage import Stage
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
-from limitmason.mechanics.plane import Plane
 from limitmason.model import Assembly
 
 Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 
 @style.in_print_style
@@ -73,28 +70,17 @@ def deformed(
     travel = _travel(model, rigid_motion(model, shift, vector, 1.0))
     moving = travel > 0.01 * max(float(travel.max(initial=0.0)), 1e-300)
     ghosts = ghost & moving & ~model.fixed
-    plane = chosen_plane(model, view, np.concatenate([shift, vector], axis=1))
-    if plane is not None:
-        drawing = elevation.Elevation(model, plane)
-        frame = drawing.frame(motion)
-        page = style.Page(frame.span, ax)
-        _draw_plane(page.ax, drawing, motion, moving, ghosts, marks, page.line_width(drawing.block_size()))
-        elevation.set_frame(page.ax, drawing, frame)
-    else:
-        seen_from = camera(azimuth_deg, elevation_deg)
-        scene, before = solid.SolidView(model, seen_from, motion), solid.SolidView(model, seen_from)
-        layout = solid.Layout(scene, page_frame(scene, before))
-        page = style.Page(layout.high - layout.low, ax, framed=False)
-        solid.draw_solids(page.ax, scene, page.line_width(solid.block_size(model)), moving=moving, joints=marks,
-                          before=before, ghosts=ghosts)  # fmt: skip
-        layout.draw(page.ax)
+    stage = Stage(
+        model, view, ax, twists=np.concatenate([shift, vector], axis=1), motions=[motion], azimuth_deg=azimuth_deg,
+        elevation_deg=elevation_deg,
+    )  # fmt: skip
+    stage.blocks(motion, moving=moving, ghosts=ghosts, joints=marks)
+    stage.frame()
     parts = [f"largest displacement {1e3 * float(travel.max(initial=0.0)):.3g} mm"]
     parts += [f"drawn {scale:g} times"] if scale != 1.0 else []
     parts += [caption] if caption else []
-    handles = elevation.joint_handles(
-        marks, fixed=bool(model.fixed.any()), ghost=bool(ghosts.any()), hatch=plane is not None
-    )
-    return page.finish(title, " · ".join(parts), handles if legend else [])
+    handles = stage.handles(marks, ghost=bool(ghosts.any())) if legend else []
+    return stage.page.finish(title, " · ".join(parts), handles)
 
 
 def animate(
@@ -149,63 +135,20 @@ def animate(
     moving = _travel(model, last) > 0.01 * max(float(_travel(model, last).max(initial=0.0)), 1e-300)
     farthest = max(moved, key=lambda m: float(np.abs(m[0]).max(initial=0.0)))
     with style.print_style():
-        plane = chosen_plane(model, view, np.concatenate(farthest, axis=1))
-        stage = _PlaneStage(model, plane, motions) if plane else _SpaceStage(model, motions, azimuth_deg, elevation_deg)
+        stage = Stage(
+            model, view, None, twists=np.concatenate(farthest, axis=1), motions=motions, azimuth_deg=azimuth_deg,
+            elevation_deg=elevation_deg,
+        )  # fmt: skip
+        stage.frame()
         figure = stage.page.finish(title, f"drawn {scale:g} times" if scale != 1.0 else None, [])
+        kept = set(stage.ax.get_children())
         with writer.saving(figure, str(target), dpi):
             for motion, cracks in zip(motions, marks, strict=True):
-                stage.show(motion, moving, cracks)
+                for artist in [a for a in stage.ax.get_children() if a not in kept]:
+                    artist.remove()
+                stage.blocks(motion, moving=moving, joints=cracks)
                 writer.grab_frame()
     return target
-
-
-class _PlaneStage:
-    """Elevation with limits that hold all positions of a film."""
-
-    def __init__(self, model: Assembly, plane: Plane, motions: list[RigidMotion]) -> None:
-        self.drawing = elevation.Elevation(model, plane)
-        ends = [self.drawing.frame(m) for m in motions]
-        low, high = np.min([f.low for f in ends], axis=0), np.max([f.high for f in ends], axis=0)
-        self.page = style.Page(high - low, None)
-        elevation.set_frame(self.page.ax, self.drawing, elevation.Window(low, high))
-        self.width = self.page.line_width(self.drawing.block_size())
-
-    def show(self, motion: RigidMotion, moving: Flags, marks: MovingJoints) -> None:
-        for artist in list(self.page.ax.collections):
-            artist.remove()
-        _draw_plane(self.page.ax, self.drawing, motion, moving, np.zeros_like(moving), marks, self.width)
-
-
-class _SpaceStage:
-    """Parallel projection with limits that hold all positions of a film."""
-
-    def __init__(self, model: Assembly, motions: list[RigidMotion], azimuth_deg: float, elevation_deg: float) -> None:
-        self.model, self.view = model, camera(azimuth_deg, elevation_deg)
-        self.before = solid.SolidView(model, self.view)
-        bounds = [page_frame(solid.SolidView(model, self.view, m), self.before) for m in motions]
-        low, high = np.min([b[0] for b in bounds], axis=0), np.max([b[1] for b in bounds], axis=0)
-        layout = solid.Layout(self.before, np.array([low, high]))
-        self.page = style.Page(layout.high - layout.low, None, framed=False)
-        layout.draw(self.page.ax)
-        self.kept = set(self.page.ax.get_children())
-        self.width = self.page.line_width(solid.block_size(model))
-
-    def show(self, motion: RigidMotion, moving: Flags, marks: MovingJoints) -> None:
-        for artist in [a for a in self.page.ax.get_children() if a not in self.kept]:
-            artist.remove()
-        limits = self.page.ax.get_xlim(), self.page.ax.get_ylim()
-        solid.draw_solids(self.page.ax, solid.SolidView(self.model, self.view, motion), self.width, moving=moving,
-                          joints=marks, before=self.before, ghosts=np.zeros_like(moving))  # fmt: skip
-        self.page.ax.set(xlim=limits[0], ylim=limits[1])
-
-
-def _draw_plane(
-    ax: Axes, drawing: elevation.Elevation, motion: RigidMotion, moving: Flags, ghosts: Flags, marks: MovingJoints,
-    width: float,
-) -> None:  # fmt: skip
-    elevation.draw_blocks(ax, drawing, width, motion=motion, moving=moving)
-    elevation.draw_ghost(ax, drawing, ghosts, width)
-    elevation.draw_joints(ax, drawing, marks, motion, width)
 
 
 def rigid_motion(model: Assembly, shift: Array, vector: Array, scale: float) -> RigidMotion:

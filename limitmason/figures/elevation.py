@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +32,25 @@ class Window(NamedTuple):
     def span(self) -> Array:
         """Width and height [m]."""
         return self.high - self.low
+
+
+def window_of(windows: Sequence[Window]) -> Window:
+    """The smallest window that holds others."""
+    return Window(np.min([w.low for w in windows], axis=0), np.max([w.high for w in windows], axis=0))
+
+
+def with_held(low: Array, high: Array, held: Array, share: float) -> Array:
+    """Ends of a drawing with what is held [m], shape (2, 2), as far as that does not shrink the rest to a detail.
+
+    Parameters
+    ----------
+    held : ends of what is held
+    share : of it is seen at most so much on every side, over the geometric mean of the drawing's sides [-]
+    """
+    reach = share * float(np.sqrt(np.prod(np.maximum(high - low, 1e-12))))
+    return np.array([
+        np.maximum(np.minimum(low, held[0]), low - reach), np.minimum(np.maximum(high, held[1]), high + reach)
+    ])  # fmt: skip
 
 
 class Elevation:
@@ -76,12 +96,10 @@ class Elevation:
             corners = [self._corners(np.arange(self.assembly.n_blocks))]
         points = np.concatenate(corners)
         low, high = points.min(axis=0), points.max(axis=0)
-        reach = 0.25 * float(np.sqrt(np.prod(np.maximum(high - low, 1e-12))))
         fixed = np.flatnonzero(self.assembly.fixed)
         if len(fixed) and len(free):
             held = self._corners(fixed)
-            low = np.maximum(np.minimum(low, held.min(axis=0)), low - reach)
-            high = np.minimum(np.maximum(high, held.max(axis=0)), high + reach)
+            low, high = with_held(low, high, np.array([held.min(axis=0), held.max(axis=0)]), 0.25)
         margin = 0.02 * float((high - low).max())
         return Window(low - margin, high + margin)
 

@@ -13,10 +13,8 @@ from numpy.typing import NDArray
 
 from limitmason.answers.results import Prediction
 from limitmason.errors import InputError
-from limitmason.figures import elevation, solid, style
-from limitmason.figures.mechanism import chosen_plane, page_frame
-from limitmason.figures.painter import camera
-from limitmason.figures.tie_lines import draw_ties
+from limitmason.figures import style
+from limitmason.figures.stage import Stage
 from limitmason.mechanics.law import interface_law
 from limitmason.model import Assembly, AssemblyArrays
 
@@ -210,27 +208,11 @@ def contact_forces(
     """
     forces = joint_forces(model, prediction)
     at_strength = tie_forces(model, prediction) >= 0.999 * np.array([t.strength for t in model.ties])
-    plane = chosen_plane(model, view, None)
-    still = np.zeros(model.n_blocks, dtype=bool)
-    if plane is not None:
-        drawing = elevation.Elevation(model, plane)
-        frame = drawing.frame()
-        page = style.Page(frame.span, ax)
-        size = drawing.block_size()
-        elevation.draw_blocks(page.ax, drawing, page.line_width(size), moving=still, outline=_PALE)
-        pulls = draw_ties(page.ax, model, lambda p: p @ drawing.axes, page.line_width(size), yields=at_strength)
-        elevation.set_frame(page.ax, drawing, frame)
-        axes = drawing.axes
-    else:
-        seen_from = camera(azimuth_deg, elevation_deg)
-        scene = solid.SolidView(model, seen_from)
-        layout = solid.Layout(scene, page_frame(scene, scene))
-        page = style.Page(layout.high - layout.low, ax, framed=False)
-        size = solid.block_size(model)
-        solid.draw_solids(page.ax, scene, page.line_width(size), moving=still, outline=_PALE)
-        pulls = draw_ties(page.ax, model, seen_from.project, page.line_width(size), yields=at_strength)
-        layout.draw(page.ax)
-        axes = np.column_stack([seen_from.right, seen_from.up])
+    stage = Stage(model, view, ax, azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)
+    stage.blocks(moving=np.zeros(model.n_blocks, dtype=bool), outline=_PALE)
+    pulls = stage.ties(yields=at_strength)
+    stage.frame()
+    page, axes, size = stage.page, stage.axes, stage.size
     thickest = min(max(0.2 * 72.0 * page.inch * size, 0.8), 5.0)
     largest = float(np.linalg.norm(forces.force, axis=1).max(initial=0.0))
     lines = thrust_lines(model, forces) if thrust_line else []

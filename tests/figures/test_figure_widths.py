@@ -6,7 +6,7 @@ from walls import running_bond
 
 import limitmason as lm
 from limitmason import figures, study
-from limitmason.continuum import Box, Continuum, Material
+from limitmason.continuum import Box, Continuum
 from limitmason.errors import InputError, NotApplicable
 from limitmason.figures import style
 
@@ -37,7 +37,7 @@ def drawn():
     rng = np.random.default_rng(2)
     ten = lm.mac(rng.uniform(0.0, 1.0, (10, 30)), rng.uniform(0.0, 1.0, (10, 30)))
     yield "criterion", lambda: figures.mac_matrix(ten)
-    slab = Continuum.from_boxes([Box(np.zeros(3), np.array([2.0, 0.2, 0.6]))], Material(2e9, 0.2, 2000.0), size=0.2)
+    slab = Continuum.from_boxes([Box(np.zeros(3), np.array([2.0, 0.2, 0.6]))], lm.Material(2e9, 0.2, 2000.0), size=0.2)
     yield "map of a solid", lambda: figures.solid_map(slab, np.arange(float(len(slab.mesh))), label="stress [MPa]")
 
 

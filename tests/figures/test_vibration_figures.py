@@ -6,7 +6,7 @@ from PIL import Image
 
 import limitmason as lm
 from limitmason import figures
-from limitmason.continuum import Continuum, Material
+from limitmason.continuum import Continuum
 from limitmason.errors import InputError
 
 JOINT = lm.Joint(35.0, normal_stiffness=2e9, shear_stiffness=8e8)
@@ -19,7 +19,7 @@ def wall():
 
 @pytest.fixture(scope="module")
 def solid(wall):
-    return Continuum.from_assembly(wall, Material(5e8, 0.2, 2000.0), size=0.2)
+    return Continuum.from_assembly(wall, lm.Material(5e8, 0.2, 2000.0), size=0.2)
 
 
 def test_matrix_shows_every_value_and_frames_the_best_of_each_row(wall, solid):

@@ -11,7 +11,7 @@ import pytest
 
 import dem
 import limitmason as lm
-from limitmason.continuum import Box, Continuum, Material, push
+from limitmason.continuum import Box, Continuum, push
 
 JOINT = lm.Joint(33.0, normal_stiffness=1e9, shear_stiffness=5e8)
 
@@ -62,7 +62,7 @@ def answers():
 
 def solid_curve():
     h = 0.1
-    cube = Continuum.from_boxes([Box(np.zeros(3), np.full(3, h))], Material(8e8, 0.0, 0.0, 8e4, 12.0), size=h)
+    cube = Continuum.from_boxes([Box(np.zeros(3), np.full(3, h))], lm.Material(8e8, 0.0, 0.0, tensile_strength=8e4, tensile_energy=12.0), size=h)
     top = [(0, 0, h), (h, 0, h), (h, h, h), (0, h, h)]
     pulled = cube.with_patch_pressure(top, force=-1.0)
     return push(pulled, control=((h / 2, h / 2, h), (0, 0, 1)), to=3e-5, first=1e-5, largest=1e-5)

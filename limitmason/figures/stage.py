@@ -1,0 +1,142 @@
+"""A structure on a page, in elevation or in space: the page that fits it, and blocks, joints and ties drawn on it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from limitmason.errors import InputError
+from limitmason.figures import elevation, solid, style
+from limitmason.figures.motion import MovingJoints, RigidMotion
+from limitmason.figures.outline import elevation_plane, wall_plane
+from limitmason.figures.painter import camera
+from limitmason.figures.tie_lines import draw_ties
+from limitmason.mechanics.plane import Plane
+from limitmason.model import Assembly
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+VIEWS = ("auto", "elevation", "3d")
+
+
+class Stage:
+    """The page of a structure, large enough for all its positions.
+
+    ``plane`` is that of an elevation, None in space; ``axes`` are the directions to the right and up on the page,
+    shape (3, 2); ``size`` is that of a block [m], ``width`` that of outlines [pt].
+
+    Parameters
+    ----------
+    model : the structure
+    view : "elevation", "3d", or "auto": elevation for a single leaf of prisms that moves in its plane
+    ax : axes to draw on; a new page when not given
+    twists : motion that the view is chosen for, shape (n, 6)
+    motions : positions that the page must hold, None for the place at rest
+    azimuth_deg, elevation_deg : direction the viewer looks from in space [deg]; without an azimuth from the corner
+        towards which the blocks move
+    """
+
+    def __init__(
+        self, model: Assembly, view: str, ax: Axes | None, *, twists: Array | None = None,
+        motions: Sequence[RigidMotion | None] = (None,), azimuth_deg: float | None = -58.0, elevation_deg: float = 22.0,
+    ) -> None:  # fmt: skip
+        self.model, self.plane = model, chosen_plane(model, view, twists)
+        if self.plane is not None:
+            self.drawing = elevation.Elevation(model, self.plane)
+            self.window = elevation.window_of([self.drawing.frame(m) for m in motions])
+            self.page = style.Page(self.window.span, ax)
+            self.axes, self.size = self.drawing.axes, self.drawing.block_size()
+        else:
+            if azimuth_deg is None:
+                azimuth_deg = -58.0 if twists is None else _azimuth_they_move_to(model, twists, elevation_deg)
+            self.camera = camera(azimuth_deg, elevation_deg)
+            self.before = solid.SolidView(model, self.camera)
+            self._motion = motions[0]
+            self._scene = self._moved(self._motion)
+            bounds = [_bounds(self._scene, self.before), *(_bounds(self._moved(m), self.before) for m in motions[1:])]
+            ends = np.array([np.min([b[0] for b in bounds], axis=0), np.max([b[1] for b in bounds], axis=0)])
+            self.layout = solid.Layout(self._scene, ends)
+            self.page = style.Page(self.layout.high - self.layout.low, ax, framed=False)
+            self.axes, self.size = np.column_stack([self.camera.right, self.camera.up]), solid.block_size(model)
+        self.ax, self.width = self.page.ax, self.page.line_width(self.size)
+
+    def _moved(self, motion: RigidMotion | None) -> solid.SolidView:
+        return self.before if motion is None else solid.SolidView(self.model, self.camera, motion)
+
+    def blocks(
+        self, motion: RigidMotion | None = None, *, moving: Flags | None = None, ghosts: Flags | None = None,
+        joints: MovingJoints | None = None, outline: str = style.OUTLINE,
+    ) -> None:  # fmt: skip
+        """Draw the blocks in a position.
+
+        Parameters
+        ----------
+        moving : blocks in the colour of stone, all by default; the others are pale
+        ghosts : blocks whose place at rest is drawn as an outline
+        joints : marked where they open or slide
+        outline : colour of edges
+        """
+        none = np.zeros(self.model.n_blocks, dtype=bool)
+        moving, ghosts = ~none if moving is None else moving, none if ghosts is None else ghosts
+        if self.plane is None:
+            scene = self._scene if motion is self._motion else self._moved(motion)
+            solid.draw_solids(self.ax, scene, self.width, moving=moving, joints=joints, before=self.before,
+                              ghosts=ghosts, outline=outline)  # fmt: skip
+            return
+        elevation.draw_blocks(self.ax, self.drawing, self.width, motion=motion, moving=moving, outline=outline)
+        elevation.draw_ghost(self.ax, self.drawing, ghosts, self.width)
+        if joints is not None and motion is not None:
+            elevation.draw_joints(self.ax, self.drawing, joints, motion, self.width)
+
+    def ties(self, motion: RigidMotion | None = None, *, yields: Flags | None = None) -> list[Line2D]:
+        """Draw the ties over the blocks and return entries for the legend."""
+        return draw_ties(self.ax, self.model, lambda p: p @ self.axes, self.width, motion=motion, yields=yields)
+
+    def frame(self) -> None:
+        """Draw what does not move: limits, and metre axes or the triad that is the scale."""
+        if self.plane is None:
+            self.layout.draw(self.ax)
+        else:
+            elevation.set_frame(self.ax, self.drawing, self.window)
+
+    def handles(self, joints: MovingJoints | None = None, *, ghost: bool = False) -> list[Patch | Line2D]:
+        """Legend entries for what is really in the drawing."""
+        fixed, hatch = bool(self.model.fixed.any()), self.plane is not None
+        return elevation.joint_handles(joints, fixed=fixed, ghost=ghost, hatch=hatch)
+
+
+def chosen_plane(model: Assembly, view: str, twists: Array | None) -> Plane | None:
+    """Plane of the elevation that a view asks for, or None for a drawing in space."""
+    if view not in VIEWS:
+        raise InputError(f"view must be one of {', '.join(map(repr, VIEWS))}, got {view!r}")
+    if view == "3d":
+        return None
+    plane = wall_plane(model, twists if view == "auto" else None)
+    if plane is None and view == "elevation":
+        return elevation_plane(np.array([0.0, 1.0, 0.0]))
+    return plane
+
+
+def _bounds(scene: solid.SolidView, before: solid.SolidView) -> Array:
+    """Page bounds of the free blocks before and after, and as much of the fixed ones as needs to be seen."""
+    model = scene.assembly
+    free, fixed = np.flatnonzero(~model.fixed), np.flatnonzero(model.fixed)
+    if not len(free):
+        return scene.page_bounds(fixed)
+    both = np.concatenate([scene.page_bounds(free), before.page_bounds(free)])
+    low, high = both.min(axis=0), both.max(axis=0)
+    return elevation.with_held(low, high, scene.page_bounds(fixed), 0.5) if len(fixed) else np.array([low, high])
+
+
+def _azimuth_they_move_to(model: Assembly, twists: Array, elevation_deg: float) -> float:
+    """Of four corners the one towards which the blocks move, weighted by their volume."""
+    weight = model.volumes * np.linalg.norm(twists[:, :3], axis=1)
+    mean = (weight[:, None] * twists[:, :3]).sum(axis=0)
+    corners = (-58.0, -122.0, 58.0, 122.0)
+    return max(corners, key=lambda a: round(float(camera(a, elevation_deg).towards @ mean), 9))
