@@ -17,6 +17,7 @@ from limitmason.geometry.boxtree import overlapping_pairs
 from limitmason.model import Assembly
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 SLIP_FRACTION = 0.25
 """A joint is cut anew when it has slipped this fraction of its point spacing since it was made [-]."""
@@ -156,11 +157,11 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float)
     group = np.array([family.of(int(c)) for c in code], dtype=np.int64)
     made: list[Fresh] = []
     families: list[int] = []
-    for row in np.flatnonzero(near & ~np.isin(key, code[stays])):
+    for row in np.flatnonzero(near & ~np.isin(key, code[stays])).tolist():
         a, b = (p[row], q[row]) if met.base_first[row] else (q[row], p[row])
         pair = int(pieces.owner[a]), int(pieces.owner[b])
         before = np.flatnonzero((code == key[row]) & (state.contact != CROSSING))
-        like = int(before[0]) if len(before) else beside.get(int(row))
+        like = int(before[0]) if len(before) else beside.get(row)
         if kind[row] == CROSSING:
             new: Fresh | None = crossing_joint(assembly, state, pair, met.crossing[row], rot, place)
         else:
@@ -242,7 +243,7 @@ def _on_faces_that_go_on(met: _Meeting, joints: Joints, bearings: Bearings, n_bl
 
 
 def _outworn(
-    state: State, now: Measured, code: Array, key: Array, kind: Array, gap: Array, margin: float,
+    state: State, now: Measured, code: Index, key: Index, kind: Index, gap: Array, margin: float,
     turned: NDArray[np.bool_],
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Joints to drop or to cut anew, by the pair code of every joint and of every pair of pieces that are near now."""

@@ -1,6 +1,6 @@
 """Joints made while blocks move: an area between faces, a corner on a face, two edges that cross; what they inherit."""
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from dem.state import DYNAMIC, State
 from limitmason.model import Assembly
 
 Array = NDArray[np.float64]
+Number = TypeVar("Number", bound=np.generic)
 
 LATTICE = 4
 """Points along either side of a contact found later."""
@@ -236,7 +237,7 @@ def assemble(assembly: Assembly, state: State, stays: NDArray[np.bool_], made: l
     count = np.diff(j.start)
     kept = np.repeat(stays, count)
 
-    def stack(old: Array, new: list[Array]) -> Array:
+    def stack(old: NDArray[Number], new: list[NDArray[Number]]) -> NDArray[Number]:
         return np.ascontiguousarray(np.concatenate([old, *new]) if new else old.copy())
 
     each = made
@@ -249,7 +250,7 @@ def assemble(assembly: Assembly, state: State, stays: NDArray[np.bool_], made: l
     state.setback = stack(state.setback[kept], [m.setback for m in each])
     sizes = np.concatenate([count[stays], [len(m.s) for m in each]]).astype(np.int64)
 
-    def rows(old: Array, name: str) -> Array:
+    def rows(old: NDArray[Number], name: str) -> NDArray[Number]:
         new = [np.asarray(getattr(m, name), dtype=old.dtype)[None] for m in each]
         return stack(old[stays], new)
 
@@ -274,7 +275,7 @@ def _keep_stable(assembly: Assembly, state: State) -> list[str]:
     # what nothing can do needs no mass: points across the thickness would slow a plane problem's turns fiftyfold
     moves = ~state.outside
     stiffness *= moves[:, None] & moves
-    inertia: Array = np.linalg.inv(bodies.inv_inertia)
+    inertia = np.asarray(np.linalg.inv(bodies.inv_inertia), dtype=np.float64)
     coupled = None
     if state.modes is not None and state.deformation is not None:
         coupled = coupled_of(state.deformation, state.points, state.joints, moves)
@@ -287,9 +288,9 @@ def _keep_stable(assembly: Assembly, state: State) -> list[str]:
         return []
     mass, need = scaled_masses(stiffness, state.dt, 0.65)
     before = state.energy_of_motion()
-    for i in np.flatnonzero(mass > 1.001 * bodies.mass):
+    for i in np.flatnonzero(mass > 1.001 * bodies.mass).tolist():
         # mass that joins at rest: momentum stays, speed and energy of motion fall
-        factor = mass[i] / bodies.mass[i]
+        factor = float(mass[i] / bodies.mass[i])
         bodies.mass[i] = mass[i]
         bodies.inv_mass[i] = 1.0 / mass[i]
         bodies.vel[i] = np.where(bodies.held[i, :3], bodies.vel[i], bodies.vel[i] / factor)
@@ -301,11 +302,11 @@ def _keep_stable(assembly: Assembly, state: State) -> list[str]:
             bodies.inv_inertia[i] /= top
             bodies.spin[i] = np.where(bodies.held[i, 3:], bodies.spin[i], bodies.spin[i] / top)
     if coupled is not None and state.modes is not None:
-        factor = add_modal_mass(
+        factors = add_modal_mass(
             bodies.mass, bodies.inv_mass, bodies.inv_inertia, state.modes, coupled, state.dt, 0.65
         )[:, None]  # fmt: skip
-        bodies.vel[:] = np.where(bodies.held[:, :3], bodies.vel, bodies.vel / factor)
-        bodies.spin[:] = np.where(bodies.held[:, 3:], bodies.spin, bodies.spin / factor)
+        bodies.vel[:] = np.where(bodies.held[:, :3], bodies.vel, bodies.vel / factors)
+        bodies.spin[:] = np.where(bodies.held[:, 3:], bodies.spin, bodies.spin / factors)
     after = state.energy_of_motion()
     state.total[E_DAMPING] += before - after
     state.total[E_KINETIC] += after - before

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from dem.failure_mode import Mode, failure_mode
 from dem.history import History
 from dem.papers import PAPERS
-from dem.zone_marks import AT_YIELD, ELASTIC, TENSION, YIELDED, Mesh, ZoneState
+from dem.zone_marks import AT_YIELD, ELASTIC, TENSION, YIELDED, BlockMesh, ZoneState
 from limitmason.answers.curve import Curve, Event
 from limitmason.answers.references import data_behind
 from limitmason.deformable import SOLID
@@ -79,7 +79,7 @@ class PushCurve(Curve):
     steps: int
     seconds: float
     faster: PushCurve | None = None
-    mesh: Mesh | None = None
+    mesh: BlockMesh | None = None
     zones: Sequence[ZoneState] = ()
     stress: str = ""
 
@@ -195,7 +195,7 @@ class PushCurve(Curve):
         return self._first_zone([z.plastic * np.isin(z.marks, (AT_YIELD, YIELDED)) for z in self.zones], strain)
 
     @property
-    def _mesh(self) -> Mesh:
+    def _mesh(self) -> BlockMesh:
         """Mesh of zoned blocks; refused of others."""
         if self.mesh is None:
             raise InputError(f"{self.blocks} blocks have no zones: push with blocks='zoned'")

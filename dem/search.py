@@ -12,8 +12,8 @@ from dem.stepping import (
     EQUILIBRIUM,
     MOVING,
     UNDECIDED,
+    LoadVerdict,
     Scale,
-    Verdict,
     displacement_since,
     hold,
     run,
@@ -42,7 +42,7 @@ class Controls:
     ramp_steps: int
     unit: float  # multiplier at which the live load equals the dead load
     first: float  # first increment of the multiplier, or what a ramp adds in a tenth of its steps
-    progress: Callable[[float, Verdict], object] | None = None
+    progress: Callable[[float, LoadVerdict], object] | None = None
 
 
 @dataclass
@@ -60,13 +60,13 @@ class Search:
     status: Status
     state: State
     mechanism: Mechanism | None
-    record: list[tuple[float, Verdict]]
+    record: list[tuple[float, LoadVerdict]]
     steps: int
     details: dict[str, Any] = field(default_factory=dict)
     near: tuple[float, State] | None = None
 
 
-def settle(loads: Loads, state: State, scale: Scale, c: Controls) -> Verdict:
+def settle(loads: Loads, state: State, scale: Scale, c: Controls) -> LoadVerdict:
     """Bring the state to rest under the dead load."""
     return hold(
         state, loads.dead, scale, SETTLING, tolerance=min(1e-6, c.equilibrium),
@@ -101,7 +101,7 @@ def increments(
     """
     loading = loading or (lambda multiplier: loads.dead + multiplier * loads.live)
     scale = Scale.of(assembly, loads.dead if loads.dead.any() else loads.live * c.unit)
-    record: list[tuple[float, Verdict]] = []
+    record: list[tuple[float, LoadVerdict]] = []
     used = 0
     if settled is None:
         verdict = settle(loads, state, scale, c)
@@ -110,35 +110,19 @@ def increments(
         if verdict.outcome != EQUILIBRIUM:
             status = CANNOT_STAND if verdict.outcome == MOVING else NOT_CONVERGED
             return Search(float("nan"), 0.0, status, state, None, record, used)
-    stable, refused, moving, refused_from = settled or 0.0, np.inf, np.inf, 0.0
-    queue = [x for x in through if x > stable]
-    step, last = (c.tolerance * queue[-1], queue[-1]) if queue else (c.first, stable)
-    mechanism, kept = None, [(stable, state.copy())]
+    b = _Bracket(settled or 0.0, through, c, up_to)
+    mechanism, kept = None, [(b.stable, state.copy())]
     limit, settling = c.moved_limit * scale.smallest, 0.0
-    while True:
-        width = c.tolerance * max(abs(stable), 1e-3 * c.unit)
-        if np.isfinite(refused):
-            if refused - stable <= width * (1.0 + 1e-9):
-                if stable - refused_from <= 4.0 * width:
-                    break
-                # the load was refused after a long stride: from close by it may hold after all
-                new = refused
-            else:
-                new = 0.5 * (stable + refused)
-        elif queue:
-            new = queue.pop(0)
-        else:
-            new = min(stable + step, up_to)
-            if stable >= up_to or new > 1e3 * c.unit:
-                return Search(stable, np.inf, UNBOUNDED, state, None, record, used)
+    while (new := b.next_load()) is not None:
+        if new == np.inf:
+            return Search(b.stable, np.inf, UNBOUNDED, state, None, record, used)
         keep = state.copy()
-        gap = new - stable
-        reached(_part(len(record), refused - stable, width), _bracket(new, stable, refused))
+        reached(b.part(len(record)), b.words(new))
         try:
             # stiff joints settle within microns: no need to wait for a collapse to be seen by eye
             verdict = hold(
                 state, loading(new), scale, c.damping,
-                tolerance=min(c.equilibrium, 0.05 * gap / c.unit), limit=limit, max_steps=c.max_steps,
+                tolerance=min(c.equilibrium, 0.05 * (new - b.stable) / c.unit), limit=limit, max_steps=c.max_steps,
                 patience=patience, early=min(0.2 * limit, max(20.0 * settling, 0.02 * limit)),
             )  # fmt: skip
             used += verdict.steps
@@ -148,43 +132,87 @@ def increments(
         except KeyboardInterrupt:
             # what was found so far stands: the largest load in equilibrium, and a bracket that is not closed
             note = {"interrupted": float(new)}
-            return Search(float(stable), float(moving), NOT_CONVERGED, keep, mechanism, record, used, note)
+            return Search(float(b.stable), float(b.moving), NOT_CONVERGED, keep, mechanism, record, used, note)
         if verdict.outcome == EQUILIBRIUM:
             patience, settling = max(patience, verdict.steps), max(settling, verdict.moved)
-            if new >= refused:
-                # reopen the bracket: up to the next refused load, or upwards again
-                above = [x for x, v in record if v.outcome != EQUILIBRIUM and x > new]
-                refused, step = min(above, default=np.inf), gap
-                moving = min((x for x, v in record if v.outcome == MOVING and x > new), default=np.inf)
-                refused_from = 0.0
-            stable = new
-            queue = [x for x in queue if x > stable]
-            if not np.isfinite(refused) and stable > last:
-                # the first climb takes longer strides, to a quarter of the load
-                step = 2.0 * step if through else min(1.5 * step, max(2.0 * c.first, 0.25 * stable))
+            b.held(new, record)
             state.stop()
-            kept.append((float(stable), state.copy()))
-            while len(kept) > 1 and kept[1][0] <= 0.9 * stable:
+            kept.append((float(b.stable), state.copy()))
+            while len(kept) > 1 and kept[1][0] <= 0.9 * b.stable:
                 kept.pop(0)
         else:
             if verdict.outcome == MOVING:
-                moving = min(moving, new)
                 mechanism = _mechanism(assembly, loads, state)
-            refused, refused_from = new, stable
+            b.refuse(new, verdict)
             state = keep
     # loads that stay undecided leave a bracket wider than was asked for
-    status = NOT_CONVERGED if not np.isfinite(moving) else SOLVED if moving - stable <= 2.0 * width else ALMOST_SOLVED
-    return Search(float(stable), float(moving), status, state, mechanism, record, used, near=kept[0])
+    closed = b.moving - b.stable <= 2.0 * b.width
+    status = NOT_CONVERGED if not np.isfinite(b.moving) else SOLVED if closed else ALMOST_SOLVED
+    return Search(float(b.stable), float(b.moving), status, state, mechanism, record, used, near=kept[0])
 
 
-def _part(tried: int, gap: float, width: float) -> float | None:
-    """Loads tried over those and the halvings of a bracket that are left [-]; None while nothing was refused."""
-    return tried / (tried + np.log2(max(gap / width, 1.0)) + 1.0) if np.isfinite(gap) else None
+class _Bracket:
+    """The largest load held, the smallest one refused above it, and which load to try next.
 
+    Parameters
+    ----------
+    settled : load held at the beginning
+    through, up_to : as :func:`increments` takes them
+    """
 
-def _bracket(now: float, stable: float, refused: float) -> str:
-    """Which load is being held, and between which."""
-    return f"holding {now:.4g}, {stable:.4g} held" + (f", {refused:.4g} not" if np.isfinite(refused) else "")
+    def __init__(self, settled: float, through: Sequence[float], c: Controls, up_to: float) -> None:
+        self.stable, self.refused, self.moving, self.refused_from = settled, np.inf, np.inf, 0.0
+        self.queue = [x for x in through if x > settled]
+        self.step, self.last = (c.tolerance * self.queue[-1], self.queue[-1]) if self.queue else (c.first, settled)
+        self.near, self.c, self.up_to = bool(through), c, up_to
+
+    @property
+    def width(self) -> float:
+        """Width of the bracket from which it is closed."""
+        return self.c.tolerance * max(abs(self.stable), 1e-3 * self.c.unit)
+
+    def next_load(self) -> float | None:
+        """Load to try next; None where the bracket is closed, infinite where every load is held."""
+        if np.isfinite(self.refused):
+            if self.refused - self.stable > self.width * (1.0 + 1e-9):
+                return 0.5 * (self.stable + self.refused)
+            # a load that was refused after a long stride may hold from close by after all
+            return None if self.stable - self.refused_from <= 4.0 * self.width else self.refused
+        if self.queue:
+            return self.queue.pop(0)
+        new = min(self.stable + self.step, self.up_to)
+        return np.inf if self.stable >= self.up_to or new > 1e3 * self.c.unit else new
+
+    def held(self, new: float, record: list[tuple[float, LoadVerdict]]) -> None:
+        """Count a load as held."""
+        if new >= self.refused:
+            # reopen the bracket: up to the next refused load, or upwards again
+            above = [(x, v.outcome) for x, v in record if v.outcome != EQUILIBRIUM and x > new]
+            self.refused, self.step = min((x for x, _ in above), default=np.inf), new - self.stable
+            self.moving = min((x for x, outcome in above if outcome == MOVING), default=np.inf)
+            self.refused_from = 0.0
+        self.stable = new
+        self.queue = [x for x in self.queue if x > new]
+        if not np.isfinite(self.refused) and new > self.last:
+            # the first climb takes longer strides, to a quarter of the load
+            longest = max(2.0 * self.c.first, 0.25 * new)
+            self.step = 2.0 * self.step if self.near else min(1.5 * self.step, longest)
+
+    def refuse(self, new: float, verdict: LoadVerdict) -> None:
+        """Count a load as refused: the blocks kept moving, or it stayed undecided."""
+        if verdict.outcome == MOVING:
+            self.moving = min(self.moving, new)
+        self.refused, self.refused_from = new, self.stable
+
+    def part(self, tried: int) -> float | None:
+        """Loads tried over those and the halvings of a bracket that are left [-]; None while nothing was refused."""
+        gap = self.refused - self.stable
+        return tried / (tried + np.log2(max(gap / self.width, 1.0)) + 1.0) if np.isfinite(gap) else None
+
+    def words(self, new: float) -> str:
+        """Which load is being held, and between which."""
+        above = f", {self.refused:.4g} not" if np.isfinite(self.refused) else ""
+        return f"holding {new:.4g}, {self.stable:.4g} held{above}"
 
 
 def _mechanism(assembly: Assembly, loads: Loads, state: State) -> Mechanism | None:
@@ -223,7 +251,7 @@ def ramps(assembly: Assembly, loads: Loads, start: State, c: Controls, rate: flo
         peak, taken, moved = _one_ramp(assembly, loads, state, scale, c, rate)
         used += taken
         values.append((rate, peak))
-        record.append((peak, Verdict(MOVING if moved else UNDECIDED, taken, (np.nan, np.nan), c.moved_limit)))
+        record.append((peak, LoadVerdict(MOVING if moved else UNDECIDED, taken, (np.nan, np.nan), c.moved_limit)))
         reached(None, f"ramp {len(values)}: {peak:.5g}")
         if c.progress is not None:
             c.progress(*record[-1])

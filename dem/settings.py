@@ -5,17 +5,49 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from enum import StrEnum
-from typing import Any
+from typing import Any, TypedDict
 
 from dem.joints import Grid as Spacing
 from dem.joints import JointOptions
-from dem.stepping import Verdict
+from dem.stepping import LoadVerdict
 from limitmason.deformable import SOLID
 from limitmason.deformable.levels import LUMPED, MODAL, RIGID, ZONED
 from limitmason.errors import InputError
 from limitmason.model.stages import Damping, Settle
 
 Grid = tuple[int, int]
+
+
+class ContactOptions(TypedDict, total=False):
+    """How joints are modelled: options of :func:`dem.make_state` by name, where None is as good as left out."""
+
+    contact_points: Grid | Mapping[str, Grid] | None
+    contact_model: str | None
+    joint_options: JointOptions | None
+
+
+class StateOptions(ContactOptions, total=False):
+    """How an assembly is modelled: options of :func:`dem.make_state` by name, where None is as good as left out."""
+
+    mode: str | None
+    blocks: str | None
+    stress: str | None
+    dt: float | None
+
+
+def given(options: Mapping[str, Any], kind: type[ContactOptions], function: str) -> dict[str, Any]:
+    """Options of a function that are not None.
+
+    Raises
+    ------
+    TypeError
+        For an unknown name, as Python has it.
+    """
+    for name in options:
+        if name not in kind.__annotations__:
+            raise TypeError(f"{function}() got an unexpected keyword argument {name!r}")
+    return {name: value for name, value in options.items() if value is not None}
+
 
 CHECKS = ("stiffness", "ks/kn", "contact points", "rate")
 
@@ -83,7 +115,7 @@ class DemSettings:
     equilibrium: float = 1e-4
     ramp_steps: int | None = None
     damping: Damping | None = None
-    progress: Callable[[float, Verdict], object] | None = None
+    progress: Callable[[float, LoadVerdict], object] | None = None
 
     def __post_init__(self) -> None:
         """Say which setting is wrong, or would not be used."""

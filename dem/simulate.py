@@ -2,31 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dem.driving import Progress, go
 from dem.history import History
-from dem.joints import JointOptions
 from dem.loading import check_base_motions, check_gentle, prescribed
 from dem.recording import Recorder
 from dem.resuming import RunStatus, check_continues, check_same_stages, spelled
+from dem.settings import StateOptions, given
 from dem.stage_run import StageRun
-from dem.state import QUASI_STATIC, State, UnstableError, make_state
-from limitmason.deformable import SOLID
-from limitmason.deformable.levels import RIGID
+from dem.state import State, UnstableError, make_state
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Stage
 
 Array = NDArray[np.float64]
-
-POINTS = (4, 8)
-"""Contact points along and across a joint, where none are given."""
 
 
 def simulate(
@@ -34,13 +29,6 @@ def simulate(
     stages: Stage | Sequence[Stage],
     *,
     loads: Loads | None = None,
-    mode: str | None = None,
-    contact_points: tuple[int, int] | Mapping[str, tuple[int, int]] | None = None,
-    contact_model: str | None = None,
-    joint_options: JointOptions | None = None,
-    blocks: str | None = None,
-    stress: str | None = None,
-    dt: float | None = None,
     damping: Damping | None = None,
     sample: int = 200,
     progress: Progress | None = None,
@@ -49,6 +37,7 @@ def simulate(
     detect_every: int | None = 50,
     checkpoint: str | Path | None = None,
     checkpoint_every: int = 20,
+    **model: Unpack[StateOptions],
 ) -> History:
     """Follow an assembly through stages of loading.
 
@@ -57,12 +46,6 @@ def simulate(
     stages : ``Settle``, ``Ramp``, ``Tilt``, ``Drive``, ``BaseMotion``, ``Hold``
     loads : dead and live loads; self weight alone by default, those of ``start`` where there is one. Blocks' weights
         are part of the dead loads
-    mode : "quasi-static" (scaled masses, local damping; the default) or "dynamic" (real masses, no damping but the
-        joints')
-    contact_points, contact_model, joint_options, dt : see :func:`dem.make_state`, (4, 8) and "grid" by default; give
-        ``JointOptions(dashpot=...)`` for stiffness-proportional damping, which leaves free flight alone
-    blocks, stress : "rigid" blocks, or "modal" ones that strain and bend, in space ("solid"), "plane stress" or "plane
-        strain"; see :func:`dem.make_state`, "rigid" and "solid" by default. ``history.state.stresses`` are the stresses
     damping : of every stage without its own; local 0.8 to settle and 0.5 to load (quasi-static), none (dynamic)
     sample : steps between samples, and between two calls of ``progress``
     progress : called with the last sample as a mapping; return True to stop ("interrupted")
@@ -74,6 +57,11 @@ def simulate(
         the first contacts are all there are. None keeps those for ever: wrong where blocks leave them or meet others
     checkpoint : file to which the history so far is written every ``checkpoint_every`` samples; ``History.load`` and
         :func:`resume` go on from it to the same bits, also when the process was killed
+    model : options of :func:`dem.make_state`, by name. ``mode`` is "quasi-static" (scaled masses, local damping; the
+        default) or "dynamic" (real masses, no damping but the joints'). ``contact_points``, ``contact_model``,
+        ``joint_options``, ``dt``: give ``JointOptions(dashpot=...)`` for stiffness-proportional damping, which leaves
+        free flight alone. ``blocks`` are "rigid" or "modal", which strain and bend in a state of ``stress``:
+        ``history.state.stresses``
 
     Returns
     -------
@@ -87,7 +75,7 @@ def simulate(
     InputError
         For stages that the mode does not allow, what does not fit ``start``, and what :func:`dem.make_state` refuses.
     """
-    todo = [stages] if isinstance(stages, Stage) else list(stages)
+    todo, chosen = [stages] if isinstance(stages, Stage) else list(stages), given(model, StateOptions, "simulate")
     notes = check_base_motions(todo)
     if sample < 1 or checkpoint_every < 1 or (detect_every is not None and detect_every < 1):
         raise InputError(
@@ -96,29 +84,21 @@ def simulate(
         )
     if start is None:
         loads = loads if loads is not None else Loads.weight(assembly)
-        state = make_state(
-            assembly, loads, contact_points=contact_points or (4, 8), contact_model=contact_model or "grid",
-            joint_options=joint_options, mode=mode or QUASI_STATIC, dt=dt, blocks=blocks or RIGID,
-            stress=stress or SOLID, driven=prescribed(assembly, todo),
-        )  # fmt: skip
+        state = make_state(assembly, loads, driven=prescribed(assembly, todo), **chosen)
     else:
         state = (start.state if isinstance(start, History) else start).copy()
         loads = loads if loads is not None else Loads(state.dead, state.live)
-        given_again = {
-            "contact_points": contact_points, "contact_model": contact_model, "dt": dt, "blocks": blocks,
-            "stress": stress,
-        }  # fmt: skip
-        for name, value in given_again.items():
-            if value is not None:
-                raise InputError(f"{name} is part of the state to start from: leave it out, or make a new state")
-        if mode is not None and mode != state.mode:
+        mode, law = chosen.pop("mode", state.mode), chosen.pop("joint_options", None)
+        for name in chosen:
+            raise InputError(f"{name} is part of the state to start from: leave it out, or make a new state")
+        if mode != state.mode:
             raise InputError(f"the state to start from is {state.mode}, not {mode}")
-        check_continues(assembly, state, loads, joint_options)
+        check_continues(assembly, state, loads, law)
     if factors is not None:
-        given = np.array(factors, dtype=float)
-        if given.shape != state.factors.shape:
+        now = np.array(factors, dtype=float)
+        if now.shape != state.factors.shape:
             raise InputError(f"factors must be {len(state.factors)} numbers, got {factors!r}")
-        state.factors = given
+        state.factors = now
     state.dead, state.live = loads.dead.copy(), loads.live.copy()
     check_gentle(todo, state.time > 0.0)
     recorder = Recorder(assembly, loads, state, todo, detect_every)

@@ -24,6 +24,19 @@ much. After a brittle drop it brings the blocks to rest sooner.
 """
 
 
+EVERY, CHECKS = 100, 4
+"""Steps, about, between two checks of a load that is held, and how many in a row must find it in balance."""
+
+STOPS = 8000
+"""Steps after which stops at peaks of the kinetic energy give way to local damping of 0.6, unless forces still fade.
+
+Stops settle two to three times as fast where joints stick. Where many slip, every fast elastic peak stops the slow
+slip, and they take three times as long.
+"""
+
+EXTENSIONS = 4
+"""Times that a load which is still on its way to a verdict gets half as many steps again."""
+
 NO_WEIGHT = 1.0
 """Own load of a block per volume, as a density [kg/m3], up to which it counts as none."""
 
@@ -231,7 +244,7 @@ EQUILIBRIUM, MOVING, UNDECIDED = Outcome
 
 
 @dataclass(frozen=True)
-class Verdict:
+class LoadVerdict:
     """Outcome of holding a load, steps used, last unbalance, displacement.
 
     ``block`` is the number of the block with the largest unbalance at the end.
@@ -253,13 +266,9 @@ def hold(
     tolerance: float,
     limit: float,
     max_steps: int,
-    check_every: int = 100,
-    checks: int = 4,
     patience: int = 0,
     early: float | None = None,
-    stops: int = 8000,
-    extensions: int = 4,
-) -> Verdict:
+) -> LoadVerdict:
     """Hold a load until force and moment are small in several checks in a row, or a block has moved too far.
 
     Parameters
@@ -270,25 +279,22 @@ def hold(
         the load has been held, must stay below a fiftieth of ``limit``
     limit : displacement that counts as collapse [m]
     max_steps : budget; where the unbalanced force then still fades, or the blocks speed up or will be at ``limit`` in
-        time, it goes on by half as much again, up to ``extensions`` times; otherwise the verdict is "undecided",
+        time, it goes on by half as much again, up to :data:`EXTENSIONS` times; otherwise the verdict is "undecided",
         however the blocks move
     patience : steps that earlier loads took to settle; after these ``early`` is enough where the motion still speeds up
         and the unbalanced force grows. Sooner, a slow swing about a new equilibrium looks alike
     early : [m], a fifth of ``limit`` by default
-    stops : steps after which stops at peaks of the kinetic energy give way to local damping of 0.6, once the unbalanced
-        force no longer fades under them. Stops settle two to three times as fast where joints stick; where many slip,
-        every fast elastic peak stops the slow slip, and they take three times as long
     """
     early = 0.2 * limit if early is None else early
     scale = scale.under(wrench)
     shift, quat = state.bodies.shift.copy(), state.bodies.quat.copy()
-    used, quiet, since, until = 0, 0, 0, max_steps
+    used, quiet, since, until, extensions = 0, 0, 0, max_steps, EXTENSIONS
     resting = (shift, quat)
     path: list[tuple[float, float]] = []
     while True:
         # checks at unequal intervals cannot fall into step with an oscillation
-        steps = check_every + (0, 7, 3, 11)[len(path) % 4]
-        if damping.kinetic and used >= stops and not _fades(path):
+        steps = EVERY + (0, 7, 3, 11)[len(path) % 4]
+        if damping.kinetic and used >= STOPS and not _fades(path):
             damping = replace(damping, local=max(damping.local, 0.6), kinetic=False)
         run_constant(state, wrench, steps, damping)
         used += steps
@@ -297,19 +303,19 @@ def hold(
         moved = displacement_since(state, shift, quat, scale)
         path.append((moved, max(last)))
         if moved > limit or (used > 1.5 * patience and moved > early and _accelerates(path)):
-            return Verdict(MOVING, used, last, moved, worst)
+            return LoadVerdict(MOVING, used, last, moved, worst)
         quiet = quiet + 1 if max(last) < tolerance else 0
         if quiet == 1:
             since, resting = used, (state.bodies.shift.copy(), state.bodies.quat.copy())
-        if quiet >= checks:
+        if quiet >= CHECKS:
             # balanced forces also belong to a block that slides or turns on at a steady pace
             drift = displacement_since(state, *resting, scale) / (used - since)
             if drift * used < 0.02 * limit:
-                return Verdict(EQUILIBRIUM, used, last, moved, worst)
+                return LoadVerdict(EQUILIBRIUM, used, last, moved, worst)
         if used >= until:
             left = extensions * (max_steps // 2)
             if extensions <= 0 or not (_fades(path) or _accelerates(path) or _arrives(path, used, limit, left)):
-                return Verdict(UNDECIDED, used, last, moved, worst)
+                return LoadVerdict(UNDECIDED, used, last, moved, worst)
             extensions -= 1
             until += max_steps // 2
 

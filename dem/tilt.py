@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dem.collapse import LOADING, collapse
 from dem.history import History
-from dem.joints import JointOptions
 from dem.resuming import RunStatus
 from dem.search import Controls, Search
 from dem.search import increments as held_loads
-from dem.settings import Grid
+from dem.settings import ContactOptions, given
 from dem.simulate import simulate
 from dem.stepping import UNDECIDED, Scale
 from limitmason.answers.results import UNBOUNDED, Prediction
@@ -148,12 +148,10 @@ def tilt_test(
     tolerance: float = 0.01,
     halvings: int = 5,
     moved_limit: float = 0.3,
-    contact_points: Grid | dict[str, Grid] = (4, 8),
-    contact_model: str = "grid",
-    joint_options: JointOptions | None = None,
     damping: Damping | None = None,
     sample: int | None = None,
     increments: bool = False,
+    **contacts: Unpack[ContactOptions],
 ) -> TiltTest:
     """Tilt a wall on its table until it falls, as in a laboratory, and again at half speed until it no longer matters.
 
@@ -172,10 +170,10 @@ def tilt_test(
         tables over the multiplier [-]
     halvings : most times the rate is halved; then a warning says that the turning table still reads too much
     moved_limit : displacement at which the run ends, over the smallest block dimension [-]
-    contact_points, contact_model, joint_options : see :func:`dem.collapse`
     damping : while the table turns; local 0.5
     sample : steps between samples; ``steps`` / 200 by default
     increments : also find the multiplier with loads held one after the other (:func:`dem.collapse`)
+    contacts : ``contact_points``, ``contact_model`` and ``joint_options``, as :func:`dem.collapse` takes them
 
     Returns
     -------
@@ -204,9 +202,7 @@ def tilt_test(
     axis = tuple(np.cross((0.0, 0.0, 1.0), d).tolist())
     scale = Scale.of(assembly, loads.dead)
     weight = float(assembly.weights[~assembly.fixed].sum())
-    options = {
-        "contact_points": contact_points, "contact_model": contact_model, "joint_options": joint_options,
-    }  # fmt: skip
+    options = given(contacts, ContactOptions, "tilt_test")
     every = sample or max(steps // 200, 20)
     settled = simulate(assembly, Settle(tolerance=1e-6), sample=every, **options)
     if settled.status != RunStatus.FINISHED:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.zone_marks import Mesh
+from dem.zone_marks import BlockMesh
 from limitmason.errors import InputError
 from limitmason.geometry import polygon_area_centroid
 from limitmason.model import Assembly
@@ -25,7 +25,7 @@ _FLAT = 1e-6  # of the size of a block: corners this near a plane lie in it
 
 
 @dataclass(frozen=True, kw_only=True)
-class ZoneMesh(Mesh):
+class ZoneMesh(BlockMesh):
     """Nodes, zones and sides of all blocks in the plane x-z.
 
     Parameters

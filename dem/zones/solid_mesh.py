@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.zone_marks import Mesh
+from dem.zone_marks import BlockMesh
 from dem.zones.hexahedron import CORNERS, FACES, shape_gradients, shape_values
 from dem.zones.mesh import need_length
 from limitmason.errors import InputError
@@ -29,7 +29,7 @@ _FLAT = 0.02  # smallest ratio of volumes at the corners of a zone to that of it
 
 
 @dataclass(frozen=True, kw_only=True)
-class SolidMesh(Mesh):
+class SolidMesh(BlockMesh):
     """Nodes, zones and facets of all blocks in space.
 
     Parameters
