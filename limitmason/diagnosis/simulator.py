@@ -157,6 +157,8 @@ class Simulator:
 
     def _read(self, known: Prediction) -> list[float]:
         """The quantities needed, in their order."""
+        if isinstance(known, float):  # asked for first: most are, and whether one is a Mapping takes longer
+            return [known]
         return [float(known[q]) for q in self.needed] if isinstance(known, Mapping) else [float(known)]
 
     def _checked(self, job: Job, value: Any) -> Prediction:
@@ -167,8 +169,8 @@ class Simulator:
         def what() -> str:
             return f"simulate for {_called(self.specimens[job.specimen], job)}"
 
-        value = getattr(value, "quantities", value)
-        if not isinstance(value, Mapping):
+        value = value if isinstance(value, float) else getattr(value, "quantities", value)
+        if isinstance(value, float) or not isinstance(value, Mapping):
             if len(self.needed) > 1:
                 raise InputError(f"{what()} gave {_short(value)}; a mapping of {', '.join(self.needed)} is needed")
             (must,) = self.needed.values()
@@ -190,7 +192,7 @@ class Simulator:
 
     def _who(self, job: Job) -> str:
         """What tells the specimen of a call from others: equal for specimens that are equal."""
-        if any(cause.reads_specimen for cause, _ in job.steps):
+        if job.steps and any(cause.reads_specimen for cause, _ in job.steps):
             return f"{NUMBERED}{job.specimen}"
         if self._equal is None:
             self._equal = [self._equal_to(i) for i in range(len(self.specimens))]

@@ -107,7 +107,8 @@ class Tabulator:
         """
         rows = np.arange(self.n) if rows is None else np.asarray(rows)
         asked, place = np.unique(self.rows.of[rows], return_inverse=True)
-        jobs = []
+        models: dict[tuple[tuple, tuple], int] = {}  # points that differ in how a prediction is read share one
+        of_point = []
         for sizes, z in points:
             parameters = list(self.fixed) + [(k, m.at(v)) for (k, m), v in zip(self.free.items(), z, strict=True)]
             steps = []
@@ -118,22 +119,32 @@ class Tabulator:
                     parameters.append((cause.parameter, float(size)))
                 else:
                     steps.append((cause, float(size)))
-            jobs += [Job(int(i), tuple(parameters), tuple(steps)) for i in asked]
-        values = self.simulator.predict(jobs).reshape(len(points), len(asked), -1)[:, place, self.rows.column[rows]]
+            of_point.append(models.setdefault((tuple(parameters), tuple(steps)), len(models)))
+        jobs = [Job(i, *model) for model in models for i in asked.tolist()]
+        values = self.simulator.predict(jobs).reshape(len(models), len(asked), -1)
+        values = values[:, place, self.rows.column[rows]][of_point]
+        reads = [self._read_by(c, rows) if c.transforms else [] for c in causes]
         for index, (sizes, _) in enumerate(points):
-            for cause, size in zip(causes, sizes, strict=True):
+            for cause, size, readings in zip(causes, sizes, reads, strict=True):
                 if cause.transforms and size != cause.baseline:
-                    values[index] = self._transformed(cause, size, values[index], rows)
+                    values[index] = self._transformed(cause, size, values[index], readings)
         return self.rows.linked(values, rows)
 
-    def _transformed(self, cause: Cause, size: float, values: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    def _read_by(self, cause: Cause, rows: np.ndarray) -> list[tuple[int, int, bool]]:
+        """Of the rows that a measurement cause reads: place among those given, specimen, whether it is a logarithm."""
+        return [
+            (k, int(self.rows.of[row]), bool(self.rows.log[row]))
+            for k, row in enumerate(rows)
+            if cause.reads_row(self.rows.quantities[row], self.rows.kinds[row])
+        ]
+
+    def _transformed(
+        self, cause: Cause, size: float, values: np.ndarray, readings: Sequence[tuple[int, int, bool]]
+    ) -> np.ndarray:
         """Predictions of some rows as a measurement cause lets them be read."""
         out = values.copy()
-        for k, row in enumerate(rows):
-            if cause.reads_row(self.rows.quantities[row], self.rows.kinds[row]):
-                specimen = int(self.rows.of[row])
-                what = self.simulator.specimens[specimen]
-                out[k] = transformed(cause, size, values[k], what, specimen, bool(self.rows.log[row]))
+        for k, specimen, log in readings:
+            out[k] = transformed(cause, size, values[k], self.simulator.specimens[specimen], specimen, log)
         return out
 
     def baseline(self) -> Table:
@@ -209,7 +220,7 @@ class Tabulator:
         rows = np.flatnonzero(self.rows.of == first)
         plain = self.simulator.predict([Job(first, parameters)])[0, self.rows.column[rows]]
         if cause.transforms:
-            values = self._transformed(cause, cause.baseline, plain, rows)
+            values = self._transformed(cause, cause.baseline, plain, self._read_by(cause, rows))
         else:
             with_it = Job(first, parameters, ((cause, cause.baseline),))
             if cause.apply is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -159,10 +160,9 @@ class Runs:
         self, call: Sequence[Any], specimens: Sequence[str], words: str, compute: Callable[[], Answer | Onsets]
     ) -> dict[str, Any]:
         """What is kept of a call, for the models that it is made on and the code that makes it."""
-        options = {k: v for part in call if isinstance(part, Mapping) for k, v in part.items()}
-        tests = [registry.load(NAME, s, **{k: v for k, v in options.items() if k in OPTIONS}) for s in specimens]
-        model = fingerprint([(t.assembly(), t.loads(), t.drive()) for t in tests])
-        model = fingerprint(model, fingerprint_of_code(_pushed, _followed, _superposed))
+        options = {k: v for part in call if isinstance(part, Mapping) for k, v in part.items() if k in OPTIONS}
+        model = _fingerprint_of_panels(*specimens, **options)
+        model = fingerprint(model, _fingerprint_of_code(_pushed, _followed, _superposed))
 
         def say_and_compute() -> dict[str, Any]:
             self.say(words)
@@ -225,6 +225,18 @@ def cracked(assembly: Assembly, course: int) -> Assembly:
         residual_tensile_strength=None, name="cracked",
     )  # fmt: skip
     return assembly.with_joints({pair[1:]: weak for pair in (min(beds), max(beds))})
+
+
+@cache
+def _fingerprint_of_panels(*specimens: str, **options: Any) -> str:
+    """Of panels with their loads and drives, which many runs share."""
+    tests = [registry.load(NAME, s, **options) for s in specimens]
+    return fingerprint([(t.assembly(), t.loads(), t.drive()) for t in tests])
+
+
+@cache
+def _fingerprint_of_code(*functions: Callable[..., Any]) -> str:
+    return fingerprint_of_code(*functions)
 
 
 def _gives_up() -> Callable[[Mapping[str, Any]], bool]:
