@@ -24,18 +24,30 @@ from limitmason.constants import VERSION
 from limitmason.display.text_table import markdown as markdown_lines
 from limitmason.experiments.modern_walls import MODELS, NAME, specimens
 from limitmason.experiments.modern_walls.inputs import complete, inputs_of
+from limitmason.experiments.registry import load as load_wall
 from limitmason.experiments.tables import read_table
 from limitmason.storage.csv_table import write_table
+from limitmason.validation.wall_causes import HELD, STIFFNESS, responses, stiffness
 from limitmason.validation.wall_ladder import MODEL_SPREAD, ROCKS, WallPrediction, predict_walls
 from validation.measured_walls_text import TEXT
 from validation.wall_figures import envelopes, scatter_figure, worst_walls
-from validation.wall_loop import difference, factored, first_mode, left_out, scatter
+from validation.wall_loop import (
+    LeftOut,
+    ThresholdsLeftOut,
+    difference,
+    factored,
+    first_mode,
+    left_out,
+    scatter,
+    threshold_left_out,
+)
 
 Array = NDArray[np.float64]
 ROWS = {r["specimen"]: r for r in read_table(NAME, "walls.csv").rows}
 RESPONSES = {r["specimen"]: r for r in read_table(NAME, "responses.csv").rows}
 ABOVE = ("22", "24")  # walls above the rigid bound which the acceptance is asked with and without
 BLIND = Path(__file__).with_name("blind_walls.csv")
+TWO_SENSES, STIFFER = 1.4, 1.3  # ratios from which on a row is listed as doubtful
 RIGID_ERROR = 1.1  # measured force over the rigid bound from which on a row is listed
 
 DRY = {"tension_share": 0.0, "head_share": 0.0, "head_friction": 0.0, "unfilled_friction": 0.0}
@@ -119,8 +131,8 @@ def _line(name: str, found: Array, walls: Sequence[Measured]) -> list[str]:
 HEAD = ["model", "median", "sd of ln", "without 22, 24", "median abs ln", "90 %", "S", "F", "H-FS"]
 
 
-def ladder(walls: Sequence[Measured], causes: Mapping[str, Array], four: Array) -> tuple[str, str]:
-    """Tables of the models, fixed and chosen with campaigns left out; and what was chosen, with the difference."""
+def ladder(walls: Sequence[Measured], causes: Mapping[str, Array], four: Array) -> tuple[str, str, LeftOut]:
+    """Tables of the models, fixed and chosen with campaigns left out; what was chosen, and the difference."""
     force, campaigns = np.array([m.force for m in walls]), [m.campaign for m in walls]
     formulas = np.log(four.min(axis=1) / force)
     by_loop = left_out(causes, campaigns)
@@ -140,15 +152,38 @@ def ladder(walls: Sequence[Measured], causes: Mapping[str, Array], four: Array) 
     said += [f"- Chosen without {'one of ' if n > 1 else ''}{n} campaign{'s' if n > 1 else ''}"
              f"{'' if n > 1 else ' (' + next(c for c, k in by_loop.chosen.items() if k == name) + ')'}: *{name}*."
              for name, n in picks.most_common()]  # fmt: skip
-    return markdown(lines[0], lines[1:]), "\n".join(said)
+    return markdown(lines[0], lines[1:]), "\n".join(said), by_loop
 
 
-def modes(walls: Sequence[Measured], found: Mapping[str, list[WallPrediction]]) -> str:
-    """Confusion of failure modes, hybrids by their first, and how many are right."""
+def modes_by_loop(
+    walls: Sequence[Measured], causes: Mapping[str, list[WallPrediction]], chosen: Mapping[str, str]
+) -> ThresholdsLeftOut:  # fmt: skip
+    """Mode of every wall by the model and the threshold that the other campaigns choose."""
+    campaigns, printed = [m.campaign for m in walls], [first_mode(m.mode) for m in walls]
+    modes, thresholds = [""] * len(walls), {}
+    for name in dict.fromkeys(chosen.values()):
+        own = [p for m in walls for p in causes[name] if p.wall == m.wall]
+        found = threshold_left_out(np.array([p.rocks for p in own]), [p.inside for p in own], printed, campaigns)
+        for k, campaign in enumerate(campaigns):
+            if chosen[campaign] == name:
+                modes[k], thresholds[campaign] = found.modes[k], found.thresholds[campaign]
+    return ThresholdsLeftOut(modes, thresholds)
+
+
+def modes(walls: Sequence[Measured], found: Mapping[str, list[WallPrediction]], by_loop: ThresholdsLeftOut,
+          four: Array) -> str:  # fmt: skip
+    """Confusion of failure modes, hybrids by their first, and how many are right; formulas get a threshold too."""
     text = []
-    for method in ("formulas", "extended"):
-        by = {p.wall: p.mode for p in found[method]}
-        pairs = [(first_mode(m.mode), by[m.wall]) for m in walls if m.mode != "D"]
+    inside = ["SL" if k == 0 else "S" for k in four[:, 1:].argmin(axis=1)]
+    formulas = threshold_left_out(four[:, 1:].min(axis=1) / four[:, 0], inside, [first_mode(m.mode) for m in walls],
+                                  [m.campaign for m in walls])  # fmt: skip
+    names = [m.wall for m in walls]
+    for method, answers in (
+        ("formulas", {p.wall: p.mode for p in found["formulas"]}),
+        ("formulas, threshold of the other campaigns", dict(zip(names, formulas.modes, strict=True))),
+        ("extended, model and threshold of the other campaigns", dict(zip(names, by_loop.modes, strict=True))),
+    ):
+        pairs = [(first_mode(m.mode), answers[m.wall]) for m in walls if m.mode != "D"]
         names = ["S", "F", "SL", "G"]
         table = [[f"measured {a}", *(str(pairs.count((a, b))) for b in names)] for a in names]
         right = sum(a == b for a, b in pairs)
@@ -156,6 +191,8 @@ def modes(walls: Sequence[Measured], found: Mapping[str, list[WallPrediction]]) 
         text += [markdown([method, *(f"predicted {n}" for n in names)], table),
                  f"Right: {right} of {len(pairs)} ({right / len(pairs):.0%}); with sliding counted as shear {shear} "
                  f"({shear / len(pairs):.0%})."]  # fmt: skip
+    ends = min(by_loop.thresholds.values()), max(by_loop.thresholds.values())
+    text.append(f"Thresholds chosen: {ends[0]:.3f} to {ends[1]:.3f} over {len(by_loop.thresholds)} campaigns left out.")
     return "\n\n".join(text).strip()
 
 
@@ -183,15 +220,50 @@ def impossible(walls: Sequence[Measured]) -> str:
     """Rows above the rigid bound by more than an error of measurement."""
     lines = []
     for m in walls:
-        if ROWS[m.wall]["H0_over_H"] == "/":
-            continue
         ratio = m.force / rigid_bound(m.wall)
         if ratio > RIGID_ERROR:
             r = ROWS[m.wall]
+            stress, span = float(r["sigma0"]) * ratio, float(r["H0_over_H"]) / ratio
             lines.append([m.wall, m.campaign, m.mode, r["H0_over_H"], f"{m.force:.0f}", f"{rigid_bound(m.wall):.0f}",
-                          f"{ratio:.2f}", f"{float(r['sigma0']) * ratio:.2f} for {r['sigma0']}"])  # fmt: skip
-    head = ["wall", "campaign", "mode", "H0 / H", "measured [kN]", "N L / 2 H0 [kN]", "ratio", "sigma0 that would do"]
+                          f"{ratio:.2f}", f"{stress:.2f} for {r['sigma0']}",
+                          f"{span:.2f}" if span >= HELD else f"{span:.2f}, below what two held ends give"])  # fmt: skip
+    head = ["wall", "campaign", "mode", "H0 / H", "measured [kN]", "N L / 2 H0 [kN]", "ratio", "sigma0 that would do",
+            "H0 / H that would do"]  # fmt: skip
     return markdown(head, lines)
+
+
+def doubtful(walls: Sequence[Measured]) -> str:
+    """Other rows that do not agree with themselves, a line each."""
+    lines = []
+    for m in walls:
+        row, said = RESPONSES[m.wall], []
+        given = {k: float(v) for k, v in row.items() if k not in ("specimen", "failure_mode", "source") and v}
+        senses = given["V_max_pos"], given["V_max_neg"]
+        if max(senses) > TWO_SENSES * min(senses):
+            said.append(f"forces of the two senses {senses[0]:.0f} and {senses[1]:.0f} kN")
+        for sense in ("pos", "neg"):
+            plateau, largest = given.get(f"V_bl_{sense}", 0.0), given.get(f"V_max_{sense}", np.inf)
+            if plateau > 1.01 * largest:
+                said.append(f"bilinear force {plateau:.0f} above the largest, {largest:.0f} kN")
+            if given.get(f"d_cr_{sense}", 0.0) > given.get(f"d_Vmax_{sense}", np.inf):
+                said.append("first crack after the largest force")
+        over = responses()[m.wall][STIFFNESS] / stiffness(load_wall(NAME, m.wall))
+        if over > STIFFER:
+            said.append(f"{over:.1f} times as stiff as uncracked, gross, by the printed E")
+        if said:
+            lines.append(f"- {m.wall} ({m.campaign}): {'; '.join(said)}.")
+    return "\n".join(lines)
+
+
+def without_them(walls: Sequence[Measured], found: Mapping[str, list[WallPrediction]]) -> str:
+    """Scatter of the models with and without the rows above the rigid bound."""
+    below = [m for m in walls if m.force <= RIGID_ERROR * rigid_bound(m.wall)]
+    lines = []
+    for method, answers in found.items():
+        for of in (walls, below):
+            s = scatter(logs(answers, of))
+            lines.append([method, str(s.number), f"{s.median:.2f}", f"{s.deviation:.3f}", f"{s.nine:.2f}"])
+    return markdown(["model", "walls", "median", "sd of ln", "90 %"], lines)
 
 
 def worst(walls: Sequence[Measured], found: list[WallPrediction], number: int = 10) -> tuple[list[str], str]:
@@ -247,14 +319,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
     whole = [m for m in all_walls if complete(ROWS[m.wall])]
     names = [m.wall for m in whole]
     causes = {
-        name: logs(solved("first", names, "causes", spread=False, options=options), whole)
-        for name, options in CAUSES.items()
+        name: solved("first", names, "causes", spread=False, options=options) for name, options in CAUSES.items()
     }
-    table, chosen = ladder(whole, causes, four_forces(whole))
+    four = four_forces(whole)
+    table, chosen, loop = ladder(whole, {name: logs(answers, whole) for name, answers in causes.items()}, four)
+    by_loop = modes_by_loop(whole, causes, loop.chosen)
     far, worst_table = worst(all_walls, found["extended"])
     parts = {
-        "[ladder]": table, "[chosen]": chosen, "[modes]": modes(whole, found), "[coverage]": coverage(all_walls, found),
-        "[impossible]": impossible(all_walls), "[worst]": worst_table,
+        "[ladder]": table, "[chosen]": chosen, "[modes]": modes(whole, found, by_loop, four),
+        "[coverage]": coverage(all_walls, found),
+        "[impossible]": impossible(all_walls), "[doubtful]": doubtful(all_walls),
+        "[without]": without_them(all_walls, found), "[worst]": worst_table,
         "[model]": ", ".join(f"{k} {v}" for k, v in MODELS["extended"].items()),
         "[rocks]": f"{ROCKS:g}", "[spread]": ", ".join(f"{k} {v:g}" for k, v in MODEL_SPREAD.items()),
     }  # fmt: skip

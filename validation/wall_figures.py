@@ -19,7 +19,7 @@ from limitmason.validation.wall_ladder import WallPrediction
 from validation.wall_loop import first_mode
 
 COLOURS = {"S": "#c0392b", "F": "#2471a3", "SL": "#7d3c98", "G": "#229954", "D": "#7f8c8d"}
-MARKS = {"HC": "o", "SB-C": "s", "SB-CS": "s", "AAC": "^", "CS": "D", "LAC": "v"}
+MARKS = {"HC": "o", "SB-C": "s", "SB-CS": "P", "AAC": "^", "CS": "D", "LAC": "v"}
 MOST = 0.06  # largest shift drawn, share of the height
 
 

@@ -95,3 +95,41 @@ def first_mode(printed: str) -> str:
     """First mode of a printed one: "H-FS" is F, "SL" SL, "H-S?" S; "D" (uncertain) stays."""
     word = printed.removeprefix("H-").rstrip("?")
     return "SL" if word.startswith("SL") else word[:1]
+
+
+class ThresholdsLeftOut(NamedTuple):
+    """Mode of every wall by the threshold that the other campaigns choose, and the threshold of each campaign."""
+
+    modes: list[str]
+    thresholds: Mapping[str, float]
+
+
+def threshold_left_out(
+    ratios: Array, inside: Sequence[str], printed: Sequence[str], campaigns: Sequence[str]
+) -> ThresholdsLeftOut:  # fmt: skip
+    """F from a share of the rocking force on, chosen by the most right modes, each campaign left out in turn.
+
+    Parameters
+    ----------
+    ratios : force over rocking force
+    inside : mode of a wall that does not rock
+    printed : first mode in the source; "D" is never right
+
+    Notes
+    -----
+    Between two ratios that follow one another all thresholds are equal: the middle of the widest best interval.
+    """
+    of, far = np.array(campaigns), np.asarray(ratios, dtype=float)
+    rocked, other = np.array(printed) == "F", np.array(inside) == np.array(printed)
+    modes, thresholds = list(inside), {}
+    for campaign in dict.fromkeys(campaigns):
+        seen = of != campaign
+        edges = np.unique(far[seen])
+        middles, widths = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)
+        right = np.array([np.where(far[seen] >= at, rocked[seen], other[seen]).sum() for at in middles])
+        best = np.flatnonzero(right == right.max())
+        thresholds[campaign] = float(middles[best[np.argmax(widths[best])]])
+        for k in np.flatnonzero(~seen):
+            if far[k] >= thresholds[campaign]:
+                modes[k] = "F"
+    return ThresholdsLeftOut(modes, thresholds)

@@ -14,7 +14,7 @@ from limitmason.answers.results import Prediction
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments import registry
-from limitmason.experiments.modern_walls import BEAM, MODELS, NAME, axial_force, value
+from limitmason.experiments.modern_walls import BEAM, MODELS, NAME, axial_force, shear_span, value
 from limitmason.experiments.modern_walls.inputs import has_shear_span, inputs_of
 from limitmason.experiments.record import Experiment
 from limitmason.limit.analysis import limit_analysis
@@ -145,7 +145,7 @@ _UNUSED = {"formulas": ("fb",), "diagonal strength": ("fb",), "unit strength": (
 def _by_formulas(test: Experiment) -> tuple[float, float, str]:
     row = test.row
     forces = import_module("mechanisms").wall_forces(
-        float(row["L"]), float(row["H"]), float(row["t"]), float(row["H0_over_H"]) * float(row["H"]),
+        float(row["L"]), float(row["H"]), float(row["t"]), shear_span(test) * float(row["H"]),
         stress=1e6 * value(test, "sigma0"), strength=1e6 * value(test, "fc"), cohesion=1e6 * value(test, "fv0"),
         friction=value(test, "mu"), diagonal_strength=1e6 * value(test, "ft"),
         unit=(1e-3 * float(row["lb"]), 1e-3 * float(row["hb"])),
@@ -178,7 +178,7 @@ _SOLVERS: Mapping[str, Callable[[Experiment], tuple[float, float, str]]] = {
 def rocking_force(test: Experiment) -> float:
     """Force at which the wall rocks in one piece [kN], N L / (2 H0) (1 - s0 / fc): nothing but its edges gives way."""
     row = test.row
-    arm = float(row["H0_over_H"]) * float(row["H"])
+    arm = shear_span(test) * float(row["H"])
     block = 1.0 - value(test, "sigma0") / value(test, "fc")
     return 1e-3 * axial_force(test) * 0.5 * float(row["L"]) / arm * block
 

@@ -156,6 +156,6 @@ def test_extended_model_lies_below_the_first():
     for wall in ("124", "161"):
         first, extended = (
             lm.limit_analysis((t := experiments.load(NAME, wall, **options)).assembly(), t.loads()).collapse_multiplier
-            for options in MODELS.values()
+            for options in (MODELS["first"], MODELS["extended"])
         )
         assert extended < first

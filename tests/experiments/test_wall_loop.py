@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from wall_loop import difference, factored, first_mode, left_out, scatter
+from wall_loop import difference, factored, first_mode, left_out, scatter, threshold_left_out
 
 
 def test_scatter_of_known_numbers():
@@ -48,3 +48,13 @@ def test_difference_of_scatter_draws_whole_campaigns():
 )
 def test_hybrids_count_by_their_first(printed, first):
     assert first_mode(printed) == first
+
+
+def test_threshold_is_chosen_without_the_campaign_that_it_serves():
+    # A and B rock from 0.9 on; C, were it seen, would want 0.5
+    ratios = np.array([0.95, 0.7, 0.92, 0.6, 0.55, 0.52])
+    printed, campaigns = ["F", "S", "F", "S", "F", "F"], ["A", "A", "B", "B", "C", "C"]
+    found = threshold_left_out(ratios, ["S"] * 6, printed, campaigns)
+    assert found.modes == ["F", "S", "F", "S", "S", "S"]
+    assert 0.6 < found.thresholds["A"] < 0.92
+    assert 0.7 < found.thresholds["C"] < 0.92

@@ -47,22 +47,30 @@ OPTIONS = {
     "cracks": Option("unit strength", "-", "law of a potential crack across the middle of every unit: 'unit strength', "
                      "'diagonal strength' or 'none'"),
     "crack_factor": Option(2.0, "-", "of the law by the diagonal strength"),
+    "crack_share": Option(1.0, "-", "cohesion and tension of cracks over those of their law"),
+    "shear_span": Option(None, "-", "height of zero moment over that of the wall; None: of the table"),
+    "overlap": Option(0.5, "-", "shorter overlap of a unit over the one below, of its length"),
+    "coarse": Option(1, "-", "units that one block stands for, along a course and up: for effects, not for forces"),
     "dilatancy_deg": Option(0.0, "deg", "dilatancy of all joints, used by non-associative limit analysis"),
 }
 
 MODELS: Mapping[str, Mapping[str, Any]] = {
     "first": {},
+    "laws": {
+        "tension_share": 0.0, "head_share": 0.0, "head_friction": 0.0, "unfilled_friction": 0.0,
+        "cracks": "diagonal strength",
+    },
     "extended": {
         "cohesion_share": 0.6, "tension_share": 0.0, "head_share": 0.0, "head_friction": 0.5, "unfilled_friction": 0.0,
         "cracks": "diagonal strength", "crack_factor": 1.6,
     },
 }  # fmt: skip
-"""Options of the two block models.
+"""Options of the three block models.
 
-*first*: every strength at its printed value, plastic without end. *extended*: the bond's tension is gone once a joint
-has opened; unfilled head joints carry no shear and filled ones friction alone (Mann and Mueller 1982 leave out both);
-units crack by the diagonal strength of the masonry (Turnsek and Cacovic 1971). Shares of cohesion and of the friction
-of filled heads and the factor of the cracks are **fitted** to walls of this table: ``docs/measured-walls.md``.
+*first*: every strength at its printed value, plastic without end. *laws*: the bond's tension is gone once a joint has
+opened; head joints carry no shear (Mann and Mueller 1982 leave them out); units crack by the diagonal strength of the
+masonry (Turnsek and Cacovic 1971); nothing is fitted. *extended*: shares of cohesion and of the friction of filled
+heads and the factor of the cracks are **fitted** to walls of this table: ``docs/measured-walls.md``.
 """
 
 _MEASURED = {
@@ -159,11 +167,15 @@ def assembly(test: Experiment) -> Assembly:
     if value(test, "sigma0") >= value(test, "fc"):
         raise InputError(f"{test.name}: the load sigma0 = {value(test, 'sigma0'):g} MPa is above fc = "
                          f"{value(test, 'fc'):g} MPa; the wall crushes under it")  # fmt: skip
-    units, _ = units_per_course(row)
-    courses, length = int(row["courses"]), float(row["L"])
+    units, courses = units_per_course(row)[0], int(row["courses"])
+    if o["coarse"] != 1:
+        units = max(1.0, round(2.0 * units / o["coarse"]) / 2.0)
+        courses = max(2, round(courses / o["coarse"]))
+    length = float(row["L"])
     wall = running_wall(
         length=length, courses=courses, unit=(length / units, float(row["H"]) / courses, float(row["t"])),
         joint=_mortar(test, 1.0, 1.0), joints={"head": head_joint(test)}, density=DENSITY, top_beam=BEAM_HEIGHT,
+        staggering=None if o["overlap"] == 0.5 else o["overlap"] * length / units,
         beam_density=0.0, unit_cracks=None if o["cracks"] == "none" else crack_joint(test),
     )  # fmt: skip
     return signed(wall, test)
@@ -196,7 +208,8 @@ def crack_joint(test: Experiment) -> Joint:
     else:
         raise InputError(f"{NAME}: cracks must be 'unit strength', 'diagonal strength' or 'none', got {o['cracks']!r}")
     phi, cohesion, tension = laws
-    return Joint(phi, o["dilatancy_deg"], cohesion, tension, compressive_strength=strength, name="crack in a unit")
+    return Joint(phi, o["dilatancy_deg"], o["crack_share"] * cohesion, o["crack_share"] * tension,
+                 compressive_strength=strength, name="crack in a unit")  # fmt: skip
 
 
 def _mortar(test: Experiment, share: float, friction: float) -> Joint:
@@ -208,6 +221,12 @@ def _mortar(test: Experiment, share: float, friction: float) -> Joint:
     )  # fmt: skip
 
 
+def shear_span(test: Experiment) -> float:
+    """Height of zero moment over that of the wall, as chosen."""
+    given = test.options["shear_span"]
+    return float(test.row["H0_over_H"] if given is None else given)
+
+
 def axial_force(test: Experiment) -> float:
     """N = sigma0 L t [N]."""
     return 1e6 * value(test, "sigma0") * float(test.row["L"]) * float(test.row["t"])
@@ -216,7 +235,7 @@ def axial_force(test: Experiment) -> float:
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
     """N dead at the beam's centroid; 1 kN sideways live on the beam at the height of zero moment."""
     top = wall.centroids[wall.block_index(BEAM)]
-    height = float(test.row["H0_over_H"]) * float(test.row["H"])
+    height = shear_span(test) * float(test.row["H"])
     wrench = Loads.weight(wall).with_precompression(wall, axial_force(test), block=BEAM)
     live = np.zeros_like(wrench.live)
     live[wall.block_index(BEAM)] = sense * FORCE * np.array([1.0, 0.0, 0.0, 0.0, height - top[2], 0.0])
@@ -225,8 +244,8 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
 
 def drive(test: Experiment) -> Drive:
     """The beam pushed sideways, free to rise and to turn: of a cantilever, H0 = H."""
-    if float(test.row["H0_over_H"]) != 1.0:
-        raise InputError(f"{test.name} is no cantilever: push it by its loads (H0 / H = {test.row['H0_over_H']})")
+    if shear_span(test) != 1.0:
+        raise InputError(f"{test.name} is no cantilever: push it by its loads (H0 / H = {shear_span(test):g})")
     return Drive({BEAM: {"x": 1.0}})
 
 
