@@ -154,8 +154,10 @@ def study_arguments(
         "version": version_of(simulate),
         "causes": (*_chosen(causes, known, tabulated), *(_towards(c) for c in towards)),
         "about": About(
-            title or (Path(data.name).stem if table is not None else str(series)), data.units,
-            f"{'value' if measured == 'measured' else measured} [{unit}]", tuple(notes),
+            title or (Path(data.name).stem if table is not None else str(series)),
+            data.units,
+            f"{'value' if measured == 'measured' else measured} [{unit}]",
+            tuple(notes),
             (*data_behind({"source": series}), *papers),
         ),
     }

@@ -186,16 +186,13 @@ class Findings(Displayed, Citable, ReadOnly):
             return held.kinds
         names = self.kept[0] if self.kept else ()
         sd = self.noise_sd or 1.0
-        return by_kind(self.judged, names, self.best, self.verdict.null, self.judged.turned(self.y), sd)
+        return by_kind(self.judged, names, self.best, self.verdict.null, self.y, sd)
 
     @cached_property
     def known(self) -> Design:
         """The design with a known noise: as stated, or as estimated from the best explanation."""
         sd = self.noise_sd
-        if sd is None:
-            return self.design
-        noise = Noise(sd)
-        return self.design.with_noise(noise, noise.scale(self.n), self.covariates)
+        return self.design if sd is None else self.design.with_noise(Noise(sd))
 
     @cached_property
     def detectable(self) -> dict[str, tuple[float | None, ...]]:
@@ -220,7 +217,6 @@ class Findings(Displayed, Citable, ReadOnly):
             again = judge_again(
                 self.design,
                 self.y,
-                self.covariates,
                 self.rule,
                 self.seed,
                 bool(self.pairs),

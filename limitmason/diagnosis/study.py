@@ -13,12 +13,11 @@ from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws
 from limitmason.diagnosis.inference.decide import Rule
 from limitmason.diagnosis.inference.design import Design
 from limitmason.diagnosis.inference.gain import folds_of
-from limitmason.diagnosis.inference.grid import Table
+from limitmason.diagnosis.inference.grid import Tabulation
 from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.noise import Noise
 from limitmason.diagnosis.inference.plan import Confusable, NextTests, confusable
-from limitmason.diagnosis.inference.shared import Shares, estimated_shares, sharing
-from limitmason.diagnosis.inference.verdict import VerdictKind
+from limitmason.diagnosis.inference.shared import Shares, estimated_shares
 from limitmason.diagnosis.rehearse import Rehearsal, planted, rehearse
 from limitmason.diagnosis.report import Diagnosis
 from limitmason.diagnosis.result import Findings, checked_by_group
@@ -90,20 +89,15 @@ class Study(Statement):
     def judge(self, causes: Iterable[Cause] | None = None, rule: Rule | None = None) -> Judge:
         """What judges data of this design by a list, noise taken as independent; it keeps its rehearsal."""
         causes, rule = self._listed(causes), rule or Rule()
-        if (causes, rule) not in self._made.judges:
-            self._made.judges[causes, rule] = self._judge(causes, rule, self.design(causes))
-        return self._made.judges[causes, rule]
+        judges = self._made.judges
+        if (causes, rule) not in judges:
+            design, folds = self.design(causes), folds_of(self.groups, self.n)
 
-    def _judge(
-        self, causes: tuple[Cause, ...], rule: Rule, design: Design, rehearsed: Judge | None = None
-    ) -> Judge:  # fmt: skip
-        def known(sd: float) -> Design:
-            return design if self.noise.kind != "unknown" else self.known_design(causes, sd)
+            def known(sd: float) -> Design:
+                return design if self.noise.kind != "unknown" else self.known_design(causes, sd)
 
-        return Judge(
-            design, known, self.columns, folds_of(self.groups, self.n), rule, rehearsed=rehearsed,
-            unstated=self.unstated,
-        )  # fmt: skip
+            judges[causes, rule] = Judge(design, known, folds, rule, self.unstated)
+        return judges[causes, rule]
 
     def shares(self, causes: Iterable[Cause] | None = None, *, price: float | None = None) -> Shares:
         """Shares of the noise within the labels of :attr:`shared`, estimated from the measured values.
@@ -116,23 +110,10 @@ class Study(Statement):
         """
         if self.measured is None:
             raise InputError("the study has no measured values to estimate shares of the noise from")
-        causes = self._listed(causes)
         design = self.design(causes)
-        named = {n: self.columns[n] for n in self.shared or ()}
-        return estimated_shares(
-            design, design.whiten(self.measured), self.columns if self.shared is None else named,
-            every=self.shared is not None, price=price,
-        )  # fmt: skip
+        return estimated_shares(design, design.whiten(self.measured), self.shared, price=price)
 
-    def _carrying(self, causes: tuple[Cause, ...], rule: Rule, shares: Shares) -> Judge:
-        """What judges with some shares of the noise; margins are those of independent noise."""
-        judge = self.judge(causes, rule)
-        if not shares.shares:
-            return judge
-        mixed = sharing(judge.design, shares.correlation, self.columns)
-        return self._judge(causes, rule, mixed, judge)
-
-    def table(self, cause: Cause) -> Table:
+    def table(self, cause: Cause) -> Tabulation:
         """Table of one cause; made on the first call."""
         return self.tables.single(cause)
 
@@ -171,24 +152,20 @@ class Study(Statement):
             raise InputError("the study has no measured values: it can plan (confusable, rehearse), not diagnose")
         reached(None, "tables")
         asked, causes = self._checked(causes), self._listed(causes)
-        design, rule = self.design(causes), rule or Rule()
+        judge = self.judge(causes, rule)
+        design = judge.design
         reached(None, "verdict")
         chances = Draws.make([seed, self.n], self.n, design.inputs, self.noise, draws)
         y = design.whiten(self.measured)
-        shares = self.shares(causes)
-        judge = self._carrying(causes, rule, shares)
-        alarm = judge.gate(judge.design.turned(y), chances)
-        if alarm.kind == VerdictKind.UNEXPLAINED and shares.looked_at:
-            shares = self.shares(causes, price=alarm.critical_gain)
-            judge = self._carrying(causes, rule, shares)
-        verdict = judge(judge.design.turned(y), chances, pairs, alarm)
+        judge, shares, alarm = judge.gate(y, chances, self.shared)
+        verdict = judge(y, chances, pairs, alarm)
         if self.tables.pair_tables == "verified":
             for _ in range(ROUNDS):
                 if not self.tables.verify(judge.design, causes, verdict):
                     break
                 if judge.design is not design:
                     design.forget_pairs()
-                verdict = judge(judge.design.turned(y), chances, pairs, alarm)
+                verdict = judge(y, chances, pairs, alarm)
         for names in verdict.pairs:
             design.grid(names)
         answer = Diagnosis(
@@ -200,7 +177,7 @@ class Study(Statement):
             verdict=verdict,
             seed=seed,
             draws=chances,
-            rule=rule,
+            rule=judge.rule,
             specimens=self.called,
             measured=self.measured,
             noise=self.noise,
@@ -233,8 +210,7 @@ class Study(Statement):
         design = self.design(causes)
         if sd is None and self.noise.kind != "unknown":
             return design
-        noise = Noise(sd if sd is not None else ASSUMED_NOISE)
-        return design.with_noise(noise, noise.scale(self.n), self.columns)
+        return design.with_noise(Noise(sd if sd is not None else ASSUMED_NOISE))
 
     def rehearse(
         self,

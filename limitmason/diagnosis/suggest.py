@@ -5,10 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.diagnosis.inference.design import Design, Names, is_numeric
-from limitmason.diagnosis.inference.discrepancy import Discrepancy, Rivals, tests_that_identify
+from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.discrepancy import Discrepancy
 from limitmason.diagnosis.inference.grid import Grid, at_measured
-from limitmason.diagnosis.inference.plan import NextTests, choose_tests, confusable
+from limitmason.diagnosis.inference.plan import NextTests, choose_tests, confusable, tests_that_identify
+from limitmason.diagnosis.inference.trends import is_numeric
 from limitmason.diagnosis.inference.verdict import Tested
 from limitmason.diagnosis.result import Findings
 from limitmason.diagnosis.tables import PoolGrids
@@ -49,7 +50,10 @@ def suggest(
     grids = {name: (g.denser(), there[name].denser()) for name, g in _needed(design, pairs)}
     chosen, before, after = choose_tests(truths, grids, pairs, k)
     return _tests(
-        there, chosen, pool, reason,
+        there,
+        chosen,
+        pool,
+        reason,
         tuple((" + ".join(a), " + ".join(b)) for a, b in pairs),
         float(before.min()),
         float(after.min()),
@@ -60,7 +64,7 @@ def _identify(design: Design, there: PoolGrids, pool: list[Any], k: int, diagnos
     """Specimens after which the effect of the one explanation most exceeds what the covariates alone could do."""
     names = diagnosis.kept[0]
     fit = diagnosis.verdict.tested[names].fit
-    own = Rivals(design, diagnosis.covariates).own(names)
+    own = design.own(names)
     both: dict[str, list[Any]] = {}
     for name, values in diagnosis.covariates.items():
         said = [s.get(name) if isinstance(s, Mapping) else getattr(s, name, None) for s in pool]

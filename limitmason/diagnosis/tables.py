@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from limitmason.causes.cause import Cause, cause_pairs
-from limitmason.diagnosis.inference.design import Design, Names, Shapes
-from limitmason.diagnosis.inference.grid import Grid, Table, at_measured
+from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.grid import Grid, Tabulation, at_measured
 from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.noise import Noise
 from limitmason.diagnosis.inference.verdict import Verdict
@@ -42,18 +42,18 @@ class Tables:
         self.tabulator = tabulator
         self.pair_tables = pair_tables
         self.aside: dict[Cause, str] = {}
-        self._base: Table | None = None
-        self._singles: dict[Cause, Table] = {}
-        self._pairs: dict[frozenset[Cause], Table] = {}
+        self._base: Tabulation | None = None
+        self._singles: dict[Cause, Tabulation] = {}
+        self._pairs: dict[frozenset[Cause], Tabulation] = {}
         self._true_pairs: set[frozenset[Cause]] = set()
 
-    def base(self) -> Table:
+    def base(self) -> Tabulation:
         """Table of the baseline."""
         if self._base is None:
             self._base = self.tabulator.baseline()
         return self._base
 
-    def single(self, cause: Cause) -> Table:
+    def single(self, cause: Cause) -> Tabulation:
         """Table of one cause."""
         if cause not in self._singles:
             self._singles[cause] = self.tabulator.single(cause)
@@ -79,7 +79,7 @@ class Tables:
             raise NotApplicable(f"no cause of the list can be computed; {causes[0].name}: {self.aside[causes[0]]}")
         return left
 
-    def pair(self, first: Cause, second: Cause) -> Table:
+    def pair(self, first: Cause, second: Cause) -> Tabulation:
         """Table of two causes, by the simulator or from their own effects as ``pair_tables`` says."""
         key = frozenset((first, second))
         if key not in self._pairs:
@@ -87,13 +87,13 @@ class Tables:
             self._pairs[key] = self.tabulator.pair(self.single(first), self.single(second), self.base(), exact=exact)
         return self._pairs[key]
 
-    def design(self, causes: tuple[Cause, ...], noise: Noise, scale: np.ndarray, covariates: Mapping) -> Design:
+    def design(self, causes: tuple[Cause, ...], noise: Noise, scale: np.ndarray, columns: Mapping) -> Design:
         """Everything that the rule needs of a list of causes under a statement of the noise.
 
         Parameters
         ----------
         scale : standard deviation per specimen, shape (n,)
-        covariates : name to values of all specimens
+        columns : name to values of all specimens, along which effects may go
         """
         base = self.base()
         origin = at_measured(base)
@@ -101,14 +101,13 @@ class Tables:
         singles = {c.name: self.single(c).whitened(origin, scale) for c in causes}
         pairs = tuple((a.name, b.name) for a, b in cause_pairs(causes))
 
-        def pair_table(names: Names) -> Table:
+        def pair_table(names: Names) -> Tabulation:
             return self.pair(by_name[names[0]], by_name[names[1]])
 
         null = base.whitened(origin, scale)
         rows = self.tabulator.rows
         return Design(
-            causes, noise, scale, origin, null, singles, Shapes(covariates, scale), pair_table, pairs, log=rows.log,
-            kinds=rows.kinds,
+            causes, noise, scale, origin, null, singles, columns, pair_table, pairs, rows.log, rows.kinds
         )  # fmt: skip
 
     def verify(self, design: Design, causes: Iterable[Cause], verdict: Verdict) -> bool:
@@ -172,7 +171,7 @@ class PoolGrids(dict):
         self[names] = self._table(names).whitened(at_measured(self.tables.base()), self.scale)
         return self[names]
 
-    def _table(self, names: Names) -> Table:
+    def _table(self, names: Names) -> Tabulation:
         base = self.tables.base()
         if not names:
             return base

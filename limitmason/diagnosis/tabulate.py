@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
 
 from limitmason.causes.cause import Cause
-from limitmason.diagnosis.inference.grid import Table
+from limitmason.diagnosis.inference.grid import Tabulation
 from limitmason.diagnosis.inference.noise import Measured
 from limitmason.diagnosis.observations import Rows
 from limitmason.diagnosis.simulator import Job, Simulator, note_own, number
@@ -78,7 +78,12 @@ class Tabulator:
         count = len(self.z_levels[0]) if self.z_levels else None
         simulator = self.simulator.on(specimens)
         return Tabulator(
-            simulator, self.rows.on(len(specimens)), self.nuisance, noise, levels=self.levels, nuisance_levels=count,
+            simulator,
+            self.rows.on(len(specimens)),
+            self.nuisance,
+            noise,
+            levels=self.levels,
+            nuisance_levels=count,
             crossed=self.crossed,
         )
 
@@ -147,16 +152,16 @@ class Tabulator:
             out[k] = transformed(cause, size, values[k], self.simulator.specimens[specimen], specimen, log)
         return out
 
-    def baseline(self) -> Table:
+    def baseline(self) -> Tabulation:
         """The model without any cause."""
         values = self.evaluate((), [((), z) for z in product(*self.z_levels)]).reshape(*map(len, self.z_levels), self.n)
         for axis, (name, measured) in enumerate(self.free.items()):
             ends = [measured.at(z) for z in self.z_levels[axis][[0, -1]]]
             _say_if_without_effect(np.ptp(values, axis=axis), f"the measured input {name!r}", name, ends)
         values = self._to_nodes(values, 0)
-        return Table((), (), self.z_nodes, values)
+        return Tabulation((), (), self.z_nodes, values)
 
-    def single(self, cause: Cause, like: Table | None = None) -> Table:
+    def single(self, cause: Cause, like: Tabulation | None = None) -> Tabulation:
         """The model with one cause; ``like`` gives the levels and nodes of another design to be shared.
 
         With ``crossed="corners"`` log f(s, z) = log f(s, 0) + log f(0, z) - log f(0, 0) + what is missing at the
@@ -181,9 +186,9 @@ class Tabulator:
         values = self._to_nodes(values.reshape(len(levels), *map(len, self.z_levels), self.n), 1)
         curve = PchipInterpolator(levels, values, axis=0)
         nodes = like.sizes[0] if like is not None else self._nodes(cause, curve)
-        return Table((cause,), (nodes,), self.z_nodes, curve(nodes), (levels,), error)
+        return Tabulation((cause,), (nodes,), self.z_nodes, curve(nodes), (levels,), error)
 
-    def pair(self, first: Table, second: Table, base: Table, *, exact: bool) -> Table:
+    def pair(self, first: Tabulation, second: Tabulation, base: Tabulation, *, exact: bool) -> Tabulation:
         """The model with two causes.
 
         Parameters
@@ -198,11 +203,12 @@ class Tabulator:
         causes = (first.causes[0], second.causes[0])
         if exact:
             values = self.evaluate(causes, [((a, b), p) for a in sizes[0] for b in sizes[1] for p in product(*z)])
-            return Table(causes, sizes, z, values.reshape(len(sizes[0]), len(sizes[1]), *map(len, z), self.n))
+            return Tabulation(causes, sizes, z, values.reshape(len(sizes[0]), len(sizes[1]), *map(len, z), self.n))
         one, two = (t.values[np.ix_(p, *thin)] for t, p in zip((first, second), pick, strict=True))
-        return Table(causes, sizes, z, one[:, None] + two[None] - (base.values[np.ix_(*thin)] if thin else base.values))
+        zero = base.values[np.ix_(*thin)] if thin else base.values
+        return Tabulation(causes, sizes, z, one[:, None] + two[None] - zero)
 
-    def pair_error(self, table: Table, at: tuple[float, ...], z: Sequence[float]) -> float:
+    def pair_error(self, table: Tabulation, at: tuple[float, ...], z: Sequence[float]) -> float:
         """Largest error of an additive pair table at one point, in units of the noise: true pair minus table."""
         true = self.evaluate(table.causes, [(tuple(at), tuple(z))])[0]
         axes = (*table.sizes, *(a for a in table.z))

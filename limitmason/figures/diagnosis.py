@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from limitmason.diagnosis.inference.design import is_numeric
+from limitmason.diagnosis.inference.trends import is_numeric
 from limitmason.diagnosis.words import headline
 from limitmason.figures import style
 from limitmason.figures.confusion import distance_legend, draw_distances

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from limitmason.diagnosis.inference.design import Shapes, is_numeric
+from limitmason.diagnosis.inference.trends import Trends, is_numeric
 from limitmason.figures import style
 
 LABELS = 6  # of a covariate whose words are written out
@@ -22,7 +22,7 @@ def ordered_covariates(result: Any, covariates: Mapping[str, Sequence]) -> list[
     residual = result.y[None, :]
     strength = {}
     for name, column in covariates.items():
-        strength[name] = float(Shapes({name: column}, result.design.scale).statistic(residual)[0])
+        strength[name] = float(Trends({name: column}, result.design.scale).statistic(residual)[0])
     return sorted(covariates, key=lambda n: (n != result.covariate, -strength[n]))
 
 

@@ -9,11 +9,9 @@ from scipy.optimize import minimize
 
 from limitmason.diagnosis import Cause, Measured, Noise, Study
 from limitmason.diagnosis.inference.bootstrap import Draws, Tally, run
-from limitmason.diagnosis.inference.cells import descend
-from limitmason.diagnosis.inference.design import Shapes
-from limitmason.diagnosis.inference.fit import fit, fits
-from limitmason.diagnosis.inference.grid import Grid, at_measured
-from limitmason.diagnosis.inference.noise import Likelihood
+from limitmason.diagnosis.inference.fit import Likelihood, fit, fits
+from limitmason.diagnosis.inference.grid import Grid, at_measured, descend
+from limitmason.diagnosis.inference.trends import Trends
 from limitmason.diagnosis.simulator import Job, Simulator
 from limitmason.study import Memo
 
@@ -121,21 +119,21 @@ def test_grid_without_axes_is_the_plain_sum_of_squares():
 
 def test_shape_statistic_is_the_regression_f_test():
     y = RNG.standard_normal(10) + 2.0 * X
-    shapes = Shapes({"x": X}, np.ones(10))
-    line = [s.kind for s in shapes.shapes].index("linear")
+    shapes = Trends({"x": X}, np.ones(10))
+    line = [s.kind for s in shapes.trends].index("linear")
     assert shapes.tails(y)[0, line] == pytest.approx(stats.linregress(X, y).pvalue, rel=1e-6)
 
 
 def test_shape_of_labels_is_the_analysis_of_variance():
     labels = list("AABBBCCCAB")
     y = RNG.standard_normal(10)
-    shapes = Shapes({"operator": labels}, np.ones(10))
+    shapes = Trends({"operator": labels}, np.ones(10))
     groups = [[v for v, name in zip(y, labels, strict=True) if name == k] for k in "ABC"]
     assert shapes.tails(y)[0, 0] == pytest.approx(stats.f_oneway(*groups).pvalue, rel=1e-6)
 
 
 def test_shape_p_is_uniform_on_noise():
-    shapes = Shapes({"x": X, "operator": list("AABBBCCCAB")}, np.ones(10))
+    shapes = Trends({"x": X, "operator": list("AABBBCCCAB")}, np.ones(10))
     tails = shapes.tails(RNG.standard_normal((4000, 10)))
     for column in tails.T:
         assert stats.kstest(column, "uniform").pvalue > 1e-4

@@ -10,9 +10,9 @@ from scipy.stats import multivariate_normal
 
 from limitmason.diagnosis import Cause, Noise, Rule, Study
 from limitmason.diagnosis.inference.bootstrap import Draws
-from limitmason.diagnosis.inference.decide import gate
+from limitmason.diagnosis.inference.decide import Decision
 from limitmason.diagnosis.inference.discrepancy import AMPLITUDES, CONSTANT, Discrepancy
-from limitmason.diagnosis.inference.noise import Likelihood
+from limitmason.diagnosis.inference.fit import Likelihood
 from limitmason.diagnosis.inference.shared import (
     LEAST,
     alike,
@@ -20,8 +20,8 @@ from limitmason.diagnosis.inference.shared import (
     doubted,
     estimated_shares,
     much_and_little,
-    same,
 )
+from limitmason.diagnosis.inference.trends import same
 from limitmason.errors import InputError
 
 X = np.random.default_rng(16).uniform(0.0, 3.0, 9)
@@ -194,7 +194,7 @@ def test_share_of_a_group_is_estimated_within_the_stated_total(share):
     factor = np.linalg.cholesky(assumed(made.covariates["batch"], share))
     rng = np.random.default_rng(5)
     found = [
-        estimated_shares(design, factor @ rng.standard_normal(40), made.covariates).shares.get("batch", 0.0)
+        estimated_shares(design, factor @ rng.standard_normal(40)).shares.get("batch", 0.0)
         for _ in range(30)
     ]
     assert np.mean(found) == pytest.approx(share, abs=0.12)
@@ -230,10 +230,9 @@ def test_shared_noise_is_carried_as_generalised_least_squares_does():
     plain = made.design(CAUSES)
     y = plain.whiten(made.measured)
     from limitmason.diagnosis.inference.fit import fit
-    from limitmason.diagnosis.inference.shared import sharing
 
     correlation = assumed(labels, 0.5)
-    mixed = sharing(plain, correlation, made.covariates)
+    mixed = plain.sharing(correlation)
     found = fit(mixed.singles["edge rounding"], mixed.turned(y), np.zeros(0), mixed.like)
     left = mixed.apart(found.residuals[0])
     assert float(found.loss[0]) == pytest.approx(float(left @ np.linalg.solve(correlation, left)), rel=1e-9)
@@ -283,9 +282,9 @@ def test_an_alarm_is_held_against_its_own_specimens_as_generalised_least_squares
     made = study(data(GAIN, 1.05, seed=5), covariates=["height", "width"], nuisance={}, noise=Noise(0.04))
     design = made.design([GAIN])
     y = design.whiten(made.measured)
-    rule, draws = Rule(), Draws.make([0, 12], 12, 0, made.noise, 1999)
-    alarm = gate(design, y, draws, rule)
-    found = doubted(design, y, alarm, draws, rule, made.covariates, ("batch",)).doubt
+    decision = Decision(design, Draws.make([0, 12], 12, 0, made.noise, 1999), Rule())
+    alarm = decision.gate(y)
+    found = doubted(decision, y, alarm, ("batch",)).doubt
     assert alarm.p["gain"] < 0.005
     mean, variance = y.mean(), 0.5 + 0.5 / 12
     assert found.p["gain"] == pytest.approx(chdtrc(1.0, mean**2 / variance), abs=0.03)

@@ -9,7 +9,8 @@ from limitmason import causes
 from limitmason.cli import main
 from limitmason.diagnosis import Cause, Measured, Noise, Observation, Study
 from limitmason.diagnosis.from_folder import write_folder
-from limitmason.diagnosis.inference.kinds import Evidence, agree, dependences
+from limitmason.diagnosis.inference.discrepancy import dependences
+from limitmason.diagnosis.inference.kinds import Evidence, agree
 from limitmason.diagnosis.simulate import several
 from limitmason.errors import InputError
 

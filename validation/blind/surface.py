@@ -11,7 +11,7 @@ from itertools import combinations
 
 import numpy as np
 
-from limitmason.diagnosis.inference.design import is_numeric
+from limitmason.diagnosis.inference.trends import is_numeric
 
 
 def blocks(covariates):

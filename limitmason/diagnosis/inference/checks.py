@@ -6,10 +6,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from limitmason.diagnosis.inference.bootstrap import Draws
-from limitmason.diagnosis.inference.decide import Rule, explained, gate
-from limitmason.diagnosis.inference.design import Design, Names, is_numeric
+from limitmason.diagnosis.inference.decide import Decision, Rule
+from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.noise import Noise
-from limitmason.diagnosis.inference.shared import Shares, alike, assumed, doubted, sharing
+from limitmason.diagnosis.inference.shared import Shares, alike, assumed, doubted
+from limitmason.diagnosis.inference.trends import is_numeric
 from limitmason.diagnosis.inference.verdict import Verdict
 from limitmason.display.progress import reached, watched
 
@@ -44,7 +45,6 @@ class Checks:
 def judge_again(
     design: Design,
     y: np.ndarray,
-    covariates: Mapping,
     rule: Rule,
     seed: int,
     pairs: bool,
@@ -58,7 +58,6 @@ def judge_again(
     ----------
     design : tables of the design
     y : whitened data, shape (n,)
-    covariates : name to values of all specimens
     rule, seed : of the verdict
     pairs : whether pairs of causes are tried under other statements of the noise
     shares : of the noise that are carried
@@ -66,54 +65,41 @@ def judge_again(
     progress : told in a line what is judged again
     """
 
-    def draws(noise: Noise) -> Draws:
-        return Draws.make([seed, n], n, design.inputs, noise, QUICK)
+    def judged(design: Design, y: np.ndarray, draws: Draws, pairs: bool, shared: np.ndarray | None) -> Verdict:
+        design = design if shared is None else design.sharing(shared)
+        decision = Decision(design, draws, rule)
+        return decision.explained(y, doubted(decision, y, decision.gate(y), unstated), pairs)
 
-    def judged(
-        design: Design,
-        y: np.ndarray,
-        chances: Draws,
-        pairs: bool,
-        correlation: np.ndarray | None = None,
-        rows: np.ndarray | None = None,
-    ) -> Verdict:
-        correlation = shares.correlation if correlation is None else correlation
-        rows = np.ones(len(correlation), bool) if rows is None else rows
-        kept = {k: [v for v, keep in zip(c, rows, strict=True) if keep] for k, c in covariates.items()}
-        if correlation is not shares.correlation or shares.shares:
-            design = sharing(design, correlation[np.ix_(rows, rows)], kept)
-        y = design.turned(y)
-        alarm = doubted(design, y, gate(design, y, chances, rule), chances, rule, kept, unstated)
-        return explained(design, y, alarm, chances, rule, pairs)
+    def stated(noise: Noise) -> Verdict:
+        draws = Draws.make([seed, n], n, design.inputs, noise, QUICK)
+        return judged(design.with_noise(noise), y, draws, pairs, carried)
 
     say = progress or (lambda line: None)
     n, noise, rule = design.n, design.noise, replace(rule, screen=True, far=NEAR)
+    carried = shares.correlation if shares.shares else None
     say("the verdict with the noise taken as unknown")
-    chances = draws(noise)
-    plain = judged(design, y, chances, False)
-    blind = design.with_noise(Noise.unknown(), design.scale, covariates)
-    other = judged(blind, y, draws(Noise.unknown()), pairs)
+    chances = Draws.make([seed, n], n, design.inputs, noise, QUICK)
+    plain = judged(design, y, chances, False, carried)
+    other = stated(Noise.unknown())
     student = None
     if noise.kind == "known" and noise.tails is None:
         say("the verdict with Student errors")
-        forgiving = Noise(noise.sd, tails=TAILS)
-        heavy = design.with_noise(forgiving, design.scale, covariates)
-        verdict = judged(heavy, y, draws(forgiving), pairs)
-        student = (verdict.kind, verdict.causes)
+        heavy = stated(replace(noise, tails=TAILS))
+        student = (heavy.kind, heavy.causes)
     dropped = []
     for i in range(n):
         say(f"the verdict without specimen {i + 1} of {n}")
         reached(i / n, f"without specimen {i + 1} of {n}")
         kept = np.arange(n) != i
-        part = design.without(kept, covariates)
-        verdict = judged(part, y[kept], chances.columns(kept), False, rows=kept)
+        left = None if carried is None else carried[np.ix_(kept, kept)]
+        verdict = judged(design.without(kept), y[kept], chances.columns(kept), False, left)
         dropped.append((verdict.kind, verdict.causes))
     hangs = [i for i, (k, c) in enumerate(dropped) if _other(plain, k, c)]
     shared: dict[str, tuple[str, Names]] = {}
     if plain.kind != "none":  # what is shared makes no alarm where there is none without
         say("the verdict with noise that some tests share")
-        for name, column in _unestimated(covariates, shares).items():
-            verdict = judged(design, y, chances, False, correlation=assumed(column))
+        for name, column in _unestimated(design.columns, shares).items():
+            verdict = judged(design, y, chances, False, assumed(column))
             shared[name] = (verdict.kind, verdict.causes)
     return Checks((other.kind, other.causes), student, tuple(dropped), tuple(hangs), shared)
 

@@ -1,28 +1,21 @@
-"""Model discrepancy: smooth biases without a cause, and whether the data identify a cause beside them."""
+"""Model discrepancy: smooth biases without a cause, and listed levers with another dependence, as rivals of a cause."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from limitmason.diagnosis.inference.bootstrap import Draws
-from limitmason.diagnosis.inference.decide import Rule, drawn_data, noise_of
-from limitmason.diagnosis.inference.design import Design, Names, is_numeric
-from limitmason.diagnosis.inference.fit import Fit
-from limitmason.diagnosis.inference.gain import left_out, log_score
-from limitmason.diagnosis.inference.kinds import LEVER, agree, by_kind, lever_kernels
-from limitmason.diagnosis.inference.noise import Likelihood
-from limitmason.diagnosis.inference.verdict import CONDITIONS, Identification
+from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.fit import Fit, Likelihood
+from limitmason.diagnosis.inference.trends import is_numeric, same
 
 AMPLITUDES = (1.5, 3.0, 6.0, 12.0, 24.0)  # of the bias in units of the noise
+LEVERS = (3.0, 6.0, 12.0, 24.0)  # the same of a lever with another dependence
 REACH = 1.0  # length over which a curved bias changes, in standard deviations of its covariate
 JOINT = (1.0, 2.0)  # the same for all numeric covariates at once
 CONSTANT, TOGETHER = "nothing recorded", "several covariates"
-DRAWN = 699  # data sets drawn from the explanation: its own distribution of the excess
-SURE = 3.0  # standard errors by which the slope along its own contrast must differ from 0, and at most from 1
 
 
-@dataclass(frozen=True)
 class Discrepancy:
     """Log evidence of smooth biases: one covariate at a time, all of them together, or one bias for all specimens.
 
@@ -38,9 +31,8 @@ class Discrepancy:
     Parameters
     ----------
     along : covariate of every bias, shape (m,); ``CONSTANT`` and ``TOGETHER`` for those of none and of several
-    weights : (S + J J')^-1, shape (m, n, n)
     kernels : S - I, shape (m, n, n)
-    prices : log det(S) / 2, shape (m,)
+    slopes : J in units of the noise, shape (n, number of measured inputs)
 
     Notes
     -----
@@ -48,14 +40,15 @@ class Discrepancy:
     Learning (2006), eq. 2.16, 4.9 and 5.8. Measured inputs act to first order. Wrong for a bias that jumps within a
     covariate, such as a change of mechanism, which this takes for noise. The price grows with the logarithm of the
     amplitude: an effect many times the noise that has the very shape of a listed one wins its name (a cap on the price
-    kept fewer true names at equal wrong ones). Errors with Student tails are taken as
-    Gaussian ones once their residuals are drawn in.
+    kept fewer true names at equal wrong ones). Errors with Student tails are taken as Gaussian ones once their
+    residuals are drawn in.
     """
 
-    along: tuple[str, ...]
-    weights: np.ndarray
-    kernels: np.ndarray
-    prices: np.ndarray
+    def __init__(self, along: Sequence[str], kernels: np.ndarray, slopes: np.ndarray):
+        self.along, self.kernels = tuple(along), kernels
+        whole = kernels + np.eye(len(slopes))
+        self.weights = np.linalg.inv(whole + slopes @ slopes.T)  # (S + J J')^-1, shape (m, n, n)
+        self.prices = 0.5 * np.linalg.slogdet(whole)[1]  # log det(S) / 2, shape (m,)
 
     @classmethod
     def of(
@@ -80,11 +73,7 @@ class Discrepancy:
                     along.append(name)
                     kernels.append(amplitude**2 * (constant * one + (0.0 if kernel is None else kernel)))
         stack = np.outer(weight, weight) * np.array(kernels)
-        if mix is not None:
-            stack = mix @ stack @ mix.T
-        whole = stack + np.eye(n)
-        weights = np.linalg.inv(whole + slopes @ slopes.T)
-        return cls(tuple(along), weights, stack, 0.5 * np.linalg.slogdet(whole)[1])
+        return cls(along, stack if mix is None else mix @ stack @ mix.T, slopes)
 
     def evidence(self, y: np.ndarray, like: Likelihood, replicate: float | np.ndarray = 1.0) -> np.ndarray:
         """Log evidence of the best bias for each data set, shape (b,)."""
@@ -131,15 +120,14 @@ def _kernels(covariates: Mapping[str, Sequence]) -> Iterator[tuple[str, np.ndarr
             if np.ptp(x) <= 1e-12 * np.abs(x).max():
                 continue
             x = (x - x.mean()) / x.std()
-            yield name, np.outer(x, x)
+            parts.append(np.outer(x, x))
+            yield name, parts[-1]
             if len(levels) > 2:
                 yield name, np.exp(-0.5 * ((x[:, None] - x[None]) / REACH) ** 2)
-            parts.append(np.outer(x, x))
             numbers.append(x)
         elif len(levels) < len(labels):
-            same = np.array([[float(a == b) for b in labels] for a in labels])
-            yield name, same
-            parts.append(same)
+            parts.append(same(column))
+            yield name, parts[-1]
     if len(parts) > 1:
         yield TOGETHER, np.sum(parts, axis=0) / len(parts)
     if len(numbers) > 1:
@@ -148,41 +136,74 @@ def _kernels(covariates: Mapping[str, Sequence]) -> Iterator[tuple[str, np.ndarr
             yield TOGETHER, np.exp(-0.5 * apart / reach**2)
 
 
+def dependences(columns: Mapping[str, Sequence]) -> dict[str, list[np.ndarray]]:
+    """Other dependences of a lever, as kernels of shape (n, n): on labels, along a number, and on its level."""
+    out: dict[str, list[np.ndarray]] = {}
+    for name, column in columns.items():
+        labels: Sequence = [str(v) for v in column]
+        kernels = []
+        if is_numeric(column):
+            x = np.asarray(column, dtype=float)
+            if np.ptp(x) <= 1e-12 * np.abs(x).max(initial=0.0):
+                continue
+            kernels.append(np.outer(x - x.mean(), x - x.mean()) / x.var() + 1.0)
+            labels = list(x > np.median(x))
+        if 1 < len(set(labels)) < len(labels):
+            kernels.append(same(labels))
+        if kernels:
+            out[name] = kernels
+    return out
+
+
 class Rivals:
     """Model discrepancies of a design, by the columns that the cause in question declares as its own.
 
     Parameters
     ----------
     design : tables
-    covariates : name to values of all specimens
     sd : noise in stated units, where the noise is unknown
     """
 
-    def __init__(self, design: Design, covariates: Mapping[str, Sequence], sd: float = 1.0):
-        self.design, self.covariates, self.sd = design, covariates, sd
+    def __init__(self, design: Design, sd: float = 1.0):
+        self.design, self.sd = design, sd
         self.slopes = design.null.slopes / sd
         self._made: dict[tuple[str, ...], Discrepancy] = {}
 
     def of(self, names: Names) -> Discrepancy:
         """Biases that could stand in for an explanation: all but those along its own columns."""
-        own = self.own(names)
+        own = self.design.own(names)
         if own not in self._made:
-            rest = {k: v for k, v in self.covariates.items() if k.split(" in ")[0] not in own}
+            rest = {k: v for k, v in self.design.columns.items() if k.split(" in ")[0] not in own}
             self._made[own] = Discrepancy.of(rest, self.design.scale, self.slopes, self.design.mix)
         return self._made[own]
 
-    def own(self, names: Names) -> tuple[str, ...]:
-        """Columns that the causes of an explanation declare as their own."""
-        return tuple(column for c in self.design.causes if c.name in names for column in getattr(c, "own", ()))
-
     def levers(self, names: Names) -> Discrepancy:
-        """Listed levers with another dependence."""
-        inner = tuple(f" in {kind}" for kind in set(self.design.kinds))
-        plain = {k: v for k, v in self.covariates.items() if not k.endswith(inner) and k != "specimen"}
-        along, kernels = lever_kernels(self.design, plain, self.own(names))
-        whole = kernels + np.eye(self.design.n)
-        weights = np.linalg.inv(whole + self.slopes @ self.slopes.T)
-        return Discrepancy(tuple(along), weights, kernels, 0.5 * np.linalg.slogdet(whole)[1])
+        """Listed levers with another dependence than on the explanation's own columns.
+
+        A rival is the effect of a listed cause at its largest size, scaled to a mean square of one, times an unknown
+        factor that depends on a column: a friction that differs by direction, a softness that grows with the load.
+        """
+        design, inner = self.design, tuple(f" in {kind}" for kind in set(self.design.kinds))
+        plain: dict[str, Sequence[Any]] = {
+            k: v for k, v in design.columns.items()
+            if not k.endswith(inner) and k != "specimen" and k not in design.own(names)
+        }  # fmt: skip
+        ways, along, kernels = dependences(plain), [], []
+        null = design.null.between(design.null.zero)
+        for cause in design.causes:
+            grid = design.singles[cause.name]
+            far = int(np.argmax(np.abs(grid.sizes[0] - cause.baseline)))
+            effect = design.apart(grid.at_size(float(far)).between(grid.zero) - null)
+            size = float(np.sqrt(np.mean(effect**2)))
+            if size <= 1e-9:
+                continue
+            for column, parts in ways.items():
+                for part in parts:
+                    for amplitude in LEVERS:
+                        along.append(f"{cause.name} by {column}")
+                        kernels.append((amplitude / size) ** 2 * np.outer(effect, effect) * part)
+        stack = np.array(kernels).reshape(len(kernels), design.n, design.n)
+        return Discrepancy(along, stack if design.mix is None else design.mix @ stack @ design.mix.T, self.slopes)
 
     def excess(
         self,
@@ -201,7 +222,7 @@ class Rivals:
         parts : of a pair, the effect of each cause, shape (n,): each must beat a model discrepancy beside the
             other, and the smaller excess counts
         """
-        like, data, own = _gaussian(self.design.like, fit, np.atleast_2d(y))
+        like, data, own = as_gaussian(self.design.like, fit, np.atleast_2d(y))
         if len(names) == 1:
             return own - self.of(names).evidence(data, like, replicate)
         beside = zip(names, reversed(parts), strict=True)
@@ -224,147 +245,7 @@ class Rivals:
         return self.of(names).evidence(fit.residuals, like, replicate) - plain
 
 
-def identification(
-    design: Design,
-    names: Names,
-    fit: Fit,
-    y: np.ndarray,
-    draws: Draws,
-    rule: Rule,
-    rivals: Rivals,
-    margin: float,
-    folds: np.ndarray,
-    null: Fit,
-) -> Identification:
-    """Hold one explanation against every model discrepancy.
-
-    Parameters
-    ----------
-    names, fit : the explanation and its fit to the data
-    y : whitened data, shape (n,)
-    draws : standard errors
-    rule : thresholds
-    rivals : discrepancies of the design
-    margin : by how much it must beat them
-    folds : number of the group of each specimen, left out together, shape (n,)
-    null : fit of the baseline
-    """
-    discrepancy, sd = rivals.of(names), noise_of(design, names, fit)
-    like, data, (own_value,) = _gaussian(design.like, fit, y[None])
-    parts = rivals.parts(names, fit)
-    observed = float(rivals.excess(names, fit, y, parts=parts)[0])
-    left = float(rivals.structure(names, fit)[0])
-    rows = slice(0, min(DRAWN, len(draws.errors), rule.draws))
-    drawn, z, replicate = drawn_data(design, names, fit, draws, rows)
-    again = design.fit(names, drawn, z, replicate)
-    # the inputs' own data are part of the draw: what the fit leaves of them is a shift of the values to first order
-    shifted = drawn - z @ (rivals.slopes * rivals.sd).T
-    over = rivals.excess(names, again, shifted, replicate, parts)
-    more = rivals.structure(names, again, replicate)
-    effect = design.effect(names, fit)
-    number = discrepancy.best(effect / sd, Likelihood())
-    contrast = discrepancy.weights[number] @ effect
-    reach = float(contrast @ effect)
-    spread = np.eye(design.n) + rivals.slopes @ rivals.slopes.T
-    slope = float(contrast @ data[0]) / reach if reach > 0 else 0.0
-    error = sd * float(np.sqrt(contrast @ spread @ contrast)) / reach if reach > 0 else np.inf
-    nearest = discrepancy.best(data, like)
-    levers, rival, beyond = rivals.levers(names), "", np.inf
-    if levers.along:
-        each = levers.each(data, like)[0]
-        rival, beyond = levers.along[int(each.argmax())], float(own_value) - float(each.max())
-    kinds = by_kind(design, names, fit, null, y, sd)
-    together = len(names) == 1 and agree(kinds)
-    if together and margin <= rule.margin:
-        margin = rule.agreed
-    doses = any(is_numeric(rivals.covariates[c]) for c in rivals.own(names) if c in rivals.covariates)
-    own = left_out(design, names, y, folds)[0]
-    ahead, ahead_error = _ahead(design, own, y, discrepancy, nearest, folds, sd)
-    gain = float(np.sum(own - left_out(design, (), y, folds)[0]))
-    p = (1.0 + np.count_nonzero(over <= observed)) / (1.0 + len(over))
-    holds = {
-        "lever": float(np.median(over)) >= margin,
-        "dose": slope >= SURE * error and abs(slope - 1.0) <= SURE * error,
-        "excess": observed >= margin,
-        "usual": p >= rule.usual,
-        "left out": gain > 0.0 and ahead + ahead_error >= 0.0,
-        "rival levers": beyond >= LEVER,
-        "kinds": together or (len(names) == 1 and doses and not any(k.absent for k in kinds)),
-    }
-    return Identification(
-        names,
-        tuple(name for name in CONDITIONS if not holds[name]),
-        discrepancy.along[nearest],
-        observed,
-        margin,
-        float(np.median(over)),
-        float(np.mean(over >= margin)),
-        float(p),
-        slope,
-        error,
-        ahead,
-        ahead_error,
-        float((1.0 + np.count_nonzero(more >= left)) / (1.0 + len(more))),
-        kinds,
-        rival,
-        beyond,
-    )
-
-
-def tests_that_identify(
-    discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, tested: int, k: int
-) -> tuple[list[int], float, float]:
-    """Greedy choice of specimens after which an effect, without noise, most exceeds every model discrepancy.
-
-    Each step adds the specimen that raises min over the biases of f' (S + J J')^-1 f / 2 + log det(S + J J') / 2 most.
-
-    Parameters
-    ----------
-    discrepancy : biases of the tested specimens and the pool together
-    slopes : J of both, shape (n, number of measured inputs)
-    effect : f of both, in units of the noise, shape (n,)
-    tested : how many of them are tested, first
-    k : how many to choose
-
-    Returns
-    -------
-    chosen, before, after : positions in the pool; expected excess without and with them
-    """
-    n = len(effect)
-    whole = discrepancy.kernels + np.eye(n) + slopes @ slopes.T
-    done, chosen, values = list(range(tested)), list[int](), list[float]()
-    for _ in range(k + 1):
-        part = whole[:, done][:, :, done]
-        inverse = np.linalg.inv(part)
-        own = np.eye(len(done)) + slopes[done] @ slopes[done].T
-        price = 0.5 * (np.linalg.slogdet(part)[1] - np.linalg.slogdet(own)[1])
-        square = 0.5 * np.einsum("i,mij,j->m", effect[done], inverse, effect[done])
-        values.append(float((square + price).min()))
-        if len(chosen) == k:
-            break
-        rest = [i for i in range(tested, n) if i not in done]
-        across = whole[:, done][:, :, rest]
-        pulled = inverse @ across
-        spread = whole[:, rest, rest] - np.einsum("mir,mir->mr", across, pulled)
-        missed = effect[rest] - np.einsum("i,mir->mr", effect[done], pulled)
-        worth = (square + price)[:, None] + 0.5 * missed**2 / spread + 0.5 * np.log(spread)
-        best = rest[int(np.argmax(worth.min(axis=0)))]
-        chosen.append(best - tested)
-        done.append(best)
-    return chosen, values[0], values[-1]
-
-
-def _ahead(
-    design: Design, own: np.ndarray, y: np.ndarray, discrepancy: Discrepancy, number: int, folds: np.ndarray, sd: float
-) -> tuple[float, float]:
-    """Log score of values left out, explanation (``own``) minus one bias, and its standard error over the folds."""
-    miss, spread = discrepancy.left_out(number, y, folds)
-    other = log_score(design, miss, spread * sd**2)
-    parts = np.bincount(folds, weights=own - other)
-    return float(parts.sum()), float(np.sqrt(len(parts)) * parts.std(ddof=1)) if len(parts) > 1 else 0.0
-
-
-def _gaussian(like: Likelihood, fit: Fit, y: np.ndarray) -> tuple[Likelihood, np.ndarray, np.ndarray]:
+def as_gaussian(like: Likelihood, fit: Fit, y: np.ndarray) -> tuple[Likelihood, np.ndarray, np.ndarray]:
     """Likelihood, data and log-likelihood of fits to be held against Gaussian biases; blunders are drawn in first."""
     if like.tails is None:
         return like, y, fit.loglik

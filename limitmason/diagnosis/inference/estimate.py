@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from limitmason.diagnosis.inference.bootstrap import Draws
-from limitmason.diagnosis.inference.decide import drawn_data
 from limitmason.diagnosis.inference.design import Design
 from limitmason.diagnosis.inference.grid import Grid
 from limitmason.diagnosis.inference.verdict import Tested
@@ -61,8 +60,7 @@ def estimate(design: Design, tested: Tested, y: np.ndarray, draws: Draws) -> dic
 def _interval(
     design: Design, grid: Grid, axis: int, y: np.ndarray, size: float, best: float, limit: float
 ) -> tuple[float, float]:  # fmt: skip
-    z = np.zeros(design.inputs)
-    profile = np.array([float(design.fit(g, y, z).loglik[0]) for g in grid.without_axis(axis)])
+    profile = np.array([float(design.fit(g, y).loglik[0]) for g in grid.without_axis(axis)])
     nodes = grid.sizes[axis]
     root = np.sqrt(2.0 * np.maximum(best - profile, 0.0))
     ends = []
@@ -83,7 +81,7 @@ def _interval(
 def _limit(design: Design, tested: Tested, draws: Draws) -> float:
     rows = slice(0, min(CALIBRATION, len(draws.errors)))
     grid = design.grid(tested.names)
-    y, z, replicate = drawn_data(design, tested.names, tested.fit, draws, rows)
+    y, z, replicate = design.drawn(tested.names, tested.fit, draws, rows)
     fixed = grid.at_size(float(tested.fit.position[0, 0]))
     free = design.fit(grid, y, z, replicate).loglik
     held = design.fit(fixed, y, z, replicate).loglik

@@ -1,32 +1,136 @@
-"""Best fits of tabulated models to many data sets: a look-up, a matrix product and one linear step each.
+"""Best fits of tabulated models to many data sets: the best node, one linear step in its cell, then the next cell.
 
-Two strategies of one algorithm, best node, linear step within half a cell, on to the next cell where the step ends on
-its edge. Gaussian errors with all values used go by inner products alone, without forming a residual; Student errors
-and values left out go by residuals.
+Everything that a step needs stands in a :class:`Cell`: change of the data along the axes, and the changes with each
+other. Gaussian errors with all values used fill it by inner products of the nodes, without forming a residual; Student
+errors and values left out fill it from residuals.
 """
+
+from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.diagnosis.inference.cells import Array, Cells, Looked, Row, Rows, descend
-from limitmason.diagnosis.inference.grid import Grid
-from limitmason.diagnosis.inference.noise import Likelihood, student_terms
+from limitmason.diagnosis.inference.grid import Array, Cells, Grid, Looked, Row, Rows, descend
+from limitmason.diagnosis.inference.noise import Noise
 
 Index = NDArray[np.intp]
-State = dict[str, Any]
-"""Arrays of the fits under way, by name, data sets along the last axis."""
 
-FIELDS = ("loglik", "loss", "penalty", "position", "residuals", "node")
+SMALLEST_SUM = 1e-18  # keeps the logarithm finite for data that a model fits exactly
+FACTORS = 4  # of 1 + r^2 / tau under one logarithm: no overflow for residuals below 1e4 in single precision
 CANCELLED = 1e-8  # share of the data's squares below which a loss is summed again from residuals
 WALK = 3  # cells that a fit may go on beyond that of the best node
 EDGE = 0.5 - 1e-9  # of a cell: a step that ends beyond it goes on
 BETTER = 1e-9  # log-likelihood by which the next cell must be better
 BLOCK = 400_000  # inner products held at a time: they stay in the processor's cache
-CHUNK = 2_000_000  # entries of a work array of the strategy by residuals
+CHUNK = 2_000_000  # entries of a work array of the fits by residuals
+
+
+@dataclass(frozen=True)
+class Likelihood:
+    """How a sum of squares becomes a log-likelihood.
+
+    With residuals in units of the stated noise, R their sum of squares, P the sum of squares of the nuisance data,
+    nu the degrees of freedom of the replicates and s2 the redrawn replicate variance in stated units::
+
+        known       -(R + P) / 2
+        replicates  -(n + nu)/2 log(R + nu s2) - P/2
+        unknown     -n/2 log(R) - P/2
+        Student     -(tau + 1)/2 sum log(1 + r^2 / tau) - P/2
+
+    Parameters
+    ----------
+    kind : "known", "replicates" or "unknown"
+    dof : nu, 0 unless replicates
+    tails : tau of Student errors, None for Gaussian
+
+    Notes
+    -----
+    The noise is profiled out, not integrated; the bootstrap, not a table, gives the distribution of differences.
+    Wrong for errors that are correlated between specimens: leave whole groups out and compare.
+    """
+
+    kind: str = "known"
+    dof: float = 0.0
+    tails: float | None = None
+
+    @classmethod
+    def of(cls, noise: Noise) -> Likelihood:
+        """The likelihood that belongs to a noise statement."""
+        return cls(noise.kind, float(noise.dof or 0.0), noise.tails)
+
+    @property
+    def scale_known(self) -> bool:
+        """Whether the scatter can be held against a stated noise, exact or from replicates."""
+        return self.kind != "unknown"
+
+    @property
+    def quadratic(self) -> bool:
+        """Whether the best node is found by one matrix product: known Gaussian noise."""
+        return self.kind == "known" and self.tails is None
+
+    def loglik(
+        self, loss: Any, penalty: Array | float, count: Array | float, replicate: Array | float = 1.0
+    ) -> Any:  # fmt: skip
+        """Log-likelihood up to a constant that is the same for every model of the same data.
+
+        Parameters
+        ----------
+        loss : sum of squares of the data, or the Student loss, any shape
+        penalty : sum of squares of the nuisance data
+        count : number of values in ``loss``
+        replicate : redrawn variance of the replicates in stated units
+        """
+        if self.kind == "known":
+            return -0.5 * (loss + penalty)
+        total = np.maximum(loss + self.dof * replicate, SMALLEST_SUM)
+        return -0.5 * (count + self.dof) * np.log(total) - 0.5 * penalty
+
+    def loss(self, residuals: Array, weights: Array | None = None) -> Array:
+        """Sum of squares, or of Student terms, over the last axis; a weight of 0 leaves a value out."""
+        if weights is not None:
+            if self.tails is None:
+                return (weights * residuals**2).sum(axis=1)
+            return (self.tails + 1.0) * (weights * np.log1p(residuals**2 / self.tails)).sum(axis=1)
+        if self.tails is None:
+            return np.einsum("...i,...i->...", residuals, residuals)
+        return (self.tails + 1.0) * np.log1p(residuals**2 / self.tails).sum(axis=-1)
+
+    def variance(
+        self, loss: Array | float, count: Array | float, replicate: Array | float = 1.0, spent: float = 0.0
+    ) -> Array:  # fmt: skip
+        """Noise variance in stated units: 1 when known, else the estimate with ``spent`` parameters taken off."""
+        if self.kind == "known":
+            return np.ones_like(np.asarray(loss, dtype=float))
+        freedom = np.maximum(count + self.dof - spent, 1.0)
+        return np.maximum(loss + self.dof * replicate, SMALLEST_SUM) / freedom
+
+    def scatter(
+        self, loss: np.ndarray, penalty: np.ndarray | float, replicate: np.ndarray | float = 1.0
+    ) -> np.ndarray:  # fmt: skip
+        """Statistic of "more scatter than stated": the loss over the (redrawn) replicate variance."""
+        return (loss + penalty) / replicate if self.kind == "replicates" else loss + penalty
+
+
+def student_terms(y: Array, used: Array, nodes: Array, tails: float) -> NDArray[np.float32]:
+    """Sum of log(1 + r^2 / tau) over the values used, shape (b, g), by one logarithm for several; to rank nodes."""
+    short, scaled, columns = y.astype(np.float32), (used / tails).astype(np.float32), nodes.T.astype(np.float32)
+    out = np.zeros((len(y), columns.shape[1]), dtype=np.float32)
+    factor = np.ones_like(out)
+    for i, column in enumerate(columns):
+        term = short[:, i, None] - column
+        term *= term
+        term *= scaled[:, i, None]
+        term += 1.0
+        factor *= term
+        if i % FACTORS == FACTORS - 1 or i == len(columns) - 1:
+            out += np.log(factor)
+            factor[...] = 1.0
+    return out
 
 
 @dataclass(frozen=True)
@@ -47,6 +151,46 @@ class Fit:
     position: np.ndarray
     residuals: np.ndarray
     node: np.ndarray
+
+
+@dataclass(frozen=True)
+class Data:
+    """Data sets that are fitted.
+
+    Parameters
+    ----------
+    y : whitened values, shape (b, n)
+    z : nuisance data in standard deviations from the measured values, shape (b, k)
+    like : how squares become a log-likelihood
+    replicate : redrawn replicate variance, shape (b,)
+    weights : 1 for values that are used, 0 for values left out, shape (b, n); None uses all
+    """
+
+    y: Array
+    z: Array
+    like: Likelihood
+    replicate: Array
+    weights: Array | None
+
+    @property
+    def plain(self) -> bool:
+        """Whether inner products of the nodes are enough: Gaussian errors, all values used."""
+        return self.like.tails is None and self.weights is None
+
+    @cached_property
+    def squares(self) -> Array:
+        """Sum of the squared values, shape (b,)."""
+        return cast(Array, np.einsum("bn,bn->b", self.y, self.y))
+
+    @cached_property
+    def count(self) -> Array:
+        """Number of values used, shape (b,)."""
+        return np.full(len(self.y), float(self.y.shape[1])) if self.weights is None else self.weights.sum(axis=1)
+
+    def some(self, rows: Any) -> Data:
+        """Some of the data sets."""
+        weights = None if self.weights is None else self.weights[rows]
+        return Data(self.y[rows], self.z[rows], self.like, self.replicate[rows], weights)
 
 
 def fit(
@@ -70,152 +214,192 @@ def fits(
     Parameters
     ----------
     grids : models with as many axes each
-    y : whitened data, shape (b, n)
-    z : nuisance data in standard deviations from the measured values, shape (b, k)
-    like : how squares become a log-likelihood
+    y, z, like, weights : see :class:`Data`
     replicate : redrawn replicate variance, a number or shape (b,)
-    weights : 1 for values that are used, 0 for values left out, shape (b, n); None uses all
-    residuals : whether they are wanted; where not, fits by products have residuals of shape (b, 0)
+    residuals : whether they are wanted; where not, they have the shape (b, 0)
     """
     y, z = np.atleast_2d(y), np.atleast_2d(z)
-    b = len(y)
-    replicate = np.broadcast_to(np.asarray(replicate, dtype=float), (b,))
-    products = like.tails is None and weights is None
-    step = max(1, (BLOCK if products else CHUNK) // max(1, *(len(g.nodes) for g in grids)))
+    data = Data(y, z, like, np.broadcast_to(np.asarray(replicate, dtype=float), (len(y),)), weights)
+    step = max(1, (BLOCK if data.plain else CHUNK) // max(1, *(len(g.nodes) for g in grids)))
+    together = [grids] if data.plain else [[g] for g in grids]  # small arrays are cheaper by the dozen
     parts = []
-    for start in range(0, max(b, 1), step):
-        rows = slice(start, start + step)
-        if products:
-            parts.append(_by_products(grids, y[rows], z[rows], like, replicate[rows], residuals))
-        else:
-            chosen = None if weights is None else weights[rows]
-            parts.append([_by_residuals(g, y[rows], z[rows], like, replicate[rows], chosen) for g in grids])
-    return [_joined(found) for found in zip(*parts, strict=True)]
-
-
-def _joined(parts: Sequence[Fit]) -> Fit:
-    """Fits of consecutive data sets as one."""
+    for start in range(0, max(len(y), 1), step):
+        some = data.some(slice(start, start + step))
+        parts.append([f for group in together for f in _fitted(group, some, residuals)])
     if len(parts) == 1:
         return parts[0]
-    return Fit(*(np.concatenate([getattr(p, name) for p in parts]) for name in FIELDS))
+    return [Fit(*map(np.concatenate, zip(*(vars(f).values() for f in found), strict=True)))
+            for found in zip(*parts, strict=True)]  # fmt: skip
 
 
-# ---- Gaussian errors: by inner products ------------------------------------------------------------------------------
-
-
-def _by_products(
-    grids: Sequence[Grid], y: Array, z: Array, like: Likelihood, replicate: Array, residuals: bool
-) -> list[Fit]:  # fmt: skip
-    b, n = y.shape
-    d, k = grids[0].cells.d, grids[0].cells.k
-    squares = np.einsum("bn,bn->b", y, y)
-    known = like.kind == "known"
-    one = np.ones((b, 1))
-    wide = np.concatenate([y, z, one] if known else [y, one], axis=1)
-    rows = np.arange(b)
-    tables, inner, columns = [], [], []
-    for grid in grids:
-        cells = grid.cells
-        products = wide @ (cells.ranks if known else cells.losses)
-        if known:
-            column = products.argmax(axis=1)
-        else:
-            column = _best_column(cells, products, squares, z, like, n, replicate)
-        beside = cells.beside[column]
-        inner.append(np.concatenate([products[rows, column][:, None], products[rows[:, None], beside]], axis=1))
-        around = np.concatenate([column[:, None], beside], axis=1)
-        constant = cells["half"][:, 0] if known else 0.5 * cells["squares"][:, 0]
-        inner[-1] += constant[around]
-        if known and k:
-            inner[-1] -= np.einsum("bck,bk->bc", cells["z"][around], z)
-        tables.append(cells.table[column])
-        columns.append(column)
-    many = len(grids)
-    which = np.tile(rows, many)
-    looked = Looked(np.concatenate(tables), d, k)
-    z_rows, squares, replicate = z.T[:, which], squares[which], replicate[which]
-    state = _step_in_cells(looked, np.ascontiguousarray(np.concatenate(inner).T), z_rows, squares, like, n, replicate)
-    state["column"] = np.concatenate(columns)
-    if d:
-        _walk_by_products(grids, state, y, z_rows, squares, like, replicate, b)
+def _fitted(grids: Sequence[Grid], data: Data, residuals: bool) -> list[Fit]:
+    """Fits of one block of data sets."""
+    b, many = len(data.y), len(grids)
+    starts = [_best_node(g.cells, data) for g in grids]
+    every, owner = data.some(np.tile(np.arange(b), many)), np.repeat(np.arange(many), b)
+    inner = [s[1] for s in starts if s[1] is not None]
+    column = np.concatenate([s[0] for s in starts])
+    found = _step(_cell(grids, every, owner, column, inner), every)
+    if grids[0].shape:
+        _go_on(grids, every, owner, found)
     out = []
     for g, grid in enumerate(grids):
         part = slice(g * b, (g + 1) * b)
-        node = grid.cells.number[state["column"][part]]
-        position = (state["index"][:, part] + state["move"][:, part]).T
-        loglik, loss, penalty = (state[name][part] for name in ("loglik", "loss", "penalty"))
+        node, position = grid.cells.number[found.column[part]], (found.index[:, part] + found.move[:, part]).T
+        loglik, loss, penalty = found.loglik[part], found.loss[part], found.penalty[part]
         left = np.zeros((b, 0))
-        poor = np.flatnonzero(loss < CANCELLED * squares[part])
+        poor = np.flatnonzero(loss < CANCELLED * data.squares) if data.plain else np.zeros(0, int)
         if residuals or len(poor):
-            chosen = rows if residuals else poor
-            rest = y[chosen] - grid.values_from(node[chosen], position[chosen])
-            loss[chosen] = np.einsum("bn,bn->b", rest, rest)
-            loglik[chosen] = like.loglik(loss[chosen], penalty[chosen], float(n), replicate[part][chosen])
+            chosen = data if residuals else data.some(poor)
+            rows = slice(None) if residuals else poor
+            rest = chosen.y - grid.values_from(node[rows], position[rows])
+            loss[rows] = data.like.loss(rest, chosen.weights)
+            loglik[rows] = data.like.loglik(loss[rows], penalty[rows], chosen.count, chosen.replicate)
             left = rest if residuals else left
         out.append(Fit(loglik, loss, penalty, position, left, node))
     return out
 
 
-def _best_column(
-    cells: Cells, products: Array, squares: Array, z: Array, like: Likelihood, n: int, replicate: Array
-) -> Index:  # fmt: skip
-    """Best node where the noise is estimated: the best sizes for each value of the inputs, then the best of those."""
-    b, levels = len(products), cells.z_levels
-    by_level = products.reshape(b, len(levels), -1)
-    size = by_level.argmax(axis=2)
-    best = np.take_along_axis(by_level, size[..., None], axis=2)[..., 0]
-    loss = np.maximum(squares[:, None] - 2.0 * best, 0.0)
-    penalty = ((z[:, None, :] - levels[None]) ** 2).sum(axis=-1)
-    level = np.argmax(like.loglik(loss, penalty, float(n), replicate[:, None]), axis=1)
-    return level * by_level.shape[2] + size[np.arange(b), level]
+def _best_node(cells: Cells, data: Data) -> tuple[Index, Array | None]:
+    """Column of the best node of each data set, and the inner products with it and its neighbours where made."""
+    y, z, like = data.y, data.z, data.like
+    if not data.plain:
+        used = np.ones_like(y) if data.weights is None else data.weights
+        if like.tails is None:
+            squares = (used * y * y).sum(axis=1)[:, None]
+            loss = np.maximum((squares - 2.0 * (used * y) @ cells.nodes.T) + used @ (cells.nodes**2).T, 0.0)
+        else:
+            loss = (like.tails + 1.0) * student_terms(y, used, cells.nodes, like.tails)
+        penalty = ((z[:, None, :] - cells["z"][None]) ** 2).sum(axis=-1)
+        return np.argmax(like.loglik(loss, penalty, data.count[:, None], data.replicate[:, None]), axis=1), None
+    known, one, rows = like.kind == "known", np.ones((len(y), 1)), np.arange(len(y))
+    if known:
+        products = np.concatenate([y, z, one], axis=1) @ cells.ranks
+        column = products.argmax(axis=1)
+    else:  # the best sizes for each value of the inputs, then the best of those: only they need a logarithm
+        products = np.concatenate([y, one], axis=1) @ cells.losses
+        levels = cells.z_levels
+        by_level = products.reshape(len(y), len(levels), -1)
+        size = by_level.argmax(axis=2)
+        best = np.take_along_axis(by_level, size[..., None], axis=2)[..., 0]
+        loss = np.maximum(data.squares[:, None] - 2.0 * best, 0.0)
+        penalty = ((z[:, None, :] - levels[None]) ** 2).sum(axis=-1)
+        level = np.argmax(like.loglik(loss, penalty, data.count[:, None], data.replicate[:, None]), axis=1)
+        column = level * by_level.shape[2] + size[rows, level]
+    around = np.concatenate([column[:, None], cells.beside[column]], axis=1)
+    inner = products[rows[:, None], around] + (cells["half"][:, 0] if known else 0.5 * cells["squares"][:, 0])[around]
+    if known and cells.k:
+        inner -= np.einsum("bck,bk->bc", cells["z"][around], z)
+    return column, inner
 
 
-def _step_in_cells(
-    looked: Looked, inner: Array, z: Array, squares: Array, like: Likelihood, n: int, replicate: Array
-) -> State:  # fmt: skip
+@dataclass(frozen=True)
+class Cell:
+    """What the step of every data set needs of the cell around its node, data sets along the last axis.
+
+    Parameters
+    ----------
+    column : of the node, shape (b,)
+    looked : what is known of the node without data
+    gram : changes to the 2 d neighbours with each other, shape (2 d, 2 d, b)
+    pull : these changes with the residual at the node, shape (2 d, b)
+    loss : sum of its squares, shape (b,)
+    residuals, sides : residual and changes themselves, shapes (b, n) and (b, 2 d, n); None where not formed
+    """
+
+    column: Index
+    looked: Looked
+    gram: Array
+    pull: Array
+    loss: Array
+    residuals: Array | None = None
+    sides: Array | None = None
+
+
+def _cell(
+    grids: Sequence[Grid], data: Data, owner: Index, column: Index, inner: Sequence[Array] = ()
+) -> Cell:  # fmt: skip
+    """The cell around a node of the grid that each data set is fitted by; ``owner`` counts up."""
+    d, k = grids[0].cells.d, grids[0].cells.k
+    tables, nodes, products = [], [], list(inner)
+    ends = np.searchsorted(owner, np.arange(len(grids) + 1))
+    for g, grid in enumerate(grids):
+        part, cells = slice(ends[g], ends[g + 1]), grid.cells
+        mine = column[part]
+        tables.append(cells.table[mine])
+        if not inner:
+            nodes.append(cells.nodes[np.concatenate([mine[:, None], cells.beside[mine]], axis=1)])
+            if data.plain:
+                products.append(np.einsum("bn,bcn->bc", data.y[part], nodes[-1]))
+    looked = Looked(np.concatenate(tables), d, k)
+    if data.plain:
+        to = np.ascontiguousarray(np.concatenate(products).T)
+        pull = np.concatenate([to[0] - to[1 : 1 + d], to[1 + d :] - to[0]]) - looked.cross
+        return Cell(column, looked, looked.gram, pull, np.maximum(data.squares - 2.0 * to[0] + looked.squares, 0.0))
+    around = np.concatenate(nodes)
+    at = around[:, :1]
+    residuals, sides = data.y - at[:, 0], np.concatenate([at - around[:, 1 : 1 + d], around[:, 1 + d :] - at], axis=1)
+    used = np.ones_like(residuals) if data.weights is None else data.weights
+    if data.like.tails is not None:  # a large error pulls less
+        used = used * (data.like.tails + 1.0) / (data.like.tails + residuals**2)
+    gram = (sides * used[:, None]) @ sides.transpose(0, 2, 1)
+    pull = np.einsum("bdn,bn->db", sides, residuals * used)
+    return Cell(column, looked, gram.transpose(1, 2, 0), pull, (used * residuals**2).sum(axis=1), residuals, sides)
+
+
+@dataclass
+class _Found:
+    """Fits under way, data sets along the last axis."""
+
+    column: Index
+    index: Array
+    move: Array
+    loglik: Array
+    loss: Array
+    penalty: Array
+
+
+def _step(cell: Cell, data: Data) -> _Found:
     """One linear step in every cell: which way by the mean of the changes on both sides, how far by that side's."""
+    looked, gram, pull, like = cell.looked, cell.gram, cell.pull, data.like
+    low, high, z_sides = looked.low, looked.high, looked.z_sides
     d, k = len(looked.index), len(looked.z)
-    first = d - k
-    at, low, high, gram = inner[0], looked.low, looked.high, looked.gram
-    pull = np.concatenate([at - inner[1 : 1 + d], inner[1 + d :] - at]) - looked.cross
-    off = z - looked.z
-    loss = np.maximum(squares - 2.0 * at + looked.squares, 0.0)
-    per = None if like.kind == "known" else 1.0 / like.variance(loss, float(n), replicate)
-    if d:
-        inside = np.where((low < 0) & (high > 0), 0.5, 1.0)  # at an end only one side has a change
-        both = pull[:d] + pull[d:]
-        sums = gram[:d, :d] + gram[:d, d:] + gram[d:, :d] + gram[d:, d:]
-        mean = [[inside[i] * inside[j] * sums[i, j] for j in range(d)] for i in range(d)]
-        z_step = (looked.z_sides[0] + looked.z_sides[1]) * inside[first:]
-        slope = [inside[i] * both[i] for i in range(d)]
-        move = descend(*_normal_of_products(mean, slope, z_step, off, per, looked.flat), low, high)
-        after = (move > 0.0) | (low == 0.0)
-        low, high = np.where(after, 0.0, low), np.where(after, high, 0.0)
-        slope = [np.where(after[i], pull[d + i], pull[i]) for i in range(d)]
-        side = [
-            [
-                np.where(after[i], np.where(after[j], gram[d + i, d + j], gram[d + i, j]),
-                         np.where(after[j], gram[i, d + j], gram[i, j]))
-                for j in range(d)
-            ]
-            for i in range(d)
-        ]  # fmt: skip
-        z_step = np.where(after[first:], looked.z_sides[1], looked.z_sides[0])
-        move = descend(*_normal_of_products(side, slope, z_step, off, per, looked.flat), low, high)
+    off, loss, first = data.z.T - looked.z, cell.loss, d - k
+    per = None if like.kind == "known" else 1.0 / like.variance(loss, data.count, data.replicate)
+    inside = np.where((low < 0) & (high > 0), 0.5, 1.0)  # at an end only one side has a change
+    sums = gram[:d, :d] + gram[:d, d:] + gram[d:, :d] + gram[d:, d:]
+    mean: Rows = [[inside[i] * inside[j] * sums[i, j] for j in range(d)] for i in range(d)]
+    slope: Row = [inside[i] * (pull[i] + pull[d + i]) for i in range(d)]
+    z_step = (z_sides[0] + z_sides[1]) * inside[first:]
+    move = descend(*_normal(mean, slope, z_step, off, per, looked.flat), low, high)
+    after = (move > 0.0) | (low == 0.0)
+    low, high = np.where(after, 0.0, low), np.where(after, high, 0.0)
+    slope = np.where(after, pull[d:], pull[:d])
+    side: Rows = [
+        [
+            np.where(after[i], np.where(after[j], gram[d + i, d + j], gram[d + i, j]),
+                     np.where(after[j], gram[i, d + j], gram[i, j]))
+            for j in range(d)
+        ]
+        for i in range(d)
+    ]  # fmt: skip
+    z_step = np.where(after[first:], z_sides[1], z_sides[0])
+    move = descend(*_normal(side, slope, z_step, off, per, looked.flat), low, high)
+    if cell.residuals is not None and cell.sides is not None:
+        chosen = np.where(after.T[:, :, None], cell.sides[:, d:], cell.sides[:, :d])
+        loss = like.loss(cell.residuals - np.einsum("db,bdn->bn", move, chosen), data.weights)
+    elif d:
         for i in range(d):
             loss = loss - 2.0 * move[i] * slope[i]
             for j in range(d):
                 loss = loss + move[i] * move[j] * side[i][j]
         loss = np.maximum(loss, 0.0)
-        off = off - move[first:] * z_step
-    else:
-        move = np.zeros((0, len(at)))
-    penalty = (off**2).sum(axis=0)
-    loglik = like.loglik(loss, penalty, float(n), replicate)
-    return {"loglik": loglik, "loss": loss, "penalty": penalty, "move": move, "index": looked.index}
+    penalty = ((off - move[first:] * z_step) ** 2).sum(axis=0)
+    loglik = like.loglik(loss, penalty, data.count, data.replicate)
+    return _Found(cell.column, looked.index, move, loglik, loss, penalty)
 
 
-def _normal_of_products(
+def _normal(
     gram: Rows, slope: Row, z_step: Array, off: Array, per: Array | None, flat: Array
 ) -> tuple[list[list[Array]], list[Array]]:  # fmt: skip
     """Normal equations of a linear step; along an axis without effect on the data nothing pulls."""
@@ -237,148 +421,22 @@ def _normal_of_products(
     return matrix, right
 
 
-def _walk_by_products(
-    grids: Sequence[Grid], state: State, y: Array, z: Array, squares: Array, like: Likelihood, replicate: Array, b: int
-) -> None:  # fmt: skip
+def _go_on(grids: Sequence[Grid], data: Data, owner: Index, found: _Found) -> None:
     """Go on to the next cell where a fit ended on the edge of its own: along a valley the nearest node misleads."""
-    d, k, n = grids[0].cells.d, grids[0].cells.k, y.shape[1]
-    active = np.arange(len(squares))
+    last, stride = (np.array([getattr(g.cells, name) for g in grids]) for name in ("last", "stride"))
+    active = np.arange(len(owner))
     for _ in range(WALK):
-        move = state["move"][:, active]
-        active = active[(np.abs(move) >= EDGE).any(axis=0)]
+        move, index, mine = found.move[:, active], found.index[:, active].astype(int), owner[active]
+        on = np.where(np.abs(move) >= EDGE, np.sign(move), 0.0).astype(int)
+        on = np.clip(index + on, 0, last[mine].T) - index
+        goes = on.any(axis=0)
+        active, on = active[goes], on[:, goes]
         if not len(active):
             return
-        tables, inner, columns, moved = [], [], [], []
-        bounds = np.searchsorted(active, np.arange(len(grids) + 1) * b)
-        for g, grid in enumerate(grids):
-            mine = active[bounds[g] : bounds[g + 1]]
-            if not len(mine):
-                continue
-            cells = grid.cells
-            index = state["index"][:, mine].astype(int)
-            on = np.where(np.abs(state["move"][:, mine]) >= EDGE, np.sign(state["move"][:, mine]), 0.0).astype(int)
-            on = np.clip(index + on, 0, cells.last[:, None]) - index
-            goes = on.any(axis=0)
-            mine, column = mine[goes], state["column"][mine[goes]] + cells.stride @ on[:, goes]
-            if not len(mine):
-                continue
-            data = y[mine - g * b]
-            around = np.concatenate([column[:, None], cells.beside[column]], axis=1)
-            inner.append(np.einsum("bn,bcn->bc", data, cells.nodes[around]))
-            tables.append(cells.table[column])
-            columns.append(column)
-            moved.append(mine)
-        if not moved:
-            return
-        active, column = np.concatenate(moved), np.concatenate(columns)
-        looked = Looked(np.concatenate(tables), d, k)
-        at = np.ascontiguousarray(np.concatenate(inner).T)
-        other = _step_in_cells(looked, at, z[:, active], squares[active], like, n, replicate[active])
-        better = other["loglik"] > state["loglik"][active] + BETTER
+        column = found.column[active] + (stride[owner[active]].T * on).sum(axis=0)
+        some = data.some(active)
+        other = _step(_cell(grids, some, owner[active], column), some)
+        better = other.loglik > found.loglik[active] + BETTER
         active = active[better]
-        for name in ("loglik", "loss", "penalty", "move", "index"):
-            state[name][..., active] = other[name][..., better]
-        state["column"][active] = column[better]
-
-
-# ---- Student errors, and values left out: by residuals -----------------------------------------------------------
-
-
-def _by_residuals(
-    grid: Grid, y: Array, z: Array, like: Likelihood, replicate: Array, weights: Array | None
-) -> Fit:  # fmt: skip
-    """Best node, step, and on to the next cell as by products."""
-    start = _best_node(grid, y, z, like, replicate, weights)
-    fitted = _refine(grid, start, y, z, like, replicate, weights)
-    active = np.arange(len(y))
-    for _ in range(WALK if grid.shape else 0):
-        index = np.stack(np.unravel_index(fitted.node[active], grid.shape), axis=-1)
-        move = fitted.position[active] - index
-        step = np.where(np.abs(move) >= EDGE, np.sign(move), 0.0).astype(int)
-        step = np.clip(index + step, 0, np.array(grid.shape) - 1) - index
-        moved = step.any(axis=1)
-        active = active[moved]
-        if not len(active):
-            break
-        node = np.ravel_multi_index(tuple((index + step)[moved].T), grid.shape)
-        chosen = None if weights is None else weights[active]
-        other = _refine(grid, node, y[active], z[active], like, replicate[active], chosen)
-        better = other.loglik > fitted.loglik[active] + BETTER
-        active = active[better]
-        for name in FIELDS:
-            getattr(fitted, name)[active] = getattr(other, name)[better]
-    return fitted
-
-
-def _best_node(
-    grid: Grid, y: Array, z: Array, like: Likelihood, replicate: Array, weights: Array | None
-) -> Index:  # fmt: skip
-    used = np.ones_like(y) if weights is None else weights
-    count = used.sum(axis=1)[:, None]
-    if like.tails is None:
-        loss = ((used * y * y).sum(axis=1)[:, None] - 2.0 * (used * y) @ grid.nodes.T) + used @ (grid.nodes**2).T
-        penalty = ((z[:, None, :] - grid.node_z[None]) ** 2).sum(axis=-1)
-        return np.argmax(like.loglik(np.maximum(loss, 0.0), penalty, count, replicate[:, None]), axis=1)
-    loss = (like.tails + 1.0) * student_terms(y, used, grid.nodes, like.tails)
-    penalty = ((z[:, None, :] - grid.node_z[None]) ** 2).sum(axis=-1)
-    return np.argmax(like.loglik(loss, penalty, count, replicate[:, None]), axis=1)
-
-
-def _refine(
-    grid: Grid, node: Index, y: Array, z: Array, like: Likelihood, replicate: Array, weights: Array | None
-) -> Fit:  # fmt: skip
-    residuals, off = y - grid.nodes[node], z - grid.node_z[node]
-    low, high = grid.reach[0][node], grid.reach[1][node]
-    first = len(grid.sizes)
-    # which way: by the mean of the changes on both sides; how far: by the change on that side
-    used = weights
-    if like.tails is not None:
-        pull = (like.tails + 1.0) / (like.tails + residuals**2)
-        used = pull if weights is None else weights * pull
-    count = float(grid.n) if weights is None else weights.sum(axis=1)
-    variance = None
-    if like.kind != "known":
-        variance = like.variance((residuals**2 if used is None else used * residuals**2).sum(axis=1), count, replicate)
-    inner = np.where((low < 0) & (high > 0), 0.5, 1.0)  # at an end only one side has a change
-    slopes = (grid.changes[0][node] + grid.changes[1][node]) * inner[..., None]
-    z_step = (grid.z_changes[0][node] + grid.z_changes[1][node]) * inner[:, first:]
-    move = _bounded_step(*_normal_of_residuals(slopes, z_step, residuals, off, used, variance), low, high)
-    after = (move > 0.0) | (low == 0.0)
-    slopes = _beside(grid.changes, node, after)
-    z_step = _beside(grid.z_changes, node, after[:, first:])
-    low, high = np.where(after, 0.0, low), np.where(after, high, 0.0)
-    move = _bounded_step(*_normal_of_residuals(slopes, z_step, residuals, off, used, variance), low, high)
-    left = residuals - np.einsum("bd,bdn->bn", move, slopes)
-    off = off - move[:, first:] * z_step
-    penalty = (off**2).sum(axis=1)
-    loss = like.loss(left, weights)
-    index = np.stack(np.unravel_index(node, grid.shape), axis=-1) if grid.shape else np.zeros((len(y), 0), int)
-    return Fit(like.loglik(loss, penalty, count, replicate), loss, penalty, index + move, left, node)
-
-
-def _beside(changes: np.ndarray, node: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """One-sided changes at nodes, ``after`` telling the side of each axis, shape (b, d, ...)."""
-    return changes[after.astype(int), node[:, None], np.arange(after.shape[1])[None, :]]
-
-
-def _normal_of_residuals(
-    slopes: Array, z_step: Array, residuals: Array, off: Array, used: Array | None, variance: Array | None
-) -> tuple[Array, Array]:  # fmt: skip
-    """Normal equations of a linear step: matrix (b, d, d) and right side (b, d)."""
-    if used is None:
-        gram, gradient = slopes @ slopes.transpose(0, 2, 1), np.einsum("bdn,bn->bd", slopes, residuals)
-    else:
-        gram = (slopes * used[:, None]) @ slopes.transpose(0, 2, 1)
-        gradient = np.einsum("bdn,bn->bd", slopes, residuals * used)
-    if variance is not None:
-        gram, gradient = gram / variance[:, None, None], gradient / variance[:, None]
-    first = slopes.shape[1] - z_step.shape[1]
-    for k in range(z_step.shape[1]):
-        gram[:, first + k, first + k] += z_step[:, k] ** 2
-        gradient[:, first + k] += z_step[:, k] * off[:, k]
-    return gram, gradient
-
-
-def _bounded_step(gram: Array, gradient: Array, low: Array, high: Array) -> Array:
-    """Linear step of many data sets within their boxes, shape (b, d)."""
-    return descend(gram.transpose(1, 2, 0), gradient.T, low.T, high.T).T
+        for name, values in vars(found).items():
+            values[..., active] = getattr(other, name)[..., better]

@@ -82,8 +82,7 @@ def measure_gain(design: Design, names: Names, y: np.ndarray, groups: Sequence |
     """
     singles = np.arange(design.n)
     folds = folds_of(groups, design.n)
-    z = np.zeros(design.inputs)
-    best = design.fit(names, y, z)
+    best = design.fit(names, y)
     one, left = left_out(design, names, y, singles)
     base, _ = left_out(design, (), y, singles)
     by_group = None
@@ -127,7 +126,7 @@ def _fold_fits(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -
     count = int(folds.max()) + 1
     weights = (folds[None, :] != np.arange(count)[:, None]).astype(float)
     data = np.broadcast_to(y, weights.shape)
-    return design.fit(names, data, np.zeros((count, design.inputs)), weights=weights), weights
+    return design.fit(names, data, weights=weights), weights
 
 
 def _read(

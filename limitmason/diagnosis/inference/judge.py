@@ -1,22 +1,26 @@
-"""The whole judgement of a data set: the rule, identifiability, and pairs where the residuals ask for them."""
+"""The whole judgement of a data set: shared noise, gate, what explains an alarm, and whether it is identified."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.special import chdtri
 
 from limitmason.diagnosis.inference.bootstrap import Draws
-from limitmason.diagnosis.inference.decide import Rule, explained, gate, noise_of, with_pairs
+from limitmason.diagnosis.inference.decide import Decision, Rule
 from limitmason.diagnosis.inference.design import Design
-from limitmason.diagnosis.inference.discrepancy import Rivals, identification
+from limitmason.diagnosis.inference.discrepancy import Rivals
+from limitmason.diagnosis.inference.identify import identification
 from limitmason.diagnosis.inference.missing import Missing, leave_each_out
-from limitmason.diagnosis.inference.shared import doubted
+from limitmason.diagnosis.inference.shared import Shares, doubted, estimated_shares
 from limitmason.diagnosis.inference.verdict import Identification, Verdict, VerdictKind
 
 PAIR_TAIL = 0.02  # chance that some second cause improves a single one by as much as noise alone
 
 
+@dataclass
 class Judge:
     """Judges data sets of one design and list.
 
@@ -24,32 +28,23 @@ class Judge:
     ----------
     design : tables
     known : the same with a known noise, for rehearsals; called with the estimate of the noise where it is not stated
-    covariates : name to values of all specimens
-    folds : number of the group of each specimen, left out together, shape (n,); None leaves single ones out
+    folds : number of the group of each specimen, left out together, shape (n,)
     rule : thresholds
-    seed : of the rehearsal
     unstated : circumstances of the tests that no column tells: an alarm must outlast noise shared within them
     rehearsed : the judge whose rehearsal is taken, that of independent noise where this one carries shared noise: its
         shares hang on the data, the margins should not
+    seed : of the rehearsal
     """
 
-    def __init__(
-        self,
-        design: Design,
-        known: Callable[[float], Design],
-        covariates: Mapping[str, Sequence],
-        folds: np.ndarray | None = None,
-        rule: Rule | None = None,
-        seed: int = 0,
-        rehearsed: "Judge | None" = None,
-        unstated: tuple[str, ...] = (),
-    ):
-        self.design, self.known, self.covariates, self.seed = design, known, covariates, seed
-        self.rehearsed, self.unstated = rehearsed, unstated
-        self.rule = rule or Rule()
-        self.folds = np.arange(design.n) if folds is None else folds
-        self._rivals: dict[float, Rivals] = {}
-        self._missing: dict[float, Missing] = {}
+    design: Design
+    known: Callable[[float], Design]
+    folds: np.ndarray
+    rule: Rule = field(default_factory=Rule)
+    unstated: tuple[str, ...] = ()
+    rehearsed: Judge | None = None
+    seed: int = 0
+    _rivals: dict[float, Rivals] = field(default_factory=dict, init=False)
+    _missing: dict[float, Missing] = field(default_factory=dict, init=False)
 
     def missing(self, sd: float = 1.0) -> Missing:
         """What happens here when the true cause is not on the list, and the margins against it; worked out once.
@@ -71,7 +66,7 @@ class Judge:
     def rivals(self, sd: float = 1.0) -> Rivals:
         """Discrepancy biases, in units of the noise."""
         if sd not in self._rivals:
-            self._rivals[sd] = Rivals(self.design, self.covariates, sd)
+            self._rivals[sd] = Rivals(self.design, sd)
         return self._rivals[sd]
 
     def noise(self, verdict: Verdict) -> float:
@@ -80,37 +75,67 @@ class Judge:
             return 1.0
         names = verdict.kept[0] if verdict.kept else ()
         fit = verdict.tested[names].fit if names else verdict.null
-        return float(f"{noise_of(self.design, names, fit):.2g}")
+        return float(f"{self.design.noise_of(names, fit):.2g}")
 
-    def gate(self, y: np.ndarray, draws: Draws) -> Verdict:
-        """Whether one data set raises an alarm, before anything is sought that explains it."""
-        verdict = gate(self.design, y, draws, self.rule)
-        return doubted(self.design, y, verdict, draws, self.rule, self.covariates, self.unstated)
+    def carrying(self, shares: Shares) -> Judge:
+        """What judges with some shares of the noise; margins are those of independent noise."""
+        if not shares.shares:
+            return self
+        return replace(self, design=self.design.sharing(shares.correlation), rehearsed=self)
+
+    def gate(
+        self, y: np.ndarray, draws: Draws, shared: Sequence[str] | None
+    ) -> tuple[Judge, Shares, Verdict]:  # fmt: skip
+        """Whether one data set raises an alarm, noise shared as its residuals say.
+
+        Parameters
+        ----------
+        y : whitened data, per specimen, shape (n,)
+        draws : standard errors for the bootstrap
+        shared : columns whose labels may share noise; None are the circumstances of the tests
+
+        Returns
+        -------
+        judge, shares, alarm : what judges on with these shares; those of an alarm stand beside the best explanation
+        """
+        shares = estimated_shares(self.design, y, shared)
+        judge = self.carrying(shares)
+        alarm = judge.alarm(y, draws)
+        if alarm.kind == VerdictKind.UNEXPLAINED and shares.looked_at:
+            shares = estimated_shares(self.design, y, shared, price=alarm.critical_gain)
+            judge = self.carrying(shares)
+        return judge, shares, alarm
+
+    def alarm(self, y: np.ndarray, draws: Draws) -> Verdict:
+        """Whether the baseline is not enough, before anything is sought that explains the data."""
+        decision = Decision(self.design, draws, self.rule)
+        return doubted(decision, y, decision.gate(y), self.unstated)
 
     def __call__(self, y: np.ndarray, draws: Draws, pairs: bool = True, alarm: Verdict | None = None) -> Verdict:
         """The verdict on one data set.
 
         Parameters
         ----------
-        y : whitened data, shape (n,)
+        y : whitened data, per specimen, shape (n,)
         draws : standard errors for the bootstrap
         pairs : whether pairs of causes are tried where no single one is left, or the residuals ask for them
         alarm : what a gate said of the same data, which may have carried other shares of the noise; None asks its own
         """
-        alarm = self.gate(y, draws) if alarm is None else alarm
-        verdict = explained(self.design, y, alarm, draws, self.rule, pairs)
+        alarm = self.alarm(y, draws) if alarm is None else alarm
+        decision = Decision(self.design, draws, self.rule)
+        verdict = decision.explained(y, alarm, pairs)
         if not self.rule.identify:
             return verdict
-        verdict = self._identified(verdict, y, draws, pairs)
+        verdict = self._identified(decision, verdict, y, pairs)
         return replace(verdict, rehearsed=self.missing(self.noise(verdict)))
 
-    def _identified(self, verdict: Verdict, y: np.ndarray, draws: Draws, pairs: bool) -> Verdict:
+    def _identified(self, decision: Decision, verdict: Verdict, y: np.ndarray, pairs: bool) -> Verdict:
         """The verdict with its one name identified, or not, or withdrawn."""
         if len(verdict.kept) != 1:
             return verdict
-        record: Identification | None = self.held(verdict, y, draws)
+        record: Identification | None = self.held(decision, verdict, y)
         if record is not None and len(record.names) == 1:
-            verdict, record = self._second_look(verdict, record, y, draws, pairs)
+            verdict, record = self._second_look(decision, verdict, record, y, pairs)
         if record is None:
             return verdict
         if (verdict.pairs and record.structure < self.rule.structure) or any(k.absent for k in record.kinds):
@@ -119,17 +144,15 @@ class Judge:
         kind = verdict.kind if record.holds else VerdictKind.BEHAVES_LIKE
         return replace(verdict, kind=kind, identification=record)
 
-    def held(self, verdict: Verdict, y: np.ndarray, draws: Draws) -> Identification:
+    def held(self, decision: Decision, verdict: Verdict, y: np.ndarray) -> Identification:
         """The one explanation of a verdict held against every model discrepancy."""
-        names, sd = verdict.kept[0], self.noise(verdict)
+        sd = self.noise(verdict)
         margins = self.missing(sd).margins
-        margin = max(margins[n] for n in names)
-        rivals = self.rivals(sd)
-        fit = verdict.tested[names].fit
-        return identification(self.design, names, fit, y, draws, self.rule, rivals, margin, self.folds, verdict.null)
+        margin = max(margins[n] for n in verdict.kept[0])
+        return identification(decision, verdict, y, self.rivals(sd), margin, self.folds)
 
     def _second_look(
-        self, verdict: Verdict, record: Identification, y: np.ndarray, draws: Draws, pairs: bool
+        self, decision: Decision, verdict: Verdict, record: Identification, y: np.ndarray, pairs: bool
     ) -> tuple[Verdict, Identification | None]:
         """Withdraw a single name that leaves structure; try pairs before it is given where the residuals ask."""
         names = record.names
@@ -137,7 +160,7 @@ class Judge:
             return verdict, record
         rejected = {**verdict.tested, names: replace(verdict.tested[names], kept=False)}
         bare = replace(verdict.without([names]), withdrawn=(), structured=(names,), tested=rejected)
-        both = with_pairs(self.design, y, bare, draws, self.rule) if pairs else bare
+        both = decision.with_pairs(y, bare) if pairs else bare
         better = record.structure < self.rule.structure
         if both.pairs and not better:
             second = both.tested[both.pairs[0]].gain - verdict.tested[names].gain
@@ -147,4 +170,4 @@ class Judge:
             return replace(verdict, tried_pairs=both.tried_pairs), record
         if len(both.pairs) != 1:
             return both, None
-        return both, self.held(both, y, draws)
+        return both, self.held(decision, both, y)

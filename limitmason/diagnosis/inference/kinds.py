@@ -1,12 +1,12 @@
-"""Evidence by kind: how much of an effect each kind of data shows, and rivals that act through a listed lever."""
+"""Evidence by kind: how much of an effect each kind of data shows."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import chdtrc
 
-from limitmason.diagnosis.inference.design import Design, Names, is_numeric
+from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.fit import Fit
 
 AGREE = 0.0455  # tail probability of shares that differ more: two standard errors between two kinds
@@ -15,8 +15,6 @@ UNFELT = 10.0  # standard error of a share above which a kind says nothing of an
 SEEN = 2.0  # standard errors by which a kind must show an effect
 TESTED = 1.0 / 3.0  # standard error of a share up to which a kind can tell the whole effect from none
 ABSENT = 3.0  # standard errors by which the share of a tested kind then lies below one
-LEVER = 2.0  # log-likelihood by which a name must beat every listed lever with another dependence
-AMPLITUDES = (3.0, 6.0, 12.0, 24.0)  # of such a rival, in units of the noise
 
 
 @dataclass(frozen=True)
@@ -75,17 +73,14 @@ def by_kind(design: Design, names: Names, fit: Fit, null: Fit, y: np.ndarray, sd
     ----------
     names, fit : explanation and its fit to the data; no names for the baseline, of which only the misfit is told
     null : fit of the baseline
-    y : data in the coordinates of the design, shape (n,)
+    y : whitened data, per specimen, shape (n,)
     sd : noise in stated units
     """
     kinds = design.kinds or ("",) * design.n
     apart = design.apart
-    mix = np.eye(design.n) if design.mix is None else design.mix
-    factor = np.linalg.inv(mix)
-    correlation = factor @ factor.T
+    correlation, mix = design.correlation, np.eye(design.n) if design.mix is None else design.mix
     slopes = apart((design.null.slopes / sd).T).T
     effect = apart(design.effect(names, fit)) if names else np.zeros(design.n)
-    data = apart(y)
     squares = [apart(f.residuals[0]) * (mix.T @ f.residuals[0]) / sd**2 for f in (null, fit)]
     out = []
     for kind in dict.fromkeys(kinds):
@@ -94,63 +89,8 @@ def by_kind(design: Design, names: Names, fit: Fit, null: Fit, y: np.ndarray, sd
         weighted = np.linalg.solve(correlation[np.ix_(rows, rows)] + j @ j.T, effect[rows])
         reach = float(weighted @ effect[rows])
         felt = reach * UNFELT**2 > sd**2
-        share, error = (float(weighted @ data[rows]) / reach, sd / np.sqrt(reach)) if felt else (0.0, np.inf)
+        share, error = (float(weighted @ y[rows]) / reach, sd / np.sqrt(reach)) if felt else (0.0, np.inf)
         gain = 0.5 * float((squares[0] - squares[1])[rows].sum())
         misfit = float(np.sqrt(np.mean(np.maximum(squares[0][rows], 0.0))))
         out.append(Evidence(str(kind), gain, share, float(error), misfit))
     return tuple(out)
-
-
-def dependences(columns: Mapping[str, Sequence]) -> dict[str, list[np.ndarray]]:
-    """Other dependences of a lever, as kernels of shape (n, n): on labels, along a number, and on its level."""
-    out: dict[str, list[np.ndarray]] = {}
-    for name, column in columns.items():
-        labels: Sequence = [str(v) for v in column]
-        kernels = []
-        if is_numeric(column):
-            x = np.asarray(column, dtype=float)
-            if np.ptp(x) <= 1e-12 * np.abs(x).max(initial=0.0):
-                continue
-            kernels.append(np.outer(x - x.mean(), x - x.mean()) / x.var() + 1.0)
-            labels = x > np.median(x)
-        if 1 < len(set(labels)) < len(labels):
-            kernels.append(np.array([[float(a == b) for b in labels] for a in labels]))
-        if kernels:
-            out[name] = kernels
-    return out
-
-
-def lever_kernels(
-    design: Design, columns: Mapping[str, Sequence], exempt: Sequence[str]
-) -> tuple[list[str], np.ndarray]:  # fmt: skip
-    """Covariance of every listed lever with another dependence, in the coordinates of a design.
-
-    A rival is the effect of a listed cause at its largest size, scaled to a mean square of one, times an unknown
-    factor that depends on a column: a friction that differs by direction, a softness that grows with the load.
-
-    Parameters
-    ----------
-    columns : what is recorded, one entry per row
-    exempt : columns that the explanation in question declares as its own
-
-    Returns
-    -------
-    names, kernels : "lever by column", and covariances of shape (m, n, n)
-    """
-    ways = dependences({k: v for k, v in columns.items() if k not in exempt})
-    names, kernels = [], []
-    null = design.null.between(design.null.zero)
-    for cause in design.causes:
-        grid = design.singles[cause.name]
-        far = int(np.argmax(np.abs(grid.sizes[0] - cause.baseline)))
-        effect = design.apart(grid.at_size(float(far)).between(grid.zero) - null)
-        size = float(np.sqrt(np.mean(effect**2)))
-        if size <= 1e-9:
-            continue
-        for column, parts in ways.items():
-            for part in parts:
-                for amplitude in AMPLITUDES:
-                    names.append(f"{cause.name} by {column}")
-                    kernels.append((amplitude / size) ** 2 * np.outer(effect, effect) * part)
-    stack = np.array(kernels).reshape(len(kernels), design.n, design.n)
-    return names, stack if design.mix is None else design.mix @ stack @ design.mix.T

@@ -74,7 +74,7 @@ def leave_each_out(
     y = np.concatenate(parts)
     hidden = np.repeat(np.arange(len(names)), count)
     replicate = np.tile(chances.replicate * float(np.mean(ratio)) ** 2, len(names))
-    fits = design.fits([(n,) for n in names], y, np.zeros((len(y), design.inputs)), replicate, residuals=True)
+    fits = design.fits(design.listed, y, None, replicate, residuals=True)
     gains = np.array([f.loglik for f in fits])
     good = np.array([_adequate(design, f) for f in fits])
     over = np.array([excess(n, f, y, replicate) for n, f in zip(names, fits, strict=True)])
@@ -132,8 +132,7 @@ def _planted(design: Design, known: Design, cause: Listed, chances: Draws, ratio
 
 def _adequate(design: Design, fit: Fit) -> np.ndarray:
     """Whether neither scatter nor trend speaks against fits, by nominal tail probabilities."""
-    trends = max(len(design.shapes), 1)
-    good = design.shapes.statistic(fit.residuals) <= np.log(trends / TREND)
+    good = design.trends.statistic(fit.residuals) <= np.log(max(len(design.trends), 1) / TREND)
     if design.like.quadratic:
         good &= chdtrc(design.n + design.inputs, fit.loss + fit.penalty) >= FIT
     return good

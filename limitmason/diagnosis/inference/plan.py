@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from limitmason.diagnosis.inference.design import Design, Names
-from limitmason.diagnosis.inference.fit import fit
+from limitmason.diagnosis.inference.discrepancy import Discrepancy
+from limitmason.diagnosis.inference.fit import Likelihood, fit
 from limitmason.diagnosis.inference.grid import Grid, at_measured
-from limitmason.diagnosis.inference.noise import Likelihood
 
 KNOWN = Likelihood()
 CLEAR = 25.0  # d2 at which a cause is named in 98 of 100 data sets
@@ -235,3 +235,46 @@ def choose_tests(
         chosen.append(int(np.argmax(worth)))
         sums = [total + add[:, chosen[-1]] for total, add in zip(sums, adds, strict=True)]
     return chosen, before, np.array([s.min() for s in sums])
+
+
+def tests_that_identify(
+    discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, tested: int, k: int
+) -> tuple[list[int], float, float]:
+    """Greedy choice of specimens after which an effect, without noise, most exceeds every model discrepancy.
+
+    Each step adds the specimen that raises min over the biases of f' (S + J J')^-1 f / 2 + log det(S + J J') / 2 most.
+
+    Parameters
+    ----------
+    discrepancy : biases of the tested specimens and the pool together
+    slopes : J of both, shape (n, number of measured inputs)
+    effect : f of both, in units of the noise, shape (n,)
+    tested : how many of them are tested, first
+    k : how many to choose
+
+    Returns
+    -------
+    chosen, before, after : positions in the pool; expected excess without and with them
+    """
+    n = len(effect)
+    whole = discrepancy.kernels + np.eye(n) + slopes @ slopes.T
+    done, chosen, values = list(range(tested)), list[int](), list[float]()
+    for _ in range(k + 1):
+        part = whole[:, done][:, :, done]
+        inverse = np.linalg.inv(part)
+        own = np.eye(len(done)) + slopes[done] @ slopes[done].T
+        price = 0.5 * (np.linalg.slogdet(part)[1] - np.linalg.slogdet(own)[1])
+        square = 0.5 * np.einsum("i,mij,j->m", effect[done], inverse, effect[done])
+        values.append(float((square + price).min()))
+        if len(chosen) == k:
+            break
+        rest = [i for i in range(tested, n) if i not in done]
+        across = whole[:, done][:, :, rest]
+        pulled = inverse @ across
+        spread = whole[:, rest, rest] - np.einsum("mir,mir->mr", across, pulled)
+        missed = effect[rest] - np.einsum("i,mir->mr", effect[done], pulled)
+        worth = (square + price)[:, None] + 0.5 * missed**2 / spread + 0.5 * np.log(spread)
+        best = rest[int(np.argmax(worth.min(axis=0)))]
+        chosen.append(best - tested)
+        done.append(best)
+    return chosen, values[0], values[-1]

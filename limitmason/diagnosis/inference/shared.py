@@ -6,13 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.cluster.hierarchy import fcluster, linkage
 
-from limitmason.diagnosis.inference.bootstrap import Draws
-from limitmason.diagnosis.inference.decide import Rule, drawn_data, gate
-from limitmason.diagnosis.inference.design import Design, Listed, Shapes, is_numeric
-from limitmason.diagnosis.inference.discrepancy import Rivals
+from limitmason.diagnosis.inference.decide import Decision
+from limitmason.diagnosis.inference.design import Design, Listed
 from limitmason.diagnosis.inference.fit import Fit
 from limitmason.diagnosis.inference.grid import at_measured
 from limitmason.diagnosis.inference.plan import NINE_IN_TEN
+from limitmason.diagnosis.inference.trends import is_numeric, same
 from limitmason.diagnosis.inference.verdict import Doubt, Verdict, VerdictKind
 
 CIRCUMSTANCES = {
@@ -46,20 +45,9 @@ class Shares:
     looked_at: tuple[str, ...] = ()
 
 
-def same(column: Sequence) -> np.ndarray:
-    """1 where two specimens have one label, shape (n, n)."""
-    labels = np.unique([str(v) for v in column], return_inverse=True)[1]
-    return (labels[:, None] == labels[None]).astype(float)
-
-
 def estimated_shares(
-    design: Design,
-    y: np.ndarray,
-    covariates: Mapping[str, Sequence],
-    *,
-    every: bool = False,
-    price: float | None = None,
-) -> Shares:
+    design: Design, y: np.ndarray, shared: Sequence[str] | None = None, *, price: float | None = None
+) -> Shares:  # fmt: skip
     """Shares with the largest likelihood of the residuals, at the baseline or beside what explains the data best.
 
     With r the data from the explanation, G its change with the size of each cause, J the change of the baseline per
@@ -74,8 +62,7 @@ def estimated_shares(
     ----------
     design : independent noise
     y : whitened data, shape (n,)
-    covariates : name to values of all specimens
-    every : whether all of them are meant; else those that by name are circumstances of a test and that no cause of the
+    shared : columns that are meant; None are those that by name are circumstances of a test and that no cause of the
         list is about
     price : log-likelihood by which every cause of an explanation must improve it: the baseline, single causes and the
         best one with a second are then tried. None is the baseline alone, which is what a test of it asks for; an
@@ -87,18 +74,16 @@ def estimated_shares(
     chapter 6; effects about their fit to independent noise, to first order. Wrong where the stated noise is that within
     a label only: the scatter then exceeds it.
     """
-    rivals = Rivals(design, covariates)
-    columns = dict(covariates)
-    if not every:
-        taken = {column for c in design.causes for column in rivals.own((c.name,))}
-        columns = {k: v for k, v in circumstances(covariates).items() if k not in taken}
-    if not columns:
+    if shared is None:
+        taken = design.own(tuple(c.name for c in design.causes))
+        shared = [k for k in circumstances(design.columns) if k not in taken]
+    if not shared:
         return Shares({}, np.eye(design.n))
-    components = Components(design, rivals.slopes, {name: same(column) for name, column in columns.items()})
+    components = Components(design, {name: same(design.columns[name]) for name in shared})
     best, shares = components.likeliest(y, np.zeros((design.n, 0)))
     if price is not None:
-        none = dict.fromkeys(columns, 0.0)
-        about = {c.name: _about_its_fit(design, c, y, rivals.slopes) for c in design.causes}
+        none = dict.fromkeys(shared, 0.0)
+        about = {c.name: _about_its_fit(design, c, y) for c in design.causes}
         tried = {name: components.likeliest(r, g)[0] for name, (r, g) in about.items()}
         first = min(tried, key=lambda name: tried[name])
         left, along = about[first]
@@ -112,7 +97,7 @@ def estimated_shares(
         if min(evidence) < EVIDENCE:
             shares = none
     kept = {k: v for k, v in shares.items() if v >= LEAST - 1e-9}
-    return Shares(kept, _correlation(design.n, kept, components.blocks), tuple(columns))
+    return Shares(kept, _correlation(design.n, kept, components.blocks), tuple(shared))
 
 
 class Components:
@@ -121,11 +106,11 @@ class Components:
     Parameters
     ----------
     design : independent noise
-    slopes : J, shape (n, number of measured inputs)
     blocks : same-label matrix of each column, shape (n, n)
     """
 
-    def __init__(self, design: Design, slopes: np.ndarray, blocks: Mapping[str, np.ndarray]):
+    def __init__(self, design: Design, blocks: Mapping[str, np.ndarray]):
+        slopes = design.null.slopes
         self.design, self.blocks, self.extra = design, blocks, slopes @ slopes.T
         self._made: dict[tuple[float, ...], tuple[np.ndarray, float]] = {}
 
@@ -163,13 +148,11 @@ class Components:
         return best, shares
 
 
-def _about_its_fit(
-    design: Design, cause: Listed, y: np.ndarray, slopes: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+def _about_its_fit(design: Design, cause: Listed, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Residuals from a fitted cause at the measured inputs, shape (n,), and its change with the size, shape (n, 1)."""
-    grid, z = design.singles[cause.name], np.zeros(design.inputs)
-    (found,) = design.fits([(cause.name,)], y, z, residuals=True)
-    left = found.residuals[0] + slopes @ grid.z_at(found.position)[0]
+    grid = design.singles[cause.name]
+    (found,) = design.fits([(cause.name,)], y, residuals=True)
+    left = found.residuals[0] + design.null.slopes @ grid.z_at(found.position)[0]
     before, after = found.position.copy(), found.position.copy()
     before[:, 0] = np.maximum(before[:, 0] - ASIDE, 0.0)
     after[:, 0] = np.minimum(after[:, 0] + ASIDE, len(grid.sizes[0]) - 1.0)
@@ -213,12 +196,6 @@ def alike(covariates: Mapping[str, Sequence]) -> list[int] | None:
     return [int(v) for v in labels] if len(set(labels)) > 1 else None
 
 
-def sharing(design: Design, correlation: np.ndarray, covariates: Mapping[str, Sequence]) -> Design:
-    """The design in coordinates in which noise of a correlation, shape (n, n), is independent."""
-    mix = np.linalg.inv(np.linalg.cholesky(correlation))
-    return design.mixed(mix, Shapes(covariates, design.scale, mix))
-
-
 def circumstances(covariates: Mapping[str, Sequence]) -> dict[str, Sequence]:
     """Columns of labels that by their names are circumstances of a test, whose noise may be shared."""
     out = {}
@@ -247,15 +224,7 @@ def _correlation(n: int, shares: Mapping[str, float], blocks: Mapping[str, np.nd
     return out
 
 
-def doubted(
-    design: Design,
-    y: np.ndarray,
-    verdict: Verdict,
-    draws: Draws,
-    rule: Rule,
-    covariates: Mapping[str, Sequence],
-    unstated: tuple[str, ...],
-) -> Verdict:
+def doubted(decision: Decision, y: np.ndarray, verdict: Verdict, unstated: tuple[str, ...]) -> Verdict:
     """Hold the alarm of a gate against noise half of whose variance is shared by the tests that the best cause acts on.
 
     With g the groups of specimens that the cause with the largest gain acts on much and little, and C the correlation
@@ -264,9 +233,8 @@ def doubted(
 
     Parameters
     ----------
-    design, y, draws, rule : of the gate
+    decision, y : of the gate
     verdict : of the gate; what is no alarm stays as it is
-    covariates : name to values of all specimens
     unstated : circumstances of the tests that no column tells
 
     Notes
@@ -277,18 +245,14 @@ def doubted(
     """
     if verdict.kind == VerdictKind.NONE or not unstated:
         return verdict
+    design, rule = decision.design, decision.rule
     names = max(verdict.tested, key=lambda n: verdict.tested[n].gain)
     effect = design.effect(names, verdict.tested[names].fit)
     groups = much_and_little(design.apart(effect) * design.scale)
-    mix = np.eye(design.n) if design.mix is None else design.mix
-    factor = np.linalg.inv(mix)
-    correlation = (1.0 - PLAUSIBLE) * factor @ factor.T + PLAUSIBLE * same(groups)
-    whole = np.linalg.inv(np.linalg.cholesky(correlation))
-    step = whole @ factor  # from the coordinates of the gate
-    sharing = design.mixed(step, Shapes(covariates, design.scale, whole))
-    p = dict(gate(sharing, sharing.turned(y), draws, rule).p)
+    correlation = (1.0 - PLAUSIBLE) * design.correlation + PLAUSIBLE * same(groups)
+    p = dict(Decision(design.sharing(correlation), decision.draws, rule).gate(y).p)
     if "scatter" in verdict.p:
-        p["scatter"] = _scatter_within(design, verdict.null, groups, draws, rule)
+        p["scatter"] = _scatter_within(decision, verdict.null, groups)
     limits = {"gain": rule.gain, "shape": rule.shape, "scatter": rule.scatter}
     holds = any(verdict.p[k] < v and p[k] < v for k, v in limits.items() if k in verdict.p)
     doubt = Doubt(names, unstated, {k: p[k] for k in limits if k in p}, holds)
@@ -337,10 +301,10 @@ def much_and_little(effect: np.ndarray) -> list[int]:
     return [int(v >= 0.5 * (ordered[cut - 1] + ordered[cut])) for v in size]
 
 
-def _scatter_within(design: Design, null: Fit, groups: Sequence[int], draws: Draws, rule: Rule) -> float:
+def _scatter_within(decision: Decision, null: Fit, groups: Sequence[int]) -> float:
     """Share of draws that scatter about the means of the groups as much as the data do; what is shared leaves those."""
-    like = design.like
-    y, z, replicate = drawn_data(design, (), null, draws, slice(0, min(rule.draws, len(draws.errors))))
+    design, like = decision.design, decision.design.like
+    y, z, replicate = decision.drawn((), null)
     inside = np.eye(design.n) - same(groups) / same(groups).sum(axis=1)
 
     def within(fit: Fit) -> np.ndarray:
