@@ -9,9 +9,8 @@ from scipy import sparse
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex
 
-from limitmason.continuum.dissection import dissect
+from limitmason.continuum.factor import Elimination, Factor, assembled
 from limitmason.continuum.mesh import Mesh, trilinear
-from limitmason.continuum.multifrontal import Elimination, Factor, assembled
 from limitmason.errors import InputError
 
 Array = NDArray[np.float64]
@@ -70,7 +69,7 @@ class Discretisation:
     @cached_property
     def elimination(self) -> Elimination:
         """Fronts of the factors of this mesh."""
-        return Elimination(dissect(self.mesh.connectivity, self.mesh.nodes), self.unknowns, self.held)
+        return Elimination(self.unknowns, self.held, self.mesh.nodes)
 
     @property
     def order(self) -> Index:

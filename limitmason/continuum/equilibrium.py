@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.continuum.multifrontal import Factor, SingularStiffness
+from limitmason.continuum.factor import Factor, SingularStiffness
 from limitmason.continuum.rotating_crack import Curves, Memory, PointResponse, curves_of, respond, virgin
 from limitmason.continuum.solid import Continuum
 

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from limitmason.constants import GRAVITY
 from limitmason.continuum.discretisation import Discretisation
+from limitmason.continuum.factor import Factor
 from limitmason.continuum.mesh import Box, Mesh, box_of, mesh_boxes
-from limitmason.continuum.multifrontal import Factor
 from limitmason.continuum.patch import patch_forces
 from limitmason.deformable.elasticity import SOLID, Elasticity
 from limitmason.errors import InputError

@@ -1,14 +1,12 @@
 """The factor of solids against dense algebra: order, indefinite and singular matrices, and the path it leads to."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from scipy.sparse.linalg import splu
 
 import limitmason as lm
-from limitmason.continuum import Box, Continuum, multifrontal, push, solve_elastic
-from limitmason.continuum.dissection import dissect
+from limitmason.continuum import Box, Continuum, push, solve_elastic
+from limitmason.continuum import factor as of_solids
 from limitmason.errors import NotApplicable
 
 LEGS = [
@@ -48,23 +46,19 @@ def elastic(solid, factors=1.0):
 
 
 @pytest.mark.parametrize("scale", [1e-4, 1.0, 1e5])
-def test_dissection_takes_every_node_once_and_halves_stay_apart(scale):
+def test_every_free_unknown_is_eliminated_once_and_every_brick_lies_in_one_front(scale):
     mesh = wall(0.1).mesh
-    parts = dissect(mesh.connectivity, scale * mesh.nodes)
-    assert sorted(np.concatenate([p.nodes for p in parts]).tolist()) == list(range(len(mesh.nodes)))
-    assert sorted(np.concatenate([p.bricks for p in parts]).tolist()) == list(range(len(mesh)))
-    below = []  # nodes eliminated in a part and all parts under it
-    for number, part in enumerate(parts):
-        assert all(half < number for half in part.halves)
-        below.append(set(part.nodes).union(*(below[h] for h in part.halves)))
-    owner = np.empty(len(mesh.nodes), dtype=int)
-    for number, part in enumerate(parts):
-        owner[part.nodes] = number
-    for brick in mesh.connectivity:  # the parts of a brick's nodes lie one above the other
-        chain = sorted(set(owner[brick]))
-        assert all(below[low] < below[high] for low, high in pairwise(chain))
-    # the first cut goes across a wall, not along it: no more nodes than the section 0.2 x 0.6 m of the facade has
-    assert len(parts[-1].nodes) == 3 * 7 + 2 * 7 + 3 * 6
+    unknowns = (3 * mesh.connectivity[:, :, None] + np.arange(3)).reshape(len(mesh), 60)
+    held = np.zeros(3 * len(mesh.nodes), dtype=bool)
+    held[::7] = True
+    e = of_solids.Elimination(unknowns, held, scale * mesh.nodes)
+    assert sorted(e.order.tolist()) == np.flatnonzero(~held).tolist()
+    assert sorted(np.concatenate(e.bricks).tolist()) == list(range(len(mesh)))
+    for front, (bricks, places) in enumerate(zip(e.bricks, e.places, strict=True)):
+        there = np.concatenate([e.fronts.first[front] + np.arange(e.fronts.owned[front]), e.fronts.edges[front], [-1]])
+        assert np.array_equal(there[places], e.rank[bricks])
+    # the last front goes across a wall, not along it: no more nodes than the section 0.2 x 0.6 m of the facade has
+    assert e.fronts.owned[-1] <= 3 * (3 * 7 + 2 * 7 + 3 * 6)
 
 
 @pytest.mark.slow
@@ -96,20 +90,21 @@ def test_a_front_whose_own_block_is_singular_takes_exchanges_over_the_whole_matr
     d = solid.discretisation
     rng = np.random.default_rng(5)
     values = random_bricks(solid, rng, definite=False)
-    front = next(f for f in d.elimination.fronts if f.size and len(f.boundary) and len(f.bricks))
-    ranks = d.elimination.rank
-    shared = next(r for r in ranks[front.bricks] if np.isin(r, front.boundary).any())
-    one = shared[(shared >= front.first) & (shared < front.first + front.size)][0]
+    fronts, ranks = d.elimination.fronts, d.elimination.rank
+    k = next(k for k, bricks in enumerate(d.elimination.bricks) if len(fronts.edges[k]) and len(bricks))
+    first, size, boundary = int(fronts.first[k]), int(fronts.owned[k]), fronts.edges[k]
+    shared = next(r for r in ranks[d.elimination.bricks[k]] if np.isin(r, boundary).any())
+    one = shared[(shared >= first) & (shared < first + size)][0]
     right = rng.normal(size=len(d.order))
     factor = d.factor(values)
     assert_fronts_alone_solve(factor, right, np.linalg.solve(d.assembled(values).toarray(), right))
     assert factor.indefinite > 0
     for left in (0.0, 1e-14):  # exactly so; and nearly: elimination inside the front goes on, and is seen to be off
         for value, rank in zip(values, ranks, strict=True):
-            own, at = (rank >= front.first) & (rank < front.first + front.size), np.flatnonzero(rank == one)
+            own, at = (rank >= first) & (rank < first + size), np.flatnonzero(rank == one)
             value[np.ix_(at, own)], value[np.ix_(own, at)] = left, left
         dense = d.assembled(values).toarray()
-        inside = np.arange(front.first, front.first + front.size)
+        inside = np.arange(first, first + size)
         assert np.abs(dense[one, inside]).max() <= 4.0 * left
         expected = np.linalg.solve(dense, right)
         factor = d.factor(values)
@@ -210,11 +205,11 @@ def test_the_path_is_that_of_a_factor_without_exchanges(monkeypatch):
 
     class Plain:
         def __init__(self, elimination, values):
-            matrix = multifrontal.assembled(values, elimination.rank, len(elimination.order))
+            matrix = of_solids.assembled(values, elimination.rank, len(elimination.order))
             lu = splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
             self.solve = lu.solve
 
-    monkeypatch.setattr(multifrontal, "Factor", Plain)
+    monkeypatch.setattr(of_solids, "Factor", Plain)
     there = push(solid, **options)
     assert here.displacement == pytest.approx(there.displacement, rel=1e-12)
     assert here.load == pytest.approx(there.load, rel=1e-8)

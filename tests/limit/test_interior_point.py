@@ -247,7 +247,7 @@ def random_blocks(rng, blocks, points, components):
 @pytest.mark.parametrize("components", [2, 3])
 @pytest.mark.parametrize("blocks", [1, 5, 60])
 def test_block_cholesky_equals_dense_cholesky(blocks, components):
-    from limitmason.limit.interior_point.multifrontal import BlockCholesky
+    from limitmason.limit.interior_point.factor import BlockCholesky
 
     rng = np.random.default_rng(17 * blocks + components)
     points = 12 * blocks
@@ -264,7 +264,7 @@ def test_block_cholesky_equals_dense_cholesky(blocks, components):
 
 @pytest.mark.parametrize("nodes, edges", [(1, 0), (7, 3), (300, 900), (300, 100)])
 def test_dissection_covers_every_node_once_and_children_stay_apart(nodes, edges):
-    from limitmason.limit.interior_point.dissection import dissect_coordinates, dissect_levels, elimination_tree
+    from limitmason.multifrontal.dissection import dissect, elimination_tree
 
     rng = np.random.default_rng(nodes + edges)
     position = rng.uniform(size=(nodes, 3))
@@ -276,21 +276,36 @@ def test_dissection_covers_every_node_once_and_children_stay_apart(nodes, edges)
     graph = sparse.csr_array((np.ones(2 * edges), (np.r_[a, b], np.r_[b, a])), shape=(nodes, nodes))
     graph.setdiag(0)
     graph.eliminate_zeros()
-    for fronts in (dissect_levels(graph, 4), dissect_coordinates(graph, position, 4)):
-        assert sorted(np.concatenate(fronts).tolist()) == list(range(nodes))
-        tree = elimination_tree(graph, fronts, np.full(nodes, 3))
-        place = np.empty(nodes, int)
-        place[np.concatenate(fronts)] = np.arange(nodes)
-        front_of = np.empty(nodes, int)
-        for k, front in enumerate(fronts):
-            front_of[front] = k
-            assert tree.parent[k] > k or tree.parent[k] == -1
-        # every edge stays within a front or joins it to its boundary: what the factorisation fills is allotted
-        rows, columns = graph.nonzero()
-        for i, j in zip(rows, columns, strict=True):
-            k = front_of[i]
-            if front_of[j] > k:
-                assert place[j] in tree.boundary[k]
+    fronts = dissect(graph, position, 4)
+    assert sorted(np.concatenate(fronts).tolist()) == list(range(nodes))
+    tree = elimination_tree(graph, fronts)
+    place = np.empty(nodes, int)
+    place[np.concatenate(fronts)] = np.arange(nodes)
+    front_of = np.empty(nodes, int)
+    for k, front in enumerate(fronts):
+        front_of[front] = k
+        assert tree.parent[k] > k or tree.parent[k] == -1
+    # every edge stays within a front or joins it to its boundary: what the factorisation fills is allotted
+    rows, columns = graph.nonzero()
+    for i, j in zip(rows, columns, strict=True):
+        k = front_of[i]
+        if front_of[j] > k:
+            assert place[j] in tree.boundary[k]
+
+
+def test_a_wall_is_cut_across_and_nodes_at_one_place_stay_together():
+    from limitmason.multifrontal.dissection import block_graph, dissect
+
+    # a strip of 20 x 3 nodes, each element four of them: the first cut takes one column of three
+    x, z = (v.ravel() for v in np.meshgrid(np.arange(20), np.arange(3), indexing="ij"))
+    corner = np.array([3 * i + j for i in range(19) for j in range(2)])
+    node = np.concatenate([corner, corner + 1, corner + 3, corner + 4])
+    graph = block_graph(node, np.tile(np.arange(len(corner)), 4))
+    fronts = dissect(graph, np.column_stack([x, 0.0 * x, z]), 4)
+    assert len(fronts[-1]) == 3
+    assert np.ptp(x[fronts[-1]]) == 0
+    assert 5 <= x[fronts[-1]][0] <= 14
+    assert len(dissect(graph, np.zeros((60, 3)), 4)) == 1
 
 
 def test_blas_threads_are_restored():

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from limitmason.limit.interior_point import kernels
-from limitmason.limit.interior_point.multifrontal import BlockCholesky
+from limitmason.limit.interior_point.factor import BlockCholesky
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

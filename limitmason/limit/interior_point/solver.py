@@ -4,8 +4,8 @@ Infeasible primal-dual predictor-corrector with separate primal and dual steps. 
 of the block velocities alone, so a wall of 10,000 blocks takes seconds and hardly more memory than its own data.
 
 Sources: Mehrotra (1992), On the implementation of a primal-dual interior point method; Nesterov and Todd (1997, 1998),
-Self-scaled barriers; Gondzio (1996), Multiple centrality corrections. Ordering and factorisation: ``dissection`` and
-``multifrontal``.
+Self-scaled barriers; Gondzio (1996), Multiple centrality corrections. Ordering and factorisation: ``factor`` and
+:mod:`limitmason.multifrontal`.
 """
 
 import time
@@ -20,7 +20,7 @@ from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGE
 from limitmason.errors import NotApplicable
 from limitmason.limit.interior_point.blas_threads import one_blas_thread
 from limitmason.limit.interior_point.coverage import unsupported
-from limitmason.limit.interior_point.multifrontal import BlockCholesky
+from limitmason.limit.interior_point.factor import BlockCholesky
 from limitmason.limit.interior_point.newton import (
     ConeProgram,
     Iterate,

@@ -1,7 +1,6 @@
 """Multifrontal factor of a stiffness that comes brick by brick: no sparse matrix is made.
 
-Parts of the mesh are eliminated from the bottom up. The front of a part is a dense matrix of the unknowns it eliminates
-and of those they touch; what elimination leaves goes to the front of the part above. A front whose own block is not
+The order and the fronts are those of :mod:`limitmason.multifrontal`. A front whose own block is not
 positive definite, behind a peak, is eliminated with row exchanges inside that block instead of by Cholesky. As these
 cannot leave the front, every solution is put into the matrix: what is unbalanced must be small beside the size of the
 matrix times that of the solution, |b - K x| <= 1e-8 (|b| + max |K| |x|), or it is corrected and, where that fails,
@@ -12,22 +11,22 @@ The multifrontal method for sparse matrix solution: theory and practice.
 """
 
 from collections.abc import Callable
-from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.linalg.blas import dsyrk, dtrsm
+from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dgetrf, dgetrs, dpotrf
 from scipy.sparse.linalg import splu
 
-from limitmason.continuum.dissection import Part
 from limitmason.errors import NotApplicable
+from limitmason.multifrontal.dissection import block_graph, dissect, elimination_tree
+from limitmason.multifrontal.fronts import Front, Fronts, below_cholesky
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+_LEAF = 40  # nodes of a piece that is left whole: fewer cost calls, more cost fill
 _EXACT = 1e-11  # unbalanced over the size of the matrix times the solution: above it a solution is corrected
 _GOOD = 1e-8  # above it, after corrections, the whole is factored with exchanges
 _SUMMED = 1e6  # sums in a matrix and its factor over its largest entry, at most
@@ -38,77 +37,49 @@ class SingularStiffness(NotApplicable):
     """Part of a solid can move without strain, or the stiffness or the load is not finite."""
 
 
-class Front(NamedTuple):
-    """Unknowns by their rank in the order of elimination: those eliminated, and those they touch, ascending.
-
-    ``runs`` are the pieces of the boundary that stay together in the front above: first and last in the boundary, and
-    where the piece begins there, own unknowns before boundary.
-    """
-
-    first: int
-    size: int
-    boundary: Index
-    halves: tuple[int, ...]
-    bricks: Index
-    place: Index  # of the 60 unknowns of every brick in the front, its size for those held, (b, 60)
-    runs: list[tuple[int, int, int]]
-
-
 class Elimination:
-    """What factors of one mesh share: the order of elimination and the fronts.
+    """What factors of one mesh share: the order of elimination, the fronts, and where bricks stand in them.
 
     Parameters
     ----------
-    parts : of the mesh, halves first
-    unknowns : of every brick, shape (m, 60)
+    unknowns : of every brick, 3 i + j for direction j of node i, shape (m, 60)
     held : unknowns that are zero, shape (3 n,)
+    position : of the nodes [m], shape (n, 3)
     """
 
-    def __init__(self, parts: list[Part], unknowns: Index, held: NDArray[np.bool_]) -> None:
+    def __init__(self, unknowns: Index, held: NDArray[np.bool_], position: Array) -> None:
         """Number the unknowns and lay out the fronts."""
-        own = [(3 * p.nodes[:, None] + np.arange(3)).ravel() for p in parts]
-        own = [u[~held[u]] for u in own]
-        self.order: Index = np.concatenate(own)
-        self.unknowns = unknowns
+        free = ~held.reshape(-1, 3)
+        nodes = np.intersect1d(np.flatnonzero(free.any(axis=1)), unknowns[:, ::3] // 3)
+        number = np.full(len(free), -1, dtype=np.intp)
+        number[nodes] = np.arange(len(nodes))
+        node, brick = number[unknowns[:, ::3] // 3], np.arange(len(unknowns))[:, None]
+        moves = node >= 0
+        graph = block_graph(node[moves], np.broadcast_to(brick, node.shape)[moves])
+        pieces = dissect(graph, position[nodes], _LEAF)
+        ordered = nodes[np.concatenate(pieces)]
+        self.order: Index = (3 * ordered[:, None] + np.arange(3))[free[ordered]]
         rank = np.full(held.size, -1, dtype=np.intp)
         rank[self.order] = np.arange(len(self.order))
         self.rank = rank[unknowns]
-        ends = np.cumsum([len(u) for u in own])
-        self.fronts: list[Front] = []
-        for part, end, count in zip(parts, ends.tolist(), map(len, own), strict=True):
-            at = self.rank[part.bricks]
-            touched = np.unique(np.concatenate([at.ravel(), *(self.fronts[h].boundary for h in part.halves)]))
-            boundary = touched[touched >= end]
-            front = Front(end - count, count, boundary, part.halves, part.bricks, at, [])
-            size = count + len(boundary)
-            self.fronts.append(front._replace(place=np.where(at < 0, size, _place(front, at))))
-            for half in part.halves:
-                self.fronts[half].runs.extend(_runs(_place(front, self.fronts[half].boundary), count))
+        self.fronts = Fronts(elimination_tree(graph, pieces), free[ordered].sum(axis=1))
+        first = np.where(self.rank < 0, len(self.order), self.rank).min(axis=1)
+        owner = np.where(first < len(self.order), self.fronts.eliminating(first), -1)
+        # of the 60 unknowns of every brick, (b, 60), those that are held behind all others
+        self.bricks = [np.flatnonzero(owner == k) for k in range(len(self.fronts.owned))]
+        self.places = [self._places(k, self.rank[bricks]) for k, bricks in enumerate(self.bricks)]
+
+    def _places(self, front: int, rank: Index) -> Index:
+        size = self.fronts.owned[front] + len(self.fronts.edges[front])
+        return np.where(rank < 0, size, self.fronts.place(front, rank))
 
     def factor(self, values: Array) -> "Factor":
         """Factor of the stiffness with the matrices of the bricks, symmetric, shape (m, 60, 60)."""
         return Factor(self, values)
 
 
-def _place(front: Front, rank: Index) -> Index:
-    """Place of unknowns in a front."""
-    inside = rank < front.first + front.size
-    return np.asarray(np.where(inside, rank - front.first, front.size + np.searchsorted(front.boundary, rank)))
-
-
-def _runs(place: Index, count: int) -> list[tuple[int, int, int]]:
-    if not len(place):
-        return []
-    breaks = np.flatnonzero((np.diff(place) != 1) | (place[1:] == count)) + 1
-    return [(a, b, int(place[a])) for a, b in pairwise([0, *breaks.tolist(), len(place)])]
-
-
-class _Eliminated(NamedTuple):
-    """A front's own block, lower Cholesky or LU with its row exchanges, and what its unknowns pass on."""
-
-    own: Array  # (k, k)
-    exchanges: Index | None
-    below: Array  # by Cholesky A21 L^-T, else A21, (m, k)
+class _Exactly(Exception):
+    """A front's own block is exactly singular."""
 
 
 class Factor:
@@ -144,18 +115,14 @@ class Factor:
         self.indefinite, self._below = 0, 0
         self._largest = float(np.abs(values).max(initial=0.0))
         self._whole: Callable[[Array], Array] | None = None
-        self._done: list[_Eliminated] = []
+        self._exchanges: dict[int, Index] = {}  # of the rows of fronts that are not positive definite
         if not np.isfinite(_SUMMED * self._largest):
             raise SingularStiffness("the stiffness is not finite, or its sums are not")
-        updates: dict[int, Array] = {}
-        for number, front in enumerate(elimination.fronts):
-            done, left = self._eliminated(front, [updates.pop(h) for h in front.halves])
-            if done is None:
-                self._done.clear()
-                self._exchange()
-                return
-            self._done.append(done)
-            updates[number] = left
+        self._store = np.empty(elimination.fronts.size)
+        try:
+            elimination.fronts.eliminate(self._store, self._assembled, self._pivoted)
+        except _Exactly:
+            self._exchange()
 
     @property
     def exchanged(self) -> bool:
@@ -167,42 +134,31 @@ class Factor:
         """Negative eigenvalues, those of all fronts' own blocks (Haynsworth 1968); None where exchanges were needed."""
         return None if self.exchanged else self._below
 
-    def _eliminated(self, front: Front, updates: list[Array]) -> tuple[_Eliminated | None, Array]:
-        """A front without its own unknowns, and what is left of its boundary; None where that cannot be done."""
-        k, m = front.size, len(front.boundary)
-        own, below, left = self._assembled(front)
-        for half, update in zip(front.halves, updates, strict=True):
-            _extend(own, below, left, update, self.elimination.fronts[half].runs)
-        if not k:
-            return _Eliminated(own, None, below), left
+    def _pivoted(self, k: int, front: Front) -> Front:
+        """By Cholesky, else by LU with exchanges of rows inside the own block: then f21 is kept as it is."""
+        own, below, left = front
         lower, failed = dpotrf(own, lower=1, clean=0)
         if not failed:
-            if m:
-                below = dtrsm(1.0, lower, below, side=1, lower=1, trans_a=1, overwrite_b=1)
-                left = dsyrk(-1.0, below, beta=1.0, c=left, lower=1, overwrite_c=1)
-            return _Eliminated(lower, None, below), left
+            return below_cholesky(lower, front)
         self.indefinite += 1
         full = np.tril(own) + np.tril(own, -1).T
         self._below += int((np.linalg.eigvalsh(full) < 0.0).sum())
-        factor, exchanges, failed = dgetrf(full, overwrite_a=1)
+        factor, self._exchanges[k], failed = dgetrf(full, overwrite_a=1)
         if failed:
-            return None, left
-        if m:
-            across, _ = dgetrs(factor, exchanges, below.T)
-            left -= below @ across
-        return _Eliminated(factor, exchanges, below), left
+            raise _Exactly
+        if len(below):
+            left -= below @ dgetrs(factor, self._exchanges[k], below.T)[0]
+        return factor, below, left
 
-    def _assembled(self, front: Front) -> tuple[Array, Array, Array]:
+    def _assembled(self, k: int) -> Front:
         """Own block, boundary by own, and boundary, from the bricks of the front; only lower halves count."""
-        k, m = front.size, len(front.boundary)
-        if not len(front.bricks):
-            return np.zeros((k, k), order="F"), np.zeros((m, k), order="F"), np.zeros((m, m), order="F")
-        n = k + m + 1  # the last place collects what is held
-        to = front.place[:, :, None] + n * front.place[:, None, :]
-        whole = np.bincount(to.ravel(), self.values[front.bricks].ravel(), minlength=n * n).reshape((n, n), order="F")
-        return (
-            np.asfortranarray(whole[:k, :k]), np.asfortranarray(whole[k:-1, :k]), np.asfortranarray(whole[k:-1, k:-1]),
-        )  # fmt: skip
+        e = self.elimination
+        own, size = int(e.fronts.owned[k]), int(e.fronts.owned[k]) + len(e.fronts.edges[k])
+        n = size + 1  # the last place collects what is held
+        to = e.places[k][:, :, None] + n * e.places[k][:, None, :]
+        whole = np.bincount(to.ravel(), self.values[e.bricks[k]].ravel(), minlength=n * n).reshape((n, n), order="F")
+        parts = whole[:own, :own], whole[own:-1, :own], whole[own:-1, own:-1]
+        return tuple(np.array(part, dtype=float, order="F") for part in parts)  # type: ignore[return-value]
 
     def _exchange(self) -> None:
         """Factor the whole matrix with exchanges."""
@@ -267,25 +223,31 @@ class Factor:
     def _substituted(self, right: Array) -> Array:
         if self._whole is not None:
             return np.asarray(self._whole(right))
-        x = np.array(right)
         fronts = self.elimination.fronts
-        for front, done in zip(fronts, self._done, strict=True):
-            if front.size:
-                mine = x[front.first : front.first + front.size]
-                if done.exchanges is None:
-                    mine[:] = dtrsm(1.0, done.own, mine, lower=1)
-                    x[front.boundary] -= done.below @ mine
-                else:
-                    mine[:], _ = dgetrs(done.own, done.exchanges, mine)
-                    x[front.boundary] -= done.below @ mine
-        for front, done in zip(reversed(fronts), reversed(self._done), strict=True):
-            if front.size:
-                mine, passed = x[front.first : front.first + front.size], done.below.T @ x[front.boundary]
-                if done.exchanges is None:
-                    mine[:] = dtrsm(1.0, done.own, mine - passed, lower=1, trans_a=1)
-                else:
-                    mine -= dgetrs(done.own, done.exchanges, passed)[0]
+        if not self._exchanges:
+            rows = np.array(right.T, order="C")
+            fronts.substitute(self._store, rows)
+            return rows.T
+        x = np.array(right)
+        for k in range(len(fronts.owned)):
+            mine, edge, own, below = self._of_front(x, k)
+            exchanged = k in self._exchanges
+            mine[:] = dgetrs(own, self._exchanges[k], mine)[0] if exchanged else dtrsm(1.0, own, mine, lower=1)
+            x[edge] -= below @ mine
+        for k in reversed(range(len(fronts.owned))):
+            mine, edge, own, below = self._of_front(x, k)
+            passed = below.T @ x[edge]
+            if k in self._exchanges:
+                mine -= dgetrs(own, self._exchanges[k], passed)[0]
+            else:
+                mine[:] = dtrsm(1.0, own, mine - passed, lower=1, trans_a=1)
         return x
+
+    def _of_front(self, x: Array, k: int) -> tuple[Array, Index, Array, Array]:
+        """A front's own rows of x, the numbers of those that it touches, and its part of the factor."""
+        fronts = self.elimination.fronts
+        first = int(fronts.first[k])
+        return x[first : first + int(fronts.owned[k])], fronts.edges[k], *fronts.parts(self._store, k)
 
 
 def _lengths(vectors: Array) -> Array:
@@ -294,22 +256,6 @@ def _lengths(vectors: Array) -> Array:
     unit = np.where(largest > 0.0, largest, 1.0)
     lengths = unit * np.linalg.norm(vectors / unit, axis=0)
     return np.asarray(np.where(np.isfinite(lengths), lengths, np.inf))
-
-
-def _extend(own: Array, below: Array, left: Array, update: Array, runs: list[tuple[int, int, int]]) -> None:
-    """Add the lower half of what a half left to the front above."""
-    k = len(own)
-    for number, (first, end, to) in enumerate(runs):
-        columns = slice(first, end)
-        for start, stop, at in runs[number:]:
-            block = update[start:stop, columns]
-            high, wide = block.shape
-            if at < k:
-                own[at : at + high, to : to + wide] += block
-            elif to < k:
-                below[at - k : at - k + high, to : to + wide] += block
-            else:
-                left[at - k : at - k + high, to - k : to - k + wide] += block
 
 
 def assembled(values: Array, rank: Index, count: int) -> sparse.csc_array:

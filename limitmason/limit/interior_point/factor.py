@@ -8,11 +8,11 @@ from the points and hands each front's Schur complement to its parent. Dense wor
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
-from scipy.linalg.blas import dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf
 
-from limitmason.limit.interior_point.dissection import Tree, block_graph, nested_dissection, ragged_ranges
-from limitmason.limit.interior_point.kernels import assemble_front, extend_add, substitute
+from limitmason.limit.interior_point.kernels import assemble_front
+from limitmason.multifrontal.dissection import block_graph, dissect, elimination_tree, ragged_ranges
+from limitmason.multifrontal.fronts import Front, Fronts, below_cholesky
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -29,16 +29,16 @@ class BlockCholesky:
     matrix : A, shape (r, c m)
     components : c, columns per point
     row_block : block of every row, ascending, shape (r,); blocks may have different numbers of rows
-    position : place of every block [m], indexed by ``row_block``, shape (n_blocks, 3); helps the ordering
+    position : place of every block [m], indexed by ``row_block``, shape (n_blocks, 3): the order follows it
 
     Notes
     -----
-    Memory: ``size`` numbers for the factor and one front per level of the tree. A matrix that is singular to rounding
-    gets a small shift on the failing front, which the caller's iterative refinement must correct.
+    Memory: ``fronts.size`` numbers for the factor and one front per level of the tree. A matrix that is singular to
+    rounding gets a small shift on the failing front, which the caller's iterative refinement must correct.
     """
 
     def __init__(
-        self, matrix: sparse.csc_array, components: int, row_block: ArrayLike, position: Array | None = None
+        self, matrix: sparse.csc_array, components: int, row_block: ArrayLike, position: Array
     ) -> None:
         matrix = sparse.csc_array(matrix)
         matrix.sum_duplicates()
@@ -56,13 +56,13 @@ class BlockCholesky:
         run_point, run_node = entry_point[first_of_run], entry_node[first_of_run]
         graph = block_graph(run_node, run_point)
         leaf = max(4, int(FRONT_UNKNOWNS * len(blocks) / rows))
-        where = None if position is None else np.asarray(position, dtype=float)[blocks]
-        self.tree: Tree = nested_dissection(graph, node_rows, where, leaf=leaf)
-        order = np.concatenate(self.tree.fronts)
+        pieces = dissect(graph, np.asarray(position, dtype=float)[blocks], leaf)
+        tree, order = elimination_tree(graph, pieces), np.concatenate(pieces)
         self._order, _ = ragged_ranges(node_start[order], node_rows[order])
         self._rank = np.empty(rows, np.int64)
         self._rank[self._order] = np.arange(rows)
-        self._make_fronts(node_rows[order])
+        self.fronts = Fronts(tree, node_rows[order])
+        self._store = np.empty(self.fronts.size)
 
         # the rows of every point are gathered once, in order of elimination
         node_rank = np.empty(len(blocks), np.intp)
@@ -77,48 +77,22 @@ class BlockCholesky:
         self._coefficient[entry, column % components] = matrix.data
         self._place_points(self._rank[row], point[owner])
 
-    def _make_fronts(self, width: Index) -> None:
-        """Sizes, boundaries and storage of all fronts, in unknowns; ``width`` of the nodes in order of elimination."""
-        tree = self.tree
-        at = np.concatenate([[0], np.cumsum(width)])
-        count = np.cumsum([len(f) for f in tree.fronts])
-        ends = at[count]
-        self._first = np.concatenate([[0], ends[:-1]])
-        self._owned = ends - self._first
-        self._edges = [ragged_ranges(at[b], width[b])[0] for b in tree.boundary]
-        edge_size = np.array([len(e) for e in self._edges])
-        self._edge_start = np.concatenate([[0], np.cumsum(edge_size)])
-        self._edge = np.concatenate(self._edges).astype(np.int64)
-        stored = self._owned * (self._owned + edge_size)
-        self._store_start = np.cumsum(stored) - stored
-        self.size = int(stored.sum())
-        self._store = np.empty(self.size)
-        # where a child's boundary lies in its parent's front
-        self._child_place: dict[int, Index] = {
-            k: self._front_place(int(p), edge)
-            for k, (p, edge) in enumerate(zip(tree.parent, self._edges, strict=True))
-            if p >= 0
-        }
-
-    def _front_place(self, front: int, rank: Index) -> Index:
-        """Place of unknowns in a front: its own ones first, then its boundary."""
-        first, owned = self._first[front], self._owned[front]
-        return np.where(rank < first + owned, rank - first, owned + np.searchsorted(self._edges[front], rank))
-
     def _place_points(self, rank: Index, point: Index) -> None:
         """Give every point to the front that eliminates its first unknown, and find its rows' places there."""
+        fronts = self.fronts
         loaded = np.flatnonzero(np.diff(self._row_start))
         owner = np.zeros(self.points, dtype=np.intp)
-        owner[loaded] = np.searchsorted(self._first, rank[self._row_start[loaded]], side="right") - 1
+        owner[loaded] = fronts.eliminating(rank[self._row_start[loaded]])
         ranked = loaded[np.argsort(owner[loaded], kind="stable")]
-        self._front_points = np.split(ranked, np.searchsorted(owner[ranked], np.arange(1, len(self._owned))))
+        self._front_points = np.split(ranked, np.searchsorted(owner[ranked], np.arange(1, len(fronts.owned))))
         # one search for all: boundaries of all fronts in a row, told apart by a multiple of the number of rows
         front, step = owner[point], self.rows + 1
-        keys = self._edge + np.repeat(np.arange(len(self._owned)), np.diff(self._edge_start)) * step
-        outside = rank >= (self._first + self._owned)[front]
-        self._place = rank - self._first[front]
+        keys = fronts.edge + np.repeat(np.arange(len(fronts.owned)), np.diff(fronts.edge_start)) * step
+        outside = rank >= (fronts.first + fronts.owned)[front]
+        self._place = rank - fronts.first[front]
         f = front[outside]
-        self._place[outside] = np.searchsorted(keys, rank[outside] + f * step) - self._edge_start[f] + self._owned[f]
+        found = np.searchsorted(keys, rank[outside] + f * step)
+        self._place[outside] = found - fronts.edge_start[f] + fronts.owned[f]
 
     def factorise(self, root: Array, *, shift: float = 0.0) -> None:
         """Factorise M for the given C_p.
@@ -133,23 +107,19 @@ class BlockCholesky:
         FloatingPointError
             When a front stays indefinite however far it is shifted, as with numbers that are not finite.
         """
-        updates: dict[int, Array] = {}
         self.shifts = 0
-        for k, children in enumerate(self.tree.children):
-            n, m = int(self._owned[k]), len(self._edges[k])
+
+        def assembled(k: int) -> Front:
+            n, m, points = int(self.fronts.owned[k]), len(self.fronts.edges[k]), self._front_points[k]
             f11, f21, f22 = np.zeros((n, n), order="F"), np.zeros((m, n), order="F"), np.zeros((m, m), order="F")
-            points = self._front_points[k]
             if len(points):
                 assemble_front(f11, f21, f22, points, self._row_start, self._place, self._coefficient, root)
-            for child in children:
-                extend_add(f11, f21, f22, updates.pop(child), self._child_place[child])
-            lower = self._dense_cholesky(f11, shift)
-            start = self._store_start[k]
-            self._store[start : start + n * n] = lower.ravel("F")
-            if m:
-                f21 = dtrsm(1.0, lower, f21, side=1, lower=1, trans_a=1, overwrite_b=1)
-                self._store[start + n * n : start + n * (n + m)] = f21.ravel("F")
-                updates[k] = dsyrk(-1.0, f21, beta=1.0, c=f22, lower=1, overwrite_c=1)
+            return f11, f21, f22
+
+        def pivoted(_: int, front: Front) -> Front:
+            return below_cholesky(self._dense_cholesky(front[0], shift), front)
+
+        self.fronts.eliminate(self._store, assembled, pivoted)
 
     def _dense_cholesky(self, matrix: Array, shift: float) -> Array:
         diagonal = matrix.ravel("K")[:: len(matrix) + 1]
@@ -169,6 +139,6 @@ class BlockCholesky:
     def solve(self, right: Array) -> Array:
         """Solution of M x = right; ``right`` has shape (r,), or (k, r) for k right-hand sides at once."""
         x = np.ascontiguousarray(np.atleast_2d(right)[:, self._order])
-        substitute(x, self._first, self._owned, self._edge_start, self._edge, self._store_start, self._store)
+        self.fronts.substitute(self._store, x)
         x = x[:, self._rank]
         return x if right.ndim == 2 else x[0]

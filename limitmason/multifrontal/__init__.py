@@ -1,0 +1,1 @@
+"""Multifrontal elimination of sparse symmetric matrices: order, fronts, and what all factors of one pattern share."""

@@ -1,0 +1,95 @@
+"""Fronts of an elimination: their sizes and places, and the two sweeps through them.
+
+A front is a dense matrix of the unknowns that it eliminates and of those that they touch, [[f11, .], [f21, f22]] with
+only the lower half used. What elimination leaves of f22 goes to the front of the parent. Source: Duff and Reid (1983),
+The multifrontal solution of indefinite sparse symmetric linear equations.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.blas import dsyrk, dtrsm
+
+from limitmason.multifrontal.dissection import Tree, ragged_ranges
+from limitmason.multifrontal.kernels import extend_add, substitute
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+Front = tuple[Array, Array, Array]
+"""Own block f11, boundary by own f21, and boundary f22, each ordered by columns."""
+
+
+class Fronts:
+    """Fronts of all factors of one pattern, in unknowns by their rank in the order of elimination.
+
+    Parameters
+    ----------
+    tree : of the nodes
+    width : unknowns of every node in order of elimination
+    """
+
+    def __init__(self, tree: Tree, width: Index) -> None:
+        """Lay out sizes, boundaries and storage."""
+        at = np.concatenate([[0], np.cumsum(width)])
+        ends = at[np.cumsum([len(f) for f in tree.fronts])]
+        self.first = np.concatenate([[0], ends[:-1]])
+        self.owned = ends - self.first
+        self.edges = [ragged_ranges(at[b], width[b])[0] for b in tree.boundary]
+        edge_size = np.array([len(e) for e in self.edges])
+        self.edge_start = np.concatenate([[0], np.cumsum(edge_size)])
+        self.edge = np.concatenate(self.edges).astype(np.int64)
+        stored = self.owned * (self.owned + edge_size)
+        self._start = np.cumsum(stored) - stored
+        self.size = int(stored.sum())
+        self._children = tree.children
+        # where a child's boundary lies in its parent's front
+        self._in_parent = {k: self.place(int(p), self.edges[k]) for k, p in enumerate(tree.parent) if p >= 0}
+
+    def place(self, front: int, rank: Index) -> Index:
+        """Place of unknowns in a front: its own ones first, then its boundary."""
+        first, owned = self.first[front], self.owned[front]
+        return np.where(rank < first + owned, rank - first, owned + np.searchsorted(self.edges[front], rank))
+
+    def eliminating(self, rank: Index) -> Index:
+        """Front that eliminates each of some unknowns."""
+        return np.searchsorted(self.first, rank, side="right") - 1
+
+    def parts(self, store: Array, front: int) -> tuple[Array, Array]:
+        """Own block and the one below it of a front of a factor, views of shapes (k, k) and (m, k)."""
+        n, m, at = int(self.owned[front]), len(self.edges[front]), int(self._start[front])
+        own, below = store[at : at + n * n], store[at + n * n : at + n * (n + m)]
+        return own.reshape((n, n), order="F"), below.reshape((m, n), order="F")
+
+    def eliminate(
+        self, store: Array, assembled: Callable[[int], Front], pivoted: Callable[[int, Front], Front]
+    ) -> None:
+        """Fill ``store``, shape (size,), from the bottom up.
+
+        Parameters
+        ----------
+        assembled : what belongs to a front before its children's updates are added
+        pivoted : factor of the own block, what is kept below it, and the update of the boundary
+        """
+        updates: dict[int, Array] = {}
+        for k, children in enumerate(self._children):
+            front = assembled(k)
+            for child in children:
+                extend_add(*front, updates.pop(child), self._in_parent[child])
+            own, below = self.parts(store, k)
+            own[:], lower, left = pivoted(k, front)
+            if len(below):
+                below[:], updates[k] = lower, left
+
+    def substitute(self, store: Array, x: Array) -> None:
+        """Solve L L^T x = x in place for the rows of ``x``, shape (right-hand sides, n), of Cholesky factors."""
+        substitute(x, self.first, self.owned, self.edge_start, self.edge, self._start, store)
+
+
+def below_cholesky(lower: Array, front: Front) -> Front:
+    """A front by the Cholesky factor of its own block: lower, f21 lower^-T and f22 less what is eliminated."""
+    _, f21, f22 = front
+    if len(f21):
+        f21 = dtrsm(1.0, lower, f21, side=1, lower=1, trans_a=1, overwrite_b=1)
+        f22 = dsyrk(-1.0, f21, beta=1.0, c=f22, lower=1, overwrite_c=1)
+    return lower, f21, f22
