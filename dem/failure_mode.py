@@ -9,7 +9,7 @@ from limitmason.model import Assembly
 
 Array = NDArray[np.float64]
 
-SOLDIER, DIAGONAL, SLIDING, ROCKING, CRUSHING, MIXED, NONE = (
+MODES = SOLDIER, DIAGONAL, SLIDING, ROCKING, CRUSHING, MIXED, NONE = (
     "soldier bending", "diagonal", "sliding", "rocking", "crushing", "mixed", "none",
 )  # fmt: skip
 

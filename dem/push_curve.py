@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.failure_mode import Mode, failure_mode
+from dem.failure_mode import MODES, Mode, failure_mode
 from dem.history import History
 from dem.papers import PAPERS
 from dem.zone_marks import AT_YIELD, ELASTIC, TENSION, YIELDED, BlockMesh, ZoneState
 from limitmason.answers.curve import Curve, Event
 from limitmason.answers.references import data_behind
+from limitmason.answers.results import flags
 from limitmason.deformable import SOLID
 from limitmason.errors import InputError
 from limitmason.model import Assembly
@@ -25,6 +26,9 @@ RESTLESS = 1e-2
 
 RATE = 0.02
 """Rate error from which a curve warns [-]."""
+
+CRACK = 0.15e-3
+"""Opening, slip or crushing of a joint that a test would write down as a crack [m]."""
 
 BY_WEIGHT = "fails under its own weight"
 
@@ -224,6 +228,20 @@ class PushCurve(Curve):
             )
             both = replace(both, warnings=(*both.warnings, note))
         return both
+
+    @property
+    def quantities(self) -> dict[str, float]:
+        """As of every curve, with the first crack 0.15 mm wide and what each joint has done by the end of it.
+
+        "opened J", "slid J" and "crushed J" of a joint J are 1 for its largest movement beyond 0.15 mm, else 0;
+        "failure mode N" is 1 for the name N of :attr:`mode`.
+        """
+        out, first = super().quantities, self.first_crack(CRACK)
+        if first is not None:
+            out |= {"first crack": first.load, "drift at first crack": first.displacement}
+        out |= {f"failure mode {name}": float(name == self.mode.name) for name in MODES}
+        moved = {"opened": self.opening, "slid": self.slip, "crushed": self.crushed}
+        return out | flags({k: np.nan_to_num(v[-1]) for k, v in moved.items()}, self.assembly.joint_names, CRACK)
 
     def _joint(self, k: int) -> str:
         i = self.assembly.interfaces[k]

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from limitmason.capacity import elastic_range, pushover
     from limitmason.figures import view
     from limitmason.limit import limit_analysis, limit_bracket, proven_range, settlement_analysis
-    from limitmason.methods import predict, predict_cases
+    from limitmason.methods import answer, predict, predict_cases
     from limitmason.validation import compare
     from limitmason.vibration import mac, modes
 
@@ -80,6 +80,7 @@ _NAMES = {
     "limit_bracket": "limitmason.limit",
     "proven_range": "limitmason.limit",
     "settlement_analysis": "limitmason.limit",
+    "answer": "limitmason.methods",
     "predict": "limitmason.methods",
     "predict_cases": "limitmason.methods",
     "compare": "limitmason.validation",

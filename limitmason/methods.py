@@ -1,6 +1,8 @@
 """Methods by name: one vocabulary for ``predict``, ``compare``, studies, causes and the command line."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any
@@ -15,11 +17,12 @@ from limitmason.answers.method import (
     Look,
     Method,
 )
-from limitmason.answers.results import FlowRule, Prediction
-from limitmason.errors import InputError
+from limitmason.answers.results import ALMOST_SOLVED, SOLVED, FlowRule, Prediction
+from limitmason.errors import InputError, NotConverged
 from limitmason.mechanics.stated import with_statements
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.vibration import ModalTest, modes
 
 __all__ = [
     "ASSOCIATIVE",
@@ -29,7 +32,10 @@ __all__ = [
     "LIMIT",
     "MECHANISMS",
     "METHODS",
+    "MODES",
     "NON_ASSOCIATIVE",
+    "Answer",
+    "answer",
     "available_methods",
     "get_method",
     "predict",
@@ -48,6 +54,11 @@ METHODS: Mapping[str, str] = {
 :class:`limitmason.answers.method.Method` or as a plain function of assembly and loads."""
 
 ENTRY_POINT_GROUP = "limitmason.methods"
+
+MODES = "modes"
+"""Natural frequencies and shapes, beside the methods that predict a collapse, for :func:`answer` and causes."""
+
+SPARE = 3  # modes beyond those measured, which may have changed places with them
 
 
 def available_methods() -> dict[str, str]:
@@ -107,6 +118,92 @@ def predict(assembly: Assembly, loads: Loads, method: str = LIMIT, **options: An
     """
     chosen = get_method(method, options.pop("flow_rule", None))
     return with_statements(chosen.predict(assembly, loads, **options), assembly, loads, chosen.name)
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What one model answers to several questions.
+
+    Parameters
+    ----------
+    quantities : those asked for, by name
+    by : what each method found, by its name: a ``Prediction``, a ``Curve`` or ``Modes``
+    """
+
+    quantities: Mapping[str, float]
+    by: Mapping[str, Any] = field(default_factory=dict)
+
+    def __getitem__(self, quantity: str) -> float:
+        return self.quantities[quantity]
+
+    def __str__(self) -> str:
+        return "\n".join(f"{name}: {value:.6g}" for name, value in self.quantities.items())
+
+
+def answer(
+    assembly: Assembly, loads: Loads, wanted: Mapping[str, str | Callable[[Assembly, Loads], float]],
+    **options: Mapping[str, Any],
+) -> Answer:  # fmt: skip
+    """Quantities of one model by one or several methods, each run once.
+
+    Parameters
+    ----------
+    wanted : quantity to the method that finds it: a name of :func:`available_methods` (see ``Prediction.quantities``
+        and ``Curve.quantities``), "limit", or "modes"; or to a function of assembly and loads
+    options : of a method, by its name. ``test`` of "modes" is a :class:`~limitmason.vibration.ModalTest`, with whose
+        shapes modes are paired; ``drive`` of a method that drives structures is a ``Drive``, or a function of assembly
+        and loads that gives one, and goes with ``to`` [m]
+
+    Raises
+    ------
+    InputError
+        For a quantity that its method does not find; the message lists those it does.
+    NotConverged, NotApplicable
+        As of :func:`predict`.
+
+    >>> answer(wall, loads, {"peak": "pushover", "stiffness": "pushover", "frequency 1": "modes"})  # doctest: +SKIP
+    """
+    if unused := [m for m in options if m not in wanted.values()]:
+        raise InputError(f"options of {unused[0]!r}: no quantity is asked of it")
+    by: dict[str, Any] = {}
+    known: dict[str, Mapping[str, float]] = {}
+    out: dict[str, float] = {}
+    for quantity, method in wanted.items():
+        if callable(method):
+            out[quantity] = float(method(assembly, loads))
+            continue
+        if method not in by:
+            of = [q for q, m in wanted.items() if m == method]
+            by[method], known[method] = _answered(assembly, loads, method, of, **options.get(method, {}))
+        if quantity not in known[method]:
+            names = [q for q in known[method] if "|" not in q]
+            raise InputError(f"method {method!r} does not find {quantity!r}; it finds {', '.join(names)}")
+        out[quantity] = float(known[method][quantity])
+    return Answer(out, by)
+
+
+def _answered(
+    assembly: Assembly, loads: Loads, method: str, wanted: Sequence[str], *, test: ModalTest | None = None,
+    drive: Any = None, **options: Any,
+) -> tuple[Any, Mapping[str, float]]:  # fmt: skip
+    """What a method found, and all its quantities."""
+    if method == MODES:
+        if test is not None:
+            modal = modes(assembly, **{"count": len(test) + SPARE, **options})
+            return modal, test.predicted(modal)
+        numbers = [int(word) for q in wanted for word in q.split()[1:2] if word.isdecimal()]
+        modal = modes(assembly, **{"count": max(numbers, default=1), **options})
+        return modal, modal.quantities
+    if drive is not None:
+        driven = get_method(method).drive
+        if driven is None:
+            raise InputError(f"method {method!r} follows no drive; dem does")
+        curve = driven(assembly, drive(assembly, loads) if callable(drive) else drive, **options)
+        return curve, curve.quantities
+    found = predict(assembly, loads, method, **options)
+    if found.status not in (SOLVED, ALMOST_SOLVED) or not math.isfinite(found.collapse_multiplier):
+        raise NotConverged(f"method {method!r} ended '{found.status}' (multiplier {found.collapse_multiplier:.4g})")
+    return found, found.quantities
 
 
 def predict_cases(

@@ -182,6 +182,24 @@ class Curve(Displayed, Citable, ReadOnly):
         return float(x[0] + (load - y[0]) / (y[1] - y[0]) * (x[1] - x[0]))
 
     @property
+    def quantities(self) -> dict[str, float]:
+        """What a test would write down, by name, in the curve's units; what the curve does not show is left out.
+
+        "peak", "drift at peak", "residual" (load at the end), "stiffness" (secant of 10 to 40 % of the peak), "drift at
+        80 %" (where the load has fallen so far), and of the first event of each name its load and its drift.
+        """
+        top, ultimate = self.peak, self.ultimate()
+        out = {"peak": top.load, "drift at peak": top.displacement, "residual": float(self.load[-1])}
+        if top.index and self.load[0] <= 0.1 * top.load:
+            out["stiffness"] = self.stiffness()
+        if ultimate is not None:
+            out["drift at 80 %"] = ultimate.displacement
+        for e in reversed(self.events):
+            at = self.point(e.index)
+            out |= {e.name: at.load, f"drift at {e.name}": at.displacement}
+        return out
+
+    @property
     def work(self) -> Array:
         """Work of the load from the first sample on, by trapezoids, in units of load times displacement, shape (n,)."""
         steps = 0.5 * (self.load[1:] + self.load[:-1]) * np.diff(self.displacement)

@@ -27,7 +27,7 @@ LIMIT = "limit"
 
 LEVERS = (
     "friction", "friction of single joints", "cohesion", "tension", "dilatancy", "crushing", "torsion", "stiffness",
-    "faces", "blocks", "weights", "displaced blocks", "direction of loads", "overload", "reading",
+    "softening", "faces", "blocks", "weights", "displaced blocks", "direction of loads", "overload", "reading",
 )  # fmt: skip
 """What a cause pulls at; a method declares which of them it feels and computes."""
 

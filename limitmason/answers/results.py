@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -25,6 +25,7 @@ from limitmason.answers.answer_words import (
     Status,
     member_of,
 )
+from limitmason.answers.curve import Curve
 from limitmason.answers.references import Citable, Cited
 from limitmason.display.notebook import Displayed
 from limitmason.errors import NotApplicable
@@ -70,6 +71,15 @@ NO_TILT = "no tilt angle because"
 """Key of ``Prediction.details``: why the multiplier is not the tangent of a tilt angle, empty where it is."""
 
 
+def flags(moved: Mapping[str, Array], joints: Sequence[str], least: float) -> dict[str, float]:
+    """1 for the largest movement of every joint where it exceeds the least, else 0, by name of movement and joint."""
+    largest = np.max(list(moved.values()), axis=0)
+    return {
+        f"{name} {joint}": float(size == top > least)
+        for name, sizes in moved.items() for joint, size, top in zip(joints, sizes, largest, strict=True)
+    }  # fmt: skip
+
+
 @dataclass(frozen=True, eq=False)
 class Mechanism(ReadOnly):
     """Collapse mechanism: rigid velocities, scaled so that the mean velocity along the live loads is one.
@@ -85,6 +95,22 @@ class Mechanism(ReadOnly):
     twists: Array
     opening: Array
     sliding: Array
+
+    def pattern(self, interface: Index, joints: Sequence[str], least: float = 0.02) -> dict[str, float]:
+        """What every joint does, as a test would write it down: "opened J" and "slid J" are 1 or 0, never both 1.
+
+        Parameters
+        ----------
+        interface : number of the joint of every contact point, shape (m,)
+        joints : their names
+        least : a joint that moves less than this part of the largest rate of all is intact [-]
+        """
+        rates = [np.abs(self.opening), np.linalg.norm(self.sliding, axis=1)]
+        opened, slid = (np.zeros(len(joints)) for _ in rates)
+        for out, rate in zip((opened, slid), rates, strict=True):
+            kept = interface < len(joints)
+            np.maximum.at(out, interface[kept], rate[kept])
+        return flags({"opened": opened, "slid": slid}, joints, least * max(float(opened.max()), float(slid.max())))
 
     def __repr__(self) -> str:
         return f"<Mechanism of {len(self.twists)} blocks, {len(self.moving_blocks())} of them moving>"
@@ -295,6 +321,21 @@ class Prediction(Displayed, Citable, ReadOnly):
     def __getstate__(self) -> dict[str, Any]:
         """Without the structure, which every answer of a study would carry along."""
         return {**self.__dict__, "structure": None}
+
+    @property
+    def quantities(self) -> dict[str, float]:
+        """What a test would write down, by name: "peak" (the multiplier), what its curve shows, and the pattern.
+
+        The pattern, "opened J" and "slid J" of every joint J, is that of the mechanism, where structure and contact
+        points are known. A method that tells what is left of the load gives that as "residual".
+        """
+        curve, out = self.details.get("curve"), {"peak": float(self.collapse_multiplier)}
+        if isinstance(curve, Curve):
+            limit = self.details.get("limit point displacement")
+            out = curve.quantities | ({} if limit is None else out | {"drift at peak": float(limit)})
+        if self.mechanism is not None and self.resultants is not None and self.structure is not None:
+            out |= self.mechanism.pattern(self.resultants.point_interface, self.structure.joint_names)
+        return out
 
     @property
     def interval(self) -> tuple[float, float] | None:

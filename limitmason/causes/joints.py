@@ -1,6 +1,6 @@
-"""Causes in the law of the joints: friction, cohesion, tension, dilatancy, crushing, stiffness, wear."""
+"""Causes in the law of the joints: friction, cohesion, tension, dilatancy, crushing, stiffness, softening, wear."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from math import atan, degrees, exp, isfinite, tan
 from typing import Any
@@ -9,7 +9,8 @@ import numpy as np
 
 from limitmason.causes.declare import declare
 from limitmason.causes.elastic import dead_load_stress
-from limitmason.errors import InputError
+from limitmason.causes.measurement import entry
+from limitmason.errors import InputError, NotApplicable
 from limitmason.model import Assembly, Joint, Loads
 
 KINDS = ("bed", "head", "base")
@@ -189,11 +190,7 @@ def wear(
     """
     if specimen is None:
         raise InputError("wear depends on the test: give specimen={'" + order + "': number of the test}")
-    try:
-        number = float(specimen[order] if hasattr(specimen, "keys") else getattr(specimen, order))
-    except (KeyError, AttributeError):
-        raise InputError(f"wear needs {order!r} (1 for the first test) in every specimen") from None
-    factor = exp(-rate * (number - 1.0))
+    factor = exp(-rate * (float(entry(specimen, order, "wear")) - 1.0))
     return assembly.with_joints(lambda joint: with_friction_factor(joint, factor), kinds=KINDS), loads
 
 
@@ -224,3 +221,135 @@ def joint_softness(
         )
 
     return assembly.with_joints(softer, kinds=KINDS), loads
+
+
+def _of_batch(*, covariate: str, label: Any) -> Mapping[str, Any]:
+    return {
+        "name": f"friction of {covariate} {label}",
+        "parameter": f"friction_{covariate}_{label}".replace(" ", "_"),
+        "own": (covariate,),
+        "physics": f"units or sand of another delivery: tan(phi) x size where {covariate} = {label}",
+    }
+
+
+@declare(
+    "batch friction", parameter="batch_friction", lever="friction", baseline=1.0, bounds=(0.6, 1.5), variant=_of_batch,
+    physics="units or sand of another delivery: tan(phi) x size in one batch", source="Coulomb law",
+    isolate="slide one joint of each batch",
+    hidden_when="the batch goes with a change of geometry or load; no specimen of it slides",
+)  # fmt: skip
+def batch_friction(
+    factor: float, assembly: Assembly, loads: Loads, specimen: Any = None, *, covariate: str = "batch", label: Any = "B"
+) -> tuple[Assembly, Loads]:
+    """Specimens of one batch with another friction: tan(phi) x size [-] where covariate == label."""
+    if entry(specimen, covariate, "batch friction") != label:
+        return assembly, loads
+    return assembly.with_joints(lambda joint: with_friction_factor(joint, factor), kinds=KINDS), loads
+
+
+def _stiffness_of(*, kinds: Iterable[str], joint: Sequence[str] | None) -> Mapping[str, Any]:
+    kinds = tuple(kinds)
+    if joint is not None:
+        called = "|".join(joint)
+        where = {"name": f"loose joint {called}", "physics": f"the joint {called} is loose or cracked: kn, ks x size"}
+        return where | {"parameter": "loose_" + "".join(c if c.isalnum() else "_" for c in called)}
+    if set(kinds) == set(KINDS):
+        return {}
+    called = ", ".join(kinds)
+    return {"name": f"stiffness of {called} joints", "parameter": f"stiffness_factor_{'_'.join(kinds)}",
+            "physics": f"{called} joints are softer or stiffer than stated: kn, ks x size"}  # fmt: skip
+
+
+@declare(
+    "joint stiffness", parameter="stiffness_factor", lever="stiffness", baseline=1.0, bounds=(0.2, 2.5),
+    variant=_stiffness_of,
+    physics="joints are softer or stiffer than stated: kn and ks x size",
+    source="linear elastic joint; at the base it is a foundation that gives way",
+    isolate="compression and shear of one joint; a frequency, which no load cell enters",
+    hidden_when="peaks alone, which hardly feel it; two joints at places of one symmetry",
+)  # fmt: skip
+def joint_stiffness(
+    factor: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS, joint: Sequence[str] | None = None
+) -> tuple[Assembly, Loads]:
+    """Joints of another stiffness: kn and ks times the size [-], of some kinds or between two blocks alone.
+
+    Parameters
+    ----------
+    kinds : "bed", "head", "base"; ("base",) is a softer or stiffer foundation
+    joint : names of the two blocks of the one joint that it is about, see :func:`each_joint`
+    """
+
+    def stiffer(law: Joint) -> Joint:
+        if law.normal_stiffness is None:
+            raise NotApplicable("a joint without normal_stiffness has none to change: state kn and ks of the joints")
+        shear = law.shear_stiffness
+        return replace(
+            law, normal_stiffness=factor * law.normal_stiffness,
+            shear_stiffness=None if shear is None else factor * shear,
+        )  # fmt: skip
+
+    if joint is None:
+        return assembly.with_joints(stiffer, kinds=kinds), loads
+    pair = {assembly.block_index(name) for name in joint}
+    between = [{i.block_a, i.block_b} == pair for i in assembly.interfaces]
+    if not any(between):
+        raise InputError(f"there is no joint between {' and '.join(map(repr, joint))}")
+    laid = zip(assembly.interfaces, between, strict=True)
+    return assembly.with_interfaces(replace(i, joint=stiffer(i.joint)) if b else i for i, b in laid), loads
+
+
+def _softening(assembly: Assembly, change: Callable[[Joint], Joint]) -> Assembly:
+    """Joints that lose strength in failure, changed.
+
+    Raises
+    ------
+    NotApplicable
+        Where none does.
+    """
+    if not any(i.joint.softens for i in assembly.interfaces):
+        raise NotApplicable("no joint loses strength in failure: name a residual value or a fracture energy")
+    return assembly.with_joints(lambda joint: change(joint) if joint.softens else joint)
+
+
+@declare(
+    "fracture energy", parameter="energy_factor", lever="softening", baseline=1.0, bounds=(0.25, 4.0),
+    physics="joints lose their strength over another opening and slip: GfI and GfII x size",
+    source="linear softening, area under the curve of stress against opening",
+    isolate="a joint in tension or shear under control of its opening",
+    hidden_when="limit analysis, which is perfectly plastic; the residual and the first crack do not feel it",
+)  # fmt: skip
+def fracture_energy(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+    """Joints that soften faster or slower: fracture energies in tension and shear times the size [-]."""
+
+    def tougher(joint: Joint) -> Joint:
+        first, second = joint.fracture_energy_tension, joint.fracture_energy_shear
+        if first is None and second is None:
+            raise NotApplicable("a joint that softens names no fracture energy: it drops at once, whatever the size")
+        return replace(
+            joint, fracture_energy_tension=None if first is None else factor * first,
+            fracture_energy_shear=None if second is None else factor * second,
+        )  # fmt: skip
+
+    return _softening(assembly, tougher), loads
+
+
+@declare(
+    "strength kept", parameter="strength_kept", lever="softening", baseline=0.0, bounds=(0.0, 0.9),
+    physics="joints keep a share of the cohesion and tension that the model takes away in failure",
+    source="residual shear strength of a cracked joint",
+    isolate="slide a joint on after its peak; reload a cracked joint in tension",
+    hidden_when="limit analysis, which loses nothing; the load up to the peak does not feel it",
+)  # fmt: skip
+def strength_kept(share: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+    """Joints that lose less: residual c and ft raised by the size [-] of what is lost; friction stays as it is."""
+
+    def kept(joint: Joint) -> Joint:
+        residuals = {}
+        for strength, way in (("cohesion", "shear"), ("tensile_strength", "tension")):
+            peak, rest = getattr(joint, strength), getattr(joint, f"residual_{strength}")
+            if rest is None:  # all of it is lost where an energy is named, else nothing
+                rest = peak if getattr(joint, f"fracture_energy_{way}") is None else 0.0
+            residuals[f"residual_{strength}"] = rest + share * (peak - rest)
+        return replace(joint, **residuals)
+
+    return _softening(assembly, kept), loads

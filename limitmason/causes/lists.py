@@ -10,11 +10,12 @@ from limitmason.causes import faces, joints, loads, measurement, shape
 from limitmason.causes.cause import Cause
 from limitmason.causes.declare import Declared
 from limitmason.errors import InputError
-from limitmason.methods import LIMIT, METHODS, get_method
+from limitmason.methods import LIMIT, METHODS, MODES, get_method
+from limitmason.model import Assembly
 
 TOPICS = (joints, faces, shape, loads, measurement)
 
-MODES = "modes"
+DELIVERED = ("batch", "delivery")  # circumstances that may change the units, not only the reading
 FELT_BY_MODES = ("stiffness", "faces", "blocks", "weights")  # levers of natural frequencies and shapes
 
 ALL: Mapping[str, Declared] = MappingProxyType(
@@ -66,7 +67,8 @@ def standard(
     tilting : the multiplier was read as a tilt angle
     overload : at least one specimen carries dead load beyond self weight
     covariates : what is recorded of every specimen; "order" adds wear
-    batches : labels by covariate, such as {"batch": "B", "operator": "second"}: each adds a shift
+    batches : labels by covariate, such as {"batch": "B", "operator": "second"}: each adds a shift, and a batch or
+        delivery its own friction
     without : names to leave out
 
     Raises
@@ -86,6 +88,7 @@ def standard(
         shape.out_of_plumb(),
         shape.second_order_displacement(),
         joints.joint_softness(),
+        joints.joint_stiffness(kinds=("base",)),
         loads.load_direction(),
         measurement.gain(),
     ]
@@ -101,6 +104,8 @@ def standard(
         causes.append(joints.wear())
     for covariate, label in (batches or {}).items():
         causes.append(measurement.batch_shift(covariate=covariate, label=label))
+        if covariate in DELIVERED:
+            causes.append(joints.batch_friction(covariate=covariate, label=label))
     names = [c.name for c in causes]
     unknown = [n for n in without if n not in names]
     if unknown:
@@ -108,6 +113,22 @@ def standard(
     methods = (method,) if isinstance(method, str) else tuple(method)
     felt = [c for c in causes if any(acts_on(c, m, plane=plane) for m in methods)]
     return [c for c in felt if c.name not in tuple(without)]
+
+
+def each_joint(
+    assembly: Assembly, bounds: tuple[float, float] = (0.02, 1.0), kinds: Iterable[str] = joints.KINDS
+) -> list[Cause]:  # fmt: skip
+    """A cause per joint, "loose joint a|b", for "which one is loose or cracked?"; a diagnosis pays for the whole list.
+
+    Parameters
+    ----------
+    assembly : whose joints they are
+    bounds : least and largest part of its stiffness that a joint may have [-]
+    kinds : of the joints: "bed", "head", "base"
+    """
+    names = [b.name for b in assembly.blocks]
+    pairs = [(names[i.block_a], names[i.block_b]) for i in assembly.interfaces if i.kind in tuple(kinds)]
+    return [joints.joint_stiffness(bounds, joint=pair) for pair in dict.fromkeys(pairs)]
 
 
 def table() -> list[dict[str, str]]:

@@ -1,4 +1,4 @@
-"""Causes in shape, mass and displacement: out-of-plumb, block size and density, sway before collapse."""
+"""Causes in shape, mass, units and displacement: out-of-plumb, size, density and modulus of blocks, sway."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -11,10 +11,10 @@ from limitmason.causes.declare import declare
 from limitmason.causes.elastic import elastic_displacements
 from limitmason.causes.joints import MM_PER_MPA
 from limitmason.causes.wrenches import Direction, live_direction, rescaled_loads, turned
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotApplicable
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.limit import limit_analysis
-from limitmason.model import Assembly, Loads
+from limitmason.model import Assembly, Loads, Material
 
 ROUNDS = 30  # of the secant method for the multiplier at which blocks stand displaced
 
@@ -89,6 +89,23 @@ def block_density(
     """
     new = with_density_factor(assembly, factor, blocks)
     return new, rescaled_loads(assembly, new, loads)
+
+
+@declare(
+    "unit modulus", parameter="modulus_factor", lever="stiffness", baseline=1.0, bounds=(0.3, 3.0),
+    physics="units are softer or stiffer than stated: E x size", source="linear elasticity",
+    isolate="compression of one unit; sound velocity",
+    hidden_when="joints give way far more than units: twin of joint stiffness where both are uniform; peaks alone",
+)  # fmt: skip
+def unit_modulus(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+    """Units of another elastic modulus: E x size [-] of every block that has a material."""
+    changed: dict[int | str, Material] = {
+        b.name: replace(b.material, young_modulus=factor * b.material.young_modulus)
+        for b in assembly.blocks if b.material is not None
+    }  # fmt: skip
+    if not changed:
+        raise NotApplicable("no block has a material: its blocks are rigid, whatever their modulus")
+    return assembly.with_material(changed), loads
 
 
 @declare(

@@ -1,8 +1,9 @@
 """The arguments of a study out of a folder of CSV files: specimens, what was measured on them, and how well.
 
 ``specimens.csv`` has one row per specimen: "specimen", its name, and covariates. ``measured.csv`` has "specimen" and a
-column per quantity; a blank cell is a missing value. ``quantities.csv`` has one row per quantity: "quantity",
-"scatter", and where the name does not tell, "kind" and "link" (see ``Observation``). ``predicted.csv``, as
+column per quantity; a blank cell is a missing value, "> 20" one that was not reached. Columns such as "opened a|b" hold
+1 (seen) or 0. ``quantities.csv`` has one row per quantity: "quantity", "scatter" (of what was seen or not the rate of
+misreading), and where the name does not tell, "kind" and "link" (see ``Observation``). ``predicted.csv``, as
 ``measured.csv``, holds predictions where no model is given.
 """
 
@@ -64,11 +65,12 @@ def folder_arguments(
     measured = read_measured(folder / MEASURED, blanks=True)
     known = _quantities(read_measured(folder / QUANTITIES), measured)
     observed = []
-    for row in measured.rows:
+    for i, row in enumerate(measured.rows):
         for quantity, said in known.items():
-            value = row[quantity]
-            observed.append(Observation(str(row["specimen"]), quantity, float(value), unit=measured.units[quantity],
-                                        **said))  # fmt: skip
+            observed.append(Observation(
+                str(row["specimen"]), quantity, float(row[quantity]), unit=measured.units[quantity],
+                beyond=measured.beyond.get((i, quantity), ""), **said,
+            ))  # fmt: skip
     if model is None:
         model = Predicted(_values(read_measured(folder / PREDICTED), measured, names, known))
     kept = [c for c, v in specimens.columns.items() if c != "specimen" and len(set(v)) > 1]

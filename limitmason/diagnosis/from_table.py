@@ -13,6 +13,7 @@ import numpy as np
 from limitmason import causes, experiments
 from limitmason.answers.references import Cited, data_behind
 from limitmason.causes.cause import Cause
+from limitmason.causes.lists import DELIVERED
 from limitmason.constants import VERSION
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.simulate import Collapse, packaged
@@ -269,6 +270,8 @@ class _Offered:
     def inside(self, series: str, *, plane: bool, method: str, covariates: Iterable[str]) -> list[Cause]:
         """The standard list for a packaged series, with the causes in the measurement of this table."""
         outside = self.outside()
+        columns = [c for c in self.batches or self.table.columns if c in DELIVERED]
+        outside += [causes.batch_friction(covariate=c, label=v) for c in columns for v in self._labels(c)]
         known = causes.standard(
             plane=plane, method=method, tilting=self.tilting, covariates=covariates,
             overload=overloaded(series, self.table.rows), without=["friction of the rig"] * (not self.tilting),

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.errors import InputError
+from limitmason.vibration import ModalTest
 
 VALUE = "value"  # the quantity of a study that measured one number per specimen
 
@@ -26,9 +27,10 @@ class EvidenceKind(StrEnum):
 KIND_OF = {
     EvidenceKind.DEFORMATION: ("stiffness", "drift", "displacement", "rotation", "sway"),
     EvidenceKind.VIBRATION: ("frequency", "mode", "damping", "period"),
-    EvidenceKind.PATTERN: ("crack pattern", "opened", "slid", "failure mode"),
+    EvidenceKind.PATTERN: ("crack pattern", "opened", "slid", "crushed", "failure mode"),
 }  # all else is a force
-SIGNED = ("mode", "residual displacement")  # quantities that may be negative: compared as they are, not as logarithms
+FLAGS = ("opened", "slid", "crushed", "failure mode")  # seen (1) or not (0), with a rate of misreading
+SIGNED = ("mode", "residual displacement", *FLAGS)  # may be negative or 0: compared as they are, not as logarithms
 
 
 def _begins(quantity: str, words: Iterable[str]) -> bool:
@@ -37,23 +39,33 @@ def _begins(quantity: str, words: Iterable[str]) -> bool:
 
 @dataclass(frozen=True)
 class Observation:
-    """One measured number of one specimen.
+    r"""One measured number of one specimen.
 
     Parameters
     ----------
     specimen : its number, from 0, or its name (the "specimen" or "name" of its mapping)
-    quantity : what was measured, as the simulator calls it: "peak", "stiffness", "frequency 1", ...
-    value : NaN where it is missing
-    scatter : standard deviation, relative to the value for a logarithmic scale, in its unit for a linear one; None
-        where the study states the noise
+    quantity : what was measured, as the simulator calls it: "peak", "stiffness", "frequency 1", "opened a|b", ...
+    value : NaN where it is missing; 1 or 0 for what was seen or not seen (opened, slid, crushed, failure mode)
+    scatter : standard deviation, relative to the value for a logarithmic scale, in its unit for a linear one; the rate
+        of misreading, below one half, of what was seen or not; None where the study states the noise
     unit : of the value, for reports
     kind : of evidence, see :class:`EvidenceKind`; "" goes by the name of the quantity
     link : "log" compares logarithms (positive values), "identity" differences; "" goes by the name of the quantity
+    beyond : "above" where only that is known: the test ended before its peak, the wall did not fall up to this angle;
+        "below" for the opposite; "" for a measured value. Predictions beyond the value then fit it without misfit,
+        others by their distance to it
 
     Raises
     ------
     InputError
         For an unknown kind or link, a scatter that is not positive, or a value that its scale cannot take.
+
+    Notes
+    -----
+    What was seen or not, y of 1 or 0 with a rate e of misreading, is compared as (y - e) / (1 - 2 e) with the predicted
+    1 or 0. Its mean is the truth and its standard deviation :math:`\sqrt{e (1 - e)} / (1 - 2 e)`. Of two patterns the
+    difference of misfits is then that of the exact likelihoods up to a factor. Wrong in its tails where few joints
+    tell two causes apart.
     """
 
     specimen: Any
@@ -63,6 +75,7 @@ class Observation:
     unit: str = "-"
     kind: str = ""
     link: str = ""
+    beyond: str = ""
 
     def __post_init__(self) -> None:
         known = (*EvidenceKind, "")
@@ -78,6 +91,45 @@ class Observation:
             raise InputError(f"{self._called} is {self.value!r}; a logarithmic scale takes positive finite values")
         if self.scatter is not None and not (np.isfinite(self.scatter) and self.scatter > 0.0):
             raise InputError(f"{self._called}: the scatter must be a positive number, got {self.scatter!r}")
+
+        if self.seen and not (self.value in (0.0, 1.0) or np.isnan(self.value)):
+            raise InputError(f"{self._called} is {self.value!r}; it takes 1 (seen), 0 (not seen) or NaN")
+        if self.seen and not (self.scatter is not None and self.scatter < 0.5):
+            raise InputError(f"{self._called}: scatter must be the rate of misreading, below 0.5: {self.scatter!r}")
+        if self.beyond not in ("above", "below", ""):
+            raise InputError(f"{self._called}: beyond must be 'above' or 'below', got {self.beyond!r}")
+        if self.beyond and (self.scatter is None or self.seen):
+            raise InputError(f"{self._called}: a value that was not reached needs a number and its scatter")
+
+    @property
+    def seen(self) -> bool:
+        """Whether it was seen or not, rather than measured."""
+        return self.kind == EvidenceKind.PATTERN and _begins(self.quantity, FLAGS)
+
+    @property
+    def compared(self) -> tuple[float, float | None]:
+        """Value and scatter as they are compared."""
+        if self.scatter is None or not self.seen:
+            return self.value, self.scatter
+        keep = 1.0 - 2.0 * self.scatter
+        return (self.value - self.scatter) / keep, float(np.sqrt(self.scatter * (1.0 - self.scatter))) / keep
+
+    @classmethod
+    def of_modes(
+        cls, specimen: Any, test: ModalTest, *, frequency: float = 0.01, component: float = 0.03
+    ) -> list[Observation]:  # fmt: skip
+        """Rows of frequencies and shapes, for a simulator that answers "modes" with the same test.
+
+        Parameters
+        ----------
+        frequency : its relative standard deviation [-]
+        component : standard deviation of a component over the largest of its shape [-]
+        """
+        found = test.quantities.items()
+        return [
+            cls(specimen, q, v, frequency, "Hz") if q.startswith("frequency") else cls(specimen, q, v, component)
+            for q, v in found
+        ]
 
     @property
     def _called(self) -> str:
@@ -95,6 +147,7 @@ class Rows:
     log : whether it is compared by its logarithm, shape (n,)
     values : measured, shape (n,); None where nothing is measured yet
     scatter : stated standard deviation on the scale of comparison, shape (n,); None where it is not stated per row
+    low, high : what predictions are cut at, as they are, shape (n,): values that were not reached; None for no cut
     """
 
     of: np.ndarray
@@ -103,6 +156,8 @@ class Rows:
     log: np.ndarray
     values: np.ndarray | None = None
     scatter: np.ndarray | None = None
+    low: np.ndarray | None = None
+    high: np.ndarray | None = None
 
     @classmethod
     def plain(cls, n: int, values: Any = None) -> Rows:
@@ -140,15 +195,19 @@ class Rows:
             if (number, o.quantity) in seen:
                 raise InputError(f"{o._called} is given twice: a repeat is a specimen of its own")
             seen.add((number, o.quantity))
-        stated = [o.scatter for o in chosen if o.scatter is not None]
+        pairs = [o.compared for o in chosen]
+        stated = [scatter for _, scatter in pairs if scatter is not None]
         if stated and len(stated) < len(chosen):
             bare = next(o for o in chosen if o.scatter is None)
             raise InputError(f"{bare._called} has no scatter, others have: state it for every number or for none")
-        values = np.array([o.value for o in chosen])
+        values = np.array([value for value, _ in pairs])
+        cut = any(o.beyond for o in chosen)
+        low, high = (np.array([o.value if o.beyond == b else end for o in chosen])
+                     for b, end in (("below", -np.inf), ("above", np.inf)))  # fmt: skip
         return cls(
             np.array(of, dtype=int), tuple(o.quantity for o in chosen), tuple(o.kind for o in chosen),
             np.array([o.link == "log" for o in chosen], dtype=bool), None if np.isnan(values).all() else frozen(values),
-            np.array(stated) if stated else None,
+            np.array(stated) if stated else None, *((low, high) if cut else ()),
         )  # fmt: skip
 
     def __len__(self) -> int:
@@ -163,6 +222,10 @@ class Rows:
     def needed(self) -> dict[str, bool]:
         """Quantities that the simulator must return, and whether each must be positive."""
         return {q: bool(log) for q, log in zip(self.quantities, self.log, strict=True)}
+
+    def asked(self, specimens: int) -> list[frozenset[str]]:
+        """Quantities of each specimen."""
+        return [frozenset(q for q, i in zip(self.quantities, self.of, strict=True) if i == k) for k in range(specimens)]
 
     @property
     def column(self) -> np.ndarray:
@@ -192,8 +255,11 @@ class Rows:
         )  # fmt: skip
 
     def linked(self, values: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
-        """Values on the scale on which they are compared: logarithms, or as they are; rows along the last axis."""
-        return linked(values, self.log if rows is None else self.log[rows])
+        """Predictions on the scale on which they are compared: cut, logarithms or as they are; rows along the last."""
+        rows = np.arange(len(self)) if rows is None else rows
+        if self.low is not None and self.high is not None:
+            values = np.clip(values, self.low[rows], self.high[rows])
+        return linked(values, self.log[rows])
 
     def spread_out(self, name: str, column: Sequence[Any], specimens: int) -> list[Any]:
         """A column with one entry per row, from one per row or per specimen.

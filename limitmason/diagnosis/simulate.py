@@ -1,7 +1,7 @@
 """Ready simulators for a study: the collapse multiplier of an assembly by any method, extended by causes."""
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
@@ -9,17 +9,16 @@ from typing import Any
 import numpy as np
 
 from limitmason import experiments
-from limitmason.answers.curve import Curve
 from limitmason.answers.method import Method
 from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED
 from limitmason.errors import InputError, NotConverged
-from limitmason.methods import get_method, predict
+from limitmason.methods import MODES, Answer, answer, get_method, predict
 from limitmason.model import Assembly, Loads
 from limitmason.study.content import fingerprint
-from limitmason.vibration import modes
 
 Build = Callable[..., tuple[Assembly, Loads]]
 FLOOR = 1e-3
+MODAL_TEST = "modal test"  # entry of a specimen whose modes were measured
 SLOW: Mapping[str, Any] = MappingProxyType(
     {"levels": 5, "nuisance_levels": 3, "crossed": "corners", "pair_tables": "additive"}
 )
@@ -158,50 +157,17 @@ class Several:
         """What it takes: the specimen, ``extend`` and the parameters of ``build``."""
         return Collapse(self.build).__signature__
 
-    def __call__(self, specimen: Any, *, extend: Callable | None = None, **parameters: Any) -> dict[str, float]:
+    def __call__(self, specimen: Any, *, extend: Callable | None = None, **parameters: Any) -> Answer:
         """Every quantity of one specimen, all of the same extended model."""
         assembly, loads = self.build(specimen, **parameters)
         if extend is not None:
             assembly, loads = extend(assembly, loads)
-        out: dict[str, float] = {}
-        for method in dict.fromkeys(m for m in self.answers.values() if isinstance(m, str)):
-            wanted = [q for q, m in self.answers.items() if m == method]
-            out |= answer(assembly, loads, method, wanted, **self.options.get(method, {}))
-        return out | {q: float(f(assembly, loads)) for q, f in self.answers.items() if callable(f)}
-
-
-def answer(
-    assembly: Assembly, loads: Loads, method: str, wanted: Sequence[str], **options: Any
-) -> dict[str, float]:  # fmt: skip
-    """Quantities that one method finds on one model.
-
-    Parameters
-    ----------
-    method : "modes" for "frequency 1", "frequency 2", ... [Hz]; else a method of ``limitmason.methods``: "peak" is its
-        collapse multiplier [-], and of one that follows a path "stiffness" (secant of 10 to 40 % of the peak), "drift
-        at peak" and "residual" are those of its curve, in its units
-    wanted : names of quantities
-
-    Raises
-    ------
-    InputError
-        For a quantity that the method does not find; the message lists those it does.
-    """
-    if method == "modes":
-        found = modes(assembly, max(int(q.split()[-1]) for q in wanted), **options)
-        known = {f"frequency {k + 1}": float(f) for k, f in enumerate(found.frequency)}
-    else:
-        prediction = predict(assembly, loads, method, **options)
-        value = prediction.collapse_multiplier
-        if prediction.status not in (SOLVED, ALMOST_SOLVED) or not np.isfinite(value):
-            raise NotConverged(f"method {method!r} ended '{prediction.status}' (multiplier {value:.4g})")
-        known = {"peak": float(value)}
-        if isinstance(curve := prediction.details.get("curve"), Curve):
-            known |= {"stiffness": curve.stiffness(), "drift at peak": curve.peak.displacement,
-                      "residual": float(curve.load[-1])}  # fmt: skip
-    if missing := [q for q in wanted if q not in known]:
-        raise InputError(f"method {method!r} does not find {missing[0]!r}; it finds {', '.join(known)}")
-    return {q: known[q] for q in wanted}
+        wanted, options = dict(self.answers), dict(self.options)
+        test = specimen.get(MODAL_TEST) if isinstance(specimen, Mapping) else None
+        if test is not None:
+            wanted |= dict.fromkeys(test.quantities, MODES)
+            options[MODES] = {**options.get(MODES, {}), "test": test}
+        return answer(assembly, loads, wanted, **options)
 
 
 def several(
@@ -211,9 +177,10 @@ def several(
 
     Parameters
     ----------
-    build : ``build(specimen, **parameters)`` returns (assembly, loads)
-    answers : quantity to the method that finds it, see :func:`answer`, or to a function of assembly and loads
-    options : of a method, by its name
+    build : ``build(specimen, **parameters)`` returns (assembly, loads); of a specimen with a "modal test", a
+        :class:`~limitmason.vibration.ModalTest`, frequencies and shapes at its sensors are answered as well
+    answers : quantity to the method that finds it, or to a function of assembly and loads
+    options : of a method, by its name; see :func:`limitmason.methods.answer`
     """
     return Several(build, dict(answers), options)
 

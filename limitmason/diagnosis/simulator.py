@@ -3,7 +3,7 @@
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from math import isfinite
+from math import isfinite, nan
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -51,6 +51,7 @@ class Simulator:
     cache : file that keeps every value, one line each; an interrupted study goes on where it stopped
     n_jobs : processes
     needed : quantities that it must return, and whether each must be positive; a single one may come as a number
+    asked : which of them it must return of each specimen; None is all
     version : part of the key on disk, for what it does not see; with one, lists and mappings that ``simulate`` holds
         are taken for its own state, such as counters, and do not count
 
@@ -74,12 +75,14 @@ class Simulator:
         n_jobs: int = 1,
         version: str = "",
         needed: Mapping[str, bool] | None = None,
+        asked: Sequence[frozenset[str]] | None = None,
     ):
         if not callable(simulate):
             raise TypeError(f"simulate must be a function simulate(specimen, **parameters), got {simulate!r}")
         self.simulate = simulate
         self.specimens = list(specimens)
         self.needed = dict(needed or {"value": True})
+        self.asked = asked
         self.cache = None if cache is None else Path(cache)
         self.n_jobs = n_jobs
         self.version = version
@@ -130,13 +133,14 @@ class Simulator:
         if self._memo is not None:
             for key in [k for k in missing if self._text(missing[k]) in self._memo]:
                 kept = self._memo[self._text(missing[key])]
-                if isinstance(kept, dict) and not set(self.needed) <= set(kept):
+                if isinstance(kept, dict) and not self._asked(missing[key].specimen) <= set(kept):
                     continue  # of a study that needed fewer quantities
                 self._known[key] = kept
                 missing.pop(key)
         if missing:
             self._run(missing)
-        return np.array([self._read(self._known[key]) for key in keys]).reshape(len(jobs), len(self.needed))
+        read = [self._read(job, self._known[key]) for job, key in zip(jobs, keys, strict=True)]
+        return np.array(read).reshape(len(jobs), len(self.needed))
 
     def _run(self, missing: dict[tuple, Job]) -> None:
         with task("simulations", shown=self.progress is None):
@@ -155,11 +159,25 @@ class Simulator:
                 self._memo.keep(self._text(jobs[k]), self._known[keys[k]])
             reached((self.calls - before) / len(jobs), f"{self.calls - before} of {len(jobs)}")
 
-    def _read(self, known: Prediction) -> list[float]:
-        """The quantities needed, in their order."""
+    def _asked(self, specimen: int) -> frozenset[str]:
+        return frozenset(self.needed) if self.asked is None else self.asked[specimen]
+
+    def _read(self, job: Job, known: Prediction) -> list[float]:
+        """The quantities needed, in their order; NaN for those that are not asked of this specimen."""
         if isinstance(known, float):  # asked for first: most are, and whether one is a Mapping takes longer
             return [known]
-        return [float(known[q]) for q in self.needed] if isinstance(known, Mapping) else [float(known)]
+        if not isinstance(known, Mapping):
+            return [float(known)]
+        asked, out = self._asked(job.specimen), []
+        for quantity, must in self.needed.items():
+            if quantity in asked:
+                what = partial(_quantity_of, self.specimens[job.specimen], job, quantity)
+                if quantity not in known:
+                    raise InputError(f"{what()} is missing; it gave {', '.join(map(str, known)) or 'nothing'}")
+                out.append(number(known[quantity], what, must))
+            else:
+                out.append(nan)
+        return out
 
     def _checked(self, job: Job, value: Any) -> Prediction:
         self.calls += 1
@@ -175,16 +193,13 @@ class Simulator:
                 raise InputError(f"{what()} gave {_short(value)}; a mapping of {', '.join(self.needed)} is needed")
             (must,) = self.needed.values()
             return number(value, what, must)
-        for quantity, must in self.needed.items():
-            if quantity not in value:
-                raise InputError(f"{what()} gave no {quantity!r}; it gave {', '.join(map(str, value)) or 'nothing'}")
-            number(value[quantity], lambda q=quantity: f"{what()}: {q}", must)  # type: ignore[misc]
+        self._read(job, value)
         return {str(q): float(v) for q, v in value.items() if isinstance(v, (int, float)) and isfinite(v)}
 
     def on(self, specimens: Sequence[Any]) -> "Simulator":
         """A simulator of other specimens that knows what is known of those equal to these."""
         out = Simulator(
-            self.simulate, specimens, cache=self.cache, n_jobs=self.n_jobs, version=self.version, needed=self.needed
+            self.simulate, specimens, cache=self.cache, n_jobs=self.n_jobs, version=self.version, needed=self.needed,
         )
         out._of = self._of
         out._known = {key: value for key, value in self._known.items() if not key[0].startswith(NUMBERED)}
@@ -233,6 +248,10 @@ def number(value: Any, what: Callable[[], str], must_be_positive: bool = True) -
             "measured input bounds, or return a small positive number for a model that cannot stand"
         )
     return out
+
+
+def _quantity_of(specimen: Any, job: Job, quantity: str) -> str:
+    return f"simulate for {_called(specimen, job)}: {quantity!r}"
 
 
 def _call(simulate: Callable[..., Any], specimen: Any, job: Job) -> Any:

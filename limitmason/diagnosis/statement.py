@@ -72,7 +72,8 @@ class Statement(ReadOnly):
         for name, given in nuisance.items():
             if not isinstance(given, Measured):
                 raise InputError(f"nuisance {name!r} must be Measured(value, sd), got {given!r}")
-        groups = self.groups if self.groups is not None or not rows.several else list(range(len(specimens)))
+        several = rows.several and len(specimens) > 1
+        groups = self.groups if self.groups is not None or not several else list(range(len(specimens)))
         fixed: dict[str, Any] = {
             "specimens": specimens,
             "rows": rows,
@@ -94,7 +95,7 @@ class Statement(ReadOnly):
     def _new_tables(self) -> Tables:
         simulator = Simulator(
             self.simulate, self.specimens, cache=self.cache, n_jobs=self.n_jobs, version=self.version,
-            needed=self.rows.needed,
+            needed=self.rows.needed, asked=self.rows.asked(len(self.specimens)),
         )  # fmt: skip
         placing = placing_noise(self.noise, self.n)
         tabulator = Tabulator(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 from limitmason.errors import InputError
 from limitmason.storage.csv_table import UNITS, parsed, write_table
 
+BEYOND = {">": "above", "<": "below"}
 FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6}
 
 
@@ -24,12 +25,14 @@ class MeasuredTable:
     units : unit of every column, "-" for pure numbers and words
     columns : values of every column, numbers or words
     lines : line of each row in the file
+    beyond : "above" or "below" by row number and column, of cells that say "> 20" or "< 3"
     """
 
     name: str
     units: Mapping[str, str]
     columns: Mapping[str, tuple]
     lines: tuple[int, ...]
+    beyond: Mapping[tuple[int, str], str] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -78,7 +81,8 @@ def read_measured(path: str | Path, *, blanks: bool = False) -> MeasuredTable:
 
     Parameters
     ----------
-    blanks : whether cells may be blank, in columns of numbers; they are NaN
+    blanks : whether cells may be blank, in columns of numbers, where they are NaN, or say of a value that was not
+        reached that it is beyond a number: "> 20", "< 3"
 
     Raises
     ------
@@ -113,11 +117,14 @@ def read_measured(path: str | Path, *, blanks: bool = False) -> MeasuredTable:
                 "pure numbers and words)"
             )
     lines = found.lines
-    columns = {
-        name: _column(str(path), name, units[k], lines, [row[k] or "nan" * blanks for row in found.rows])
-        for k, name in enumerate(header)
-    }
-    return MeasuredTable(str(path), dict(zip(header, units, strict=True)), columns, tuple(lines))
+    columns, beyond = {}, {}
+    for k, name in enumerate(header):
+        cells = [row[k] or "nan" * blanks for row in found.rows]
+        for i, cell in enumerate(cells if blanks else ()):
+            if cell[0] in BEYOND and _number(cell[1:]) is not None:
+                beyond[i, name], cells[i] = BEYOND[cell[0]], cell[1:]
+        columns[name] = _column(str(path), name, units[k], lines, cells)
+    return MeasuredTable(str(path), dict(zip(header, units, strict=True)), columns, tuple(lines), beyond)
 
 
 def write_measured(

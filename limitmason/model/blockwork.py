@@ -45,6 +45,11 @@ class Blockwork(ReadOnly):
         return len(self.blocks)
 
     @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the two blocks of every interface with a bar between them: "base|unit 1"."""
+        return tuple(f"{self.blocks[i.block_a].name}|{self.blocks[i.block_b].name}" for i in self.interfaces)
+
+    @cached_property
     def _numbers(self) -> dict[str, int]:
         return {b.name: i for i, b in enumerate(self.blocks)}
 

@@ -1,7 +1,7 @@
 """Small vibrations: natural modes of blocks and solids, and how alike the shapes of two models are."""
 
-from limitmason.vibration.mac import Mac, mac
+from limitmason.vibration.mac import Mac, ModalTest, mac
 from limitmason.vibration.modes import Modes, modes
 from limitmason.vibration.system import VibratingSystem
 
-__all__ = ["Mac", "Modes", "VibratingSystem", "mac", "modes"]
+__all__ = ["Mac", "ModalTest", "Modes", "VibratingSystem", "mac", "modes"]

@@ -58,6 +58,11 @@ class Modes(ReadOnly):
         return np.asarray(self.participating / self.system.total)
 
     @property
+    def quantities(self) -> dict[str, float]:
+        """Frequencies by name, "frequency 1" and so on [Hz]."""
+        return {f"frequency {k + 1}": float(f) for k, f in enumerate(self.frequency)}
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """What a user should know before trusting the frequencies."""
         if self.below is None:

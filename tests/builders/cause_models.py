@@ -41,6 +41,15 @@ def wall(top=0.0, courses=5, **law):
     return made, loads
 
 
+def softening_wall():
+    """A loaded wall of units with a modulus, on joints with a stiffness, that lose strength over an opening."""
+    made, loads = wall(
+        top=800.0, normal_stiffness=1e9, shear_stiffness=4e8, cohesion=2e3, tensile_strength=1e3,
+        fracture_energy_tension=5.0, fracture_energy_shear=20.0,
+    )  # fmt: skip
+    return made.with_material(lm.Material(young_modulus=5e9, poisson_ratio=0.2)), loads
+
+
 def extend(name, size, model, **options):
     cause = catalogue.ALL[name](**options)
     return cause.apply(size, *model, **({"specimen": SPECIMEN} if cause.reads_specimen else {}))

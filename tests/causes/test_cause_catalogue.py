@@ -7,12 +7,13 @@ import sys
 
 import numpy as np
 import pytest
-from cause_models import DENSITY, MODEL, MU, PHI, SPECIMEN, block, extend, value, wall
+from cause_models import DENSITY, MODEL, MU, PHI, SPECIMEN, block, extend, softening_wall, value, wall
 
 import limitmason as lm
 from limitmason import causes as catalogue
 from limitmason.causes.cause import Extension
 from limitmason.diagnosis import Cause
+from limitmason.errors import NotApplicable
 from limitmason.geometry.polygon import polar_mean_radius
 from limitmason.study.content import fingerprint
 
@@ -42,7 +43,7 @@ def test_every_cause_says_what_it_is(name):
 
 @pytest.mark.parametrize("name", MODEL)
 def test_the_baseline_size_recovers_the_model_exactly_and_small_sizes_tend_to_it(name):
-    model = wall(top=800.0, normal_stiffness=1e9, shear_stiffness=4e8)
+    model = softening_wall()
     cause = catalogue.ALL[name]()
     options = {"specimen": SPECIMEN} if cause.reads_specimen else {}
     assembly, loads = cause.apply(cause.baseline, *model, **options)
@@ -59,7 +60,7 @@ def test_the_baseline_size_recovers_the_model_exactly_and_small_sizes_tend_to_it
 
 @pytest.mark.parametrize("name", MODEL)
 def test_the_same_size_gives_the_same_model_and_leaves_the_old_one_alone(name):
-    model = wall(top=800.0, normal_stiffness=1e9, shear_stiffness=4e8)
+    model = softening_wall()
     before = fingerprint(*model)
     size = catalogue.ALL[name]().sides[-1]
     assert fingerprint(*extend(name, size, model)) == fingerprint(*extend(name, size, model))
@@ -89,6 +90,50 @@ def test_effects_have_the_sign_that_physics_gives_them(name, sizes, sign):
     values = [value(*extend(name, s, model)) for s in sizes]
     assert (np.diff(values) * sign >= -1e-8).all()
     assert abs(values[-1] - values[0]) > 1e-4 * values[0]
+
+
+def test_stiffness_of_joints_one_joint_and_units_is_multiplied_and_what_has_none_refuses():
+    made, loads = softening_wall()
+    every, _ = extend("joint stiffness", 0.5, (made, loads))
+    assert {i.joint.normal_stiffness for i in every.interfaces} == {5e8}
+    base, _ = extend("joint stiffness", 2.0, (made, loads), kinds=("base",))
+    assert {(i.kind == "base", i.joint.shear_stiffness) for i in base.interfaces} == {(True, 8e8), (False, 4e8)}
+    loose = catalogue.each_joint(made, bounds=(0.1, 1.0))
+    assert len(loose) == len(made.interfaces)
+    assert loose[3].name == f"loose joint {made.joint_names[3]}"
+    one, _ = loose[3].apply(0.1, made, loads)
+    changed = [k for k, i in enumerate(one.interfaces) if i.joint.normal_stiffness != 1e9]
+    assert changed == [3]
+    softer, _ = extend("unit modulus", 0.4, (made, loads))
+    assert {b.material.young_modulus for b in softer.blocks} == {2e9}
+    bare = wall()
+    for name, words in (("joint stiffness", "normal_stiffness"), ("unit modulus", "material"),
+                        ("fracture energy", "loses strength"), ("strength kept", "loses strength")):  # fmt: skip
+        with pytest.raises(NotApplicable, match=words):
+            extend(name, 0.5, bare)
+    with pytest.raises(ValueError, match="no joint between"):
+        catalogue.joint_stiffness(joint=("base", "facade-05-01")).apply(0.5, made, loads)
+
+
+def test_softening_changes_its_energies_or_what_is_left():
+    made, loads = softening_wall()
+    slow, _ = extend("fracture energy", 2.0, (made, loads))
+    law = slow.interfaces[0].joint
+    assert (law.fracture_energy_tension, law.fracture_energy_shear) == (10.0, 40.0)
+    law = extend("strength kept", 0.25, (made, loads))[0].interfaces[0].joint
+    assert (law.residual_cohesion, law.residual_tensile_strength) == (500.0, 250.0)
+
+
+def test_friction_of_a_batch_belongs_to_its_specimens_alone():
+    made, _ = block(b=2.0, h=0.5)
+    model = made, lm.Loads.horizontal(made)
+    cause = catalogue.batch_friction(label="B")
+    assert (cause.name, cause.own) == ("friction of batch B", ("batch",))
+    assert value(*cause.apply(0.8, *model, specimen={"batch": "B"})) == pytest.approx(0.8 * MU, rel=1e-7)
+    assert cause.apply(0.8, *model, specimen={"batch": "A"}) == model
+    with pytest.raises(ValueError, match="batch"):
+        cause.apply(0.8, *model, specimen={})
+    assert "friction of batch C" in [c.name for c in catalogue.standard(batches={"batch": "C", "operator": "x"})]
 
 
 def test_every_cause_is_one_declared_function_that_says_which_methods_feel_it():

@@ -227,8 +227,10 @@ def test_looks_of_methods_are_told_apart():
     ],
 )
 def test_every_cause_of_the_list_is_computed_by_the_method_it_is_for(method, plane):
+    joint = lm.Joint(35.0, normal_stiffness=1e10, shear_stiffness=4e9)
+
     def build(specimen):
-        wall = lm.build.wall(length=0.4, courses=2, unit=(0.2, 0.1, 0.1), joint=lm.Joint(35.0))
+        wall = lm.build.wall(length=0.4, courses=2, unit=(0.2, 0.1, 0.1), joint=joint)
         return wall, lm.Loads.horizontal(wall, (1, 0, 0) if plane else (0, 1, 0))
 
     run, specimen = simulate.collapse(build, method), {"order": 2, "h": 0.2}
@@ -408,6 +410,8 @@ def test_every_cause_works_on_any_assembly(kind):
     for name in MODEL:
         if kind == "corner" and name in ("finite compressive strength", "second-order displacement"):
             continue  # crushing in 3-D needs a grid, sway its time: both have their own tests
+        if name in ("joint stiffness", "unit modulus", "fracture energy", "strength kept"):
+            continue  # of rigid blocks on rigid joints there is nothing to change, and they say so: tested beside
         cause = catalogue.ALL[name]()
         size = cause.baseline + 0.2 * (cause.sides[-1] - cause.baseline)
         found = lm.limit_analysis(*extend(name, size, model))

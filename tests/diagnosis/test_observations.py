@@ -1,5 +1,7 @@
 """Several numbers per specimen: laws of scale, noise and missing values, and names that need two kinds of evidence."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from diagnosis_models import CAUSES, ROUNDING, blocks, data, specimens, study
@@ -144,7 +146,7 @@ def test_numbers_that_cannot_be_are_refused_by_name():
         ([Observation("Q", "peak", 1.0, 0.1)], "no such specimen"),
         ([Observation(0, "peak", 1.0, 0.1)] * 2, "given twice"),
         ([Observation(0, "peak", 1.0, 0.1), Observation(1, "peak", 1.0)], "has no scatter"),
-        ([Observation(i, "weight", 1.0, 0.1) for i in range(4)], "gave no 'weight'"),
+        ([Observation(i, "weight", 1.0, 0.1) for i in range(4)], "'weight' is missing; it gave peak"),
     ):
         with pytest.raises(InputError, match=words):
             several_kinds(rows).baseline()
@@ -182,7 +184,7 @@ def test_a_cause_moves_every_answer_of_one_model():
     s, thin = {"width": 0.2}, {"width": 0.1}
     plain, changed = simulate(s), simulate(s, extend=lambda *model: build(thin))
     assert plain["peak"] == pytest.approx(0.2 / 0.3, rel=1e-6)
-    assert changed == pytest.approx(simulate(thin))
+    assert changed.quantities == pytest.approx(simulate(thin).quantities)
     assert changed["peak"] == pytest.approx(0.1 / 0.3, rel=1e-6)
     with pytest.raises(InputError, match="it finds peak"):
         several(build, {"stiffness": "limit"})(s)
@@ -192,6 +194,7 @@ def test_a_folder_of_files_becomes_a_study_and_the_example_says_what_was_planted
     folder = write_folder(tmp_path / "data")
     made = Study.from_folder(folder, shared=())
     assert (made.n, made.rows.kinds.count("deformation")) == (35, 11)  # one cell is blank
+    assert made.rows.high is None
     assert {c.name for c in made.causes} == {"gain", "shift of batch B"}
     found = made.diagnose()
     assert (found.causes, found.identified) == (("gain",), True)
@@ -204,6 +207,10 @@ def test_a_folder_of_files_becomes_a_study_and_the_example_says_what_was_planted
     ones = dict.fromkeys(SCATTER, 1.0)
     other = Study.from_folder(folder, model=lambda s: ones, causes=[SOFT])
     assert other.baseline() == pytest.approx(1.0)
+    text = (folder / "measured.csv").read_text()
+    cell = f"{made.measured[0]:.4g}"
+    (folder / "measured.csv").write_text(text.replace(cell, f"> {cell}", 1))
+    assert Study.from_folder(folder, model=lambda s: ones).rows.high[0] == float(cell)
     text = (folder / "quantities.csv").read_text()
     (folder / "quantities.csv").write_text(text.replace("stiffness", "strength"))
     with pytest.raises(InputError, match="no column 'strength'"):
@@ -218,3 +225,62 @@ def test_the_command_takes_a_folder(tmp_path, monkeypatch, capsys):
     assert "identified by force and deformation" in (tmp_path / "out" / "report.txt").read_text()
     assert main(["diagnose", "data", "--noise", "0.1"]) == 2
     assert "with a folder" in capsys.readouterr().err
+
+
+def test_what_was_seen_is_a_likelihood_with_a_rate_of_misreading():
+    # of two patterns the difference of misfits is that of the exact likelihoods times one factor, whatever was seen
+    rate, rng = 0.1, np.random.default_rng(5)
+    one, other = rng.integers(0, 2, (2, 40))
+    for _ in range(3):
+        seen = np.where(rng.random(40) < rate, 1 - one, one)
+        value, sd = np.array([Observation(0, "opened a|b", float(v), rate).compared for v in seen]).T
+        ours = 0.5 * ((((value - other) / sd) ** 2).sum() - (((value - one) / sd) ** 2).sum())
+        exact = ((seen == one).sum() - (seen == other).sum()) * np.log((1 - rate) / rate)
+        assert ours == pytest.approx(exact * 0.5 * (1 - 2 * rate) / (rate * (1 - rate) * np.log((1 - rate) / rate)))
+    assert Observation(0, "opened a|b", 1.0, rate).kind == "pattern"
+    for wrong, words in (({"value": 0.5}, "1 \\(seen\\)"), ({"scatter": 0.6}, "rate of misreading"),
+                         ({"beyond": "above"}, "not reached")):  # fmt: skip
+        with pytest.raises(InputError, match=words):
+            Observation(**{"specimen": 0, "quantity": "slid a|b", "value": 1.0, "scatter": 0.1} | wrong)
+
+
+def test_specimens_may_differ_in_what_was_measured_on_them():
+    def simulate(s, k=1.0):
+        return {s["only"]: k * s["x"]}
+
+    rows = [Observation(0, "peak", 2.0, 0.1), Observation(1, "stiffness", 3.0, 0.1)]
+    made = Study([{"only": "peak", "x": 2.0}, {"only": "stiffness", "x": 5.0}], simulate, rows, shared=())
+    assert made.baseline() == pytest.approx([2.0, 5.0])
+
+
+def test_a_value_that_was_not_reached_fits_all_predictions_beyond_it():
+    # three walls stood at 20 degrees, of which a model says 15, 20 and 30: only the first is against it
+    rows = [Observation(i, "angle", 20.0, 0.1, beyond="above") for i in range(3)]
+    made = Study([{"x": v} for v in (15.0, 20.0, 30.0)], lambda s, k=1.0: k * s["x"], rows, shared=(), levels=5)
+    assert made.baseline() == pytest.approx([15.0, 20.0, 20.0])
+    below = [Observation(i, "angle", 20.0, 0.1, beyond="below") for i in range(3)]
+    assert Study(made.specimens, made.simulate, below, shared=()).baseline() == pytest.approx([20.0, 20.0, 30.0])
+
+
+def test_a_loose_joint_is_found_among_all_by_frequencies_and_shapes():
+    def build(s=None, loose=None):
+        joint = lm.Joint(35.0, normal_stiffness=2e9, shear_stiffness=8e8)
+        made = lm.build.column(width=1.2, depth=1.0, unit_height=1.5, courses=4, joint=joint)
+        weak = dataclasses.replace(joint, normal_stiffness=4e8, shear_stiffness=1.6e8)
+        laid = [dataclasses.replace(i, joint=weak) if k == loose else i for k, i in enumerate(made.interfaces)]
+        return made.with_interfaces(laid), lm.Loads.weight(made)
+
+    sensors = [((0.1, 0.1, z), d) for z in (2.0, 4.0, 5.9) for d in "xy"]
+    found = lm.modes(build(loose=1)[0], 3)
+    shape = found.at([p for p, _ in sensors])[:, np.arange(6), [0, 1] * 3]
+    rng = np.random.default_rng(1)
+    shape = shape / np.abs(shape).max(axis=1)[:, None] + 0.03 * rng.standard_normal(shape.shape)
+    test = lm.vibration.ModalTest(sensors, found.frequency * (1.0 + 0.01 * rng.standard_normal(3)), shape)
+    rows = Observation.of_modes("tower", test)
+    simulate = several(lambda s: build(), {})
+    made = Study([{"specimen": "tower", "modal test": test}], simulate, rows, shared=(), levels=9)
+    assert made.n == 3 * (1 + 6)
+    answer = made.diagnose(causes.each_joint(build()[0], (0.1, 1.0)), pairs=False)
+    assert answer.causes == ("loose joint column-1|column-2",)
+    assert answer.kind == "behaves like"  # one kind of evidence
+    assert answer.estimates[answer.causes[0]].low < 0.2 < answer.estimates[answer.causes[0]].high

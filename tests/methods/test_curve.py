@@ -86,3 +86,49 @@ def test_a_curve_is_frozen():
     curve = rocking()
     with pytest.raises(ValueError, match="read-only"):
         curve.load[0] = 1.0
+
+
+def test_quantities_of_a_curve_are_what_a_test_would_write_down():
+    curve = lm.Curve([0, 1, 2, 4], [0, 5, 4, 2], events=(Event("first crack", 1), Event("first crack", 2)))
+    assert curve.quantities == pytest.approx({
+        "peak": 5.0, "drift at peak": 1.0, "residual": 2.0, "stiffness": 5.0, "drift at 80 %": 2.0, "first crack": 5.0,
+        "drift at first crack": 1.0,
+    })  # fmt: skip
+    assert "stiffness" not in lm.Curve([0, 1], [3, 2]).quantities
+
+
+def stack(width=0.2):
+    joint = lm.Joint(60.0, dilatancy_angle_deg=60.0, normal_stiffness=1e9, shear_stiffness=4e8)
+    made = lm.build.column(width=width, depth=0.3, unit_height=0.2, courses=2, joint=joint)
+    return made, lm.Loads.horizontal(made)
+
+
+def test_one_answer_holds_what_several_methods_find_of_one_model():
+    model = stack()
+    found = lm.answer(*model, {"peak": "limit", "opened base|column-1": "limit", "slid base|column-1": "limit",
+                               "opened column-1|column-2": "limit", "frequency 2": "modes",
+                               "weight": lambda a, _: a.weights[1:].sum()})  # fmt: skip
+    # slender: it rocks about the edge of its base, as one
+    assert found["peak"] == pytest.approx(0.5)
+    assert [found[q] for q in list(found.quantities)[1:4]] == [1.0, 0.0, 0.0]
+    assert found["frequency 2"] == pytest.approx(lm.modes(model[0], 2).frequency[1])
+    assert found["weight"] == pytest.approx(model[0].weights[1:].sum())
+    assert set(found.by) == {"limit", "modes"}
+    for wanted, options, words in (
+        ({"stiffness": "limit"}, {}, "does not find 'stiffness'; it finds peak"),
+        ({"peak": "limit"}, {"modes": {}}, "options of 'modes': no quantity"),
+        ({"peak": "limit"}, {"limit": {"drive": 1}}, "follows no drive"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            lm.answer(*model, wanted, **options)
+
+
+@pytest.mark.slow
+def test_the_path_answers_peak_stiffness_and_drift_of_one_curve():
+    model = stack()
+    found = lm.answer(*model, {"peak": "pushover", "stiffness": "pushover", "drift at peak": "pushover"})
+    (by,) = found.by.values()
+    curve = by.details["curve"]
+    assert found["peak"] == by.collapse_multiplier
+    assert found["stiffness"] == pytest.approx(curve.stiffness())
+    assert found["drift at peak"] == by.details["limit point displacement"]

@@ -10,6 +10,7 @@ import limitmason as lm
 from limitmason.continuum import Box, Continuum
 from limitmason.errors import InputError
 from limitmason.geometry.rotation import rotation_matrices
+from limitmason.vibration import ModalTest
 
 JOINT = lm.Joint(40.0, normal_stiffness=1e9, shear_stiffness=1e9)
 
@@ -169,3 +170,47 @@ def test_six_accelerometers_of_one_axis_know_the_modes():
         lm.mac(modes, table, sensors=sensors, frequencies=[1.0])
     with pytest.raises(InputError, match="without a model"):
         lm.mac(modes, modes, frequencies=[1.0])
+
+
+def sensors(model):
+    places = [(model.centroids[k] + (0.02, 0.03, 0.0), d) for k in range(1, model.n_blocks) for d in "xy"]
+    points, axes = np.array([p for p, _ in places]), ["xy".index(d) for _, d in places]
+    return places, lambda found: found.at(points)[:, np.arange(len(axes)), axes]
+
+
+def test_measured_shapes_of_equal_modes_are_compared_with_the_motions_that_they_span():
+    tower = piers(1, 3)
+    found = lm.modes(tower, 5)
+    places, read = sensors(tower)
+    shapes = read(found)
+    turned = [shapes[0] + shapes[1], 0.3 * shapes[0] - shapes[1]]  # as good a pair of the two equal sways as theirs
+    test = ModalTest(places, found.frequency[:2], turned)
+    assert test.predicted(found) == pytest.approx(test.quantities, abs=1e-9)
+    assert max(test.quantities.values()) == pytest.approx(found.frequency[0])
+
+
+def test_modes_that_change_places_are_paired_by_their_shapes():
+    # a wall-like pier sways across below along; joints soft in one direction only turn the order round
+    tower = piers(1, 3)
+    along, across = (lm.modes(tower.with_joints(replace(JOINT, shear_stiffness=s)), 6) for s in (1e9, 1e6))
+    places, read = sensors(tower)
+    one = ModalTest(places, along.frequency[:4], -5.0 * read(along)[:4])
+    back = ModalTest(places, along.frequency[[3, 1, 2, 0]], read(along)[[3, 1, 2, 0]])
+    first, second = one.predicted(across), back.predicted(across)
+    assert first["frequency 4"] == pytest.approx(second["frequency 1"])
+    assert first["mode 4 sensor 3"] == pytest.approx(second["mode 1 sensor 3"])
+    assert one.predicted(along) == pytest.approx(one.quantities, abs=1e-9)
+    # of a shape that is not theirs exactly, the nearest motion: what is left is at right angles to it
+    noise = 0.02 * np.random.default_rng(2).standard_normal(read(along)[:4].shape)
+    shaken = ModalTest(places, along.frequency[:4], read(along)[:4] / np.abs(read(along)[:4]).max() + noise)
+    made = shaken.predicted(along)
+    for k in (2, 3):
+        p = np.array([made[f"mode {k + 1} sensor {s + 1}"] for s in range(len(places))])
+        assert p @ (shaken.shape[k] - p) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_what_was_measured_of_modes_is_checked():
+    with pytest.raises(InputError, match="a column per sensor"):
+        ModalTest([((0, 0, 0), "x")], [1.0], [[1.0, 2.0]])
+    with pytest.raises(InputError, match="positive frequency"):
+        ModalTest([((0, 0, 0), "x")], [1.0], [[0.0]])

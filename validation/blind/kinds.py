@@ -10,16 +10,19 @@ import argparse
 import time
 from collections import Counter
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
 
+import limitmason as lm
+from limitmason import causes as catalogue
 from limitmason.causes import declare, elastic_displacements
 from limitmason.diagnosis import Observation, Study
 from limitmason.diagnosis.inference.plan import distances
 from limitmason.diagnosis.rehearse import binomial_interval
 from limitmason.diagnosis.simulate import SLOW, several
+from limitmason.vibration import ModalTest
 
 from . import campaigns, outsiders
 
@@ -91,7 +94,7 @@ def with_effect(effect, size):
             model = on_springs(*effect.change(s, campaigns.FRICTION, size))
             found = several(lambda _, model=model: model, ANSWERS)(s)
         else:
-            found = dict(simulate(s))
+            found = dict(simulate(s).quantities)
             found |= {q: effect.read(size, found[q], s) for q in FORCES}
         out.append(found)
     return out
@@ -158,6 +161,124 @@ class Trials:
         """Verdict on values after noise and an error of the measured friction."""
         shaken = values * np.exp(self.study.scale * rng.standard_normal(len(values)))
         return self.study.with_measured(shaken).diagnose(seed=int(rng.integers(1 << 31)), draws=699, rule=rule)
+
+
+# ---- one monument: which joint is loose? -----------------------------------------------------------------------------
+
+TOWER, COUNT = (1.2, 1.0, 0.75), 8  # width, depth, height of a course [m], and courses; assumed
+PLACES = [((x, y, z), d) for z in (2.0, 4.0, 5.9) for x, y in ((0.1, 0.1), (1.1, 0.9)) for d in "xy"]
+ROUGH = {"frequency": 0.01, "component": 0.03}
+
+
+def tower(specimen=None, joint=None, factor=1.0):
+    """A tower of blocks, one joint of which has another stiffness; built without the catalogue."""
+    law = lm.Joint(35.0, normal_stiffness=KN, shear_stiffness=RATIO * KN)
+    width, depth, height = TOWER
+    made = lm.build.column(width=width, depth=depth, unit_height=height, courses=COUNT, joint=law)
+    weak = replace(law, normal_stiffness=factor * KN, shear_stiffness=factor * RATIO * KN)
+    laid = [replace(i, joint=weak) if k == joint else i for k, i in enumerate(made.interfaces)]
+    return made.with_interfaces(laid), lm.Loads.weight(made)
+
+
+HEALTHY, WEIGHT = tower()
+JOINTS = (*catalogue.each_joint(HEALTHY), catalogue.joint_stiffness(), catalogue.block_density())
+
+
+@cache
+def modes_of(steps):
+    """Modes of the tower with causes switched on."""
+    model = HEALTHY, WEIGHT
+    for cause, size in steps:
+        model = cause.apply(size, *model)
+    return lm.modes(model[0], 9)
+
+
+def monument(specimen, *, extend=None):
+    """What the tower's modes predict of those measured."""
+    return specimen["modal test"].predicted(modes_of(() if extend is None else extend.steps))
+
+
+def measured_modes(model, chosen, count, rng=None):
+    """Frequencies and shapes at some sensors, shaken where a generator is given."""
+    sensors = [PLACES[k] for k in chosen]
+    found = lm.modes(model, count)
+    shape = found.at([p for p, _ in sensors])[:, np.arange(len(sensors)), ["xyz".index(d) for _, d in sensors]]
+    shape = shape / np.abs(shape).max(axis=1, keepdims=True)
+    frequency = found.frequency
+    if rng is not None:
+        frequency = frequency * np.exp(ROUGH["frequency"] * rng.standard_normal(count))
+        shape = shape + ROUGH["component"] * rng.standard_normal(shape.shape)
+    return ModalTest(sensors, frequency, shape)
+
+
+def monument_trial(label, sets, seed):
+    """Outcomes of "which joint is loose?", by 3 to 6 modes at 6 to 12 sensors."""
+    counts, k, done = Counter(), 0, 0
+    while done < sets and k < 40 * sets:
+        rng = np.random.default_rng([SEED, seed, k])
+        k += 1
+        chosen = np.sort(rng.choice(len(PLACES), rng.integers(6, 13), replace=False))
+        count, joint, factor = int(rng.integers(3, 7)), int(rng.integers(COUNT)), float(np.exp(rng.uniform(-3.0, -0.2)))
+        model, name = HEALTHY, None
+        if label != "healthy":
+            model, _ = tower(joint=joint, factor=factor)
+            name = f"loose joint {HEALTHY.joint_names[joint]}"
+            true = measured_modes(model, chosen, count)
+            seen, sound = true.quantities, true.predicted(modes_of(()))
+            apart = [np.log(seen[q] / sound[q]) / ROUGH["frequency"] if q.startswith("frequency")
+                     else (seen[q] - sound[q]) / ROUGH["component"] for q in seen]  # fmt: skip
+            if float(np.square(apart).sum()) < VISIBLE:
+                continue
+        test = measured_modes(model, chosen, count, rng)
+        made = Study(
+            [{"modal test": test}], monument, Observation.of_modes(0, test, **ROUGH), causes=JOINTS, shared=(), levels=9
+        )
+        counts[outcome(made.diagnose(seed=k, draws=699, pairs=False), name)] += 1
+        done += 1
+    return counts
+
+
+# ---- crack pattern alone ---------------------------------------------------------------------------------------------
+
+MISREAD = 0.1
+DRAWN = tuple(s for s in campaigns.SPECIMENS if s["setup"] in ("in plane", "slides"))
+MOVING = tuple(c for c in CAUSES if c.lever not in ("reading", "stiffness"))
+
+
+def pattern(specimen, *, extend=None, **inputs):
+    """What each joint does in the mechanism of limit analysis."""
+    model = campaigns.build(specimen, **inputs)
+    found = lm.predict(*(model if extend is None else extend(*model)), "limit").quantities
+    return {q: v for q, v in found.items() if "|" in q}
+
+
+class Patterns(Trials):
+    """Planted patterns of opened and slid joints."""
+
+    def __init__(self, covariates, cache):
+        plain = [pattern(s) for s in DRAWN]
+        self.quantities = ("pattern",)
+        self.study = Study(
+            DRAWN, pattern, [Observation(i, q, v, MISREAD) for i, f in enumerate(plain) for q, v in f.items()],
+            nuisance=campaigns.NUISANCE, covariates=covariates, causes=MOVING, cache=cache, version="1", shared=(),
+            **SLOW,
+        )  # fmt: skip
+        self.design = self.study.design()
+
+    def listed(self, k, rng, kinds=1):
+        """What joints do with a listed cause of a random size; None where it is not visible."""
+        cause = self.study.causes[k % len(self.study.causes)]
+        size = cause.baseline + rng.uniform(0.2, 1.0) * (cause.sides[k % len(cause.sides)] - cause.baseline)
+        values = self.study.predicted([cause], [size])
+        y = self.design.whiten(values) - self.design.null.between(self.design.null.zero)
+        return None if float(y @ y) < VISIBLE else (values, cause.name)
+
+    def judged(self, values, rng, rule=None):
+        """Verdict on a pattern of which some joints are misread."""
+        seen = np.where(rng.random(len(values)) < MISREAD, 1.0 - values, values)
+        return self.study.with_measured((seen - MISREAD) / (1.0 - 2.0 * MISREAD)).diagnose(
+            seed=int(rng.integers(1 << 31)), draws=699, pairs=False, rule=rule
+        )
 
 
 def outcome(found, name):
