@@ -29,8 +29,9 @@ KIND_OF = {
     EvidenceKind.VIBRATION: ("frequency", "mode", "damping", "period"),
     EvidenceKind.PATTERN: ("crack pattern", "opened", "slid", "crushed", "failure mode"),
 }  # all else is a force
-FLAGS = ("opened", "slid", "crushed", "failure mode")  # seen (1) or not (0), with a rate of misreading
-SIGNED = ("mode", "residual displacement", *FLAGS)  # may be negative or 0: compared as they are, not as logarithms
+SEEN = "seen"
+FLAGS = ("opened", "slid", "crushed", "failure mode")  # quantities that were seen (1) or not (0)
+SIGNED = ("mode", "residual displacement")  # quantities that may be negative: compared as they are, not as logarithms
 
 
 def _begins(quantity: str, words: Iterable[str]) -> bool:
@@ -50,7 +51,8 @@ class Observation:
         of misreading, below one half, of what was seen or not; None where the study states the noise
     unit : of the value, for reports
     kind : of evidence, see :class:`EvidenceKind`; "" goes by the name of the quantity
-    link : "log" compares logarithms (positive values), "identity" differences; "" goes by the name of the quantity
+    link : "log" compares logarithms (positive values), "identity" differences, "seen" what was seen or not; "" goes by
+        the name of the quantity
     beyond : "above" where only that is known: the test ended before its peak, the wall did not fall up to this angle;
         "below" for the opposite; "" for a measured value. Predictions beyond the value then fit it without misfit,
         others by their distance to it
@@ -81,11 +83,12 @@ class Observation:
         known = (*EvidenceKind, "")
         if self.kind not in known:
             raise InputError(f"{self._called}: kind must be one of {', '.join(EvidenceKind)}, got {self.kind!r}")
-        if self.link not in ("log", "identity", ""):
-            raise InputError(f"{self._called}: link must be 'log' or 'identity', got {self.link!r}")
+        if self.link not in ("log", "identity", SEEN, ""):
+            raise InputError(f"{self._called}: link must be 'log', 'identity' or 'seen', got {self.link!r}")
         guessed = next((k for k, words in KIND_OF.items() if _begins(self.quantity, words)), EvidenceKind.FORCE)
         object.__setattr__(self, "kind", EvidenceKind(self.kind or guessed))
-        object.__setattr__(self, "link", self.link or ("identity" if _begins(self.quantity, SIGNED) else "log"))
+        link = SEEN if _begins(self.quantity, FLAGS) else "identity" if _begins(self.quantity, SIGNED) else "log"
+        object.__setattr__(self, "link", self.link or link)
         object.__setattr__(self, "value", float(self.value))
         if np.isinf(self.value) or (self.link == "log" and self.value <= 0.0):
             raise InputError(f"{self._called} is {self.value!r}; a logarithmic scale takes positive finite values")
@@ -104,7 +107,7 @@ class Observation:
     @property
     def seen(self) -> bool:
         """Whether it was seen or not, rather than measured."""
-        return self.kind == EvidenceKind.PATTERN and _begins(self.quantity, FLAGS)
+        return self.link == SEEN
 
     @property
     def compared(self) -> tuple[float, float | None]:

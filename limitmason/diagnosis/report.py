@@ -222,6 +222,7 @@ class Diagnosis(Findings):
             "gain": None if gain is None else {
                 "error before": gain.error_before, "error after": gain.error_after,
                 "error left out": gain.error_left_out, "log score left out": gain.leave_one_out.total,
+                "log score of kinds left out": {k: s.total for k, s in gain.leave_kind_out.items()},
             },
             "list": [c.name for c in self.listed],
             "set aside": dict(self.aside),

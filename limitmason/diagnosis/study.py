@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from limitmason.causes.cause import Cause, check_causes
 from limitmason.diagnosis.from_table import pool_rows
 from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws
@@ -18,6 +20,7 @@ from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.noise import Noise
 from limitmason.diagnosis.inference.plan import Confusable, NextTests, confusable
 from limitmason.diagnosis.inference.shared import Shares, estimated_shares
+from limitmason.diagnosis.observations import linked
 from limitmason.diagnosis.rehearse import Rehearsal, planted, rehearse
 from limitmason.diagnosis.report import Diagnosis
 from limitmason.diagnosis.result import Findings, checked_by_group
@@ -194,6 +197,35 @@ class Study(Statement):
             references=self.about.references,
         )
         return checked_by_group(answer)
+
+    def log_likelihood(self, sizes: Mapping[Cause, float], z: Iterable[float] = ()) -> float:
+        """Log-likelihood of the measured values with causes at given sizes, for a sampler of posteriors.
+
+        -sum (r^2 / 2 + log sd) - sum z^2 / 2, with r the measured from the predicted values over their stated noise,
+        Student errors where these are stated. Predictions come from the tables, in which the effects of several causes
+        add up. Noise shared by tests is not in it. Minus infinity outside the tables.
+
+        Parameters
+        ----------
+        sizes : of each cause
+        z : measured inputs in standard deviations from their values, which are their prior; none is the values
+
+        Raises
+        ------
+        InputError
+            Without measured values, or where the noise is not stated.
+
+        >>> study.log_likelihood({causes.gain(): 1.1})  # doctest: +SKIP
+        """
+        if self.measured is None or self.noise.kind == "unknown":
+            raise InputError("a likelihood needs measured values and a stated noise")
+        z = tuple(z)
+        r = (linked(self.measured, self.rows.log) - self.tables.between(sizes, z)) / self.scale
+        if not np.isfinite(r).all():
+            return float("-inf")
+        nu = self.noise.tails
+        each = -0.5 * r**2 if nu is None else -0.5 * (nu + 1.0) * np.log1p(r**2 / nu)
+        return float((each - np.log(self.scale)).sum() - 0.5 * np.square(z).sum())
 
     def confusable(self, causes: Iterable[Cause] | None = None, *, sd: float | None = None) -> Confusable:
         """Which causes this design tells apart, without any data.

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import RegularGridInterpolator
 
 from limitmason.causes.cause import Cause, cause_pairs
 from limitmason.diagnosis.inference.design import Design, Names
@@ -58,6 +59,28 @@ class Tables:
         if cause not in self._singles:
             self._singles[cause] = self.tabulator.single(cause)
         return self._singles[cause]
+
+    def between(self, sizes: Mapping[Cause, float], z: Sequence[float] = ()) -> np.ndarray:
+        """Predictions on the scale of comparison with any number of causes, interpolated, shape (n,).
+
+        The effects of several causes add up on that scale. NaN for a size or an input outside its table.
+
+        Parameters
+        ----------
+        sizes : of the causes that are switched on
+        z : measured inputs in standard deviations from their values; () is the values themselves
+        """
+        at = tuple(z) or (0.0,) * len(self.tabulator.free)
+
+        def read(table: Tabulation, *size: float) -> np.ndarray:
+            axes = (*table.sizes, *table.z)
+            if not axes:
+                return table.values
+            inner = RegularGridInterpolator(axes, table.values, bounds_error=False, fill_value=np.nan)
+            return np.asarray(inner(np.array([[*size, *at]]))[0])
+
+        base = read(self.base())
+        return base + sum((read(self.single(c), s) - base for c, s in sizes.items()), np.zeros(len(base)))
 
     def computable(self, causes: tuple[Cause, ...]) -> tuple[Cause, ...]:
         """The causes that the simulator computes; the others are set aside in ``aside``, with the reason.

@@ -284,3 +284,28 @@ def test_a_loose_joint_is_found_among_all_by_frequencies_and_shapes():
     assert answer.causes == ("loose joint column-1|column-2",)
     assert answer.kind == "behaves like"  # one kind of evidence
     assert answer.estimates[answer.causes[0]].low < 0.2 < answer.estimates[answer.causes[0]].high
+
+
+def test_the_likelihood_for_a_sampler_is_the_normal_one_and_effects_add_up():
+    x, sd, values = np.linspace(-1.0, 1.0, 5), np.linspace(0.5, 2.0, 5), np.array([0.3, -1.0, 2.0, 0.5, 1.5])
+    rows = [Observation(k, "mode 1 at a sensor", v, s) for k, (v, s) in enumerate(zip(values, sd, strict=True))]
+    slope, lift = Cause("slope", "b", 0.0, (-20.0, 20.0)), Cause("lift", "a", 0.0, (-5.0, 5.0))
+    inputs = {"c": Measured(1.0, 0.5)}
+    made = Study([{"x": v} for v in x], lambda s, a=0.0, b=0.0, c=1.0: a + b * s["x"] + c * s["x"] ** 2, rows,
+                 nuisance=inputs, shared=(), levels=5)  # fmt: skip
+    for a, b, z in ((0.0, 0.0, 0.0), (1.0, 0.7, 0.0), (-0.5, 2.0, 1.2)):
+        r = (values - a - b * x - (1.0 + 0.5 * z) * x**2) / sd
+        exact = -0.5 * (r**2).sum() - np.log(sd).sum() - 0.5 * z**2
+        assert made.log_likelihood({slope: b, lift: a}, (z,)) == pytest.approx(exact, rel=1e-9)
+    assert made.log_likelihood({slope: 30.0}) == float("-inf")
+    with pytest.raises(InputError, match="stated noise"):
+        study(data(ROUNDING, 0.018), Noise.unknown()).log_likelihood({ROUNDING: 0.0})
+
+
+@pytest.mark.slow
+def test_kinds_that_were_left_out_are_predicted_by_the_true_cause():
+    found = several_kinds(observed(ROUNDING, 0.015)).diagnose(LISTED)
+    left = found.gains[("edge rounding",)].leave_kind_out
+    assert set(left) == {"force", "deformation", "vibration"}
+    assert left["deformation"].total > 5.0  # fitted to peaks and frequencies
+    assert "deformation from the other kinds" in str(found.gains["edge rounding",])

@@ -1,7 +1,7 @@
 """Gain of an extension: predicted against measured, and prediction of values left out, with the selection repeated."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -40,6 +40,7 @@ class Gain:
     leave_one_out : score of single specimens left out
     leave_group_out : score of whole groups left out; None without groups
     selected : score when the choice among the whole list is repeated without the part left out
+    leave_kind_out : score of each kind of evidence predicted by fits to the others; empty for one kind
     """
 
     names: Names
@@ -49,6 +50,7 @@ class Gain:
     leave_one_out: Score
     leave_group_out: Score | None
     selected: Score
+    leave_kind_out: Mapping[str, Score] = field(default_factory=dict)
 
     def __str__(self) -> str:
         text = (
@@ -57,6 +59,8 @@ class Gain:
         )
         if self.leave_group_out is not None:
             text += f", by group {self.leave_group_out}"
+        for kind, score in self.leave_kind_out.items():
+            text += f", {kind} from the other kinds {score.total:+.2f}"
         return text + f", with the choice repeated {self.selected}"
 
 
@@ -88,6 +92,14 @@ def measure_gain(design: Design, names: Names, y: np.ndarray, groups: Sequence |
     by_group = None
     if groups is not None:
         by_group = _score(left_out(design, names, y, folds)[0] - left_out(design, (), y, folds)[0], folds)
+    kinds = dict.fromkeys(design.kinds)
+    by_kind: dict[str, Score] = {}
+    if len(kinds) > 1:
+        parts = folds_of(design.kinds, design.n)
+        each = left_out(design, names, y, parts)[0] - left_out(design, (), y, parts)[0]
+        for number, kind in enumerate(kinds):
+            mine = each[parts == number]
+            by_kind[kind] = _score(mine, np.arange(len(mine)))
     return Gain(
         names,
         _rms(y * design.scale),
@@ -96,6 +108,7 @@ def measure_gain(design: Design, names: Names, y: np.ndarray, groups: Sequence |
         _score(one - base, singles),
         by_group,
         _score(_selected(design, y, folds, critical_gain), folds),
+        by_kind,
     )
 
 
