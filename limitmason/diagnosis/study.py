@@ -31,8 +31,6 @@ from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
 from limitmason.experiments.measured_table import MeasuredTable
 
-ROUNDS = 6
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Study(Statement):
@@ -154,30 +152,21 @@ class Study(Statement):
         if self.measured is None:
             raise InputError("the study has no measured values: it can plan (confusable, rehearse), not diagnose")
         reached(None, "tables")
-        asked, causes = self._checked(causes), self._listed(causes)
+        asked = self._checked(causes)
+        causes = self.tables.computable(asked)
         judge = self.judge(causes, rule)
         design = judge.design
         reached(None, "verdict")
         chances = Draws.make([seed, self.n], self.n, design.inputs, self.noise, draws)
         y = design.whiten(self.measured)
-        judge, shares, alarm = judge.gate(y, chances, self.shared)
-        verdict = judge(y, chances, pairs, alarm)
-        if self.tables.pair_tables == "verified":
-            for _ in range(ROUNDS):
-                if not self.tables.verify(judge.design, causes, verdict):
-                    break
-                if judge.design is not design:
-                    design.forget_pairs()
-                verdict = judge(y, chances, pairs, alarm)
-        for names in verdict.pairs:
-            design.grid(names)
+        judged = judge.decide(y, chances, pairs, self.shared, self.tables.verify)
         answer = Diagnosis(
             listed=causes,
             design=design.closed(),
-            judged=judge.design.closed(),
-            shares=shares,
+            judged=judged.design,
+            shares=judged.shares,
             y=y,
-            verdict=verdict,
+            verdict=judged.verdict,
             seed=seed,
             draws=chances,
             rule=judge.rule,

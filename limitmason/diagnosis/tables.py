@@ -133,9 +133,11 @@ class Tables:
             causes, noise, scale, origin, null, singles, columns, pair_table, pairs, rows.log, rows.kinds
         )  # fmt: skip
 
-    def verify(self, design: Design, causes: Iterable[Cause], verdict: Verdict) -> bool:
+    def verify(self, design: Design, verdict: Verdict) -> bool:
         """Check additive tables of pairs near the best against the true pair; True when one had to be replaced."""
-        by_name = {c.name: c for c in causes}
+        if self.pair_tables != "verified":
+            return False
+        by_name: dict[str, Any] = {c.name: c for c in design.causes}
         replaced = False
         for names, tested in verdict.tested.items():
             if len(names) != 2 or tested.deficit > PAIR_NEAR:

@@ -9,8 +9,9 @@ from scipy.optimize import minimize
 
 from limitmason.diagnosis import Cause, Measured, Noise, Study
 from limitmason.diagnosis.inference.bootstrap import Draws, Tally, run
+from limitmason.diagnosis.inference.cells import descend
 from limitmason.diagnosis.inference.fit import Likelihood, fit, fits
-from limitmason.diagnosis.inference.grid import Grid, at_measured, descend
+from limitmason.diagnosis.inference.grid import Grid, at_measured
 from limitmason.diagnosis.inference.trends import Trends
 from limitmason.diagnosis.simulator import Job, Simulator
 from limitmason.study import Memo

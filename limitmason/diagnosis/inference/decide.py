@@ -222,8 +222,12 @@ class Decision:
         """Trend of the residuals of fits, and their scatter where it can be held against a stated noise."""
         out = {"shape": self.design.trends.statistic(fit.residuals)}
         if self.design.like.scale_known:
-            out["scatter"] = self.design.like.scatter(fit.loss, fit.penalty, replicate)
+            out["scatter"] = self.scatter(fit.loss + fit.penalty, replicate)
         return out
+
+    def scatter(self, loss: np.ndarray, replicate: np.ndarray) -> np.ndarray:
+        """Statistic of "more scatter than stated": the loss over the (redrawn) replicate variance."""
+        return loss / replicate if self.design.like.kind == "replicates" else loss
 
     def _hopeless(self, fit: Fit, deficit: float) -> bool:
         """Whether an explanation is so far off that a nominal tail probability is enough to reject it."""

@@ -1,8 +1,7 @@
 """Best fits of tabulated models to many data sets: the best node, one linear step in its cell, then the next cell.
 
-Everything that a step needs stands in a :class:`Cell`: change of the data along the axes, and the changes with each
-other. Gaussian errors with all values used fill it by inner products of the nodes, without forming a residual; Student
-errors and values left out fill it from residuals.
+Gaussian errors with all values used go by inner products of the nodes, without forming a residual; Student errors and
+values left out go by residuals. The step is the same, see :func:`~.cells.stepped`.
 """
 
 from __future__ import annotations
@@ -15,10 +14,9 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.diagnosis.inference.grid import Array, Cells, Grid, Looked, Row, Rows, descend
+from limitmason.diagnosis.inference.cells import Around, Array, Cells, Index, stepped
+from limitmason.diagnosis.inference.grid import Grid
 from limitmason.diagnosis.inference.noise import Noise
-
-Index = NDArray[np.intp]
 
 SMALLEST_SUM = 1e-18  # keeps the logarithm finite for data that a model fits exactly
 FACTORS = 4  # of 1 + r^2 / tau under one logarithm: no overflow for residuals below 1e4 in single precision
@@ -109,12 +107,6 @@ class Likelihood:
         freedom = np.maximum(count + self.dof - spent, 1.0)
         return np.maximum(loss + self.dof * replicate, SMALLEST_SUM) / freedom
 
-    def scatter(
-        self, loss: np.ndarray, penalty: np.ndarray | float, replicate: np.ndarray | float = 1.0
-    ) -> np.ndarray:  # fmt: skip
-        """Statistic of "more scatter than stated": the loss over the (redrawn) replicate variance."""
-        return (loss + penalty) / replicate if self.kind == "replicates" else loss + penalty
-
 
 def student_terms(y: Array, used: Array, nodes: Array, tails: float) -> NDArray[np.float32]:
     """Sum of log(1 + r^2 / tau) over the values used, shape (b, g), by one logarithm for several; to rank nodes."""
@@ -187,6 +179,21 @@ class Data:
         """Number of values used, shape (b,)."""
         return np.full(len(self.y), float(self.y.shape[1])) if self.weights is None else self.weights.sum(axis=1)
 
+    def loglik(self, loss: Array, penalty: Array) -> Array:
+        """Log-likelihood of sums of squares of the data and of the nuisance data, shapes (b,) or (b, any)."""
+        shape = (-1,) + (1,) * (np.ndim(loss) - 1)
+        return cast(Array, self.like.loglik(loss, penalty, self.count.reshape(shape), self.replicate.reshape(shape)))
+
+    def per(self, loss: Array) -> Array:
+        """One over the noise variance by sums of squares, shape (b,)."""
+        return 1.0 / self.like.variance(loss, self.count, self.replicate)
+
+    def used(self, residuals: Array) -> Array:
+        """Weight of every value: none for those left out, little for a large error with Student tails, shape (b, n)."""
+        used = np.ones_like(residuals) if self.weights is None else self.weights
+        tails = self.like.tails
+        return used if tails is None else used * (tails + 1.0) / (tails + residuals**2)
+
     def some(self, rows: Any) -> Data:
         """Some of the data sets."""
         weights = None if self.weights is None else self.weights[rows]
@@ -239,7 +246,7 @@ def _fitted(grids: Sequence[Grid], data: Data, residuals: bool) -> list[Fit]:
     every, owner = data.some(np.tile(np.arange(b), many)), np.repeat(np.arange(many), b)
     inner = [s[1] for s in starts if s[1] is not None]
     column = np.concatenate([s[0] for s in starts])
-    found = _step(_cell(grids, every, owner, column, inner), every)
+    found = _step(grids, every, owner, column, inner)
     if grids[0].shape:
         _go_on(grids, every, owner, found)
     out = []
@@ -254,7 +261,7 @@ def _fitted(grids: Sequence[Grid], data: Data, residuals: bool) -> list[Fit]:
             rows = slice(None) if residuals else poor
             rest = chosen.y - grid.values_from(node[rows], position[rows])
             loss[rows] = data.like.loss(rest, chosen.weights)
-            loglik[rows] = data.like.loglik(loss[rows], penalty[rows], chosen.count, chosen.replicate)
+            loglik[rows] = chosen.loglik(loss[rows], penalty[rows])
             left = rest if residuals else left
         out.append(Fit(loglik, loss, penalty, position, left, node))
     return out
@@ -271,7 +278,7 @@ def _best_node(cells: Cells, data: Data) -> tuple[Index, Array | None]:
         else:
             loss = (like.tails + 1.0) * student_terms(y, used, cells.nodes, like.tails)
         penalty = ((z[:, None, :] - cells["z"][None]) ** 2).sum(axis=-1)
-        return np.argmax(like.loglik(loss, penalty, data.count[:, None], data.replicate[:, None]), axis=1), None
+        return np.argmax(data.loglik(loss, penalty), axis=1), None
     known, one, rows = like.kind == "known", np.ones((len(y), 1)), np.arange(len(y))
     if known:
         products = np.concatenate([y, z, one], axis=1) @ cells.ranks
@@ -284,67 +291,13 @@ def _best_node(cells: Cells, data: Data) -> tuple[Index, Array | None]:
         best = np.take_along_axis(by_level, size[..., None], axis=2)[..., 0]
         loss = np.maximum(data.squares[:, None] - 2.0 * best, 0.0)
         penalty = ((z[:, None, :] - levels[None]) ** 2).sum(axis=-1)
-        level = np.argmax(like.loglik(loss, penalty, data.count[:, None], data.replicate[:, None]), axis=1)
+        level = np.argmax(data.loglik(loss, penalty), axis=1)
         column = level * by_level.shape[2] + size[rows, level]
     around = np.concatenate([column[:, None], cells.beside[column]], axis=1)
     inner = products[rows[:, None], around] + (cells["half"][:, 0] if known else 0.5 * cells["squares"][:, 0])[around]
     if known and cells.k:
         inner -= np.einsum("bck,bk->bc", cells["z"][around], z)
     return column, inner
-
-
-@dataclass(frozen=True)
-class Cell:
-    """What the step of every data set needs of the cell around its node, data sets along the last axis.
-
-    Parameters
-    ----------
-    column : of the node, shape (b,)
-    looked : what is known of the node without data
-    gram : changes to the 2 d neighbours with each other, shape (2 d, 2 d, b)
-    pull : these changes with the residual at the node, shape (2 d, b)
-    loss : sum of its squares, shape (b,)
-    residuals, sides : residual and changes themselves, shapes (b, n) and (b, 2 d, n); None where not formed
-    """
-
-    column: Index
-    looked: Looked
-    gram: Array
-    pull: Array
-    loss: Array
-    residuals: Array | None = None
-    sides: Array | None = None
-
-
-def _cell(
-    grids: Sequence[Grid], data: Data, owner: Index, column: Index, inner: Sequence[Array] = ()
-) -> Cell:  # fmt: skip
-    """The cell around a node of the grid that each data set is fitted by; ``owner`` counts up."""
-    d, k = grids[0].cells.d, grids[0].cells.k
-    tables, nodes, products = [], [], list(inner)
-    ends = np.searchsorted(owner, np.arange(len(grids) + 1))
-    for g, grid in enumerate(grids):
-        part, cells = slice(ends[g], ends[g + 1]), grid.cells
-        mine = column[part]
-        tables.append(cells.table[mine])
-        if not inner:
-            nodes.append(cells.nodes[np.concatenate([mine[:, None], cells.beside[mine]], axis=1)])
-            if data.plain:
-                products.append(np.einsum("bn,bcn->bc", data.y[part], nodes[-1]))
-    looked = Looked(np.concatenate(tables), d, k)
-    if data.plain:
-        to = np.ascontiguousarray(np.concatenate(products).T)
-        pull = np.concatenate([to[0] - to[1 : 1 + d], to[1 + d :] - to[0]]) - looked.cross
-        return Cell(column, looked, looked.gram, pull, np.maximum(data.squares - 2.0 * to[0] + looked.squares, 0.0))
-    around = np.concatenate(nodes)
-    at = around[:, :1]
-    residuals, sides = data.y - at[:, 0], np.concatenate([at - around[:, 1 : 1 + d], around[:, 1 + d :] - at], axis=1)
-    used = np.ones_like(residuals) if data.weights is None else data.weights
-    if data.like.tails is not None:  # a large error pulls less
-        used = used * (data.like.tails + 1.0) / (data.like.tails + residuals**2)
-    gram = (sides * used[:, None]) @ sides.transpose(0, 2, 1)
-    pull = np.einsum("bdn,bn->db", sides, residuals * used)
-    return Cell(column, looked, gram.transpose(1, 2, 0), pull, (used * residuals**2).sum(axis=1), residuals, sides)
 
 
 @dataclass
@@ -359,66 +312,16 @@ class _Found:
     penalty: Array
 
 
-def _step(cell: Cell, data: Data) -> _Found:
-    """One linear step in every cell: which way by the mean of the changes on both sides, how far by that side's."""
-    looked, gram, pull, like = cell.looked, cell.gram, cell.pull, data.like
-    low, high, z_sides = looked.low, looked.high, looked.z_sides
-    d, k = len(looked.index), len(looked.z)
-    off, loss, first = data.z.T - looked.z, cell.loss, d - k
-    per = None if like.kind == "known" else 1.0 / like.variance(loss, data.count, data.replicate)
-    inside = np.where((low < 0) & (high > 0), 0.5, 1.0)  # at an end only one side has a change
-    sums = gram[:d, :d] + gram[:d, d:] + gram[d:, :d] + gram[d:, d:]
-    mean: Rows = [[inside[i] * inside[j] * sums[i, j] for j in range(d)] for i in range(d)]
-    slope: Row = [inside[i] * (pull[i] + pull[d + i]) for i in range(d)]
-    z_step = (z_sides[0] + z_sides[1]) * inside[first:]
-    move = descend(*_normal(mean, slope, z_step, off, per, looked.flat), low, high)
-    after = (move > 0.0) | (low == 0.0)
-    low, high = np.where(after, 0.0, low), np.where(after, high, 0.0)
-    slope = np.where(after, pull[d:], pull[:d])
-    side: Rows = [
-        [
-            np.where(after[i], np.where(after[j], gram[d + i, d + j], gram[d + i, j]),
-                     np.where(after[j], gram[i, d + j], gram[i, j]))
-            for j in range(d)
-        ]
-        for i in range(d)
-    ]  # fmt: skip
-    z_step = np.where(after[first:], z_sides[1], z_sides[0])
-    move = descend(*_normal(side, slope, z_step, off, per, looked.flat), low, high)
-    if cell.residuals is not None and cell.sides is not None:
-        chosen = np.where(after.T[:, :, None], cell.sides[:, d:], cell.sides[:, :d])
-        loss = like.loss(cell.residuals - np.einsum("db,bdn->bn", move, chosen), data.weights)
-    elif d:
-        for i in range(d):
-            loss = loss - 2.0 * move[i] * slope[i]
-            for j in range(d):
-                loss = loss + move[i] * move[j] * side[i][j]
-        loss = np.maximum(loss, 0.0)
-    penalty = ((off - move[first:] * z_step) ** 2).sum(axis=0)
-    loglik = like.loglik(loss, penalty, data.count, data.replicate)
-    return _Found(cell.column, looked.index, move, loglik, loss, penalty)
-
-
-def _normal(
-    gram: Rows, slope: Row, z_step: Array, off: Array, per: Array | None, flat: Array
-) -> tuple[list[list[Array]], list[Array]]:  # fmt: skip
-    """Normal equations of a linear step; along an axis without effect on the data nothing pulls."""
-    d, k = len(slope), len(z_step)
-    matrix: list[list[Array]] = [[g if per is None else g * per for g in row] for row in gram]
-    right: list[Array] = [s if per is None else s * per for s in slope]
-    for i in range(d):
-        live = gram[i][i] > flat[i]
-        if live.all():
-            continue
-        right[i] = np.where(live, right[i], 0.0)
-        for j in range(d):
-            if j != i:
-                matrix[i][j] = matrix[j][i] = np.where(live, matrix[i][j], 0.0)
-    for i in range(k):
-        a = d - k + i
-        matrix[a][a] = matrix[a][a] + z_step[i] ** 2
-        right[a] = right[a] + z_step[i] * off[i]
-    return matrix, right
+def _step(
+    grids: Sequence[Grid], data: Data, owner: Index, column: Index, inner: Sequence[Array] = ()
+) -> _Found:  # fmt: skip
+    """One linear step from a node of the grid that each data set is fitted by."""
+    known = data.like.kind == "known"
+    at = Around(data.y, data.z, data.squares, None if known else data.per, None if data.plain else data.used)
+    step = stepped([g.cells for g in grids], owner, column, at, inner)
+    loss = step.loss if step.left is None else data.like.loss(step.left, data.weights)
+    penalty = (step.off**2).sum(axis=0)
+    return _Found(column, step.index, step.move, data.loglik(loss, penalty), loss, penalty)
 
 
 def _go_on(grids: Sequence[Grid], data: Data, owner: Index, found: _Found) -> None:
@@ -435,7 +338,7 @@ def _go_on(grids: Sequence[Grid], data: Data, owner: Index, found: _Found) -> No
             return
         column = found.column[active] + (stride[owner[active]].T * on).sum(axis=0)
         some = data.some(active)
-        other = _step(_cell(grids, some, owner[active], column), some)
+        other = _step(grids, some, owner[active], column)
         better = other.loglik > found.loglik[active] + BETTER
         active = active[better]
         for name, values in vars(found).items():

@@ -17,7 +17,20 @@ from limitmason.diagnosis.inference.missing import Missing, leave_each_out
 from limitmason.diagnosis.inference.shared import Shares, doubted, estimated_shares
 from limitmason.diagnosis.inference.verdict import Identification, Verdict, VerdictKind
 
+ROUNDS = 6  # of renewed tables of pairs
 PAIR_TAIL = 0.02  # chance that some second cause improves a single one by as much as noise alone
+
+
+Renewed = Callable[[Design, Verdict], bool]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A verdict, the design that it was made with, and the shares of the noise that this carries."""
+
+    verdict: Verdict
+    design: Design
+    shares: Shares
 
 
 @dataclass
@@ -83,35 +96,42 @@ class Judge:
             return self
         return replace(self, design=self.design.sharing(shares.correlation), rehearsed=self)
 
-    def gate(
-        self, y: np.ndarray, draws: Draws, shared: Sequence[str] | None
-    ) -> tuple[Judge, Shares, Verdict]:  # fmt: skip
-        """Whether one data set raises an alarm, noise shared as its residuals say.
+    def decide(
+        self, y: np.ndarray, draws: Draws, pairs: bool, shared: Sequence[str] | None, renewed: Renewed
+    ) -> Judged:  # fmt: skip
+        """The verdict on one data set, noise shared as its residuals say.
 
         Parameters
         ----------
         y : whitened data, per specimen, shape (n,)
         draws : standard errors for the bootstrap
+        pairs : whether pairs of causes are tried
         shared : columns whose labels may share noise; None are the circumstances of the tests
-
-        Returns
-        -------
-        judge, shares, alarm : what judges on with these shares; those of an alarm stand beside the best explanation
+        renewed : checks the tables of pairs that a verdict hangs on, and says whether one was replaced
         """
         shares = estimated_shares(self.design, y, shared)
-        judge = self.carrying(shares)
-        alarm = judge.alarm(y, draws)
-        if alarm.kind == VerdictKind.UNEXPLAINED and shares.looked_at:
+        alarm = self.carrying(shares).alarm(y, draws)
+        if alarm.kind == VerdictKind.UNEXPLAINED and shares.looked_at:  # beside the best explanation
             shares = estimated_shares(self.design, y, shared, price=alarm.critical_gain)
-            judge = self.carrying(shares)
-        return judge, shares, alarm
+        judge = self.carrying(shares)
+        verdict = judge.verdict(y, draws, pairs, alarm)
+        for _ in range(ROUNDS):
+            if not renewed(judge.design, verdict):
+                break
+            if judge is not self:
+                self.design.forget_pairs()
+            verdict = judge.verdict(y, draws, pairs, alarm)
+        for names in verdict.pairs:
+            self.design.grid(names)
+        return Judged(verdict, judge.design.closed(), shares)
 
     def alarm(self, y: np.ndarray, draws: Draws) -> Verdict:
         """Whether the baseline is not enough, before anything is sought that explains the data."""
         decision = Decision(self.design, draws, self.rule)
-        return doubted(decision, y, decision.gate(y), self.unstated)
+        alarm = decision.gate(y)
+        return doubted(decision, y, alarm, self.unstated)
 
-    def __call__(self, y: np.ndarray, draws: Draws, pairs: bool = True, alarm: Verdict | None = None) -> Verdict:
+    def verdict(self, y: np.ndarray, draws: Draws, pairs: bool = True, alarm: Verdict | None = None) -> Verdict:
         """The verdict on one data set.
 
         Parameters

@@ -303,13 +303,13 @@ def much_and_little(effect: np.ndarray) -> list[int]:
 
 def _scatter_within(decision: Decision, null: Fit, groups: Sequence[int]) -> float:
     """Share of draws that scatter about the means of the groups as much as the data do; what is shared leaves those."""
-    design, like = decision.design, decision.design.like
+    design = decision.design
     y, z, replicate = decision.drawn((), null)
     inside = np.eye(design.n) - same(groups) / same(groups).sum(axis=1)
 
     def within(fit: Fit) -> np.ndarray:
         return ((design.apart(fit.residuals) @ inside) ** 2).sum(axis=1)
 
-    drawn = like.scatter(within(design.fit((), y, z, replicate)), 0.0, replicate)
-    observed = float(like.scatter(within(null), 0.0, np.ones(1))[0])
+    drawn = decision.scatter(within(design.fit((), y, z, replicate)), replicate)
+    observed = float(decision.scatter(within(null), np.ones(1))[0])
     return float((1.0 + np.count_nonzero(drawn >= observed)) / (1.0 + len(drawn)))

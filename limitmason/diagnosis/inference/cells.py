@@ -1,0 +1,326 @@
+"""Cells of a grid: inner products of its node values, and the linear step of a fit within a cell."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+Row = Sequence[Array] | Array
+Rows = Sequence[Sequence[Array]] | Array
+FLAT = 1e-9  # of the largest squared change per cell along an axis: below it rounding would choose the step
+SWEEPS = 8  # of coordinate descent inside one cell of three and more axes
+TINY = 1e-30  # keeps the step finite along an axis without effect
+
+
+def column_slices(d: int, k: int) -> dict[str, slice]:
+    """Where each quantity stands in a row of ``Cells.table``, for d axes of which the last k are measured inputs.
+
+    ``index`` of the node along every axis; ``low`` and ``high``, the box of the step in cells; ``cross``, change
+    towards the node before and after along every axis times node value; ``gram``, these 2 d changes with each other;
+    ``squares`` of the node value; ``half`` of that and of the node's penalty; ``z``, measured inputs at the node, and
+    ``z_sides``, their changes before and after; ``flat``, the least squared change along an axis that counts.
+    """
+    widths = {"index": d, "low": d, "high": d, "cross": 2 * d, "gram": 4 * d * d, "squares": 1, "half": 1, "z": k,
+              "z_sides": 2 * k, "flat": d}  # fmt: skip
+    ends = np.cumsum([0, *widths.values()]).tolist()
+    return {name: slice(a, b) for name, a, b in zip(widths, ends, ends[1:], strict=False)}
+
+
+class Cells:
+    """Inner products of the node values of a grid with each other, per node and neighbour.
+
+    With a node value F, the change S to a neighbour and data y, everything that a linear step needs is known from y F
+    at the node and its neighbours: S (y - F) = (y F' - y F) - S F, and |y - F|^2 = |y|^2 - 2 y F + |F|^2. The step m
+    then leaves |y - F|^2 - 2 m S (y - F) + m S S' m.
+
+    Parameters
+    ----------
+    values : log predictions over the noise, shape (len of every axis ..., n); sizes come before the measured inputs
+    z : node values of each measured input in standard deviations
+
+    Notes
+    -----
+    Nodes are ordered with the sizes innermost: where the noise is estimated, the best size at each value of the
+    inputs is that with the least loss, and only those need a logarithm.
+    """
+
+    def __init__(self, values: np.ndarray, z: Sequence[np.ndarray]):
+        self.shape, n = values.shape[:-1], values.shape[-1]
+        self.d, self.k = len(self.shape), len(z)
+        first = self.d - self.k
+        order = (*range(first, self.d), *range(first))
+        self.count = int(np.prod(self.shape, dtype=int))
+        self.number = np.arange(self.count).reshape(self.shape).transpose(order).ravel()
+        self.nodes = values.reshape(-1, n)[self.number]
+        index = np.array(np.unravel_index(self.number, self.shape)) if self.d else np.zeros((0, 1), dtype=int)
+        lengths = [self.shape[a] for a in order]
+        self.stride = np.zeros(self.d, dtype=int)
+        for i, axis in enumerate(order):
+            self.stride[axis] = int(np.prod(lengths[i + 1 :], dtype=int))
+        self.last = np.array(self.shape, dtype=int) - 1
+        some = np.array([index > 0, index < self.last[:, None]])
+        columns = np.arange(self.count)
+        ways = np.array([-1, 1])[:, None, None] * self.stride[None, :, None]
+        self.beside = np.where(some, columns + ways, columns).reshape(2 * self.d, self.count).T.copy()
+        sides = np.stack([self.nodes - self.nodes[self.beside[:, i]] for i in range(self.d)]
+                         + [self.nodes[self.beside[:, self.d + i]] - self.nodes for i in range(self.d)]
+                         ) if self.d else np.zeros((0, 1, n))  # fmt: skip
+        gram = sides.transpose(1, 0, 2) @ sides.transpose(1, 2, 0)
+        squares = np.einsum("gn,gn->g", self.nodes, self.nodes)
+        node_z = [a[index[first + i]] for i, a in enumerate(z)]
+        z_sides = [v - v[self.beside[:, first + i]] for i, v in enumerate(node_z)]
+        z_sides += [v[self.beside[:, self.d + first + i]] - v for i, v in enumerate(node_z)]
+        half = 0.5 * squares + 0.5 * sum((v**2 for v in node_z), np.zeros(self.count))
+        apart = int(np.prod(self.shape[:first], dtype=int))  # nodes that share their measured inputs
+        self.z_levels = np.array([v[::apart] for v in node_z]).T if self.k else np.zeros((1, 0))
+        flat = [FLAT * float(gram[:, i, i].max(initial=0.0)) for i in range(2 * self.d)]
+        flat = [max(flat[i], flat[self.d + i]) for i in range(self.d)]
+        rows = {
+            "index": index.T,
+            "low": np.where(some[0], -0.5, 0.0).T,
+            "high": np.where(some[1], 0.5, 0.0).T,
+            "cross": np.einsum("dgn,gn->gd", sides, self.nodes),
+            "gram": gram.reshape(self.count, 4 * self.d**2),
+            "squares": squares[:, None],
+            "half": half[:, None],
+            "z": np.array(node_z).reshape(self.k, self.count).T,
+            "z_sides": np.array(z_sides).reshape(2 * self.k, self.count).T,
+            "flat": np.tile(flat, (self.count, 1)),
+        }
+        # one row per node, so that one look-up fetches all that a step needs
+        self.columns = column_slices(self.d, self.k)
+        self.table = np.concatenate([rows[name] for name in self.columns], axis=1)
+        self.ranks = np.ascontiguousarray(np.concatenate([self.nodes, rows["z"], -half[:, None]], axis=1).T)
+        self.losses = np.ascontiguousarray(np.concatenate([self.nodes, -0.5 * squares[:, None]], axis=1).T)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """One quantity of all nodes, shape (g, its number of columns)."""
+        return self.table[:, self.columns[name]]
+
+
+class Looked:
+    """What is fetched of the cells that data sets lie in, one array per quantity, data sets along the last axis.
+
+    Parameters
+    ----------
+    table : rows of ``Cells.table``, one per data set
+    d, k : number of axes, and of measured inputs among them
+    """
+
+    def __init__(self, table: np.ndarray, d: int, k: int):
+        rows = np.ascontiguousarray(table.T)
+        at = {name: rows[part] for name, part in column_slices(d, k).items()}
+        self.index, self.low, self.high, self.cross = at["index"], at["low"], at["high"], at["cross"]
+        self.gram = at["gram"].reshape(2 * d, 2 * d, len(table))
+        self.squares, self.half = at["squares"][0], at["half"][0]
+        self.z, self.flat = at["z"], at["flat"]
+        self.z_sides = at["z_sides"].reshape(2, k, len(table))
+
+
+@dataclass(frozen=True)
+class Step:
+    """One linear step from the node of every data set, data sets along the last axis.
+
+    Parameters
+    ----------
+    index : of the node along every axis, shape (d, b)
+    move : step along every axis in cells, shape (d, b)
+    off : nuisance data that the step leaves, shape (k, b)
+    loss : sum of squares that it leaves, shape (b,); of no use where residuals were formed
+    left : residuals that it leaves, shape (b, n); None where none were formed
+    """
+
+    index: Array
+    move: Array
+    off: Array
+    loss: Array
+    left: Array | None
+
+
+@dataclass(frozen=True)
+class Around:
+    """What data sets know of the cell around a node: y times the node and its neighbours, or their values.
+
+    Parameters
+    ----------
+    y, z, squares : data, nuisance data, and sum of squares of the data, shapes (b, n), (b, k) and (b,)
+    per : from the sums of squares at the nodes to 1 over the noise variance; None where that is known
+    used : from residuals at the nodes to weights of the values; None where inner products are enough
+    """
+
+    y: Array
+    z: Array
+    squares: Array
+    per: Callable[[Array], Array] | None
+    used: Callable[[Array], Array] | None
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What the step of every data set needs of the cell around its node, data sets along the last axis.
+
+    Parameters
+    ----------
+    looked : what is known of it without data
+    gram : changes to the 2 d neighbours with each other, shape (2 d, 2 d, b)
+    pull : these changes with the residual at the node, shape (2 d, b)
+    loss : sum of its squares, shape (b,)
+    residuals, sides : residual and changes themselves, shapes (b, n) and (b, 2 d, n); None where not formed
+    """
+
+    looked: Looked
+    gram: Array
+    pull: Array
+    loss: Array
+    residuals: Array | None = None
+    sides: Array | None = None
+
+
+def stepped(grids: Sequence[Cells], owner: Index, column: Index, at: Around, inner: Sequence[Array] = ()) -> Step:
+    """One linear step in every cell: which way by the mean of the changes on both sides, how far by that side's.
+
+    Parameters
+    ----------
+    grids : cells of several grids with as many axes each
+    owner : number of the grid of each data set, increasing, shape (b,)
+    column : of the node, shape (b,)
+    at : data
+    inner : inner products of the data with node and neighbours, one array per grid, where they were made
+    """
+    cell = _cell(grids, owner, column, at, inner)
+    looked, gram, pull, loss = cell.looked, cell.gram, cell.pull, cell.loss
+    d, first = len(looked.index), len(looked.index) - len(looked.z)
+    low, high, z_sides = looked.low, looked.high, looked.z_sides
+    off, per = at.z.T - looked.z, None if at.per is None else at.per(loss)
+    inside = np.where((low < 0) & (high > 0), 0.5, 1.0)  # at an end only one side has a change
+    sums = gram[:d, :d] + gram[:d, d:] + gram[d:, :d] + gram[d:, d:]
+    mean: Rows = [[inside[i] * inside[j] * sums[i, j] for j in range(d)] for i in range(d)]
+    slope: Row = [inside[i] * (pull[i] + pull[d + i]) for i in range(d)]
+    z_step = (z_sides[0] + z_sides[1]) * inside[first:]
+    move = descend(*_normal(mean, slope, z_step, off, per, looked.flat), low, high)
+    after = (move > 0.0) | (low == 0.0)
+    low, high = np.where(after, 0.0, low), np.where(after, high, 0.0)
+    slope = np.where(after, pull[d:], pull[:d])
+    side: Rows = [
+        [
+            np.where(after[i], np.where(after[j], gram[d + i, d + j], gram[d + i, j]),
+                     np.where(after[j], gram[i, d + j], gram[i, j]))
+            for j in range(d)
+        ]
+        for i in range(d)
+    ]  # fmt: skip
+    z_step = np.where(after[first:], z_sides[1], z_sides[0])
+    move = descend(*_normal(side, slope, z_step, off, per, looked.flat), low, high)
+    off = off - move[first:] * z_step
+    if cell.residuals is not None and cell.sides is not None:
+        chosen = np.where(after.T[:, :, None], cell.sides[:, d:], cell.sides[:, :d])
+        return Step(looked.index, move, off, loss, cell.residuals - np.einsum("db,bdn->bn", move, chosen))
+    for i in range(d):
+        loss = loss - 2.0 * move[i] * slope[i]
+        for j in range(d):
+            loss = loss + move[i] * move[j] * side[i][j]
+    return Step(looked.index, move, off, np.maximum(loss, 0.0), None)
+
+
+def _cell(
+    grids: Sequence[Cells], owner: Index, column: Index, at: Around, inner: Sequence[Array]
+) -> Cell:  # fmt: skip
+    """What a step needs, by inner products where these are enough."""
+    d, k = grids[0].d, grids[0].k
+    tables, nodes, products = [], [], list(inner)
+    ends = np.searchsorted(owner, np.arange(len(grids) + 1))
+    for g, cells in enumerate(grids):
+        part = slice(ends[g], ends[g + 1])
+        mine = column[part]
+        tables.append(cells.table[mine])
+        if not inner:
+            nodes.append(cells.nodes[np.concatenate([mine[:, None], cells.beside[mine]], axis=1)])
+            if at.used is None:
+                products.append(np.einsum("bn,bcn->bc", at.y[part], nodes[-1]))
+    looked = Looked(np.concatenate(tables), d, k)
+    if at.used is None:
+        to = np.ascontiguousarray(np.concatenate(products).T)
+        pull = np.concatenate([to[0] - to[1 : 1 + d], to[1 + d :] - to[0]]) - looked.cross
+        return Cell(looked, looked.gram, pull, np.maximum(at.squares - 2.0 * to[0] + looked.squares, 0.0))
+    around = np.concatenate(nodes)
+    node = around[:, :1]
+    residuals = at.y - node[:, 0]
+    sides = np.concatenate([node - around[:, 1 : 1 + d], around[:, 1 + d :] - node], axis=1)
+    used = at.used(residuals)
+    gram = ((sides * used[:, None]) @ sides.transpose(0, 2, 1)).transpose(1, 2, 0)
+    pull = np.einsum("bdn,bn->db", sides, residuals * used)
+    return Cell(looked, gram, pull, (used * residuals**2).sum(axis=1), residuals, sides)
+
+
+def _normal(
+    gram: Rows, slope: Row, z_step: Array, off: Array, per: Array | None, flat: Array
+) -> tuple[list[list[Array]], list[Array]]:  # fmt: skip
+    """Normal equations of a linear step; along an axis without effect on the data nothing pulls."""
+    d, k = len(slope), len(z_step)
+    matrix: list[list[Array]] = [[g if per is None else g * per for g in row] for row in gram]
+    right: list[Array] = [s if per is None else s * per for s in slope]
+    for i in range(d):
+        live = gram[i][i] > flat[i]
+        if live.all():
+            continue
+        right[i] = np.where(live, right[i], 0.0)
+        for j in range(d):
+            if j != i:
+                matrix[i][j] = matrix[j][i] = np.where(live, matrix[i][j], 0.0)
+    for i in range(k):
+        a = d - k + i
+        matrix[a][a] = matrix[a][a] + z_step[i] ** 2
+        right[a] = right[a] + z_step[i] * off[i]
+    return matrix, right
+
+
+def descend(gram: Rows, gradient: Row, low: Array, high: Array) -> Array:
+    """Minimiser of m'Gm/2 - g'm within a box, all data sets at once: closed form up to two axes, else by sweeps.
+
+    Parameters
+    ----------
+    gram : d rows of d arrays, one entry per data set
+    gradient : d arrays
+    low, high : ends of the box, shape (d, number of data sets)
+
+    Returns
+    -------
+    ndarray, shape (d, number of data sets)
+    """
+    d = len(gradient)
+    if d == 2:
+        return _descend_two(gram, gradient, low, high)
+    move = np.zeros((d, np.shape(low)[1]))
+    for _ in range(SWEEPS if d > 1 else 1):
+        for i in range(d):
+            rest = gradient[i]
+            for j in range(d):
+                if j != i:
+                    rest = rest - gram[i][j] * move[j]
+            move[i] = _clip(rest / (gram[i][i] + TINY), low[i], high[i])
+    return move
+
+
+def _descend_two(gram: Rows, gradient: Row, low: Row, high: Row) -> Array:
+    """The same for two axes: the free minimum, or the better of the two with one axis held at its violated end."""
+    a, b, c = gram[0][0] + TINY, gram[0][1], gram[1][1] + TINY
+    g, h = gradient
+    determinant = np.maximum(a * c - b * b, 1e-10 * a * c)
+    first = _clip((c * g - b * h) / determinant, low[0], high[0])
+    second = _clip((a * h - b * g) / determinant, low[1], high[1])
+    answer = _clip((h - b * first) / c, low[1], high[1])
+    other = _clip((g - b * second) / a, low[0], high[0])
+    one = first * (0.5 * a * first + b * answer - g) + answer * (0.5 * c * answer - h)
+    two = other * (0.5 * a * other + b * second - g) + second * (0.5 * c * second - h)
+    swap = two < one
+    return np.stack([np.where(swap, other, first), np.where(swap, second, answer)])
+
+
+def _clip(values: Array, low: Array, high: Array) -> Array:
+    out: Array = np.minimum(np.maximum(values, low), high)
+    return out
