@@ -170,12 +170,8 @@ class State:
         modes = deformation = None
         if "modes.value" in file:
             modes = group(Modes, "modes")
-            held, known = modes.value.shape[1], PLANE_MODES if take("deformation.normal").any() else SPACE_MODES
-            if held != known:
-                raise InputError(
-                    f"{path} holds modal blocks of {held} shapes each, of another version of this package; here they "
-                    f"have {known}: run it again from the start"
-                )
+            plane = bool(take("deformation.normal").any())
+            _check_widths(path, modes, len(plain["contact"]), PLANE_MODES if plane else SPACE_MODES)
             shapes = {f.name: take(f"deformation.{f.name}") for f in fields(Deformation)}
             deformation = Deformation(**shapes | {"state": str(shapes["state"])})
         return cls(
@@ -267,6 +263,17 @@ class Measured:
     opening: Array
     slip: Array
     elastic_energy: float
+
+
+def _check_widths(path: object, modes: Modes, joints: int, shapes: int) -> None:
+    """Refuse modal blocks whose arrays are not as wide as kernels read them, which look at no width themselves."""
+    for name, array in modes._asdict().items():
+        wanted = (joints, shapes, 6) if name.startswith("side") else (len(modes.value), shapes)
+        if array.shape != wanted:
+            raise InputError(
+                f"{path} holds modal blocks whose {name} is of shape {array.shape} for {wanted} here: it is of another "
+                "version of this package; run it again from the start"
+            )
 
 
 def _real_masses(assembly: Assembly) -> tuple[Array, Array]:

@@ -286,11 +286,18 @@ def test_run_goes_on_to_the_same_bits(tmp_path):
 def test_run_of_blocks_of_other_shapes_is_refused_by_name(tmp_path):
     wall = stack(1, lm.Joint(35.0, normal_stiffness=KN, shear_stiffness=KS))
     arrays = make_state(wall, lm.Loads.weight(wall), blocks=MODAL, stress=PLANE_STRESS).arrays()
-    names = [k for k in arrays if k.startswith("modes.") and arrays[k].ndim > 1 and arrays[k].shape[1] == 9]
-    assert "modes.value" in names
-    old = arrays | {k: arrays[k][:, :5] for k in names}
-    with pytest.raises(lm.errors.InputError, match=r"part.npz holds modal blocks of 5 shapes.*here they have 9"):
-        dem.State.from_arrays(old, tmp_path / "part.npz")
+    names = [k for k in arrays if k.startswith("modes.")]
+    assert {"modes.value", "modes.side_b"} < set(names)
+    # fewer shapes in all of them; sides as narrow as they once were; one joint fewer
+    fewer = {k: arrays[k][:, :5] for k in names}
+    narrow = {k: arrays[k][:, :, :3] for k in ("modes.side_a", "modes.side_b")}
+    for other, words in (
+        (fewer, r"whose value is of shape \(2, 5\) for \(2, 9\)"),
+        (narrow, r"whose side_a is of shape \(1, 9, 3\) for \(1, 9, 6\)"),
+        ({"modes.side_b": arrays["modes.side_b"][:0]}, r"whose side_b is of shape \(0, 9, 6\)"),
+    ):
+        with pytest.raises(lm.errors.InputError, match=rf"part.npz holds modal blocks {words}.*another version"):
+            dem.State.from_arrays(arrays | other, tmp_path / "part.npz")
 
 
 @pytest.mark.parametrize("state", [PLANE_STRESS, SOLID])

@@ -36,11 +36,15 @@ class Statics:
 
     # ---- the static theorem -----------------------------------------------------------------------------------------
 
-    def largest(self, dead: Array, live: Array, group: tuple[int, ...] = (), down: Array | None = None) -> float:
+    def largest(
+        self, dead: Array, live: Array, group: tuple[int, ...] = (), down: Array | None = None, turning: bool = False
+    ) -> float:
         """Largest t with forces within the law in balance with dead + t live [-]; NaN without one, inf without end.
 
         Exact for dry faces, and in plane for cohesive ones: forces at corners, strength shared as areas are. A group is
         one body guided along ``down``. Every block's rows are in units of its own load, every force of the lighter one.
+        Cohesion of rectangles in space: an upper bound, since corners bear every torsion that a face does. A tie that
+        is ``turning`` pulls any way: an upper bound for one that turns as its blocks slide.
         """
         m = self.model
         force, size = np.full(len(self.volume), m.weight / len(m.free)), m.length
@@ -68,19 +72,19 @@ class Statics:
                 bounds.append(law.cut_off * area / unit)
         for t in m.ties:
             unit = min(force[i] for i in (t.a, t.b) if i in free)
-            columns.append((_stretch(self, t) * -unit / scale)[:, None])  # it pulls its ends together
+            ways = np.eye(3) if turning else [(t.to - t.at) / np.linalg.norm(t.to - t.at)]
+            columns += [(_stretch(self, t, way) * -unit / scale)[:, None] for way in ways]  # it pulls its ends together
             strengths.append(t.strength / unit)
-        n, ties = len(cones), len(m.ties)
         matrix = np.hstack([rows @ np.hstack(columns), (rows @ (live.ravel() / scale))[:, None]])
         right = -rows @ (dead.ravel() / scale)
-        return _maximise(matrix, right, cones, bounds, np.array(strengths), n, ties)
+        return _maximise(matrix, right, cones, bounds, np.array(strengths), turning)
 
-    def limit(self) -> float:
+    def limit(self, turning: bool = False) -> float:
         """Multiplier by the static theorem [-]: -inf where dead load alone cannot be borne, NaN where none is found."""
-        stands = self.largest(np.zeros_like(self.model.dead), self.model.dead)
+        stands = self.largest(np.zeros_like(self.model.dead), self.model.dead, turning=turning)
         if abs(stands - 1.0) < 1e-6 or np.isnan(stands):
             return float("nan")
-        return self.largest(self.model.dead, self.model.live) if stands > 1.0 else float("-inf")
+        return self.largest(self.model.dead, self.model.live, turning=turning) if stands > 1.0 else float("-inf")
 
     # ---- elasticity -------------------------------------------------------------------------------------------------
 
@@ -162,9 +166,8 @@ def _at(arm: Array) -> Array:
     return np.array([[1, 0, 0, 0, z, -y], [0, 1, 0, -z, 0, x], [0, 0, 1, y, -x, 0]], dtype=float)
 
 
-def _stretch(s: Statics, t) -> Array:
-    """Elongation of a tie by the twists of all blocks, shape (6 n,)."""
-    along = (t.to - t.at) / np.linalg.norm(t.to - t.at)
+def _stretch(s: Statics, t, along: Array) -> Array:
+    """How far the ends of a tie move apart along a direction by the twists of all blocks, shape (6 n,)."""
     out = np.zeros(6 * len(s.volume))
     for block, point, sign in ((t.a, t.at, -1.0), (t.b, t.to, 1.0)):
         if block >= 0:
@@ -208,15 +211,25 @@ def _nearest(roots: Array) -> tuple[float, float]:
     return float(roots[roots < 0].max(initial=-np.inf)), float(roots[roots > 0].min(initial=np.inf))
 
 
-def _maximise(matrix, right, cones, bounds, strengths, n: int, ties: int, accuracy: float = 1e-10) -> float:
-    """Largest last variable with matrix x = right, (mu N + c, T) in the cone, N >= -bound, 0 <= tie <= strength."""
-    count = matrix.shape[1]
+def _maximise(matrix, right, cones, bounds, strengths, turning: bool, accuracy: float = 1e-10) -> float:
+    """Largest last variable with matrix x = right, (mu N + c, T) in the cone, N >= -bound, and ties within strength."""
+    count, n, ties = matrix.shape[1], len(cones), len(strengths)
     rows, limits, kinds = [sparse.csc_array(matrix)], [right], [clarabel.ZeroConeT(len(right))]
     normal = sparse.csc_array((-np.ones(n), (np.arange(n), 3 * np.arange(n))), (n, count))
-    pull = sparse.csc_array((np.ones(ties), (np.arange(ties), 3 * n + np.arange(ties))), (ties, count))
-    rows += [normal, pull, -pull]
-    limits += [np.array(bounds), strengths, np.zeros(ties)]
-    kinds.append(clarabel.NonnegativeConeT(n + 2 * ties))
+    rows.append(normal)
+    limits.append(np.array(bounds))
+    kinds.append(clarabel.NonnegativeConeT(n))
+    if turning:
+        for k, strength in enumerate(strengths):
+            at = (np.arange(1, 4), 3 * (n + k) + np.arange(3))
+            rows.append(sparse.csc_array((-np.ones(3), at), (4, count)))
+            limits.append(np.array([strength, 0.0, 0.0, 0.0]))
+            kinds.append(clarabel.SecondOrderConeT(4))
+    else:
+        pull = sparse.csc_array((np.ones(ties), (np.arange(ties), 3 * n + np.arange(ties))), (ties, count))
+        rows += [pull, -pull]
+        limits += [strengths, np.zeros(ties)]
+        kinds.append(clarabel.NonnegativeConeT(2 * ties))
     for k, (mu, c) in enumerate(cones):
         cone = np.zeros((3, 3))
         cone[0, 0], cone[1, 1], cone[2, 2] = -mu, -1.0, -1.0
@@ -235,7 +248,7 @@ def _maximise(matrix, right, cones, bounds, strengths, n: int, ties: int, accura
     ).solve()  # fmt: skip
     status = str(answer.status)
     if status == "AlmostSolved" and accuracy < 1e-8:
-        return _maximise(matrix, right, cones, bounds, strengths, n, ties, 1e-8)
+        return _maximise(matrix, right, cones, bounds, strengths, turning, 1e-8)
     if status == "Solved":
         return float(answer.x[-1])
     return {"DualInfeasible": np.inf, "PrimalInfeasible": -np.inf}.get(status, np.nan)
