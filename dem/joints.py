@@ -15,7 +15,7 @@ from limitmason.mechanics.contact_points import ContactPoints, contact_points
 from limitmason.mechanics.law import LOST, SUDDEN, PointLaw, peak_law, softening
 from limitmason.mechanics.plane import Plane
 from limitmason.mechanics.stated import lost_in_failure
-from limitmason.mechanics.stiffness import SETTLEMENT, default_stiffness
+from limitmason.mechanics.stiffness import default_stiffness, missing_stiffness
 from limitmason.model import Assembly, LostBy, Unloading
 from limitmason.model.joint_term import name_of
 
@@ -158,10 +158,7 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
     standard = default_stiffness(assembly, dead)
     without = sum(j.normal_stiffness is None for j in laws)
     if without:
-        warnings.append(
-            f"{without} of {len(laws)} joints name no stiffness: kn = ks = {standard:.3g} Pa/m is used, chosen so that "
-            f"the foot shortens by {SETTLEMENT:g} of a block under the dead load; it is not a material property"
-        )
+        warnings.append(missing_stiffness(without, len(laws), standard))
     dilatant = per_interface(options.dilatant_slip, kinds, "dilatant_slip")
     length = per_interface(options.softening_slip, kinds, "softening_slip")
     for joint, given in zip(laws, length, strict=True):

@@ -30,7 +30,7 @@ from limitmason.capacity.edges import told_of_edges
 from limitmason.capacity.faces import Shapes, shapes_of, with_faces
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.going_on import begin
-from limitmason.capacity.joint_laws import refuse, refuse_partial_rotations, softening_of, stiffnesses
+from limitmason.capacity.joint_laws import refuse, refuse_partial_rotations, softening_of
 from limitmason.capacity.kinematics import at_rest, make_bodies
 from limitmason.capacity.misfit import begun_with, of_forces, of_gaps
 from limitmason.capacity.papers import PAPERS
@@ -49,6 +49,7 @@ from limitmason.mechanics.law import interface_law
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.plane import Plane
 from limitmason.mechanics.stated import tension_above_apex
+from limitmason.mechanics.stiffness import joint_stiffness
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
@@ -175,7 +176,7 @@ def pushover(
     points, of_points = points_of_path(assembly, plane, contact_model, grid, initial)
     if plane is None:
         refuse_partial_rotations(assembly)
-    kn, ks, warnings = stiffnesses(assembly, loads, stiffness)
+    kn, ks, warnings = joint_stiffness(assembly, loads.dead, stiffness)
     ties, of_ties = make_ties(assembly)
     apex = tension_above_apex(assembly, taken=True)
     warnings += [*of_points, *of_ties, *filter(None, [apex]), *told_of_soft_blocks(assembly, kn, blocks)]
@@ -231,8 +232,8 @@ def _meeting_shapes(
     """Faces that may meet on the way, and the first contacts with what they stand for there."""
     shapes, first = shapes_of(assembly, first, plane, size, firm)
     if plane is None:
-        shapes, first = with_crossings(shapes, first, assembly)
-    return shapes, with_faces(shapes, first, assembly)
+        shapes, first = with_crossings(shapes, first)
+    return shapes, with_faces(shapes, first)
 
 
 def _found_anew(assembly: Assembly, blocks: str, contacts: str | None, deforming: bool) -> bool:

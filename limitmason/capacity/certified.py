@@ -136,7 +136,7 @@ def _stayed(generations: Generations, nodes: list[Node]) -> str:
         size[joined] = np.sqrt(s.assembly.arrays.area[p.interface[joined]])
         far = np.where(p.face < 0, np.linalg.norm(node.history.slip, axis=1), 0.0)
         if generations.shapes is not None:
-            far = np.maximum(far, outside(generations.shapes, s.assembly, p, node.pose))
+            far = np.maximum(far, outside(generations.shapes, p, node.pose))
         far[node.force[:, 0] <= 0.0] = 0.0
         worst = int((far / size).argmax())
         if far[worst] > WANDERED * size[worst]:

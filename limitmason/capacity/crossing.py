@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.capacity.contacts import Contacts, turned_over
-from limitmason.capacity.faces import Near, Shapes, beside, facing, near_blocks, products, turned
+from limitmason.capacity.faces import Near, Shapes, beside, facing, near_blocks, products, together, turned
 from limitmason.capacity.kinematics import Pose, at_rest
-from limitmason.model.assembly import Assembly
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -62,10 +61,8 @@ class _Met(NamedTuple):
     along: tuple[Array, Array]
 
 
-def _met(shapes: Shapes, assembly: Assembly, pose: Pose, p: Index, q: Index) -> _Met:
-    x = assembly.centroids
-    owner = shapes.face_block[shapes.corner_face]
-    now = x[owner] + pose.shift[owner] + turned(pose, owner, shapes.corner_place - x[owner])
+def _met(shapes: Shapes, pose: Pose, p: Index, q: Index) -> _Met:
+    now = shapes.placed(pose, shapes.owner, shapes.corner_place)
     after, face = following(shapes), shapes.corner_face[p]
     n = turned(pose, shapes.face_block[face], shapes.normal[face])
     u, v, apart = now[after[p]] - now[p], now[after[q]] - now[q], now[q] - now[p]
@@ -84,29 +81,28 @@ def _met(shapes: Shapes, assembly: Assembly, pose: Pose, p: Index, q: Index) -> 
     return _Met((s, t), gap, np.where(clear, inside, -np.inf), unit)
 
 
-def crossings(shapes: Shapes, assembly: Assembly, pose: Pose, inside: float, depth: float = 0.0) -> Crossings:
+def crossings(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> Crossings:
     """Sides of faces that look at each other, cross at least so far from their ends and are near there [m].
 
     Parameters
     ----------
     depth : as of :func:`limitmason.capacity.faces.together`
     """
-    one, two = near_blocks(shapes, assembly, pose, depth)
+    one, two = near_blocks(shapes, pose, depth)
     f, g = facing(shapes, pose, np.minimum(one, two), np.maximum(one, two))
-    start = np.searchsorted(shapes.corner_face, np.arange(len(shapes.face_block) + 1))
+    start = shapes.corners_begin
     # sides cross near each other only where the corners of a face are not all before or all behind the other face
     count = np.diff(start)[g]
     first = np.cumsum(count) - count
     corner = np.arange(count.sum()) - np.repeat(first - start[g], count)
     on = np.repeat(f, count)
-    owner, base = shapes.face_block[shapes.corner_face[corner]], shapes.face_block[on]
-    gap, _ = beside(shapes, assembly, pose, shapes.corner_place[corner], owner, on, base)
+    gap, _ = beside(shapes, pose, shapes.corner_place[corner], shapes.owner[corner], on)
     if len(gap):
         near = np.minimum.reduceat(gap, first) < shapes.near
         near &= np.maximum.reduceat(gap, first) > -shapes.near - depth
         f, g = f[near], g[near]
     p, q = products(start, f, start, g)
-    met = _met(shapes, assembly, pose, p, q)
+    met = _met(shapes, pose, p, q)
     use = (met.inside > inside) & (np.abs(met.gap + 0.5 * depth) < shapes.near + 0.5 * depth)
     p, q = p[use], q[use]
     return Crossings(
@@ -121,49 +117,67 @@ def _places(shapes: Shapes, p: Index, q: Index, shares: tuple[Array, Array]) -> 
     return x[p] + s[:, None] * (x[after[p]] - x[p]), x[q] + t[:, None] * (x[after[q]] - x[q])
 
 
-def off(shapes: Shapes, assembly: Assembly, c: Contacts, rows: Index, pose: Pose) -> Array:
+def off(shapes: Shapes, c: Contacts, rows: Index, pose: Pose) -> Array:
     """How far points lie from where their sides cross [m], shape of ``rows``, or sides from crossing at all."""
-    n = len(shapes.corner_face)
-    p, q = np.divmod(c.corner[rows] - n, n)
-    met = _met(shapes, assembly, pose, p, q)
-    owner = shapes.face_block[shapes.corner_face]
-    first = owner[p] == c.block_b[rows]
+    p, q = _sides(shapes, c.corner[rows])
+    met, x = _met(shapes, pose, p, q), shapes.assembly.centroids
+    first = shapes.owner[p] == c.block_b[rows]
     place = np.where(first[:, None], *_places(shapes, p, q, met.shares))
     away = np.linalg.norm(place - c.place_b[rows], axis=1)
-    beyond = np.where(np.isfinite(met.inside), -met.inside, assembly.centroids.max() - assembly.centroids.min())
+    beyond = np.where(np.isfinite(met.inside), -met.inside, x.max() - x.min())
     return np.asarray(np.where(met.inside > -shapes.step, away, beyond))
 
 
-def gaps_at(shapes: Shapes, assembly: Assembly, pose: Pose, found: Crossings) -> Array:
-    """Gaps of the same sides in another pose [m]."""
-    return _met(shapes, assembly, pose, *found.side).gap
-
-
-def code_of(shapes: Shapes, p: Index, q: Index) -> Index:
-    """Number of two sides that cross, in place of that of a corner: beyond those of all corners."""
+def _sides(shapes: Shapes, number: Index) -> tuple[Index, Index]:
+    """Corners at which two sides that cross begin, from their number: n + p n + q beyond those of all n corners."""
     n = len(shapes.corner_face)
-    return np.asarray(n + p * n + q)
+    p, q = np.divmod(number - n, n)
+    return p, q
 
 
-def is_crossing(shapes: Shapes, c: Contacts) -> NDArray[np.bool_]:
+def gap_at(shapes: Shapes, near: Near, pose: Pose) -> Array:
+    """Gaps in another pose of corners at faces, and of sides that cross [m]."""
+    gap, _ = beside(shapes, pose, near.place, near.owner, near.face)
+    crosses = is_crossing(shapes, near)
+    if crosses.any():
+        gap[crosses] = _met(shapes, pose, *_sides(shapes, near.corner[crosses])).gap
+    return gap
+
+
+def meeting(shapes: Shapes, pose: Pose, since: Pose, depth: float, *, inside: float, space: bool) -> Near:
+    """What meets in a pose: corners at faces, and in space places where sides cross.
+
+    Parameters
+    ----------
+    since : pose from which the last motion counts
+    depth, inside : as of :func:`limitmason.capacity.faces.together`
+    """
+    near = together(shapes, pose, inside, depth)
+    return near.with_rows(as_near(shapes, crossings(shapes, pose, inside, depth), since, pose)) if space else near
+
+
+def known(shapes: Shapes, c: Contacts, near: Near) -> NDArray[np.bool_]:
+    """What is a point already, or lay together in the reference pose without being one."""
+    present = shapes.code(c.corner, c.face)[c.face >= 0]
+    return np.isin(shapes.code(near.corner, near.face), np.concatenate([present, shapes.strangers]))
+
+
+def is_crossing(shapes: Shapes, c: Contacts | Near) -> NDArray[np.bool_]:
     """Which points are places where sides cross."""
     return np.asarray(c.corner >= len(shapes.corner_face))
 
 
-def carried_by_first(
-    shapes: Shapes, found: Crossings, assembly: Assembly, before: Pose, now: Pose
-) -> NDArray[np.bool_]:
+def carried_by_first(shapes: Shapes, found: Crossings, before: Pose, now: Pose) -> NDArray[np.bool_]:
     """Whether the point stays on the first block's side: where the crossing moves less along it than along the other's.
 
     Parameters
     ----------
     before : pose from which the last motion counts; where nothing slid the point stays with the firmer block
     """
-    p, q = found.side
-    owner = shapes.face_block[shapes.corner_face]
+    (p, q), owner = found.side, shapes.owner
     moved = []
     for block, place in ((owner[p], found.place[0]), (owner[q], found.place[1])):
-        arm = place - assembly.centroids[block]
+        arm = place - shapes.assembly.centroids[block]
         moved.append(now.shift[block] - before.shift[block] + turned(now, block, arm) - turned(before, block, arm))
     slid, (u, v) = moved[1] - moved[0], found.along
     # slid = s u + r v within the plane of both sides: the crossing moves by s along u, by r along v
@@ -174,43 +188,37 @@ def carried_by_first(
     return np.where(nothing, shapes.firm[owner[p]] >= shapes.firm[owner[q]], s <= r)
 
 
-def as_near(shapes: Shapes, found: Crossings, assembly: Assembly, before: Pose, now: Pose) -> Near:
+def as_near(shapes: Shapes, found: Crossings, before: Pose, now: Pose) -> Near:
     """Crossings as corners at faces: the block along whose side one moves less has the point, the other the face."""
-    first = carried_by_first(shapes, found, assembly, before, now)
-    p, q = found.side
-    owner = shapes.face_block[shapes.corner_face]
+    first, n = carried_by_first(shapes, found, before, now), len(shapes.corner_face)
+    (p, q), owner = found.side, shapes.owner
     return Near(
-        code_of(shapes, p, q), np.where(first, shapes.corner_face[q], shapes.corner_face[p]), found.gap, found.inside,
+        n + p * n + q, np.where(first, shapes.corner_face[q], shapes.corner_face[p]), found.gap, found.inside,
         np.where(first, owner[p], owner[q]), np.where(first[:, None], *found.place),
     )  # fmt: skip
 
 
-def with_crossings(shapes: Shapes, c: Contacts, assembly: Assembly) -> tuple[Shapes, Contacts]:
+def with_crossings(shapes: Shapes, c: Contacts) -> tuple[Shapes, Contacts]:
     """Contacts of the reference pose in space with those named at which sides cross.
 
     What crosses there without being a point, or belongs to no joint, is no contact later either.
     """
-    rest = at_rest(assembly.n_blocks)
-    found = crossings(shapes, assembly, rest, 1e-2 * shapes.step)
-    near = as_near(shapes, found, assembly, rest, rest)
+    rest = at_rest(shapes.assembly.n_blocks)
+    found = crossings(shapes, rest, 1e-2 * shapes.step)
+    near = as_near(shapes, found, rest, rest)
     corner, face, over = c.corner.copy(), c.face.copy(), np.zeros(c.count, bool)
-    known = np.zeros(len(near.corner), bool)
+    named = np.zeros(len(near.corner), bool)
     for row in range(len(near.corner)):
         a, b = int(shapes.face_block[near.face[row]]), int(near.owner[row])
         same = ((c.block_a == a) & (c.block_b == b)) | ((c.block_a == b) & (c.block_b == a))
         at = np.flatnonzero(same & (np.abs(c.place_b - near.place[row]).max(axis=1) < 1e-2 * shapes.near))
-        known[row] = len(at) > 0
+        named[row] = len(at) > 0
         for i in at[corner[at] < 0]:
             corner[i], face[i], over[i] = near.corner[row], near.face[row], c.block_b[i] != b
     c = replace(turned_over(c, over), corner=corner, face=face)
-    f = len(shapes.face_block)
-    pairs = c.block_a * assembly.n_blocks + c.block_b, c.block_b * assembly.n_blocks + c.block_a
-    owner = shapes.face_block[shapes.corner_face]
     p, q = found.side
-    joined = np.isin(owner[p] * assembly.n_blocks + owner[q], np.concatenate(pairs))
-    alien = ~joined | (~known & (found.inside > shapes.step))
-    codes = (
-        near.corner[alien].astype(np.int64)[:, None] * f
-        + np.stack([shapes.corner_face[p], shapes.corner_face[q]], 1)[alien]
-    )
+    joined = np.isin(shapes.pair(shapes.owner[p], shapes.owner[q]), shapes.pair(c.block_a, c.block_b))
+    alien = ~joined | (~named & (found.inside > shapes.step))
+    faces = np.stack([shapes.corner_face[p], shapes.corner_face[q]], 1)[alien]
+    codes = shapes.code(near.corner[alien][:, None], faces)
     return shapes._replace(strangers=np.concatenate([shapes.strangers, codes.ravel()])), c

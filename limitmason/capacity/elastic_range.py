@@ -18,7 +18,6 @@ from scipy.sparse.linalg import splu
 
 from limitmason.capacity.contacts import points_of_path
 from limitmason.capacity.deformable import lumped, plane_of
-from limitmason.capacity.joint_laws import stiffnesses
 from limitmason.capacity.point_range import CRITERIA, point_range
 from limitmason.deformable.levels import ELASTIC, LUMPED, MODAL, RIGID
 from limitmason.errors import InputError, NotApplicable
@@ -28,6 +27,7 @@ from limitmason.mechanics.joint_shapes import shapes_of, told_of_soft_blocks
 from limitmason.mechanics.law import PointLaw, interface_law
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.lumped_units import with_lumped_units
+from limitmason.mechanics.stiffness import joint_stiffness
 from limitmason.mechanics.stiffness_matrix import stiffness_matrix
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -247,7 +247,7 @@ def elastic_range(
         assembly = lumped(assembly, stiffness)
     plane, state = plane_of(assembly, loads, blocks, stress)
     points, _ = points_of_path(assembly, plane, "grid" if contact_model is None else contact_model, grid)
-    kn, ks, warnings = stiffnesses(assembly, loads, stiffness)
+    kn, ks, warnings = joint_stiffness(assembly, loads.dead, stiffness)
     springs = np.column_stack([kn, *[ks] * (points.components - 1)])[points.interface]
     shapes = shapes_of(assembly, blocks, state, None if plane is None else plane.normal) if deforming else None
     warnings = [*warnings, *told_of_soft_blocks(assembly, kn, blocks)]

@@ -34,6 +34,7 @@ class Shapes(NamedTuple):
 
     Parameters
     ----------
+    assembly : whose faces they are
     face_block, face_place, normal : block, a point [m] and the outward normal of every face
     side, reach : inward unit normals of the sides, (f, k, 3), and side . x on them in the reference pose [m], (f, k)
     corner_face, corner_place : face that a corner belongs to, and where it is [m], shape (q,) and (q, 3)
@@ -46,6 +47,7 @@ class Shapes(NamedTuple):
     inset : how far the ends of faces are pulled in from the corners of the blocks, in plane [m]
     """
 
+    assembly: Assembly
     face_block: Index
     face_place: Array
     normal: Array
@@ -61,6 +63,29 @@ class Shapes(NamedTuple):
     strangers: NDArray[np.int64]
     firm: Index
     inset: float = 0.0
+
+    @property
+    def owner(self) -> Index:
+        """Block of every corner."""
+        return self.face_block[self.corner_face]
+
+    @property
+    def corners_begin(self) -> Index:
+        """Where the corners of every face begin, and the end, shape (f + 1,)."""
+        return np.searchsorted(self.corner_face, np.arange(len(self.face_block) + 1))
+
+    def placed(self, pose: Pose, block: Index, place: Array) -> Array:
+        """Where material points of blocks are in a pose [m], shape (m, 3); ``place`` in the reference pose."""
+        x = self.assembly.centroids
+        return x[block] + pose.shift[block] + turned(pose, block, place - x[block])
+
+    def code(self, corner: Index, face: Index) -> NDArray[np.int64]:
+        """One number for a corner at a face."""
+        return corner.astype(np.int64) * len(self.face_block) + face
+
+    def pair(self, one: Index, other: Index) -> Index:
+        """One number for two blocks, in either order."""
+        return np.minimum(one, other) * self.assembly.n_blocks + np.maximum(one, other)
 
 
 def shapes_of(
@@ -110,14 +135,13 @@ def shapes_of(
     spread = np.zeros(assembly.n_blocks)
     np.maximum.at(spread, face_block[corner_face], away)
     shapes = Shapes(
-        face_block, np.array(place), np.array(normal), np.array(side), np.array(reach), corner_face, corner_place,
-        np.searchsorted(face_block, blocks), np.searchsorted(face_block[corner_face], blocks),
+        assembly, face_block, np.array(place), np.array(normal), np.array(side), np.array(reach), corner_face,
+        corner_place, np.searchsorted(face_block, blocks), np.searchsorted(face_block[corner_face], blocks),
         OVERSHOOT * size, NEAR * size, spread, np.empty(0, np.int64), firm, inset,
     )  # fmt: skip
-    near = together(shapes, assembly, at_rest(assembly.n_blocks), -shapes.near)
+    near = together(shapes, at_rest(assembly.n_blocks), -shapes.near)
     named = _named(shapes, contacts, near)
-    known = named.corner.astype(np.int64) * len(face_block) + named.face
-    code = near.corner.astype(np.int64) * len(face_block) + near.face
+    known, code = shapes.code(named.corner, named.face), shapes.code(near.corner, near.face)
     # what lies together without being a point belongs to a joint of the model, or to none by its user's will
     return shapes._replace(strangers=_strangers(shapes, named, near, np.setdiff1d(code, known))), named
 
@@ -141,6 +165,10 @@ class Near(NamedTuple):
         return Near(
             self.corner[rows], self.face[rows], self.gap[rows], self.inside[rows], self.owner[rows], self.place[rows]
         )
+
+    def with_rows(self, other: "Near") -> "Near":
+        """These and others behind them."""
+        return Near(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
 
 
 def _outlines(assembly: Assembly, contacts: Contacts, plane: Plane | None) -> list[tuple[int, Array, Array]]:
@@ -205,7 +233,7 @@ def _named(shapes: Shapes, c: Contacts, near: Near) -> Contacts:
 
     Where two corners meet the frame stays with the block that has it.
     """
-    owner = shapes.face_block[shapes.corner_face]
+    owner = shapes.owner
     by_pair: dict[tuple[int, int], list[int]] = {}
     for row in range(len(near.corner)):
         key = int(shapes.face_block[near.face[row]]), int(owner[near.corner[row]])
@@ -228,13 +256,13 @@ def _named(shapes: Shapes, c: Contacts, near: Near) -> Contacts:
     return replace(turned_over(c, over), corner=corner, face=face)
 
 
-def with_faces(shapes: Shapes, c: Contacts, assembly: Assembly) -> Contacts:
+def with_faces(shapes: Shapes, c: Contacts) -> Contacts:
     """The contacts with the face named on which points lie that are neither a corner nor where sides cross."""
-    face, rest = c.face.copy(), at_rest(assembly.n_blocks)
+    face, rest = c.face.copy(), at_rest(shapes.assembly.n_blocks)
     for i in np.flatnonzero(face < 0):
         mine = np.arange(shapes.face_start[c.block_a[i]], shapes.face_start[c.block_a[i] + 1])
         one = np.full(len(mine), i)
-        gap, inside = beside(shapes, assembly, rest, c.place_b[one], c.block_b[one], mine, c.block_a[one])
+        gap, inside = beside(shapes, rest, c.place_b[one], c.block_b[one], mine)
         lies = (np.abs(gap) < shapes.near) & (inside > -shapes.step) & (shapes.normal[mine] @ c.directions[i, 0] > 0.99)
         if lies.any():
             face[i] = mine[np.where(lies, np.abs(gap), np.inf).argmin()]
@@ -246,10 +274,9 @@ def _strangers(shapes: Shapes, c: Contacts, near: Near, codes: NDArray[np.int64]
 
     That is all but the second of two corners that meet, which takes over once they slide.
     """
-    f = len(shapes.face_block)
-    owner = shapes.face_block[shapes.corner_face]
+    f, owner = len(shapes.face_block), shapes.owner
     pairs = {(min(a, b), max(a, b)) for a, b in zip(c.block_a.tolist(), c.block_b.tolist(), strict=True)}
-    deep = set((near.corner.astype(np.int64) * f + near.face)[near.inside > shapes.step].tolist())
+    deep = set(shapes.code(near.corner, near.face)[near.inside > shapes.step].tolist())
     out = []
     for code in codes.tolist():
         a, b = int(shapes.face_block[code % f]), int(owner[code // f])
@@ -258,24 +285,23 @@ def _strangers(shapes: Shapes, c: Contacts, near: Near, codes: NDArray[np.int64]
     return np.array(out, np.int64)
 
 
-def together(shapes: Shapes, assembly: Assembly, pose: Pose, inside: float, depth: float = 0.0) -> Near:
+def together(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> Near:
     """Corners within the near gap of faces of other blocks in a pose and at least so far inside their sides [m].
 
     Parameters
     ----------
     depth : by which corners may lie behind a face beyond the near gap, as the springs of soft joints let them [m]
     """
-    one, two = near_blocks(shapes, assembly, pose, depth)
+    one, two = near_blocks(shapes, pose, depth)
     own, face = facing(shapes, pose, np.concatenate([one, two]), np.concatenate([two, one]))
-    start = np.searchsorted(shapes.corner_face, np.arange(len(shapes.face_block) + 1))
+    start = shapes.corners_begin
     count = np.diff(start)[own]
     corner = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - start[own], count)
     face = np.repeat(face, count)
-    gap, sides = _distances(shapes, assembly, pose, corner, face)
+    gap, sides = beside(shapes, pose, shapes.corner_place[corner], shapes.owner[corner], face)
     use = (gap < shapes.near) & (gap > -shapes.near - depth) & (sides > inside)
     corner = corner[use]
-    owner = shapes.face_block[shapes.corner_face[corner]]
-    return Near(corner, face[use], gap[use], sides[use], owner, shapes.corner_place[corner])
+    return Near(corner, face[use], gap[use], sides[use], shapes.owner[corner], shapes.corner_place[corner])
 
 
 def facing(shapes: Shapes, pose: Pose, one: Index, two: Index) -> tuple[Index, Index]:
@@ -286,13 +312,13 @@ def facing(shapes: Shapes, pose: Pose, one: Index, two: Index) -> tuple[Index, I
     return f[looks], g[looks]
 
 
-def near_blocks(shapes: Shapes, assembly: Assembly, pose: Pose, depth: float = 0.0) -> tuple[Index, Index]:
+def near_blocks(shapes: Shapes, pose: Pose, depth: float = 0.0) -> tuple[Index, Index]:
     """Pairs of blocks that may touch in a pose, not both held; ``depth`` as in :func:`together`."""
-    x = assembly.centroids + pose.shift
+    fixed, x = shapes.assembly.fixed, shapes.assembly.centroids + pose.shift
     reach = shapes.spread + shapes.near + depth
     one, two = overlapping_pairs(x - reach[:, None], x + reach[:, None])
     near = np.linalg.norm(x[one] - x[two], axis=1) < shapes.spread[one] + shapes.spread[two] + shapes.near + depth
-    near &= ~(assembly.fixed[one] & assembly.fixed[two])
+    near &= ~(fixed[one] & fixed[two])
     return one[near], two[near]
 
 
@@ -315,19 +341,15 @@ def turned(pose: Pose, block: Index, vector: Array) -> Array:
     return vector + np.einsum("mij,mj->mi", pose.turn[block], vector)
 
 
-def _distances(shapes: Shapes, assembly: Assembly, pose: Pose, corner: Index, face: Index) -> tuple[Array, Array]:
-    """Gap of corners above faces and the least distance inside their sides in a pose [m]."""
-    owner, base = shapes.face_block[shapes.corner_face[corner]], shapes.face_block[face]
-    return beside(shapes, assembly, pose, shapes.corner_place[corner], owner, face, base)
+def beside(shapes: Shapes, pose: Pose, place: Array, owner: Index, face: Index) -> tuple[Array, Array]:
+    """Gap of points of blocks ``owner`` above faces in a pose, and the least distance inside their sides [m].
 
-
-def beside(
-    shapes: Shapes, assembly: Assembly, pose: Pose, place: Array, owner: Index, face: Index, base: Index
-) -> tuple[Array, Array]:
-    """The same for any material points of blocks ``owner``, by their reference places."""
-    x = assembly.centroids
-    now = x[owner] + pose.shift[owner] + turned(pose, owner, place - x[owner])
-    local = now - x[base] - pose.shift[base]
+    Parameters
+    ----------
+    place : of the points in the reference pose [m], shape (m, 3)
+    """
+    x, base = shapes.assembly.centroids, shapes.face_block[face]
+    local = shapes.placed(pose, owner, place) - x[base] - pose.shift[base]
     local = x[base] + local + np.einsum("mji,mj->mi", pose.turn[base], local)
     gap = ((local - shapes.face_place[face]) * shapes.normal[face]).sum(axis=1)
     sides = np.einsum("mki,mi->mk", shapes.side[face], local) - shapes.reach[face]

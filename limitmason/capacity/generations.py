@@ -82,7 +82,7 @@ class Generations:
             return node._replace(looked=since.looked or since.pose)
         node = node._replace(looked=node.pose)
         before = since.looked or since.pose
-        found = found_anew(shapes, s.assembly, s.points, node.pose, node.history, node.force, before)
+        found = found_anew(shapes, s.points, node.pose, node.history, node.force, before)
         if found is None:
             return node
         self.structures.append(s._replace(points=found.contacts))
@@ -138,7 +138,7 @@ class Generations:
         travel = float(farthest.max(initial=0.0))
         if travel < shapes.step:
             return 1.0
-        was, now = landed(shapes, s.assembly, s.points, before.pose, after.pose, travel)
+        was, now = landed(shapes, s.points, before.pose, after.pose, travel)
         share = (was + 0.5 * shapes.step) / (was - now)
         return max(LEAST, float(share.min(initial=1.0)))
 
@@ -150,12 +150,12 @@ class Generations:
         shapes, s = self.shapes, self.structures[after.generation]
         if shapes is None:
             return 1.0
-        beyond = outside(shapes, s.assembly, s.points, after.pose)
+        beyond = outside(shapes, s.points, after.pose)
         most = shapes.step * np.where(is_crossing(shapes, s.points), MOVES_ON, RUNS_OFF)
         far = (after.force[:, 0] > 0.0) & (beyond > most)
         if not far.any():
             return 1.0
-        was = beside_faces(shapes, s.assembly, s.points, before.pose)
+        was = beside_faces(shapes, s.points, before.pose)
         left = far & (was > -shapes.step)
         share = (was + 0.9 * most)[left] / (was + beyond)[left]
         return max(LEAST, float(share.min(initial=1.0)))

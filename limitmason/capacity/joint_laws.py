@@ -6,7 +6,6 @@ from numpy.typing import NDArray
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics import law_table
 from limitmason.mechanics.law import SUDDEN, Softening, softening
-from limitmason.mechanics.stiffness import SETTLEMENT, default_stiffness
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
@@ -46,31 +45,3 @@ def softening_of(assembly: Assembly, kn: Array, ks: Array) -> Softening | None:
     lost, slip = assembly.arrays.cohesion - found.rest.cohesion, found.by_slip
     gradual = (slip > 0.0) & (slip < SUDDEN)
     return found._replace(by_slip=np.where(gradual, 1.0 / (1.0 / np.where(gradual, slip, 1.0) + lost / ks), slip))
-
-
-def stiffnesses(
-    assembly: Assembly, loads: Loads, stiffness: float | tuple[float, float] | None
-) -> tuple[Array, Array, list[str]]:
-    """Kn and ks per interface [Pa/m], and what a user should know about them."""
-    x = assembly.arrays
-    warnings: list[str] = []
-    if stiffness is not None:
-        pair = np.atleast_1d(np.asarray(stiffness, dtype=float))
-        if pair.shape not in ((1,), (2,)) or not (np.isfinite(pair).all() and (pair > 0).all()):
-            raise InputError(f"stiffness must be kn or (kn, ks), positive numbers [Pa/m], got {stiffness!r}")
-        return np.full(len(x.area), pair[0]), np.full(len(x.area), pair[-1]), warnings
-    missing = ~(x.normal_stiffness > 0.0)
-    standard = default_stiffness(assembly, loads.dead)
-    if missing.any():
-        warnings.append(
-            f"{int(missing.sum())} of {len(missing)} joints name no stiffness: kn = ks = {standard:.3g} Pa/m is used, "
-            f"chosen so that the foot shortens by {SETTLEMENT:g} of a block under the dead load; it is not a material "
-            "property"
-        )
-    kn = np.where(missing, standard, x.normal_stiffness)
-    ks = np.where(np.isnan(x.shear_stiffness), kn, x.shear_stiffness)
-    if not (ks > 0.0).all():
-        raise NotApplicable(
-            f"joint of interface {int(np.argmin(ks > 0))} has shear_stiffness 0: it must be positive here"
-        )
-    return kn, ks, warnings

@@ -17,11 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.capacity.contacts import NEW, NO_CORNER, Contacts
-from limitmason.capacity.crossing import as_near, crossings, gaps_at, is_crossing, off
-from limitmason.capacity.faces import Near, Shapes, beside, together, turned
+from limitmason.capacity.crossing import gap_at, is_crossing, known, meeting, off
+from limitmason.capacity.faces import Near, Shapes, beside
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import History
-from limitmason.model.assembly import Assembly
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -52,7 +51,7 @@ class Made(NamedTuple):
 
 
 def found_anew(
-    shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose, history: History, force: Array, since: Pose
+    shapes: Shapes, c: Contacts, pose: Pose, history: History, force: Array, since: Pose
 ) -> Renewed | None:
     """The contacts of a pose; None where they are still the same.
 
@@ -61,54 +60,45 @@ def found_anew(
     force : of the points in that pose [N], shape (m, c)
     since : pose in which contacts were last looked for
     """
-    gap, inside = _gaps(shapes, assembly, c, pose)
+    gap, inside = _gaps(shapes, c, pose)
     gone = (inside < -shapes.step) | ((c.interface == NEW) & (gap > 2.0 * shapes.near))
     # corners that take over carry on where springs are pressed, however deep
     pressed = float((force[:, 0] / (c.kn * c.area)).max(initial=0.0))
-    near = together(shapes, assembly, pose, 0.5 * shapes.step, pressed)
-    if c.components == 3:
-        found = crossings(shapes, assembly, pose, 0.5 * shapes.step, pressed)
-        other = as_near(shapes, found, assembly, since, pose)
-        near = Near(*(np.concatenate(pair) for pair in zip(near, other, strict=True)))
-    f = len(shapes.face_block)
-    code = near.corner.astype(np.int64) * f + near.face
-    present = (c.corner.astype(np.int64) * f + c.face)[c.face >= 0]
+    space = c.components == 3
+    near = meeting(shapes, pose, since, pressed, inside=0.5 * shapes.step, space=space)
     # the successor of a point that has left is as far inside but for the turn of the blocks over a deep gap
-    succeeds = np.isin(_pairs(shapes, near), _pairs_of_points(shapes, c)[gone])
-    fresh = ~np.isin(code, present) & ~np.isin(code, shapes.strangers) & (succeeds | (near.inside > shapes.step))
-    if c.components == 3:
+    succeeds = np.isin(_pairs(shapes, near), shapes.pair(c.block_a, c.block_b)[gone])
+    fresh = ~known(shapes, c, near) & (succeeds | (near.inside > shapes.step))
+    if space:
         # whichever block carries it, a crossing is one point, which is made again where it has moved
-        crosses = near.corner >= len(shapes.corner_face)
+        crosses = is_crossing(shapes, near)
         fresh &= ~(crosses & np.isin(near.corner, c.corner[~gone]))
         fresh |= crosses & np.isin(near.corner, c.corner[gone & is_crossing(shapes, c)])
-    x = assembly.centroids
-    now_b = x[c.block_b] + pose.shift[c.block_b] + turned(pose, c.block_b, c.place_b - x[c.block_b])
+    now_b = shapes.placed(pose, c.block_b, c.place_b)
     near = near.at(fresh)
     # over a deep gap a corner may be inside before the one whose place it takes has left: it waits, to be its heir
     leaves = ~gone & (inside < 0.0) & (c.corner != NO_CORNER) & ~is_crossing(shapes, c)
-    waits = _close(shapes, c.at(leaves), near, now_b[leaves], _present(assembly, pose, near)).any(axis=0)
+    waits = _close(shapes, c.at(leaves), near, now_b[leaves], _present(shapes, pose, near)).any(axis=0)
     near = near.at(np.flatnonzero(~waits))
-    if c.components == 3:
+    if space:
         # where sides stay in line they do not cross, and no corner comes inside
-        lost = gone & (force[:, 0] > 0.0) & ~_succeeded(shapes, c, near, now_b, _present(assembly, pose, near))
+        lost = gone & (force[:, 0] > 0.0) & ~_succeeded(shapes, c, near, now_b, _present(shapes, pose, near))
         slid = (c.face >= 0) & (c.interface != NEW)
-        back = _put_back(shapes, assembly, c, pose, slid & (lost | (gone & (c.corner == NO_CORNER))), gap)
-        near = Near(*(np.concatenate(pair) for pair in zip(near, back, strict=True)))
+        back = _put_back(shapes, c, pose, slid & (lost | (gone & (c.corner == NO_CORNER))), gap)
+        near = near.with_rows(back)
     if not (gone.any() or len(near.corner)):
         return None
     loaded = (force[:, 0] > 0.0) & (inside > -_WAITS * shapes.step)
-    shares = None
-    if c.components == 3:
-        near = near.at(_single(shapes, c, gone, now_b, near, _present(assembly, pose, near)))
-    gone &= ~loaded | _succeeded(shapes, c, near, now_b, _present(assembly, pose, near))
-    if c.components == 3:
-        shares = _shares(shapes, c, gone, now_b, near, _present(assembly, pose, near))
+    if space:
+        near = near.at(_single(shapes, c, gone, now_b, near, _present(shapes, pose, near)))
+    gone &= ~loaded | _succeeded(shapes, c, near, now_b, _present(shapes, pose, near))
+    shares = _shares(shapes, c, gone, now_b, near, _present(shapes, pose, near)) if space else None
     made: list[Made] = []
     # in plane what has left has one heir, of the same two blocks before others
-    later = ~_close(shapes, c, near, now_b, _present(assembly, pose, near))[gone].any(axis=0)
+    later = ~_close(shapes, c, near, now_b, _present(shapes, pose, near))[gone].any(axis=0)
     for row in np.lexsort((near.gap, near.face, later)):
         share = None if shares is None else shares[row]
-        new = _made(shapes, assembly, c, pose, history, force, gone, now_b, near, int(row), made, share)
+        new = _made(shapes, c, pose, history, force, gone, now_b, near, int(row), made, share)
         made += [] if new is None else [new]
     if not (gone.any() or made):
         return None
@@ -124,14 +114,14 @@ def found_anew(
     return Renewed(kept.at(order), History(slip[order], lift[order], damage[order]), all_force[order], before[order])
 
 
-def _put_back(shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose, rows: NDArray[np.bool_], gap: Array) -> Near:
+def _put_back(shapes: Shapes, c: Contacts, pose: Pose, rows: NDArray[np.bool_], gap: Array) -> Near:
     """Points that have left their face, on its sides: at the places of their block that are there now.
 
     What its block no longer reaches of the joint is left out.
     """
     i = np.flatnonzero(rows)
     a, b, face = c.block_a[i], c.block_b[i], c.face[i]
-    x = assembly.centroids
+    assembly, x = shapes.assembly, shapes.assembly.centroids
     arm = c.place_b[i] - x[b]
     apart = x[b] + pose.shift[b] + arm + np.einsum("mij,mj->mi", pose.turn[b], arm) - x[a] - pose.shift[a]
     local = x[a] + apart + np.einsum("mji,mj->mi", pose.turn[a], apart)
@@ -157,46 +147,28 @@ def _within(polygon: Array, point: Array, slack: float) -> bool:
     return bool((inside >= -slack).all())
 
 
-def landed(
-    shapes: Shapes, assembly: Assembly, c: Contacts, before: Pose, now: Pose, travel: float
-) -> tuple[Array, Array]:
+def landed(shapes: Shapes, c: Contacts, before: Pose, now: Pose, travel: float) -> tuple[Array, Array]:
     """Gaps before and now of what has no point, was open and lies in a face by more than an overshoot [m].
 
     Parameters
     ----------
     travel : the farthest that a point of a block moved between both poses [m]
     """
-    near = together(shapes, assembly, now, shapes.step, 2.0 * travel)
-    gap, _ = beside(shapes, assembly, before, near.place, near.owner, near.face, shapes.face_block[near.face])
-    if c.components == 3:
-        found = crossings(shapes, assembly, now, shapes.step, 2.0 * travel)
-        near = Near(*(np.concatenate(x) for x in zip(near, as_near(shapes, found, assembly, before, now), strict=True)))
-        gap = np.append(gap, gaps_at(shapes, assembly, before, found))
-    f = len(shapes.face_block)
-    code = near.corner.astype(np.int64) * f + near.face
-    present = (c.corner.astype(np.int64) * f + c.face)[c.face >= 0]
-    known = np.isin(code, present) | np.isin(code, shapes.strangers)
-    known |= (near.corner >= len(shapes.corner_face)) & np.isin(near.corner, c.corner)
-    late = ~known & (gap > 0.0) & (near.gap < -shapes.step)
+    near = meeting(shapes, now, before, 2.0 * travel, inside=shapes.step, space=c.components == 3)
+    gap = gap_at(shapes, near, before)
+    present = known(shapes, c, near) | (is_crossing(shapes, near) & np.isin(near.corner, c.corner))
+    late = ~present & (gap > 0.0) & (near.gap < -shapes.step)
     return gap[late], near.gap[late]
 
 
 def _pairs(shapes: Shapes, near: Near) -> Index:
     """Number of the pair of blocks of every corner at a face."""
-    a, b = shapes.face_block[near.face], near.owner
-    return np.asarray(np.minimum(a, b) * (int(shapes.face_block.max()) + 1) + np.maximum(a, b))
+    return shapes.pair(shapes.face_block[near.face], near.owner)
 
 
-def _pairs_of_points(shapes: Shapes, c: Contacts) -> Index:
-    """The same of every point."""
-    n = int(shapes.face_block.max()) + 1
-    return np.asarray(np.minimum(c.block_a, c.block_b) * n + np.maximum(c.block_a, c.block_b))
-
-
-def _present(assembly: Assembly, pose: Pose, near: Near) -> Array:
+def _present(shapes: Shapes, pose: Pose, near: Near) -> Array:
     """Where corners at faces are in a pose [m]."""
-    x = assembly.centroids[near.owner]
-    return x + pose.shift[near.owner] + turned(pose, near.owner, near.place - x)
+    return shapes.placed(pose, near.owner, near.place)
 
 
 def _succeeded(shapes: Shapes, c: Contacts, near: Near, now_b: Array, now: Array) -> NDArray[np.bool_]:
@@ -207,7 +179,7 @@ def _succeeded(shapes: Shapes, c: Contacts, near: Near, now_b: Array, now: Array
 def _close(shapes: Shapes, c: Contacts, near: Near, now_b: Array, now: Array) -> NDArray[np.bool_]:
     reach = shapes.step * np.where(is_crossing(shapes, c), _MOVING, _HEIR)
     close = np.linalg.norm(now_b[:, None] - now, axis=2) < reach[:, None] + np.abs(near.gap)
-    same = _pairs_of_points(shapes, c)[:, None] == _pairs(shapes, near)
+    same = shapes.pair(c.block_a, c.block_b)[:, None] == _pairs(shapes, near)
     again = (c.corner[:, None] == near.corner) & is_crossing(shapes, c)[:, None]
     return np.asarray((close & same) | again)
 
@@ -215,7 +187,7 @@ def _close(shapes: Shapes, c: Contacts, near: Near, now_b: Array, now: Array) ->
 def _single(shapes: Shapes, c: Contacts, gone: NDArray[np.bool_], now_b: Array, near: Near, now: Array) -> Index:
     """Rows of corners and crossings at which no point of the same two blocks stays and no other row lies."""
     rows: list[int] = []
-    pair, of = _pairs(shapes, near), _pairs_of_points(shapes, c)
+    pair, of = _pairs(shapes, near), shapes.pair(c.block_a, c.block_b)
     last = near.corner.max(initial=0) + 1
     for k in np.argsort(np.where(near.corner == NO_CORNER, last, near.corner), kind="stable"):  # corners first
         here = (of == pair[k]) & ~gone & (np.linalg.norm(now_b - now[k], axis=1) < 0.5 * shapes.step)
@@ -238,35 +210,33 @@ def _shares(shapes: Shapes, c: Contacts, gone: NDArray[np.bool_], now_b: Array, 
     return np.asarray(weight / np.maximum(weight.sum(axis=0), 1e-300))
 
 
-def outside(shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose) -> Array:
+def outside(shapes: Shapes, c: Contacts, pose: Pose) -> Array:
     """How far the corners that are points lie outside the sides of their faces in a pose [m], shape (m,); 0 inside."""
-    inside = beside_faces(shapes, assembly, c, pose)
+    inside = beside_faces(shapes, c, pose)
     return np.asarray(np.where(inside < np.inf, np.maximum(-inside, 0.0), 0.0))
 
 
-def beside_faces(shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose) -> Array:
+def beside_faces(shapes: Shapes, c: Contacts, pose: Pose) -> Array:
     """How far points lie inside the sides of their faces in a pose [m], shape (m,); infinite for those without one.
 
     A point where sides cross counts as outside by what it lies off that place.
     """
-    return _gaps(shapes, assembly, c, pose)[1]
+    return _gaps(shapes, c, pose)[1]
 
 
-def _gaps(shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose) -> tuple[Array, Array]:
+def _gaps(shapes: Shapes, c: Contacts, pose: Pose) -> tuple[Array, Array]:
     """Gap above their faces, and :func:`beside_faces`."""
     keyed = c.face >= 0
     gap, inside = np.zeros(c.count), np.full(c.count, np.inf)
-    gap[keyed], inside[keyed] = beside(
-        shapes, assembly, pose, c.place_b[keyed], c.block_b[keyed], c.face[keyed], c.block_a[keyed]
-    )
+    gap[keyed], inside[keyed] = beside(shapes, pose, c.place_b[keyed], c.block_b[keyed], c.face[keyed])
     rows = np.flatnonzero(is_crossing(shapes, c)) if c.components == 3 else np.zeros(0, np.intp)
     if len(rows):
-        inside[rows] = -off(shapes, assembly, c, rows, pose)
+        inside[rows] = -off(shapes, c, rows, pose)
     return gap, inside
 
 
 def _made(
-    shapes: Shapes, assembly: Assembly, c: Contacts, pose: Pose, history: History, force: Array,
+    shapes: Shapes, c: Contacts, pose: Pose, history: History, force: Array,
     gone: NDArray[np.bool_], now_b: Array, near: Near, row: int, others: list[Made],
     share: Array | None,
 ) -> Made | None:  # fmt: skip
@@ -278,7 +248,7 @@ def _made(
     """
     corner, face = int(near.corner[row]), int(near.face[row])
     a, b = int(shapes.face_block[face]), int(near.owner[row])
-    x = assembly.centroids
+    assembly, x = shapes.assembly, shapes.assembly.centroids
     place = near.place[row]
     at = x[b] + pose.shift[b] + place - x[b] + pose.turn[b] @ (place - x[b])
     apart = np.linalg.norm(now_b - at, axis=1)

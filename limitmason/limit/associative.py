@@ -62,7 +62,12 @@ REFINEMENTS = 6
 """Times that cells are made finer at most."""
 
 
-def solve_associative(
+def solve_associative(problem: Problem, **settings: Any) -> Prediction:
+    """Largest multiplier that admissible joint forces can carry; problem and settings as for :func:`analyse`."""
+    return analyse(problem, **settings)[0]
+
+
+def analyse(
     problem: Problem,
     *,
     torsion_limit: bool | float = False,
@@ -70,7 +75,7 @@ def solve_associative(
     tolerance: float = 1e-10,
     check_dead_load: bool = True,
     verbose: bool = False,
-) -> Prediction:
+) -> tuple[Prediction, Problem]:
     """Largest multiplier that admissible joint forces can carry, with normality between forces and motion.
 
     Maximise lambda subject to A f + w_dead + lambda w_live = 0 and the joint law; the dual is the mechanism.
@@ -85,27 +90,15 @@ def solve_associative(
     check_dead_load : also find out whether the structure stands without live load
     verbose : report every iteration, see :func:`limitmason.limit.solvers.solve_program`
 
+    Returns
+    -------
+    prediction, and the problem with the cells of cohesive faces as fine as the answer needed them
+
     Raises
     ------
     InputError, NotApplicable
         When the chosen solver does not cover the problem.
     """
-    return analyse(
-        problem, torsion_limit=torsion_limit, solver=solver, tolerance=tolerance, check_dead_load=check_dead_load,
-        verbose=verbose,
-    )[0]  # fmt: skip
-
-
-def analyse(
-    problem: Problem,
-    *,
-    torsion_limit: bool | float = False,
-    solver: str = "auto",
-    tolerance: float = 1e-10,
-    check_dead_load: bool = True,
-    verbose: bool = False,
-) -> tuple[Prediction, Problem]:
-    """:func:`solve_associative`, and the problem with the cells of cohesive faces as fine as the answer needed them."""
     start = time.perf_counter()
     if torsion_limit and solver not in ("auto", "clarabel"):
         raise InputError(f"solver={solver!r} does not cover the torsion limit; use solver='clarabel'")

@@ -5,9 +5,9 @@ default is one rule for the DEM, the capacity curve and studies of both.
 """
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 
 Array = NDArray[np.float64]
@@ -49,6 +49,53 @@ def default_stiffness(assembly: Assembly, dead: Array) -> float:
     area = x.area[level].sum() if level.any() else x.area[at_support].sum() if at_support.any() else x.area.mean()
     size = float(np.median(np.cbrt(x.volume[free])))
     return load / area / (SETTLEMENT * size)
+
+
+def joint_stiffness(
+    assembly: Assembly, dead: Array, stiffness: ArrayLike | tuple[ArrayLike, ArrayLike] | None = None
+) -> tuple[Array, Array, list[str]]:
+    """Stiffnesses kn and ks of every interface [Pa/m], shape (k,), and a warning where joints name none.
+
+    Parameters
+    ----------
+    dead : wrench per block, which sets the default [N, N m], shape (n, 6)
+    stiffness : kn, or (kn, ks), of all joints or per interface; by default those of the joints
+
+    Raises
+    ------
+    InputError
+        For numbers that are not positive and finite, and more than two.
+    NotApplicable
+        For joints without shear stiffness.
+    """
+    x = assembly.arrays
+    warnings: list[str] = []
+    count = len(x.area)
+    if stiffness is not None:
+        pair = stiffness if isinstance(stiffness, tuple | list) else (stiffness, stiffness)
+        given = [np.broadcast_to(np.asarray(v, dtype=float), (count,)).copy() for v in pair]
+        if len(given) != 2 or not all((np.isfinite(v) & (v > 0.0)).all() for v in given):
+            raise InputError(f"stiffness must be positive and finite, kn or (kn, ks) [Pa/m], got {stiffness!r}")
+        return given[0], given[1], warnings
+    missing = ~(x.normal_stiffness > 0.0)
+    standard = default_stiffness(assembly, dead) if missing.any() else np.nan
+    if missing.any():
+        warnings.append(missing_stiffness(int(missing.sum()), count, standard))
+    kn = np.where(missing, standard, x.normal_stiffness)
+    ks = np.where(np.isnan(x.shear_stiffness), kn, x.shear_stiffness)
+    if not (ks > 0.0).all():
+        raise NotApplicable(
+            f"joint of interface {int(np.argmin(ks > 0))} has shear_stiffness 0: it must be positive here"
+        )
+    return kn, ks, warnings
+
+
+def missing_stiffness(count: int, of: int, standard: float) -> str:
+    """What to say of joints that name no stiffness and take the default [Pa/m]."""
+    return (
+        f"{count} of {of} joints name no stiffness: kn = ks = {standard:.3g} Pa/m is used, chosen so that the foot "
+        f"shortens by {SETTLEMENT:g} of a block under the dead load; it is not a material property"
+    )
 
 
 def masonry_modulus_itasca(block_modulus: float, normal_stiffness: float, spacing: float) -> float:

@@ -19,7 +19,7 @@ from limitmason.mechanics.equilibrium import degrees_of_freedom
 from limitmason.mechanics.joint_shapes import BlockShapes, shapes_of, told_of_soft_blocks
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.plane import Plane, find_plane
-from limitmason.mechanics.stiffness import default_stiffness
+from limitmason.mechanics.stiffness import joint_stiffness
 from limitmason.mechanics.stiffness_matrix import stiffness_matrix
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -75,42 +75,6 @@ class BlockCarrier:
         return out
 
 
-def joint_stiffness(
-    assembly: Assembly, dead: Array, stiffness: ArrayLike | tuple[ArrayLike, ArrayLike] | None = None
-) -> tuple[Array, Array, tuple[str, ...]]:
-    """Stiffnesses kn and ks of every interface [Pa/m], and a warning where joints name none.
-
-    Parameters
-    ----------
-    dead : wrench per block, which sets the default [N, N m], shape (n, 6)
-    stiffness : kn, or (kn, ks), of all joints or per interface; by default those of the joints
-    """
-    x = assembly.arrays
-    k = len(assembly.interfaces)
-    warnings: tuple[str, ...] = ()
-    if stiffness is None:
-        missing = np.isnan(x.normal_stiffness)
-        standard = default_stiffness(assembly, dead) if missing.any() else np.nan
-        kn = np.where(missing, standard, x.normal_stiffness)
-        ks = np.where(np.isnan(x.shear_stiffness), kn, x.shear_stiffness)
-        if missing.any():
-            warnings = (
-                f"{int(missing.sum())} of {k} joints name no stiffness: kn = ks = {standard:.3g} Pa/m is used, which "
-                "is no material property; the frequencies are meaningless",
-            )
-    else:
-        pair = stiffness if isinstance(stiffness, tuple) else (stiffness, stiffness)
-        if len(pair) != 2:
-            raise InputError(f"stiffness must be kn or (kn, ks) [Pa/m], got {stiffness!r}")
-        kn, ks = (np.broadcast_to(np.asarray(v, dtype=float), (k,)) for v in pair)
-    for name, value in (("normal", kn), ("shear", ks)):
-        wrong = ~(np.isfinite(value) & (value > 0.0))
-        if wrong.any():
-            i = int(np.argmax(wrong))
-            raise InputError(f"interface {i} has {name} stiffness {value[i]:g} Pa/m: it must be positive and finite")
-    return kn, ks, warnings
-
-
 def closed_system(
     assembly: Assembly,
     *,
@@ -127,7 +91,7 @@ def closed_system(
     contact_points, contact_model : see :func:`limitmason.mechanics.contact_points.contact_points`; from three points
         on a side
         joints bend as their faces do, with two their bending stiffness is three times too large
-    stiffness : see :func:`joint_stiffness`
+    stiffness : see :func:`limitmason.mechanics.stiffness.joint_stiffness`
     blocks : "rigid"; "modal", with the shapes of the DEM's blocks that deform; "elastic", bodies in polynomials, which
         have modes of their own
     stress : of blocks that deform: "solid"; "plane stress" or "plane strain", of which only motions in the plane of the
@@ -151,9 +115,9 @@ def closed_system(
             why = "rigid blocks have no stress" if blocks == RIGID else "this problem is in no plane"
             raise InputError(f"stress={stress!r} is for blocks that deform in a plane: {why}")
     points = _points(assembly, contact_points, contact_model, plane)
-    kn, ks, warnings = joint_stiffness(assembly, dead.dead, stiffness)
+    kn, ks, told = joint_stiffness(assembly, dead.dead, stiffness)
     components = np.column_stack([kn, *[ks] * (points.components - 1)])[points.interface]
-    warnings += told_of_soft_blocks(assembly, kn, blocks)
+    warnings = (*told, *["the frequencies are meaningless"] * bool(told), *told_of_soft_blocks(assembly, kn, blocks))
     label = f"{'' if blocks == RIGID else blocks + ' '}blocks on closed joints"
     shapes = None if blocks == RIGID else shapes_of(assembly, blocks, stress, None if plane is None else plane.normal)
     return block_system(assembly, points, components, label, warnings, plane, shapes, blocks)

@@ -17,9 +17,9 @@ from limitmason.experiments import murano_u_walls as murano
 from limitmason.geometry import polygon_area_centroid
 from limitmason.limit import limit_analysis
 from limitmason.mechanics.contact_points import contact_points
+from limitmason.mechanics.stiffness import joint_stiffness
 from limitmason.mechanics.stiffness_matrix import stiffness_matrix
 from limitmason.model.patch import patch_wrenches
-from limitmason.vibration.blocks import joint_stiffness
 
 SOURCE = "murano-u-walls"
 WALLS = experiments.specimens(SOURCE)

@@ -62,7 +62,8 @@ def answers():
 
 def solid_curve():
     h = 0.1
-    cube = Continuum.from_boxes([Box(np.zeros(3), np.full(3, h))], lm.Material(8e8, 0.0, 0.0, tensile_strength=8e4, tensile_energy=12.0), size=h)
+    brittle = lm.Material(8e8, 0.0, 0.0, tensile_strength=8e4, tensile_energy=12.0)
+    cube = Continuum.from_boxes([Box(np.zeros(3), np.full(3, h))], brittle, size=h)
     top = [(0, 0, h), (h, 0, h), (h, h, h), (0, h, h)]
     pulled = cube.with_patch_pressure(top, force=-1.0)
     return push(pulled, control=((h / 2, h / 2, h), (0, 0, 1)), to=3e-5, first=1e-5, largest=1e-5)

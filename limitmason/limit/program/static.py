@@ -1,7 +1,7 @@
 """The cone program of the static theorem, handed to Clarabel as sparse matrices."""
 
 import time
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import clarabel
 import numpy as np
@@ -50,13 +50,14 @@ _STATUS = {
 }
 
 
-def solver_settings(tolerance: float, *, max_iterations: int = 200, threads: int = 1, verbose: bool = False
+def solver_settings(
+    tolerance: float, *, max_iterations: int = 200, verbose: bool = False
 ) -> clarabel.DefaultSettings:
     """Clarabel settings that reach the stated tolerance on walls of 50 to 10,000 blocks."""
     settings = clarabel.DefaultSettings()
     settings.verbose = verbose
     settings.max_iter = max_iterations
-    settings.max_threads = threads
+    settings.max_threads = 1
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
     settings.direct_solve_method = "qdldl"
     return settings
@@ -81,18 +82,20 @@ def solve_static(
     bound = np.concatenate([-problem.dead, cones.constant])
     objective = np.zeros(n + 1)
     objective[-1] = -1.0
-    kinds = [clarabel.ZeroConeT(r)]
-    if cones.n_linear:
-        kinds.append(clarabel.NonnegativeConeT(cones.n_linear))
-    kinds += [clarabel.SecondOrderConeT(size) for size in cones.cone_sizes]
     settings = solver_settings(tolerance, max_iterations=max_iterations, verbose=verbose)
     start = time.perf_counter()
     quadratic = sparse.csc_matrix((n + 1, n + 1))
-    answer = clarabel.DefaultSolver(quadratic, objective, matrix, bound, kinds, settings).solve()
+    answer = clarabel.DefaultSolver(quadratic, objective, matrix, bound, _kinds(r, cones), settings).solve()
     seconds = time.perf_counter() - start
     x, z = np.array(answer.x), np.array(answer.z)
     status = _STATUS.get(str(answer.status), NOT_CONVERGED)
     return Solution(status, float(x[-1]), x[:-1], z[:r], int(answer.iterations), seconds)
+
+
+def _kinds(rows: int, cones: Cones) -> list[Any]:
+    """Clarabel's cones: equations first, then the joint law."""
+    linear = [clarabel.NonnegativeConeT(cones.n_linear)] if cones.n_linear else []
+    return [clarabel.ZeroConeT(rows), *linear, *(clarabel.SecondOrderConeT(size) for size in cones.cone_sizes)]
 
 
 class Carried(NamedTuple):
@@ -137,13 +140,9 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
             if _balances(problem, force, problem.dead, own):
                 return Carried(True, force, None, time.perf_counter() - start)
     r, n = problem.matrix.shape
-    kinds = [clarabel.ZeroConeT(r)]
-    if cones.n_linear:
-        kinds.append(clarabel.NonnegativeConeT(cones.n_linear))
-    kinds += [clarabel.SecondOrderConeT(size) for size in cones.cone_sizes]
     answer = clarabel.DefaultSolver(
         sparse.csc_matrix((n, n)), np.zeros(n), sparse.csc_matrix(sparse.vstack([problem.matrix, -cones.matrix])),
-        np.concatenate([-problem.dead, cones.constant]), kinds, solver_settings(tolerance),
+        np.concatenate([-problem.dead, cones.constant]), _kinds(r, cones), solver_settings(tolerance),
     ).solve()  # fmt: skip
     status = str(answer.status)
     seconds = time.perf_counter() - start
@@ -220,12 +219,8 @@ def opening_motion(problem: Problem) -> tuple[Array | None, float]:
         bound[::3] = -1.0
         kinds = [clarabel.SecondOrderConeT(3)] * m
     answer = clarabel.DefaultSolver(
-        sparse.csc_matrix(sparse.eye_array(r)),
-        np.zeros(r),
-        sparse.csc_matrix(rows),
-        bound,
-        kinds,
+        sparse.csc_matrix(sparse.eye_array(r)), np.zeros(r), sparse.csc_matrix(rows), bound, kinds,
         solver_settings(1e-6),
-    ).solve()
+    ).solve()  # fmt: skip
     seconds = time.perf_counter() - start
     return (np.array(answer.x) if str(answer.status) in ("Solved", "AlmostSolved") else None), seconds
