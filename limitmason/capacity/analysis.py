@@ -17,7 +17,7 @@ from limitmason.capacity import path
 from limitmason.capacity.certificate import Structure
 from limitmason.capacity.certified import certified_curve
 from limitmason.capacity.contacts import (
-    Contacts,
+    PathContacts,
     carried_firmly,
     firmness,
     first_contacts,
@@ -25,7 +25,7 @@ from limitmason.capacity.contacts import (
     turned_over,
 )
 from limitmason.capacity.crossing import with_crossings
-from limitmason.capacity.deformable import Deformation, deformation, lumped, plane_of
+from limitmason.capacity.deformable import CondensedShapes, deformation, lumped, plane_of
 from limitmason.capacity.edges import told_of_edges
 from limitmason.capacity.faces import Shapes, shapes_of, with_faces
 from limitmason.capacity.generations import Generations
@@ -227,8 +227,8 @@ def pushover(
 
 
 def _meeting_shapes(
-    assembly: Assembly, first: Contacts, plane: Plane | None, size: float, firm: NDArray[np.intp]
-) -> tuple[Shapes, Contacts]:
+    assembly: Assembly, first: PathContacts, plane: Plane | None, size: float, firm: NDArray[np.intp]
+) -> tuple[Shapes, PathContacts]:
     """Faces that may meet on the way, and the first contacts with what they stand for there."""
     shapes, first = shapes_of(assembly, first, plane, size, firm)
     if plane is None:
@@ -267,7 +267,7 @@ def _falls(generations: Generations, warnings: list[str]) -> PushoverCurve:
 
 
 def _equations(
-    assembly: Assembly, s: Structure, *, plane: Plane | None, bent: Deformation | None, **given: Any
+    assembly: Assembly, s: Structure, *, plane: Plane | None, bent: CondensedShapes | None, **given: Any
 ) -> System:
     """Equations of a structure; a function of the module, so that a curve goes to other processes."""
     p = s.points

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from limitmason.capacity import descent, newton
 from limitmason.capacity.certificate import SHORTEST, WITHIN
 from limitmason.capacity.kinematics import Pose, motion_between, moved
-from limitmason.capacity.point_law import History
+from limitmason.capacity.point_law import PlasticHistory
 from limitmason.capacity.stepping import Node, by_programs, is_large, node_of, quieted, step
 from limitmason.capacity.system import Evaluated, System
 
@@ -31,7 +31,7 @@ def brittle(system: System) -> bool:
     return softening is not None and bool(np.logical_or(*softening.sudden).any())
 
 
-def overload(system: System, old: History, at: Evaluated) -> Array:
+def overload(system: System, old: PlasticHistory, at: Evaluated) -> Array:
     """Opening or slip beyond the strength of points that would break, over the elastic one at the strength, (m,).
 
     Negative below the strength; minus infinity where nothing can break.
@@ -54,7 +54,7 @@ def overload(system: System, old: History, at: Evaluated) -> Array:
     return np.where(damage < 1.0, np.maximum(over, other), -np.inf)
 
 
-def weakened(history: History, rows: Index) -> History:
+def weakened(history: PlasticHistory, rows: Index) -> PlasticHistory:
     """The history with some points broken."""
     damage = np.array(np.broadcast_to(np.asarray(history.damage), history.lift.shape))
     damage[rows] = 1.0
@@ -67,7 +67,7 @@ def due(over: Array) -> Index:
     return np.flatnonzero(over >= worst - WITHIN) if worst > 0.0 else np.empty(0, np.intp)
 
 
-def overload_of(system: System, old: History, node: Node) -> Array:
+def overload_of(system: System, old: PlasticHistory, node: Node) -> Array:
     """The same of a node that was reached from a history."""
     return overload(system, old, system.evaluate(node.pose, old, node.multiplier))
 
@@ -144,7 +144,13 @@ def released(system: System, node: Node, rows: Index, ratio: float, target: floa
 
 
 def _solved(
-    system: System, node: Node, history: History, pose: Pose, multiplier: float, target: float | None, ratio: float
+    system: System,
+    node: Node,
+    history: PlasticHistory,
+    pose: Pose,
+    multiplier: float,
+    target: float | None,
+    ratio: float,
 ) -> tuple[newton.Solved, int] | None:
     """What Newton's method leaves: by descent and by programs, in the order of :func:`stepping.step`."""
     for by_descent in (True, False) if is_large(system) else (False, True):
@@ -159,11 +165,17 @@ def _solved(
 
 
 def _fallen(
-    system: System, node: Node, history: History, broken: list[Index], ratio: float, target: float | None, programs: int
+    system: System,
+    node: Node,
+    history: PlasticHistory,
+    broken: list[Index],
+    ratio: float,
+    target: float | None,
+    programs: int,
 ) -> Node | None:
     """The state that viscous sub-steps come to; whatever they overload breaks at the end of each."""
 
-    def breaks(old: History, at: Evaluated) -> History:
+    def breaks(old: PlasticHistory, at: Evaluated) -> PlasticHistory:
         rows = due(overload(system, old, at))
         if not len(rows):
             return at.returned.history

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.capacity.contacts import Contacts
-from limitmason.capacity.deformable import Deformation
+from limitmason.capacity.contacts import PathContacts
+from limitmason.capacity.deformable import CondensedShapes
 from limitmason.mechanics.law import SUDDEN, PointLaw
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -26,7 +26,7 @@ SHORTEST = 0.1
 _CREATED = 1e-2  # energy that a jump may seem to make, of its gross work: its path, and so its work, is not known
 
 
-class State(NamedTuple):
+class PathState(NamedTuple):
     """A state of the path: shift [m], (n, 3); R - I, (n, 3, 3); coordinates of the blocks' shapes [m], (n, k), none of
     rigid blocks; slip [m], (m, c - 1); lift [m], (m,); multiplier; plastic elongation of the ties [m], (t,).
 
@@ -108,20 +108,20 @@ class Structure(NamedTuple):
 
     assembly: Assembly
     loads: Loads
-    points: Contacts
+    points: PathContacts
     weight: float
     size: float
     length: float
-    deformation: Deformation | None = None
+    deformation: CondensedShapes | None = None
     tie_stiffness: Array = np.zeros(0)
 
 
-def strength(s: Structure, at: State) -> PointLaw:
+def strength(s: Structure, at: PathState) -> PointLaw:
     """Strengths of the points [Pa] at the damage of a state."""
     return s.points.law.towards(s.points.rest, np.asarray(at.damage))
 
 
-def forces(s: Structure, at: State) -> tuple[Array, Array, Array]:
+def forces(s: Structure, at: PathState) -> tuple[Array, Array, Array]:
     """Force components on block b [N], (m, c); displacement [m], (m, c); present places of b's points [m], (m, 3)."""
     p, x = s.points, s.assembly.centroids
     rotation = at.turn + np.eye(3)
@@ -140,7 +140,7 @@ def forces(s: Structure, at: State) -> tuple[Array, Array, Array]:
     return np.column_stack([normal, shear]) * p.area[:, None], apart, p.place_b + moved_b
 
 
-def tensions(s: Structure, at: State) -> tuple[Array, Array, Array, Array]:
+def tensions(s: Structure, at: PathState) -> tuple[Array, Array, Array, Array]:
     """Tension of the ties [N], (t,), without a bound above; ends on a and b [m], unit vectors from a to b, (t, 3)."""
     x, ties = s.assembly.links, s.assembly.ties
     rows = slice(len(s.assembly.interfaces), None)
@@ -159,7 +159,7 @@ def tensions(s: Structure, at: State) -> tuple[Array, Array, Array, Array]:
     return pulls, ends[:, 0] + moved[0], ends[:, 1] + moved[1], along
 
 
-def equilibrium(s: Structure, at: State) -> float:
+def equilibrium(s: Structure, at: PathState) -> float:
     """Largest unbalanced force, or moment over a block's size, of a free motion or shape, in mean block weights."""
     p = s.points
     components, _, place = forces(s, at)
@@ -188,12 +188,12 @@ def equilibrium(s: Structure, at: State) -> float:
     return max(largest, float(np.abs(on_shapes).max(initial=0.0)) / s.weight)
 
 
-def beyond_strength(s: Structure, at: State, apart: Array) -> Array:
+def beyond_strength(s: Structure, at: PathState, apart: Array) -> Array:
     """Opening of the points beyond their strength in a state [m], shape (m,); ``apart`` as :func:`forces` gives it."""
     return np.asarray(np.maximum(apart[:, 0] - at.lift - strength(s, at).tension / s.points.kn, 0.0))
 
 
-def stored(s: Structure, at: State) -> float:
+def stored(s: Structure, at: PathState) -> float:
     """Elastic energy, with what opening against the tensile strength keeps [J]; a closing joint gives it back.
 
     That of blocks that deform is in it, q' K q / 2, and that of ties, T^2 / (2 k).
@@ -208,7 +208,7 @@ def stored(s: Structure, at: State) -> float:
     return float((density * p.area).sum()) + bent + pulled
 
 
-def damage_error(s: Structure, before: State, after: State) -> float:
+def damage_error(s: Structure, before: PathState, after: PathState) -> float:
     """Departure of the damage after a step from what the law asks for [-], see :class:`StepCertificate`."""
     p = s.points
     if not p.softens:
@@ -231,7 +231,7 @@ def damage_error(s: Structure, before: State, after: State) -> float:
     return float(np.maximum(error, -grown).max(initial=0.0))
 
 
-def certify(s: Structure, before: State, after: State, jump: bool = False) -> tuple[StepCertificate, Balance]:
+def certify(s: Structure, before: PathState, after: PathState, jump: bool = False) -> tuple[StepCertificate, Balance]:
     """Certificate and energy of the step from one state to the next; of a ``jump`` not everything is asked."""
     old, new = forces(s, before)[0], forces(s, after)[0]
     area = s.points.area
@@ -286,7 +286,7 @@ def certify(s: Structure, before: State, after: State, jump: bool = False) -> tu
     )
 
 
-def _released(s: Structure, before: State, after: State) -> float:
+def _released(s: Structure, before: PathState, after: PathState) -> float:
     """Stored energy that damage takes in a step [J]: the opening beyond the strength times what the tension falls by.
 
     Damage by opening goes with it, x = h / rate, so that the mean of x over the fall is exact; damage by slip meets

@@ -11,7 +11,7 @@ from limitmason.capacity.certificate import Balance, StepCertificate, certify, e
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.papers import PAPERS
-from limitmason.capacity.point_law import History, slid_back
+from limitmason.capacity.point_law import PlasticHistory, slid_back
 from limitmason.capacity.result import Break, PushoverCurve
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.touching import outside
@@ -104,7 +104,7 @@ def _returned(generations: Generations, nodes: list[Node]) -> str:
         # points found anew have a lift from elsewhere
         aside = np.einsum("mci,mi->mc", p.directions[:, 1:], p.place_b - p.place_a)
         own = np.abs(aside).max(axis=1) < 1e-9 * s.size
-        back = np.flatnonzero(own & slid_back(p.law.tan_psi, History(node.history.slip, node.history.lift)))
+        back = np.flatnonzero(own & slid_back(p.law.tan_psi, PlasticHistory(node.history.slip, node.history.lift)))
         if len(back):
             a, b = (s.assembly.blocks[i].name for i in (p.block_a[back[0]], p.block_b[back[0]]))
             return (

@@ -98,7 +98,7 @@ def standard_points(assembly: Assembly, plane: Plane | None) -> tuple[str, Grid 
 
 
 @dataclass(frozen=True, eq=False)
-class Contacts(ReadOnly):
+class PathContacts(ReadOnly):
     """What m contact points are, in the reference pose; c force components.
 
     Parameters
@@ -154,15 +154,15 @@ class Contacts(ReadOnly):
         """How the points soften; None where none does."""
         return Softening(self.rest, self.by_opening, self.by_slip) if self.softens else None
 
-    def at(self, rows: Index | NDArray[np.bool_]) -> "Contacts":
+    def at(self, rows: Index | NDArray[np.bool_]) -> "PathContacts":
         """Some of the points."""
         chosen: dict[str, Any] = {}
         for f in fields(self):
             column = getattr(self, f.name)
             chosen[f.name] = column.at(rows) if isinstance(column, PointLaw) else column[rows]
-        return Contacts(**chosen)
+        return PathContacts(**chosen)
 
-    def with_rows(self, other: "Contacts") -> "Contacts":
+    def with_rows(self, other: "PathContacts") -> "PathContacts":
         """These points and others behind them."""
         joined: dict[str, Any] = {}
         for f in fields(self):
@@ -171,7 +171,7 @@ class Contacts(ReadOnly):
                 joined[f.name] = PointLaw(*(np.concatenate(pair) for pair in zip(mine, theirs, strict=True)))
             else:
                 joined[f.name] = np.concatenate([mine, theirs])
-        return Contacts(**joined)
+        return PathContacts(**joined)
 
     def ordered(self) -> Index:
         """Order in which the points of a pair of blocks follow each other."""
@@ -182,7 +182,7 @@ class Contacts(ReadOnly):
 def first_contacts(
     points: ContactPoints, law: PointLaw, kn: Array, ks: Array, misfit: Array | None = None,
     softening: Softening | None = None,
-) -> Contacts:  # fmt: skip
+) -> PathContacts:  # fmt: skip
     """The contact points of the reference pose, the frame carried by the points' block a.
 
     Parameters
@@ -199,13 +199,13 @@ def first_contacts(
         place_a = place_a - np.einsum("mc,mci->mi", misfit, points.directions)
     rows = points.interface
     none = np.full(points.count, NO_CORNER, np.intp)
-    return Contacts(
+    return PathContacts(
         points.block_a, points.block_b, place_a, points.position.copy(), points.directions, points.area, rows,
         np.ones(points.count), law.at(rows), kn[rows], ks[rows], none, none.copy(), *softening.at(rows),
     )  # fmt: skip
 
 
-def turned_over(c: Contacts, rows: NDArray[np.bool_]) -> Contacts:
+def turned_over(c: PathContacts, rows: NDArray[np.bool_]) -> PathContacts:
     """The same points, in some of them with the frame carried by the other block; force components keep their sign."""
     a, b = np.where(rows, c.block_b, c.block_a), np.where(rows, c.block_a, c.block_b)
     place_a = np.where(rows[:, None], c.place_b, c.place_a)

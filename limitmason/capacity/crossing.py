@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.capacity.contacts import Contacts, turned_over
+from limitmason.capacity.contacts import PathContacts, turned_over
 from limitmason.capacity.faces import Near, Shapes, beside, facing, near_blocks, products, together, turned
 from limitmason.capacity.kinematics import Pose, at_rest
 
@@ -117,7 +117,7 @@ def _places(shapes: Shapes, p: Index, q: Index, shares: tuple[Array, Array]) -> 
     return x[p] + s[:, None] * (x[after[p]] - x[p]), x[q] + t[:, None] * (x[after[q]] - x[q])
 
 
-def off(shapes: Shapes, c: Contacts, rows: Index, pose: Pose) -> Array:
+def off(shapes: Shapes, c: PathContacts, rows: Index, pose: Pose) -> Array:
     """How far points lie from where their sides cross [m], shape of ``rows``, or sides from crossing at all."""
     p, q = _sides(shapes, c.corner[rows])
     met, x = _met(shapes, pose, p, q), shapes.assembly.centroids
@@ -156,13 +156,13 @@ def meeting(shapes: Shapes, pose: Pose, since: Pose, depth: float, *, inside: fl
     return near.with_rows(as_near(shapes, crossings(shapes, pose, inside, depth), since, pose)) if space else near
 
 
-def known(shapes: Shapes, c: Contacts, near: Near) -> NDArray[np.bool_]:
+def known(shapes: Shapes, c: PathContacts, near: Near) -> NDArray[np.bool_]:
     """What is a point already, or lay together in the reference pose without being one."""
     present = shapes.code(c.corner, c.face)[c.face >= 0]
     return np.isin(shapes.code(near.corner, near.face), np.concatenate([present, shapes.strangers]))
 
 
-def is_crossing(shapes: Shapes, c: Contacts | Near) -> NDArray[np.bool_]:
+def is_crossing(shapes: Shapes, c: PathContacts | Near) -> NDArray[np.bool_]:
     """Which points are places where sides cross."""
     return np.asarray(c.corner >= len(shapes.corner_face))
 
@@ -198,7 +198,7 @@ def as_near(shapes: Shapes, found: Crossings, before: Pose, now: Pose) -> Near:
     )  # fmt: skip
 
 
-def with_crossings(shapes: Shapes, c: Contacts) -> tuple[Shapes, Contacts]:
+def with_crossings(shapes: Shapes, c: PathContacts) -> tuple[Shapes, PathContacts]:
     """Contacts of the reference pose in space with those named at which sides cross.
 
     What crosses there without being a point, or belongs to no joint, is no contact later either.

@@ -32,7 +32,7 @@ _UNSEEN = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Deformation:
+class CondensedShapes:
     """Shapes of n blocks in their coordinates, at m joint points.
 
     Parameters
@@ -115,7 +115,7 @@ def plane_of(assembly: Assembly, loads: Loads, blocks: str, stress: str | None) 
 
 def deformation(
     assembly: Assembly, points: ContactPoints, blocks: str, stress: str, plane: Plane | None, kn: Array, ks: Array
-) -> Deformation:
+) -> CondensedShapes:
     """Shapes of the blocks at the joint points.
 
     Parameters
@@ -165,4 +165,4 @@ def deformation(
             bases[i] = np.pad(basis_of, ((0, 0), (0, count - basis_of.shape[1])))
         for side, r, u in zip(sides, mine, moved_of, strict=True):
             side[r, :, : u.shape[2]] = u
-    return Deformation(tuple(shapes), tuple(bases), springs, sides[0], sides[1], blocks)
+    return CondensedShapes(tuple(shapes), tuple(bases), springs, sides[0], sides[1], blocks)

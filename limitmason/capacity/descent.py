@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from limitmason.capacity import newton
 from limitmason.capacity.kinematics import Pose
-from limitmason.capacity.point_law import Elastic, History, Returned, return_map
+from limitmason.capacity.point_law import Elastic, PlasticHistory, Returned, return_map
 from limitmason.capacity.system import Evaluated, System
 from limitmason.mechanics.tie_springs import tension
 
@@ -38,7 +38,7 @@ def solve(
     system: System,
     pose: Pose,
     multiplier: float,
-    old: History,
+    old: PlasticHistory,
     target: float | None,
     *,
     viscosity: float = 0.0,
@@ -102,8 +102,8 @@ def _force(system: System, returned: Returned) -> Array:
 
 
 def _lowest(
-    system: System, law: Elastic, old: History, now: Evaluated, motion: Array, multiplier: float, viscosity: float,
-    done: Array,
+    system: System, law: Elastic, old: PlasticHistory, now: Evaluated, motion: Array, multiplier: float,
+    viscosity: float, done: Array,
 ) -> float:  # fmt: skip
     """Share of a motion at which the potential of the frozen law is lowest, by its slope."""
     apart, (work, longer) = now.contact.displacement, system.relative(now, motion)

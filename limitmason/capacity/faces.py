@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.capacity.contacts import Contacts, turned_over
+from limitmason.capacity.contacts import PathContacts, turned_over
 from limitmason.capacity.kinematics import Pose, at_rest
 from limitmason.geometry.boxtree import overlapping_pairs
 from limitmason.mechanics.plane import Plane
@@ -89,8 +89,8 @@ class Shapes(NamedTuple):
 
 
 def shapes_of(
-    assembly: Assembly, contacts: Contacts, plane: Plane | None, size: float, firm: Index
-) -> tuple[Shapes, Contacts]:
+    assembly: Assembly, contacts: PathContacts, plane: Plane | None, size: float, firm: Index
+) -> tuple[Shapes, PathContacts]:
     """Faces and corners of an assembly, and the contacts with their corners named and the frame carried by the face.
 
     Parameters
@@ -171,7 +171,7 @@ class Near(NamedTuple):
         return Near(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
 
 
-def _outlines(assembly: Assembly, contacts: Contacts, plane: Plane | None) -> list[tuple[int, Array, Array]]:
+def _outlines(assembly: Assembly, contacts: PathContacts, plane: Plane | None) -> list[tuple[int, Array, Array]]:
     """Block, corners and outward normal of every face, blocks in order; in plane the two ends of a line."""
     out = []
     level = 0.0 if plane is None else float(np.median(contacts.place_b @ plane.normal))
@@ -201,7 +201,7 @@ def _area_vector(x: Array) -> Array:
 
 
 def _inset(
-    assembly: Assembly, contacts: Contacts, outlines: list[tuple[int, Array, Array]], plane: Plane | None
+    assembly: Assembly, contacts: PathContacts, outlines: list[tuple[int, Array, Array]], plane: Plane | None
 ) -> float:
     """How far the contacts of the model are pulled in from the ends of the faces [m]: the median over its joints."""
     if plane is None:
@@ -226,7 +226,7 @@ def _inset(
     return inset if inset > 10.0 * assembly.tolerance else 0.0
 
 
-def _named(shapes: Shapes, c: Contacts, near: Near) -> Contacts:
+def _named(shapes: Shapes, c: PathContacts, near: Near) -> PathContacts:
     """The contacts with their corners and faces, the frame carried by the face.
 
     ``near`` is what lies together in the reference pose.
@@ -256,7 +256,7 @@ def _named(shapes: Shapes, c: Contacts, near: Near) -> Contacts:
     return replace(turned_over(c, over), corner=corner, face=face)
 
 
-def with_faces(shapes: Shapes, c: Contacts) -> Contacts:
+def with_faces(shapes: Shapes, c: PathContacts) -> PathContacts:
     """The contacts with the face named on which points lie that are neither a corner nor where sides cross."""
     face, rest = c.face.copy(), at_rest(shapes.assembly.n_blocks)
     for i in np.flatnonzero(face < 0):
@@ -269,7 +269,7 @@ def with_faces(shapes: Shapes, c: Contacts) -> Contacts:
     return replace(c, face=face)
 
 
-def _strangers(shapes: Shapes, c: Contacts, near: Near, codes: NDArray[np.int64]) -> NDArray[np.int64]:
+def _strangers(shapes: Shapes, c: PathContacts, near: Near, codes: NDArray[np.int64]) -> NDArray[np.int64]:
     """Of what lies together in the reference pose without being a point, what shall not become one.
 
     That is all but the second of two corners that meet, which takes over once they slide.

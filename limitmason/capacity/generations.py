@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.capacity.certificate import State, Structure, certify, forces, stored
+from limitmason.capacity.certificate import PathState, Structure, certify, forces, stored
 from limitmason.capacity.crossing import is_crossing
 from limitmason.capacity.faces import Shapes
 from limitmason.capacity.kinematics import motion_between
@@ -48,10 +48,10 @@ class Generations:
         """Make the equations of the first generation."""
         self.systems = [self.make(s) for s in self.structures]
 
-    def state(self, node: Node) -> State:
+    def state(self, node: Node) -> PathState:
         """What a certificate reads of a node."""
         h = node.history
-        return State(*node.pose, h.slip, h.lift, node.multiplier, h.damage, h.stretched)
+        return PathState(*node.pose, h.slip, h.lift, node.multiplier, h.damage, h.stretched)
 
     def begun(self, node: Node) -> Node:
         """The node as the next step starts from it: with the contacts that were found anew there."""

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.capacity.contacts import Contacts
-from limitmason.capacity.deformable import Deformation
+from limitmason.capacity.contacts import PathContacts
+from limitmason.capacity.deformable import CondensedShapes
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.mechanics.equilibrium import degrees_of_freedom
 from limitmason.mechanics.plane import Plane
@@ -36,7 +36,7 @@ class Pose(NamedTuple):
     shapes: Array
 
 
-class Bodies(NamedTuple):
+class ContactGeometry(NamedTuple):
     """What the kinematics needs of m contact points with c components between n blocks of d degrees of freedom.
 
     A block's degrees of freedom are its d - k rigid ones, then the coordinates of its k shapes.
@@ -74,8 +74,8 @@ class Contact(NamedTuple):
 
 
 def make_bodies(
-    assembly: Assembly, points: Contacts, plane: Plane | None, deformation: Deformation | None = None
-) -> Bodies:
+    assembly: Assembly, points: PathContacts, plane: Plane | None, deformation: CondensedShapes | None = None
+) -> ContactGeometry:
     """Arrays of the contact points of an assembly in its reference pose; rigid blocks without a deformation."""
     basis, free = degrees_of_freedom(assembly, plane)
     x = assembly.arrays.centroid
@@ -85,7 +85,7 @@ def make_bodies(
         shapes_a, shapes_b = deformation.shapes_a, deformation.shapes_b
         basis = np.block([[basis, np.zeros((6, k))], [np.zeros((k, basis.shape[1])), np.eye(k)]])
         free = np.hstack([free, deformation.stiffness > 0.0])
-    return Bodies(
+    return ContactGeometry(
         points.block_a, points.block_b, points.place_a - x[points.block_a], points.place_b - x[points.block_b],
         points.place_b - points.place_a, points.directions, points.area, basis, free, shapes_a, shapes_b,
     )  # fmt: skip
@@ -107,7 +107,7 @@ def moved(pose: Pose, motion: Array) -> Pose:
     return Pose(pose.shift + motion[:, :3], pose.turn + step + step @ pose.turn, pose.shapes + motion[:, 6:])
 
 
-def contact(bodies: Bodies, pose: Pose) -> Contact:
+def contact(bodies: ContactGeometry, pose: Pose) -> Contact:
     """Displacements, directions and arms of the points in a pose."""
     a, b = bodies.block_a, bodies.block_b
     turn_a = pose.turn[a]
@@ -125,7 +125,7 @@ def contact(bodies: Bodies, pose: Pose) -> Contact:
     return Contact(displacement, directions, bodies.arm_a + swing_a + gap, bodies.arm_b + swing_b, shapes_b)
 
 
-def point_wrenches(bodies: Bodies, at: Contact) -> Array:
+def point_wrenches(bodies: ContactGeometry, at: Contact) -> Array:
     """Wrenches of unit forces on blocks a and b, projected on their degrees of freedom, shape (m, c, 2, d)."""
     parts_a = [at.directions, np.cross(at.arm_a[:, None], at.directions)]
     parts_b = [at.directions, np.cross(at.arm_b[:, None], at.directions)]
@@ -136,7 +136,7 @@ def point_wrenches(bodies: Bodies, at: Contact) -> Array:
     return np.stack([-on_a @ bodies.basis, on_b @ bodies.basis], axis=2)
 
 
-def block_wrenches(bodies: Bodies, wrenches: Array, force: Array) -> Array:
+def block_wrenches(bodies: ContactGeometry, wrenches: Array, force: Array) -> Array:
     """Sum of the point forces [N], (m, c), on the blocks' degrees of freedom [N, N m], shape (n, d)."""
     n, d = bodies.free.shape
     pair = np.einsum("mcsd,mc->msd", wrenches, force)
@@ -146,7 +146,7 @@ def block_wrenches(bodies: Bodies, wrenches: Array, force: Array) -> Array:
     return out
 
 
-def geometric_stiffness(bodies: Bodies, at: Contact, force: Array, starts: Index) -> Array:
+def geometric_stiffness(bodies: ContactGeometry, at: Contact, force: Array, starts: Index) -> Array:
     """Change of the wrenches with the pose at constant force components, rigid motions, shape (k, 2 r, 2 r).
 
     Summed over runs of points. The force turns with block a; its arm on b turns with b, that on a follows b's point.

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.capacity.contacts import Contacts
+from limitmason.capacity.contacts import PathContacts
 from limitmason.capacity.kinematics import Pose
 from limitmason.geometry.facing import all_faces
 from limitmason.geometry.overlap import near_pairs, penetrations
@@ -16,7 +16,9 @@ DEEP = 0.02
 """Depth beyond that of the pressed springs from which blocks go through each other, over the median block size [-]."""
 
 
-def deepest(assembly: Assembly, c: Contacts, pose: Pose, force: Array, slack: float) -> tuple[int, int, float] | None:
+def deepest(
+    assembly: Assembly, c: PathContacts, pose: Pose, force: Array, slack: float
+) -> tuple[int, int, float] | None:
     """Two blocks that overlap in a pose by more than their springs are pressed, and by how much [m]; None if none do.
 
     Blocks are taken as rigid, in convex pieces; in plane only those count that have no point at all. Of several pairs

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.capacity.kinematics import Pose
-from limitmason.capacity.point_law import History
+from limitmason.capacity.point_law import PlasticHistory
 from limitmason.capacity.system import Evaluated, System
 
 Array = NDArray[np.float64]
@@ -38,7 +38,7 @@ def solve(
     system: System,
     pose: Pose,
     multiplier: float,
-    old: History,
+    old: PlasticHistory,
     target: float | None,
     *,
     viscosity: float = 0.0,

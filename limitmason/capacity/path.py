@@ -62,7 +62,7 @@ class Phase(StrEnum):
     FALLING = "past a limit point"
 
 
-class Verdict(StrEnum):
+class StepOutcome(StrEnum):
     """What becomes of a try of a step that does not end the path."""
 
     ACCEPTED = "accepted"
@@ -160,7 +160,7 @@ class _Path:
         )
         return STOPPED
 
-    def _step(self) -> Verdict | PathEnd:
+    def _step(self) -> StepOutcome | PathEnd:
         """One try of a step: found, judged, closed in on, appended; then whether the path ends, and the next length."""
         last = self.generations.begun(self.nodes[-1])
         system = self.generations.systems[last.generation]
@@ -173,21 +173,21 @@ class _Path:
         self.failures = 0
         for judge in (self._leaps, self._goes_too_far, self._makes_energy, self._keeps_bonds):
             verdict = judge(found)
-            if verdict is not Verdict.ACCEPTED:
+            if verdict is not StepOutcome.ACCEPTED:
                 return verdict
         self.halved = 0
         if self._closes_in(found):
-            return Verdict.SHORTER
+            return StepOutcome.SHORTER
         end = self._appended(found) or self._ended(found.system, self.nodes[-1])
         if end is None:
             self._pace(found, self.nodes[-1])
-        return end or Verdict.ACCEPTED
+        return end or StepOutcome.ACCEPTED
 
     def _stopped(self, last: Node, why: str, end: PathEnd = STOPPED) -> PathEnd:
         self.warnings.append(f"the path stops at {last.control:.4g} m, lambda {last.multiplier:.5g}: {why}")
         return end
 
-    def _found(self, system: System, last: Node, left: float) -> Try | Verdict | PathEnd:
+    def _found(self, system: System, last: Node, left: float) -> Try | StepOutcome | PathEnd:
         """The state at the end of a step, by ever more costly ways the more often it failed."""
         self.advance = min(self.advance, self.longest, self.bound)
         move = left if left < 1.2 * self.advance else self.advance
@@ -208,7 +208,9 @@ class _Path:
             return Try(system, last, move, guess, new._replace(generation=last.generation), due)
         self.failures += 1
         self.advance = 0.5 * move
-        return self._stopped(last, "no step goes on from there") if self.advance < self.shortest else Verdict.SHORTER
+        return (
+            self._stopped(last, "no step goes on from there") if self.advance < self.shortest else StepOutcome.SHORTER
+        )
 
     def _beyond(self, system: System, last: Node, left: float) -> tuple[Node | None, float]:
         """Where a block that has lost a support comes to rest: there may be nothing near. Also how far that is [m]."""
@@ -225,28 +227,28 @@ class _Path:
     def _largest(self) -> float:
         return max(abs(n.multiplier) for n in self.nodes[self.begin :])
 
-    def _leaps(self, a: Try) -> Verdict:
+    def _leaps(self, a: Try) -> StepOutcome:
         """A step that leaps while the load still rises to more than ever may have passed over the largest load."""
         if not a.new.jump or a.guess is None or a.system.law.softening is None or a.move <= self.shortest:
-            return Verdict.ACCEPTED
+            return StepOutcome.ACCEPTED
         if self.toward * a.guess[1] <= (1.0 + _MISSED) * self._largest():
-            return Verdict.ACCEPTED
+            return StepOutcome.ACCEPTED
         self.advance = self.bound = 0.5 * a.move
-        return Verdict.SHORTER
+        return StepOutcome.SHORTER
 
-    def _goes_too_far(self, a: Try) -> Verdict:
+    def _goes_too_far(self, a: Try) -> StepOutcome:
         """A step in which points open, land, stick or run off by more than is found at its end."""
         if a.new.jump or a.due is not None:
-            return Verdict.ACCEPTED
+            return StepOutcome.ACCEPTED
         made, size = self.generations, a.system.size
         share = min(
             until_open(a.system, a.last, a.new, self.steps.opening * size), made.until_off(a.last, a.new),
             made.until_landed(a.last, a.new), until_stuck(made, self.nodes, a.new, self.steps.sliding * size),
         )  # fmt: skip
         if share == 1.0 or a.move <= self.shortest:
-            return Verdict.ACCEPTED
+            return StepOutcome.ACCEPTED
         self.advance = share * a.move
-        return Verdict.SHORTER
+        return StepOutcome.SHORTER
 
     def _halve(self, a: Try) -> bool:
         """Whether the step is tried half as long once more."""
@@ -256,25 +258,25 @@ class _Path:
         self.advance = 0.5 * a.move
         return True
 
-    def _makes_energy(self, a: Try) -> Verdict | PathEnd:
+    def _makes_energy(self, a: Try) -> StepOutcome | PathEnd:
         """A step that loses energy is a jump; one that makes some is none."""
         over = 0.0 if a.new.jump else self.generations.energy(a.last, a.new)
         if abs(over) <= self.steps.energy:
-            return Verdict.ACCEPTED
+            return StepOutcome.ACCEPTED
         if self._halve(a):
-            return Verdict.SHORTER
+            return StepOutcome.SHORTER
         if over < 0.0:
             return self._stopped(a.last, f"the next step would make {-over:.1%} of its work out of nothing")
         a.new = a.new._replace(jump=True)
         self.say(f"jump at {a.new.control:.4g} m: {over:.1%} of the step's work is lost")
-        return Verdict.ACCEPTED
+        return StepOutcome.ACCEPTED
 
-    def _keeps_bonds(self, a: Try) -> Verdict | PathEnd:
+    def _keeps_bonds(self, a: Try) -> StepOutcome | PathEnd:
         """Open joints that still bear their bond end a path."""
         bonded = self.generations.bonded(a.new)
         if not bonded:
-            return Verdict.ACCEPTED
-        return Verdict.SHORTER if self._halve(a) else self._stopped(a.last, bonded, OPENED)
+            return StepOutcome.ACCEPTED
+        return StepOutcome.SHORTER if self._halve(a) else self._stopped(a.last, bonded, OPENED)
 
     # ---- limit points, and the end --------------------------------------------------------------------------------
 

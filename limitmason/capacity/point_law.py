@@ -52,7 +52,7 @@ class Elastic(NamedTuple):
         return Elastic(self.strength.at(rows), self.kn[rows], self.ks[rows], softening)
 
 
-class History(NamedTuple):
+class PlasticHistory(NamedTuple):
     """Plastic state of the points: slip along the tangents [m], (m, c - 1), and lift by dilation [m], (m,).
 
     ``damage`` [-], (m,), is 0 at peak and 1 at residual strength; one 0 for points that never soften.
@@ -64,31 +64,31 @@ class History(NamedTuple):
     damage: Array | float = 0.0
     stretched: Array = np.zeros(0)
 
-    def at(self, rows: Index) -> "History":
+    def at(self, rows: Index) -> "PlasticHistory":
         """Of some of the points."""
-        return History(self.slip[rows], self.lift[rows], np.broadcast_to(self.damage, self.lift.shape)[rows])
+        return PlasticHistory(self.slip[rows], self.lift[rows], np.broadcast_to(self.damage, self.lift.shape)[rows])
 
 
 class Returned(NamedTuple):
     """Stress (N, T...) [Pa], (m, c), the history that goes with it, and -d(stress)/d(displacement), (m, c, c)."""
 
     stress: Array
-    history: History
+    history: PlasticHistory
     tangent: Array
 
 
-def virgin(m: int, components: int) -> History:
+def virgin(m: int, components: int) -> PlasticHistory:
     """The history of points that have not slid."""
-    return History(np.zeros((m, components - 1)), np.zeros(m), np.zeros(m))
+    return PlasticHistory(np.zeros((m, components - 1)), np.zeros(m), np.zeros(m))
 
 
-def trial(law: Elastic, old: History, displacement: Array) -> Array:
+def trial(law: Elastic, old: PlasticHistory, displacement: Array) -> Array:
     """Stress without further slip and without limits, shape (m, c)."""
     normal = law.kn * (old.lift - displacement[:, 0])
     return np.column_stack([normal, law.ks[:, None] * (old.slip - displacement[:, 1:])])
 
 
-def return_map(law: Elastic, old: History, displacement: Array) -> Returned:
+def return_map(law: Elastic, old: PlasticHistory, displacement: Array) -> Returned:
     """Stress and history after a step from ``old`` to a relative displacement (w, e...) [m], shape (m, c)."""
     tried = _tried(law, old, displacement)
     if law.softening is None:
@@ -112,7 +112,7 @@ def return_map(law: Elastic, old: History, displacement: Array) -> Returned:
         ahead, behind = (_softened(part, was, at + sign * probe)[0].stress for sign in (1.0, -1.0))
         tangent[rows, :, k] = -0.5 * (ahead - behind) / probe[:, None, k]
         tangent[rows, k, k] += _OPEN_TANGENT * np.minimum(part.kn, part.ks)
-    return Returned(stress, History(slip, lift, before), tangent)
+    return Returned(stress, PlasticHistory(slip, lift, before), tangent)
 
 
 class _Tried(NamedTuple):
@@ -144,13 +144,13 @@ class _Slid(NamedTuple):
         return np.column_stack([self.normal, self.held[:, None] * self.along])
 
 
-def _tried(law: Elastic, old: History, displacement: Array) -> _Tried:
+def _tried(law: Elastic, old: PlasticHistory, displacement: Array) -> _Tried:
     tried = trial(law, old, displacement)
     size = np.sqrt(np.einsum("mc,mc->m", tried[:, 1:], tried[:, 1:]))
     return _Tried(tried[:, 0], size, tried[:, 1:] / np.maximum(size, 1e-300)[:, None], displacement[:, 0])
 
 
-def _softened(law: Elastic, old: History, displacement: Array) -> tuple[_Slid, Array]:
+def _softened(law: Elastic, old: PlasticHistory, displacement: Array) -> tuple[_Slid, Array]:
     """The return at the least damage that asks for no more damage, and that damage, (m,)."""
     before, tried = np.asarray(old.damage), _tried(law, old, displacement)
     damage = before
@@ -201,11 +201,11 @@ def _slid(law: Elastic, s: PointLaw, lift: Array, tried: _Tried) -> _Slid:
     return _Slid(slip, lift, normal, size - ks * slip, tried.along, cone, tip, apex, crushed, hardness)
 
 
-def _plastic(law: Elastic, s: PointLaw, old: History, tried: _Tried) -> Returned:
+def _plastic(law: Elastic, s: PointLaw, old: PlasticHistory, tried: _Tried) -> Returned:
     """The return with strengths that stay, and its consistent tangent -d(N, T)/d(w, e)."""
     found, kn, ks = _slid(law, s, old.lift, tried), law.kn, law.ks
     along, cone, tip = found.along, found.cone, found.tip
-    history = History(old.slip - found.slip[:, None] * along, found.lift, old.damage)
+    history = PlasticHistory(old.slip - found.slip[:, None] * along, found.lift, old.damage)
     sliding = found.slip > 0.0
     share = np.where(sliding, found.held / np.maximum(tried.size, 1e-300), 1.0)
     m, c = len(kn), along.shape[1] + 1
@@ -224,7 +224,7 @@ def _plastic(law: Elastic, s: PointLaw, old: History, tried: _Tried) -> Returned
     return Returned(found.stress, history, tangent)
 
 
-def slid_back(tan_psi: Array, history: History) -> NDArray[np.bool_]:
+def slid_back(tan_psi: Array, history: PlasticHistory) -> NDArray[np.bool_]:
     """Points whose lift is more than goes with their distance from the start, tan(psi) |slip|, by a hundredth of it.
 
     Parameters

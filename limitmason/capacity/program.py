@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.capacity.point_law import History
+from limitmason.capacity.point_law import PlasticHistory
 from limitmason.capacity.system import Evaluated, System
 from limitmason.mechanics.law import PointLaw
 
@@ -34,7 +34,7 @@ class Stepped(NamedTuple):
 def solve_step(
     system: System,
     at: Evaluated,
-    old: History,
+    old: PlasticHistory,
     elastic: Array,
     normal: Array | None,
     advance: float | None,

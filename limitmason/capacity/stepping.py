@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from limitmason.capacity import descent, newton
 from limitmason.capacity.kinematics import Pose
-from limitmason.capacity.point_law import History, trial
+from limitmason.capacity.point_law import PlasticHistory, trial
 from limitmason.capacity.program import solve_step
 from limitmason.capacity.system import Evaluated, System
 
@@ -32,7 +32,7 @@ class Onward(NamedTuple):
     """
 
     generation: int
-    history: History
+    history: PlasticHistory
     force: Array
     before: NDArray[np.intp]
 
@@ -45,7 +45,7 @@ class Node(NamedTuple):
     """
 
     pose: Pose
-    history: History
+    history: PlasticHistory
     multiplier: float
     control: float
     force: Array  # (m, c)
@@ -122,7 +122,7 @@ def is_large(system: System) -> bool:
 
 
 def by_programs(
-    system: System, pose: Pose, old: History, target: float | None, multiplier: float, normal: Array | None,
+    system: System, pose: Pose, old: PlasticHistory, target: float | None, multiplier: float, normal: Array | None,
     ratio: float, viscosity: float = 0.0,
 ) -> tuple[newton.Solved, int] | None:  # fmt: skip
     """The fixed point of programs, finished by Newton; also the number of programs."""
@@ -162,8 +162,8 @@ def jump(system: System, node: Node, target: float, ratio: float) -> Node | None
 
 
 def quieted(
-    system: System, pose: Pose, history: History, target: float | None, multiplier: float, normal: Array | None,
-    ratio: float, eta: float, commit: Callable[[History, Evaluated], History] | None = None,
+    system: System, pose: Pose, history: PlasticHistory, target: float | None, multiplier: float, normal: Array | None,
+    ratio: float, eta: float, commit: Callable[[PlasticHistory, Evaluated], PlasticHistory] | None = None,
 ) -> Node | None:  # fmt: skip
     """The state that viscous sub-steps come to, eta lowered from its first value until there is no force left in it.
 

@@ -15,8 +15,8 @@ from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
 from limitmason.capacity.kinematics import (
-    Bodies,
     Contact,
+    ContactGeometry,
     Pose,
     at_rest,
     block_wrenches,
@@ -26,7 +26,7 @@ from limitmason.capacity.kinematics import (
     point_wrenches,
     shape_geometry,
 )
-from limitmason.capacity.point_law import Elastic, History, Returned, return_map, virgin
+from limitmason.capacity.point_law import Elastic, PlasticHistory, Returned, return_map, virgin
 from limitmason.capacity.ties import Pulled, pull, stiffness
 from limitmason.mechanics.tie_springs import NO_TIES, TieSprings
 
@@ -65,8 +65,8 @@ class System:
     """
 
     def __init__(
-        self, bodies: Bodies, law: Elastic, dead: Array, live: Array, control: Array, weight: float, size: float,
-        length: float, springs: Array, ties: TieSprings = NO_TIES,
+        self, bodies: ContactGeometry, law: Elastic, dead: Array, live: Array, control: Array, weight: float,
+        size: float, length: float, springs: Array, ties: TieSprings = NO_TIES,
     ) -> None:  # fmt: skip
         """Number the free degrees of freedom and make the pattern of the bordered tangent."""
         none = np.zeros_like(springs)
@@ -111,7 +111,7 @@ class System:
 
     # ---- equations ----------------------------------------------------------------------------------------------
 
-    def evaluate(self, pose: Pose, old: History, multiplier: float) -> Evaluated:
+    def evaluate(self, pose: Pose, old: PlasticHistory, multiplier: float) -> Evaluated:
         """Stresses, wrenches and unbalance in a pose reached from a history."""
         at = contact(self.bodies, pose)
         wrenches = point_wrenches(self.bodies, at)
@@ -145,7 +145,7 @@ class System:
         longer = -np.einsum("tsd,tsd->t", at.pulled.wrenches, ends_of_ties)
         return np.einsum("mcsd,msd->mc", at.wrenches, ends), longer
 
-    def virgin(self) -> History:
+    def virgin(self) -> PlasticHistory:
         """The history of joints and ties that nothing has happened to."""
         return virgin(*self.bodies.directions.shape[:2])._replace(stretched=np.zeros(len(self.ties.length)))
 

@@ -16,11 +16,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.capacity.contacts import NEW, NO_CORNER, Contacts
+from limitmason.capacity.contacts import NEW, NO_CORNER, PathContacts
 from limitmason.capacity.crossing import gap_at, is_crossing, known, meeting, off
 from limitmason.capacity.faces import Near, Shapes, beside
 from limitmason.capacity.kinematics import Pose
-from limitmason.capacity.point_law import History
+from limitmason.capacity.point_law import PlasticHistory
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -33,16 +33,16 @@ _WAITS = 4.0  # overshoots beyond a side after which a loaded point without a su
 class Renewed(NamedTuple):
     """Contacts found anew with their history, forces [N] and numbers among the points before, -1 for new ones."""
 
-    contacts: Contacts
-    history: History
+    contacts: PathContacts
+    history: PlasticHistory
     force: Array
     before: Index
 
 
-class Made(NamedTuple):
+class NewPoint(NamedTuple):
     """A new point, its force [N], slip and lift [m], damage [-], and whose heir it is in plane, -1 for none."""
 
-    contacts: Contacts
+    contacts: PathContacts
     force: Array
     slip: Array
     lift: float
@@ -51,7 +51,7 @@ class Made(NamedTuple):
 
 
 def found_anew(
-    shapes: Shapes, c: Contacts, pose: Pose, history: History, force: Array, since: Pose
+    shapes: Shapes, c: PathContacts, pose: Pose, history: PlasticHistory, force: Array, since: Pose
 ) -> Renewed | None:
     """The contacts of a pose; None where they are still the same.
 
@@ -93,7 +93,7 @@ def found_anew(
         near = near.at(_single(shapes, c, gone, now_b, near, _present(shapes, pose, near)))
     gone &= ~loaded | _succeeded(shapes, c, near, now_b, _present(shapes, pose, near))
     shares = _shares(shapes, c, gone, now_b, near, _present(shapes, pose, near)) if space else None
-    made: list[Made] = []
+    made: list[NewPoint] = []
     # in plane what has left has one heir, of the same two blocks before others
     later = ~_close(shapes, c, near, now_b, _present(shapes, pose, near))[gone].any(axis=0)
     for row in np.lexsort((near.gap, near.face, later)):
@@ -111,10 +111,12 @@ def found_anew(
     order = kept.ordered()
     damage = np.append(np.broadcast_to(history.damage, history.lift.shape)[~gone], [new.damage for new in made])
     before = np.concatenate([np.flatnonzero(~gone), np.full(len(made), -1, np.intp)])
-    return Renewed(kept.at(order), History(slip[order], lift[order], damage[order]), all_force[order], before[order])
+    return Renewed(
+        kept.at(order), PlasticHistory(slip[order], lift[order], damage[order]), all_force[order], before[order]
+    )
 
 
-def _put_back(shapes: Shapes, c: Contacts, pose: Pose, rows: NDArray[np.bool_], gap: Array) -> Near:
+def _put_back(shapes: Shapes, c: PathContacts, pose: Pose, rows: NDArray[np.bool_], gap: Array) -> Near:
     """Points that have left their face, on its sides: at the places of their block that are there now.
 
     What its block no longer reaches of the joint is left out.
@@ -147,7 +149,7 @@ def _within(polygon: Array, point: Array, slack: float) -> bool:
     return bool((inside >= -slack).all())
 
 
-def landed(shapes: Shapes, c: Contacts, before: Pose, now: Pose, travel: float) -> tuple[Array, Array]:
+def landed(shapes: Shapes, c: PathContacts, before: Pose, now: Pose, travel: float) -> tuple[Array, Array]:
     """Gaps before and now of what has no point, was open and lies in a face by more than an overshoot [m].
 
     Parameters
@@ -171,12 +173,12 @@ def _present(shapes: Shapes, pose: Pose, near: Near) -> Array:
     return shapes.placed(pose, near.owner, near.place)
 
 
-def _succeeded(shapes: Shapes, c: Contacts, near: Near, now_b: Array, now: Array) -> NDArray[np.bool_]:
+def _succeeded(shapes: Shapes, c: PathContacts, near: Near, now_b: Array, now: Array) -> NDArray[np.bool_]:
     """Points for which another corner of the same two blocks has come close by."""
     return np.asarray(_close(shapes, c, near, now_b, now).any(axis=1))
 
 
-def _close(shapes: Shapes, c: Contacts, near: Near, now_b: Array, now: Array) -> NDArray[np.bool_]:
+def _close(shapes: Shapes, c: PathContacts, near: Near, now_b: Array, now: Array) -> NDArray[np.bool_]:
     reach = shapes.step * np.where(is_crossing(shapes, c), _MOVING, _HEIR)
     close = np.linalg.norm(now_b[:, None] - now, axis=2) < reach[:, None] + np.abs(near.gap)
     same = shapes.pair(c.block_a, c.block_b)[:, None] == _pairs(shapes, near)
@@ -184,7 +186,7 @@ def _close(shapes: Shapes, c: Contacts, near: Near, now_b: Array, now: Array) ->
     return np.asarray((close & same) | again)
 
 
-def _single(shapes: Shapes, c: Contacts, gone: NDArray[np.bool_], now_b: Array, near: Near, now: Array) -> Index:
+def _single(shapes: Shapes, c: PathContacts, gone: NDArray[np.bool_], now_b: Array, near: Near, now: Array) -> Index:
     """Rows of corners and crossings at which no point of the same two blocks stays and no other row lies."""
     rows: list[int] = []
     pair, of = _pairs(shapes, near), shapes.pair(c.block_a, c.block_b)
@@ -198,7 +200,7 @@ def _single(shapes: Shapes, c: Contacts, gone: NDArray[np.bool_], now_b: Array, 
     return np.array(sorted(rows), np.intp)
 
 
-def _shares(shapes: Shapes, c: Contacts, gone: NDArray[np.bool_], now_b: Array, near: Near, now: Array) -> Array:
+def _shares(shapes: Shapes, c: PathContacts, gone: NDArray[np.bool_], now_b: Array, near: Near, now: Array) -> Array:
     """What every row takes over of every point that has gone, shape (rows, m): by the inverse distance.
 
     A crossing that is made again takes all of itself.
@@ -210,13 +212,13 @@ def _shares(shapes: Shapes, c: Contacts, gone: NDArray[np.bool_], now_b: Array, 
     return np.asarray(weight / np.maximum(weight.sum(axis=0), 1e-300))
 
 
-def outside(shapes: Shapes, c: Contacts, pose: Pose) -> Array:
+def outside(shapes: Shapes, c: PathContacts, pose: Pose) -> Array:
     """How far the corners that are points lie outside the sides of their faces in a pose [m], shape (m,); 0 inside."""
     inside = beside_faces(shapes, c, pose)
     return np.asarray(np.where(inside < np.inf, np.maximum(-inside, 0.0), 0.0))
 
 
-def beside_faces(shapes: Shapes, c: Contacts, pose: Pose) -> Array:
+def beside_faces(shapes: Shapes, c: PathContacts, pose: Pose) -> Array:
     """How far points lie inside the sides of their faces in a pose [m], shape (m,); infinite for those without one.
 
     A point where sides cross counts as outside by what it lies off that place.
@@ -224,7 +226,7 @@ def beside_faces(shapes: Shapes, c: Contacts, pose: Pose) -> Array:
     return _gaps(shapes, c, pose)[1]
 
 
-def _gaps(shapes: Shapes, c: Contacts, pose: Pose) -> tuple[Array, Array]:
+def _gaps(shapes: Shapes, c: PathContacts, pose: Pose) -> tuple[Array, Array]:
     """Gap above their faces, and :func:`beside_faces`."""
     keyed = c.face >= 0
     gap, inside = np.zeros(c.count), np.full(c.count, np.inf)
@@ -236,10 +238,10 @@ def _gaps(shapes: Shapes, c: Contacts, pose: Pose) -> tuple[Array, Array]:
 
 
 def _made(
-    shapes: Shapes, c: Contacts, pose: Pose, history: History, force: Array,
-    gone: NDArray[np.bool_], now_b: Array, near: Near, row: int, others: list[Made],
+    shapes: Shapes, c: PathContacts, pose: Pose, history: PlasticHistory, force: Array,
+    gone: NDArray[np.bool_], now_b: Array, near: Near, row: int, others: list[NewPoint],
     share: Array | None,
-) -> Made | None:  # fmt: skip
+) -> NewPoint | None:  # fmt: skip
     """A new point; None where a point of the same two blocks is there already.
 
     Parameters
@@ -309,8 +311,8 @@ def _made(
     sense = 1.0
     if interface[0] != NEW:
         sense = 1.0 if assembly.interfaces[int(interface[0])].block_b == b else -1.0
-    return Made(
-        Contacts(
+    return NewPoint(
+        PathContacts(
             np.array([a]), np.array([b]), (x[a] + local)[None], place[None].copy(), directions[None],
             np.array([area]), interface, np.array([sense]), law, np.array([kn]), np.array([ks]), np.array([corner]),
             np.array([face]), rest, c.by_opening[[model]] * same[model],
@@ -320,11 +322,11 @@ def _made(
     )  # fmt: skip
 
 
-def _directions_now(c: Contacts, row: int, pose: Pose) -> Array:
+def _directions_now(c: PathContacts, row: int, pose: Pose) -> Array:
     return c.directions[row] @ (np.eye(3) + pose.turn[c.block_a[row]]).T
 
 
-def _frame(c: Contacts, row: int, pose: Pose, rotation_a: Array, normal: Array) -> Array:
+def _frame(c: PathContacts, row: int, pose: Pose, rotation_a: Array, normal: Array) -> Array:
     """Normal of a face and tangents, in the reference axes of its block, near those of another point."""
     if c.components == 2:
         # as in the reference pose: the tangent is the normal turned in the plane

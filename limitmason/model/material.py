@@ -170,4 +170,3 @@ class Material:
     def tan_psi(self) -> float:
         """tan(psi) [-]."""
         return math.tan(math.radians(self.dilatancy_angle_deg))
-

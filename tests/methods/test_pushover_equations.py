@@ -15,7 +15,7 @@ from limitmason.capacity.kinematics import (
     moved,
     point_wrenches,
 )
-from limitmason.capacity.point_law import Elastic, History, return_map
+from limitmason.capacity.point_law import Elastic, PlasticHistory, return_map
 from limitmason.mechanics.contact_points import contact_points
 from limitmason.mechanics.equilibrium import equilibrium_matrix
 from limitmason.mechanics.law import PointLaw, interface_law
@@ -109,7 +109,7 @@ def test_the_tangent_is_the_derivative_of_the_returned_stress(components):
     rng = np.random.default_rng(5)
     m = 2000
     law = law_of(m, rng)
-    old = History(0.2 * rng.normal(size=(m, components - 1)), 0.1 * np.abs(rng.normal(size=m)))
+    old = PlasticHistory(0.2 * rng.normal(size=(m, components - 1)), 0.1 * np.abs(rng.normal(size=m)))
     at = 0.4 * rng.normal(size=(m, components))
     found, h = return_map(law, old, at), 1e-7
     for k in range(components):
@@ -123,7 +123,7 @@ def test_the_return_keeps_the_law_the_flow_rule_and_the_energy():
     rng = np.random.default_rng(6)
     m = 5000
     law = law_of(m, rng)
-    old = History(0.2 * rng.normal(size=(m, 2)), 0.1 * np.abs(rng.normal(size=m)))
+    old = PlasticHistory(0.2 * rng.normal(size=(m, 2)), 0.1 * np.abs(rng.normal(size=m)))
     found = return_map(law, old, 0.4 * rng.normal(size=(m, 3)))
     shear = np.linalg.norm(found.stress[:, 1:], axis=1)
     slip = found.history.slip - old.slip
@@ -152,7 +152,7 @@ def test_small_steps_come_to_the_same_as_the_dem_kernel():
     points = Points(np.zeros(1), np.zeros(1), np.ones(1), *(np.zeros(1) for _ in range(5)))
     one = np.ones(1)
     law = Elastic(PointLaw(mu * one, dil * one, cohesion * one, tension * one, np.inf * one), kn * one, ks * one)
-    old = History(np.zeros((1, 2)), np.zeros(1))
+    old = PlasticHistory(np.zeros((1, 2)), np.zeros(1))
     s = np.linspace(0.0, 1.0, 4001)
     # pressed, slid away on a line, pulled open while sliding, and closed again; where slip turns or comes back the lift
     # of the DEM follows it and that of a path stays, which the path says
@@ -171,7 +171,7 @@ def test_a_point_that_slides_back_is_seen():
 
     one = np.ones(1)
     law = Elastic(PointLaw(0.6 * one, 0.3 * one, 0.0 * one, 0.0 * one, np.inf * one), 2.0 * one, 3.0 * one)
-    old, seen = History(np.zeros((1, 2)), np.zeros(1)), []
+    old, seen = PlasticHistory(np.zeros((1, 2)), np.zeros(1)), []
     for e in [*np.linspace(0.0, 1.0, 21), *np.linspace(1.0, 0.0, 21)]:
         old = return_map(law, old, np.array([[-0.3, e, 0.0]])).history
         seen.append(bool(slid_back(law.strength.tan_psi, old)[0]))

@@ -13,7 +13,7 @@ from dem.kernels.law import fall_of, plain_peak_of
 from dem.kernels.sums import point_sums
 from limitmason.capacity import Steps, path, stepping
 from limitmason.capacity.certificate import certify
-from limitmason.capacity.point_law import Elastic, History, return_map, virgin
+from limitmason.capacity.point_law import Elastic, PlasticHistory, return_map, virgin
 from limitmason.mechanics.law import SUDDEN, PointLaw, Softening
 from limitmason.model.stages import Drive
 
@@ -320,7 +320,9 @@ def test_the_tangent_of_a_softening_and_crushing_point_is_the_derivative_of_its_
     rng = np.random.default_rng(5)
     m = 400
     law = law_of(m, 0.3, 0.9, 0.7, tension=tension, crushing=0.5)
-    old = History(0.1 * rng.normal(size=(m, components - 1)), 0.05 * np.abs(rng.normal(size=m)), rng.uniform(0, 0.9, m))
+    old = PlasticHistory(
+        0.1 * rng.normal(size=(m, components - 1)), 0.05 * np.abs(rng.normal(size=m)), rng.uniform(0, 0.9, m)
+    )
     at = 0.4 * rng.normal(size=(m, components))
     found = return_map(law, old, at)
     assert (found.history.damage > old.damage).mean() > 0.3

@@ -37,9 +37,7 @@ class BlockCholesky:
     rounding gets a small shift on the failing front, which the caller's iterative refinement must correct.
     """
 
-    def __init__(
-        self, matrix: sparse.csc_array, components: int, row_block: ArrayLike, position: Array
-    ) -> None:
+    def __init__(self, matrix: sparse.csc_array, components: int, row_block: ArrayLike, position: Array) -> None:
         matrix = sparse.csc_array(matrix)
         matrix.sum_duplicates()
         rows, columns = matrix.shape

@@ -50,9 +50,7 @@ _STATUS = {
 }
 
 
-def solver_settings(
-    tolerance: float, *, max_iterations: int = 200, verbose: bool = False
-) -> clarabel.DefaultSettings:
+def solver_settings(tolerance: float, *, max_iterations: int = 200, verbose: bool = False) -> clarabel.DefaultSettings:
     """Clarabel settings that reach the stated tolerance on walls of 50 to 10,000 blocks."""
     settings = clarabel.DefaultSettings()
     settings.verbose = verbose
