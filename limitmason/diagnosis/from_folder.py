@@ -28,7 +28,7 @@ SPECIMENS, MEASURED, QUANTITIES, PREDICTED = FILES = "specimens.csv", "measured.
 
 
 @dataclass(frozen=True)
-class Predicted:
+class PredictedRows:
     """A simulator out of a table of predictions, by the name of the specimen."""
 
     values: Mapping[str, Mapping[str, float]]
@@ -72,7 +72,7 @@ def folder_arguments(
                 beyond=measured.beyond.get((i, quantity), ""), **said,
             ))  # fmt: skip
     if model is None:
-        model = Predicted(_values(read_measured(folder / PREDICTED), measured, names, known))
+        model = PredictedRows(_values(read_measured(folder / PREDICTED), measured, names, known))
     kept = [c for c, v in specimens.columns.items() if c != "specimen" and len(set(v)) > 1]
     return {
         "specimens": rows,
@@ -81,7 +81,7 @@ def folder_arguments(
         "nuisance": dict(inputs or {}),
         "covariates": list(kept if covariates is None else covariates),
         "shared": shared,
-        "levels": levels or LEVELS[isinstance(model, Predicted)],
+        "levels": levels or LEVELS[isinstance(model, PredictedRows)],
         "version": version_of(model),
         "causes": tuple(_readings(specimens) if causes is None else causes),
         "about": About(title or folder.name, specimens.units, ", ".join(f"{q} [{measured.units[q]}]" for q in known)),

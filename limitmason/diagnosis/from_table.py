@@ -3,7 +3,8 @@
 import hashlib
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
+from functools import cached_property
 from math import exp, log
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from limitmason import causes, experiments
+from limitmason.answers.method import Method
 from limitmason.answers.references import Cited, data_behind
 from limitmason.causes.cause import Cause
 from limitmason.causes.lists import DELIVERED
@@ -38,7 +40,7 @@ LEVELS = {True: 17, False: 9}  # of sizes, by whether the predictions stand in t
 
 
 @dataclass(frozen=True)
-class Tabulated:
+class PredictedColumn:
     """A simulator out of a table: the predicted column, on the way towards others by the size of each cause.
 
     log p = log p0 + sum over columns of size (log p_k - log p0)
@@ -73,108 +75,244 @@ class About:
     references: tuple[Cited, ...] = ()
 
 
-def study_arguments(
-    table: str | Path | MeasuredTable | None = None,
-    *,
-    model: str | Callable[..., float] | None = None,
-    method: str = "limit",
-    settings: Mapping[str, Any] | None = None,
-    measured: str = "measured",
-    predicted: str | None = None,
-    towards: Sequence[str] = (),
-    group: str | None = None,
-    covariates: Sequence[str] | None = None,
-    batches: Sequence[str] | None = None,
-    noise: Noise | float | str | None = None,
-    dof: float | None = None,
-    tails: float | None = None,
-    inputs: Mapping[str, Measured] | None = None,
-    causes: Iterable[Cause] | Iterable[str] | None = None,
-    tilting: bool = False,
-    spatial: bool = False,
-    title: str | None = None,
-    levels: int | None = None,
-    shared: Sequence[str] | None = None,
-) -> dict[str, Any]:
-    """Arguments of ``Study``; see :meth:`limitmason.diagnosis.Study.from_table`."""
-    series = _series(model)
-    if table is None and series is None:
-        raise InputError("name a data file, or a packaged series as the model; `limitmason diagnose --template FILE` "
-                         "writes a file to start from")  # fmt: skip
-    data = _read(table) if table is not None else packaged_table(str(series))
-    inside = series if series is not None and any(c.has_model for c in cases_of(series)) else None
-    inputs = dict(inputs or {})
-    unit = data.units.get(measured, "-")
-    factor, notes = 1.0, []
-    column = predicted or ("predicted" if "predicted" in data.columns else None)
-    if inside is not None and predicted is None:
-        factor, unit = check_specimens(data, inside, measured)
-        simulate: Any = packaged(inside, method, **(settings or {}))
-        notes = series_notes(inside, data, inputs)
-    elif model is not None and series is None:
-        simulate = model
-    elif column is not None:
-        simulate = _tabulated(data, column, towards, measured, unit)
-        notes.append(f"The predictions come from the column {column!r}: causes inside the model cannot be tried.")
-    else:
-        where = f"the series {series} has no model that could be built" if series else "no model is given"
-        raise InputError(f"{data.name}: {where} and there is no column 'predicted'; name one by predicted")
-    tabulated = isinstance(simulate, Tabulated)
-    if inputs and tabulated:
-        raise InputError("a measured input needs a model that takes it: predictions in a column are fixed")
-    if towards and not tabulated:
-        raise InputError("towards goes with predicted: it leads from one column of predictions to another")
-    values = [factor * v for v in data.positive(measured, "the measured values")]
-    papers = () if inside is None or tabulated else get_method(method, (settings or {}).get("flow_rule")).references
-    used = {measured, group, column if tabulated else None, *towards, *(r for r in ROLES if r != "direction")}
-    for name in covariates or ():
-        data.column(name, "the covariates")
-    kept = list(covariates or (c for c, v in data.columns.items() if c not in used and len(set(v)) > 1))
-    group = group or ("group" if "group" in data.columns else None)
-    groups = None if group is None else list(data.column(group, "the groups"))
-    tilting = tilting or (series is not None and inside is None and tilted(series))
-    offered = _Offered(data, values, unit, tilting, batches)
-    known = offered.outside()
-    if not tabulated and inside is not None:
-        felt_by = get_method(method, (settings or {}).get("flow_rule")).name
-        known = offered.inside(inside, plane=not spatial, method=felt_by, covariates=kept)
-        if spatial and known == offered.inside(inside, plane=True, method=felt_by, covariates=kept):
-            raise InputError(f"spatial changes no cause that method {felt_by!r} feels: leave it out")
-    elif not tabulated and causes is None:
-        raise InputError("a model of your own needs its list of causes")
-    return {
-        "specimens": data.rows,
-        "simulate": simulate,
-        "measured": values,
-        "noise": _noise(noise, dof, tails, data, measured, values, groups),
-        "nuisance": inputs,
-        "covariates": kept,
-        "groups": groups,
-        "shared": shared,
-        "levels": levels or LEVELS[tabulated],
-        "version": version_of(simulate),
-        "causes": (*_chosen(causes, known, tabulated), *(_towards(c) for c in towards)),
-        "about": About(
-            title or (Path(data.name).stem if table is not None else str(series)),
-            data.units,
-            f"{'value' if measured == 'measured' else measured} [{unit}]",
-            tuple(notes),
-            (*data_behind({"source": series}), *papers),
-        ),
-    }
+@dataclass(frozen=True)
+class TableStudy:
+    """What is stated of a table of measured values; see :meth:`limitmason.diagnosis.Study.from_table`."""
 
+    table: str | Path | MeasuredTable | None = None
+    _: KW_ONLY
+    model: str | Callable[..., float] | None = None
+    method: str = "limit"
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    measured: str = "measured"
+    predicted: str | None = None
+    towards: Sequence[str] = ()
+    group: str | None = None
+    covariates: Sequence[str] | None = None
+    batches: Sequence[str] | None = None
+    noise: Noise | float | str | None = None
+    dof: float | None = None
+    tails: float | None = None
+    inputs: Mapping[str, Measured] = field(default_factory=dict)
+    causes: Iterable[Cause] | Iterable[str] | None = None
+    tilting: bool = False
+    spatial: bool = False
+    title: str | None = None
+    levels: int | None = None
+    shared: Sequence[str] | None = None
 
-def _series(model: str | Callable[..., float] | None) -> str | None:
-    """The packaged series that a model names; None for a function and for no model."""
-    if isinstance(model, str):
-        series = series_of(model)
-        if series is None:
-            packed = ", ".join(experiments.sources())
-            raise InputError(f"the model {model!r} is neither module:function nor a packaged series ({packed})")
-        return series
-    if model is not None and not callable(model):
-        raise InputError(f"model must be a function or the name of a packaged series, got {model!r}")
-    return None
+    def arguments(self) -> dict[str, Any]:
+        """Arguments of ``Study``."""
+        simulate, tabulated = self.simulate, self.tabulated
+        if self.inputs and tabulated:
+            raise InputError("a measured input needs a model that takes it: predictions in a column are fixed")
+        if self.towards and not tabulated:
+            raise InputError("towards goes with predicted: it leads from one column of predictions to another")
+        title = Path(self.data.name).stem if self.table is not None else str(self.series)
+        quantity = "value" if self.measured == "measured" else self.measured
+        papers = () if self.inside is None or tabulated else self._felt_by.references
+        return {
+            "specimens": self.data.rows,
+            "simulate": simulate,
+            "measured": self.values,
+            "noise": self._noise(),
+            "nuisance": dict(self.inputs),
+            "covariates": self.kept,
+            "groups": self.groups,
+            "shared": self.shared,
+            "levels": self.levels or LEVELS[tabulated],
+            "version": version_of(simulate),
+            "causes": (*self._chosen(), *(_towards(c) for c in self.towards)),
+            "about": About(
+                self.title or title, self.data.units, f"{quantity} [{self.unit}]", self._notes(),
+                (*data_behind({"source": self.series}), *papers),
+            ),
+        }  # fmt: skip
+
+    # ---- what the table holds ------------------------------------------------------------------------------------
+
+    @cached_property
+    def series(self) -> str | None:
+        """The packaged series that the model names; None for a function and for no model."""
+        model = self.model
+        if isinstance(model, str):
+            series = series_of(model)
+            if series is None:
+                packed = ", ".join(experiments.sources())
+                raise InputError(f"the model {model!r} is neither module:function nor a packaged series ({packed})")
+            return series
+        if model is not None and not callable(model):
+            raise InputError(f"model must be a function or the name of a packaged series, got {model!r}")
+        return None
+
+    @cached_property
+    def inside(self) -> str | None:
+        """The series, where its walls can be built."""
+        return self.series if self.series is not None and any(c.has_model for c in cases_of(self.series)) else None
+
+    @cached_property
+    def data(self) -> MeasuredTable:
+        """The table, or that of the series."""
+        if self.table is None and self.series is None:
+            raise InputError("name a data file, or a packaged series as the model; `limitmason diagnose --template "
+                             "FILE` writes a file to start from")  # fmt: skip
+        return _read(self.table) if self.table is not None else packaged_table(str(self.series))
+
+    @cached_property
+    def simulate(self) -> Any:
+        """The packaged series, the user's model, or the column of predictions."""
+        if self.inside is not None and self.predicted is None:
+            return packaged(self.inside, self.method, **(self.settings or {}))
+        if self.model is not None and self.series is None:
+            return self.model
+        column = self.predicted or ("predicted" if "predicted" in self.data.columns else None)
+        if column is None:
+            where = f"the series {self.series} has no model that could be built" if self.series else "no model is given"
+            raise InputError(
+                f"{self.data.name}: {where} and there is no column 'predicted'; name one by predicted"
+            )  # fmt: skip
+        self.data.positive(column, "the predictions")
+        unit, own = self.data.units[column], self.data.units.get(self.measured, "-")
+        if unit != own:
+            raise InputError(f"{self.data.name}: column {column!r} is in {unit!r}, {self.measured!r} in {own!r}; give "
+                             "both in one unit")  # fmt: skip
+        for other in self.towards:
+            self.data.positive(other, "towards")
+        return PredictedColumn(column, {_keyword(c): c for c in self.towards})
+
+    @property
+    def tabulated(self) -> bool:
+        """Whether the predictions stand in a column."""
+        return isinstance(self.simulate, PredictedColumn)
+
+    @cached_property
+    def _scaled(self) -> tuple[float, str]:
+        """Factor and unit of the measured values."""
+        if self.inside is not None and self.predicted is None:
+            return check_specimens(self.data, self.inside, self.measured)
+        return 1.0, self.data.units.get(self.measured, "-")
+
+    @property
+    def unit(self) -> str:
+        """Unit of the measured values, that of the predictions."""
+        return self._scaled[1]
+
+    @cached_property
+    def values(self) -> list[float]:
+        """Measured values."""
+        return [self._scaled[0] * v for v in self.data.positive(self.measured, "the measured values")]
+
+    @cached_property
+    def kept(self) -> list[str]:
+        """Names of the covariates: those stated, or all columns that are left."""
+        for name in self.covariates or ():
+            self.data.column(name, "the covariates")
+        roles = (r for r in ROLES if r != "direction")
+        used = {self.measured, self.group, self.simulate.column if self.tabulated else None, *self.towards, *roles}
+        columns = self.data.columns.items()
+        return list(self.covariates or (c for c, v in columns if c not in used and len(set(v)) > 1))
+
+    @cached_property
+    def groups(self) -> list[Any] | None:
+        """Label of the configuration of each row."""
+        group = self.group or ("group" if "group" in self.data.columns else None)
+        return None if group is None else list(self.data.column(group, "the groups"))
+
+    def _notes(self) -> tuple[str, ...]:
+        if self.tabulated:
+            column = self.simulate.column
+            return (f"The predictions come from the column {column!r}: causes inside the model cannot be tried.",)
+        return tuple(series_notes(self.inside, self.data, self.inputs)) if self.inside is not None else ()
+
+    def _noise(self) -> Noise:
+        """What is stated; else the column "noise" in its own unit; else unknown."""
+        stated, table, dof, tails = self.noise, self.data, self.dof, self.tails
+        if isinstance(stated, Noise):
+            return stated
+        if stated is None and "noise" in table.columns:
+            values, unit, own = np.array(table.positive("noise")), table.units["noise"], table.units[self.measured]
+            if unit not in ("-", "%", own):
+                raise InputError(f"{table.name}: column 'noise' is in {unit!r}; give it relative ('-' or '%') or in "
+                                 f"the unit of {self.measured!r}, {own!r}")  # fmt: skip
+            if unit == "%":
+                values = values / 100.0
+            elif unit != "-":
+                values = values / np.array(table.positive(self.measured))
+            same = np.ptp(values) <= 1e-12 * values.max()
+            return Noise(float(values[0]) if same else tuple(float(v) for v in values), dof, tails)
+        if stated in (None, "unknown"):
+            if dof is not None or tails is not None:
+                raise InputError("dof and tails need a stated noise")
+            return Noise.unknown()
+        if stated == "replicates":
+            if self.groups is None:
+                raise InputError("noise from replicates needs a column of configurations, see group")
+            return Noise.from_replicates(self.values, self.groups)
+        if isinstance(stated, str):
+            raise InputError(f"noise must be a number such as 0.04, 'unknown' or 'replicates', got {stated!r}")
+        return Noise(float(stated), dof, tails)
+
+    # ---- causes --------------------------------------------------------------------------------------------------
+
+    @property
+    def _felt_by(self) -> Method:
+        """The method of a packaged series."""
+        return get_method(self.method, (self.settings or {}).get("flow_rule"))
+
+    def _offered(self) -> list[Cause]:
+        """Causes that are tried where no list is given."""
+        if self.tabulated or self.inside is None:
+            if not self.tabulated and self.causes is None:
+                raise InputError("a model of your own needs its list of causes")
+            tilting = self.tilting or (self.series is not None and self.inside is None and tilted(self.series))
+            return self._outside(tilting)
+        known = self._standard(plane=not self.spatial)
+        if self.spatial and known == self._standard(plane=True):
+            raise InputError(f"spatial changes no cause that method {self._felt_by.name!r} feels: leave it out")
+        return known
+
+    def _outside(self, tilting: bool) -> list[Cause]:
+        """Causes in the measurement, which act on the predicted value."""
+        rig = causes.rig_friction((0.0, OFF_RIG * float(np.median(self.values))), unit=self.unit)
+        columns = self.batches or [b for b in BATCHES if b in self.data.columns]
+        shifts = [causes.batch_shift(covariate=c, label=v) for c in columns for v in self._labels(c)]
+        return [causes.gain(), rig] + ([causes.angle_offset()] if tilting else []) + shifts
+
+    def _standard(self, *, plane: bool) -> list[Cause]:
+        """The standard list for a packaged series, with the causes in the measurement of this table."""
+        outside = self._outside(self.tilting)
+        columns = [c for c in self.batches or self.data.columns if c in DELIVERED]
+        outside += [causes.batch_friction(covariate=c, label=v) for c in columns for v in self._labels(c)]
+        known = causes.standard(
+            plane=plane, method=self._felt_by.name, tilting=self.tilting, covariates=self.kept,
+            overload=overloaded(str(self.inside), self.data.rows), without=["friction of the rig"] * (not self.tilting),
+        )  # fmt: skip
+        return [c for c in known if c.name not in {o.name for o in outside}] + outside
+
+    def _labels(self, column: str) -> list[Any]:
+        """Labels that may differ from the most frequent one."""
+        values = list(self.data.column(column, "the batches"))
+        return sorted(set(values), key=lambda v: (-values.count(v), str(v)))[1:]
+
+    def _chosen(self) -> list[Cause]:
+        """The list: the user's causes, those named out of what is known here, or all of that."""
+        known = self._offered()
+        if self.causes is None:
+            return known
+        chosen: list[Any] = list(self.causes)
+        if not all(isinstance(c, str) for c in chosen):
+            if bad := next((c for c in chosen if not isinstance(c, Cause)), None):
+                raise InputError(f"a list of Cause is needed, it holds {bad!r}")
+            if self.tabulated and (inside := [c.name for c in chosen if not c.transforms]):
+                raise InputError(f"{inside[0]!r} acts inside the model, a column of predictions cannot show it")
+            return chosen
+        by_name = {c.name: c for c in known}
+        if not self.tabulated:
+            by_name |= {n: declared() for n, declared in causes.ALL.items() if n not in by_name}
+        for name in chosen:
+            if name not in by_name:
+                raise InputError(f"there is no cause {name!r}; known here: {', '.join(by_name)}")
+        return [by_name[n] for n in chosen]
 
 
 def pool_rows(pool: str | Path | MeasuredTable, covariates: Iterable[str], simulate: Any) -> list[dict[str, Any]]:
@@ -198,111 +336,11 @@ def _read(table: str | Path | MeasuredTable) -> MeasuredTable:
     return table if isinstance(table, MeasuredTable) else read_measured(table)
 
 
-def _tabulated(data: MeasuredTable, column: str, towards: Sequence[str], measured: str, unit: str) -> Tabulated:
-    data.positive(column, "the predictions")
-    if data.units[column] != unit:
-        raise InputError(
-            f"{data.name}: column {column!r} is in {data.units[column]!r}, {measured!r} in {unit!r}; give both in one "
-            "unit"
-        )
-    for other in towards:
-        data.positive(other, "towards")
-    return Tabulated(column, {_keyword(c): c for c in towards})
-
-
 def version_of(simulate: Any) -> str:
     """What makes simulated values on disk obsolete: another version of this package, an edit of the user's module."""
     source = getattr(sys.modules.get(getattr(simulate, "__module__", "")), "__file__", None)
-    own = isinstance(simulate, Collapse | Tabulated)
+    own = isinstance(simulate, Collapse | PredictedColumn)
     return VERSION if own or source is None else hashlib.sha256(Path(source).read_bytes()).hexdigest()[:16]
-
-
-def _noise(
-    stated: Noise | float | str | None, dof: float | None, tails: float | None, table: MeasuredTable, column: str,
-    measured: Sequence[float], groups: list | None,
-) -> Noise:  # fmt: skip
-    """What is stated; else the column "noise" in its own unit; else unknown."""
-    if isinstance(stated, Noise):
-        return stated
-    if stated is None and "noise" in table.columns:
-        values, unit = np.array(table.positive("noise")), table.units["noise"]
-        if unit not in ("-", "%", table.units[column]):
-            raise InputError(
-                f"{table.name}: column 'noise' is in {unit!r}; give it relative ('-' or '%') or in the unit of "
-                f"{column!r}, {table.units[column]!r}"
-            )
-        if unit == "%":
-            values = values / 100.0
-        elif unit != "-":
-            values = values / np.array(table.positive(column))
-        same = np.ptp(values) <= 1e-12 * values.max()
-        return Noise(float(values[0]) if same else tuple(float(v) for v in values), dof, tails)
-    if stated in (None, "unknown"):
-        if dof is not None or tails is not None:
-            raise InputError("dof and tails need a stated noise")
-        return Noise.unknown()
-    if stated == "replicates":
-        if groups is None:
-            raise InputError("noise from replicates needs a column of configurations, see group")
-        return Noise.from_replicates(measured, groups)
-    if isinstance(stated, str):
-        raise InputError(f"noise must be a number such as 0.04, 'unknown' or 'replicates', got {stated!r}")
-    return Noise(float(stated), dof, tails)
-
-
-@dataclass(frozen=True)
-class _Offered:
-    """Causes that are tried where no list is given, from what the table holds."""
-
-    table: MeasuredTable
-    measured: Sequence[float]
-    unit: str
-    tilting: bool
-    batches: Sequence[str] | None
-
-    def outside(self) -> list[Cause]:
-        """Causes in the measurement, which act on the predicted value."""
-        rig = causes.rig_friction((0.0, OFF_RIG * float(np.median(self.measured))), unit=self.unit)
-        columns = self.batches or [b for b in BATCHES if b in self.table.columns]
-        shifts = [causes.batch_shift(covariate=c, label=v) for c in columns for v in self._labels(c)]
-        return [causes.gain(), rig] + ([causes.angle_offset()] if self.tilting else []) + shifts
-
-    def inside(self, series: str, *, plane: bool, method: str, covariates: Iterable[str]) -> list[Cause]:
-        """The standard list for a packaged series, with the causes in the measurement of this table."""
-        outside = self.outside()
-        columns = [c for c in self.batches or self.table.columns if c in DELIVERED]
-        outside += [causes.batch_friction(covariate=c, label=v) for c in columns for v in self._labels(c)]
-        known = causes.standard(
-            plane=plane, method=method, tilting=self.tilting, covariates=covariates,
-            overload=overloaded(series, self.table.rows), without=["friction of the rig"] * (not self.tilting),
-        )  # fmt: skip
-        return [c for c in known if c.name not in {o.name for o in outside}] + outside
-
-    def _labels(self, column: str) -> list:
-        """Labels that may differ from the most frequent one."""
-        values = list(self.table.column(column, "the batches"))
-        ranked = sorted(set(values), key=lambda v: (-values.count(v), str(v)))
-        return ranked[1:]
-
-
-def _chosen(wanted: Iterable[Cause] | Iterable[str] | None, known: list[Cause], tabulated: bool) -> list[Cause]:
-    """The list: the user's causes, those named out of what is known here, or all of that."""
-    if wanted is None:
-        return known
-    chosen: list[Any] = list(wanted)
-    if not all(isinstance(c, str) for c in chosen):
-        if bad := next((c for c in chosen if not isinstance(c, Cause)), None):
-            raise InputError(f"a list of Cause is needed, it holds {bad!r}")
-        if tabulated and (inside := [c.name for c in chosen if not c.transforms]):
-            raise InputError(f"{inside[0]!r} acts inside the model, a column of predictions cannot show it")
-        return chosen
-    by_name = {c.name: c for c in known}
-    if not tabulated:
-        by_name |= {n: declared() for n, declared in causes.ALL.items() if n not in by_name}
-    for name in chosen:
-        if name not in by_name:
-            raise InputError(f"there is no cause {name!r}; known here: {', '.join(by_name)}")
-    return [by_name[n] for n in chosen]
 
 
 def _towards(column: str) -> Cause:

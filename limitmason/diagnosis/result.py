@@ -16,7 +16,7 @@ from limitmason.diagnosis.inference.checks import Checks, judge_again
 from limitmason.diagnosis.inference.decide import Rule
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.estimate import Estimate, estimate
-from limitmason.diagnosis.inference.fit import Fit
+from limitmason.diagnosis.inference.fit import BestFit
 from limitmason.diagnosis.inference.gain import Gain, measure_gain
 from limitmason.diagnosis.inference.kinds import Evidence, by_kind
 from limitmason.diagnosis.inference.noise import Measured, Noise
@@ -174,7 +174,7 @@ class Findings(Displayed, Citable, ReadOnly):
         return float(np.sqrt(best.loss[0] / free))
 
     @property
-    def best(self) -> Fit:
+    def best(self) -> BestFit:
         """Fit of the best kept explanation; of the baseline where none is kept."""
         return self.verdict.tested[self.kept[0]].fit if self.kept else self.verdict.null
 

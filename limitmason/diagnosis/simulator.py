@@ -199,7 +199,12 @@ class Simulator:
     def on(self, specimens: Sequence[Any]) -> "Simulator":
         """A simulator of other specimens that knows what is known of those equal to these."""
         out = Simulator(
-            self.simulate, specimens, cache=self.cache, n_jobs=self.n_jobs, version=self.version, needed=self.needed,
+            self.simulate,
+            specimens,
+            cache=self.cache,
+            n_jobs=self.n_jobs,
+            version=self.version,
+            needed=self.needed,
         )
         out._of = self._of
         out._known = {key: value for key, value in self._known.items() if not key[0].startswith(NUMBERED)}

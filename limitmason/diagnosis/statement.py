@@ -12,13 +12,13 @@ import numpy as np
 
 from limitmason.causes.cause import Cause
 from limitmason.diagnosis.from_folder import folder_arguments
-from limitmason.diagnosis.from_table import About, study_arguments
+from limitmason.diagnosis.from_table import About, TableStudy
 from limitmason.diagnosis.inference.grid import at_measured
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.shared import unstated
 from limitmason.diagnosis.observations import Observation, Rows, called, covariates_of, unlinked
 from limitmason.diagnosis.simulator import Simulator
-from limitmason.diagnosis.tables import Made, Tables, placing_noise
+from limitmason.diagnosis.tables import CauseTables, StudyCache, placing_noise
 from limitmason.diagnosis.tabulate import Tabulator
 from limitmason.errors import InputError
 from limitmason.experiments.measured_table import MeasuredTable
@@ -51,13 +51,13 @@ class Statement(ReadOnly):
     causes: tuple[Cause, ...] = ()
     about: About = field(default_factory=About)
     rows: Any = None
-    made: InitVar[Made | None] = None
+    made: InitVar[StudyCache | None] = None
     columns: Mapping[str, Sequence[Any]] = field(init=False)
     scale: np.ndarray = field(init=False)
-    tables: Tables = field(init=False)
-    _made: Made = field(init=False)
+    tables: CauseTables = field(init=False)
+    _made: StudyCache = field(init=False)
 
-    def __post_init__(self, made: Made | None) -> None:
+    def __post_init__(self, made: StudyCache | None) -> None:
         specimens = tuple(self.specimens)
         rows = rows_of(self.measured, self.rows, specimens)
         noise, n = self.noise, len(rows)
@@ -88,11 +88,11 @@ class Statement(ReadOnly):
         }
         for name, value in fixed.items():
             object.__setattr__(self, name, value)
-        made = made or Made(self._new_tables(), {})
+        made = made or StudyCache(self._new_tables(), {})
         object.__setattr__(self, "tables", made.tables)
         object.__setattr__(self, "_made", made)
 
-    def _new_tables(self) -> Tables:
+    def _new_tables(self) -> CauseTables:
         simulator = Simulator(
             self.simulate, self.specimens, cache=self.cache, n_jobs=self.n_jobs, version=self.version,
             needed=self.rows.needed, asked=self.rows.asked(len(self.specimens)),
@@ -102,7 +102,7 @@ class Statement(ReadOnly):
             simulator, self.rows, self.nuisance, placing, levels=self.levels, nuisance_levels=self.nuisance_levels,
             crossed=self.crossed,
         )  # fmt: skip
-        return Tables(tabulator, self.pair_tables)
+        return CauseTables(tabulator, self.pair_tables)
 
     @classmethod
     def from_table(
@@ -134,7 +134,7 @@ class Statement(ReadOnly):
         InputError
             Naming file, row and column of what is wrong.
         """
-        return cls(cache=cache, n_jobs=n_jobs, **study_arguments(table, **stated))
+        return cls(cache=cache, n_jobs=n_jobs, **TableStudy(table, **stated).arguments())
 
     @classmethod
     def from_folder(
@@ -202,10 +202,10 @@ class Statement(ReadOnly):
         if not set(changes) <= set(STATEMENTS):
             return dataclasses.replace(self, **changes)
         if set(changes) & {"noise", "covariates"}:
-            return dataclasses.replace(self, **changes, made=Made(self.tables, {}))
+            return dataclasses.replace(self, **changes, made=StudyCache(self.tables, {}))
         made = self._made
         if "groups" in changes:
-            made = Made(self.tables, made.designs)
+            made = StudyCache(self.tables, made.designs)
         return dataclasses.replace(self, **changes, made=made)
 
     def with_measured(self, measured: Sequence[float]) -> Self:

@@ -23,7 +23,7 @@ PAIR_ERROR = 0.25  # of the noise: largest error of an additive pair table
 PAIR_NEAR = 6.0  # log-likelihood deficit within which a pair is verified
 
 
-class Tables:
+class CauseTables:
     """The baseline, causes and pairs of causes, tabulated on first use.
 
     Parameters
@@ -157,14 +157,14 @@ class Tables:
                 replaced = True
         return replaced
 
-    def on(self, specimens: Sequence[Any], placing: np.ndarray) -> "Tables":
+    def on(self, specimens: Sequence[Any], placing: np.ndarray) -> "CauseTables":
         """Tables of other specimens by the same simulator, which still knows what it has computed.
 
         Parameters
         ----------
         placing : noise per specimen that levels and nodes are placed by, shape (n,)
         """
-        return Tables(self.tabulator.on(specimens, placing), self.pair_tables)
+        return CauseTables(self.tabulator.on(specimens, placing), self.pair_tables)
 
 
 class PoolGrids(dict):
@@ -180,7 +180,7 @@ class PoolGrids(dict):
     """
 
     def __init__(
-        self, tested: Tables, pool: Sequence[Any], noise: Noise, causes: Iterable[Cause], scale: np.ndarray
+        self, tested: CauseTables, pool: Sequence[Any], noise: Noise, causes: Iterable[Cause], scale: np.ndarray
     ):  # fmt: skip
         super().__init__()
         self.tested = tested
@@ -211,10 +211,10 @@ def placing_noise(noise: Noise, n: int) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Made:
+class StudyCache:
     """What a study has made so far, shared by its variants: tables; by list of causes designs, judges, rehearsals."""
 
-    tables: Tables
+    tables: CauseTables
     designs: dict[tuple[Cause, ...], Design]
     judges: dict[Any, Judge] = field(default_factory=dict)
     rehearsed: dict[tuple[Cause, ...], Rehearsal] = field(default_factory=dict)

@@ -161,7 +161,7 @@ class Around:
 
 
 @dataclass(frozen=True)
-class Cell:
+class CellSums:
     """What the step of every data set needs of the cell around its node, data sets along the last axis.
 
     Parameters
@@ -229,7 +229,7 @@ def stepped(grids: Sequence[Cells], owner: Index, column: Index, at: Around, inn
 
 def _cell(
     grids: Sequence[Cells], owner: Index, column: Index, at: Around, inner: Sequence[Array]
-) -> Cell:  # fmt: skip
+) -> CellSums:  # fmt: skip
     """What a step needs, by inner products where these are enough."""
     d, k = grids[0].d, grids[0].k
     tables, nodes, products = [], [], list(inner)
@@ -246,7 +246,7 @@ def _cell(
     if at.used is None:
         to = np.ascontiguousarray(np.concatenate(products).T)
         pull = np.concatenate([to[0] - to[1 : 1 + d], to[1 + d :] - to[0]]) - looked.cross
-        return Cell(looked, looked.gram, pull, np.maximum(at.squares - 2.0 * to[0] + looked.squares, 0.0))
+        return CellSums(looked, looked.gram, pull, np.maximum(at.squares - 2.0 * to[0] + looked.squares, 0.0))
     around = np.concatenate(nodes)
     node = around[:, :1]
     residuals = at.y - node[:, 0]
@@ -254,7 +254,7 @@ def _cell(
     used = at.used(residuals)
     gram = ((sides * used[:, None]) @ sides.transpose(0, 2, 1)).transpose(1, 2, 0)
     pull = np.einsum("bdn,bn->db", sides, residuals * used)
-    return Cell(looked, gram, pull, (used * residuals**2).sum(axis=1), residuals, sides)
+    return CellSums(looked, gram, pull, (used * residuals**2).sum(axis=1), residuals, sides)
 
 
 def _normal(

@@ -8,7 +8,7 @@ from scipy.special import chdtrc
 
 from limitmason.diagnosis.inference.bootstrap import DRAWS, Drawn, Draws, Tally, run
 from limitmason.diagnosis.inference.design import Design, Names
-from limitmason.diagnosis.inference.fit import Fit, Likelihood
+from limitmason.diagnosis.inference.fit import BestFit, Likelihood
 from limitmason.diagnosis.inference.verdict import Tested, Verdict, VerdictKind
 
 GATE = ("gain", "shape", "scatter")  # any of them below its threshold is an alarm
@@ -78,11 +78,11 @@ class Decision:
         self.design, self.draws, self.rule = design, draws, rule
         self.count = min(rule.draws, len(draws.errors))
 
-    def drawn(self, names: Names, fit: Fit, rows: slice | None = None) -> Drawn:
+    def drawn(self, names: Names, fit: BestFit, rows: slice | None = None) -> Drawn:
         """Data drawn from a fitted explanation, as many as the rule takes where no rows are named."""
         return self.design.drawn(names, fit, self.draws, rows or slice(0, self.count))
 
-    def fitted(self, y: np.ndarray) -> tuple[Fit, dict[Names, Fit]]:
+    def fitted(self, y: np.ndarray) -> tuple[BestFit, dict[Names, BestFit]]:
         """Fits of the baseline and of every cause of the list."""
         y, names = self.design.turned(y), self.design.listed
         return self.design.fit((), y), dict(zip(names, self.design.fits(names, y, residuals=True), strict=True))
@@ -145,7 +145,7 @@ class Decision:
             tried_pairs=True,
         )
 
-    def _confidence_set(self, found: Mapping[Names, Fit], base: float) -> dict[Names, Tested]:
+    def _confidence_set(self, found: Mapping[Names, BestFit], base: float) -> dict[Names, Tested]:
         """Hold every explanation against the data under its own fit.
 
         An explanation is kept when neither its residuals (trend, scatter) nor its log-likelihood deficit against the
@@ -174,13 +174,13 @@ class Decision:
             out[names] = replace(tested, kept=kept, p=p, draws=used)
         return out
 
-    def _tested(self, names: Names, fit: Fit, base: float, best: float) -> Tested:
+    def _tested(self, names: Names, fit: BestFit, base: float, best: float) -> Tested:
         """A fit beside the baseline and the best of its kind; not tested yet, and so not kept."""
         grid, value = self.design.grid(names), float(fit.loglik[0])
         sizes, z = (tuple(float(v) for v in at(fit.position)[0]) for at in (grid.sizes_at, grid.z_at))
         return Tested(names, False, sizes, z, value - base, best - value, {}, 0, fit)
 
-    def _gated(self, null: Fit, singles: Mapping[Names, Fit]) -> tuple[Tally, float]:
+    def _gated(self, null: BestFit, singles: Mapping[Names, BestFit]) -> tuple[Tally, float]:
         """Statistics of the gate counted among data drawn from the baseline, and the critical gain."""
         rule, observed = self.rule, self._statistics(null, list(singles.values()), np.ones(1))
         thresholds = {"gain": rule.gain, "shape": rule.shape, "scatter": rule.scatter, "guard": rule.guard}
@@ -207,7 +207,7 @@ class Decision:
         run(tally, draw, enough, self.count, min(GATE_DRAWS, self.count))
         return tally, float(np.quantile(np.concatenate(gains), 1.0 - rule.gain))
 
-    def _statistics(self, null: Fit, singles: Sequence[Fit], replicate: np.ndarray) -> dict[str, np.ndarray]:
+    def _statistics(self, null: BestFit, singles: Sequence[BestFit], replicate: np.ndarray) -> dict[str, np.ndarray]:
         """Statistics of the gate for fits of the baseline and of every cause."""
         best = np.max([f.loglik for f in singles], axis=0)
         out = {"gain": best - null.loglik, **self._residuals(null, replicate)}
@@ -218,7 +218,7 @@ class Decision:
             out["guard"] = 0.5 * self.design.n * np.log(ratio)
         return out
 
-    def _residuals(self, fit: Fit, replicate: np.ndarray) -> dict[str, np.ndarray]:
+    def _residuals(self, fit: BestFit, replicate: np.ndarray) -> dict[str, np.ndarray]:
         """Trend of the residuals of fits, and their scatter where it can be held against a stated noise."""
         out = {"shape": self.design.trends.statistic(fit.residuals)}
         if self.design.like.scale_known:
@@ -229,7 +229,7 @@ class Decision:
         """Statistic of "more scatter than stated": the loss over the (redrawn) replicate variance."""
         return loss / replicate if self.design.like.kind == "replicates" else loss
 
-    def _hopeless(self, fit: Fit, deficit: float) -> bool:
+    def _hopeless(self, fit: BestFit, deficit: float) -> bool:
         """Whether an explanation is so far off that a nominal tail probability is enough to reject it."""
         design, tail = self.design, self.rule.hopeless_tail
         if deficit >= self.rule.hopeless:
@@ -239,7 +239,7 @@ class Decision:
         loss = float(fit.loss[0] + fit.penalty[0])
         return design.like.quadratic and float(chdtrc(design.n + design.inputs, loss)) < tail
 
-    def _adequate(self, names: Names, fit: Fit) -> Tally:
+    def _adequate(self, names: Names, fit: BestFit) -> Tally:
         """Trend and scatter of the residuals under the explanation's own fit."""
         thresholds = {"shape": self.rule.kept_shape, "scatter": self.rule.kept_scatter}
         tally = Tally({k: float(v[0]) for k, v in self._residuals(fit, np.ones(1)).items()}, thresholds)
@@ -254,7 +254,7 @@ class Decision:
 
         return run(tally, draw, enough, self.count)
 
-    def _deficit(self, names: Names, fit: Fit, observed: float, rivals: Iterable[Names]) -> Tally:
+    def _deficit(self, names: Names, fit: BestFit, observed: float, rivals: Iterable[Names]) -> Tally:
         """Log-likelihood deficit against the best rival, on data drawn from the explanation's own fit."""
         tally = Tally({"deficit": observed}, {"deficit": self.rule.deficit})
         if observed <= 0.0:  # the best itself: every draw reaches a deficit of 0
@@ -278,7 +278,7 @@ class Decision:
 
         return run(tally, draw, lambda t: t.settled("deficit"), self.count)
 
-    def _near(self, names: Names, fit: Fit, rivals: Iterable[Names]) -> list[Names]:
+    def _near(self, names: Names, fit: BestFit, rivals: Iterable[Names]) -> list[Names]:
         """Rivals that can pass for an explanation, nearest first, by how well they fit what it predicts exactly."""
         design, others = self.design, [r for r in rivals if r != names]
         if not others:

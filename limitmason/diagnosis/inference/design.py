@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from limitmason.diagnosis.inference.bootstrap import Drawn, Draws
-from limitmason.diagnosis.inference.fit import Fit, Likelihood, fits
+from limitmason.diagnosis.inference.fit import BestFit, Likelihood, fits
 from limitmason.diagnosis.inference.grid import Grid, Tabulation
 from limitmason.diagnosis.inference.noise import Noise
 from limitmason.diagnosis.inference.trends import Trends
@@ -149,7 +149,7 @@ class Design:
         replicate: float | np.ndarray = 1.0,
         residuals: bool = False,
         like: Likelihood | None = None,
-    ) -> list[Fit]:
+    ) -> list[BestFit]:
         """Fits of explanations with as many causes each to every data set.
 
         Parameters
@@ -170,25 +170,25 @@ class Design:
         z: np.ndarray | None = None,
         replicate: float | np.ndarray = 1.0,
         weights: np.ndarray | None = None,
-    ) -> Fit:
+    ) -> BestFit:
         """Fit of one explanation, by its names or its grid, to every data set; see :func:`~.fit.fits`."""
         z = np.zeros((len(np.atleast_2d(y)), self.inputs)) if z is None else z
         return fits([model if isinstance(model, Grid) else self.grid(model)], y, z, self.like, replicate, weights)[0]
 
-    def predicted(self, names: Names, fit: Fit) -> np.ndarray:
+    def predicted(self, names: Names, fit: BestFit) -> np.ndarray:
         """Whitened predictions of fits of an explanation, shape (b, n)."""
         return self.grid(names).values_from(fit.node, fit.position)
 
-    def effect(self, names: Names, fit: Fit) -> np.ndarray:
+    def effect(self, names: Names, fit: BestFit) -> np.ndarray:
         """Whitened change of the predictions by an explanation at its fit, measured inputs included, shape (n,)."""
         return self.grid(names).effect(self.null, fit.node, fit.position)
 
-    def noise_of(self, names: Names, fit: Fit) -> float:
+    def noise_of(self, names: Names, fit: BestFit) -> float:
         """Noise about a fitted explanation in stated units: 1 where it is known."""
         squares = float((fit.residuals[0] ** 2).sum())
         return float(np.sqrt(self.like.variance(squares, self.n, 1.0, len(names))))
 
-    def drawn(self, names: Names, fit: Fit, draws: Draws, rows: slice) -> Drawn:
+    def drawn(self, names: Names, fit: BestFit, draws: Draws, rows: slice) -> Drawn:
         """Values, measured inputs and replicate variances drawn from a fitted explanation."""
         z = self.grid(names).z_at(fit.position)[0]
         return draws.data(self.predicted(names, fit)[0], z, self.noise_of(names, fit), rows)

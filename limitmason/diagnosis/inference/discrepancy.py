@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.diagnosis.inference.design import Design, Names
-from limitmason.diagnosis.inference.fit import Fit, Likelihood
+from limitmason.diagnosis.inference.fit import BestFit, Likelihood
 from limitmason.diagnosis.inference.trends import is_numeric, same
 
 AMPLITUDES = (1.5, 3.0, 6.0, 12.0, 24.0)  # of the bias in units of the noise
@@ -208,7 +208,7 @@ class Rivals:
     def excess(
         self,
         names: Names,
-        fit: Fit,
+        fit: BestFit,
         y: np.ndarray,
         replicate: float | np.ndarray = 1.0,
         parts: Sequence[np.ndarray] = (),
@@ -228,7 +228,7 @@ class Rivals:
         beside = zip(names, reversed(parts), strict=True)
         return own - np.max([self.of((n,)).evidence(data - part, like, replicate) for n, part in beside], axis=0)
 
-    def parts(self, names: Names, fit: Fit) -> list[np.ndarray]:
+    def parts(self, names: Names, fit: BestFit) -> list[np.ndarray]:
         """Effect of each cause of a pair at the fit, at the measured inputs, shape (n,); none for a single cause."""
         out = []
         for axis, name in enumerate(names if len(names) == 2 else ()):
@@ -238,14 +238,14 @@ class Rivals:
             out.append(grid.between(at) - null.between(null.zero))
         return out
 
-    def structure(self, names: Names, fit: Fit, replicate: float | np.ndarray = 1.0) -> np.ndarray:
+    def structure(self, names: Names, fit: BestFit, replicate: float | np.ndarray = 1.0) -> np.ndarray:
         """Evidence of a model discrepancy in the residuals of fits over that of none, shape (b,)."""
         like = self.design.like if self.design.like.tails is None else Likelihood()
         plain = like.loglik((fit.residuals**2).sum(axis=1), 0.0, float(self.design.n), replicate)
         return self.of(names).evidence(fit.residuals, like, replicate) - plain
 
 
-def as_gaussian(like: Likelihood, fit: Fit, y: np.ndarray) -> tuple[Likelihood, np.ndarray, np.ndarray]:
+def as_gaussian(like: Likelihood, fit: BestFit, y: np.ndarray) -> tuple[Likelihood, np.ndarray, np.ndarray]:
     """Likelihood, data and log-likelihood of fits to be held against Gaussian biases; blunders are drawn in first."""
     if like.tails is None:
         return like, y, fit.loglik

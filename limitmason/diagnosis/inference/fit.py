@@ -126,7 +126,7 @@ def student_terms(y: Array, used: Array, nodes: Array, tails: float) -> NDArray[
 
 
 @dataclass(frozen=True)
-class Fit:
+class BestFit:
     """Best fits of one model to many data sets.
 
     Parameters
@@ -202,7 +202,7 @@ class Data:
 
 def fit(
     grid: Grid, y: Array, z: Array, like: Likelihood, replicate: Array | float = 1.0, weights: Array | None = None
-) -> Fit:  # fmt: skip
+) -> BestFit:  # fmt: skip
     """Best fit of one model to each data set; see :func:`fits`."""
     return fits([grid], y, z, like, replicate, weights)[0]
 
@@ -215,8 +215,8 @@ def fits(
     replicate: Array | float = 1.0,
     weights: Array | None = None,
     residuals: bool = True,
-) -> list[Fit]:
-    """Best fit of several models to each data set, one ``Fit`` per model.
+) -> list[BestFit]:
+    """Best fit of several models to each data set, one ``BestFit`` per model.
 
     Parameters
     ----------
@@ -235,11 +235,11 @@ def fits(
         parts.append([f for group in together for f in _fitted(group, some, residuals)])
     if len(parts) == 1:
         return parts[0]
-    return [Fit(*map(np.concatenate, zip(*(vars(f).values() for f in found), strict=True)))
+    return [BestFit(*map(np.concatenate, zip(*(vars(f).values() for f in found), strict=True)))
             for found in zip(*parts, strict=True)]  # fmt: skip
 
 
-def _fitted(grids: Sequence[Grid], data: Data, residuals: bool) -> list[Fit]:
+def _fitted(grids: Sequence[Grid], data: Data, residuals: bool) -> list[BestFit]:
     """Fits of one block of data sets."""
     b, many = len(data.y), len(grids)
     starts = [_best_node(g.cells, data) for g in grids]
@@ -263,7 +263,7 @@ def _fitted(grids: Sequence[Grid], data: Data, residuals: bool) -> list[Fit]:
             loss[rows] = data.like.loss(rest, chosen.weights)
             loglik[rows] = chosen.loglik(loss[rows], penalty[rows])
             left = rest if residuals else left
-        out.append(Fit(loglik, loss, penalty, position, left, node))
+        out.append(BestFit(loglik, loss, penalty, position, left, node))
     return out
 
 

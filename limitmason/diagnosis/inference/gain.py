@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from limitmason.diagnosis.inference.design import Design, Names
-from limitmason.diagnosis.inference.fit import Fit
+from limitmason.diagnosis.inference.fit import BestFit
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ def log_score(design: Design, residuals: np.ndarray, variance: np.ndarray | floa
     return -0.5 * (np.log(variance) + residuals**2 / variance)
 
 
-def _fold_fits(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> tuple[Fit, np.ndarray]:
+def _fold_fits(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> tuple[BestFit, np.ndarray]:
     count = int(folds.max()) + 1
     weights = (folds[None, :] != np.arange(count)[:, None]).astype(float)
     data = np.broadcast_to(y, weights.shape)
@@ -143,7 +143,7 @@ def _fold_fits(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -
 
 
 def _read(
-    design: Design, fits: Fit, weights: np.ndarray, folds: np.ndarray, spent: int
+    design: Design, fits: BestFit, weights: np.ndarray, folds: np.ndarray, spent: int
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     variance = design.like.variance(fits.loss, weights.sum(axis=1), 1.0, spent)
     residual = fits.residuals[folds, np.arange(design.n)]

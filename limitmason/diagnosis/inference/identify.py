@@ -5,7 +5,7 @@ import numpy as np
 from limitmason.diagnosis.inference.decide import Decision
 from limitmason.diagnosis.inference.design import Names
 from limitmason.diagnosis.inference.discrepancy import Rivals, as_gaussian
-from limitmason.diagnosis.inference.fit import Fit, Likelihood
+from limitmason.diagnosis.inference.fit import BestFit, Likelihood
 from limitmason.diagnosis.inference.gain import left_out, log_score
 from limitmason.diagnosis.inference.kinds import agree, by_kind
 from limitmason.diagnosis.inference.trends import is_numeric
@@ -90,7 +90,7 @@ def identification(
     )
 
 
-def _dose(rivals: Rivals, names: Names, fit: Fit, data: np.ndarray, sd: float) -> tuple[float, float]:
+def _dose(rivals: Rivals, names: Names, fit: BestFit, data: np.ndarray, sd: float) -> tuple[float, float]:
     """Share of the fitted effect along the contrast that no bias takes away, and its standard error."""
     discrepancy, slopes = rivals.of(names), rivals.slopes
     effect = rivals.design.effect(names, fit)

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from limitmason.diagnosis.inference.design import Design, Names
-from limitmason.diagnosis.inference.fit import Fit
+from limitmason.diagnosis.inference.fit import BestFit
 
 AGREE = 0.0455  # tail probability of shares that differ more: two standard errors between two kinds
 ROUGH = 0.02  # of the effect: what a share may be off where the effect is far from linear in its size
@@ -66,7 +66,9 @@ def agree(kinds: Sequence[Evidence]) -> bool:
     return bool(chdtrc(len(known) - 1, apart) >= AGREE)
 
 
-def by_kind(design: Design, names: Names, fit: Fit, null: Fit, y: np.ndarray, sd: float = 1.0) -> tuple[Evidence, ...]:
+def by_kind(
+    design: Design, names: Names, fit: BestFit, null: BestFit, y: np.ndarray, sd: float = 1.0
+) -> tuple[Evidence, ...]:
     """Evidence of every kind of data for an explanation.
 
     Parameters

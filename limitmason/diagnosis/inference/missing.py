@@ -8,16 +8,16 @@ from scipy.special import chdtrc
 
 from limitmason.diagnosis.inference.bootstrap import Draws
 from limitmason.diagnosis.inference.design import Design, Listed
-from limitmason.diagnosis.inference.fit import Fit
+from limitmason.diagnosis.inference.fit import BestFit
 from limitmason.diagnosis.inference.grid import Grid, at_measured
-from limitmason.diagnosis.inference.plan import NINE_IN_TEN, distances
+from limitmason.diagnosis.inference.plan import NINE_IN_TEN, distances, reached_at
 
 LEAST = 3.0 + NINE_IN_TEN  # the gate's critical distance is near 3 for lists of 10 to 20 causes
 PER_CAUSE, ALL = 48, 480  # fewest data sets of each hidden cause, and of all
 APART = 2.1  # log-likelihood deficit that a rival reaches with p = 0.02 by chi-square with one degree of freedom
 FIT, TREND = 0.005, 0.005  # nominal tail probabilities of scatter and trend below which a name is not given
 
-Excess = Callable[[str, Fit, np.ndarray, np.ndarray], np.ndarray]
+Excess = Callable[[str, BestFit, np.ndarray, np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -102,14 +102,8 @@ def visible(known: Design, cause: Listed) -> list[tuple[float, float]]:
     """Range of visible sizes on each side of the baseline, under a known noise."""
     grid = known.singles[cause.name]
     d = np.sqrt(distances(at_measured(grid), known.null))
-    out = []
-    for side in cause.sides:
-        rows = np.flatnonzero((grid.sizes[0] - cause.baseline) * np.sign(side - cause.baseline) >= 0)
-        rows = rows[np.argsort(np.abs(grid.sizes[0][rows] - cause.baseline))]
-        reach = np.maximum.accumulate(d[rows])
-        low = float(np.interp(LEAST, reach, grid.sizes[0][rows])) if reach[-1] > LEAST else side
-        out.append((low, side))
-    return out
+    found = ((reached_at(grid, cause, side, d, LEAST), side) for side in cause.sides)
+    return [(side if low is None else low, side) for low, side in found]
 
 
 def position_of(grid: Grid, size: float | None, inputs: np.ndarray) -> np.ndarray:
@@ -130,7 +124,7 @@ def _planted(design: Design, known: Design, cause: Listed, chances: Draws, ratio
     return out
 
 
-def _adequate(design: Design, fit: Fit) -> np.ndarray:
+def _adequate(design: Design, fit: BestFit) -> np.ndarray:
     """Whether neither scatter nor trend speaks against fits, by nominal tail probabilities."""
     good = design.trends.statistic(fit.residuals) <= np.log(max(len(design.trends), 1) / TREND)
     if design.like.quadratic:

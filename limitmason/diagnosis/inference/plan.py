@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.design import Design, Listed, Names
 from limitmason.diagnosis.inference.discrepancy import Discrepancy
 from limitmason.diagnosis.inference.fit import Likelihood, fit
 from limitmason.diagnosis.inference.grid import Grid, at_measured
@@ -144,8 +144,7 @@ def confusable(design: Design) -> Confusable:
         far = distances(curve, design.null)
         picks = []
         for side in cause.sides:
-            rows = np.flatnonzero((grid.sizes[0] - cause.baseline) * (side - cause.baseline) > 0)
-            rows = rows[np.argsort(np.abs(grid.sizes[0][rows] - cause.baseline))]
+            rows = outward(grid, cause, side)[1:]
             reached = rows[far[rows] >= REFERENCE]
             picks.append(int(reached[0]) if len(reached) else int(rows[-1]))
         visible = [p for p in picks if far[p] >= SEEN] or picks
@@ -181,17 +180,22 @@ def detectable(
         curve = at_measured(grid)
         d = np.sqrt(distances(curve, design.null)) - NINE_IN_TEN
         d = d if seen is None else np.minimum(d, seen(curve))
-        found: list[float | None] = []
-        for side in cause.sides:
-            rows = np.flatnonzero((grid.sizes[0] - cause.baseline) * np.sign(side - cause.baseline) >= 0)
-            rows = rows[np.argsort(np.abs(grid.sizes[0][rows] - cause.baseline))]
-            reach = np.maximum.accumulate(d[rows])
-            if reach[-1] < least:
-                found.append(None)
-            else:
-                found.append(float(np.interp(least, reach, grid.sizes[0][rows])))
-        out[cause.name] = tuple(found)
+        out[cause.name] = tuple(reached_at(grid, cause, side, d, least) for side in cause.sides)
     return out
+
+
+def outward(grid: Grid, cause: Listed, side: float) -> np.ndarray:
+    """Nodes from the baseline to one bound of a cause."""
+    away = (grid.sizes[0] - cause.baseline) * np.sign(side - cause.baseline)
+    rows = np.flatnonzero(away >= 0)
+    return rows[np.argsort(away[rows])]
+
+
+def reached_at(grid: Grid, cause: Listed, side: float, d: np.ndarray, least: float) -> float | None:
+    """Smallest size towards a bound at which a distance of every node reaches a value; None within no bound."""
+    rows = outward(grid, cause, side)
+    reach = np.maximum.accumulate(d[rows])
+    return float(np.interp(least, reach, grid.sizes[0][rows])) if reach[-1] >= least else None
 
 
 def choose_tests(

@@ -8,7 +8,7 @@ from scipy.cluster.hierarchy import fcluster, linkage
 
 from limitmason.diagnosis.inference.decide import Decision
 from limitmason.diagnosis.inference.design import Design, Listed
-from limitmason.diagnosis.inference.fit import Fit
+from limitmason.diagnosis.inference.fit import BestFit
 from limitmason.diagnosis.inference.grid import at_measured
 from limitmason.diagnosis.inference.plan import NINE_IN_TEN
 from limitmason.diagnosis.inference.trends import is_numeric, same
@@ -301,13 +301,13 @@ def much_and_little(effect: np.ndarray) -> list[int]:
     return [int(v >= 0.5 * (ordered[cut - 1] + ordered[cut])) for v in size]
 
 
-def _scatter_within(decision: Decision, null: Fit, groups: Sequence[int]) -> float:
+def _scatter_within(decision: Decision, null: BestFit, groups: Sequence[int]) -> float:
     """Share of draws that scatter about the means of the groups as much as the data do; what is shared leaves those."""
     design = decision.design
     y, z, replicate = decision.drawn((), null)
     inside = np.eye(design.n) - same(groups) / same(groups).sum(axis=1)
 
-    def within(fit: Fit) -> np.ndarray:
+    def within(fit: BestFit) -> np.ndarray:
         return ((design.apart(fit.residuals) @ inside) ** 2).sum(axis=1)
 
     drawn = decision.scatter(within(design.fit((), y, z, replicate)), replicate)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from limitmason.diagnosis.inference.design import Names
-from limitmason.diagnosis.inference.fit import Fit
+from limitmason.diagnosis.inference.fit import BestFit
 from limitmason.diagnosis.inference.kinds import Evidence
 from limitmason.diagnosis.inference.missing import Missing
 
@@ -47,7 +47,7 @@ class Tested:
     deficit: float
     p: dict[str, float]
     draws: int
-    fit: Fit
+    fit: BestFit
 
 
 CONDITIONS = ("lever", "dose", "excess", "usual", "left out", "rival levers", "kinds")
@@ -152,7 +152,7 @@ class Verdict:
     p: dict[str, float]
     critical_gain: float
     tested: dict[Names, Tested]
-    null: Fit
+    null: BestFit
     tried_pairs: bool = False
     withdrawn: tuple[Names, ...] = ()
     structured: tuple[Names, ...] = ()
