@@ -7,6 +7,7 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any
 
+from limitmason.answers.curve import Curve
 from limitmason.answers.method import (
     ASSOCIATIVE,
     COMPARED_METHODS,
@@ -58,6 +59,7 @@ ENTRY_POINT_GROUP = "limitmason.methods"
 MODES = "modes"
 """Natural frequencies and shapes, beside the methods that predict a collapse, for :func:`answer` and causes."""
 
+LOAD_AT = "load at "  # a displacement, in the unit of the method's curve
 SPARE = 3  # modes beyond those measured, which may have changed places with them
 
 
@@ -149,7 +151,7 @@ def answer(
     Parameters
     ----------
     wanted : quantity to the method that finds it: a name of :func:`available_methods` (see ``Prediction.quantities``
-        and ``Curve.quantities``), "limit", or "modes"; or to a function of assembly and loads
+        and ``Curve.quantities``; "load at X" reads its curve), "limit", "modes"; or to a function of assembly and loads
     options : of a method, by its name. ``test`` of "modes" is a :class:`~limitmason.vibration.ModalTest`, with whose
         shapes modes are paired; ``drive`` of a method that drives structures is a ``Drive``, or a function of assembly
         and loads that gives one, and goes with ``to`` [m]
@@ -175,6 +177,9 @@ def answer(
         if method not in by:
             of = [q for q, m in wanted.items() if m == method]
             by[method], known[method] = _answered(assembly, loads, method, of, **options.get(method, {}))
+        if quantity not in known[method] and quantity.startswith(LOAD_AT):
+            out[quantity] = _load_at(by[method], method, float(quantity[len(LOAD_AT) :]))
+            continue
         if quantity not in known[method]:
             names = [q for q in known[method] if "|" not in q]
             raise InputError(f"method {method!r} does not find {quantity!r}; it finds {', '.join(names)}")
@@ -204,6 +209,17 @@ def _answered(
     if found.status not in (SOLVED, ALMOST_SOLVED) or not math.isfinite(found.collapse_multiplier):
         raise NotConverged(f"method {method!r} ended '{found.status}' (multiplier {found.collapse_multiplier:.4g})")
     return found, found.quantities
+
+
+def _load_at(found: Any, method: str, displacement: float) -> float:
+    curve = found.details.get("curve") if isinstance(found, Prediction) else found
+    if not isinstance(curve, Curve):
+        raise InputError(f"method {method!r} follows no curve: it has no load at a displacement")
+    load = float(curve.at(displacement))
+    if math.isnan(load):
+        raise NotConverged(f"the curve of {method!r} ends at {curve.displacement.max():.4g} {curve.displacement_unit}, "
+                           f"before {displacement:g}")  # fmt: skip
+    return load
 
 
 def predict_cases(

@@ -333,8 +333,9 @@ class Prediction(Displayed, Citable, ReadOnly):
         if isinstance(curve, Curve):
             limit = self.details.get("limit point displacement")
             out = curve.quantities | ({} if limit is None else out | {"drift at peak": float(limit)})
-        if self.mechanism is not None and self.resultants is not None and self.structure is not None:
-            out |= self.mechanism.pattern(self.resultants.point_interface, self.structure.joint_names)
+        made, joints = self.mechanism, None if self.resultants is None else self.resultants.point_interface
+        if made is not None and joints is not None and self.structure is not None and len(joints) == len(made.opening):
+            out |= made.pattern(joints, self.structure.joint_names)
         return out
 
     @property

@@ -5,6 +5,13 @@ column per quantity; a blank cell is a missing value, "> 20" one that was not re
 1 (seen) or 0. ``quantities.csv`` has one row per quantity: "quantity", "scatter" (of what was seen or not the rate of
 misreading), and where the name does not tell, "kind" and "link" (see ``Observation``). ``predicted.csv``, as
 ``measured.csv``, holds predictions where no model is given.
+
+``curves.csv`` holds "specimen", "displacement" and "load" of measured curves, row by row; their peak, stiffness, drift
+at the peak and residual are rows of the study (:func:`limitmason.diagnosis.curves.features`), by the scatter of "load"
+(relative) and "displacement" (in its unit) in ``quantities.csv``. ``sensors.csv`` holds "specimen", "x", "y", "z",
+"direction" and a column per shape, "mode 1" and so on, of modes whose "frequency 1" stands in ``measured.csv``; the
+scatter of "mode" is that of a component over the largest of its shape. The model then finds a ``ModalTest`` in the
+specimen, under "modal test", as ``limitmason.diagnosis.simulate.several`` takes it.
 """
 
 from __future__ import annotations
@@ -17,14 +24,20 @@ from typing import Any
 import numpy as np
 
 from limitmason import causes as catalogue
+from limitmason.answers.curve import Curve
 from limitmason.causes.cause import Cause
+from limitmason.diagnosis.curves import features
 from limitmason.diagnosis.from_table import BATCHES, LEVELS, About, version_of
 from limitmason.diagnosis.inference.noise import Measured
 from limitmason.diagnosis.observations import EvidenceKind, Observation
+from limitmason.diagnosis.simulate import MODAL_TEST
 from limitmason.errors import InputError
 from limitmason.experiments.measured_table import MeasuredTable, read_measured, write_measured
+from limitmason.vibration import ModalTest
 
 SPECIMENS, MEASURED, QUANTITIES, PREDICTED = FILES = "specimens.csv", "measured.csv", "quantities.csv", "predicted.csv"
+CURVES, SENSORS = "curves.csv", "sensors.csv"
+LOAD, DISPLACEMENT, MODE = "load", "displacement", "mode"  # whose scatter is that of columns of these files
 
 
 @dataclass(frozen=True)
@@ -63,8 +76,13 @@ def folder_arguments(
         raise InputError(f"{specimens.name}: specimen {twice!r} is there twice")
     rows = [{**row, "specimen": name} for row, name in zip(specimens.rows, names, strict=True)]
     measured = read_measured(folder / MEASURED, blanks=True)
-    known = _quantities(read_measured(folder / QUANTITIES), measured)
-    observed = []
+    stated = _quantities(read_measured(folder / QUANTITIES), measured)
+    known = {q: said for q, said in stated.items() if q in measured.columns}
+    observed = [
+        *_of_curves(folder / CURVES, names, stated), *_of_sensors(folder / SENSORS, rows, measured, stated)
+    ]  # fmt: skip
+    if observed and model is None:
+        raise InputError(f"{folder}: {CURVES} and {SENSORS} need a model, which predicts curves and modes")
     for i, row in enumerate(measured.rows):
         for quantity, said in known.items():
             observed.append(Observation(
@@ -94,11 +112,64 @@ def _quantities(table: MeasuredTable, measured: MeasuredTable) -> dict[str, dict
     table.column("scatter", "the error of each quantity")
     for line, row in zip(table.lines, table.rows, strict=True):
         quantity = str(row.get("quantity", ""))
-        if quantity not in measured.columns:
+        if quantity not in (*measured.columns, LOAD, DISPLACEMENT, MODE):
             raise InputError(f"{table.name}: row {line}: {measured.name} has no column {quantity!r}")
         out[quantity] = {k: row[k] if k == "scatter" else str(row[k]) for k in ("scatter", "kind", "link") if k in row}
     if bare := [q for q in measured.columns if q != "specimen" and q not in out]:
         raise InputError(f"{table.name}: there is no row for the quantity {bare[0]!r} of {measured.name}")
+    return out
+
+
+def _stated(file: Path, stated: Mapping[str, Mapping[str, Any]], quantity: str) -> float:
+    if quantity not in stated:
+        raise InputError(f"{file}: {QUANTITIES} has no row for {quantity!r}, whose scatter is needed")
+    return float(stated[quantity]["scatter"])
+
+
+def _by_specimen(table: MeasuredTable, names: Sequence[str]) -> dict[str, list[dict[str, Any]]]:
+    """Rows of each specimen of a table, in their order."""
+    out: dict[str, list[dict[str, Any]]] = {}
+    for line, row, name in zip(table.lines, table.rows, table.column("specimen"), strict=True):
+        if str(name) not in names:
+            raise InputError(f"{table.name}: row {line}: {SPECIMENS} has no specimen {str(name)!r}")
+        out.setdefault(str(name), []).append(row)
+    return out
+
+
+def _of_curves(file: Path, names: Sequence[str], stated: Mapping[str, Mapping[str, Any]]) -> list[Observation]:
+    """Features of the curves in a file, none where there is no file."""
+    if not file.exists():
+        return []
+    table = read_measured(file)
+    for column in (LOAD, DISPLACEMENT):
+        table.column(column, "the curves")
+    errors = {"load": _stated(file, stated, LOAD), "displacement": _stated(file, stated, DISPLACEMENT)}
+    out = []
+    for name, rows in _by_specimen(table, names).items():
+        u, f = (np.array([row[column] for row in rows], dtype=float) for column in (DISPLACEMENT, LOAD))
+        curve = Curve(u, f, table.units[DISPLACEMENT], table.units[LOAD], name)
+        out += features(name, curve, **errors)
+    return out
+
+
+def _of_sensors(
+    file: Path, specimens: list[dict[str, Any]], measured: MeasuredTable, stated: Mapping[str, Mapping[str, Any]]
+) -> list[Observation]:
+    """Components of the shapes in a file, whose modal tests are put into the specimens; none where there is no file."""
+    if not file.exists():
+        return []
+    table, component = read_measured(file), _stated(file, stated, MODE)
+    shapes = [c for c in table.columns if c.startswith("mode ")]
+    for column in ("x", "y", "z", "direction", *(c.replace("mode", "frequency") for c in shapes)):
+        (measured if column.startswith("frequency") else table).column(column, "the modes of " + file.name)
+    out = []
+    tested = {str(row["specimen"]): row for row in measured.rows}
+    for name, rows in _by_specimen(table, [str(s["specimen"]) for s in specimens]).items():
+        sensors = [((float(r["x"]), float(r["y"]), float(r["z"])), str(r["direction"])) for r in rows]
+        frequency = [tested[name][c.replace("mode", "frequency")] for c in shapes]
+        test = ModalTest(sensors, np.array(frequency, dtype=float), np.array([[r[c] for r in rows] for c in shapes]))
+        next(s for s in specimens if s["specimen"] == name)[MODAL_TEST] = test
+        out += [o for o in Observation.of_modes(name, test, component=component) if o.quantity.startswith(MODE)]
     return out
 
 

@@ -150,6 +150,7 @@ class Rows:
     log : whether it is compared by its logarithm, shape (n,)
     values : measured, shape (n,); None where nothing is measured yet
     scatter : stated standard deviation on the scale of comparison, shape (n,); None where it is not stated per row
+    misread : rate of misreading of rows that were seen or not, 0 of measured ones; None where all were measured
     low, high : what predictions are cut at, as they are, shape (n,): values that were not reached; None for no cut
     """
 
@@ -159,6 +160,7 @@ class Rows:
     log: np.ndarray
     values: np.ndarray | None = None
     scatter: np.ndarray | None = None
+    misread: tuple[float, ...] | None = None
     low: np.ndarray | None = None
     high: np.ndarray | None = None
 
@@ -210,7 +212,9 @@ class Rows:
         return cls(
             np.array(of, dtype=int), tuple(o.quantity for o in chosen), tuple(o.kind for o in chosen),
             np.array([o.link == "log" for o in chosen], dtype=bool), None if np.isnan(values).all() else frozen(values),
-            np.array(stated) if stated else None, *((low, high) if cut else ()),
+            np.array(stated) if stated else None,
+            tuple(float(o.scatter or 0.0) * o.seen for o in chosen) if any(o.seen for o in chosen) else None,
+            *((low, high) if cut else ()),
         )  # fmt: skip
 
     def __len__(self) -> int:

@@ -62,7 +62,7 @@ class Statement(ReadOnly):
         rows = rows_of(self.measured, self.rows, specimens)
         noise, n = self.noise, len(rows)
         if rows.scatter is not None:
-            noise = Noise(tuple(rows.scatter), noise.dof, noise.tails, by_row=True)
+            noise = Noise(tuple(rows.scatter), noise.dof, noise.tails, by_row=True, misread=rows.misread)
         if n < (least := FEWEST if noise.kind == "unknown" else 2):
             raise InputError(f"at least {least} specimens are needed, got {n}")
         nuisance = dict(self.nuisance)

@@ -157,7 +157,7 @@ class Study(Statement):
         judge = self.judge(causes, rule)
         design = judge.design
         reached(None, "verdict")
-        chances = Draws.make([seed, self.n], self.n, design.inputs, self.noise, draws)
+        chances = Draws.make([seed, self.n], self.n, design.inputs, design.noise, draws)
         y = design.whiten(self.measured)
         judged = judge.decide(y, chances, pairs, self.shared, self.tables.verify)
         answer = Diagnosis(

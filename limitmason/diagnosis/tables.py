@@ -130,7 +130,7 @@ class CauseTables:
         null = base.whitened(origin, scale)
         rows = self.tabulator.rows
         return Design(
-            causes, noise, scale, origin, null, singles, columns, pair_table, pairs, rows.log, rows.kinds
+            causes, noise.about(origin), scale, origin, null, singles, columns, pair_table, pairs, rows.log, rows.kinds
         )  # fmt: skip
 
     def verify(self, design: Design, verdict: Verdict) -> bool:

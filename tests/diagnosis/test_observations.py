@@ -9,7 +9,7 @@ from diagnosis_models import CAUSES, ROUNDING, blocks, data, specimens, study
 import limitmason as lm
 from limitmason import causes
 from limitmason.cli import main
-from limitmason.diagnosis import Cause, Measured, Noise, Observation, Study
+from limitmason.diagnosis import Cause, Measured, Noise, Observation, Study, curves
 from limitmason.diagnosis.from_folder import write_folder
 from limitmason.diagnosis.inference.discrepancy import dependences
 from limitmason.diagnosis.inference.kinds import Evidence, agree
@@ -309,3 +309,83 @@ def test_kinds_that_were_left_out_are_predicted_by_the_true_cause():
     assert set(left) == {"force", "deformation", "vibration"}
     assert left["deformation"].total > 5.0  # fitted to peaks and frequencies
     assert "deformation from the other kinds" in str(found.gains["edge rounding",])
+
+
+def test_points_of_a_curve_count_as_many_as_their_covariance_says():
+    rng, k, m = np.random.default_rng(8), 40, 400
+    for share, exact in ((0.0, 40.0), (0.5, 40.0**2 / (40.0 + 40.0 * 39.0 * 0.25)), (1.0, 1.0)):
+        made = np.sqrt(share) * rng.standard_normal((m, 1)) + np.sqrt(1.0 - share) * rng.standard_normal((m, k))
+        assert curves.effective_points(made) == pytest.approx(exact, rel=0.12)
+    # few curves: without bias on average
+    few = [curves.effective_points(rng.standard_normal((12, 6))) for _ in range(300)]
+    assert np.mean(few) > 4.5  # cut at 6, the plain ratio would give 3.9
+
+
+def test_a_curve_is_compared_by_features_or_by_points_that_are_not_each_a_witness():
+    u = np.linspace(0.0, 2.0, 201)
+    told = {q.quantity: q for q in curves.features("A", lm.Curve(u, 2.0 * u - u**2), load=0.02, displacement=0.01)}
+    assert {q: told[q].value for q in told} == pytest.approx(
+        {"peak": 1.0, "drift at peak": 1.0, "stiffness": 0.3 / (np.sqrt(0.9) - np.sqrt(0.6))}, rel=1e-3
+    )
+    # within 4 % of the peak over |u - 1| <= 0.2
+    assert told["drift at peak"].scatter == pytest.approx(np.hypot(0.01, 0.2), rel=1e-6)
+    between = np.sqrt(0.9) - np.sqrt(0.6)
+    assert told["stiffness"].scatter == pytest.approx(np.sqrt(2.0) * np.hypot(0.02, 0.01 / between), rel=1e-3)
+
+    def line(slope):
+        return lm.Curve([0.0, 1.0], [0.0, slope])
+
+    rng = np.random.default_rng(0)
+    truth = {i: line(1.0 + i) for i in range(8)}
+    shaken = {i: line((1.0 + i) * np.exp(0.05 * rng.standard_normal())) for i in truth}
+    rows, effective = curves.points(shaken, truth, load=0.05, displacement=1e-6, count=50)
+    assert effective == pytest.approx(1.0)  # one gain per curve: fifty loads are one witness
+    mine = [r for r in rows if r.specimen == 3]
+    assert sum(r.scatter**-2 for r in mine) == pytest.approx(0.05**-2, rel=1e-6)
+    assert curves.points(shaken, load=0.05, displacement=1e-6)[1] == 1.0
+    with pytest.raises(InputError, match="ends before"):
+        curves.points(shaken, dict.fromkeys(truth, lm.Curve([0.0, 0.5], [0.0, 1.0])), load=0.05, displacement=1e-6)
+
+
+def test_errors_of_what_was_seen_are_drawn_as_misreadings():
+    rows = [Observation(i, "opened a|b", float(i % 2), 0.1) for i in range(4)] + [Observation(0, "peak", 1.0, 0.1)]
+    made = Study([{"x": i % 2} for i in range(4)], lambda s, k=1.0: {"opened a|b": float(s["x"]), "peak": k}, rows,
+                 shared=())  # fmt: skip
+    noise = made.design([Cause("k", "k", 1.0, (0.5, 2.0))]).noise
+    assert noise.misread == (0.1, -0.1, 0.1, -0.1, 0.0)
+    drawn = noise.errors(np.random.default_rng(0), 20000, 5)
+    assert drawn.mean(axis=0) == pytest.approx(0.0, abs=0.03)
+    assert drawn.std(axis=0) == pytest.approx(1.0, abs=0.03)
+    assert set(np.round(drawn[:, 0], 6)) == {-0.333333, 3.0}  # one in ten is read as seen
+    assert set(np.round(drawn[:, 1], 6)) == {0.333333, -3.0}
+
+
+def test_a_folder_may_hold_curves_and_shapes_at_sensors(tmp_path):
+    files = {
+        "specimens.csv": "specimen,width\n# units: -,m\nA,0.2\nB,0.1\n",
+        "measured.csv": "specimen,frequency 1\n# units: -,Hz\nA,20.0\nB,\n",
+        "quantities.csv": "quantity,scatter\n# units: -,-\nfrequency 1,0.01\nload,0.02\ndisplacement,0.1\nmode,0.03\n",
+        "curves.csv": "specimen,displacement,load\n# units: -,mm,kN\nA,0,0\nA,2,4\nA,4,3\nB,0,0\nB,1,2\nB,2,1\n",
+        "sensors.csv": "specimen,x,y,z,direction,mode 1\n# units: -,m,m,m,-,-\nA,.1,.1,.1,x,2.0\nA,.1,.1,.3,x,-4\n",
+    }
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+
+    def simulate(s):
+        modal = s["modal test"].quantities if "modal test" in s else {}
+        return {"peak": 10.0 * s["width"], "stiffness": 1.0, "drift at peak": 1.0, "residual": 1.0, **modal}
+
+    made = Study.from_folder(tmp_path, model=simulate, shared=())
+    measured = {(i, q): v for i, q, v in zip(made.rows.of.tolist(), made.rows.quantities, made.measured, strict=True)}
+    assert measured[0, "peak"] == 4.0
+    assert measured[1, "stiffness"] == pytest.approx(2.0)
+    assert (measured[0, "mode 1 sensor 1"], measured[0, "mode 1 sensor 2"]) == (-0.5, 1.0)
+    assert measured[0, "frequency 1"] == 20.0
+    assert (1, "frequency 1") not in measured  # blank
+    assert made.baseline()[made.rows.quantities.index("frequency 1")] == pytest.approx(20.0)
+    (tmp_path / "predicted.csv").write_text(files["measured.csv"])
+    with pytest.raises(InputError, match="need a model"):
+        Study.from_folder(tmp_path)
+    (tmp_path / "quantities.csv").write_text(files["quantities.csv"].replace("mode,0.03\n", ""))
+    with pytest.raises(InputError, match="no row for 'mode'"):
+        Study.from_folder(tmp_path, model=simulate)

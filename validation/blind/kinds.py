@@ -201,10 +201,11 @@ def monument(specimen, *, extend=None):
 def measured_modes(model, chosen, count, rng=None):
     """Frequencies and shapes at some sensors, shaken where a generator is given."""
     sensors = [PLACES[k] for k in chosen]
-    found = lm.modes(model, count)
+    found = lm.modes(model, count + 1)
     shape = found.at([p for p, _ in sensors])[:, np.arange(len(sensors)), ["xyz".index(d) for _, d in sensors]]
-    shape = shape / np.abs(shape).max(axis=1, keepdims=True)
-    frequency = found.frequency
+    largest = np.abs(shape).max(axis=1)
+    seen = np.flatnonzero(largest > 0.1 * largest.max())[:count]  # level sensors see nothing of the vertical mode
+    shape, frequency, count = shape[seen] / largest[seen, None], found.frequency[seen], len(seen)
     if rng is not None:
         frequency = frequency * np.exp(ROUGH["frequency"] * rng.standard_normal(count))
         shape = shape + ROUGH["component"] * rng.standard_normal(shape.shape)

@@ -36,7 +36,7 @@ class Draws:
     def make(cls, seed: int | Sequence[int], n: int, k: int, noise: Noise, count: int = DRAWS) -> "Draws":
         """All draws from one seed."""
         rng = np.random.default_rng(seed)
-        errors = rng.standard_normal((count, n)) if noise.tails is None else rng.standard_t(noise.tails, (count, n))
+        errors = noise.errors(rng, count, n)
         replicate = np.ones(count) if noise.dof is None else rng.chisquare(noise.dof, count) / noise.dof
         return cls(errors, rng.standard_normal((count, k)), replicate)
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isfinite
 
 import numpy as np
+from scipy.special import ndtri
 
 from limitmason.errors import InputError
 
@@ -60,6 +61,7 @@ class Noise:
     dof : degrees of freedom of the replicates that ``sd`` was estimated from; None takes ``sd`` as known
     tails : degrees of freedom of a Student distribution of single errors, for data with blunders; None is Gaussian
     by_row : whether ``sd`` is that of every row on its own scale, relative or in the unit of the value
+    misread : of rows that were seen or not, the rate of misreading, negative where 1 is predicted; 0 of measured rows
 
     Raises
     ------
@@ -75,6 +77,7 @@ class Noise:
     dof: float | None = None
     tails: float | None = None
     by_row: bool = False
+    misread: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         if self.sd is not None:
@@ -154,12 +157,29 @@ class Noise:
             return self
         return Noise(float(np.mean(self.sd)), self.dof, self.tails, self.by_row)
 
+    def about(self, predicted: np.ndarray) -> Noise:
+        """The statement with the sign of every rate of misreading: negative where 1 is predicted, shape (n,)."""
+        if self.misread is None:
+            return self
+        return replace(self, misread=tuple(np.where(predicted > 0.5, -1.0, 1.0) * np.abs(self.misread)))
+
+    def errors(self, rng: np.random.Generator, count: int, n: int) -> np.ndarray:
+        """Errors of n rows in units of their noise, shape (count, n)."""
+        normal = rng.standard_normal((count, n)) if self.tails is None else rng.standard_t(self.tails, (count, n))
+        if self.misread is None:
+            return normal
+        rate = np.abs(self.misread)
+        wrong = normal > ndtri(1.0 - np.where(rate > 0.0, rate, 0.5))
+        seen = np.sign(self.misread) * np.where(wrong, 1.0 - rate, -rate)
+        return np.where(rate > 0.0, seen / np.sqrt(np.where(rate > 0.0, rate * (1.0 - rate), 1.0)), normal)
+
     def of_some(self, chosen: Sequence[bool] | np.ndarray) -> Noise:
         """The statement for some of the specimens, boolean, shape (n,)."""
         if not isinstance(self.sd, tuple):
             return self
-        return Noise(tuple(s for s, keep in zip(self.sd, chosen, strict=True) if keep), self.dof, self.tails,
-                     self.by_row)  # fmt: skip
+        sd, misread = (None if v is None else tuple(s for s, keep in zip(v, chosen, strict=True) if keep)
+                       for v in (self.sd, self.misread))  # fmt: skip
+        return Noise(sd, self.dof, self.tails, self.by_row, misread)
 
     def __str__(self) -> str:
         if self.sd is None:

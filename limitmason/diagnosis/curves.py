@@ -1,0 +1,124 @@
+"""Measured curves as rows of a study: features with their uncertainty, or loads that count as few points as they are.
+
+Neighbouring points of a curve share their errors (gap, slack, drift of a sensor, machine stiffness): 200 points are not
+200 witnesses. How many they are is estimated from how the specimens' deviations go together along the curve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from limitmason.answers.curve import Curve
+from limitmason.diagnosis.observations import EvidenceKind, Observation
+from limitmason.errors import InputError
+
+FEWEST = 4  # curves from which the number of effective points is estimated
+
+
+def features(specimen: Any, curve: Curve, *, load: float, displacement: float) -> list[Observation]:
+    r"""Peak, stiffness, drift at the peak and residual of a measured curve, each with what its errors make of it.
+
+    The stiffness is that between 10 and 40 % of the peak, over a difference of displacements d: its relative error is
+    :math:`\sqrt{2 l^2 + 2 (e / d)^2}` by the errors l and e of the columns. The drift at the peak is known no better
+    than half the range in which the load is within 2 l of the peak.
+
+    Parameters
+    ----------
+    load : relative standard deviation of a load [-]
+    displacement : standard deviation of a displacement, in the curve's unit
+
+    Raises
+    ------
+    InputError
+        For an error that is not positive.
+    """
+    if not (load > 0.0 and displacement > 0.0):
+        raise InputError(f"the errors of load and displacement must be positive, got {load!r} and {displacement!r}")
+    found, top = curve.quantities, curve.peak
+    near = curve.displacement[curve.load >= (1.0 - 2.0 * load) * top.load]
+    rows = {"peak": (load, curve.load_unit), "residual": (load, curve.load_unit)}
+    if "stiffness" in found:
+        between = 0.3 * top.load / found["stiffness"]
+        rows["stiffness"] = (float(np.sqrt(2.0) * np.hypot(load, displacement / between)),
+                             f"{curve.load_unit}/{curve.displacement_unit}")  # fmt: skip
+    if top.displacement > 0.0:
+        spread = float(np.hypot(displacement, 0.5 * np.ptp(near))) / top.displacement
+        rows["drift at peak"] = (spread, curve.displacement_unit)
+    return [Observation(specimen, q, found[q], *said) for q, said in rows.items() if found[q] > 0.0]
+
+
+def points(
+    measured: Mapping[Any, Curve],
+    predicted: Mapping[Any, Curve] | None = None,
+    *,
+    load: float,
+    displacement: float,
+    count: int = 8,
+) -> tuple[list[Observation], float]:
+    """Loads at evenly spaced displacements of measured curves, and how many independent points of one curve they are.
+
+    A load's relative error is that of the load cell and that of the displacement times the slope. It is enlarged by the
+    root of count over effective points, so that a curve says as much as that many independent points.
+
+    Parameters
+    ----------
+    measured : by specimen
+    predicted : by the baseline, at least as long, from which deviations are taken; without, or for fewer than four
+        curves, the points of a curve count as one
+    load, displacement : as for :func:`features`
+    count : points of each curve
+
+    Returns
+    -------
+    rows, effective : quantities "load at X" with X in the curve's unit, as :func:`limitmason.answer` finds them
+
+    Raises
+    ------
+    InputError
+        For a predicted curve that is missing or too short.
+    """
+    rows, deviations = [], []
+    for specimen, curve in measured.items():
+        x = np.linspace(0.0, curve.displacement.max(), count + 1)[1:]
+        step = 0.25 * x[0]
+        y, slope = curve.at(x), (curve.at(np.minimum(x + step, x[-1])) - curve.at(x - step)) / (2.0 * step)
+        scatter = np.hypot(load, slope * displacement / y)
+        rows.append((specimen, curve, x, y, scatter))
+        if predicted is not None:
+            if specimen not in predicted or not np.isfinite(predicted[specimen].at(x)).all():
+                raise InputError(f"the predicted curve of specimen {specimen!r} is missing or ends before the measured")
+            deviations.append(np.log(y / predicted[specimen].at(x)) / scatter)
+    effective = effective_points(np.array(deviations)) if len(deviations) >= FEWEST else 1.0
+    larger = float(np.sqrt(count / effective))
+    force = str(EvidenceKind.FORCE)
+    return [
+        Observation(specimen, f"load at {at:.6g}", value, larger * sd, curve.load_unit, force)
+        for specimen, curve, x, y, scatter in rows for at, value, sd in zip(x, y, scatter, strict=True)
+    ], effective  # fmt: skip
+
+
+def effective_points(deviations: np.ndarray) -> float:
+    r"""Independent points that a curve is worth, (tr S)^2 / tr S^2 with S the covariance of deviations along it.
+
+    Both traces are estimated without bias for normal deviations, with C their covariance in the sample and m its
+    degrees of freedom: :math:`E\,tr C^2 = (1 + 1/m) tr S^2 + (tr S)^2 / m`, :math:`E (tr C)^2 = (tr S)^2 + 2 tr S^2/m`.
+
+    Parameters
+    ----------
+    deviations : of every curve at every point, shape (curves, points); their mean over the curves is taken off
+
+    Notes
+    -----
+    Between 1 and the number of points. A cause that acts on the curves differently lowers it too: to the safe side.
+    M. S. Srivastava (2005), Some tests concerning the covariance matrix in high dimensional data.
+    """
+    m, k = len(deviations) - 1, deviations.shape[1]
+    about = deviations - deviations.mean(axis=0)
+    sample = about.T @ about / m
+    both, whole = float((sample**2).sum()), float(np.trace(sample)) ** 2
+    square = (both - whole / m) / (1.0 + 1.0 / m - 2.0 / m**2)
+    trace = whole - 2.0 * square / m
+    return float(np.clip(trace / square, 1.0, k)) if square > 0.0 else float(k)
