@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any
@@ -65,8 +66,13 @@ SPARE = 3  # modes beyond those measured, which may have changed places with the
 
 def available_methods() -> dict[str, str]:
     """Names of all methods and where each comes from."""
-    found = {e.name: e.value for e in entry_points(group=ENTRY_POINT_GROUP)}
-    return {**found, **METHODS}
+    return {**_of_other_packages(), **METHODS}
+
+
+@cache
+def _of_other_packages() -> Mapping[str, str]:
+    # read once: it opens a file of every package that is installed, and every prediction asks
+    return {e.name: e.value for e in entry_points(group=ENTRY_POINT_GROUP)}
 
 
 def get_method(name: str, flow_rule: str | None = None) -> Method:

@@ -8,10 +8,36 @@ number. Written apart from the package: its own equilibrium, kinematics and join
 
 import itertools
 
+import highspy
 import numpy as np
-from scipy.optimize import linprog
+from scipy import sparse
 
 TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+
+
+def _program(cost, matrix, low):
+    """Least cost over variables above ``low`` whose rows have bounds, none yet: patterns differ in bounds alone."""
+    matrix = sparse.csc_array(matrix)
+    program = highspy.HighsLp()
+    program.num_row_, program.num_col_ = matrix.shape
+    program.col_cost_, program.col_lower_, program.col_upper_ = cost, low, np.full(len(cost), np.inf)
+    program.row_lower_, program.row_upper_ = (np.full(matrix.shape[0], sign * np.inf) for sign in (-1.0, 1.0))
+    program.a_matrix_.start_, program.a_matrix_.index_ = matrix.indptr, matrix.indices
+    program.a_matrix_.value_ = matrix.data
+    solver = highspy.Highs()
+    for name, value in {"output_flag": False, "solver": "simplex", "presolve": "off", **TIGHT}.items():
+        solver.setOptionValue(name, value)
+    solver.passModel(program)
+    return solver
+
+
+def _solved(solver):
+    """Whether a program has an answer; its simplex goes on from the bounds of the last pattern."""
+    answers = highspy.HighsModelStatus.kOptimal, highspy.HighsModelStatus.kInfeasible
+    if solver.run() != highspy.HighsStatus.kOk or solver.getModelStatus() not in answers:
+        solver.clearSolver()  # from there it did not come to an end
+        solver.run()
+    return solver.getModelStatus() == highspy.HighsModelStatus.kOptimal
 
 
 def _cross(arm, force):
@@ -50,61 +76,44 @@ class Patterns:
                 apex = i.joint.cohesion / i.joint.tan_phi if i.joint.tan_phi > 0 else np.inf
                 self.corner[j] = min(i.joint.tensile_strength, apex) * area
                 self.cohesion[j] = i.joint.cohesion * area - self.mu[j] * self.corner[j]
-        self.programs = 0
+        force_low = np.append(np.zeros(m), np.full(m, -np.inf))
+        slip_rows = [np.hstack([-np.diag(self.mu), sign * np.eye(m), np.zeros((m, 1))]) for sign in (1.0, -1.0)]
+        self.forces = _program(
+            np.eye(2 * m + 1)[-1], np.vstack([np.hstack([self.normal, self.tangent, self.live[:, None]]), *slip_rows]),
+            np.append(force_low, 0.0),
+        )  # fmt: skip
+        at_tension = self.normal @ self.corner - self.dead
+        for row, value in enumerate(at_tension):
+            self.forces.changeRowBounds(row, value, value)
+        gap, slide = self.normal.T, self.tangent.T
+        dilated = [gap - sign * self.psi[:, None] * slide for sign in (1.0, -1.0)]
+        self.velocities = _program(np.zeros(n), np.vstack([self.live[None, :], *dilated, slide]), np.full(n, -np.inf))
+        self.velocities.changeRowBounds(0, 1.0, 1.0)
 
     def _least(self, pattern):
         """Least multiplier of the forces of a pattern {joint: (slip, open, open)}; None when there are none."""
-        m = 2 * self.joints
-        equal = [np.hstack([self.normal, self.tangent, self.live[:, None]])]
-        right = [self.normal @ self.corner - self.dead]
-        rows, bound = [], []
-        high = np.full(2 * m + 1, np.inf)
+        m, n = 2 * self.joints, len(self.dead)
         for j in range(m):
             slip, *opened = pattern.get(j // 2, (0, False, False))
-            if opened[j % 2]:
-                high[j] = 0.0
-            for sign in (1.0, -1.0):
-                row = np.zeros(2 * m + 1)
-                row[j], row[m + j] = -self.mu[j], sign
-                if slip and sign == -slip:
-                    equal.append(row[None, :])
-                    right.append([self.cohesion[j]])
-                else:
-                    rows.append(row)
-                    bound.append(self.cohesion[j])
-        low = np.concatenate([np.zeros(m), np.full(m, -np.inf), [0.0]])
-        cost = np.eye(2 * m + 1)[-1]
-        self.programs += 1
-        answer = linprog(
-            cost, np.array(rows) if rows else None, bound or None, np.vstack(equal), np.concatenate(right),
-            np.column_stack([low, high]), method="highs-ds", options=TIGHT,
-        )  # fmt: skip
-        return float(answer.x[-1]) if answer.status == 0 else None
+            self.forces.changeColBounds(j, 0.0, 0.0 if opened[j % 2] else np.inf)
+            for k, sign in enumerate((1, -1)):
+                low = self.cohesion[j] if slip == -sign else -np.inf
+                self.forces.changeRowBounds(n + k * m + j, low, self.cohesion[j])
+        return self.forces.getInfo().objective_function_value if _solved(self.forces) else None
 
     def _moves(self, pattern):
         """Whether velocities with live power one fit a pattern; undecided joints may open and slide at will."""
-        equal, rows = [self.live], []
-        for j in range(2 * self.joints):
-            gap, slide = self.normal[:, j], self.tangent[:, j]
-            if j // 2 not in pattern:
-                rows += [self.psi[j] * slide - gap, -self.psi[j] * slide - gap]
-                continue
-            slip, *opened = pattern[j // 2]
-            if slip == 0:
-                equal.append(slide)
-            else:
-                rows.append(-slip * slide)
-            dilated = gap - slip * self.psi[j] * slide
-            if opened[j % 2]:
-                rows.append(-dilated)
-            else:
-                equal.append(dilated)
-        self.programs += 1
-        answer = linprog(
-            np.zeros(len(self.live)), np.array(rows) if rows else None, np.zeros(len(rows)) if rows else None,
-            np.array(equal), np.eye(len(equal))[0], (None, None), method="highs-ds", options=TIGHT,
-        )  # fmt: skip
-        return answer.status == 0
+        m, free, positive, zero = 2 * self.joints, (-np.inf, np.inf), (0.0, np.inf), (0.0, 0.0)
+        for j in range(m):
+            # less the dilation to the left, to the right; the slip itself
+            rows = [positive, positive, free]
+            if j // 2 in pattern:
+                slip, *opened = pattern[j // 2]
+                kept = positive if opened[j % 2] else zero
+                rows = [free, kept, (-np.inf, 0.0)] if slip < 0 else [kept, free, positive if slip else zero]
+            for k, bounds in enumerate(rows):
+                self.velocities.changeRowBounds(1 + k * m + j, *bounds)
+        return _solved(self.velocities)
 
     def smallest(self, *, best=np.inf):
         """Least multiplier over all patterns; infinite when no pattern has both forces and a mechanism."""
