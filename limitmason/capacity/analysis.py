@@ -167,11 +167,7 @@ def pushover(
         raise NotApplicable("initial forces go with rigid blocks: limit analysis knows no strains")
     if blocks == LUMPED:
         assembly = lumped(assembly, stiffness)
-    moving = _moving_support(assembly, control)
-    if moving is not None:
-        if to is None:
-            raise InputError("control is a support that moves: say how far, to=...")
-        loads, assembly = _guided(assembly, loads, *moving)
+    assembly, loads, moving = _guided(assembly, loads, control, to)
     plane, stress = plane_of(assembly, loads, blocks, stress)
     points, of_points = points_of_path(assembly, plane, contact_model, grid, initial)
     if plane is None:
@@ -215,9 +211,7 @@ def pushover(
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
 
     end = None if to is None else system.controlled(origin) + to
-    status, said = path.follow(
-        generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None
-    )  # fmt: skip
+    status, said = path.follow(generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None)
     warnings += said
     soft = stiffness is not None or bool((assembly.arrays.normal_stiffness > 0.0).any())
     if soft and contact_model is None and grid is None and initial is None and not weakening(assembly).any():
@@ -277,17 +271,21 @@ def _equations(
     )  # fmt: skip
 
 
-def _moving_support(assembly: Assembly, control: Any) -> tuple[int, int] | None:
-    """Block and axis of a support that is to be moved; None where the control is no support."""
+def _guided(
+    assembly: Assembly, loads: Loads, control: Any, to: float | None
+) -> tuple[Assembly, Loads, tuple[int, int] | None]:
+    """The model with a support freed that is to be moved, a live load on it, and its block and axis; None without one.
+
+    The live load is the total dead load, along the axis.
+    """
     if isinstance(control, str) or len(control) != 2 or control[1] not in _AXES:
-        return None
-    i, axis = assembly.block_index(control[0]), _AXES[control[1]]
-    return (i, axis) if assembly.held[i, axis] else None
-
-
-def _guided(assembly: Assembly, loads: Loads, block: int, axis: int) -> tuple[Loads, Assembly]:
-    """The model with a support freed along an axis, and a live load along it: the total dead load on the support."""
+        return assembly, loads, None
+    block, axis = assembly.block_index(control[0]), _AXES[control[1]]
+    if not assembly.held[block, axis]:
+        return assembly, loads, None
     name = assembly.blocks[block].name
+    if to is None:
+        raise InputError("control is a support that moves: say how far, to=...")
     if loads.live.any():
         raise InputError(f"control: {name!r} is a support that moves under dead loads; leave the live loads out")
     rest = [d for k, d in enumerate(DEGREES_OF_FREEDOM) if assembly.held[block, k] and k != axis]
@@ -298,7 +296,7 @@ def _guided(assembly: Assembly, loads: Loads, block: int, axis: int) -> tuple[Lo
     dead, live = np.array(loads.dead), np.zeros_like(loads.live)
     dead[block] = 0.0  # the weight of the support itself is no concern of the structure
     live[block, axis] = float(np.linalg.norm(dead[~assembly.fixed, :3], axis=1).sum())
-    return Loads(dead, live, f"{name} moves"), guided
+    return guided, Loads(dead, live, f"{name} moves"), (block, axis)
 
 
 def _control(assembly: Assembly, control: Any, basis: Array, free: NDArray, live: Array) -> tuple[Array, float]:

@@ -8,8 +8,7 @@ from walls import corner, running_bond, stack
 
 import limitmason as lm
 from limitmason.cli import main
-from limitmason.limit.nonassociative.alternating import ForceProgram
-from limitmason.limit.nonassociative.sequential import FrozenCones
+from limitmason.limit.nonassociative.force_program import ForceProgram
 
 
 def searched(wall, direction=(0, -1, 0), **options):
@@ -117,8 +116,8 @@ def test_no_program_but_one_ends_after_the_time_limit(search, monkeypatch):
         return timed
 
     monkeypatch.setattr(time, "perf_counter", lambda: clock[0])
-    for program in (FrozenCones, ForceProgram):
-        monkeypatch.setattr(program, "solve", second(program.solve))
+    for name in ("solve", "largest"):
+        monkeypatch.setattr(ForceProgram, name, second(getattr(ForceProgram, name)))
     wall, ended = corner(), 0
     for limit in (2.5, 4.5, 9.5, 17.5, 33.5, 64.5):
         clock[0] = 0.0

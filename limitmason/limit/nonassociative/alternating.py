@@ -11,20 +11,13 @@ programs do better (``polish``); this is the way in 3-D and where those find not
 
 import time
 
-import clarabel
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
+from limitmason.limit.nonassociative.force_program import ForceProgram
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, split, violation
-from limitmason.limit.nonassociative.sequential import FrozenCones, slope_rows
-from limitmason.limit.program.static import solver_settings
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-
-TOLERANCE = 1e-12
-"""Of the interior-point programs: the alternation cannot come closer to the law than they do."""
 
 ACTIVE = 1e-7
 """Rates below this, at mean live velocity one, count as zero."""
@@ -36,84 +29,13 @@ STALLED = 1e-8
 """Fall of theta lambda + gap in one round of the alternation below which a push has come to its end."""
 
 
-class ForceProgram:
-    """Minimise theta lambda + weight . f over the forces that the true law admits; only the objective may change.
-
-    Parameters
-    ----------
-    law : of the problem
-    opening : points held at N' = 0, shape (m,)
-    sliding : points held at T = -(c' + tan(phi) N') d, shape (m,)
-    direction : unit sliding directions d, shape (m, c - 1)
-    closing : points held at N' = q, where joints crush or ties yield, shape (m,)
-    """
-
-    def __init__(
-        self, law: JointLaw, *, opening: Mask | None = None, sliding: Mask | None = None,
-        direction: Array | None = None, closing: Mask | None = None,
-    ) -> None:  # fmt: skip
-        m, c = len(law.tan_phi), law.components
-        self.law, self._columns = law, c * m
-        none = np.zeros(m, dtype=bool)
-        opening = none if opening is None else opening
-        sliding = none if sliding is None else sliding
-        normal = c * np.arange(m)
-        one = sparse.eye_array(c * m + 1, format="csr")
-        closing = none if closing is None else closing
-        held = normal[opening], normal[closing]
-        equal = [sparse.hstack([law.matrix, sparse.csc_array(law.live[:, None])]), *(one[rows] for rows in held)]
-        right = [-law.dead, np.zeros(int(opening.sum())), law.crushing[closing]]
-        s = np.flatnonzero(sliding)
-        for k, along in enumerate(() if direction is None else direction[s].T):
-            equal.append(one[normal[s] + 1 + k] + sparse.diags_array(along * law.tan_phi[s]) @ one[normal[s]])
-            right.append(-along * law.cohesion[s])
-        crushed = np.flatnonzero(np.isfinite(law.crushing))
-        free = np.flatnonzero(~sliding)
-        # rows of slope_rows that belong to points not held sliding
-        kept = np.concatenate([free, m + free]) if c == 2 else (3 * free[:, None] + np.arange(3)).ravel()
-        cone = slope_rows(law.tan_phi, c, c * m + 1)[kept]
-        constant = np.tile(law.cohesion[free], 2) if c == 2 else np.zeros(3 * len(free))
-        if c == 3:
-            constant[::3] = law.cohesion[free]
-        # N' and lambda not below zero: a negative multiplier belongs to the opposite load
-        low = np.append(normal, c * m)
-        matrix = sparse.csc_matrix(sparse.vstack([*equal, -one[low], one[normal[crushed]], -cone]))
-        bound = np.concatenate([*right, np.zeros(m + 1), law.crushing[crushed], constant])
-        zeros = sum(len(b) for b in right)
-        linear = m + 1 + len(crushed)
-        kinds = [clarabel.ZeroConeT(zeros), clarabel.NonnegativeConeT(linear + (len(constant) if c == 2 else 0))]
-        if c == 3:
-            kinds += [clarabel.SecondOrderConeT(3)] * len(free)
-        settings = solver_settings(TOLERANCE)
-        settings.presolve_enable = False
-        self._arguments = (sparse.csc_matrix((c * m + 1, c * m + 1)), matrix, bound, kinds, settings)
-        self._solver: clarabel.DefaultSolver | None = None
-
-    def solve(self, theta: float, weight: Array | None = None) -> tuple[float, Array] | None:
-        """Multiplier and forces from the tension corner, or None."""
-        objective = np.zeros(self._columns + 1)
-        objective[-1] = theta
-        if weight is not None:
-            objective[:-1] = weight
-        if self._solver is None:
-            quadratic, matrix, bound, kinds, settings = self._arguments
-            self._solver = clarabel.DefaultSolver(quadratic, objective, matrix, bound, kinds, settings)
-        else:
-            self._solver.update(q=objective)
-        answer = self._solver.solve()
-        x = np.array(answer.x)
-        if str(answer.status) not in ("Solved", "AlmostSolved") or not np.isfinite(x).all():
-            return None
-        return float(x[-1]), x[:-1]
-
-
 class ConePrograms:
     """The two programs of the alternation, set up once per problem."""
 
     def __init__(self, law: JointLaw) -> None:
         self.law = law
         self.forces = ForceProgram(law)
-        self.velocities = FrozenCones(law, law.tan_psi, tolerance=TOLERANCE)
+        self.velocities = ForceProgram(law, slope=law.tan_psi)
 
 
 def alternate(
@@ -141,7 +63,7 @@ def alternate(
         if time.perf_counter() > deadline:  # the next program would end after the limit too
             return best or ForceState(multiplier, force, velocity, "cone program")
         normal = np.maximum(split(law, force)[0], 0.0)
-        _, dual = programs.velocities.solve(law.cohesion + (law.tan_phi - law.tan_psi) * normal)
+        _, dual = programs.velocities.largest(law.cohesion + (law.tan_phi - law.tan_psi) * normal)
         if dual is None:
             break
         velocity = dual.velocity

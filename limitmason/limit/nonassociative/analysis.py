@@ -24,6 +24,7 @@ from limitmason.display.progress import noted
 from limitmason.errors import InputError
 from limitmason.limit.associative import contact_facts, solve_associative
 from limitmason.limit.associative_warnings import TWISTED, self_stress, twisted_faces
+from limitmason.limit.nonassociative.force_program import ForceProgram
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, joint_law, true_forces, violation
 from limitmason.limit.nonassociative.polish import PlanePrograms
 from limitmason.limit.nonassociative.proven_search import (
@@ -35,7 +36,6 @@ from limitmason.limit.nonassociative.proven_search import (
     search_and_prove,
 )
 from limitmason.limit.nonassociative.search import EFFORTS, Effort, Polisher, SearchOutcome, Trial, search_smallest
-from limitmason.limit.nonassociative.sequential import FrozenCones
 from limitmason.limit.nonassociative.smallest import Smallest, prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
 from limitmason.mechanics.certificate import certify
@@ -71,7 +71,6 @@ def solve_nonassociative(
     proof_seconds: float | None = None,
     measure_jump: bool | None = None,
     progress: Callable[[Trial], None] | None = None,
-    solver: str = "auto",
     verbose: bool = False,
 ) -> Prediction:
     """Smallest multiplier at which equilibrium, the joint law and its flow rule hold together, proven or found.
@@ -99,7 +98,6 @@ def solve_nonassociative(
     proof_seconds : time for the proof; None: 5, 30 or 120 s for the quick, standard or thorough search
     measure_jump : compare with psi slightly above zero where psi is zero; None does so in plane, up to 1000 points
     progress : called after every stage with its trial, whose text is a line with the lowest multiplier so far
-    solver : "auto" or "clarabel", which solves the cone programs; HiGHS the linear and integer ones
     verbose : let Clarabel (associative analysis) and HiGHS (mixed-integer program) write their logs
 
     Returns
@@ -114,7 +112,7 @@ def solve_nonassociative(
     Raises
     ------
     InputError
-        For an unknown search, another solver, and times that are not positive.
+        For an unknown search, and times that are not positive.
     NotApplicable
         For in-plane sections with an exact crushing stress block, and where a proof is demanded that is not available:
         in 3-D and for joints that crush.
@@ -137,8 +135,6 @@ def solve_nonassociative(
     deadline = np.inf if time_limit is None else start + time_limit
     if isinstance(search, str) and search not in EFFORTS:
         raise InputError(f"search must be one of {tuple(EFFORTS)}, got {search!r}")
-    if solver not in ("auto", "clarabel"):
-        raise InputError(f"solver={solver!r} goes with the associative flow rule only; use 'auto' or 'clarabel'")
     for name, number in (("accuracy", accuracy), ("time_limit", time_limit), ("proof_seconds", proof_seconds)):
         if number is not None and not number > 0:
             raise InputError(f"{name} must be positive, got {number}")
@@ -152,9 +148,7 @@ def solve_nonassociative(
         )
     everywhere = bool((problem.law.tan_psi >= problem.law.tan_phi - 1e-15).all())
     law = None if everywhere else joint_law(problem)
-    upper = solve_associative(
-        problem, tolerance=tolerance, check_dead_load=check_dead_load, solver=solver, verbose=verbose
-    )
+    upper = solve_associative(problem, tolerance=tolerance, check_dead_load=check_dead_load, verbose=verbose)
     provenance = dict(
         upper.provenance, flow_rule=str(FlowRule.NON_ASSOCIATIVE), seed=seed,
         solver="clarabel" if problem.plane is None else "clarabel, HiGHS",
@@ -244,7 +238,7 @@ def radenkovic_lower(law: JointLaw) -> float:
     Source: Radenkovic's second theorem. Both laws share the tension corner: with tension, tan(psi) N + c A would lie
     outside the true law below N = 0.
     """
-    status, state = FrozenCones(law, law.tan_psi).solve(law.cohesion)
+    status, state = ForceProgram(law, slope=law.tan_psi, tolerance=1e-10).largest(law.cohesion)
     if state is None or status not in ("Solved", "AlmostSolved"):
         return float("nan")
     # an interior point leaves 1e-12 where the bound is zero

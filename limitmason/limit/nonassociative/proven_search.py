@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from limitmason.display.progress import reached, task
 from limitmason.errors import NotApplicable
+from limitmason.limit.nonassociative.force_program import ForceProgram
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, split, violation
 from limitmason.limit.nonassociative.numbering import Numbering, numbering
 from limitmason.limit.nonassociative.polish import PlanePrograms
@@ -21,7 +22,6 @@ from limitmason.limit.nonassociative.search import (
     Trial,
     search_smallest,
 )
-from limitmason.limit.nonassociative.sequential import FrozenCones
 from limitmason.limit.nonassociative.smallest import Smallest, prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
 from limitmason.mechanics.law_table import GRID, PROVEN_SMALLEST, refuse
@@ -161,7 +161,7 @@ def _in_order_of_geometry(
 
 def _starting_forces(law: JointLaw) -> tuple[Array, ForceState | None]:
     """Normal forces N' of the associative state, or equal ones where that has no bound; and the state."""
-    _, state = FrozenCones(law, law.tan_phi).solve(law.cohesion)
+    _, state = ForceProgram(law, slope=law.tan_phi, tolerance=1e-10).largest(law.cohesion)
     if state is None:
         return np.full(len(law.tan_phi), law.total / len(law.tan_phi)), None
     return np.maximum(split(law, state.force)[0], 0.0), state

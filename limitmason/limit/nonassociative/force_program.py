@@ -1,0 +1,135 @@
+"""Cone programs over the forces that equilibrium and a joint law admit: what the searches solve again and again.
+
+Clarabel keeps its set-up from solve to solve: only the objective or the right-hand side may change.
+"""
+
+import clarabel
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, normalised
+from limitmason.limit.program.static import solver_settings
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+TOLERANCE = 1e-12
+"""Of the interior-point programs: the alternation cannot come closer to the law than they do."""
+
+
+class ForceProgram:
+    """Forces with |T| <= r + slope N' and 0 <= N' <= q in equilibrium with dead + lambda live.
+
+    Parameters
+    ----------
+    law : of the problem
+    slope : of the cones, shape (m,): then r is given with every solve and lambda may be negative; None is the true law
+    opening : points held at N' = 0, shape (m,)
+    sliding : points held at T = -(c' + tan(phi) N') d, shape (m,)
+    direction : unit sliding directions d, shape (m, c - 1)
+    closing : points held at N' = q, where joints crush or ties yield, shape (m,)
+    tolerance : of the interior-point method [-]
+    """
+
+    def __init__(
+        self, law: JointLaw, *, slope: Array | None = None, opening: Mask | None = None, sliding: Mask | None = None,
+        direction: Array | None = None, closing: Mask | None = None, tolerance: float = TOLERANCE,
+    ) -> None:  # fmt: skip
+        """Set the rows up: equations, orthant and cones."""
+        m, c = len(law.tan_phi), law.components
+        self.law, n = law, c * m
+        none = np.zeros(m, dtype=bool)
+        opening, sliding, closing = (none if x is None else x for x in (opening, sliding, closing))
+        normal = c * np.arange(m)
+        one = sparse.eye_array(n + 1, format="csr")
+        equal = [sparse.hstack([law.matrix, sparse.csc_array(law.live[:, None])]), one[normal[opening]],
+                 one[normal[closing]]]  # fmt: skip
+        right = [-law.dead, np.zeros(int(opening.sum())), law.crushing[closing]]
+        s = np.flatnonzero(sliding)
+        for k, along in enumerate(() if direction is None else direction[s].T):
+            equal.append(one[normal[s] + 1 + k] + sparse.diags_array(along * law.tan_phi[s]) @ one[normal[s]])
+            right.append(-along * law.cohesion[s])
+        crushed = np.flatnonzero(np.isfinite(law.crushing))
+        free = np.flatnonzero(~sliding)
+        # rows of slope_rows that belong to points not held sliding
+        kept = np.concatenate([free, m + free]) if c == 2 else (3 * free[:, None] + np.arange(3)).ravel()
+        cone = slope_rows(law.tan_phi if slope is None else slope, c, n + 1)[kept]
+        # N' and lambda not below zero: a negative multiplier belongs to the opposite load
+        low = np.append(normal, n) if slope is None else normal
+        matrix = sparse.csc_matrix(sparse.vstack([*equal, -one[low], one[normal[crushed]], -cone]))
+        self._equations = law.matrix.shape[0]
+        zeros, linear = sum(len(b) for b in right), len(low) + len(crushed)
+        self._cones = zeros + linear
+        bound = np.zeros(matrix.shape[0])
+        bound[:zeros] = np.concatenate(right)
+        bound[zeros + len(low) : self._cones] = law.crushing[crushed]
+        kinds = [clarabel.ZeroConeT(zeros), clarabel.NonnegativeConeT(linear + (len(kept) if c == 2 else 0))]
+        kinds += [clarabel.SecondOrderConeT(3)] * (len(free) if c == 3 else 0)
+        settings = solver_settings(tolerance, max_iterations=200 if slope is None else 100)
+        # presolve would forbid updating the right-hand side
+        settings.presolve_enable = False
+        self._bound, self._objective = bound, np.zeros(n + 1)
+        self._constant(law.cohesion[free])
+        self._arguments = (matrix, kinds, settings)
+        self._solver: clarabel.DefaultSolver | None = None
+
+    def _constant(self, constant: Array) -> None:
+        """Set r of the points that are not held sliding."""
+        if self.law.components == 2:
+            self._bound[self._cones :] = np.tile(constant, 2)
+        else:
+            self._bound[self._cones :: 3] = constant
+
+    def _answer(self, changed: str) -> clarabel.DefaultSolution:
+        if self._solver is None:
+            matrix, kinds, settings = self._arguments
+            n = len(self._objective)
+            quadratic = sparse.csc_matrix((n, n))
+            self._solver = clarabel.DefaultSolver(quadratic, self._objective, matrix, self._bound, kinds, settings)
+        elif changed == "q":
+            self._solver.update(q=self._objective)
+        else:
+            self._solver.update(b=self._bound)
+        return self._solver.solve()
+
+    def solve(self, theta: float, weight: Array | None = None) -> tuple[float, Array] | None:
+        """Multiplier and forces from the tension corner that minimise theta lambda + weight . f, or None."""
+        self._objective = np.zeros(len(self._objective))
+        self._objective[-1] = theta
+        if weight is not None:
+            self._objective[:-1] = weight
+        answer = self._answer("q")
+        x = np.array(answer.x)
+        if str(answer.status) not in ("Solved", "AlmostSolved") or not np.isfinite(x).all():
+            return None
+        return float(x[-1]), x[:-1]
+
+    def largest(self, constant: Array) -> tuple[str, ForceState | None]:
+        """Status and state of the largest lambda for r = ``constant`` (m,); no state when it is not a number.
+
+        The dual velocities obey e_n >= slope |e_t|.
+        """
+        self._constant(constant)
+        self._objective[-1] = -1.0
+        answer = self._answer("b")
+        x, dual = np.array(answer.x), np.array(answer.z)[: self._equations]
+        velocity = normalised(self.law, dual)
+        if velocity is None or not (np.isfinite(x).all() and np.isfinite(velocity).all()):
+            return str(answer.status), None
+        return str(answer.status), ForceState(float(x[-1]), x[:-1], velocity, "cone program")
+
+
+def slope_rows(slope: Array, components: int, columns: int) -> sparse.csr_array:
+    """Rows slope N' -+ T of plane points (upper signs first), or (slope N', T1, T2) per point in 3-D."""
+    m = len(slope)
+    i = np.arange(m)
+    normal = components * i
+    if components == 2:
+        row = np.concatenate([i, i, m + i, m + i])
+        column = np.concatenate([normal, normal + 1, normal, normal + 1])
+        value = np.concatenate([slope, -np.ones(m), slope, np.ones(m)])
+        return sparse.csr_array((value, (row, column)), shape=(2 * m, columns))
+    row = np.concatenate([3 * i, 3 * i + 1, 3 * i + 2])
+    value = np.concatenate([slope, np.ones(2 * m)])
+    return sparse.csr_array((value, (row, row)), shape=(3 * m, columns))
