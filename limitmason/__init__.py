@@ -7,8 +7,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from limitmason.answers import references
+from limitmason.answers.acceptance import Certificate
 from limitmason.answers.curve import Curve
-from limitmason.answers.results import Certificate, Mechanism, Prediction, Resultants
+from limitmason.answers.results import Mechanism, Prediction, Resultants
 from limitmason.constants import VERSION
 from limitmason.display import notebook
 from limitmason.display.progress import show_progress

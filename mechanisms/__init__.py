@@ -5,18 +5,6 @@ Facades out of plane: simple rocking (A), compound rocking with stepped cracks i
 prescribe their friction: engineering estimates, no bounds of limit analysis; ``Prediction.bound`` says which is what.
 """
 
-from limitmason.mechanics.stiffness import (
-    masonry_modulus_bui,
-    masonry_modulus_gonen,
-    masonry_modulus_itasca,
-    normal_stiffness_bui,
-    normal_stiffness_gonen,
-    normal_stiffness_itasca,
-    normal_stiffness_sarhosis,
-    shear_modulus,
-    shear_stiffness,
-    shear_stiffness_sarhosis,
-)
 from mechanisms.arch import ArchLimit, arch_limit, geometric_safety
 from mechanisms.catalogue import NAMES, catalogue, smallest
 from mechanisms.classical import inclined_hinge, overturning, rigid_block, rondelet_thickness, sliding, stack
@@ -54,20 +42,10 @@ __all__ = [
     "horizontal_flexure",
     "inclined_hinge",
     "light_damage",
-    "masonry_modulus_bui",
-    "masonry_modulus_gonen",
-    "masonry_modulus_itasca",
-    "normal_stiffness_bui",
-    "normal_stiffness_gonen",
-    "normal_stiffness_itasca",
-    "normal_stiffness_sarhosis",
     "overturning",
     "rigid_block",
     "rocking_power",
     "rondelet_thickness",
-    "shear_modulus",
-    "shear_stiffness",
-    "shear_stiffness_sarhosis",
     "simple_rocking",
     "slender_wall",
     "sliding",

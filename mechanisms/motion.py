@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from limitmason.answers.results import NO_TILT, SOLVED, Bound, BoundKind, Certificate, Mechanism, Prediction
+from limitmason.answers.acceptance import Certificate
+from limitmason.answers.results import NO_TILT, SOLVED, Bound, BoundKind, Mechanism, Prediction
 from limitmason.errors import NotApplicable
 from limitmason.mechanics.law_table import FIELDS, MECHANISMS, RESIDUAL, refuse, terms
 from limitmason.mechanics.law_table import notes as left_out

@@ -1,5 +1,6 @@
 """What methods return: predictions with bound and certificate, curves, and the papers behind them."""
 
+from limitmason.answers.acceptance import Certificate
 from limitmason.answers.curve import Curve, CurvePoint, Event
 from limitmason.answers.references import Citation, Cited, Reference
 from limitmason.answers.results import (
@@ -13,7 +14,6 @@ from limitmason.answers.results import (
     UNBOUNDED,
     Bound,
     BoundKind,
-    Certificate,
     ContactModel,
     FlowRule,
     Mechanism,

@@ -1,71 +1,114 @@
-"""What a method returns: prediction, mechanism, resultants and certificate; all frozen, none knows a solver."""
+"""What a method returns, and the closed sets of words it is written in; all frozen, none knows a solver."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from enum import StrEnum
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.answers.answer_words import (
-    ALMOST_SOLVED,
-    CANNOT_STAND,
-    NOT_CONVERGED,
-    SOLVED,
-    STATUSES,
-    TIME_ENDED,
-    UNBOUNDED,
-    Bound,
-    BoundKind,
-    ContactModel,
-    FlowRule,
-    Range,
-    Status,
-    member_of,
-)
+from limitmason.answers.acceptance import Certificate
 from limitmason.answers.curve import Curve
 from limitmason.answers.references import Citable, Cited
 from limitmason.display.notebook import Displayed
-from limitmason.errors import NotApplicable
+from limitmason.errors import InputError, NotApplicable
 from limitmason.storage.frozen import ReadOnly
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-__all__ = [
-    "ALMOST_SOLVED",
-    "CANNOT_STAND",
-    "NOT_CONVERGED",
-    "NO_TILT",
-    "SOLVED",
-    "STATUSES",
-    "TIME_ENDED",
-    "UNBOUNDED",
-    "Bound",
-    "BoundKind",
-    "Certificate",
-    "ContactModel",
-    "FlowRule",
-    "Mechanism",
-    "Prediction",
-    "Range",
-    "Resultants",
-    "Status",
-]
+class Status(StrEnum):
+    """How an analysis ended; decided by what can be certified, not by what a solver says of itself."""
 
-OWN_RESIDUAL = 1e-6
-"""Unbalance of a block over its own load, and excess over a joint's law over its own force, of an accepted answer."""
+    SOLVED = "solved"
+    ALMOST_SOLVED = "almost solved"
+    CANNOT_STAND = "cannot stand under dead load"
+    UNBOUNDED = "unbounded"
+    NOT_CONVERGED = "not converged"
+    TIME_ENDED = "time limit ended it"
 
-TOTAL_RESIDUAL = 1e-7
-"""The same over the total load."""
 
-GAP = 1e-6
-"""Largest gap between the bounds of an accepted answer."""
+SOLVED, ALMOST_SOLVED, CANNOT_STAND, UNBOUNDED, NOT_CONVERGED, TIME_ENDED = Status
+STATUSES = tuple(Status)
 
-CELL_GAP = 5e-3
-"""Gap that the cells of cohesive faces may leave in an accepted answer."""
+
+class BoundKind(StrEnum):
+    """What a multiplier is with respect to the law that its bound names."""
+
+    EXACT = "exact"
+    LOWER = "lower"
+    UPPER = "upper"
+    ESTIMATE = "estimate"
+    NONE = "none"
+
+
+class FlowRule(StrEnum):
+    """Normality (psi = phi), or sliding that dilates by psi < phi."""
+
+    ASSOCIATIVE = "associative"
+    NON_ASSOCIATIVE = "non-associative"
+
+
+class ContactModel(StrEnum):
+    """Where an interface transmits forces: the corners of its polygon, or a lattice, even or dense at the edges."""
+
+    VERTICES = "vertices"
+    GRID = "grid"
+    LOBATTO = "lobatto"
+
+
+class Bound(str):
+    """What a multiplier is, in words for a reader, with its ``kind`` for a program.
+
+    >>> bound = Bound(BoundKind.UPPER, "upper bound for every flow rule")
+    >>> bound.kind is BoundKind.UPPER, str(bound)
+    (True, 'upper bound for every flow rule')
+    """
+
+    __slots__ = ("kind",)
+    kind: BoundKind
+
+    def __new__(cls, kind: BoundKind, text: str | None = None) -> Bound:
+        """Take the kind and the words, which are the kind alone where none are given."""
+        self = super().__new__(cls, str(kind) if text is None else text)
+        self.kind = BoundKind(kind)
+        return self
+
+    def __getnewargs__(self) -> Any:
+        return self.kind, str(self)
+
+    @classmethod
+    def from_text(cls, text: str) -> Bound:
+        """Bound of a file that holds its words only (files of 0.1): they begin with the kind."""
+        first = text.replace(":", " ").replace(";", " ").split()
+        known = first and first[0] in tuple(BoundKind)
+        return cls(BoundKind(first[0]) if known else BoundKind.ESTIMATE if text else BoundKind.NONE, text)
+
+
+class Range(NamedTuple):
+    """Low and high end about a multiplier [-], NaN where there is none, and what they are."""
+
+    low: float = math.nan
+    high: float = math.nan
+    meaning: str = ""
+
+    @property
+    def known(self) -> bool:
+        """Whether both ends are numbers."""
+        return math.isfinite(self.low) and math.isfinite(self.high)
+
+
+def member_of(kind: type[StrEnum], text: str, field_: str) -> StrEnum:
+    """Member of a closed set by its words, or an error that lists them all."""
+    try:
+        return kind(text)
+    except ValueError:
+        raise InputError(f"{field_} must be one of {', '.join(map(repr, map(str, kind)))}, got {text!r}") from None
+
 
 NO_TILT = "no tilt angle because"
 """Key of ``Prediction.details``: why the multiplier is not the tangent of a tilt angle, empty where it is."""
@@ -148,113 +191,6 @@ class Resultants(ReadOnly):
 
     def __repr__(self) -> str:
         return f"<Resultants of {len(self.normal)} joints from the forces of {len(self.point_area)} contact points>"
-
-
-@dataclass(frozen=True)
-class Certificate:
-    """How well a prediction satisfies its own theory, computed with numpy from the assembly and the prediction alone.
-
-    Forces are relative to the total weight (or the total load, where blocks are weightless), rates to the mechanism's
-    largest rate. NaN where it does not apply.
-
-    Parameters
-    ----------
-    equilibrium_residual : largest unbalanced force, or moment over the block's size [-]
-    yield_violation : largest excess over the joint law at a contact point [-]
-    flow_residual : largest violation of the flow rule, opening < tan(psi) times sliding [-]
-    complementarity : largest power that a joint force does against its flow rule [-]
-    static_multiplier, kinematic_multiplier : bounds from the forces and from the repaired mechanism [-]
-    gap : (kinematic - static) over |static|, or over the multiplier at which live equals dead load if that is more [-]
-    confinement : largest joint force over the total weight [-]; far above 1 the answer rests on self-stress
-    force_cap : joint force over the total weight up to which the kinematic bound holds; infinite (no limit) unless
-        blocks are wedged so that no motion opens every joint
-    block_residual, worst_block : largest unbalance of a block over its *own* dead and live load (of a weightless block
-        over the largest joint force on it) [-], and the name of that block
-    joint_excess, worst_joint : largest excess over the joint law over the force in that joint, or the load of its
-        lighter block where that is more [-], and the names of its blocks
-    discretisation : part of the gap that comes from dividing cohesive faces into cells [-]; below zero when the forces
-        let cohesion gather where it is not
-    """
-
-    equilibrium_residual: float
-    yield_violation: float
-    flow_residual: float = float("nan")
-    complementarity: float = float("nan")
-    static_multiplier: float = float("nan")
-    kinematic_multiplier: float = float("nan")
-    gap: float = float("nan")
-    confinement: float = float("nan")
-    force_cap: float = float("inf")
-    block_residual: float = float("nan")
-    worst_block: str = ""
-    joint_excess: float = float("nan")
-    worst_joint: str = ""
-    discretisation: float = 0.0
-
-    @property
-    def refusal(self) -> str:
-        """Why the answer is not accepted as solved; empty when it is.
-
-        Every block must be in equilibrium to 1e-6 of its own load and every joint within its law to 1e-6 of its own
-        force (both to 1e-7 of the total load as well), and the two bounds must meet to 1e-6, except for what the cells
-        of cohesive faces leave between them, at most 0.5 %. A non-associative answer, which has no second bound, must
-        keep its flow rule and do no power against it, to 1e-6 each. Cohesion must not act at points for more than it
-        does spread over the faces that the mechanism twists (a grid of too few points).
-        """
-        if np.isnan(self.equilibrium_residual):
-            return "there are no joint forces to certify"
-        reasons = []
-        if not (self.block_residual <= OWN_RESIDUAL and self.equilibrium_residual <= TOTAL_RESIDUAL):
-            reasons.append(
-                f"block {self.worst_block!r} is out of equilibrium by {self.block_residual:.1e} of its own load"
-            )
-        if not (self.joint_excess <= OWN_RESIDUAL and self.yield_violation <= TOTAL_RESIDUAL):
-            reasons.append(f"the joint {self.worst_joint} exceeds its law by {self.joint_excess:.1e} of its own force")
-        if self.discretisation < -GAP:
-            most = self.kinematic_multiplier
-            much = f"{-self.discretisation:.1e} too much" if np.isnan(most) else f"whole faces carry at most {most:.6g}"
-            reasons.append(
-                "cohesion gathers at points where there is none to that amount: the forces are no admissible stresses, "
-                + much
-            )
-        elif not np.isnan(self.kinematic_multiplier):
-            if not (self.discretisation <= CELL_GAP and abs(self.gap - self.discretisation) <= GAP):
-                reasons.append(f"the bounds from forces and from the mechanism differ by {self.gap:.1e}")
-        elif np.isnan(self.complementarity):
-            reasons.append("no mechanism proves that no more can be carried")
-        elif not (self.flow_residual <= OWN_RESIDUAL and self.complementarity <= OWN_RESIDUAL):
-            worst = max(self.flow_residual, self.complementarity)
-            reasons.append(f"the mechanism breaks its flow rule, or joints work against it, by {worst:.1e}")
-        return "; ".join(reasons)
-
-    @property
-    def accepted(self) -> bool:
-        """Whether equilibrium, joint law and the comparison of forces with the mechanism all hold, see ``refusal``."""
-        return not self.refusal
-
-    def __str__(self) -> str:
-        """One line a figure."""
-        rows = [
-            ("equilibrium residual", self.equilibrium_residual),
-            ("yield violation", self.yield_violation),
-            ("flow rule residual", self.flow_residual),
-            ("complementarity", self.complementarity),
-            ("static multiplier", self.static_multiplier),
-            ("kinematic multiplier", self.kinematic_multiplier),
-            ("gap", self.gap),
-            ("largest joint force / weight", self.confinement),
-            (f"unbalance / own load ({self.worst_block})", self.block_residual),
-            (f"yield excess / own force ({self.worst_joint})", self.joint_excess),
-        ]
-        if self.discretisation:
-            rows.append(("part of the gap from cells of faces", self.discretisation))
-        if np.isfinite(self.force_cap):
-            rows.append(("bound holds up to force / weight", self.force_cap))
-        return "\n".join(
-            f"{label + ' ':<33}{value:.8f}" if "multiplier" in label else f"{label + ' ':<33}{value:.2e}"
-            for label, value in rows
-            if not np.isnan(value)
-        )
 
 
 @dataclass(frozen=True, eq=False)

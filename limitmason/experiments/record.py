@@ -138,14 +138,14 @@ class Experiment:
     source: Source
     specimen: str
     title: str
-    parameters: Mapping[str, Quantity | str]
-    measured: Mapping[str, Quantity]
-    published: Mapping[str, Quantity]
-    recomputed: Mapping[str, Quantity]
-    assumptions: tuple[str, ...]
-    targets: tuple[TargetValue, ...]
-    multiplier_to_measured: Quantity
     recipe: Recipe
+    parameters: Mapping[str, Quantity | str]
+    measured: Mapping[str, Quantity] = field(default_factory=dict)
+    published: Mapping[str, Quantity] = field(default_factory=dict)
+    recomputed: Mapping[str, Quantity] = field(default_factory=dict)
+    assumptions: tuple[str, ...] = ()
+    targets: tuple[TargetValue, ...] = ()
+    multiplier_to_measured: Quantity = field(default_factory=lambda: Quantity(1.0))
     options: Mapping[str, Any] = field(default_factory=dict)
     option_table: Mapping[str, Option] = field(default_factory=dict)
     open_options: Mapping[str, tuple] = field(default_factory=dict)

@@ -2,9 +2,9 @@
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 
@@ -69,6 +69,15 @@ def read_table(source: str, name: str) -> TextTable:
     """
     text = (folder(source) / name).read_text(encoding="utf-8")
     return parse_table(text, f"{source}/{name}")
+
+
+def names_in(source: str, *tables: str) -> Callable[[], tuple[str, ...]]:
+    """Names of the specimens in tables of a source, as a function for its recipe."""
+    return partial(_names, source, tables)
+
+
+def _names(source: str, tables: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(r["specimen"] for name in tables for r in read_table(source, name).rows)
 
 
 def parse_table(text: str, name: str) -> TextTable:

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.answers.acceptance import Certificate
 from limitmason.answers.references import Citation, Cited, Reference, given_fields
 from limitmason.answers.results import (
     Bound,
     BoundKind,
-    Certificate,
     ContactModel,
     FlowRule,
     Mechanism,

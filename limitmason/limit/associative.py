@@ -8,16 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.answers.acceptance import GAP, Certificate
 from limitmason.answers.results import (
     ALMOST_SOLVED,
     CANNOT_STAND,
-    GAP,
     NOT_CONVERGED,
     SOLVED,
     UNBOUNDED,
     Bound,
     BoundKind,
-    Certificate,
     ContactModel,
     FlowRule,
     Mechanism,

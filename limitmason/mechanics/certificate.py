@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.answers.results import GAP, Certificate, FlowRule, Prediction, Resultants
+from limitmason.answers.acceptance import GAP, Certificate
+from limitmason.answers.results import FlowRule, Prediction, Resultants
 from limitmason.mechanics.dissipation import Dissipation, point_dissipation, point_state, stress_block_pairs
 from limitmason.mechanics.residuals import (
     PointState,

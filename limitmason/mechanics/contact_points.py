@@ -11,7 +11,7 @@ import numpy as np
 from numpy.polynomial import Legendre
 from numpy.typing import NDArray
 
-from limitmason.answers.answer_words import ContactModel
+from limitmason.answers.results import ContactModel
 from limitmason.errors import InputError
 from limitmason.mechanics.plane import Plane
 from limitmason.model.arrays import AssemblyArrays

@@ -6,7 +6,8 @@ import math
 import numpy as np
 
 from limitmason import Assembly, Joint
-from limitmason.answers.results import Certificate, Mechanism, Prediction, Resultants
+from limitmason.answers.acceptance import Certificate
+from limitmason.answers.results import Mechanism, Prediction, Resultants
 
 JOINT = Joint(33.0)
 

@@ -9,7 +9,8 @@ import pytest
 from format_models import GROUND, JOINT, LIP, PIER, SIMPLE, make_assembly, make_prediction, same, turned, write
 
 from limitmason import Assembly, Joint, Loads, Support, formats
-from limitmason.answers.results import Certificate, Prediction
+from limitmason.answers.acceptance import Certificate
+from limitmason.answers.results import Prediction
 
 # ---- native JSON ------------------------------------------------------------------------------------------------
 

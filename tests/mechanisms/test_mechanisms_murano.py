@@ -7,6 +7,7 @@ import pytest
 from u_wall_blocks import printed_mechanisms as murano
 
 import mechanisms as me
+from limitmason.mechanics import stiffness
 
 
 def test_weight_behind_the_loads_of_mechanism_a():
@@ -103,39 +104,40 @@ def test_section_6_readings_of_a_and_d():
 
 def test_tables_5_and_8_moduli_from_joint_stiffness():
     # Gonen: 4.00e8 Pa from 2.0e9 Pa/m over units of 0.2 m; the Itasca column agrees with rigid blocks and that spacing
-    assert me.masonry_modulus_gonen(2.0e9, 0.2) == pytest.approx(4.00e8)
-    assert me.masonry_modulus_itasca(math.inf, 2.0e9, 0.2) == pytest.approx(4.00e8)
+    assert stiffness.masonry_modulus_gonen(2.0e9, 0.2) == pytest.approx(4.00e8)
+    assert stiffness.masonry_modulus_itasca(math.inf, 2.0e9, 0.2) == pytest.approx(4.00e8)
     # with the 1 cm of the text it would be twenty times less
-    assert me.masonry_modulus_itasca(math.inf, 2.0e9, 0.01) == pytest.approx(2.0e7)
+    assert stiffness.masonry_modulus_itasca(math.inf, 2.0e9, 0.01) == pytest.approx(2.0e7)
 
 
 @pytest.mark.parametrize("poisson", [0.0, 0.2, 0.39])
 def test_conversions_are_inverse_and_consistent(poisson):
     block, masonry, h = 20e9, 0.4e9, 0.2
-    k = me.normal_stiffness_itasca(masonry, block, h)
+    k = stiffness.normal_stiffness_itasca(masonry, block, h)
     assert 1.0 / masonry == pytest.approx(1.0 / block + 1.0 / (k * h))  # eq (13) as it stands
-    assert me.masonry_modulus_itasca(block, k, h) == pytest.approx(masonry)
-    assert me.normal_stiffness_bui(block, masonry, h) == pytest.approx(k)
-    assert me.masonry_modulus_bui(block, k, h) == pytest.approx(masonry)
-    assert me.normal_stiffness_gonen(masonry, h) == pytest.approx(me.normal_stiffness_itasca(masonry, 1e30, h))
+    assert stiffness.masonry_modulus_itasca(block, k, h) == pytest.approx(masonry)
+    assert stiffness.normal_stiffness_bui(block, masonry, h) == pytest.approx(k)
+    assert stiffness.masonry_modulus_bui(block, k, h) == pytest.approx(masonry)
+    rigid_blocks = stiffness.normal_stiffness_itasca(masonry, 1e30, h)
+    assert stiffness.normal_stiffness_gonen(masonry, h) == pytest.approx(rigid_blocks)
     # a mortar joint as a spring: its own stiffness less that of the block it replaces
-    k_m = me.normal_stiffness_sarhosis(block, 2e9, 0.01)
+    k_m = stiffness.normal_stiffness_sarhosis(block, 2e9, 0.01)
     assert 1.0 / k_m == pytest.approx(0.01 / 2e9 - 0.01 / block)
-    assert me.shear_stiffness(k, poisson) == pytest.approx(k / (2.0 + 2.0 * poisson))
-    k_s = me.shear_stiffness_sarhosis(block, 2e9, 0.01, poisson=poisson)
-    assert k_s == pytest.approx(me.shear_stiffness(k_m, poisson))
-    printed = me.shear_stiffness_sarhosis(block, 2e9, 0.01, poisson=poisson, as_printed=True)
-    g_b, g_m = me.shear_modulus(block, poisson), me.shear_modulus(2e9, poisson)
+    assert stiffness.shear_stiffness(k, poisson) == pytest.approx(k / (2.0 + 2.0 * poisson))
+    k_s = stiffness.shear_stiffness_sarhosis(block, 2e9, 0.01, poisson=poisson)
+    assert k_s == pytest.approx(stiffness.shear_stiffness(k_m, poisson))
+    printed = stiffness.shear_stiffness_sarhosis(block, 2e9, 0.01, poisson=poisson, as_printed=True)
+    g_b, g_m = stiffness.shear_modulus(block, poisson), stiffness.shear_modulus(2e9, poisson)
     assert printed == pytest.approx(g_b * g_m / (0.01 * (block - 2e9)))  # eq (17) letter by letter
 
 
 @pytest.mark.parametrize(
     "call, message",
     [
-        (lambda: me.normal_stiffness_itasca(2e9, 1e9, 0.1), "masonry_modulus 2e"),
-        (lambda: me.normal_stiffness_sarhosis(1e9, 2e9, 0.1), "mortar_modulus 2e"),
-        (lambda: me.normal_stiffness_gonen(1e9, 0.0), "spacing must be above zero"),
-        (lambda: me.shear_stiffness(1e9, 0.7), "poisson"),
+        (lambda: stiffness.normal_stiffness_itasca(2e9, 1e9, 0.1), "masonry_modulus 2e"),
+        (lambda: stiffness.normal_stiffness_sarhosis(1e9, 2e9, 0.1), "mortar_modulus 2e"),
+        (lambda: stiffness.normal_stiffness_gonen(1e9, 0.0), "spacing must be above zero"),
+        (lambda: stiffness.shear_stiffness(1e9, 0.7), "poisson"),
     ],
 )
 def test_conversions_name_what_is_wrong(call, message):

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from pavia_layouts import layouts
 from pavia_layouts.catalogue import COLUMNS as COLUMNS_OF_LAYOUTS
 from pavia_layouts.catalogue import compute_layouts
 from pavia_layouts.report import layout_report
@@ -266,18 +267,18 @@ def test_contact_points_can_be_given_by_wall():
 
 
 def test_catalogue_is_a_fixed_order_of_plausible_layouts():
-    short, long = pavia.catalogue(20), pavia.catalogue(60)
+    short, long = layouts.catalogue(20), layouts.catalogue(60)
     assert short == long[:20]
-    assert all(layout[name] in pavia.LAYOUTS[name] for layout in long for name in pavia.LAYOUTS)
-    assert len({tuple(x.values()) for x in pavia.catalogue()}) == len(pavia.catalogue())
-    for layout in pavia.catalogue(8, most_blocks=30, seed=4):
+    assert all(layout[name] in layouts.LAYOUTS[name] for layout in long for name in layouts.LAYOUTS)
+    assert len({tuple(x.values()) for x in layouts.catalogue()}) == len(layouts.catalogue())
+    for layout in layouts.catalogue(8, most_blocks=30, seed=4):
         wall, _ = pavia.specimen(**layout)
         assert wall.recipe["options"] == {k: layout[k] for k in wall.recipe["options"]}
         assert wall.n_blocks < 45
 
 
 def test_published_pairs_are_those_of_the_source_and_repeats_count_once():
-    pairs, tests = pavia.published_pairs(), pavia.measured_multipliers()
+    pairs, tests = layouts.published_pairs(), layouts.measured_multipliers()
     assert pairs.keys() == tests.keys()
     assert pairs["S1-S3"] == (0.272, 0.334)
     assert tests["S1-S3"] == (0.254, 0.226, 0.244)

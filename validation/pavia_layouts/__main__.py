@@ -19,6 +19,7 @@ import numpy as np
 import limitmason as lm
 from limitmason.experiments import pavia_tilting as pavia
 
+from . import layouts
 from .catalogue import COLUMNS, compute_layouts
 from .figure import layout_search
 from .report import layout_report
@@ -68,26 +69,26 @@ def notes_on(catalogue, pairs, sizes):
 
 def main():
     """Compute what is asked for, search, draw, and write the page."""
-    pairs, measured = pavia.published_pairs(), pavia.measured_multipliers()
+    pairs, measured = layouts.published_pairs(), layouts.measured_multipliers()
     settings = {"friction_angle_deg": 33.82, "options": {"contact_points": pavia.CONTACT_POINTS, "tolerance": 0.01}}
     zero, full = COLUMNS
     table = Path(option("--table", Path(__file__).with_name("layouts.csv")))
     if FULL:
         catalogue = compute_layouts(
-            pavia.specimen, pavia.catalogue(DRAWN), [target for _, target in pairs.values()], progress=say,
+            pavia.specimen, layouts.catalogue(DRAWN), [target for _, target in pairs.values()], progress=say,
             store=option("--store", "pavia"), workers=int(option("--workers", 1)),
             time_limit=float(option("--time-limit", "inf")), **settings,
         )  # fmt: skip
         for row in catalogue:  # the size study, by limit analysis
             for name, scale in (("half", 0.5), ("double", 2.0)):
-                wall, loads = pavia.specimen(**{c: row[c] for c in pavia.LAYOUTS}, block_scale=scale)
+                wall, loads = pavia.specimen(**{c: row[c] for c in layouts.LAYOUTS}, block_scale=scale)
                 row[f"{name} / reference"] = lm.predict(wall, loads, "limit").collapse_multiplier / row["associative"]
         catalogue.write_csv(table)
     else:
         with table.open(encoding="utf-8") as file:
             lines = list(csv.DictReader(file))[1:]  # the first line holds the units
         catalogue = lm.study.Table(tuple({c: number(v) for c, v in line.items()} for line in lines))
-        first = [{c: row[c] for c in pavia.LAYOUTS} for row in catalogue.rows[:1]]
+        first = [{c: row[c] for c in layouts.LAYOUTS} for row in catalogue.rows[:1]]
         again = compute_layouts(pavia.specimen, first, catalogue["associative"][:1], **settings)
         print("computed again:", again, "in the table:", lm.study.Table(catalogue.rows[:1]), sep="\n")
 
@@ -109,8 +110,8 @@ def main():
     report.write_text(
         layout_report(
             search, title="Pavia tilting tests: layouts inferred from the published 3DEC values", findings=findings,
-            about=(*pavia.SEARCH_NOTES, *notes),
-            describe=(*pavia.LAYOUTS, "blocks", "associative", *sizes),
+            about=(*layouts.SEARCH_NOTES, *notes),
+            describe=(*layouts.LAYOUTS, "blocks", "associative", *sizes),
         ),
         encoding="utf-8",
     )  # fmt: skip

@@ -16,7 +16,7 @@ from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
 from limitmason.experiments.shown import Settings, Shown, Variant
-from limitmason.experiments.tables import read_source, read_table
+from limitmason.experiments.tables import names_in, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -58,9 +58,8 @@ CRACK_STIFFNESS = 2e11, 1e11
 """Normal and shear stiffness of a closed crack in a unit [Pa/m]: it adds 6 % to the compliance of a unit of 3.1 GPa."""
 
 
-def specimens() -> tuple[str, ...]:
-    """Names of the walls."""
-    return tuple(r["specimen"] for r in read_table(NAME, "walls.csv").rows)
+specimens = names_in(NAME, "walls.csv")
+"""Names of the walls."""
 
 
 def load(specimen: str, **options: Any) -> Experiment:
@@ -92,7 +91,6 @@ def load(specimen: str, **options: Any) -> Experiment:
         parameters={**table.quantities(row, parameters), "failure type": row["failure_type"]},
         measured=table.quantities(row, measured),
         published=table.quantities(row, {"UDEC limit force": "V_udec"}, "calibrated on these walls"),
-        recomputed={},
         assumptions=(
             "Running bond of ten expanded units per course without mortar thickness is assumed, wall length and height "
             "divided evenly; the bottom course is assumed to start with a whole unit.",

@@ -12,7 +12,7 @@ from limitmason.errors import InputError
 from limitmason.experiments.brick_panels_opening.layout import BASIS, OUTLINES, panel, read_outline
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
-from limitmason.experiments.tables import papers_of, read_parameters, read_source, read_table
+from limitmason.experiments.tables import names_in, papers_of, read_parameters, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint, LostBy
 from limitmason.model.load import Loads
@@ -59,9 +59,8 @@ _ASSUMED = (
 )
 
 
-def specimens() -> tuple[str, ...]:
-    """The five panels and the 18 UDEC runs."""
-    return tuple(r["specimen"] for name in ("panels.csv", "udec_runs.csv") for r in read_table(NAME, name).rows)
+specimens = names_in(NAME, "panels.csv", "udec_runs.csv")
+"""The five panels and the 18 UDEC runs."""
 
 
 def load(specimen: str, **options: Any) -> Experiment:
@@ -121,7 +120,6 @@ def load(specimen: str, **options: Any) -> Experiment:
         parameters=parameters,
         measured=measured,
         published=published,
-        recomputed={},
         assumptions=_ASSUMED,
         targets=targets,
         multiplier_to_measured=Quantity(1.0, "kN"),

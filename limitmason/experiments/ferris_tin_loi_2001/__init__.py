@@ -6,7 +6,7 @@ from limitmason.build import layout
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
 from limitmason.experiments.shown import Departure, Settings, Shown, Variant
-from limitmason.experiments.tables import read_source, read_table
+from limitmason.experiments.tables import names_in, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -39,9 +39,8 @@ _NOTES = {
 }
 
 
-def specimens() -> tuple[str, ...]:
-    """Names of the walls."""
-    return tuple(r["specimen"] for r in read_table(NAME, "walls.csv").rows)
+specimens = names_in(NAME, "walls.csv")
+"""Names of the walls."""
 
 
 def load(specimen: str, **options: Any) -> Experiment:
@@ -87,7 +86,6 @@ def load(specimen: str, **options: Any) -> Experiment:
         specimen=specimen,
         title=f"Dry wall, {row['width']} block lengths x {row['n_courses']} courses, pushed sideways in its plane",
         parameters=parameters,
-        measured={},
         published=published,
         recomputed=recomputed,
         assumptions=(
@@ -95,7 +93,6 @@ def load(specimen: str, **options: Any) -> Experiment:
             "The ground is assumed to be one held slab; each block of the bottom course has one contact with it.",
         ),
         targets=tuple(targets),
-        multiplier_to_measured=Quantity(1.0, "-"),
         recipe=RECIPE,
         options=chosen,
         option_table=OPTIONS,

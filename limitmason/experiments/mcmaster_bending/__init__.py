@@ -15,7 +15,7 @@ from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
 from limitmason.experiments.shown import Settings, Shown
-from limitmason.experiments.tables import read_parameters, read_source, read_table
+from limitmason.experiments.tables import names_in, read_parameters, read_source, read_table
 from limitmason.geometry import box, polygon_area_centroid, prism
 from limitmason.geometry.polygon import clip_convex
 from limitmason.methods import DEM
@@ -47,9 +47,8 @@ OPTIONS = {
 }
 
 
-def specimens() -> tuple[str, ...]:
-    """One per orientation of the bed joints to the span: "theta-0", "theta-15", ..."""
-    return tuple(r["specimen"] for r in read_table(NAME, "wallettes.csv").rows)
+specimens = names_in(NAME, "wallettes.csv")
+"""One per orientation of the bed joints to the span: "theta-0", "theta-15", ..."""
 
 
 def load(specimen: str, **options: Any) -> Experiment:
@@ -82,7 +81,6 @@ def load(specimen: str, **options: Any) -> Experiment:
         title=f"Block wallette in four-point bending, bed joints at {row['theta']} deg to the span",
         parameters={**given, **table.quantities(row, {"orientation": "theta"}), "failure": row["failure"]},
         measured=table.quantities(row, {"fxt": "fxt"}),
-        published={},
         recomputed=closed_form,
         assumptions=(
             f"The spans are assumed: supports {chosen['support_span']:g} m and loads {chosen['load_span']:g} m apart; "

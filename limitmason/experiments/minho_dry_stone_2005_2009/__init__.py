@@ -15,7 +15,7 @@ from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
 from limitmason.experiments.shown import Settings, Shown
-from limitmason.experiments.tables import papers_of, read_source, read_table
+from limitmason.experiments.tables import names_in, papers_of, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -49,9 +49,8 @@ _PARAMETERS = {
 }  # fmt: skip
 
 
-def specimens() -> tuple[str, ...]:
-    """Test unit names of the database."""
-    return tuple(r["specimen"] for r in read_table(NAME, "tests.csv").rows)
+specimens = names_in(NAME, "tests.csv")
+"""Test unit names of the database."""
 
 
 def measured_curve(specimen: str) -> Curve:
@@ -145,7 +144,6 @@ def load(specimen: str, **options: Any) -> Experiment:
             "failure type": f"{row['failure_type']} ({', '.join(failure)})",
         },
         measured=measured,
-        published={},
         recomputed=table.quantities(row, {"overturning of one rigid block": "V_overturning"}, "N total (L/2) / H0"),
         assumptions=tuple(assumptions),
         targets=tuple(targets),

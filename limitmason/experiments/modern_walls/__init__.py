@@ -19,7 +19,7 @@ from limitmason.experiments.modern_walls.inputs import complete, has_shear_span,
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
 from limitmason.experiments.shown import Settings, Shown
-from limitmason.experiments.tables import read_source, read_table
+from limitmason.experiments.tables import names_in, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -92,9 +92,8 @@ _INPUTS = {
 }  # fmt: skip
 
 
-def specimens() -> tuple[str, ...]:
-    """Numbers of the walls in the database, "1" to "198"."""
-    return tuple(r["specimen"] for r in read_table(NAME, "walls.csv").rows)
+specimens = names_in(NAME, "walls.csv")
+"""Numbers of the walls in the database, "1" to "198"."""
 
 
 def load(specimen: str, **options: Any) -> Experiment:
@@ -131,8 +130,6 @@ def load(specimen: str, **options: Any) -> Experiment:
             "failure type": "kept back" if response is None else response["failure_mode"],
         },
         measured=measured,
-        published={},
-        recomputed={},
         assumptions=tuple(assumptions),
         targets=tuple(TargetValue(f"Vmax{s}", "measured", None, s) for s in "+-" if f"Vmax{s}" in measured),
         multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),

@@ -15,7 +15,7 @@ from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
 from limitmason.experiments.shown import Departure, Shown
-from limitmason.experiments.tables import read_source, read_table
+from limitmason.experiments.tables import names_in, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -79,9 +79,8 @@ _GROUND = {
 _BONDED = 2e6  # cohesion and tensile strength of bonded joints [Pa]: four and more times the mortar's
 
 
-def specimens() -> tuple[str, ...]:
-    """Both walls."""
-    return tuple(r["specimen"] for r in read_table(NAME, "walls.csv").rows)
+specimens = names_in(NAME, "walls.csv")
+"""Both walls."""
 
 
 def load(specimen: str, **options: Any) -> Experiment:
@@ -127,7 +126,6 @@ def load(specimen: str, **options: Any) -> Experiment:
         },
         measured=table.quantities(row, _MEASURED),
         published=table.quantities(row, _PUBLISHED),
-        recomputed={},
         assumptions=tuple(assumptions),
         targets=(TargetValue("peak (section 2)", "measured"), TargetValue("peak (section 6)", "measured")),
         multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),

@@ -5,9 +5,9 @@ from typing import Any
 from limitmason.build import layout
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
+from limitmason.experiments.record import Experiment, Option, TargetValue, chosen_options, signed
 from limitmason.experiments.shown import Departure, Settings, Shown, Variant
-from limitmason.experiments.tables import read_parameters, read_source, read_table
+from limitmason.experiments.tables import names_in, read_parameters, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -22,9 +22,8 @@ OPTIONS = {
 }
 
 
-def specimens() -> tuple[str, ...]:
-    """The four assumed bonds."""
-    return tuple(r["specimen"] for r in read_table(NAME, "variants.csv").rows)
+specimens = names_in(NAME, "variants.csv")
+"""The four assumed bonds."""
 
 
 def load(specimen: str, **options: Any) -> Experiment:
@@ -47,7 +46,6 @@ def load(specimen: str, **options: Any) -> Experiment:
             "toothed courses": row["toothed_courses"],
             "free edge": row["free_edge"],
         },
-        measured={},
         published={k: given[k] for k in results},
         recomputed=table.quantities(row, {"associative": "associative_recomputed"}, "inscribed cone, fixed column"),
         assumptions=(
@@ -64,7 +62,6 @@ def load(specimen: str, **options: Any) -> Experiment:
             TargetValue("3DEC zero dilatancy", "published", "non-associative"),
             TargetValue("associative", "recomputed", "associative", "+", {"column": "fixed"}),
         ),
-        multiplier_to_measured=Quantity(1.0, "-"),
         recipe=RECIPE,
         options=chosen,
         option_table=OPTIONS,

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.answers.acceptance import Certificate
 from limitmason.answers.results import (
     ALMOST_SOLVED,
     NOT_CONVERGED,
@@ -15,7 +16,6 @@ from limitmason.answers.results import (
     UNBOUNDED,
     Bound,
     BoundKind,
-    Certificate,
     FlowRule,
     Prediction,
     Status,

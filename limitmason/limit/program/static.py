@@ -8,15 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from limitmason.answers.results import (
-    ALMOST_SOLVED,
-    CANNOT_STAND,
-    NOT_CONVERGED,
-    OWN_RESIDUAL,
-    SOLVED,
-    UNBOUNDED,
-    Status,
-)
+from limitmason.answers.acceptance import OWN_RESIDUAL
+from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Status
 from limitmason.limit.program.cones import Cones
 from limitmason.limit.program.idle_joints import without_rounding
 from limitmason.limit.program.problem import Problem
