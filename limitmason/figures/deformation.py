@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from limitmason.errors import InputError
 from limitmason.figures import style
-from limitmason.figures.motion import MovingJoints, RigidMotion, structure_size
 from limitmason.figures.stage import Stage
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
+from limitmason.mechanics.motion import MovingJoints, RigidMotion, largest_jumps, structure_size
 from limitmason.model import Assembly
 
 Array = NDArray[np.float64]
@@ -172,13 +172,7 @@ def _joint_movements(model: Assembly, motion: RigidMotion) -> tuple[Array, Array
     x = model.arrays
     owner = np.repeat(np.arange(len(x.block_a)), np.diff(x.corner_start))
     jump = motion.moved(x.corners, x.block_b[owner]) - motion.moved(x.corners, x.block_a[owner])
-    normal = np.einsum("nij,nj->ni", motion.rotation[x.block_a[owner]], x.normal[owner])
-    apart = np.einsum("ij,ij->i", jump, normal)
-    along = np.linalg.norm(jump - apart[:, None] * normal, axis=1)
-    opening, sliding = np.zeros(len(x.block_a)), np.zeros(len(x.block_a))
-    np.maximum.at(opening, owner, apart)
-    np.maximum.at(sliding, owner, along)
-    return opening, sliding
+    return largest_jumps(model, jump, np.einsum("nij,nj->ni", motion.rotation[x.block_a[owner]], x.normal[owner]))
 
 
 def _largest(model: Assembly, motion: RigidMotion) -> float:

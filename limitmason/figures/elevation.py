@@ -14,8 +14,8 @@ from matplotlib.path import Path
 from numpy.typing import NDArray
 
 from limitmason.figures import style
-from limitmason.figures.motion import MovingJoints, RigidMotion
 from limitmason.figures.outline import elevation_loops
+from limitmason.mechanics.motion import MovingJoints, RigidMotion
 from limitmason.mechanics.plane import Plane
 from limitmason.model import Assembly
 

@@ -7,9 +7,9 @@ from matplotlib.figure import Figure
 
 from limitmason.answers.results import Prediction
 from limitmason.figures import elevation, style
-from limitmason.figures.motion import checked_twists, drawn_motion, largest_rates, moving_joints
 from limitmason.figures.stage import Stage
 from limitmason.figures.tie_lines import stretching
+from limitmason.mechanics.motion import checked_twists, drawn_motion, largest_rates, moving_joints
 from limitmason.model import Assembly
 
 

@@ -13,10 +13,10 @@ from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from limitmason.figures import style
-from limitmason.figures.motion import MovingJoints, RigidMotion
 from limitmason.figures.outline import Edge, visible_edges
 from limitmason.figures.painter import Camera, back_to_front, piece_faces, places_behind
 from limitmason.geometry import Solid
+from limitmason.mechanics.motion import MovingJoints, RigidMotion
 from limitmason.model import Assembly
 
 Array = NDArray[np.float64]

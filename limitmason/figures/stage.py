@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from limitmason.errors import InputError
 from limitmason.figures import elevation, solid, style
-from limitmason.figures.motion import MovingJoints, RigidMotion
 from limitmason.figures.outline import elevation_plane, wall_plane
 from limitmason.figures.painter import camera
 from limitmason.figures.tie_lines import draw_ties
+from limitmason.mechanics.motion import MovingJoints, RigidMotion
 from limitmason.mechanics.plane import Plane
 from limitmason.model import Assembly
 

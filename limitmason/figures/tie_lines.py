@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from limitmason.figures import style
-from limitmason.figures.motion import RigidMotion, largest_rates
+from limitmason.mechanics.motion import RigidMotion, largest_rates, velocity
 from limitmason.model import Assembly
 
 Array = NDArray[np.float64]
@@ -24,12 +24,9 @@ def stretching(model: Assembly, twists: Array, threshold: float) -> Flags:
     """Ties that a mechanism stretches by more than a fraction of its fastest vertex, shape (t,)."""
     rows = slice(len(model.interfaces), None)
     x = model.links
-
-    def velocity(block: NDArray[np.intp], at: Array) -> Array:
-        return twists[block, :3] + np.cross(twists[block, 3:], at - x.centroid[block])
-
     ends = np.array([t.ends for t in model.ties]).reshape(-1, 2, 3)
-    apart = velocity(x.block_b[rows], ends[:, 1]) - velocity(x.block_a[rows], ends[:, 0])
+    b, a = (velocity(x.centroid, twists, block[rows], ends[:, k]) for k, block in ((1, x.block_b), (0, x.block_a)))
+    apart = b - a
     longer = -(apart * x.normal[rows]).sum(axis=1)
     return np.asarray(longer > threshold * max(float(largest_rates(model, twists).max(initial=0.0)), 1e-300))
 

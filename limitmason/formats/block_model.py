@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from limitmason.answers.results import Prediction
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError, NotApplicable
+from limitmason.mechanics.motion import largest_rates
 from limitmason.methods import LIMIT, predict
 from limitmason.model import Assembly, Joint, Loads
 
@@ -232,11 +233,8 @@ def _write_motion(results: Any, assembly: Assembly, found: Prediction) -> None:
     geometry = _needs("compas.geometry")
     twists = np.zeros((assembly.n_blocks, 6)) if found.mechanism is None else np.array(found.mechanism.twists)
     corners = np.vstack([b.vertices for b in assembly.blocks])
-    reach = [
-        np.linalg.norm(t[:3] + np.cross(t[3:], b.vertices - b.centroid), axis=1).max()
-        for t, b in zip(twists, assembly.blocks, strict=True)
-    ]
-    scale = SHOWN * float(np.linalg.norm(np.ptp(corners, axis=0))) / max(max(reach), 1e-300)
+    fastest = float(largest_rates(assembly, twists).max(initial=0.0))
+    scale = SHOWN * float(np.linalg.norm(np.ptp(corners, axis=0))) / max(fastest, 1e-300)
     for block, twist in zip(assembly.blocks, scale * twists, strict=True):
         angle = float(np.linalg.norm(twist[3:]))
         turn = geometry.Rotation.from_axis_and_angle(

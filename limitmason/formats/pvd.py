@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from limitmason.errors import InputError
 from limitmason.formats import vtu
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
+from limitmason.mechanics.motion import RigidMotion
 from limitmason.model import Assembly
 from limitmason.storage.files import write_text
 
@@ -73,14 +74,13 @@ def write_pvd(
     grid, cells, _ = vtu._blocks(assembly, None, None)
     counts = [len(part.vertices) for block in assembly.blocks for part in block.parts]
     owner = np.repeat(cells["block"], counts)
-    arm = grid.points - assembly.centroids[owner]
     names = [b.name for b in assembly.blocks]
     rows = sorted({*range(0, len(t), every), len(t) - 1})
     files = []
     for number, k in enumerate(rows):
         vector = rotation_vectors(q[k])
-        turned = np.einsum("nij,nj->ni", rotation_matrices(vector)[owner], arm)
-        data = {"displacement": u[k][owner] + turned - arm}
+        motion = RigidMotion(assembly.centroids, u[k], rotation_matrices(vector))
+        data = {"displacement": motion.moved(grid.points, owner) - grid.points}
         more = {"shift": u[k][cells["block"]], "rotation": vector[cells["block"]]}
         if opening is not None and len(assembly.interfaces):
             more["opening"] = _of_blocks(assembly, np.asarray(opening[k], dtype=float))[cells["block"]]

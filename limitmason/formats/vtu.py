@@ -15,6 +15,7 @@ from limitmason.answers.results import Prediction
 from limitmason.continuum import Continuum
 from limitmason.continuum.mesh import CORNERS
 from limitmason.errors import InputError
+from limitmason.mechanics.motion import checked_twists, finite_motion, joint_rates, velocity
 from limitmason.model import Assembly
 from limitmason.storage.files import utf8, write_text
 
@@ -72,7 +73,8 @@ def write_vtu(
     if encoding not in ENCODINGS:
         raise InputError(f"encoding must be one of {', '.join(map(repr, ENCODINGS))}, got {encoding!r}")
     target = Path(path)
-    twists = _twists(assembly, prediction)
+    still = prediction is None or prediction.mechanism is None
+    twists = None if prediction is None or still else checked_twists(assembly, prediction)
     written = [target]
     _write(target, *_blocks(assembly, twists, amplitude), encoding, [b.name for b in assembly.blocks])
     if assembly.interfaces:
@@ -125,15 +127,6 @@ def _vtk_order() -> list[int]:
     return [corners.index((x, y, z)) for z in (0, 1) for x, y in around]
 
 
-def _twists(assembly: Assembly, prediction: Prediction | None) -> Array | None:
-    if prediction is None or prediction.mechanism is None:
-        return None
-    twists = np.asarray(prediction.mechanism.twists, dtype=float)
-    if twists.shape != (assembly.n_blocks, 6):
-        raise InputError(f"the mechanism has twists of shape {twists.shape}, the assembly {assembly.n_blocks} blocks")
-    return twists
-
-
 def _blocks(assembly: Assembly, twists: Array | None, amplitude: float | None) -> _Piece:
     pieces = [(i, part) for i, block in enumerate(assembly.blocks) for part in block.parts]
     owner = np.array([i for i, _ in pieces])
@@ -157,41 +150,18 @@ def _blocks(assembly: Assembly, twists: Array | None, amplitude: float | None) -
     data: dict[str, Array] = {}
     if twists is not None:
         of_point = np.repeat(owner, counts)
-        rate, displacement = _motion(points, of_point, assembly.centroids, twists, amplitude)
+        rate = velocity(assembly.centroids, twists, of_point, points)
+        fastest = float(np.linalg.norm(rate, axis=1).max(initial=0.0))
+        reach = 0.05 * float(np.ptp(points, axis=0).max()) if amplitude is None else float(amplitude)
+        motion = finite_motion(assembly.centroids, twists, reach / fastest if fastest else 0.0)
         cells |= {"velocity": twists[owner, :3], "spin": twists[owner, 3:]}
-        data = {"displacement": displacement, "rate": rate}
+        data = {"displacement": motion.moved(points, of_point) - points, "rate": rate}
     return grid, cells, data
-
-
-def _motion(
-    points: Array, owner: Array, centroids: Array, twists: Array, amplitude: float | None
-) -> tuple[Array, Array]:
-    """Rates of points, and finite rigid displacements that follow the twists until the fastest has gone far enough."""
-    arm = points - centroids[owner]
-    rate = twists[owner, :3] + np.cross(twists[owner, 3:], arm)
-    fastest = float(np.linalg.norm(rate, axis=1).max(initial=0.0))
-    if fastest == 0.0:
-        return rate, np.zeros_like(rate)
-    reach = 0.05 * float(np.ptp(points, axis=0).max()) if amplitude is None else float(amplitude)
-    v, w = reach / fastest * twists[:, :3], reach / fastest * twists[:, 3:]
-    angle = np.maximum(np.linalg.norm(w, axis=1), 1e-12)[:, None]
-    axis = w / angle
-
-    def turned(x: Array, rows: Array) -> Array:
-        k, t = axis[rows], angle[rows]
-        along = (k * x).sum(axis=1, keepdims=True) * k
-        return along + np.cos(t) * (x - along) + np.sin(t) * np.cross(k, x)
-
-    # the centroid follows the arc about the instantaneous axis: integral of the turning velocity
-    along = (axis * v).sum(axis=1, keepdims=True) * axis
-    travelled = along + np.sin(angle) / angle * (v - along) + (1.0 - np.cos(angle)) / angle * np.cross(axis, v)
-    return rate, travelled[owner] + turned(arm, owner) - arm
 
 
 def _interfaces(assembly: Assembly, prediction: Prediction | None, twists: Array | None) -> _Piece:
     x = assembly.arrays
     k = len(assembly.interfaces)
-    owner = np.repeat(np.arange(k), np.diff(x.corner_start))
     grid = _Grid(x.corners, np.arange(len(x.corners)), x.corner_start[1:], _POLYGON, None, None)
     kinds = {"bed": 0, "head": 1, "base": 2}
     cells: dict[str, Array] = {
@@ -199,15 +169,7 @@ def _interfaces(assembly: Assembly, prediction: Prediction | None, twists: Array
         "kind": np.array([kinds.get(i.kind, 3) for i in assembly.interfaces]),
     }  # fmt: skip
     if twists is not None:
-        velocity = [
-            twists[b[owner], :3] + np.cross(twists[b[owner], 3:], x.corners - x.centroid[b[owner]])
-            for b in (x.block_a, x.block_b)
-        ]
-        jump = velocity[1] - velocity[0]
-        apart = np.einsum("ij,ij->i", jump, x.normal[owner])
-        opening, sliding = np.full(k, -np.inf), np.zeros(k)
-        np.maximum.at(opening, owner, apart)
-        np.maximum.at(sliding, owner, np.linalg.norm(jump - apart[:, None] * x.normal[owner], axis=1))
+        opening, sliding = joint_rates(assembly, twists)
         cells |= {"opening": opening, "sliding": sliding}
     if prediction is not None and prediction.resultants is not None:
         r = prediction.resultants

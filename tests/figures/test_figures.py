@@ -19,8 +19,9 @@ from figure_models import (
 from matplotlib.figure import Figure
 
 from limitmason import Assembly, figures
-from limitmason.figures import motion, outline
+from limitmason.figures import outline
 from limitmason.geometry import box
+from limitmason.mechanics import motion
 
 # ---- mechanism in elevation -------------------------------------------------------------------------------------
 

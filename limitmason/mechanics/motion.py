@@ -1,4 +1,4 @@
-"""Collapse mechanisms as pictures: finite rigid motions from rates, and which joints open or slide."""
+"""Rigid motions of blocks: velocities, finite motions from rates, and which joints open or slide."""
 
 from __future__ import annotations
 
@@ -71,14 +71,34 @@ def finite_motion(centroids: Array, twists: Array, factor: float) -> RigidMotion
     return RigidMotion(centroids, np.einsum("nij,nj->ni", arc, v), rotation)
 
 
+def velocity(centroids: Array, twists: Array, block: int | NDArray[np.intp], points: Array) -> Array:
+    """Velocity of points carried by one block or by one block each, v + omega x (r - c), shape (k, 3)."""
+    return np.asarray(twists[block, :3] + np.cross(twists[block, 3:], points - centroids[block]))
+
+
+def largest_jumps(assembly: Assembly, jump: Array, normal: Array) -> tuple[Array, Array]:
+    """Largest opening and sliding at the corners of every interface, shape (k,) each.
+
+    Parameters
+    ----------
+    jump : of b relative to a at every corner of ``assembly.arrays``, shape (n, 3)
+    normal : of the face there, from a to b, shape (n, 3)
+    """
+    x = assembly.arrays
+    owner = np.repeat(np.arange(len(x.block_a)), np.diff(x.corner_start))
+    apart = np.einsum("ij,ij->i", jump, normal)
+    opening, sliding = np.full(len(x.block_a), -np.inf), np.zeros(len(x.block_a))
+    np.maximum.at(opening, owner, apart)
+    np.maximum.at(sliding, owner, np.linalg.norm(jump - apart[:, None] * normal, axis=1))
+    return opening, sliding
+
+
 def largest_rates(assembly: Assembly, twists: Array) -> Array:
     """Largest speed of any vertex of each block, shape (n_blocks,)."""
-    pieces = [part.vertices for block in assembly.blocks for part in block.parts]
-    owner = np.repeat(
-        np.arange(assembly.n_blocks), [sum(len(p.vertices) for p in block.parts) for block in assembly.blocks]
-    )
-    arm = np.concatenate(pieces) - assembly.centroids[owner]
-    speed = np.linalg.norm(twists[owner, :3] + np.cross(twists[owner, 3:], arm), axis=1)
+    counts = [sum(len(p.vertices) for p in block.parts) for block in assembly.blocks]
+    owner = np.repeat(np.arange(assembly.n_blocks), counts)
+    points = np.concatenate([part.vertices for block in assembly.blocks for part in block.parts])
+    speed = np.linalg.norm(velocity(assembly.centroids, twists, owner, points), axis=1)
     rate = np.zeros(assembly.n_blocks)
     np.maximum.at(rate, owner, speed)
     return rate
@@ -118,6 +138,14 @@ def free_bounds(assembly: Assembly) -> Array:
     return np.array([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
 
 
+def joint_rates(assembly: Assembly, twists: Array) -> tuple[Array, Array]:
+    """Largest opening and sliding rate at the corners of every interface, shape (k,) each."""
+    x = assembly.arrays
+    owner = np.repeat(np.arange(len(x.block_a)), np.diff(x.corner_start))
+    a, b = (velocity(x.centroid, twists, block[owner], x.corners) for block in (x.block_a, x.block_b))
+    return largest_jumps(assembly, b - a, x.normal[owner])
+
+
 def moving_joints(assembly: Assembly, twists: Array, threshold: float) -> MovingJoints:
     """Interfaces that open or slide, from the relative velocity at their corners.
 
@@ -129,21 +157,7 @@ def moving_joints(assembly: Assembly, twists: Array, threshold: float) -> Moving
     ----------
     threshold : rates below this fraction of the fastest vertex are not marked [-]
     """
-    x = assembly.arrays
-    count = np.diff(x.corner_start)
-    owner = np.repeat(np.arange(len(count)), count)
-
-    def velocity(block: NDArray[np.intp]) -> Array:
-        arm = x.corners - x.centroid[block[owner]]
-        return twists[block[owner], :3] + np.cross(twists[block[owner], 3:], arm)
-
-    jump = velocity(x.block_b) - velocity(x.block_a)
-    normal = x.normal[owner]
-    apart = np.einsum("ij,ij->i", jump, normal)
-    along = np.linalg.norm(jump - apart[:, None] * normal, axis=1)
-    opening, sliding = np.zeros(len(count)), np.zeros(len(count))
-    np.maximum.at(opening, owner, apart)
-    np.maximum.at(sliding, owner, along)
+    opening, sliding = joint_rates(assembly, twists)
     least = threshold * float(largest_rates(assembly, twists).max(initial=0.0))
     moves = (np.maximum(opening, sliding) > least) & (least > 0.0)
     return MovingJoints(opening, sliding, moves & (opening >= sliding), moves & (sliding > opening))
