@@ -17,13 +17,13 @@ import numpy as np
 from limitmason.causes.cause import Cause
 from limitmason.errors import InputError
 from limitmason.experiments import registry
-from limitmason.experiments.modern_walls import FILLED, MODELS, NAME, shear_span, units_per_course, value
+from limitmason.experiments.modern_walls import FILLED, MODELS, NAME, axial_force, shear_span, units_per_course, value
 from limitmason.experiments.modern_walls.inputs import CODE, inputs_of
 from limitmason.experiments.record import Experiment
 from limitmason.experiments.tables import read_table
 from limitmason.limit.analysis import limit_analysis
 from limitmason.study.memo import Memo
-from limitmason.validation.wall_ladder import rocking_force
+from limitmason.validation.wall_ladder import formulas_force, rocking_force
 
 FORCE, MODE, STIFFNESS, CRACK = "peak", "failure mode: rocks", "stiffness", "drift at first crack"
 HOLLOW = ("HC",)
@@ -36,6 +36,13 @@ BLOCKS = 180
 printed ones."""
 
 SHEAR_FACTOR = 1.2  # of a rectangle
+SECANT = 0.7
+"""Share of the largest force at which the secant of the bilinear curves is taken; EN 1998-1 and common practice."""
+
+MODULUS_AT = 1.0 / 3.0  # of fc, stress at which E is read: EN 1052-1
+
+STATIONS = 400  # along the height
+
 CODE_MODULI = 1000.0, 0.4
 """E / fc and G / E where they are not printed: EN 1996-1-1, 3.7.2 and 3.7.3."""
 
@@ -49,19 +56,36 @@ def first_alike(wall: str) -> str:
     return next(name for name, row in known.items() if row == known[wall])
 
 
-def stiffness(test: Experiment, moduli_share: float = 1.0) -> float:
-    """Elastic force over drift of a wall between rigid ends [kN/%], uncracked, gross section.
+def stiffness(test: Experiment, moduli_share: float = 1.0, opens: float = 0.0) -> float:
+    """Elastic force over drift of a wall between rigid ends, gross section, on the way to one that opens [kN/%].
 
-    With a = H0 / H, from the moment V (a H - z): delta / V = H^3 / (E I) (a / 2 - 1 / 6) + 1.2 H / (G A).
+    From the moment V (a H - z) with a = H0 / H, uncracked: delta / V = H^3 / (E I) (a / 2 - 1 / 6) + 1.2 H / (G A).
+    Sections without tension: curvature 2 N / (E t x^2), x = 3 (L / 2 - M / N), where M > N L / 6; the secant at
+    ``SECANT`` of the smallest of the four formulas.
+
+    Parameters
+    ----------
+    moduli_share : of E and G
+    opens : share of the way, in ln K, to sections without tension
     """
     row = test.row
     length, height, thickness = (float(row[k]) for k in ("L", "H", "t"))
     over_strength, shear_share = CODE_MODULI
     modulus = 1e6 * (float(row["E"]) if row["E"] else over_strength * inputs_of(row)["fc"].value)
     shear = 1e6 * float(row["G"]) if row["G"] else shear_share * modulus
-    bending = height**3 / (modulus * thickness * length**3 / 12.0) * (shear_span(test) / 2.0 - 1.0 / 6.0)
+    span, axial = shear_span(test), axial_force(test)
+    bending = height**3 / (modulus * thickness * length**3 / 12.0) * (span / 2.0 - 1.0 / 6.0)
     sliding = SHEAR_FACTOR * height / (shear * thickness * length)
-    return moduli_share * 1e-3 * height / 100.0 / (bending + sliding)
+    force = min(SECANT * 1e3 * formulas_force(test), 0.95 * axial * length / (2.0 * span * height))
+    z = (np.arange(STATIONS) + 0.5) / STATIONS * height
+    moment = force * (span * height - z)
+    pressed = 3.0 * (0.5 * length - np.abs(moment) / axial)
+    open_ = np.abs(moment) > axial * length / 6.0
+    whole = moment / (modulus * thickness * length**3 / 12.0)
+    curvature = np.where(open_, np.sign(moment) * 2.0 * axial / (modulus * thickness * pressed**2), whole)
+    more = float((curvature - whole) @ (height - z)) * height / STATIONS / force
+    gross, opened = bending + sliding, bending + sliding + more
+    return moduli_share * 1e-3 * height / 100.0 / gross * (gross / opened) ** opens
 
 
 def cracking_force(test: Experiment) -> float:
@@ -90,13 +114,16 @@ class WallModel:
     ----------
     base : "first" or "extended"
     store : file that keeps every answer of limit analysis, across studies; None for none
+    elastic : the stiffness alone, which needs no limit analysis
     campaigns : names that a parameter that ends in "_at_k" speaks of; it then acts on the walls of the k-th alone
     """
 
     base: str
     store: str | Path | None = None
     campaigns: tuple[str, ...] = ()
+    elastic: bool = False
     memo: Memo = field(init=False, repr=False)
+    _known: dict[Any, dict[str, float]] = field(init=False, repr=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.base not in MODELS:
@@ -111,13 +138,26 @@ class WallModel:
             kind, _, number = name.partition("_at_")
             if not number or self.campaigns[int(number)] == specimen["campaign"]:
                 acting[kind] = acting.get(kind, 0.0) + size
+        key = first_alike(wall), tuple(sorted(acting.items()))
+        if key not in self._known:
+            self._known[key] = self._quantities(wall, acting)
+        return self._known[key]
+
+    def _quantities(self, wall: str, acting: Mapping[str, float]) -> dict[str, float]:
         options = self._options(wall, acting)
         test = registry.load(NAME, wall, **options)
+        share = 1.0 - acting.get("stiffness_lost", 0.0)
+        if not test.row["E"]:
+            share *= 1.0 + acting.get("moduli_of_code", 0.0)
+        pressed = value(test, "sigma0") / (inputs_of(test.row)["fc"].value * MODULUS_AT)
+        share *= pressed ** acting.get("joints_soft", 0.0)
+        stiff = stiffness(test, share, acting.get("section_opens", 0.0))
+        if self.elastic:
+            return {STIFFNESS: stiff}
         force = self._force(wall, options)
         for kind, (law, flow) in _OTHER_LAWS.items():
             if share := acting.get(kind, 0.0):
                 force *= (self._force(wall, {**options, **law}, flow) / self._force(wall, options)) ** share
-        stiff = stiffness(test, 1.0 - acting.get("stiffness_lost", 0.0))
         return {FORCE: force, MODE: rocks(force, rocking_force(test)), STIFFNESS: stiff,
                 CRACK: min(cracking_force(test), force) / stiff}  # fmt: skip
 
@@ -217,8 +257,22 @@ _KINDS: Mapping[str, tuple[str, tuple[float, float], str, str]] = {
     "overlap_short": ("units with a short overlap", (0.0, 0.25), "half less overlap over length of a unit", "bond"),
     "stiffness_lost": ("section cracked from the start", (0.0, 0.8), "share of E and G that is not there",
                        "EN 1998-1, 4.3.1(7): half"),
+    "section_opens": ("sections open under load", (0.0, 1.0), "share of the way, in ln K, to sections without "
+                      "tension", "no-tension beam: Navier on what is pressed"),
+    "joints_soft": ("joints that close under load", (0.0, 1.2), "exponent m of E = E (3 s0 / fc)^m, E read at fc / 3",
+                    "EN 1052-1; joints that close: Bandis, Lumsden and Barton (1983)"),
+    "moduli_of_code": ("E of a code taken for tested", (-0.8, 1.5), "E over 1000 fc, less one, where none is printed",
+                       "EN 1996-1-1, 3.7.2"),
 }  # fmt: skip
 """By parameter: name, bounds, meaning of the size, source. The baseline is 0."""
+
+
+_OWN: Mapping[str, tuple[str, ...]] = {
+    "section_opens": ("load",),
+    "joints_soft": ("load",),
+    "moduli_of_code": ("moduli",),
+}
+"""Columns along which a cause acts by its own law."""
 
 
 def wall_causes(kinds: Sequence[str], campaigns: Sequence[str] = ()) -> tuple[Cause, ...]:
@@ -242,7 +296,7 @@ def wall_causes(kinds: Sequence[str], campaigns: Sequence[str] = ()) -> tuple[Ca
         for k, where in enumerate(campaigns) if campaigns else ((None, ""),):
             found.append(Cause(
                 f"{name}: {where}" if where else name, kind if k is None else f"{kind}_at_{k}", 0.0, bounds, physics,
-                source=source, own=("campaign",) if where else (),
+                source=source, own=("campaign",) if where else _OWN.get(kind, ()),
             ))  # fmt: skip
     return tuple(found)
 
@@ -286,11 +340,11 @@ def as_specimens(walls: Sequence[str]) -> list[dict[str, Any]]:
     return [
         {"specimen": w, "campaign": r["campaign"], "units": r["unit_type"], "shear span": float(r["H0_over_H"]),
          "filled": "filled" if r["head_joints"] in FILLED else "not filled",
-         "slenderness": float(r["H"]) / float(r["L"]),
+         "moduli": "printed" if r["E"] else "of a code", "slenderness": float(r["H"]) / float(r["L"]),
          "load": inputs_of(r)["sigma0"].value / inputs_of(r)["fc"].value}
         for w, r in ((w, known[w]) for w in walls)
     ]  # fmt: skip
 
 
-COVARIATES = ("campaign", "units", "filled", "shear span", "slenderness", "load")
+COVARIATES = ("campaign", "units", "filled", "moduli", "shear span", "slenderness", "load")
 UNITS: Mapping[str, str] = {FORCE: "kN", MODE: "-", STIFFNESS: "kN/%", CRACK: "%"}

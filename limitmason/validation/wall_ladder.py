@@ -155,12 +155,18 @@ def _by_formulas(test: Experiment) -> tuple[float, float, str]:
     return force, rocks, "SL" if forces.governing == "sliding" else "S"
 
 
+def formulas_force(test: Experiment) -> float:
+    """The smallest of the four formulas [kN]."""
+    return _by_formulas(test)[0]
+
+
 def _by_blocks(test: Experiment) -> tuple[float, float, str]:
     return _answer(test, limit_analysis(test.assembly(), test.loads(), check_dead_load=False))
 
 
 def _without_dilatancy(test: Experiment) -> tuple[float, float, str]:
-    return _answer(test, limit_analysis(test.assembly(), test.loads(), "non-associative", search="quick"))
+    wall, loads = test.assembly(), test.loads()  # points: no exact stress block goes without dilatancy
+    return _answer(test, limit_analysis(wall, loads, "non-associative", contact_model="grid", search="quick"))
 
 
 def _answer(test: Experiment, found: Prediction) -> tuple[float, float, str]:
