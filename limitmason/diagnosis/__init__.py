@@ -5,9 +5,9 @@ positive prediction of what was measured; see :class:`Study`.
 """
 
 from limitmason.causes import Cause, Extension
-from limitmason.diagnosis.inference.decide import Rule
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, NextTests
+from limitmason.diagnosis.inference.verdict import Rule
 from limitmason.diagnosis.observations import EvidenceKind, Observation
 from limitmason.diagnosis.rehearse import Rehearsal, binomial_interval
 from limitmason.diagnosis.report import Diagnosis

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import betaincinv
 
-from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws
 from limitmason.diagnosis.inference.design import Design, Listed
 from limitmason.diagnosis.inference.grid import Grid
 from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.missing import position_of, visible
+from limitmason.diagnosis.inference.noise import DRAWS, Draws
 from limitmason.diagnosis.inference.verdict import Verdict, VerdictKind
 from limitmason.display.progress import reached, watched
 

@@ -12,10 +12,10 @@ import numpy as np
 
 from limitmason.diagnosis.from_table import About
 from limitmason.diagnosis.inference.checks import LIKE, Checks
-from limitmason.diagnosis.inference.decide import Rule
 from limitmason.diagnosis.inference.plan import NextTests
 from limitmason.diagnosis.inference.shared import PLAUSIBLE
 from limitmason.diagnosis.inference.trends import is_numeric
+from limitmason.diagnosis.inference.verdict import Rule
 from limitmason.diagnosis.result import Findings
 from limitmason.diagnosis.words import (
     as_one_kind,

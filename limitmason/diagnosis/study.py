@@ -11,15 +11,14 @@ import numpy as np
 
 from limitmason.causes.cause import Cause, check_causes
 from limitmason.diagnosis.from_table import pool_rows
-from limitmason.diagnosis.inference.bootstrap import DRAWS, Draws
-from limitmason.diagnosis.inference.decide import Rule
 from limitmason.diagnosis.inference.design import Design
 from limitmason.diagnosis.inference.gain import folds_of
 from limitmason.diagnosis.inference.grid import Tabulation
 from limitmason.diagnosis.inference.judge import Judge
-from limitmason.diagnosis.inference.noise import Noise
+from limitmason.diagnosis.inference.noise import DRAWS, Draws, Noise
 from limitmason.diagnosis.inference.plan import Confusable, NextTests, confusable
 from limitmason.diagnosis.inference.shared import Shares, estimated_shares
+from limitmason.diagnosis.inference.verdict import Rule
 from limitmason.diagnosis.observations import linked
 from limitmason.diagnosis.rehearse import Rehearsal, planted, rehearse
 from limitmason.diagnosis.report import Diagnosis
@@ -81,7 +80,9 @@ class Study(Statement):
 
     def design(self, causes: Iterable[Cause] | None = None) -> Design:
         """Tables of the design for a list of causes; made on the first call."""
-        causes = self._listed(causes)
+        return self._design(self._listed(causes))
+
+    def _design(self, causes: tuple[Cause, ...]) -> Design:
         designs = self._made.designs
         if causes not in designs:
             designs[causes] = self.tables.design(causes, self.noise, self.scale, self.columns)
@@ -89,10 +90,12 @@ class Study(Statement):
 
     def judge(self, causes: Iterable[Cause] | None = None, rule: Rule | None = None) -> Judge:
         """What judges data of this design by a list, noise taken as independent; it keeps its rehearsal."""
-        causes, rule = self._listed(causes), rule or Rule()
+        return self._judge(self._listed(causes), rule or Rule())
+
+    def _judge(self, causes: tuple[Cause, ...], rule: Rule) -> Judge:
         judges = self._made.judges
         if (causes, rule) not in judges:
-            design, folds = self.design(causes), folds_of(self.groups, self.n)
+            design, folds = self._design(causes), folds_of(self.groups, self.n)
 
             def known(sd: float) -> Design:
                 return design if self.noise.kind != "unknown" else self.known_design(causes, sd)
@@ -154,7 +157,7 @@ class Study(Statement):
         reached(None, "tables")
         asked = self._checked(causes)
         causes = self.tables.computable(asked)
-        judge = self.judge(causes, rule)
+        judge = self._judge(causes, rule or Rule())
         design = judge.design
         reached(None, "verdict")
         chances = Draws.make([seed, self.n], self.n, design.inputs, design.noise, draws)

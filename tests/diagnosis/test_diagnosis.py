@@ -172,7 +172,7 @@ def test_leave_group_out_equals_an_honest_refit():
     diagnosis = made.diagnose(CAUSES)
     design, y = diagnosis.design, diagnosis.y
     folds = np.repeat(np.arange(6), 2)
-    _, residual = left_out(design, ("edge rounding",), y, folds)
+    residual = left_out(design, ("edge rounding",), y, folds).residual
     for fold in range(6):
         kept = folds != fold
         part = design.singles["edge rounding"].columns(kept)

@@ -8,10 +8,11 @@ from scipy import stats
 from scipy.optimize import minimize
 
 from limitmason.diagnosis import Cause, Measured, Noise, Study
-from limitmason.diagnosis.inference.bootstrap import Draws, Tally, run
 from limitmason.diagnosis.inference.cells import descend
+from limitmason.diagnosis.inference.decide import Tally, run
 from limitmason.diagnosis.inference.fit import Likelihood, fit, fits
 from limitmason.diagnosis.inference.grid import Grid, at_measured
+from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.trends import Trends
 from limitmason.diagnosis.simulator import Job, Simulator
 from limitmason.study import Memo

@@ -9,15 +9,14 @@ from scipy.special import chdtrc
 from scipy.stats import multivariate_normal
 
 from limitmason.diagnosis import Cause, Noise, Rule, Study
-from limitmason.diagnosis.inference.bootstrap import Draws
 from limitmason.diagnosis.inference.decide import Decision
 from limitmason.diagnosis.inference.discrepancy import AMPLITUDES, CONSTANT, Discrepancy
 from limitmason.diagnosis.inference.fit import Likelihood
+from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.shared import (
     LEAST,
     alike,
     assumed,
-    doubted,
     estimated_shares,
     much_and_little,
 )
@@ -193,10 +192,7 @@ def test_share_of_a_group_is_estimated_within_the_stated_total(share):
     design = made.design([ROUNDING])
     factor = np.linalg.cholesky(assumed(made.covariates["batch"], share))
     rng = np.random.default_rng(5)
-    found = [
-        estimated_shares(design, factor @ rng.standard_normal(40)).shares.get("batch", 0.0)
-        for _ in range(30)
-    ]
+    found = [estimated_shares(design, factor @ rng.standard_normal(40)).shares.get("batch", 0.0) for _ in range(30)]
     assert np.mean(found) == pytest.approx(share, abs=0.12)
 
 
@@ -284,7 +280,7 @@ def test_an_alarm_is_held_against_its_own_specimens_as_generalised_least_squares
     y = design.whiten(made.measured)
     decision = Decision(design, Draws.make([0, 12], 12, 0, made.noise, 1999), Rule())
     alarm = decision.gate(y)
-    found = doubted(decision, y, alarm, ("batch",)).doubt
+    found = decision.doubted(y, alarm, ("batch",)).doubt
     assert alarm.p["gain"] < 0.005
     mean, variance = y.mean(), 0.5 + 0.5 / 12
     assert found.p["gain"] == pytest.approx(chdtrc(1.0, mean**2 / variance), abs=0.03)

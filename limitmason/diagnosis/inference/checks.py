@@ -5,13 +5,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from limitmason.diagnosis.inference.bootstrap import Draws
-from limitmason.diagnosis.inference.decide import Decision, Rule
+from limitmason.diagnosis.inference.decide import Decision
 from limitmason.diagnosis.inference.design import Design, Names
-from limitmason.diagnosis.inference.noise import Noise
-from limitmason.diagnosis.inference.shared import Shares, alike, assumed, doubted
+from limitmason.diagnosis.inference.noise import Draws, Noise
+from limitmason.diagnosis.inference.shared import Shares, alike, assumed
 from limitmason.diagnosis.inference.trends import is_numeric
-from limitmason.diagnosis.inference.verdict import Verdict
+from limitmason.diagnosis.inference.verdict import Rule, Verdict
 from limitmason.display.progress import reached, watched
 
 TAILS = 4.0  # degrees of freedom of the Student errors tried as a check
@@ -68,7 +67,7 @@ def judge_again(
     def judged(design: Design, y: np.ndarray, draws: Draws, pairs: bool, shared: np.ndarray | None) -> Verdict:
         design = design if shared is None else design.sharing(shared)
         decision = Decision(design, draws, rule)
-        return decision.explained(y, doubted(decision, y, decision.gate(y), unstated), pairs)
+        return decision.explained(y, decision.doubted(y, decision.gate(y), unstated), pairs)
 
     def stated(noise: Noise) -> Verdict:
         draws = Draws.make([seed, n], n, design.inputs, noise, QUICK)

@@ -1,67 +1,88 @@
 """The rule: a gate for "none", a guard for scatter, and a bootstrap confidence set of causes, then of pairs."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.special import chdtrc
+from scipy.special import bdtr, bdtrc, chdtrc
 
-from limitmason.diagnosis.inference.bootstrap import DRAWS, Drawn, Draws, Tally, run
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.fit import BestFit, Likelihood
-from limitmason.diagnosis.inference.verdict import Tested, Verdict, VerdictKind
+from limitmason.diagnosis.inference.noise import Drawn, Draws
+from limitmason.diagnosis.inference.shared import PLAUSIBLE, much_and_little
+from limitmason.diagnosis.inference.trends import same
+from limitmason.diagnosis.inference.verdict import Doubt, Rule, Tested, Verdict, VerdictKind
 
 GATE = ("gain", "shape", "scatter")  # any of them below its threshold is an alarm
 GATE_DRAWS = 699  # fewest: the critical gain is a quantile of them
 RIVALS = 4  # refitted to a draw at first, then twice as many more at a time
+BATCHES = (99, 299, 699, 1299, 1999)  # of draws, after each of which an answer may be settled
+DOUBT = 1e-3  # a threshold counts as passed when chance would reverse it less often than this
 SURE = 1e6  # degrees of freedom of a noise that is as good as known
 
 
-@dataclass(frozen=True)
-class Rule:
-    """Thresholds on bootstrap p.
+@dataclass
+class Tally:
+    """How often each statistic of the draws reached the observed one.
 
     Parameters
     ----------
-    gain, shape, scatter : the gate: below any of them the baseline is not enough
-    guard : scatter with neither a scale-free gain nor a trend below this is "more scatter than stated"
-    deficit, kept_shape, kept_scatter : a cause below any of them is rejected under its own fit
-    hopeless : log-likelihood deficit at which a pair is rejected without bootstrap
-    hopeless_tail : nominal tail probability of trend or scatter at which a pair is rejected without bootstrap
-    far : log-likelihood by which a rival misses what an explanation predicts, beyond which it is not refitted to the
-        data drawn from that explanation (a chance of less than 1e-7 a draw)
-    screen : whether single causes that are hopeless are rejected without bootstrap as well
-    draws : most draws
-    identify : whether a name must be identified; without, whatever is the only one left is named
-    margin : least log-likelihood by which a name must beat every smooth model discrepancy; 10 was set on pilot trials
-    agreed : the same where two kinds of evidence show one size, unless trials with the true cause missing ask for more
-    missing, each : largest share of data sets, with a cause that was taken off the list, in which any name, or one and
-        the same name, is given; the margin is raised until it holds
-    usual : a name that beats the discrepancies by less than this share of data drawn from it do, is not identified
-    structure : a single name whose residuals show a model discrepancy as seldom as this is withdrawn
-    asks : as seldom as this, and pairs are tried before it is given
+    observed : by name
+    thresholds : by name; p below it is a rejection
     """
 
-    gain: float = 0.03
-    shape: float = 0.01
-    scatter: float = 0.01
-    guard: float = 0.05
-    deficit: float = 0.02
-    kept_shape: float = 0.005
-    kept_scatter: float = 0.005
-    hopeless: float = 15.0
-    hopeless_tail: float = 1e-5
-    far: float = 60.0
-    screen: bool = False
-    draws: int = DRAWS
-    identify: bool = True
-    margin: float = 10.0
-    agreed: float = 4.0
-    missing: float = 0.05
-    each: float = 0.01
-    usual: float = 0.02
-    structure: float = 0.005
-    asks: float = 0.10
+    observed: Mapping[str, float]
+    thresholds: Mapping[str, float]
+    reached: dict[str, int] = field(default_factory=dict)
+    draws: int = 0
+
+    def add(self, drawn: Mapping[str, np.ndarray]) -> None:
+        """Count a batch."""
+        for name, values in drawn.items():
+            self.reached[name] = self.reached.get(name, 0) + int(np.count_nonzero(values >= self.least(name)))
+        self.draws += len(next(iter(drawn.values())))
+
+    def least(self, name: str) -> float:
+        """Value from which a draw counts as having reached the observed one."""
+        return self.observed[name] - 1e-9 * (1.0 + abs(self.observed[name]))
+
+    def p(self, name: str) -> float:
+        """Bootstrap p, (1 + reached) / (1 + draws)."""
+        return (1 + self.reached.get(name, 0)) / (1 + self.draws)
+
+    def rejected(self, name: str) -> bool:
+        """Whether p lies below the threshold."""
+        return self.p(name) < self.thresholds[name]
+
+    def settled(self, name: str) -> bool:
+        """Whether more draws would hardly change that answer."""
+        k, m, alpha = self.reached.get(name, 0), self.draws, self.thresholds[name]
+        return bool(bdtr(k, m, alpha) < DOUBT or (k > 0 and bdtrc(k - 1, m, alpha) < DOUBT))
+
+
+def run(
+    tally: Tally,
+    draw: Callable[[slice], Mapping[str, np.ndarray]],
+    enough: Callable[[Tally], bool],
+    count: int,
+    least: int = 0,
+) -> Tally:
+    """Add batches of draws until the answer is settled or all are used.
+
+    Parameters
+    ----------
+    tally : what is counted; changed in place
+    draw : statistics of some of the draws, by name
+    enough : whether the answer is settled
+    count, least : most and fewest draws
+    """
+    start = 0
+    for stop in [b for b in BATCHES if b < count] + [count]:
+        tally.add(draw(slice(start, stop)))
+        start = stop
+        if stop >= least and enough(tally):
+            break
+    return tally
 
 
 class Decision:
@@ -84,8 +105,9 @@ class Decision:
 
     def fitted(self, y: np.ndarray) -> tuple[BestFit, dict[Names, BestFit]]:
         """Fits of the baseline and of every cause of the list."""
-        y, names = self.design.turned(y), self.design.listed
-        return self.design.fit((), y), dict(zip(names, self.design.fits(names, y, residuals=True), strict=True))
+        names = self.design.listed
+        null, *singles = self.design.fits([(), *names], self.design.turned(y), residuals=True)
+        return null, dict(zip(names, singles, strict=True))
 
     def gate(self, y: np.ndarray) -> Verdict:
         """Whether the baseline is enough ("none"), more scatter than stated is, or neither ("unexplained" so far)."""
@@ -104,6 +126,51 @@ class Decision:
         tested = {names: self._tested(names, fit, base, best) for names, fit in singles.items()}
         covariate, shape = (seen.covariate, seen.kind) if seen else (None, None)
         return Verdict(kind, (), (), covariate, shape, p, critical, tested, null)
+
+    def doubted(self, y: np.ndarray, verdict: Verdict, unstated: tuple[str, ...]) -> Verdict:
+        """Hold an alarm against noise half of whose variance is shared by the tests that the best cause acts on.
+
+        With g the groups of specimens that the cause with the largest gain acts on much and little, and C the
+        correlation that is carried so far, gain and trend are tested again with the correlation C / 2 + same_g / 2, and
+        the scatter within the groups, which no share makes larger. What fired at the gate must fire again; else the
+        verdict is "none".
+
+        Parameters
+        ----------
+        y, verdict : of the gate; what is no alarm stays as it is
+        unstated : circumstances of the tests that no column tells
+
+        Notes
+        -----
+        Which tests share a batch, a day or a rig is not known; those that one cause acts on are the grouping that
+        imitates it best. Wrong, and too cautious, where tests have nothing in common. A cause that acts on its
+        specimens by more than one size is still seen by that.
+        """
+        if verdict.kind == VerdictKind.NONE or not unstated:
+            return verdict
+        design, rule = self.design, self.rule
+        names = max(verdict.tested, key=lambda n: verdict.tested[n].gain)
+        effect = design.effect(names, verdict.tested[names].fit)
+        groups = same(much_and_little(design.apart(effect) * design.scale))
+        correlation = (1.0 - PLAUSIBLE) * design.correlation + PLAUSIBLE * groups
+        p = dict(Decision(design.sharing(correlation), self.draws, rule).gate(y).p)
+        if "scatter" in verdict.p:
+            p["scatter"] = self._scatter_within(verdict.null, groups)
+        limits = {"gain": rule.gain, "shape": rule.shape, "scatter": rule.scatter}
+        holds = any(verdict.p[k] < v and p[k] < v for k, v in limits.items() if k in verdict.p)
+        doubt = Doubt(names, unstated, {k: p[k] for k in limits if k in p}, holds)
+        return replace(verdict, doubt=doubt, kind=verdict.kind if holds else VerdictKind.NONE)
+
+    def _scatter_within(self, null: BestFit, groups: np.ndarray) -> float:
+        """Share of draws that scatter about the means of the groups as much as the data do."""
+        y, z, replicate = self.drawn((), null)
+        inside = np.eye(self.design.n) - groups / groups.sum(axis=1)
+
+        def within(fit: BestFit, replicate: np.ndarray) -> np.ndarray:
+            return self._scatter(((self.design.apart(fit.residuals) @ inside) ** 2).sum(axis=1), replicate)
+
+        drawn = within(self.design.fit((), y, z, replicate), replicate)
+        return share_of(drawn >= float(within(null, np.ones(1))[0]))
 
     def explained(self, y: np.ndarray, verdict: Verdict, pairs: bool = True) -> Verdict:
         """What explains an alarm: the causes that are not rejected, else the pairs.
@@ -222,10 +289,10 @@ class Decision:
         """Trend of the residuals of fits, and their scatter where it can be held against a stated noise."""
         out = {"shape": self.design.trends.statistic(fit.residuals)}
         if self.design.like.scale_known:
-            out["scatter"] = self.scatter(fit.loss + fit.penalty, replicate)
+            out["scatter"] = self._scatter(fit.loss + fit.penalty, replicate)
         return out
 
-    def scatter(self, loss: np.ndarray, replicate: np.ndarray) -> np.ndarray:
+    def _scatter(self, loss: np.ndarray, replicate: np.ndarray) -> np.ndarray:
         """Statistic of "more scatter than stated": the loss over the (redrawn) replicate variance."""
         return loss / replicate if self.design.like.kind == "replicates" else loss
 
@@ -298,3 +365,8 @@ class Decision:
 def _ranked(tested: Mapping[Names, Tested]) -> list[Names]:
     """Explanations that are kept, best first."""
     return sorted((n for n, t in tested.items() if t.kept), key=lambda n: tested[n].deficit)
+
+
+def share_of(reached: np.ndarray) -> float:
+    """Bootstrap p of a statistic, from which draws reached it."""
+    return float((1.0 + np.count_nonzero(reached)) / (1.0 + len(reached)))

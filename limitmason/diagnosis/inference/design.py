@@ -9,10 +9,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from limitmason.diagnosis.inference.bootstrap import Drawn, Draws
 from limitmason.diagnosis.inference.fit import BestFit, Likelihood, fits
 from limitmason.diagnosis.inference.grid import Grid, Tabulation
-from limitmason.diagnosis.inference.noise import Noise
+from limitmason.diagnosis.inference.noise import Drawn, Draws, Noise
 from limitmason.diagnosis.inference.trends import Trends
 
 Names = tuple[str, ...]
@@ -150,7 +149,7 @@ class Design:
         residuals: bool = False,
         like: Likelihood | None = None,
     ) -> list[BestFit]:
-        """Fits of explanations with as many causes each to every data set.
+        """Fits of explanations to every data set.
 
         Parameters
         ----------

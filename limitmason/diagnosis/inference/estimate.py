@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from limitmason.diagnosis.inference.bootstrap import Draws
 from limitmason.diagnosis.inference.design import Design
 from limitmason.diagnosis.inference.grid import Grid
+from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.verdict import Tested
 
 LEVEL = 0.95

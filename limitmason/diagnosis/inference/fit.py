@@ -220,7 +220,7 @@ def fits(
 
     Parameters
     ----------
-    grids : models with as many axes each
+    grids : models
     y, z, like, weights : see :class:`Data`
     replicate : redrawn replicate variance, a number or shape (b,)
     residuals : whether they are wanted; where not, they have the shape (b, 0)
@@ -228,11 +228,17 @@ def fits(
     y, z = np.atleast_2d(y), np.atleast_2d(z)
     data = Data(y, z, like, np.broadcast_to(np.asarray(replicate, dtype=float), (len(y),)), weights)
     step = max(1, (BLOCK if data.plain else CHUNK) // max(1, *(len(g.nodes) for g in grids)))
-    together = [grids] if data.plain else [[g] for g in grids]  # small arrays are cheaper by the dozen
+    # small arrays are cheaper by the dozen: grids of as many axes go together
+    alike: dict[int, list[int]] = {}
+    for i, grid in enumerate(grids):
+        alike.setdefault(len(grid.shape) if data.plain else i, []).append(i)
     parts = []
     for start in range(0, max(len(y), 1), step):
         some = data.some(slice(start, start + step))
-        parts.append([f for group in together for f in _fitted(group, some, residuals)])
+        found: dict[int, BestFit] = {}
+        for group in alike.values():
+            found.update(zip(group, _fitted([grids[i] for i in group], some, residuals), strict=True))
+        parts.append([found[i] for i in range(len(grids))])
     if len(parts) == 1:
         return parts[0]
     return [BestFit(*map(np.concatenate, zip(*(vars(f).values() for f in found), strict=True)))

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from limitmason.diagnosis.inference.design import Design, Names
-from limitmason.diagnosis.inference.fit import BestFit
 
 
 @dataclass(frozen=True)
@@ -87,16 +86,15 @@ def measure_gain(design: Design, names: Names, y: np.ndarray, groups: Sequence |
     singles = np.arange(design.n)
     folds = folds_of(groups, design.n)
     best = design.fit(names, y)
-    one, left = left_out(design, names, y, singles)
-    base, _ = left_out(design, (), y, singles)
+    one, base = left_out(design, names, y, singles), left_out(design, (), y, singles)
     by_group = None
     if groups is not None:
-        by_group = _score(left_out(design, names, y, folds)[0] - left_out(design, (), y, folds)[0], folds)
+        by_group = _score(left_out(design, names, y, folds).score - left_out(design, (), y, folds).score, folds)
     kinds = dict.fromkeys(design.kinds)
     by_kind: dict[str, Score] = {}
     if len(kinds) > 1:
         parts = folds_of(design.kinds, design.n)
-        each = left_out(design, names, y, parts)[0] - left_out(design, (), y, parts)[0]
+        each = left_out(design, names, y, parts).score - left_out(design, (), y, parts).score
         for number, kind in enumerate(kinds):
             mine = each[parts == number]
             by_kind[kind] = _score(mine, np.arange(len(mine)))
@@ -104,27 +102,41 @@ def measure_gain(design: Design, names: Names, y: np.ndarray, groups: Sequence |
         names,
         _rms(y * design.scale),
         _rms(best.residuals[0] * design.scale),
-        _rms(left * design.scale),
-        _score(one - base, singles),
+        _rms(one.residual * design.scale),
+        _score(one.score - base.score, singles),
         by_group,
         _score(_selected(design, y, folds, critical_gain), folds),
         by_kind,
     )
 
 
-def left_out(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Log predictive score and residual of every value, predicted without its fold.
+@dataclass(frozen=True)
+class Unseen:
+    """Every value predicted by fits without its fold.
+
+    Parameters
+    ----------
+    score, residual : log predictive score, and whitened residual, shape (n,)
+    loglik : of each fit to what it has seen, one per fold
+    """
+
+    score: np.ndarray
+    residual: np.ndarray
+    loglik: np.ndarray
+
+
+def left_out(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> Unseen:
+    """Every value predicted by an explanation that is fitted without its fold.
 
     Parameters
     ----------
     folds : number of the fold of each specimen, shape (n,)
-
-    Returns
-    -------
-    score, residual : whitened, shape (n,)
     """
-    fits, weights = _fold_fits(design, names, y, folds)
-    return _read(design, fits, weights, folds, len(names))
+    weights = (folds[None, :] != np.arange(int(folds.max()) + 1)[:, None]).astype(float)
+    fits = design.fit(names, np.broadcast_to(y, weights.shape), weights=weights)
+    variance = design.like.variance(fits.loss, weights.sum(axis=1), 1.0, len(names))
+    residual = fits.residuals[folds, np.arange(design.n)]
+    return Unseen(log_score(design, residual, variance[folds]), residual, fits.loglik)
 
 
 def log_score(design: Design, residuals: np.ndarray, variance: np.ndarray | float) -> np.ndarray:
@@ -135,30 +147,13 @@ def log_score(design: Design, residuals: np.ndarray, variance: np.ndarray | floa
     return -0.5 * (np.log(variance) + residuals**2 / variance)
 
 
-def _fold_fits(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> tuple[BestFit, np.ndarray]:
-    count = int(folds.max()) + 1
-    weights = (folds[None, :] != np.arange(count)[:, None]).astype(float)
-    data = np.broadcast_to(y, weights.shape)
-    return design.fit(names, data, weights=weights), weights
-
-
-def _read(
-    design: Design, fits: BestFit, weights: np.ndarray, folds: np.ndarray, spent: int
-) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    variance = design.like.variance(fits.loss, weights.sum(axis=1), 1.0, spent)
-    residual = fits.residuals[folds, np.arange(design.n)]
-    return log_score(design, residual, variance[folds]), residual
-
-
 def _selected(design: Design, y: np.ndarray, folds: np.ndarray, critical_gain: float) -> np.ndarray:
-    null, weights = _fold_fits(design, (), y, folds)
-    base = _read(design, null, weights, folds, 0)[0]
-    fits = [_fold_fits(design, (c.name,), y, folds)[0] for c in design.causes]
-    gains = np.array([f.loglik - null.loglik for f in fits])
-    best = np.argmax(gains, axis=0)
-    scores = np.array([_read(design, f, weights, folds, 1)[0] for f in fits])
-    chosen = np.where(gains.max(axis=0) >= critical_gain, best, -1)[folds]
-    return np.where(chosen < 0, 0.0, scores[np.maximum(chosen, 0), np.arange(design.n)] - base)
+    """Score over the baseline with the cause that fits each rest best, or none where that gains too little."""
+    null, *listed = (left_out(design, names, y, folds) for names in ((), *design.listed))
+    gains = np.array([u.loglik - null.loglik for u in listed])
+    chosen = np.where(gains.max(axis=0) >= critical_gain, np.argmax(gains, axis=0), -1)[folds]
+    scores = np.array([u.score for u in listed])
+    return np.where(chosen < 0, 0.0, scores[np.maximum(chosen, 0), np.arange(design.n)] - null.score)
 
 
 def _score(each: np.ndarray, folds: np.ndarray) -> Score:

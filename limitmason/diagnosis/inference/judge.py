@@ -8,18 +8,23 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.special import chdtri
 
-from limitmason.diagnosis.inference.bootstrap import Draws
-from limitmason.diagnosis.inference.decide import Decision, Rule
-from limitmason.diagnosis.inference.design import Design
-from limitmason.diagnosis.inference.discrepancy import Rivals
-from limitmason.diagnosis.inference.identify import identification
+from limitmason.diagnosis.inference.decide import Decision, share_of
+from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.discrepancy import Rivals, as_gaussian
+from limitmason.diagnosis.inference.fit import BestFit, Likelihood
+from limitmason.diagnosis.inference.gain import left_out, log_score
+from limitmason.diagnosis.inference.kinds import agree, by_kind
 from limitmason.diagnosis.inference.missing import Missing, leave_each_out
-from limitmason.diagnosis.inference.shared import Shares, doubted, estimated_shares
-from limitmason.diagnosis.inference.verdict import Identification, Verdict, VerdictKind
+from limitmason.diagnosis.inference.noise import Draws
+from limitmason.diagnosis.inference.shared import Shares, estimated_shares
+from limitmason.diagnosis.inference.trends import is_numeric
+from limitmason.diagnosis.inference.verdict import CONDITIONS, Identification, Rule, Verdict, VerdictKind
 
 ROUNDS = 6  # of renewed tables of pairs
 PAIR_TAIL = 0.02  # chance that some second cause improves a single one by as much as noise alone
-
+DRAWN = 699  # data sets drawn from the explanation: its own distribution of the excess
+SURE = 3.0  # standard errors by which the slope along its own contrast must differ from 0, and at most from 1
+LEVER = 2.0  # log-likelihood by which a name must beat every listed lever with another dependence
 
 Renewed = Callable[[Design, Verdict], bool]
 
@@ -129,7 +134,7 @@ class Judge:
         """Whether the baseline is not enough, before anything is sought that explains the data."""
         decision = Decision(self.design, draws, self.rule)
         alarm = decision.gate(y)
-        return doubted(decision, y, alarm, self.unstated)
+        return decision.doubted(y, alarm, self.unstated)
 
     def verdict(self, y: np.ndarray, draws: Draws, pairs: bool = True, alarm: Verdict | None = None) -> Verdict:
         """The verdict on one data set.
@@ -166,10 +171,68 @@ class Judge:
 
     def held(self, decision: Decision, verdict: Verdict, y: np.ndarray) -> Identification:
         """The one explanation of a verdict held against every model discrepancy."""
-        sd = self.noise(verdict)
-        margins = self.missing(sd).margins
-        margin = max(margins[n] for n in verdict.kept[0])
-        return identification(decision, verdict, y, self.rivals(sd), margin, self.folds)
+        design, rule, names = self.design, self.rule, verdict.kept[0]
+        of_noise, folds = self.noise(verdict), self.folds
+        rivals, margins = self.rivals(of_noise), self.missing(of_noise).margins
+        margin = max(margins[n] for n in names)
+        fit, data = verdict.tested[names].fit, design.turned(y)
+        sd = design.noise_of(names, fit)
+        discrepancy, parts = rivals.of(names), rivals.parts(names, fit)
+        like, drawn_in, (value,) = as_gaussian(design.like, fit, data[None])
+        nearest = discrepancy.best(drawn_in, like)
+        levers, rival, beyond = rivals.levers(names), "", np.inf
+        if levers.along:
+            each = levers.each(drawn_in, like)[0]
+            rival, beyond = levers.along[int(each.argmax())], float(value) - float(each.max())
+        # the same statistics for data drawn from the explanation itself
+        rows = slice(0, min(DRAWN, decision.count))
+        drawn, z, replicate = decision.drawn(names, fit, rows)
+        again = design.fit(names, drawn, z, replicate)
+        # the inputs' own data are part of the draw: what the fit leaves of them is a shift of the values to first order
+        shifted = drawn - z @ (rivals.slopes * rivals.sd).T
+        observed = float(rivals.excess(names, fit, data, parts=parts)[0])
+        over = rivals.excess(names, again, shifted, replicate, parts)
+        left, more = float(rivals.structure(names, fit)[0]), rivals.structure(names, again, replicate)
+        p = share_of(over <= observed)
+        slope, error = dose_of(rivals, names, fit, drawn_in[0], sd)
+        kinds = by_kind(design, names, fit, verdict.null, y, sd)
+        together = len(names) == 1 and agree(kinds)
+        if together and margin <= rule.margin:
+            margin = rule.agreed
+        doses = any(is_numeric(design.columns[c]) for c in design.own(names) if c in design.columns)
+        # log score of values left out: explanation, baseline, and the nearest bias
+        own, base = (left_out(design, n, data, folds).score for n in (names, ()))
+        miss, spread = discrepancy.left_out(nearest, data, folds)
+        by_fold = np.bincount(folds, weights=own - log_score(design, miss, spread * sd**2))
+        ahead = float(by_fold.sum())
+        ahead_error = float(np.sqrt(len(by_fold)) * by_fold.std(ddof=1)) if len(by_fold) > 1 else 0.0
+        holds = {
+            "lever": float(np.median(over)) >= margin,
+            "dose": slope >= SURE * error and abs(slope - 1.0) <= SURE * error,
+            "excess": observed >= margin,
+            "usual": p >= rule.usual,
+            "left out": float(np.sum(own - base)) > 0.0 and ahead + ahead_error >= 0.0,
+            "rival levers": beyond >= LEVER,
+            "kinds": together or (len(names) == 1 and doses and not any(k.absent for k in kinds)),
+        }
+        return Identification(
+            names=names,
+            missing=tuple(name for name in CONDITIONS if not holds[name]),
+            along=discrepancy.along[nearest],
+            excess=observed,
+            margin=margin,
+            expected=float(np.median(over)),
+            chance=float(np.mean(over >= margin)),
+            p=p,
+            slope=slope,
+            slope_error=error,
+            ahead=ahead,
+            ahead_error=ahead_error,
+            structure=share_of(more >= left),
+            kinds=kinds,
+            rival=rival,
+            rival_excess=beyond,
+        )
 
     def _second_look(
         self, decision: Decision, verdict: Verdict, record: Identification, y: np.ndarray, pairs: bool
@@ -191,3 +254,15 @@ class Judge:
         if len(both.pairs) != 1:
             return both, None
         return both, self.held(decision, both, y)
+
+
+def dose_of(rivals: Rivals, names: Names, fit: BestFit, data: np.ndarray, sd: float) -> tuple[float, float]:
+    """Share of the fitted effect along the contrast that no bias takes away, and its standard error."""
+    discrepancy, slopes = rivals.of(names), rivals.slopes
+    effect = rivals.design.effect(names, fit)
+    contrast = discrepancy.weights[discrepancy.best(effect / sd, Likelihood())] @ effect
+    reach = float(contrast @ effect)
+    if reach <= 0.0:
+        return 0.0, float("inf")
+    spread = np.eye(len(slopes)) + slopes @ slopes.T
+    return float(contrast @ data) / reach, sd * float(np.sqrt(contrast @ spread @ contrast)) / reach

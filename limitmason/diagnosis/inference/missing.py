@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc
 
-from limitmason.diagnosis.inference.bootstrap import Draws
 from limitmason.diagnosis.inference.design import Design, Listed
 from limitmason.diagnosis.inference.fit import BestFit
 from limitmason.diagnosis.inference.grid import Grid, at_measured
+from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.plan import NINE_IN_TEN, distances, reached_at
 
 LEAST = 3.0 + NINE_IN_TEN  # the gate's critical distance is near 3 for lists of 10 to 20 causes

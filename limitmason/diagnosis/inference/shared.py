@@ -1,18 +1,15 @@
 """Noise that tests share: by a recorded batch, day or set-up, estimated and carried; or by one nobody wrote down."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.cluster.hierarchy import fcluster, linkage
 
-from limitmason.diagnosis.inference.decide import Decision
 from limitmason.diagnosis.inference.design import Design, Listed
-from limitmason.diagnosis.inference.fit import BestFit
 from limitmason.diagnosis.inference.grid import at_measured
 from limitmason.diagnosis.inference.plan import NINE_IN_TEN
 from limitmason.diagnosis.inference.trends import is_numeric, same
-from limitmason.diagnosis.inference.verdict import Doubt, Verdict, VerdictKind
 
 CIRCUMSTANCES = {
     "batch": ("batch",), "day": ("day", "session"),
@@ -224,41 +221,6 @@ def _correlation(n: int, shares: Mapping[str, float], blocks: Mapping[str, np.nd
     return out
 
 
-def doubted(decision: Decision, y: np.ndarray, verdict: Verdict, unstated: tuple[str, ...]) -> Verdict:
-    """Hold the alarm of a gate against noise half of whose variance is shared by the tests that the best cause acts on.
-
-    With g the groups of specimens that the cause with the largest gain acts on much and little, and C the correlation
-    that is carried so far, gain and trend are tested again with the correlation C / 2 + same_g / 2, and the scatter
-    within the groups, which no share makes larger. What fired at the gate must fire again; else the verdict is "none".
-
-    Parameters
-    ----------
-    decision, y : of the gate
-    verdict : of the gate; what is no alarm stays as it is
-    unstated : circumstances of the tests that no column tells
-
-    Notes
-    -----
-    Which tests share a batch, a day or a rig is not known; those that one cause acts on are the grouping that imitates
-    it best. Wrong, and too cautious, where tests have nothing in common. A cause that acts on its specimens by more
-    than one size is still seen by that.
-    """
-    if verdict.kind == VerdictKind.NONE or not unstated:
-        return verdict
-    design, rule = decision.design, decision.rule
-    names = max(verdict.tested, key=lambda n: verdict.tested[n].gain)
-    effect = design.effect(names, verdict.tested[names].fit)
-    groups = much_and_little(design.apart(effect) * design.scale)
-    correlation = (1.0 - PLAUSIBLE) * design.correlation + PLAUSIBLE * same(groups)
-    p = dict(Decision(design.sharing(correlation), decision.draws, rule).gate(y).p)
-    if "scatter" in verdict.p:
-        p["scatter"] = _scatter_within(decision, verdict.null, groups)
-    limits = {"gain": rule.gain, "shape": rule.shape, "scatter": rule.scatter}
-    holds = any(verdict.p[k] < v and p[k] < v for k, v in limits.items() if k in verdict.p)
-    doubt = Doubt(names, unstated, {k: p[k] for k in limits if k in p}, holds)
-    return replace(verdict, doubt=doubt, kind=verdict.kind if holds else VerdictKind.NONE)
-
-
 def seen_if_shared(design: Design, effects: np.ndarray) -> np.ndarray:
     """Distance that nine in ten data sets with independent noise reach where half of it is taken as shared.
 
@@ -299,17 +261,3 @@ def much_and_little(effect: np.ndarray) -> list[int]:
     scatter = [j * np.var(ordered[:j]) + (len(size) - j) * np.var(ordered[j:]) for j in cuts]
     cut = 1 + int(np.argmin(scatter))
     return [int(v >= 0.5 * (ordered[cut - 1] + ordered[cut])) for v in size]
-
-
-def _scatter_within(decision: Decision, null: BestFit, groups: Sequence[int]) -> float:
-    """Share of draws that scatter about the means of the groups as much as the data do; what is shared leaves those."""
-    design = decision.design
-    y, z, replicate = decision.drawn((), null)
-    inside = np.eye(design.n) - same(groups) / same(groups).sum(axis=1)
-
-    def within(fit: BestFit) -> np.ndarray:
-        return ((design.apart(fit.residuals) @ inside) ** 2).sum(axis=1)
-
-    drawn = decision.scatter(within(design.fit((), y, z, replicate)), replicate)
-    observed = float(decision.scatter(within(null), np.ones(1))[0])
-    return float((1.0 + np.count_nonzero(drawn >= observed)) / (1.0 + len(drawn)))

@@ -1,4 +1,4 @@
-"""What is said of a data set: the kinds of answers, and what stands behind each."""
+"""What is said of a data set: thresholds, the kinds of answers, and what stands behind each."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -8,6 +8,54 @@ from limitmason.diagnosis.inference.design import Names
 from limitmason.diagnosis.inference.fit import BestFit
 from limitmason.diagnosis.inference.kinds import Evidence
 from limitmason.diagnosis.inference.missing import Missing
+from limitmason.diagnosis.inference.noise import DRAWS
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Thresholds on bootstrap p.
+
+    Parameters
+    ----------
+    gain, shape, scatter : the gate: below any of them the baseline is not enough
+    guard : scatter with neither a scale-free gain nor a trend below this is "more scatter than stated"
+    deficit, kept_shape, kept_scatter : a cause below any of them is rejected under its own fit
+    hopeless : log-likelihood deficit at which a pair is rejected without bootstrap
+    hopeless_tail : nominal tail probability of trend or scatter at which a pair is rejected without bootstrap
+    far : log-likelihood by which a rival misses what an explanation predicts, beyond which it is not refitted to the
+        data drawn from that explanation (a chance of less than 1e-7 a draw)
+    screen : whether single causes that are hopeless are rejected without bootstrap as well
+    draws : most draws
+    identify : whether a name must be identified; without, whatever is the only one left is named
+    margin : least log-likelihood by which a name must beat every smooth model discrepancy; 10 was set on pilot trials
+    agreed : the same where two kinds of evidence show one size, unless trials with the true cause missing ask for more
+    missing, each : largest share of data sets, with a cause that was taken off the list, in which any name, or one and
+        the same name, is given; the margin is raised until it holds
+    usual : a name that beats the discrepancies by less than this share of data drawn from it do, is not identified
+    structure : a single name whose residuals show a model discrepancy as seldom as this is withdrawn
+    asks : as seldom as this, and pairs are tried before it is given
+    """
+
+    gain: float = 0.03
+    shape: float = 0.01
+    scatter: float = 0.01
+    guard: float = 0.05
+    deficit: float = 0.02
+    kept_shape: float = 0.005
+    kept_scatter: float = 0.005
+    hopeless: float = 15.0
+    hopeless_tail: float = 1e-5
+    far: float = 60.0
+    screen: bool = False
+    draws: int = DRAWS
+    identify: bool = True
+    margin: float = 10.0
+    agreed: float = 4.0
+    missing: float = 0.05
+    each: float = 0.01
+    usual: float = 0.02
+    structure: float = 0.005
+    asks: float = 0.10
 
 
 class VerdictKind(StrEnum):
