@@ -60,8 +60,9 @@ def points(
 ) -> tuple[list[Observation], float]:
     """Loads at evenly spaced displacements of measured curves, and how many independent points of one curve they are.
 
-    A load's relative error is that of the load cell and that of the displacement times the slope. It is enlarged by the
-    root of count over effective points, so that a curve says as much as that many independent points.
+    A load's relative error is that of the load cell and that of the displacement times the slope. Of each curve as many
+    points are kept, evenly spaced to its end, as it has effective ones; what these still share within a specimen the
+    study estimates (``shared`` of :class:`~limitmason.diagnosis.Study`).
 
     Parameters
     ----------
@@ -69,7 +70,7 @@ def points(
     predicted : by the baseline, at least as long, from which deviations are taken; without, or for fewer than four
         curves, the points of a curve count as one
     load, displacement : as for :func:`features`
-    count : points of each curve
+    count : points of each curve at which deviations are looked at, and most that are kept
 
     Returns
     -------
@@ -80,23 +81,24 @@ def points(
     InputError
         For a predicted curve that is missing or too short.
     """
-    rows, deviations = [], []
-    for specimen, curve in measured.items():
-        x = np.linspace(0.0, curve.displacement.max(), count + 1)[1:]
+
+    def read(curve: Curve, some: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        x = np.linspace(0.0, curve.displacement.max(), some + 1)[1:]
         step = 0.25 * x[0]
         y, slope = curve.at(x), (curve.at(np.minimum(x + step, x[-1])) - curve.at(x - step)) / (2.0 * step)
-        scatter = np.hypot(load, slope * displacement / y)
-        rows.append((specimen, curve, x, y, scatter))
-        if predicted is not None:
-            if specimen not in predicted or not np.isfinite(predicted[specimen].at(x)).all():
-                raise InputError(f"the predicted curve of specimen {specimen!r} is missing or ends before the measured")
-            deviations.append(np.log(y / predicted[specimen].at(x)) / scatter)
+        return x, y, np.hypot(load, slope * displacement / y)
+
+    deviations = []
+    for specimen, curve in measured.items() if predicted is not None else ():
+        x, y, scatter = read(curve, count)
+        other = None if predicted is None else predicted.get(specimen)
+        if other is None or not np.isfinite(other.at(x)).all():
+            raise InputError(f"the predicted curve of specimen {specimen!r} is missing or ends before the measured")
+        deviations.append(np.log(y / other.at(x)) / scatter)
     effective = effective_points(np.array(deviations)) if len(deviations) >= FEWEST else 1.0
-    larger = float(np.sqrt(count / effective))
-    force = str(EvidenceKind.FORCE)
     return [
-        Observation(specimen, f"load at {at:.6g}", value, larger * sd, curve.load_unit, force)
-        for specimen, curve, x, y, scatter in rows for at, value, sd in zip(x, y, scatter, strict=True)
+        Observation(specimen, f"load at {at:.6g}", value, sd, curve.load_unit, EvidenceKind.FORCE)
+        for specimen, curve in measured.items() for at, value, sd in zip(*read(curve, int(effective)), strict=True)
     ], effective  # fmt: skip
 
 

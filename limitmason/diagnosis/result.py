@@ -16,7 +16,7 @@ from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.estimate import Estimate, estimate
 from limitmason.diagnosis.inference.fit import BestFit
 from limitmason.diagnosis.inference.gain import Gain, measure_gain
-from limitmason.diagnosis.inference.kinds import Evidence, by_kind
+from limitmason.diagnosis.inference.kinds import Evidence, by_kind, foretold
 from limitmason.diagnosis.inference.noise import Draws, Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, confusable, detectable
 from limitmason.diagnosis.inference.shared import Shares, seen_if_shared
@@ -24,8 +24,10 @@ from limitmason.diagnosis.inference.verdict import Identification, Rule, Verdict
 from limitmason.diagnosis.observations import linked, unlinked
 from limitmason.diagnosis.rehearse import Rehearsal
 from limitmason.display.notebook import Displayed
+from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly
 
+NORMAL_95 = 1.96  # half the width of a 95 % interval over the standard deviation
 GAINS = 8  # most kept explanations whose gain is measured
 
 
@@ -185,6 +187,34 @@ class Findings(Displayed, Citable, ReadOnly):
         names = self.kept[0] if self.kept else ()
         sd = self.noise_sd or 1.0
         return by_kind(self.judged, names, self.best, self.verdict.null, self.y, sd)
+
+    def confirmed_by(self, later: Any) -> Evidence:
+        """What values measured afterwards say of the one cause that is left, at the size found here.
+
+        ``whole`` says that they show what was predicted within two standard errors, of the size and of the measured
+        inputs too: the cause is then confirmed in advance. ``absent`` rejects it.
+
+        Parameters
+        ----------
+        later : a study of these values with a stated noise, whose model takes the same cause
+
+        Raises
+        ------
+        InputError
+            Where no single cause is left, or the later study has no values or states no noise.
+        """
+        if len(self.causes) != 1 or self.pairs:
+            raise InputError(f"one cause must be left to be confirmed; the verdict is {self.kind}")
+        if later.measured is None or later.noise.kind == "unknown":
+            raise InputError("what is to confirm a cause needs measured values with a stated noise")
+        cause, found = self.by_name[self.causes[0]], self.estimates[self.causes[0]]
+        base, at, low, high = (later.tables.between(sizes) for sizes in
+                               ({}, *({cause: s} for s in (found.size, found.low, found.high))))  # fmt: skip
+        spread = (high - low) / (2.0 * NORMAL_95 * later.scale)
+        slopes = later.tables.base().whitened(base, later.scale).slopes
+        data = (linked(later.measured, later.rows.log) - base) / later.scale
+        kind = " and ".join(dict.fromkeys(later.rows.kinds))
+        return foretold(kind, (at - base) / later.scale, np.column_stack([spread, slopes]), data)
 
     @cached_property
     def known(self) -> Design:

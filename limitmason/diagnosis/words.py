@@ -232,9 +232,11 @@ def identification_words(diagnosis: Findings) -> list[str]:
         "kinds": not_two_kinds(record),
     }
     missing = "; ".join(said[m] for m in record.missing)
+    also = f"but {could_do_the_same(record.along)}"
+    if record.missing == ("kinds",):
+        also = "and no smooth trend does as well"
     out = [
-        f"Not identified. It fits, but {could_do_the_same(record.along)}; no cause on the list need be the "
-        f"true one. What is missing: {missing}."
+        f"Not identified. It fits, {also}; no cause on the list need be the true one. What is missing: {missing}."
         if diagnosis.kept
         else f"{name} fits, but {not_two_kinds(record)}: it is rejected."
     ]

@@ -1,6 +1,5 @@
 """Several numbers per specimen: laws of scale, noise and missing values, and names that need two kinds of evidence."""
 
-import dataclasses
 
 import numpy as np
 import pytest
@@ -9,10 +8,10 @@ from diagnosis_models import CAUSES, ROUNDING, blocks, data, specimens, study
 import limitmason as lm
 from limitmason import causes
 from limitmason.cli import main
-from limitmason.diagnosis import Cause, Measured, Noise, Observation, Study, curves
+from limitmason.diagnosis import Cause, Measured, Noise, Observation, Study
 from limitmason.diagnosis.from_folder import write_folder
 from limitmason.diagnosis.inference.discrepancy import dependences
-from limitmason.diagnosis.inference.kinds import Evidence, agree
+from limitmason.diagnosis.inference.kinds import Evidence, agree, foretold
 from limitmason.diagnosis.simulate import several
 from limitmason.errors import InputError
 
@@ -227,23 +226,6 @@ def test_the_command_takes_a_folder(tmp_path, monkeypatch, capsys):
     assert "with a folder" in capsys.readouterr().err
 
 
-def test_what_was_seen_is_a_likelihood_with_a_rate_of_misreading():
-    # of two patterns the difference of misfits is that of the exact likelihoods times one factor, whatever was seen
-    rate, rng = 0.1, np.random.default_rng(5)
-    one, other = rng.integers(0, 2, (2, 40))
-    for _ in range(3):
-        seen = np.where(rng.random(40) < rate, 1 - one, one)
-        value, sd = np.array([Observation(0, "opened a|b", float(v), rate).compared for v in seen]).T
-        ours = 0.5 * ((((value - other) / sd) ** 2).sum() - (((value - one) / sd) ** 2).sum())
-        exact = ((seen == one).sum() - (seen == other).sum()) * np.log((1 - rate) / rate)
-        assert ours == pytest.approx(exact * 0.5 * (1 - 2 * rate) / (rate * (1 - rate) * np.log((1 - rate) / rate)))
-    assert Observation(0, "opened a|b", 1.0, rate).kind == "pattern"
-    for wrong, words in (({"value": 0.5}, "1 \\(seen\\)"), ({"scatter": 0.6}, "rate of misreading"),
-                         ({"beyond": "above"}, "not reached")):  # fmt: skip
-        with pytest.raises(InputError, match=words):
-            Observation(**{"specimen": 0, "quantity": "slid a|b", "value": 1.0, "scatter": 0.1} | wrong)
-
-
 def test_specimens_may_differ_in_what_was_measured_on_them():
     def simulate(s, k=1.0):
         return {s["only"]: k * s["x"]}
@@ -251,39 +233,6 @@ def test_specimens_may_differ_in_what_was_measured_on_them():
     rows = [Observation(0, "peak", 2.0, 0.1), Observation(1, "stiffness", 3.0, 0.1)]
     made = Study([{"only": "peak", "x": 2.0}, {"only": "stiffness", "x": 5.0}], simulate, rows, shared=())
     assert made.baseline() == pytest.approx([2.0, 5.0])
-
-
-def test_a_value_that_was_not_reached_fits_all_predictions_beyond_it():
-    # three walls stood at 20 degrees, of which a model says 15, 20 and 30: only the first is against it
-    rows = [Observation(i, "angle", 20.0, 0.1, beyond="above") for i in range(3)]
-    made = Study([{"x": v} for v in (15.0, 20.0, 30.0)], lambda s, k=1.0: k * s["x"], rows, shared=(), levels=5)
-    assert made.baseline() == pytest.approx([15.0, 20.0, 20.0])
-    below = [Observation(i, "angle", 20.0, 0.1, beyond="below") for i in range(3)]
-    assert Study(made.specimens, made.simulate, below, shared=()).baseline() == pytest.approx([20.0, 20.0, 30.0])
-
-
-def test_a_loose_joint_is_found_among_all_by_frequencies_and_shapes():
-    def build(s=None, loose=None):
-        joint = lm.Joint(35.0, normal_stiffness=2e9, shear_stiffness=8e8)
-        made = lm.build.column(width=1.2, depth=1.0, unit_height=1.5, courses=4, joint=joint)
-        weak = dataclasses.replace(joint, normal_stiffness=4e8, shear_stiffness=1.6e8)
-        laid = [dataclasses.replace(i, joint=weak) if k == loose else i for k, i in enumerate(made.interfaces)]
-        return made.with_interfaces(laid), lm.Loads.weight(made)
-
-    sensors = [((0.1, 0.1, z), d) for z in (2.0, 4.0, 5.9) for d in "xy"]
-    found = lm.modes(build(loose=1)[0], 3)
-    shape = found.at([p for p, _ in sensors])[:, np.arange(6), [0, 1] * 3]
-    rng = np.random.default_rng(1)
-    shape = shape / np.abs(shape).max(axis=1)[:, None] + 0.03 * rng.standard_normal(shape.shape)
-    test = lm.vibration.ModalTest(sensors, found.frequency * (1.0 + 0.01 * rng.standard_normal(3)), shape)
-    rows = Observation.of_modes("tower", test)
-    simulate = several(lambda s: build(), {})
-    made = Study([{"specimen": "tower", "modal test": test}], simulate, rows, shared=(), levels=9)
-    assert made.n == 3 * (1 + 6)
-    answer = made.diagnose(causes.each_joint(build()[0], (0.1, 1.0)), pairs=False)
-    assert answer.causes == ("loose joint column-1|column-2",)
-    assert answer.kind == "behaves like"  # one kind of evidence
-    assert answer.estimates[answer.causes[0]].low < 0.2 < answer.estimates[answer.causes[0]].high
 
 
 def test_the_likelihood_for_a_sampler_is_the_normal_one_and_effects_add_up():
@@ -311,81 +260,25 @@ def test_kinds_that_were_left_out_are_predicted_by_the_true_cause():
     assert "deformation from the other kinds" in str(found.gains["edge rounding",])
 
 
-def test_points_of_a_curve_count_as_many_as_their_covariance_says():
-    rng, k, m = np.random.default_rng(8), 40, 400
-    for share, exact in ((0.0, 40.0), (0.5, 40.0**2 / (40.0 + 40.0 * 39.0 * 0.25)), (1.0, 1.0)):
-        made = np.sqrt(share) * rng.standard_normal((m, 1)) + np.sqrt(1.0 - share) * rng.standard_normal((m, k))
-        assert curves.effective_points(made) == pytest.approx(exact, rel=0.12)
-    # few curves: without bias on average
-    few = [curves.effective_points(rng.standard_normal((12, 6))) for _ in range(300)]
-    assert np.mean(few) > 4.5  # cut at 6, the plain ratio would give 3.9
+@pytest.mark.slow
+def test_a_cause_is_confirmed_by_values_that_it_predicted_and_rejected_where_they_do_not_show_it():
+    found = several_kinds(observed(ROUNDING, 0.015, only=("peak",))).diagnose(LISTED)
+    assert found.causes == ("edge rounding",)
+    assert not found.identified
+    later = found.confirmed_by(several_kinds(observed(ROUNDING, 0.015, seed=1, only=("stiffness", "frequency 1"))))
+    assert later.whole
+    assert later.kind == "deformation and vibration"
+    other = found.confirmed_by(several_kinds(observed(seed=2, only=("stiffness", "frequency 1"))))
+    assert other.absent
+    with pytest.raises(InputError, match="one cause must be left"):
+        several_kinds(observed()).diagnose(LISTED).confirmed_by(several_kinds(observed()))
 
 
-def test_a_curve_is_compared_by_features_or_by_points_that_are_not_each_a_witness():
-    u = np.linspace(0.0, 2.0, 201)
-    told = {q.quantity: q for q in curves.features("A", lm.Curve(u, 2.0 * u - u**2), load=0.02, displacement=0.01)}
-    assert {q: told[q].value for q in told} == pytest.approx(
-        {"peak": 1.0, "drift at peak": 1.0, "stiffness": 0.3 / (np.sqrt(0.9) - np.sqrt(0.6))}, rel=1e-3
-    )
-    # within 4 % of the peak over |u - 1| <= 0.2
-    assert told["drift at peak"].scatter == pytest.approx(np.hypot(0.01, 0.2), rel=1e-6)
-    between = np.sqrt(0.9) - np.sqrt(0.6)
-    assert told["stiffness"].scatter == pytest.approx(np.sqrt(2.0) * np.hypot(0.02, 0.01 / between), rel=1e-3)
-
-    def line(slope):
-        return lm.Curve([0.0, 1.0], [0.0, slope])
-
-    rng = np.random.default_rng(0)
-    truth = {i: line(1.0 + i) for i in range(8)}
-    shaken = {i: line((1.0 + i) * np.exp(0.05 * rng.standard_normal())) for i in truth}
-    rows, effective = curves.points(shaken, truth, load=0.05, displacement=1e-6, count=50)
-    assert effective == pytest.approx(1.0)  # one gain per curve: fifty loads are one witness
-    mine = [r for r in rows if r.specimen == 3]
-    assert sum(r.scatter**-2 for r in mine) == pytest.approx(0.05**-2, rel=1e-6)
-    assert curves.points(shaken, load=0.05, displacement=1e-6)[1] == 1.0
-    with pytest.raises(InputError, match="ends before"):
-        curves.points(shaken, dict.fromkeys(truth, lm.Curve([0.0, 0.5], [0.0, 1.0])), load=0.05, displacement=1e-6)
-
-
-def test_errors_of_what_was_seen_are_drawn_as_misreadings():
-    rows = [Observation(i, "opened a|b", float(i % 2), 0.1) for i in range(4)] + [Observation(0, "peak", 1.0, 0.1)]
-    made = Study([{"x": i % 2} for i in range(4)], lambda s, k=1.0: {"opened a|b": float(s["x"]), "peak": k}, rows,
-                 shared=())  # fmt: skip
-    noise = made.design([Cause("k", "k", 1.0, (0.5, 2.0))]).noise
-    assert noise.misread == (0.1, -0.1, 0.1, -0.1, 0.0)
-    drawn = noise.errors(np.random.default_rng(0), 20000, 5)
-    assert drawn.mean(axis=0) == pytest.approx(0.0, abs=0.03)
-    assert drawn.std(axis=0) == pytest.approx(1.0, abs=0.03)
-    assert set(np.round(drawn[:, 0], 6)) == {-0.333333, 3.0}  # one in ten is read as seen
-    assert set(np.round(drawn[:, 1], 6)) == {0.333333, -3.0}
-
-
-def test_a_folder_may_hold_curves_and_shapes_at_sensors(tmp_path):
-    files = {
-        "specimens.csv": "specimen,width\n# units: -,m\nA,0.2\nB,0.1\n",
-        "measured.csv": "specimen,frequency 1\n# units: -,Hz\nA,20.0\nB,\n",
-        "quantities.csv": "quantity,scatter\n# units: -,-\nfrequency 1,0.01\nload,0.02\ndisplacement,0.1\nmode,0.03\n",
-        "curves.csv": "specimen,displacement,load\n# units: -,mm,kN\nA,0,0\nA,2,4\nA,4,3\nB,0,0\nB,1,2\nB,2,1\n",
-        "sensors.csv": "specimen,x,y,z,direction,mode 1\n# units: -,m,m,m,-,-\nA,.1,.1,.1,x,2.0\nA,.1,.1,.3,x,-4\n",
-    }
-    for name, text in files.items():
-        (tmp_path / name).write_text(text)
-
-    def simulate(s):
-        modal = s["modal test"].quantities if "modal test" in s else {}
-        return {"peak": 10.0 * s["width"], "stiffness": 1.0, "drift at peak": 1.0, "residual": 1.0, **modal}
-
-    made = Study.from_folder(tmp_path, model=simulate, shared=())
-    measured = {(i, q): v for i, q, v in zip(made.rows.of.tolist(), made.rows.quantities, made.measured, strict=True)}
-    assert measured[0, "peak"] == 4.0
-    assert measured[1, "stiffness"] == pytest.approx(2.0)
-    assert (measured[0, "mode 1 sensor 1"], measured[0, "mode 1 sensor 2"]) == (-0.5, 1.0)
-    assert measured[0, "frequency 1"] == 20.0
-    assert (1, "frequency 1") not in measured  # blank
-    assert made.baseline()[made.rows.quantities.index("frequency 1")] == pytest.approx(20.0)
-    (tmp_path / "predicted.csv").write_text(files["measured.csv"])
-    with pytest.raises(InputError, match="need a model"):
-        Study.from_folder(tmp_path)
-    (tmp_path / "quantities.csv").write_text(files["quantities.csv"].replace("mode,0.03\n", ""))
-    with pytest.raises(InputError, match="no row for 'mode'"):
-        Study.from_folder(tmp_path, model=simulate)
+def test_what_was_foretold_is_generalised_least_squares():
+    rng, n = np.random.default_rng(4), 6
+    effect, about, data = rng.standard_normal(n), rng.standard_normal((n, 2)), rng.standard_normal(n)
+    w = np.linalg.inv(np.eye(n) + about @ about.T)
+    made = foretold("force", effect, about, data)
+    assert made.share == pytest.approx(effect @ w @ data / (effect @ w @ effect))
+    assert made.error == pytest.approx((effect @ w @ effect) ** -0.5)
+    assert made.gain == pytest.approx(0.5 * (data @ w @ data - (data - effect) @ w @ (data - effect)))

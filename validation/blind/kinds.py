@@ -230,9 +230,9 @@ def measured_modes(model, chosen, count, rng=None):
     return ModalTest(sensors, frequency, shape)
 
 
-def monument_trial(label, sets, seed):
-    """Outcomes of "which joint is loose?", by 3 to 6 modes at 6 to 12 sensors."""
-    counts, k, done = Counter(), 0, 0
+def monument_trial(label, sets, seed, judged=False):
+    """Outcomes of "which joint is loose?", by 3 to 6 modes at 6 to 12 sensors; or the verdicts themselves."""
+    counts, k, done, verdicts = Counter(), 0, 0, []
     while done < sets and k < 40 * sets:
         rng = np.random.default_rng([SEED, seed, k])
         k += 1
@@ -252,9 +252,10 @@ def monument_trial(label, sets, seed):
         made = Study(
             [{"modal test": test}], monument, Observation.of_modes(0, test, **ROUGH), causes=JOINTS, shared=(), levels=9
         )
-        counts[outcome(made.diagnose(seed=k, draws=699, pairs=False), name)] += 1
+        verdicts.append(made.diagnose(seed=k, draws=699, pairs=False))
+        counts[outcome(verdicts[-1], name)] += 1
         done += 1
-    return counts
+    return verdicts if judged else counts
 
 
 # ---- crack pattern alone ---------------------------------------------------------------------------------------------

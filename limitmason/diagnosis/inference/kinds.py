@@ -51,6 +51,11 @@ class Evidence:
         return self.share >= SEEN * self.error
 
     @property
+    def whole(self) -> bool:
+        """Whether the whole effect is seen, within two standard errors."""
+        return self.shows and abs(1.0 - self.share) <= SEEN * self.error
+
+    @property
     def absent(self) -> bool:
         """Whether the effect should show here and does not: this rejects the explanation."""
         return self.tested and not self.shows and 1.0 - self.share > ABSENT * self.error
@@ -64,6 +69,23 @@ def agree(kinds: Sequence[Evidence]) -> bool:
     share, weight = np.array([k.share for k in known]), np.array([1.0 / (k.error**2 + ROUGH**2) for k in known])
     apart = float((weight * (share - np.average(share, weights=weight)) ** 2).sum())
     return bool(chdtrc(len(known) - 1, apart) >= AGREE)
+
+
+def foretold(kind: str, effect: np.ndarray, about: np.ndarray, data: np.ndarray) -> Evidence:
+    """Evidence of values that an explanation predicted before they were measured.
+
+    Parameters
+    ----------
+    effect : predicted change of the values from the baseline, in units of their noise, shape (n,)
+    about : directions in which prediction and baseline are uncertain, one standard deviation each, shape (n, k)
+    data : measured values from the baseline, in units of their noise, shape (n,)
+    """
+    weighted = np.linalg.solve(np.eye(len(data)) + about @ about.T, np.column_stack([effect, data]))
+    reach = float(effect @ weighted[:, 0])
+    share, error = (float(effect @ weighted[:, 1]) / reach, reach**-0.5) if reach > UNFELT**-2 else (0.0, np.inf)
+    left = data - effect
+    gain = 0.5 * float(data @ weighted[:, 1] - left @ (weighted[:, 1] - weighted[:, 0]))
+    return Evidence(kind, gain, share, error, float(np.sqrt(np.mean(data**2))))
 
 
 def by_kind(

@@ -1,0 +1,70 @@
+"""Quick trials of kinds of data: a loose joint found among all; rules broken on purpose must fail."""
+
+import numpy as np
+import pytest
+from blind import kinds
+
+import limitmason as lm
+from limitmason.diagnosis import Cause, Observation, Study, curves
+
+pytestmark = pytest.mark.slow
+
+SETS = 16
+FEW, MOST = 0.2, 0.75  # gates of 5 and 90 %, loosened by the spread of 16 sets
+
+
+@pytest.fixture(scope="module")
+def healthy():
+    return kinds.monument_trial("healthy", SETS, 1616, judged=True)
+
+
+def alarms(found):
+    return sum(f.kind != "none" for f in found) / len(found)
+
+
+def test_a_loose_joint_is_in_the_set_and_a_healthy_tower_raises_no_alarm(healthy):
+    assert alarms(healthy) <= FEW
+    counts = kinds.monument_trial("one joint", SETS, 1617)
+    right = counts["behaves like it"] + counts["set with it"] + counts["identified"]
+    assert right / SETS >= MOST, counts
+    assert counts["identified wrongly"] + counts["behaves like another"] + counts["set without it"] <= 0.15 * SETS
+
+
+def test_without_look_elsewhere_a_healthy_tower_has_a_loose_joint(healthy):
+    # each cause at its own 5 % (one-sided): some joint of the list passes far more often, and the gate does not
+    design = healthy[0].study.design()
+    y = np.random.default_rng(1619).standard_normal((400, design.n))
+    null, fits = design.fit((), y), design.fits(design.listed, y)
+    gains = np.array([f.loglik - null.loglik for f in fits])
+    assert (gains > 0.5 * 1.645**2).mean(axis=1).max() < 0.12
+    assert (gains.max(axis=0) > 0.5 * 1.645**2).mean() > 0.12
+    assert (gains.max(axis=0) > healthy[0].verdict.critical_gain).mean() < 0.06
+
+
+def test_to_name_the_best_always_names_a_joint_of_a_healthy_tower(healthy):
+    best = [max(f.verdict.tested.items(), key=lambda item: item[1].gain)[0][0] for f in healthy]
+    assert np.mean([name.startswith("loose joint") for name in best]) > FEW
+
+
+def test_points_of_curves_counted_as_independent_raise_alarms():
+    """Each curve's load cell has its own gain error, which a statement of single errors does not tell."""
+
+    def line(s, scale=1.0):
+        return {f"load at {x:.6g}": scale * x for x in np.linspace(0.0, 1.0, 21)[1:]}
+
+    causes, counted, independent = [Cause("stiffer", "scale", 1.0, (0.7, 1.4))], [], []
+    truth = {i: lm.Curve([0.0, 1.0], [0.0, 1.0]) for i in range(8)}
+    for seed in range(SETS):
+        rng = np.random.default_rng([1618, seed])
+        gains = np.exp(0.05 * rng.standard_normal(8))
+        u = np.linspace(0.0, 1.0, 41)
+        seen = {i: lm.Curve(u, g * u * np.exp(0.005 * rng.standard_normal(41))) for i, g in enumerate(gains)}
+        rows, effective = curves.points(seen, truth, load=0.05, displacement=1e-6, count=20)
+        assert effective < 2.0
+        bare = [Observation(i, q, float(c.at(x)), 0.05) for i, c in seen.items()
+                for q, x in zip(line({}), np.linspace(0.0, 1.0, 21)[1:], strict=True)]  # fmt: skip
+        for made, out in ((rows, counted), (bare, independent)):
+            study = Study([{"k": i} for i in range(8)], line, made, shared=(), levels=5)
+            out.append(study.diagnose(causes, seed=seed, draws=699, pairs=False))
+    assert alarms(counted) <= FEW
+    assert alarms(independent) > FEW
