@@ -6,13 +6,11 @@ Numbers that are not finite (a multiplier that does not exist, a gap that does n
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import fields
-from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from limitmason.answers.acceptance import Certificate
 from limitmason.answers.references import Citation, Cited, Reference, given_fields
@@ -25,10 +23,8 @@ from limitmason.answers.results import (
     Prediction,
     Range,
     Resultants,
-    Status,
 )
-from limitmason.errors import InputError
-from limitmason.formats.document import DocumentNode, plain, read_document, restored, write_document
+from limitmason.formats.document import DocumentNode, plain, read_document, write_document
 from limitmason.model import Assembly
 
 SCHEMA, VERSION = "limitmason-prediction", 2
@@ -36,11 +32,6 @@ UNITS = {
     "twists": "m/s, rad/s up to a common factor", "opening": "m/s", "sliding": "m/s", "normal": "N", "shear": "N",
     "moment": "N m", "torsion": "N m", "point_position": "m", "point_force": "N",
 }  # fmt: skip
-_KEYS = (
-    "schema", "version", "units", "method", "collapse_multiplier", "bound", "bound_kind", "status", "warnings",
-    "certificate", "blocks", "mechanism", "resultants", "provenance", "details", "flow_rule", "contact_model", "plane",
-    "stress_block", "governing", "error_budget", "range", "lost_in_failure", "references",
-)  # fmt: skip
 
 
 def write_prediction(path: str | Path, prediction: Prediction, *, assembly: Assembly | None = None) -> None:
@@ -52,36 +43,15 @@ def write_prediction(path: str | Path, prediction: Prediction, *, assembly: Asse
     prediction : to be written; entries of its provenance and details that are not plain data are kept as text
     assembly : its block names go into the file, so that the rows of the twists can be told apart
     """
+    names = {} if assembly is None else {"blocks": [b.name for b in assembly.blocks]}
+    held = {f.name: getattr(prediction, f.name) for f in fields(prediction) if f.name != "structure"}
     document: dict[str, Any] = {
-        "schema": SCHEMA,
-        "version": VERSION,
-        "units": UNITS,
-        "method": prediction.method,
+        "schema": SCHEMA, "version": VERSION, "units": UNITS, **names, "bound_kind": str(prediction.bound.kind),
+        **{name: plain(value, name, strict=False) for name, value in held.items()},
         "collapse_multiplier": plain(float(prediction.collapse_multiplier), "collapse_multiplier"),
-        "bound": str(prediction.bound),
-        "bound_kind": str(prediction.bound.kind),
-        "status": prediction.status,
-        "warnings": list(prediction.warnings),
-        "certificate": None if prediction.certificate is None else plain(prediction.certificate, "certificate"),
-    }
-    if assembly is not None:
-        document["blocks"] = [b.name for b in assembly.blocks]
-    for key in ("mechanism", "resultants"):
-        part = getattr(prediction, key)
-        document[key] = (
-            None if part is None else {f.name: plain(getattr(part, f.name), f"{key}.{f.name}") for f in fields(part)}
-        )
-    document |= {
-        "flow_rule": None if prediction.flow_rule is None else str(prediction.flow_rule),
-        "contact_model": None if prediction.contact_model is None else str(prediction.contact_model),
-        "plane": prediction.plane, "stress_block": prediction.stress_block, "governing": prediction.governing,
-        "error_budget": plain(prediction.error_budget, "error_budget", strict=False),
         "range": plain(prediction.range._asdict(), "range"),
-        "lost_in_failure": list(prediction.lost_in_failure),
         "references": [{"role": c.role, **given_fields(c.reference)} for c in prediction.references],
     }  # fmt: skip
-    document["provenance"] = plain(prediction.provenance, "provenance", strict=False)
-    document["details"] = plain(prediction.details, "details", strict=False)
     write_document(path, document)
 
 
@@ -98,88 +68,30 @@ def read_prediction(path: str | Path) -> Prediction:
         For malformed files; the message names file and key.
     """
     node = read_document(path, SCHEMA, VERSION)
-    node.mapping(_KEYS)
-    certificate = None
-    if "certificate" in node:
-        names = [f.name for f in fields(Certificate)]
-        node["certificate"].mapping(names)
-        given: dict[str, Any] = {
-            k: v.text() if isinstance(v.value, str) and k.startswith("worst_") else v.number()
-            for k, v in node["certificate"].items()
-            if v.value is not None
-        }
-        certificate = Certificate(**given)
-    provenance = restored(node["provenance"].mapping()) if "provenance" in node else {}
-    details = restored(node["details"].mapping()) if "details" in node else {}
-    return Prediction(
-        method=node["method"].text(),
-        collapse_multiplier=node["collapse_multiplier"].number(),
-        bound=_bound(node),
-        status=_chosen(node["status"], Status),
-        mechanism=_arrays(node, "mechanism", Mechanism, {"twists": (6,), "sliding": (2,)}),
-        resultants=_arrays(
-            node, "resultants", Resultants,
-            {"shear": (2,), "moment": (2,), "point_position": (3,), "point_force": (3,)},
-        ),
-        certificate=certificate,
-        warnings=tuple(w.text() for w in node.get("warnings") or ()),
-        provenance=provenance,
-        details=details,
-        **(_typed(node) if node["version"].value > 1 else _typed_of_0_1(provenance, details)),
+    for key in ("method", "collapse_multiplier", "bound", "status"):
+        node[key]  # must be there
+    values = node.values(
+        Prediction,
+        **dict.fromkeys(("schema", "version", "units", "blocks", "structure", "bound", "bound_kind")),
+        mechanism=partial(_arrays, kind=Mechanism, columns={"twists": (6,), "sliding": (2,)}),
+        resultants=partial(_arrays, kind=Resultants, columns={
+            "shear": (2,), "moment": (2,), "point_position": (3,), "point_force": (3,),
+        }),
+        certificate=lambda part: part.make(Certificate, **part.values(Certificate)),
+        range=lambda part: part.make(Range, **part.values(Range)),
+        references=lambda part: tuple(map(_cited, part)),
     )  # fmt: skip
-
-
-def _chosen(node: DocumentNode, kind: type[StrEnum]) -> Any:
-    """A value of a closed set."""
-    if node.text() not in tuple(kind):
-        raise node.error(f"expected one of {', '.join(kind)}, got {node.text()!r}")
-    return kind(node.text())
-
-
-def _bound(node: DocumentNode) -> Bound:
-    """The bound with its kind; files of 0.1 hold its words alone."""
+    if node["version"].value == 1:
+        values = _typed_of_0_1(values.get("provenance", {}), values.get("details", {})) | values
     words = node["bound"].text()
-    return Bound(_chosen(node["bound_kind"], BoundKind), words) if "bound_kind" in node else Bound.from_text(words)
-
-
-def _typed(node: DocumentNode) -> dict[str, Any]:
-    """Typed fields of a prediction; keys that are missing keep their defaults."""
-    out: dict[str, Any] = {}
-    for key, kind in (("flow_rule", FlowRule), ("contact_model", ContactModel)):
-        if key in node:
-            out[key] = _chosen(node[key], kind)
-    for key in ("plane", "stress_block"):
-        if key in node:
-            if not isinstance(node[key].value, bool):
-                raise node[key].error("expected true or false")
-            out[key] = node[key].value
-    if "governing" in node:
-        out["governing"] = node["governing"].text() if node["governing"].value else ""
-    if "error_budget" in node:
-        out["error_budget"] = restored(node["error_budget"].mapping())
-    if "lost_in_failure" in node:
-        out["lost_in_failure"] = tuple(w.text() for w in node["lost_in_failure"])
-    if "references" in node:
-        out["references"] = tuple(_cited(entry) for entry in node["references"])
-    if "range" in node:
-        part = node["range"]
-        part.mapping(Range._fields)
-        meaning = part["meaning"]
-        out["range"] = Range(part["low"].number(), part["high"].number(), meaning.text() if meaning.value else "")
-    return out
+    kind = node["bound_kind"].read(BoundKind) if "bound_kind" in node else None
+    return node.make(Prediction, bound=Bound(kind, words) if kind else Bound.from_text(words), **values)
 
 
 def _cited(node: DocumentNode) -> Cited:
     """A paper and what it is cited for."""
-    names = [f.name for f in fields(Reference)]
-    node.mapping(["role", *names])
-    given: dict[str, Any] = {k: v.text() for k, v in node.items() if k in names and k not in ("authors", "year")}
-    authors = tuple(a.text() for a in node.get("authors") or ())
-    year = int(node["year"].number()) if "year" in node else None
-    try:
-        return Citation([Cited(node["role"].text(), Reference(**given, authors=authors, year=year))])[0]
-    except (InputError, TypeError) as wrong:
-        raise node.error(str(wrong)) from None
+    values = node.values(Reference, role=DocumentNode.text)
+    return node.make(lambda role, **given: Citation([Cited(role, Reference(**given))])[0], **values)
 
 
 def _typed_of_0_1(provenance: Mapping[str, Any], details: Mapping[str, Any]) -> dict[str, Any]:
@@ -195,18 +107,7 @@ def _typed_of_0_1(provenance: Mapping[str, Any], details: Mapping[str, Any]) -> 
     return out
 
 
-def _arrays(node: DocumentNode, key: str, kind: Any, columns: dict[str, Sequence[int]]) -> Any:
+def _arrays(node: DocumentNode, *, kind: type, columns: Mapping[str, tuple[int, ...]]) -> Any:
     """A frozen result of arrays; the given widths shape what is empty."""
-    if key not in node:
-        return None
-    part = node[key]
-    part.mapping([f.name for f in fields(kind)])
-    values = {}
-    for f in fields(kind):
-        rows = part[f.name]
-        try:
-            array = np.array(restored(rows.value), dtype=np.intp if f.name == "point_interface" else float)
-        except (TypeError, ValueError):
-            raise rows.error("expected numbers in rows of equal length") from None
-        values[f.name] = array.reshape(0, *columns.get(f.name, ())) if array.size == 0 else array
-    return kind(**values)
+    values = node.values(kind)
+    return node.make(kind, **{k: v if v.size else v.reshape(0, *columns.get(k, ())) for k, v in values.items()})

@@ -5,10 +5,13 @@ from __future__ import annotations
 import difflib
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, is_dataclass
+from enum import StrEnum
+from functools import partial
 from pathlib import Path
-from typing import Any
+from types import UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,6 +98,53 @@ class DocumentNode:
         if isinstance(self.value, bool) or not isinstance(self.value, int | float):
             raise self.error(f"expected a number, got {_shown(self.value)}")
         return self.value
+
+    def read(self, hint: Any) -> Any:
+        """The value as the type of a field: text, number, flag, word of a closed set, texts, numbers, plain data."""
+        if get_origin(hint) in (Union, UnionType):
+            hint = next(h for h in get_args(hint) if h is not type(None))
+        kind = get_origin(hint) or hint
+        if kind is tuple:
+            return tuple(entry.read(get_args(hint)[0]) for entry in self)
+        if kind is np.ndarray:
+            try:
+                return np.array(restored(self.value), dtype=get_args(get_args(hint)[1])[0])
+            except (TypeError, ValueError, OverflowError):
+                raise self.error("expected numbers in rows of equal length") from None
+        if kind is Mapping:
+            return restored(self.mapping())
+        if kind is bool and not isinstance(self.value, bool):
+            raise self.error(f"expected true or false, got {_shown(self.value)}")
+        if kind is bool:
+            return self.value
+        if kind is int and (isinstance(self.value, bool) or not isinstance(self.value, int)):
+            raise self.error(f"expected a whole number, got {_shown(self.value)}")
+        if kind in (int, float):
+            return self.number()
+        if issubclass(kind, StrEnum) and self.text() not in tuple(kind):
+            raise self.error(f"expected one of {', '.join(kind)}, got {self.text()!r}")
+        return kind(self.text())
+
+    def values(self, kind: type, **special: Callable[[DocumentNode], Any] | None) -> dict[str, Any]:
+        """Fields of a class, read by their types; what is missing or null keeps its default.
+
+        Parameters
+        ----------
+        special : how other keys are read, or fields in another way; None for those that are read elsewhere
+        """
+        hints = get_type_hints(kind)
+        self.mapping((*hints, *special))
+        given = [(k, v) for k, v in self.items() if v.value is not None and not k.startswith("_")]
+        readers = {**{k: partial(DocumentNode.read, hint=h) for k, h in hints.items()}, **special}
+        return {k: reader(v) for k, v in given if (reader := readers[k]) is not None}
+
+    def make(self, maker: Callable[..., Any], *given: Any, **values: Any) -> Any:
+        """What a class or function makes of values; its refusal names file and key."""
+        try:
+            return maker(*given, **values)
+        except (InputError, TypeError) as error:
+            own = isinstance(error, InputError) and str(error).startswith(self.file)
+            raise (error if own else self.error(str(error))) from None
 
     def array(self, columns: int | None, *, rows: int | None = None) -> Array:
         """The value as numbers: rows of a number of columns, or one row when ``columns`` is None.

@@ -5,14 +5,10 @@ from __future__ import annotations
 from dataclasses import fields, replace
 from typing import Any
 
-from limitmason.errors import InputError
 from limitmason.formats.document import DocumentNode
 from limitmason.model import Assembly, Joint, Loads, Material, Support, Tie
 from limitmason.model.joint_term import JointTerm, added_terms
 
-_LAW_KEYS = tuple(f.name for f in fields(Joint))
-_LAW_WORDS = ("name", "lost_by", "unloading")
-_MATERIAL_KEYS = tuple(f.name for f in fields(Material))
 TIE_NUMBERS = tuple(f.name for f in fields(Tie) if f.name not in ("block_a", "point_a", "block_b", "point_b", "name"))
 """Fields of a tie that are numbers."""
 
@@ -59,19 +55,12 @@ def _faces(node: DocumentNode) -> tuple[tuple[int, ...], ...]:
 
 def joint_of(node: DocumentNode) -> Joint:
     """A joint law from its fields."""
-    node.mapping((*_LAW_KEYS, "friction_coefficient"))
-    given = [(k, v) for k, v in node.items() if v.value is not None and not k.startswith("_")]
-    values: dict[str, Any] = {
-        k: _terms(v) if k == "terms" else v.text() if k in _LAW_WORDS else v.number() for k, v in given
-    }
+    values = node.values(Joint, friction_coefficient=DocumentNode.number, terms=_terms)
     if ("friction_angle_deg" in values) == ("friction_coefficient" in values):
         raise node.error("give exactly one of 'friction_angle_deg' and 'friction_coefficient'")
-    try:
-        if "friction_coefficient" in values:
-            return Joint.from_friction_coefficient(values.pop("friction_coefficient"), **values)
-        return Joint(**values)
-    except InputError as error:
-        raise node.error(str(error)) from None
+    if "friction_coefficient" in values:
+        return node.make(Joint.from_friction_coefficient, values.pop("friction_coefficient"), **values)
+    return node.make(Joint, **values)
 
 
 def _terms(node: DocumentNode) -> tuple[JointTerm, ...]:
@@ -101,16 +90,11 @@ def joint_table(node: DocumentNode) -> dict[Any, Joint]:
 
 def material_of(node: DocumentNode) -> Material:
     """A material from its fields."""
-    node.mapping(_MATERIAL_KEYS)
-    given = [(k, v) for k, v in node.items() if v.value is not None and not k.startswith("_")]
+    values = node.values(Material)
     for key in ("young_modulus", "poisson_ratio"):
-        if key not in dict(given):
+        if key not in values:
             raise node.error(f"{key!r} is missing")
-    values: dict[str, Any] = {k: v.text() if k == "name" else v.number() for k, v in given}
-    try:
-        return Material(**values)
-    except ValueError as error:
-        raise (error if str(error).startswith(node.file) else node.error(str(error))) from None
+    return node.make(Material, **values)
 
 
 def with_materials(node: DocumentNode, assembly: Assembly) -> Assembly:
@@ -144,10 +128,8 @@ def block_pair(node: DocumentNode, assembly: Assembly) -> tuple[int, int]:
     pair = list(node)
     if len(pair) != 2:
         raise node.error(f"expected two block names, got {len(pair)}")
-    try:
-        return assembly.block_index(block_of(pair[0])), assembly.block_index(block_of(pair[1]))
-    except InputError as error:
-        raise node.error(str(error)) from None
+    a, b = (node.make(assembly.block_index, block_of(block)) for block in pair)
+    return a, b
 
 
 def block_of(node: DocumentNode) -> int | str:
@@ -159,17 +141,8 @@ def block_of(node: DocumentNode) -> int | str:
 
 def support_of(node: DocumentNode) -> Support:
     """A support from its fields."""
-    node.mapping(("block", "translations", "rotations", "dofs"))
-    flags = {}
-    for key in ("translations", "rotations"):
-        flag = node.get(key)
-        if flag is not None and not isinstance(flag.value, bool):
-            raise flag.error(f"expected true or false, got {flag.value!r}")
-        flags[key] = flag is not None and flag.value
-    try:
-        return Support(block_of(node["block"]), dofs=[d.text() for d in node.get("dofs") or ()], **flags)
-    except InputError as error:
-        raise (error if str(error).startswith(node.file) else node.error(str(error))) from None
+    values = node.values(Support, block=None)
+    return node.make(Support, block_of(node["block"]), **values)
 
 
 def tie_of(node: DocumentNode) -> Tie:
@@ -179,13 +152,10 @@ def tie_of(node: DocumentNode) -> Tie:
     if len(blocks) != 2 or len(points) != 2:
         raise node.error("a tie has two 'blocks' (null for the ground) and two 'points'")
     numbers = {name: node[name].number() for name in TIE_NUMBERS if name in node and node[name].value is not None}
-    try:
-        return Tie(
-            block_of(blocks[0]), points[0].array(None), None if blocks[1].value is None else block_of(blocks[1]),
-            points[1].array(None), name=node["name"].text() if "name" in node else "", **numbers,
-        )  # fmt: skip
-    except InputError as error:
-        raise (error if str(error).startswith(node.file) else node.error(str(error))) from None
+    return node.make(
+        Tie, block_of(blocks[0]), points[0].array(None), None if blocks[1].value is None else block_of(blocks[1]),
+        points[1].array(None), name=node["name"].text() if "name" in node else "", **numbers,
+    )  # fmt: skip
 
 
 def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
