@@ -159,7 +159,7 @@ def between(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name, inset, to", [("wall-1", 0.02, 0.03), ("wall-2", 0.02, 0.02), ("wall-3", 0.02, 0.02)])
+@pytest.mark.parametrize("name, inset, to", [("wall-1", 0.02, 0.0318), ("wall-2", 0.02, 0.02), ("wall-3", 0.02, 0.06)])
 def test_peaks_with_ends_pulled_in_20_mm_are_those_of_udec(name, inset, to):
     _, curve = rounded(name, inset, 1e8, to)
     assert curve.peak.load == pytest.approx(OTHERS[name]["peak"], rel=0.01)
@@ -239,7 +239,9 @@ def test_the_falling_branch_of_wall_1_does_not_depend_on_the_steps():
     """Near 107 mm one of two points lets go of a block; a step over it may end with the other open: another curve."""
     load = {}
     for largest in (0.04, 0.02, 0.01):
-        moved, curve = rounded("wall-1", 0.02, 1e8, 0.0318, steps=Steps(largest=largest))
+        # 0.04 is the default, whose curve has its peak compared above
+        steps = None if largest == Steps().largest else Steps(largest=largest)
+        moved, curve = rounded("wall-1", 0.02, 1e8, 0.0318, steps=steps)
         assert moved[-1] > 200.0
         assert not curve.jumps
         assert all(c.accepted for c in curve.certificates)
