@@ -1,6 +1,7 @@
 """One body of hexahedral zones without joints, held and loaded at its nodes: against closed forms of continua."""
 
 import numpy as np
+from linear import solution
 from scipy import sparse
 
 from dem.kernels import LAW_SIZE
@@ -91,6 +92,6 @@ class SolidBody:
     def solved(self):
         """Linear static displacements under the loads, shape (n, 3)."""
         u = np.zeros(3 * len(self.nodes.place))
-        k = self.stiffness[self.free][:, self.free].tocsc()
-        u[self.free] = sparse.linalg.spsolve(k, self.nodes.load.ravel()[self.free])
+        k = self.stiffness[self.free][:, self.free]
+        u[self.free] = solution(k, self.nodes.load.ravel()[self.free])
         return u.reshape(-1, 3)

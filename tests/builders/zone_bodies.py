@@ -1,6 +1,7 @@
 """One body of zones without joints, held and loaded at its nodes: what closed forms of continua are compared with."""
 
 import numpy as np
+from linear import solution
 from scipy import sparse
 
 from dem.kernels import LAW_SIZE
@@ -83,6 +84,6 @@ class ZoneBody:
     def solved(self):
         """Linear static displacements under the loads, shape (n, 2)."""
         u = np.zeros(2 * len(self.nodes.place))
-        k = self.stiffness[self.free][:, self.free].tocsc()
-        u[self.free] = sparse.linalg.spsolve(k, self.nodes.load.ravel()[self.free])
+        k = self.stiffness[self.free][:, self.free]
+        u[self.free] = solution(k, self.nodes.load.ravel()[self.free])
         return u.reshape(-1, 2)

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.sparse.linalg import spsolve
+from linear import solution
 
 import dem
 import limitmason as lm
@@ -47,7 +47,7 @@ def test_strong_joints_carry_point_by_point_what_the_assembled_equations_give():
     zones = make_model(model, dead, zone_size=POINTS, contact_points=POINTS)
     reach, free = freedoms(zones), zones.nodes.body < 0
     force = np.concatenate([zones.nodes.load[free].ravel(), zones.rigid.load[~zones.rigid.held]])
-    u = reach @ spsolve((reach.T @ stiffness(zones) @ reach).tocsc(), force)
+    u = reach @ solution(reach.T @ stiffness(zones) @ reach, force)
     opening, slip = (contact_matrix(zones) @ u).reshape(-1, 2).T
     kn, ks = zones.law[zones.contacts.joint][:, :2].T
     assert running.settle(zones, 1e-6)
