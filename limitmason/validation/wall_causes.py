@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.answers.results import FlowRule
 from limitmason.causes.cause import Cause
 from limitmason.errors import InputError
 from limitmason.experiments import registry
@@ -174,7 +175,7 @@ class WallModel:
     def _solved(self, wall: str, options: Mapping[str, Any], flow: str) -> float:
         def solve() -> float:
             test = registry.load(NAME, wall, **options)
-            more: Any = {"contact_model": "grid", "search": "quick"} if flow == "non-associative" else {}
+            more: Any = {"contact_model": "grid", "search": "quick"} if flow == FlowRule.NON_ASSOCIATIVE else {}
             found = limit_analysis(test.assembly(), test.loads(), flow, check_dead_load=False, **more)
             return float(found.collapse_multiplier)
 
