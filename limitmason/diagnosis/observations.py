@@ -330,11 +330,13 @@ def frozen(values: np.ndarray) -> np.ndarray:
 
 def name_of(specimen: Any) -> str | None:
     """The "specimen" or "name" of a specimen; None where it has none."""
-    for key in ("specimen", "name"):
-        value = specimen.get(key) if isinstance(specimen, Mapping) else getattr(specimen, key, None)
-        if value is not None:
-            return str(value)
-    return None
+    said = (recorded(specimen, key) for key in ("specimen", "name"))
+    return next((str(value) for value in said if value is not None), None)
+
+
+def recorded(specimen: Any, name: str) -> Any:
+    """What a specimen has recorded under a name; None where nothing is."""
+    return specimen.get(name) if isinstance(specimen, Mapping) else getattr(specimen, name, None)
 
 
 def called(specimen: Any, number: int) -> str:

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from limitmason.diagnosis.from_table import About
-from limitmason.diagnosis.inference.checks import LIKE, Checks
+from limitmason.diagnosis.inference.checks import LIKE, Answer, Checks
 from limitmason.diagnosis.inference.plan import NextTests
 from limitmason.diagnosis.inference.shared import PLAUSIBLE
 from limitmason.diagnosis.inference.trends import is_numeric
@@ -25,7 +25,6 @@ from limitmason.diagnosis.words import (
     headline,
     if_it_were_missing,
     meaning,
-    one_word,
     physics_of,
     seen_from,
     trend_words,
@@ -247,29 +246,28 @@ def check_lines(diagnosis: Findings, checks: Checks) -> list[str]:
     """What the verdict hangs on: the same data under other statements of the noise and without single specimens."""
     out: list[str] = []
 
-    def says(answer: tuple[str, tuple[str, ...]]) -> str:
-        return one_word(*answer)
+    def is_same(answer: Answer) -> bool:
+        return answer.kind == as_one_kind(diagnosis) and set(answer.causes) == set(diagnosis.causes)
 
-    same = (as_one_kind(diagnosis), set(diagnosis.causes))
     if diagnosis.noise.kind != "unknown":
-        if (checks.unknown_noise[0], set(checks.unknown_noise[1])) != same:
-            out.append(
+        other = "With the noise taken as unknown the verdict is the same."
+        if not is_same(checks.unknown_noise):
+            other = (
                 f"Stated and unknown noise disagree: with the noise taken as unknown the verdict is "
-                f"{says(checks.unknown_noise)}."
+                f"{checks.unknown_noise}."
             )
-        else:
-            out.append("With the noise taken as unknown the verdict is the same.")
-    if checks.student is not None and (checks.student[0], set(checks.student[1])) != same:
+        out.append(other)
+    if checks.student is not None and not is_same(checks.student):
         out.append(
-            f"With Student errors, which forgive blunders (Noise(sd, tails=4)), the verdict is {says(checks.student)}."
+            f"With Student errors, which forgive blunders (Noise(sd, tails=4)), the verdict is {checks.student}."
         )
     for column, answer in checks.shared.items():
         where = "groups of like specimens" if column == LIKE else column
         what = f"With {100 * PLAUSIBLE:.0f} % of the noise's variance shared within {where} (assumed: not estimated)"
-        told = "is the same" if (answer[0], set(answer[1])) == same else f"is {says(answer)}"
+        told = "is the same" if is_same(answer) else f"is {answer}"
         out.append(f"{what} the verdict, before it is identified, {told}.")
     for i in checks.hangs_on[:6]:
-        out.append(f"The verdict hangs on {diagnosis.specimens[i]}: without it, it is {says(checks.dropped[i])}.")
+        out.append(f"The verdict hangs on {diagnosis.specimens[i]}: without it, it is {checks.dropped[i]}.")
     if len(checks.hangs_on) > 6:
         out.append(f"And without {len(checks.hangs_on) - 6} other single specimens it changes too.")
     if not checks.hangs_on:

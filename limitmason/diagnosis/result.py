@@ -242,17 +242,9 @@ class Findings(Displayed, Citable, ReadOnly):
         progress : told in a line what is judged again
         """
         if not self._judged:
-            again = judge_again(
-                self.design,
-                self.y,
-                self.rule,
-                self.seed,
-                bool(self.pairs),
-                self.shares,
-                self.unstated,
-                progress,
-            )
-            self._judged.append(again)
+            self._judged.append(judge_again(
+                self.design, self.y, self.rule, self.seed, bool(self.pairs), self.shares, self.unstated, progress
+            ))  # fmt: skip
         return self._judged[0]
 
     @property

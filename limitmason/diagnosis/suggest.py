@@ -11,6 +11,7 @@ from limitmason.diagnosis.inference.grid import Grid, at_measured
 from limitmason.diagnosis.inference.plan import NextTests, choose_tests, confusable, tests_that_identify
 from limitmason.diagnosis.inference.trends import is_numeric
 from limitmason.diagnosis.inference.verdict import Tested
+from limitmason.diagnosis.observations import recorded
 from limitmason.diagnosis.result import Findings
 from limitmason.diagnosis.tables import PoolGrids
 from limitmason.errors import InputError
@@ -47,7 +48,8 @@ def suggest(
     if diagnosis is not None and diagnosis.kind == "behaves like":
         return _identify(design, there, pool, k, diagnosis)
     truths, pairs, reason = _hypotheses(design, there, diagnosis)
-    grids = {name: (g.denser(), there[name].denser()) for name, g in _needed(design, pairs)}
+    rivals = dict.fromkeys(rival for _, rival in pairs)
+    grids = {names: (design.grid(names).denser(), there[names].denser()) for names in rivals}
     chosen, before, after = choose_tests(truths, grids, pairs, k)
     return _tests(
         there,
@@ -67,8 +69,7 @@ def _identify(design: Design, there: PoolGrids, pool: list[Any], k: int, diagnos
     own = design.own(names)
     both: dict[str, list[Any]] = {}
     for name, values in diagnosis.covariates.items():
-        said = [s.get(name) if isinstance(s, Mapping) else getattr(s, name, None) for s in pool]
-        more = [said[i] for i in there.rows.of]
+        more = [recorded(pool[i], name) for i in there.rows.of]
         more = list(there.rows.quantities) if name == "quantity" else more
         if name not in own and all(v is not None for v in more):
             both[name] = [*values, *more]
@@ -99,10 +100,6 @@ def _tests(
     indices = tuple(int(rows.of[i]) for i in chosen)
     quantities = tuple(rows.quantities[i] for i in chosen) if rows.several else ()
     return NextTests(indices, tuple(pool[i] for i in indices), reason, pairs, before, after, quantities)
-
-
-def _needed(design: Design, pairs: Sequence[tuple[Names, Names]]) -> list[tuple[Names, Grid]]:
-    return [(names, design.grid(names)) for names in dict.fromkeys(b for _, b in pairs)]
 
 
 Truth = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -149,25 +146,23 @@ def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested: T
 
 def _spread(covariate: str | None, pool: list[Any], k: int) -> NextTests:
     """Ends and middle of the covariate that the residuals vary with, or any repeats for pure scatter."""
+    spaced = np.round(np.linspace(0, len(pool) - 1, k)).astype(int)
     if covariate is None:
-        indices = tuple(int(i) for i in np.round(np.linspace(0, len(pool) - 1, k)).astype(int))
-        return NextTests(indices, tuple(pool[i] for i in indices), "to measure the scatter: repeat each several times")
-    column = [s.get(covariate) if isinstance(s, Mapping) else getattr(s, covariate, None) for s in pool]
-    if any(v is None for v in column):
+        return _picked(spaced, pool, "to measure the scatter: repeat each several times")
+    column = [recorded(s, covariate) for s in pool]
+    if None in column:
         raise InputError(
             f"the residuals vary with {covariate}: give it for every specimen of the pool, number "
-            f"{next(i for i, v in enumerate(column) if v is None)} lacks it"
+            f"{column.index(None)} lacks it"
         )
     if is_numeric(column):
-        order = np.argsort(np.asarray(column, dtype=float), kind="stable")
-        picks = order[np.round(np.linspace(0, len(pool) - 1, k)).astype(int)]
+        picks = np.argsort(np.asarray(column, dtype=float), kind="stable")[spaced]
     else:
-        labels = [str(v) for v in column]
-        seen: dict[str, int] = {}
-        rank = []
-        for label in labels:
-            seen[label] = seen.get(label, 0) + 1
-            rank.append(seen[label])
-        picks = np.argsort(rank, kind="stable")[:k]
+        labels = [str(v) for v in column]  # one of each first
+        picks = np.argsort([labels[:i].count(label) for i, label in enumerate(labels)], kind="stable")[:k]
+    return _picked(picks, pool, f"to see how the residuals vary with {covariate}")
+
+
+def _picked(picks: np.ndarray, pool: list[Any], reason: str) -> NextTests:
     indices = tuple(int(i) for i in picks)
-    return NextTests(indices, tuple(pool[i] for i in indices), f"to see how the residuals vary with {covariate}")
+    return NextTests(indices, tuple(pool[i] for i in indices), reason)

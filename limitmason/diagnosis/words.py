@@ -19,11 +19,6 @@ def enumerated(words: Sequence[str]) -> str:
     return " and ".join(w for w in (", ".join(words[:-1]), *words[-1:]) if w)
 
 
-def one_word(kind: str, causes: tuple[str, ...]) -> str:
-    """An answer in few words."""
-    return f"{kind} {', '.join(causes)}".rstrip()
-
-
 def shown_p(value: float) -> str:
     """A p with its sign of comparison."""
     return f"= {value:.3f}" if value >= 0.001 else "< 0.001"

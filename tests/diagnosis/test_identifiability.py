@@ -280,7 +280,7 @@ def test_an_alarm_is_held_against_its_own_specimens_as_generalised_least_squares
     y = design.whiten(made.measured)
     decision = Decision(design, Draws.make([0, 12], 12, 0, made.noise, 1999), Rule())
     alarm = decision.gate(y)
-    found = decision.doubted(y, alarm, ("batch",)).doubt
+    found = decision.alarm(y, ("batch",)).doubt
     assert alarm.p["gain"] < 0.005
     mean, variance = y.mean(), 0.5 + 0.5 / 12
     assert found.p["gain"] == pytest.approx(chdtrc(1.0, mean**2 / variance), abs=0.03)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,13 +11,23 @@ from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.noise import Draws, Noise
 from limitmason.diagnosis.inference.shared import Shares, alike, assumed
 from limitmason.diagnosis.inference.trends import is_numeric
-from limitmason.diagnosis.inference.verdict import Rule, Verdict
+from limitmason.diagnosis.inference.verdict import Rule
 from limitmason.display.progress import reached, watched
 
 TAILS = 4.0  # degrees of freedom of the Student errors tried as a check
 NEAR = 25.0  # as ``Rule.far`` in these: a rival beyond it wins fewer than one draw in a thousand
 QUICK = 299  # draws of the repeated verdicts
 LIKE = "like specimens"  # groups of them, by their covariates
+
+
+class Answer(NamedTuple):
+    """Kind and causes of a verdict."""
+
+    kind: str
+    causes: Names
+
+    def __str__(self) -> str:
+        return f"{self.kind} {', '.join(self.causes)}".rstrip()
 
 
 @dataclass(frozen=True)
@@ -33,11 +44,11 @@ class Checks:
         no circumstance of the tests is recorded), kind and causes with ``PLAUSIBLE`` of its variance shared
     """
 
-    unknown_noise: tuple[str, Names]
-    student: tuple[str, Names] | None
-    dropped: tuple[tuple[str, Names], ...]
+    unknown_noise: Answer
+    student: Answer | None
+    dropped: tuple[Answer, ...]
     hangs_on: tuple[int, ...]
-    shared: Mapping[str, tuple[str, Names]] = field(default_factory=dict)
+    shared: Mapping[str, Answer] = field(default_factory=dict)
 
 
 @watched("judging again")
@@ -64,12 +75,12 @@ def judge_again(
     progress : told in a line what is judged again
     """
 
-    def judged(design: Design, y: np.ndarray, draws: Draws, pairs: bool, shared: np.ndarray | None) -> Verdict:
-        design = design if shared is None else design.sharing(shared)
-        decision = Decision(design, draws, rule)
-        return decision.explained(y, decision.doubted(y, decision.gate(y), unstated), pairs)
+    def judged(design: Design, y: np.ndarray, draws: Draws, pairs: bool, shared: np.ndarray | None) -> Answer:
+        decision = Decision(design if shared is None else design.sharing(shared), draws, rule)
+        verdict = decision.explained(y, decision.alarm(y, unstated), pairs)
+        return Answer(verdict.kind, verdict.causes)
 
-    def stated(noise: Noise) -> Verdict:
+    def stated(noise: Noise) -> Answer:
         draws = Draws.make([seed, n], n, design.inputs, noise, QUICK)
         return judged(design.with_noise(noise), y, draws, pairs, carried)
 
@@ -83,24 +94,21 @@ def judge_again(
     student = None
     if noise.kind == "known" and noise.tails is None:
         say("the verdict with Student errors")
-        heavy = stated(replace(noise, tails=TAILS))
-        student = (heavy.kind, heavy.causes)
+        student = stated(replace(noise, tails=TAILS))
     dropped = []
     for i in range(n):
         say(f"the verdict without specimen {i + 1} of {n}")
         reached(i / n, f"without specimen {i + 1} of {n}")
         kept = np.arange(n) != i
         left = None if carried is None else carried[np.ix_(kept, kept)]
-        verdict = judged(design.without(kept), y[kept], chances.columns(kept), False, left)
-        dropped.append((verdict.kind, verdict.causes))
-    hangs = [i for i, (k, c) in enumerate(dropped) if _other(plain, k, c)]
-    shared: dict[str, tuple[str, Names]] = {}
+        dropped.append(judged(design.without(kept), y[kept], chances.columns(kept), False, left))
+    hangs = tuple(i for i, answer in enumerate(dropped) if _other(plain, answer))
+    shared: dict[str, Answer] = {}
     if plain.kind != "none":  # what is shared makes no alarm where there is none without
         say("the verdict with noise that some tests share")
         for name, column in _unestimated(design.columns, shares).items():
-            verdict = judged(design, y, chances, False, assumed(column))
-            shared[name] = (verdict.kind, verdict.causes)
-    return Checks((other.kind, other.causes), student, tuple(dropped), tuple(hangs), shared)
+            shared[name] = judged(design, y, chances, False, assumed(column))
+    return Checks(other, student, tuple(dropped), hangs, shared)
 
 
 def _unestimated(covariates: Mapping, shares: Shares) -> dict[str, Sequence]:
@@ -114,9 +122,9 @@ def _unestimated(covariates: Mapping, shares: Shares) -> dict[str, Sequence]:
     return out
 
 
-def _other(plain: Verdict, kind: str, causes: Names) -> bool:
+def _other(plain: Answer, answer: Answer) -> bool:
     """Whether another verdict contradicts: another kind of answer, or no cause in common."""
     named = ("cause", "either")
-    if plain.kind in named and kind in named:
-        return not set(plain.causes) & set(causes)
-    return plain.kind != kind
+    if plain.kind in named and answer.kind in named:
+        return not set(plain.causes) & set(answer.causes)
+    return plain.kind != answer.kind

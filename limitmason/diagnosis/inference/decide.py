@@ -127,17 +127,16 @@ class Decision:
         covariate, shape = (seen.covariate, seen.kind) if seen else (None, None)
         return Verdict(kind, (), (), covariate, shape, p, critical, tested, null)
 
-    def doubted(self, y: np.ndarray, verdict: Verdict, unstated: tuple[str, ...]) -> Verdict:
-        """Hold an alarm against noise half of whose variance is shared by the tests that the best cause acts on.
+    def alarm(self, y: np.ndarray, unstated: tuple[str, ...]) -> Verdict:
+        """The verdict of the gate, an alarm of which must outlast noise that tests share unstated.
 
-        With g the groups of specimens that the cause with the largest gain acts on much and little, and C the
-        correlation that is carried so far, gain and trend are tested again with the correlation C / 2 + same_g / 2, and
-        the scatter within the groups, which no share makes larger. What fired at the gate must fire again; else the
-        verdict is "none".
+        Half of the noise's variance is taken as shared by the tests that the best cause acts on. With g the groups of
+        specimens that the cause with the largest gain acts on much and little, and C the correlation that is carried so
+        far, gain and trend are tested again with the correlation C / 2 + same_g / 2, and the scatter within the groups,
+        which no share makes larger. What fired at the gate must fire again; else the verdict is "none".
 
         Parameters
         ----------
-        y, verdict : of the gate; what is no alarm stays as it is
         unstated : circumstances of the tests that no column tells
 
         Notes
@@ -146,6 +145,7 @@ class Decision:
         imitates it best. Wrong, and too cautious, where tests have nothing in common. A cause that acts on its
         specimens by more than one size is still seen by that.
         """
+        verdict = self.gate(y)
         if verdict.kind == VerdictKind.NONE or not unstated:
             return verdict
         design, rule = self.design, self.rule

@@ -115,7 +115,7 @@ class Judge:
         renewed : checks the tables of pairs that a verdict hangs on, and says whether one was replaced
         """
         shares = estimated_shares(self.design, y, shared)
-        alarm = self.carrying(shares).alarm(y, draws)
+        alarm = Decision(self.carrying(shares).design, draws, self.rule).alarm(y, self.unstated)
         if alarm.kind == VerdictKind.UNEXPLAINED and shares.looked_at:  # beside the best explanation
             shares = estimated_shares(self.design, y, shared, price=alarm.critical_gain)
         judge = self.carrying(shares)
@@ -130,12 +130,6 @@ class Judge:
             self.design.grid(names)
         return Judged(verdict, judge.design.closed(), shares)
 
-    def alarm(self, y: np.ndarray, draws: Draws) -> Verdict:
-        """Whether the baseline is not enough, before anything is sought that explains the data."""
-        decision = Decision(self.design, draws, self.rule)
-        alarm = decision.gate(y)
-        return decision.doubted(y, alarm, self.unstated)
-
     def verdict(self, y: np.ndarray, draws: Draws, pairs: bool = True, alarm: Verdict | None = None) -> Verdict:
         """The verdict on one data set.
 
@@ -146,8 +140,8 @@ class Judge:
         pairs : whether pairs of causes are tried where no single one is left, or the residuals ask for them
         alarm : what a gate said of the same data, which may have carried other shares of the noise; None asks its own
         """
-        alarm = self.alarm(y, draws) if alarm is None else alarm
         decision = Decision(self.design, draws, self.rule)
+        alarm = decision.alarm(y, self.unstated) if alarm is None else alarm
         verdict = decision.explained(y, alarm, pairs)
         if not self.rule.identify:
             return verdict
