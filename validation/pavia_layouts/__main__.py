@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import limitmason as lm
+from limitmason.display.text_table import markdown
 from limitmason.experiments import pavia_tilting as pavia
 
 from . import layouts
@@ -51,19 +52,23 @@ def notes_on(catalogue, pairs, sizes):
     """Sentences on what was computed, with the ranges over the catalogue."""
     zero, full, half, double = (catalogue[c] for c in (*COLUMNS, *sizes))
     return (
-        f"Computed so far: {len(catalogue)} of {DRAWN} layouts drawn, those near a published value by limit analysis "
-        f"and small walls first ({span(catalogue['blocks'], '.0f')} blocks): larger walls may still fit. The DEM "
-        f"values at psi = phi are {span(full / catalogue['associative'])} times the associative ones of limit "
-        "analysis, whose joints are rigid.",
-        f"Over the whole catalogue, whether a layout fits or not: the DEM at psi = 0 gives {span(zero / full)} of its "
-        f"value at psi = phi (published: {span([a / b for a, b in pairs.values()])}). In a wall of the same size, "
-        f"blocks half as long and high give {span(half)} of the reference's associative multiplier (below 1 in "
-        f"{(half < 1).sum()} of {len(half)}), blocks twice as long and high {span(double)} (above 1 in "
-        f"{(double > 1).sum()}).",
+        f"Computed so far: {len(catalogue)} of {DRAWN} layouts drawn. Those near a published value by limit analysis "
+        f"and small walls come first ({span(catalogue['blocks'], '.0f')} blocks). Larger walls may still fit.",
+        "Ratios over the whole catalogue, whether a layout fits or not:",
+        "\n".join(markdown([
+            ["ratio", "range", "count"],
+            ["DEM at psi = phi over the associative value, whose joints are rigid",
+             span(full / catalogue["associative"]), "-"],
+            ["DEM, psi = 0 over psi = phi", span(zero / full),
+             f"published: {span([a / b for a, b in pairs.values()])}"],
+            ["associative, blocks half as long and high over the reference in a wall of the same size", span(half),
+             f"below 1 in {(half < 1).sum()} of {len(half)}"],
+            ["the same, blocks twice as long and high", span(double),
+             f"above 1 in {(double > 1).sum()} of {len(double)}"],
+        ])),
         "![Published pairs and layouts](pavia_layouts.png)",
-        "Written by `python -m validation.pavia_layouts` from the table "
-        "`validation/pavia_layouts/layouts.csv`; "
-        "with `--full` more of the catalogue is computed first.",
+        "Written by `python -m validation.pavia_layouts` from the table `validation/pavia_layouts/layouts.csv`. With "
+        "`--full` more of the catalogue is computed first.",
     )
 
 

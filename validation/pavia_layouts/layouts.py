@@ -24,17 +24,27 @@ LAYOUTS = {
 }
 """What a specimen may have looked like, argument by argument of :func:`specimen`: assumed, all combinations."""
 SEARCH_NOTES = (
-    "The plans of S1 to S13 are not published in the sources at hand. What follows is inferred, not measured: layouts "
-    "of a facade held by one or two return walls, 80 x 40 x 28 mm blocks, whose computed multipliers come near the two "
-    "3DEC values of Godio, Stefanou and Sab 2017 (Table 5) for a specimen, at psi = 0 and at psi = phi = 33.82 deg.",
-    "The catalogue is a random draw from all combinations of: one or two returns; outward or inward load; facade of "
-    f"{', '.join(map(str, LAYOUTS['facade_units']))} blocks; {', '.join(map(str, LAYOUTS['courses']))} courses; "
-    f"returns of {', '.join(map(str, LAYOUTS['return_units']))} blocks; head joints behind the corner over the middle "
-    "of the units below, or whole units from the corner on; facade or returns through the corner in the bottom course; "
-    "at most about 200 blocks. No openings, no other quality of the connection: both were variables of the tests, so "
-    "the true layout need not be in the catalogue.",
-    "Both values are computed by the DEM of this package with the published kn = ks = 14 GPa/m and 8 contact points "
-    "across the facade, 2 in the returns. S1 to S3 and S8 to S9 have one published value each and count once.",
+    "The plans of S1 to S13 are not published in the sources at hand. **What follows is inferred, not measured**: "
+    "layouts of a facade of 80 x 40 x 28 mm blocks held by one or two return walls. Their computed multipliers come "
+    "near the two 3DEC values of Godio, Stefanou and Sab 2017 (Table 5) for a specimen. These are for psi = 0 and for "
+    "psi = phi = 33.82 deg.",
+    "The catalogue is a random draw from all combinations of:",
+    "\n".join([
+        "| what | values |",
+        "|---|---|",
+        "| returns | one or two |",
+        "| load | outward or inward |",
+        f"| blocks of the facade | {', '.join(map(str, LAYOUTS['facade_units']))} |",
+        f"| courses | {', '.join(map(str, LAYOUTS['courses']))} |",
+        f"| blocks of a return | {', '.join(map(str, LAYOUTS['return_units']))} |",
+        "| head joints behind the corner | over the middle of the units below, or whole units from the corner on |",
+        "| through the corner in the bottom course | facade or returns |",
+        "| blocks in all | at most about 200 |",
+    ]),
+    "There are no openings, and no other quality of the connection. Both were variables of the tests, so the true "
+    "layout need not be in the catalogue.",
+    "Both values are computed by the DEM of this package with the published kn = ks = 14 GPa/m. There are 8 contact "
+    "points across the facade, 2 in the returns. S1 to S3 and S8 to S9 have one published value each and count once.",
 )
 """What a reader must know of a search for the layouts."""
 

@@ -18,7 +18,7 @@ def layout_report(
     findings: Mapping[str, Sequence[Finding]] | None = None,
     describe: Sequence[str],
 ) -> str:
-    """Markdown of a search: what was searched, compatible sets, permuted control, verdict, conclusions.
+    """Markdown of a search: verdict, what was searched, permuted control, compatible sets, conclusions.
 
     Parameters
     ----------
@@ -32,17 +32,16 @@ def layout_report(
         Every table of layouts is marked "inferred, not measured". Where the search is not informative, the findings
         are said to describe layouts and not specimens.
     """
-    lines = [f"# {title}", ""]
+    lines = [f"# {title}", "", f"**{search.verdict[:1].upper()}{search.verdict[1:]}.**", ""]
     for paragraph in about:
         lines += [paragraph, ""]
-    lines += ["## Verdict", "", f"**{search.verdict[:1].upper()}{search.verdict[1:]}.**", ""]
     lines += ["## Permuted control", "", *_controls(search), ""]
     lines += [f"## Compatible layouts ({INFERRED})", "", *_markdown(search.summary()), ""]
     if findings:
         lines += ["## Over the whole compatible sets", ""]
         if not search.informative:
             lines += [
-                "The search does not identify the specimens: what follows holds for the layouts found, and is no "
+                "The search does not identify the specimens. What follows holds for the layouts found. It is no "
                 "statement about the walls that were tested.",
                 "",
             ]

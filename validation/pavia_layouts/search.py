@@ -220,10 +220,10 @@ def _verdict(number: NDArray[np.intp], control: Control, tolerance: float) -> tu
     if not control.pairs:
         return False, "the search says nothing: there is no permuted pair to compare with"
     counts = (
-        f"{(own > 0).sum()} of {n} published pairs are fitted, by {own.mean():.3g} layouts on average, and "
-        f"{control.fitted} of {control.pairs} permuted ones ({control.admitted}), by {control.layouts:.3g}; chance of "
-        f"this or more, were they alike: {control.chance:.2g}"
+        f"{(own > 0).sum()} of {n} published pairs are fitted, by {own.mean():.3g} layouts on average. Of the permuted "
+        f"ones ({control.admitted}) {control.fitted} of {control.pairs} are, by {control.layouts:.3g}. The chance of "
+        f"this or more, were they alike, is {control.chance:.2g}"
     )
     if control.chance <= SIGNIFICANT:
-        return True, f"the search says something: {counts}"
-    return False, f"the search says nothing: {counts}"
+        return True, f"the search says something. {counts}"
+    return False, f"the search says nothing. {counts}"
