@@ -186,7 +186,8 @@ class Findings(Displayed, Citable, ReadOnly):
             return held.kinds
         names = self.kept[0] if self.kept else ()
         sd = self.noise_sd or 1.0
-        return by_kind(self.judged, names, self.best, self.verdict.null, self.y, sd)
+        effect = self.judged.effect(names, self.best) if names else np.zeros(self.n)
+        return by_kind(self.judged, effect, self.verdict.null, self.best, self.y, sd)
 
     def confirmed_by(self, later: Any) -> Evidence:
         """What values measured afterwards say of the one cause that is left, at the size found here.

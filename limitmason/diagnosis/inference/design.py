@@ -12,7 +12,7 @@ import numpy as np
 from limitmason.diagnosis.inference.fit import BestFit, Likelihood, fits
 from limitmason.diagnosis.inference.grid import Grid, Tabulation
 from limitmason.diagnosis.inference.noise import Drawn, Draws, Noise
-from limitmason.diagnosis.inference.trends import Trends
+from limitmason.diagnosis.inference.trends import Trends, is_numeric
 
 Names = tuple[str, ...]
 
@@ -99,6 +99,11 @@ class Design:
     def trends(self) -> Trends:
         """Trends along the recorded columns."""
         return Trends(self.columns, self.scale, self.mix)
+
+    @cached_property
+    def numeric(self) -> frozenset[str]:
+        """Recorded columns that are numbers, not labels."""
+        return frozenset(name for name, column in self.columns.items() if is_numeric(column))
 
     def own(self, names: Names) -> tuple[str, ...]:
         """Columns that the causes of an explanation declare as their own."""

@@ -107,6 +107,12 @@ class Likelihood:
         freedom = np.maximum(count + self.dof - spent, 1.0)
         return np.maximum(loss + self.dof * replicate, SMALLEST_SUM) / freedom
 
+    def log_score(self, residuals: Array, variance: Array | float) -> Array:
+        """Log predictive density of whitened residuals, up to a constant shared by all models, shape (n,)."""
+        if self.tails is not None:
+            return -0.5 * (self.tails + 1.0) * np.log1p(residuals**2 / self.tails)
+        return -0.5 * (np.log(variance) + residuals**2 / variance)
+
 
 def student_terms(y: Array, used: Array, nodes: Array, tails: float) -> NDArray[np.float32]:
     """Sum of log(1 + r^2 / tau) over the values used, shape (b, g), by one logarithm for several; to rank nodes."""

@@ -136,15 +136,7 @@ def left_out(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> 
     fits = design.fit(names, np.broadcast_to(y, weights.shape), weights=weights)
     variance = design.like.variance(fits.loss, weights.sum(axis=1), 1.0, len(names))
     residual = fits.residuals[folds, np.arange(design.n)]
-    return Unseen(log_score(design, residual, variance[folds]), residual, fits.loglik)
-
-
-def log_score(design: Design, residuals: np.ndarray, variance: np.ndarray | float) -> np.ndarray:
-    """Log predictive density of whitened residuals, up to a constant shared by all models."""
-    tails = design.like.tails
-    if tails is not None:
-        return -0.5 * (tails + 1.0) * np.log1p(residuals**2 / tails)
-    return -0.5 * (np.log(variance) + residuals**2 / variance)
+    return Unseen(design.like.log_score(residual, variance[folds]), residual, fits.loglik)
 
 
 def _selected(design: Design, y: np.ndarray, folds: np.ndarray, critical_gain: float) -> np.ndarray:

@@ -10,14 +10,13 @@ from scipy.special import chdtri
 
 from limitmason.diagnosis.inference.decide import Decision, share_of
 from limitmason.diagnosis.inference.design import Design, Names
-from limitmason.diagnosis.inference.discrepancy import Rivals, as_gaussian
-from limitmason.diagnosis.inference.fit import BestFit, Likelihood
-from limitmason.diagnosis.inference.gain import left_out, log_score
+from limitmason.diagnosis.inference.discrepancy import Discrepancy, Rivals, as_gaussian
+from limitmason.diagnosis.inference.fit import Likelihood
+from limitmason.diagnosis.inference.gain import left_out
 from limitmason.diagnosis.inference.kinds import agree, by_kind
 from limitmason.diagnosis.inference.missing import Missing, leave_each_out
 from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.shared import Shares, estimated_shares
-from limitmason.diagnosis.inference.trends import is_numeric
 from limitmason.diagnosis.inference.verdict import CONDITIONS, Identification, Rule, Verdict, VerdictKind
 
 ROUNDS = 6  # of renewed tables of pairs
@@ -146,7 +145,8 @@ class Judge:
         if not self.rule.identify:
             return verdict
         verdict = self._identified(decision, verdict, y, pairs)
-        return replace(verdict, rehearsed=self.missing(self.noise(verdict)))
+        sd = self.noise(verdict)
+        return replace(verdict, rehearsed=self.missing(sd))
 
     def _identified(self, decision: Decision, verdict: Verdict, y: np.ndarray, pairs: bool) -> Verdict:
         """The verdict with its one name identified, or not, or withdrawn."""
@@ -158,7 +158,7 @@ class Judge:
         if record is None:
             return verdict
         if (verdict.pairs and record.structure < self.rule.structure) or any(k.absent for k in record.kinds):
-            left = replace(verdict.without(verdict.kept), withdrawn=(), structured=verdict.kept)
+            left = _left_structure(verdict, verdict.kept[0])
             return replace(left, identification=replace(record, missing=(*record.missing, "kinds")))
         kind = verdict.kind if record.holds else VerdictKind.BEHAVES_LIKE
         return replace(verdict, kind=kind, identification=record)
@@ -170,7 +170,7 @@ class Judge:
         rivals, margins = self.rivals(of_noise), self.missing(of_noise).margins
         margin = max(margins[n] for n in names)
         fit, data = verdict.tested[names].fit, design.turned(y)
-        sd = design.noise_of(names, fit)
+        sd, effect = design.noise_of(names, fit), design.effect(names, fit)
         discrepancy, parts = rivals.of(names), rivals.parts(names, fit)
         like, drawn_in, (value,) = as_gaussian(design.like, fit, data[None])
         nearest = discrepancy.best(drawn_in, like)
@@ -188,16 +188,16 @@ class Judge:
         over = rivals.excess(names, again, shifted, replicate, parts)
         left, more = float(rivals.structure(names, fit)[0]), rivals.structure(names, again, replicate)
         p = share_of(over <= observed)
-        slope, error = dose_of(rivals, names, fit, drawn_in[0], sd)
-        kinds = by_kind(design, names, fit, verdict.null, y, sd)
+        slope, error = dose_of(discrepancy, rivals.slopes, effect, drawn_in[0], sd)
+        kinds = by_kind(design, effect, verdict.null, fit, y, sd)
         together = len(names) == 1 and agree(kinds)
         if together and margin <= rule.margin:
             margin = rule.agreed
-        doses = any(is_numeric(design.columns[c]) for c in design.own(names) if c in design.columns)
+        doses = any(c in design.numeric for c in design.own(names))
         # log score of values left out: explanation, baseline, and the nearest bias
         own, base = (left_out(design, n, data, folds).score for n in (names, ()))
         miss, spread = discrepancy.left_out(nearest, data, folds)
-        by_fold = np.bincount(folds, weights=own - log_score(design, miss, spread * sd**2))
+        by_fold = np.bincount(folds, weights=own - design.like.log_score(miss, spread * sd**2))
         ahead = float(by_fold.sum())
         ahead_error = float(np.sqrt(len(by_fold)) * by_fold.std(ddof=1)) if len(by_fold) > 1 else 0.0
         holds = {
@@ -236,7 +236,7 @@ class Judge:
         if record.structure >= self.rule.asks or (record.structure >= self.rule.structure and not pairs):
             return verdict, record
         rejected = {**verdict.tested, names: replace(verdict.tested[names], kept=False)}
-        bare = replace(verdict.without([names]), withdrawn=(), structured=(names,), tested=rejected)
+        bare = replace(_left_structure(verdict, names), tested=rejected)
         both = decision.with_pairs(y, bare) if pairs else bare
         better = record.structure < self.rule.structure
         if both.pairs and not better:
@@ -250,10 +250,15 @@ class Judge:
         return both, self.held(decision, both, y)
 
 
-def dose_of(rivals: Rivals, names: Names, fit: BestFit, data: np.ndarray, sd: float) -> tuple[float, float]:
+def _left_structure(verdict: Verdict, names: Names) -> Verdict:
+    """The verdict without its one explanation, which fits but leaves a model discrepancy."""
+    return replace(verdict.without([names]), withdrawn=(), structured=(names,))
+
+
+def dose_of(
+    discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, data: np.ndarray, sd: float
+) -> tuple[float, float]:  # fmt: skip
     """Share of the fitted effect along the contrast that no bias takes away, and its standard error."""
-    discrepancy, slopes = rivals.of(names), rivals.slopes
-    effect = rivals.design.effect(names, fit)
     contrast = discrepancy.weights[discrepancy.best(effect / sd, Likelihood())] @ effect
     reach = float(contrast @ effect)
     if reach <= 0.0:

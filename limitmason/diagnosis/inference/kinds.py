@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc
 
-from limitmason.diagnosis.inference.design import Design, Names
+from limitmason.diagnosis.inference.design import Design
 from limitmason.diagnosis.inference.fit import BestFit
 
 AGREE = 0.0455  # tail probability of shares that differ more: two standard errors between two kinds
@@ -89,14 +89,15 @@ def foretold(kind: str, effect: np.ndarray, about: np.ndarray, data: np.ndarray)
 
 
 def by_kind(
-    design: Design, names: Names, fit: BestFit, null: BestFit, y: np.ndarray, sd: float = 1.0
+    design: Design, effect: np.ndarray, null: BestFit, fit: BestFit, y: np.ndarray, sd: float = 1.0
 ) -> tuple[Evidence, ...]:
     """Evidence of every kind of data for an explanation.
 
     Parameters
     ----------
-    names, fit : explanation and its fit to the data; no names for the baseline, of which only the misfit is told
-    null : fit of the baseline
+    effect : of the fitted explanation, in the coordinates of the design, shape (n,); zeros for the baseline, of which
+        only the misfit is told
+    null, fit : fits of the baseline and of the explanation
     y : whitened data, per specimen, shape (n,)
     sd : noise in stated units
     """
@@ -104,7 +105,7 @@ def by_kind(
     apart = design.apart
     correlation, mix = design.correlation, np.eye(design.n) if design.mix is None else design.mix
     slopes = apart((design.null.slopes / sd).T).T
-    effect = apart(design.effect(names, fit)) if names else np.zeros(design.n)
+    effect = apart(effect)
     squares = [apart(f.residuals[0]) * (mix.T @ f.residuals[0]) / sd**2 for f in (null, fit)]
     out = []
     for kind in dict.fromkeys(kinds):
