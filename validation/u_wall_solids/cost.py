@@ -32,9 +32,9 @@ The sparse factor beside is SuperLU's in the same order of elimination, without 
 [cost]
 
 Between the two largest meshes the factor grows with the power {factor:.1f} of the number of bricks, the rest with
-{rest:.1f}, memory with {memory:.1f}. Points that have cracked take ten times the law of elastic ones, and a step that
-comes no nearer works it out four times: with a third of the points of 450 bricks damaged the law takes 0.03 s. The
-solution is that of modes; in a push it is corrected once and takes twice as long. A whole path of REGW:
+{rest:.1f}, memory with {memory:.1f}. Points that have cracked take ten times the law of elastic ones. A step that comes
+no nearer works it out four times. With a third of the points of 450 bricks damaged the law takes 0.03 s. The solution
+is that of modes; in a push it is corrected once and takes twice as long. A whole path of REGW:
 
 [whole]
 

@@ -14,16 +14,22 @@ LOST = 0.98
 TEXT = """### Light damage
 
 The source takes light damage where 2 % of the initial stiffness are lost (section 6.3). What it prints is something
-else: seven of its eight loads are 0.98 x stiffness x displacement to the last digit, with a displacement of two digits.
-They are ends of chords over which a stiffness was taken, less 2 %; no curve need bend there. The chords end at 9.8 to
-11.1 kN in all four curves of REGW, that of the test among them (0.33 mm, the models 0.22 to 0.24), and at 0.47 to 0.57
-mm in all four of DS (1.0 to 2.1 kN): by all appearances ends that were chosen, on which no law of joints or bricks
-decides. Over the same chords:
+else. Seven of its eight loads are 0.98 x stiffness x displacement to the last digit, with a displacement of two
+digits. They are ends of chords over which a stiffness was taken, less 2 %; no curve need bend there.
+
+| wall | the chords end at | displacement |
+|---|---|---|
+| REGW, all four curves | 9.8 to 11.1 kN | 0.33 mm in the test, 0.22 to 0.24 in the models |
+| DS, all four | 1.0 to 2.1 kN | 0.47 to 0.57 mm |
+
+By all appearances these ends were chosen, and no law of joints or bricks decides on them. Over the same chords:
 
 [chords]
 
-The eighth, DS of the macro-model, does not fit: 0.83 kN is 0.98 x 1.49 kN/mm x 0.57 mm, or nearly 0.98 x 3.10 kN/mm x
-0.27 mm, while 3.10 and 0.57, both like its neighbours, make 1.73 kN. By the words of section 6.3 the curves here have:
+The eighth, DS of the macro-model, does not fit. Printed is 0.83 kN. That is 0.98 x 1.49 kN/mm x 0.57 mm, or nearly
+0.98 x 3.10 kN/mm x 0.27 mm. But 3.10 and 0.57, both like its neighbours, make 1.73 kN.
+
+By the words of section 6.3 the curves here have:
 
 [light-damage]
 

@@ -10,7 +10,7 @@ from limitmason.model.material import FRACTURE, Material
 SETS = {"DS": ("step 1", "final"), "REGW": ("final",)}
 
 ASSUMPTIONS = (
-    "Side walls of 1.00 m are derived from the axis of the plan, 3.65 m; they are not printed, but the ratios of the "
+    "Side walls of 1.00 m are derived from the axis of the plan, 3.65 m; they are not printed. The ratios of the "
     "frequencies printed of REGW fit no other length (0.85 m is 11 % softer).",
     "The base is held; the source meshed a concrete base too, whose size is not in the text.",
     "The airbag presses evenly on the rear face between the side walls.",
