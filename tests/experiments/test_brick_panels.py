@@ -375,17 +375,25 @@ def test_the_largest_load_up_to_a_displacement_is_of_the_curve_that_was_kept():
 
 @pytest.mark.slow
 def test_run_10_is_the_same_by_zones_and_modes_once_its_crack_is_chosen():
-    # two bed joints at the ends reach their strength within a hundredth of each other: the one that is first decides
+    """Two bed joints reach their strength within a hundredth of each other: the one that is first decides.
+
+    Above 8 zoned bricks fall at .16 mm and 3.23 kN (3.21 at half the speed, 3.22 to 3.24 over three starts, 3.45 as a
+    running median with zones half as large), elastic ones without rate at .163 mm and 3.41 kN. Modal bricks have too
+    few shapes to follow: without rate they carry 4.33 kN above 8 and 4.36 above 9, driven 4.5 and 4.8. So the two
+    cracks are compared by zones.
+    """
     known, peaks = runs.Runs(None, None), {}
-    # a brittle run forks at rounding, one start of three to 4.4 kN: medians of three starts
-    cases = ((8, 2e-4, "modal", 7e7, (1, 2, 3)), (9, 3.3e-4, "modal", 7e7, (1, 2, 3)), (9, 3.3e-4, "zoned", 1e8, (1,)))
-    for course, to, blocks, pace, starts in cases:
-        push = dict(once=True, to=to, steps=round(pace * to), blocks=blocks)
-        peaks[course, blocks] = np.median([known("udec-10", crack=course, seed=k, **push).peak for k in starts])
+    # modal runs fork at rounding, one start of three to 4.4 kN: the median of three, of the largest loads up to .33 mm
+    cases = ((8, "zoned", 1e8, (1,)), (9, "zoned", 1e8, (1,)), (9, "modal", 7e7, (1, 2, 3)))
+    for course, blocks, pace, starts in cases:
+        push = dict(once=True, to=3.3e-4, steps=round(pace * 3.3e-4), blocks=blocks)
+        found = [known("udec-10", crack=course, seed=k, **push) for k in starts]
+        peaks[course, blocks] = np.median([f.peak for f in found])
+        # zoned panels have fallen: a push that ended before would compare where it ended
+        assert blocks == "modal" or found[0].at_peak < 0.325
     # the target for single brittle runs
     assert peaks[9, "modal"] == pytest.approx(peaks[9, "zoned"], rel=0.12)
-    # of one kind of blocks: zoned ones stand 4 % lower, 1.17 times the other crack of modal ones
-    assert peaks[9, "modal"] > 1.2 * peaks[8, "modal"]
+    assert min(peaks[9, "modal"], peaks[9, "zoned"]) > 1.2 * peaks[8, "zoned"]
 
 
 @pytest.mark.slow

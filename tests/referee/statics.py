@@ -43,7 +43,7 @@ class Statics:
 
         Exact for dry faces, and in plane for cohesive ones: forces at corners, strength shared as areas are. A group is
         one body guided along ``down``. Every block's rows are in units of its own load, every force of the lighter one.
-        Cohesion of rectangles in space: an upper bound, since corners bear every torsion that a face does. A tie that
+        Cohesion in space: an upper bound, since corners bear every torsion that a face does. A tie that
         is ``turning`` pulls any way: an upper bound for one that turns as its blocks slide.
         """
         m = self.model
@@ -176,10 +176,18 @@ def _stretch(s: Statics, t, along: Array) -> Array:
 
 
 def _corner_areas(f: Face) -> Array:
-    """Shares of a rectangle's corners; of other faces shares that no cohesive law should be asked of."""
-    r = f.corners - f.corners[0]
-    area = 0.5 * np.linalg.norm(sum(np.cross(r[k], r[k + 1]) for k in range(1, len(r) - 1)))
-    return np.full(len(r), area / len(r))
+    """Integrals of functions that are one at a corner and linear between: a face's strength among its corners.
+
+    Bilinear on a parallelogram, else linear on the triangles from the first corner. Forces shared so keep their
+    resultants and the joint law: what corners bear is an upper bound, exact but for torsion.
+    """
+    p, out = f.corners, np.zeros(len(f.corners))
+    r = p - p[0]
+    for k in range(1, len(p) - 1):
+        out[[0, k, k + 1]] += np.linalg.norm(np.cross(r[k], r[k + 1])) / 6.0
+    if len(p) == 4 and np.abs(r[2] - r[1] - r[3]).max() < 1e-9 * np.abs(r).max():
+        return np.full(4, out.sum() / 4.0)
+    return out
 
 
 def _middles(f: Face) -> tuple[Array, Array]:
