@@ -26,7 +26,7 @@ from limitmason.capacity.contacts import (
 )
 from limitmason.capacity.crossing import with_crossings
 from limitmason.capacity.deformable import CondensedShapes, deformation, lumped, plane_of
-from limitmason.capacity.edges import told_of_edges
+from limitmason.capacity.edges import told_of_edges, told_of_sharing
 from limitmason.capacity.faces import Shapes, shapes_of, with_faces
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.going_on import begin
@@ -215,7 +215,7 @@ def pushover(
     warnings += said
     soft = stiffness is not None or bool((assembly.arrays.normal_stiffness > 0.0).any())
     if soft and contact_model is None and grid is None and initial is None and not weakening(assembly).any():
-        warnings += told_of_edges(generations, nodes)
+        warnings += told_of_edges(generations, nodes) + told_of_sharing(generations, nodes)
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
     return certified_curve(generations, nodes, origin, status, warnings, 1.0 if moving is None else ratio)
 

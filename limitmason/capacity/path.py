@@ -171,7 +171,7 @@ class _Path:
         if not isinstance(found, Try):
             return found
         self.failures = 0
-        for judge in (self._leaps, self._goes_too_far, self._makes_energy, self._keeps_bonds):
+        for judge in (self._leaps, self._skips_a_fall, self._goes_too_far, self._makes_energy, self._keeps_bonds):
             verdict = judge(found)
             if verdict is not StepOutcome.ACCEPTED:
                 return verdict
@@ -234,6 +234,27 @@ class _Path:
         if self.toward * a.guess[1] <= (1.0 + _MISSED) * self._largest():
             return StepOutcome.ACCEPTED
         self.advance = self.bound = 0.5 * a.move
+        return StepOutcome.SHORTER
+
+    def _skips_a_fall(self, a: Try) -> StepOutcome:
+        """Past a limit point: where a load that fell rises again, the fall between that may end the path is looked for.
+
+        From the node before the lowest, shorter, until its load is known to the width of a limit point.
+        """
+        if self.to is not None or self.phase is not Phase.FALLING or a.new.jump or len(self.nodes) - self.begin < 2:
+            return StepOutcome.ACCEPTED
+        before, largest = self.nodes[-2], self._largest()
+        fell = self.toward * (before.multiplier - a.last.multiplier)
+        rose = self.toward * (a.new.multiplier - a.last.multiplier)
+        near = largest - self.toward * a.last.multiplier > 0.25 * _DROP * largest
+        if not near or min(fell, rose) <= LEVEL * largest or a.last.jump or a.last.broken is not None:
+            return StepOutcome.ACCEPTED
+        if max(fell, rose) <= self.steps.peak * largest or self.rounds >= _ROUNDS:
+            self.rounds, self.bound = 0, np.inf
+            return StepOutcome.ACCEPTED
+        self.rounds += 1
+        self.advance = self.bound = _CLOSER * abs(a.last.control - before.control)
+        self.nodes.pop()
         return StepOutcome.SHORTER
 
     def _goes_too_far(self, a: Try) -> StepOutcome:

@@ -41,7 +41,7 @@ class Steps:
     smooth: float = 0.02
     peak: float = 2e-4
     energy: float = 0.01
-    opening: float = 1e-3
+    opening: float = 3e-4
     sliding: float = 4e-3
     most: int = 400
 

@@ -126,7 +126,7 @@ CALLS = {
                  "was not reached"),
     "path points": Call("`lm.pushover`, largest load", "pushover", _path,
                         {"contact_model": "lobatto", "grid": (9, 9)}, "9 x 9 Lobatto points",
-                        "would bear about|was not reached"),
+                        "would bear about|joints could bear|was not reached"),
     "path modal": Call('`lm.pushover(blocks="modal")`, largest load', "pushover modal",
                        lambda m, **o: _path(m, blocks="modal", **o), {"finer": 4}, "all steps 4 times finer"),
     "collapse": Call("`dem.collapse`, multiplier", "dem collapse", _collapse,
