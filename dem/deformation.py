@@ -9,9 +9,9 @@ from scipy.linalg import eigh
 
 from dem.kernels import LAW, Joints, Modes, Points
 from dem.stability import largest_square, owners, springs_of_blocks
-from limitmason.deformable import SOLID, STATES, modal_blocks
+from limitmason.deformable import SOLID, STATES, simply_deformable_blocks
 from limitmason.deformable.body import products
-from limitmason.deformable.levels import MODAL, RIGID
+from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.mechanics.joint_shapes import face_motions, motion_at
@@ -20,7 +20,7 @@ from limitmason.model import Assembly, Loads
 
 Array = NDArray[np.float64]
 
-LEVELS = (RIGID, MODAL)
+LEVELS = (RIGID, SIMPLY_DEFORMABLE)
 """How the blocks of a run deform."""
 
 
@@ -41,7 +41,7 @@ def plane_of(
     if stress == SOLID:
         return None
     if blocks == RIGID:
-        raise InputError(f"stress={stress!r} is for blocks='modal': rigid blocks have no stress")
+        raise InputError(f"stress={stress!r} is for blocks='simply deformable': rigid blocks have no stress")
     plane = find_plane(assembly, loads, driven)
     if plane is None:
         raise InputError(
@@ -179,11 +179,11 @@ class Start:
         Raises
         ------
         InputError
-            What :func:`limitmason.deformable.modal_blocks` refuses, and a plane state without a plane.
+            What :func:`limitmason.deformable.simply_deformable_blocks` refuses, and a plane state without a plane.
         """
         if (stress != SOLID) != (plane is not None):
             raise InputError(f"stress={stress!r} does not go with a problem {'in a plane' if plane else 'in space'}")
-        shapes = modal_blocks(assembly, stress, None if plane is None else plane.normal)
+        shapes = simply_deformable_blocks(assembly, stress, None if plane is None else plane.normal)
         n, m = len(shapes), max(x.count for x in shapes if x is not None)
         powers = next(x.powers for x in shapes if x is not None)
         out = Deformation(

@@ -98,7 +98,7 @@ class PointMarks(NamedTuple):
 
 
 def marks_of(points: PointMarks, law: Array, interface: NDArray[np.intp], count: int) -> JointMarks:
-    """Marks per interface from what stands at the contact points, of rigid, modal and zoned blocks alike.
+    """Marks per interface from what stands at the contact points, of rigid, simply deformable and zoned blocks alike.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ from dem.joints import Grid as Spacing
 from dem.joints import JointOptions
 from dem.stepping import LoadVerdict
 from limitmason.deformable import SOLID
-from limitmason.deformable.levels import LUMPED, MODAL, RIGID, ZONED
+from limitmason.deformable.levels import LUMPED, RIGID, SIMPLY_DEFORMABLE, ZONED
 from limitmason.errors import InputError
 from limitmason.model.stages import Damping, Settle
 
@@ -80,8 +80,8 @@ class DemSettings:
         to twice ``tolerance``; where the multiplier may move by 2 % there is a warning. All four together take two to
         five times as long as the search. () for none
     joint_options : limits of dilation, softening lengths
-    blocks, stress : "rigid", or "modal" blocks that strain and bend, in space ("solid"), "plane stress" or "plane
-        strain"; see :func:`dem.make_state`
+    blocks, stress : "rigid", or "simply deformable" blocks that strain and bend, in space ("solid"), "plane stress" or
+        "plane strain"; see :func:`dem.make_state`
     first_increment : first step of the multiplier; a twentieth of that at which live equals dead load by default
     max_steps : budget for one load, up to three times that while it is still on its way to a verdict; when it runs out
         the load is "undecided", never counted as stable
@@ -148,13 +148,13 @@ class DemSettings:
         return replace(self, **options) if options else self
 
 
-KINDS = (RIGID, LUMPED, MODAL, ZONED)
+KINDS = (RIGID, LUMPED, SIMPLY_DEFORMABLE, ZONED)
 """How the units of a driven structure deform."""
 
-_WHOLE = (RIGID, LUMPED, MODAL)
+_WHOLE = (RIGID, LUMPED, SIMPLY_DEFORMABLE)
 _TAKEN_BY = {
-    "stress": (MODAL, ZONED), "zone_size": (ZONED,), "damping": _WHOLE, "settle": _WHOLE, "detect_every": _WHOLE,
-    "calm": _WHOLE, "sound": _WHOLE,
+    "stress": (SIMPLY_DEFORMABLE, ZONED), "zone_size": (ZONED,), "damping": _WHOLE, "settle": _WHOLE,
+    "detect_every": _WHOLE, "calm": _WHOLE, "sound": _WHOLE,
 }  # fmt: skip
 """Settings of a push that some kinds of blocks do not know, and who takes them."""
 
@@ -166,11 +166,11 @@ class PushSettings:
     Parameters
     ----------
     blocks : "rigid"; "lumped": rigid blocks whose joints take over the compliance of the units' material, see
-        :func:`limitmason.mechanics.lumped_units.with_lumped_units`; "modal": blocks that strain and bend, see
-        :func:`dem.make_state`; "zoned": each block with a material cut into zones that strain, in walls in the x-z
+        :func:`limitmason.mechanics.lumped_units.with_lumped_units`; "simply deformable": blocks that strain and bend,
+        see :func:`dem.make_state`; "zoned": each block with a material cut into zones that strain, in walls in the x-z
         plane also yield and crack in tension. Blocks that are driven, held or without a material stay rigid
-    stress : of modal and zoned blocks: "plane stress" (the default of a plane problem, and of all zoned ones), "plane
-        strain", or "solid", in space
+    stress : of simply deformable and zoned blocks: "plane stress" (the default of a plane problem, and of all zoned
+        ones), "plane strain", or "solid", in space
     zone_size : largest edge of a zone [m]; of zoned blocks, where it must be given
     contact_points : as for :func:`dem.make_state`; by default spaced by half the smallest length of a joint, and where
         zones meet. Brittle joints answer differently at other spacings, so that it stands in the answer

@@ -60,8 +60,8 @@ def simulate(
     model : options of :func:`dem.make_state`, by name. ``mode`` is "quasi-static" (scaled masses, local damping; the
         default) or "dynamic" (real masses, no damping but the joints'). ``contact_points``, ``contact_model``,
         ``joint_options``, ``dt``: give ``JointOptions(dashpot=...)`` for stiffness-proportional damping, which leaves
-        free flight alone. ``blocks`` are "rigid" or "modal", which strain and bend in a state of ``stress``:
-        ``history.state.stresses``
+        free flight alone. ``blocks`` are "rigid" or "simply deformable", which strain and bend in a state of
+        ``stress``: ``history.state.stresses``
 
     Returns
     -------

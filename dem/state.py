@@ -29,7 +29,7 @@ from dem.stability import block_stiffness, owners, scaled_masses, stable_step
 from dem.ties import NO_TIES, make_ties, pulls, stored_energy
 from limitmason.answers.results import Resultants
 from limitmason.deformable import SOLID
-from limitmason.deformable.levels import MODAL, RIGID
+from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError, NotConverged
 from limitmason.mechanics.contact_points import on_few_points
 from limitmason.mechanics.law_table import refuse_ties
@@ -110,7 +110,7 @@ class State:
 
     @property
     def space(self) -> bool | None:
-        """None where modal blocks deform in a plane, which the kernel must know before it is compiled."""
+        """None where simply deformable blocks deform in a plane, which the kernel must know before it is compiled."""
         return None if self.deformation is None or self.deformation.plane else True
 
     def copy(self) -> State:
@@ -234,7 +234,9 @@ class State:
             Where the blocks are rigid.
         """
         if self.modes is None or self.deformation is None:
-            raise InputError("rigid blocks have no stress: run with blocks='modal', of an assembly with a material")
+            raise InputError(
+                "rigid blocks have no stress: run with blocks='simply deformable', of an assembly with a material"
+            )
         return block_stresses(self.deformation, self.modes, self.bodies.rot + np.eye(3))
 
     def resultants(self, assembly: Assembly) -> Resultants:
@@ -266,13 +268,13 @@ class Measured:
 
 
 def _check_widths(path: object, modes: Modes, joints: int, shapes: int) -> None:
-    """Refuse modal blocks whose arrays are not as wide as kernels read them, which look at no width themselves."""
+    """Refuse simply deformable blocks whose arrays are not as wide as kernels read them, which look at no width."""
     for name, array in modes._asdict().items():
         wanted = (joints, shapes, 6) if name.startswith("side") else (len(modes.value), shapes)
         if array.shape != wanted:
             raise InputError(
-                f"{path} holds modal blocks whose {name} is of shape {array.shape} for {wanted} here: it is of another "
-                "version of this package; run it again from the start"
+                f"{path} holds simply deformable blocks whose {name} is of shape {array.shape} for {wanted} here: it "
+                "is of another version of this package; run it again from the start"
             )
 
 
@@ -330,10 +332,10 @@ def make_state(
     plane : of a plane problem whose normal is a global axis, from :func:`limitmason.mechanics.plane.find_plane`: one
         row of
         contact points lies on it, and every block is held in the motions out of it; found where ``stress`` asks for it
-    blocks : "rigid", or "modal": blocks with a material strain uniformly, bend and twist, see
-        :func:`limitmason.deformable.modal_block`; blocks without one, and wholly held ones, stay rigid. Dead and live
-        loads act as body forces, which do not deform a block
-    stress : "solid", "plane stress" or "plane strain"; modal blocks only
+    blocks : "rigid", or "simply deformable": blocks with a material strain uniformly, bend and twist, see
+        :func:`limitmason.deformable.simply_deformable_block`; blocks without one, and wholly held ones, stay rigid.
+        Dead and live loads act as body forces, which do not deform a block
+    stress : "solid", "plane stress" or "plane strain"; simply deformable blocks only
     driven : twists that stages will prescribe, shape (k, 6); a plane found for ``stress`` holds them
 
     Raises
@@ -348,7 +350,7 @@ def make_state(
     free = ~assembly.fixed
     if not free.any():
         raise InputError("every block is held: there is nothing to simulate")
-    if blocks == MODAL:
+    if blocks == SIMPLY_DEFORMABLE:
         refuse_ties(assembly, "a block that strains in modes", "use blocks='rigid'")
     needed = plane_of(assembly, loads, blocks, stress, driven)
     plane = needed if plane is None else plane
@@ -370,7 +372,7 @@ def make_state(
         moves = ~out_of_plane(plane)
         stiffness *= moves[:, None] & moves
     safety = 0.65 if safety is None else safety
-    start = Start.of(assembly, stress, plane) if blocks == MODAL else None
+    start = Start.of(assembly, stress, plane) if blocks == SIMPLY_DEFORMABLE else None
     if start is not None and (rigid := int(free.sum()) - len(start.stiffness)):
         warnings = (*warnings, f"{rigid} of {int(free.sum())} free blocks have no material and stay rigid")
     deformation: Deformation | None = None

@@ -23,7 +23,7 @@ from dem.settling import settled
 from dem.simulate import resume, simulate
 from dem.state import UnstableError, make_state
 from limitmason.deformable import PLANE_STRESS, SOLID
-from limitmason.deformable.levels import LUMPED, MODAL, RIGID
+from limitmason.deformable.levels import LUMPED, RIGID, SIMPLY_DEFORMABLE
 from limitmason.mechanics.contact_points import on_few_points
 from limitmason.mechanics.lumped_units import with_lumped_units
 from limitmason.mechanics.plane import Plane, find_plane
@@ -33,7 +33,7 @@ from limitmason.model.stages import Damping, Drive, Hold, Settle, Stage
 Array = NDArray[np.float64]
 
 UNITS: Mapping[str, Callable[[Assembly], Assembly]] = {
-    RIGID: lambda assembly: assembly, LUMPED: with_lumped_units, MODAL: lambda assembly: assembly,
+    RIGID: lambda assembly: assembly, LUMPED: with_lumped_units, SIMPLY_DEFORMABLE: lambda assembly: assembly,
 }  # fmt: skip
 """What units make of their joints: lumped ones give them their compliance."""
 
@@ -70,12 +70,12 @@ class BlockStructure:
         self.chosen = chosen
         loads = loads if loads is not None else Loads.weight(model)
         self.loads = Loads(loads.dead, np.zeros_like(loads.dead), loads.name)
-        plane, strains = _plane(model, self.loads, self.unit), chosen.blocks == MODAL
+        plane, strains = _plane(model, self.loads, self.unit), chosen.blocks == SIMPLY_DEFORMABLE
         stress = chosen.stress or (PLANE_STRESS if strains and plane is not None else SOLID)
         grid = chosen.contact_points
         self.state = make_state(
             model, self.loads, contact_points=default_spacing(model) if grid is None else grid,
-            joint_options=chosen.joint_options, blocks=MODAL if strains else RIGID,
+            joint_options=chosen.joint_options, blocks=SIMPLY_DEFORMABLE if strains else RIGID,
             plane=None if strains and stress == SOLID else plane, stress=stress, driven=self.unit,
         )  # fmt: skip
         if grid is None:

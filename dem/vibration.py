@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from dem.joints import law_at
 from dem.kernels import LAW
-from limitmason.deformable import modal_blocks
-from limitmason.deformable.levels import MODAL, RIGID
+from limitmason.deformable import simply_deformable_blocks
+from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.errors import NotApplicable
 from limitmason.mechanics.contact_points import ContactPoints
 from limitmason.mechanics.plane import find_plane
@@ -46,8 +46,8 @@ def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSyste
     directions = np.stack([x.normal[k], x.tangent_1[k], x.tangent_2[k]], axis=1)
     shapes, plane, kind = None, None, RIGID
     if state.deformation is not None:
-        kind, normal = MODAL, state.deformation.normal if state.deformation.plane else None
-        shapes = modal_blocks(assembly, state.deformation.state, normal)
+        kind, normal = SIMPLY_DEFORMABLE, state.deformation.normal if state.deformation.plane else None
+        shapes = simply_deformable_blocks(assembly, state.deformation.state, normal)
         turns = None if normal is None else np.concatenate([np.zeros(3), normal])[None]
         plane = None if normal is None else find_plane(assembly, Loads(state.dead, state.live), turns)
     points = ContactPoints(place, k, p.area, directions, x.block_a[k], x.block_b[k])

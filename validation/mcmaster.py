@@ -16,7 +16,7 @@ import numpy as np
 import dem
 from limitmason import experiments
 from limitmason.build.cracks import with_potential_cracks
-from limitmason.deformable.levels import MODAL, RIGID
+from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.display.text_table import filled, markdown
 from limitmason.experiments import mcmaster_bending as mcmaster
 from limitmason.experiments.record import Experiment
@@ -87,7 +87,7 @@ are lower. Each suspect alone:
 
 - Excluded, since none lowers it by more than 3 %: speed, spans, dilatancy, finer contact points. Fewer points and
   another cut of the bond only raise it: four courses of 200 mm fill 790 mm as the first row has it.
-- Friction at the rollers and wider bars raise it. Elastic blocks (modal, nu 0.2) lower it by 4 to 6 %, part of it.
+- Friction at the rollers and wider bars raise it. Simply deformable blocks (nu 0.2) lower it by 4 to 6 %, part of it.
 - Blocks with a plane across their middle (c 1.5 ft, brittle, kn = ks = 70 GPa/m) that does not crack lose 3 and 10 %,
   by the give of the plane; one that cracks at 1.5 MPa brings 0 degrees alone below the axis. The blocks of the source
   are rigid and whole, and its wallettes failed in steps along the joints.
@@ -167,7 +167,7 @@ def bent(
     try:
         history = dem.simulate(
             wall, drive, loads=loads, contact_points=points, sample=steps // 200, detect_every=None,
-            blocks=RIGID if modulus is None else MODAL,
+            blocks=RIGID if modulus is None else SIMPLY_DEFORMABLE,
         )  # fmt: skip
     except dem.UnstableError as error:
         # broken pieces that fall: after the peak

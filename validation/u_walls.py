@@ -91,7 +91,8 @@ A jump is a step at which no Newton iteration ends: the crack runs on at constan
 
 ## Micro-model
 
-Stones that strain and bend on the DEM's joints, `lm.pushover(blocks="modal")`; load and displacement as above.
+Stones that strain and bend on the DEM's joints, `lm.pushover(blocks="simply deformable")`; load and displacement as
+above.
 
 [micro-assumptions]
 
@@ -161,9 +162,9 @@ def pushed(specimen: str, properties: str, size: float, to: float, kept: Path | 
         return None
 
 
-def stone_by_stone(specimen: str, to: float, kept: Path | None, blocks: str = "modal") -> Curve:
+def stone_by_stone(specimen: str, to: float, kept: Path | None, blocks: str = "simply deformable") -> Curve:
     """Push-over of a micro-model, load [N] over the top's displacement [m], from the folder where it is there."""
-    name = "micro" if blocks == "modal" else blocks
+    name = "micro" if blocks == "simply deformable" else blocks
     file = None if kept is None else kept / f"{specimen}_{name}_{to:g}_{MOST:g}.npz"
     if file is None or not file.is_file():
         test = experiments.load(NAME, specimen)
@@ -198,7 +199,7 @@ def micro_stiffness(specimen: str, gigapascals: float | None) -> float:
     """Tangent under dead load at the top [kN/mm], with stones of a modulus [GPa], or rigid ones."""
     test = experiments.load(NAME, specimen, residual="full")  # nothing fails at this load
     stone = micro.STONE if gigapascals is None else replace(micro.STONE, young_modulus=1e9 * gigapascals)
-    curve = micro.push_micro(test, 2e-7, blocks="rigid" if gigapascals is None else "modal", stone=stone)
+    curve = micro.push_micro(test, 2e-7, blocks="rigid" if gigapascals is None else "simply deformable", stone=stone)
     return 1e-3 * float(curve.multiplier[1] / micro.at_the_top(curve, test)[1])
 
 
@@ -314,7 +315,7 @@ def frequencies(size: float) -> list[str]:
             p = macro.published(specimen, family)
             cells = [f"{float(p[f'{k}_{i}']):.2f}" for k in ("frequency", "mac") for i in (1, 2, 3)]
             rows.append([specimen, {"final": "macro-model, printed", "micro": "micro-model, printed"}[family], *cells])
-        stones = lm.modes(micro.micro_model(test), 3, blocks="modal", contact_points=micro.POINTS)
+        stones = lm.modes(micro.micro_model(test), 3, blocks="simply deformable", contact_points=micro.POINTS)
         alike = np.diag(lm.mac(stones, blocks).values)
         rows.append([specimen, "stones, here", *(f"{f:.2f}" for f in stones.frequency), *(f"{v:.2f}" for v in alike)])
         rows.append([specimen, "blocks, here", *(f"{f:.2f}" for f in blocks.frequency), "", "", ""])

@@ -164,13 +164,13 @@ def _cut(name: str, solid: Solid, centroid: Array, size: float) -> tuple[Array, 
     if (met != 3).any():
         raise InputError(
             f"block {name!r} has a corner at which {met[met != 3][0]} edges meet: only blocks with three at each "
-            "corner (bricks, voussoirs, prisms) are cut into zones in space; take blocks='modal', or leave it rigid by "
-            "giving it no material"
+            "corner (bricks, voussoirs, prisms) are cut into zones in space; take blocks='simply deformable', or leave "
+            "it rigid by giving it no material"
         )
     hexahedra, outer = _one_hexahedron(solid) if _like_a_box(solid) else _corner_hexahedra(solid, centroid)
     x = np.stack(hexahedra)
     if not np.linalg.det(shape_gradients(np.zeros(3)) @ x).min() > 0.0:
-        raise InputError(f"block {name!r} is too slanted to be cut into zones: take blocks='modal'")
+        raise InputError(f"block {name!r} is too slanted to be cut into zones: take blocks='simply deformable'")
     lengths = np.stack([np.linalg.norm(x[:, a] - x[:, b], axis=2).max(axis=1) for a, b in _ALONG], axis=1)
     parts = np.maximum(np.ceil(lengths / size - 1e-9).astype(int), 1)
     if len(x) > 1:
@@ -262,6 +262,6 @@ def _check_shapes(name: str, x: Array) -> None:
     for corner in CORNERS:
         if (np.linalg.det(shape_gradients(corner) @ x) < _FLAT * middle).any():
             raise InputError(
-                f"block {name!r} is too slanted: a zone of it would be flat or turned inside out; take blocks='modal', "
-                "or leave it rigid by giving it no material"
+                f"block {name!r} is too slanted: a zone of it would be flat or turned inside out; take "
+                "blocks='simply deformable', or leave it rigid by giving it no material"
             )

@@ -21,7 +21,7 @@ PACKAGES = {
     "limitmason": "Everything a script begins with.",
     "limitmason.model": "Blocks, joints, loads, supports and their assembly.",
     "limitmason.build": "Walls, arches and columns from a few numbers.",
-    "limitmason.deformable": "Elasticity and modal shapes of blocks that deform.",
+    "limitmason.deformable": "Elasticity and shapes of blocks that deform.",
     "limitmason.geometry": "Polygons, polyhedra and contact detection on plain arrays.",
     "limitmason.limit": "Limit analysis: associative, non-associative, proven ranges, settlement.",
     "limitmason.capacity": "Capacity curves.",

@@ -39,7 +39,7 @@ from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.steps import Steps
 from limitmason.capacity.system import System
 from limitmason.capacity.ties import make_ties
-from limitmason.deformable.levels import ELASTIC, LUMPED, MODAL, RIGID
+from limitmason.deformable.levels import LUMPED, RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.display.progress import watched
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import Grid, weakening
@@ -95,12 +95,11 @@ def pushover(
     to : control displacement from the state under dead load [m]; negative for the other sense; None goes on until the
         load has fallen 0.2 % below its first limit point, at most to half a block; a support needs a number
     blocks : "rigid"; "lumped", rigid with the compliance of the units' material in the joints
-        (:func:`limitmason.mechanics.lumped_units.with_lumped_units`); "modal", blocks that strain and bend, the shapes
-        of
-        :func:`dem.push`'s; "elastic", elastic bodies condensed to their joint points
+        (:func:`limitmason.mechanics.lumped_units.with_lumped_units`); "simply deformable", blocks that strain and bend,
+        the shapes of :func:`dem.push`'s; "ritz", elastic bodies in polynomials, condensed to their joint points
         (:func:`limitmason.deformable.polynomial_block`). Blocks without a material, and held ones, stay rigid
-    stress : of modal and elastic blocks: "plane stress" (the default of a plane problem), "plane strain", or "solid",
-        which takes a plane problem in space too
+    stress : of blocks that deform: "plane stress" (the default of a plane problem), "plane strain", or "solid", which
+        takes a plane problem in space too
     contact_model, grid : as in :func:`limitmason.mechanics.contact_points.contact_points`; "grid" where a grid is
         given; the model of ``initial`` where this is given (its ``grid`` is to be repeated). Else what the joints need:
 
@@ -161,7 +160,7 @@ def pushover(
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
     refuse(assembly, loads)
-    deforming = blocks in (MODAL, ELASTIC)
+    deforming = blocks in (SIMPLY_DEFORMABLE, RITZ)
     anew = _found_anew(assembly, blocks, contacts, deforming)
     if initial is not None and deforming:
         raise NotApplicable("initial forces go with rigid blocks: limit analysis knows no strains")

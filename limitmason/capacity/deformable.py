@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from limitmason.deformable import PLANE_STRESS, SOLID, STATES
-from limitmason.deformable.levels import ELASTIC, LUMPED, MODAL, RIGID
+from limitmason.deformable.levels import LUMPED, RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import ContactPoints
 from limitmason.mechanics.joint_shapes import BlockShapes, at_joints, shapes_of
@@ -24,7 +24,7 @@ from limitmason.model.load import Loads
 
 Array = NDArray[np.float64]
 
-BLOCKS = (RIGID, LUMPED, MODAL, ELASTIC)
+BLOCKS = (RIGID, LUMPED, SIMPLY_DEFORMABLE, RITZ)
 """How the blocks of a path deform."""
 
 _UNSEEN = 1e-9
@@ -42,7 +42,7 @@ class CondensedShapes:
     stiffness : of the reduced coordinates, which are root mean square displacements of the block's joint points [N/m],
         shape (n, k); 0 where a block has fewer
     shapes_a, shapes_b : displacement of the points of block a and b per unit of a coordinate [-], shape (m, 3, k)
-    blocks : "modal" or "elastic"
+    blocks : "simply deformable" or "ritz"
     """
 
     shapes: tuple[BlockShapes | None, ...]
@@ -97,7 +97,7 @@ def plane_of(assembly: Assembly, loads: Loads, blocks: str, stress: str | None) 
     plane = find_plane(assembly, loads)
     if blocks in (RIGID, LUMPED):
         if stress is not None:
-            raise InputError(f"stress={stress!r} is for modal and elastic blocks; {blocks} ones have no stress")
+            raise InputError(f"stress={stress!r} is for blocks that deform; {blocks} ones have no stress")
         return plane, SOLID
     if stress is None:
         return plane, SOLID if plane is None else PLANE_STRESS
@@ -120,13 +120,13 @@ def deformation(
 
     Parameters
     ----------
-    blocks : "modal" or "elastic"
+    blocks : "simply deformable" or "ritz"
     kn, ks : of every interface [Pa/m]
 
     Raises
     ------
     InputError
-        What :func:`limitmason.deformable.modal_blocks` refuses.
+        What :func:`limitmason.deformable.simply_deformable_blocks` refuses.
     """
     normal = None if plane is None else plane.normal
     shapes = shapes_of(assembly, blocks, stress, normal)

@@ -19,7 +19,7 @@ from scipy.sparse.linalg import splu
 from limitmason.capacity.contacts import points_of_path
 from limitmason.capacity.deformable import lumped, plane_of
 from limitmason.capacity.point_range import CRITERIA, point_range
-from limitmason.deformable.levels import ELASTIC, LUMPED, MODAL, RIGID
+from limitmason.deformable.levels import LUMPED, RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import ContactPoints, Grid
 from limitmason.mechanics.equilibrium import degrees_of_freedom, project
@@ -239,7 +239,7 @@ def elastic_range(
     on, as in every method on contact points. Where slip comes first, a structure whose joints lose nothing by it goes
     on: the range ``end(1, "opening")`` is then no more than an estimate.
     """
-    deforming = blocks in (MODAL, ELASTIC)
+    deforming = blocks in (SIMPLY_DEFORMABLE, RITZ)
     refuse_ties(assembly, "an elastic range", "leave the ties out: assembly.with_ties(())")
     if len(loads.dead) != assembly.n_blocks:
         raise InputError(f"loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")

@@ -34,7 +34,8 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     command.add_argument("--method", default=DEM, help=f"a method that follows driven structures; default: {DEM}")
     command.add_argument("--block", metavar="NAME", help="block to drive; default: what the experiment drives")
     command.add_argument("--direction", type=float, nargs=3, metavar=("X", "Y", "Z"), help="needs --block")
-    command.add_argument("--blocks", help="how units deform: rigid (default), lumped (into the joints), modal, zoned")
+    kinds = "rigid (default), lumped (into the joints), 'simply deformable', zoned"
+    command.add_argument("--blocks", help=f"how units deform: {kinds}")
     command.add_argument("--zone-size", type=_length, metavar="LENGTH", help="largest edge of a zone, of zoned blocks")
     command.add_argument("--stress", help="of zoned blocks: plane stress (default), plane strain or solid (in space)")
     command.add_argument("--spacing", type=_length, metavar="LENGTH", help="largest distance between contact points")

@@ -6,11 +6,12 @@ RIGID = "rigid"
 LUMPED = "lumped"
 """Not themselves: their compliance is put into the joints."""
 
-MODAL = "modal"
-"""In uniform strain, bending and shear, plane faces at the joints, see :func:`limitmason.deformable.modal_block`."""
+SIMPLY_DEFORMABLE = "simply deformable"
+"""In uniform strain, bending and shear, plane at the joints: :func:`limitmason.deformable.simply_deformable_block`.
+"""
 
-ELASTIC = "elastic"
-"""As elastic bodies seen from their joints, see :func:`limitmason.deformable.polynomial_block`."""
+RITZ = "ritz"
+"""In complete polynomials, as Ritz did, seen from their joints: see :func:`limitmason.deformable.polynomial_block`."""
 
 ZONED = "zoned"
 """In zones that strain, and in the plane yield and crack."""

@@ -63,7 +63,7 @@ def polynomial_blocks(
 
     Parameters
     ----------
-    state, normal : as in :func:`limitmason.deformable.modal_blocks`
+    state, normal : as in :func:`limitmason.deformable.simply_deformable_blocks`
     degree : as in :func:`polynomial_block`; blocks that are alike share their shapes
     """
     known: dict[tuple[object, ...], Body] = {}

@@ -6,8 +6,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from limitmason.deformable import modal_blocks, polynomial_blocks
-from limitmason.deformable.levels import ELASTIC, MODAL
+from limitmason.deformable import polynomial_blocks, simply_deformable_blocks
+from limitmason.deformable.levels import RITZ, SIMPLY_DEFORMABLE
 from limitmason.mechanics.contact_points import ContactPoints
 from limitmason.model.assembly import Assembly
 
@@ -20,7 +20,7 @@ _SEEN = 1e-10
 """Of the stiffest rigid motion of a joint's points: one below it moves no point."""
 
 _SOFT = 5.0
-"""E / (kn l) of a block below which modal shapes may miss more than 2 %."""
+"""E / (kn l) of a block below which simply deformable shapes may miss more than 2 %."""
 
 _HIGHEST = 3
 """Degree up to which a joint takes up the displacement of a face."""
@@ -46,26 +46,28 @@ class BlockShapes(Protocol):
 
 
 def shapes_of(assembly: Assembly, blocks: str, stress: str, normal: ArrayLike | None) -> Sequence[BlockShapes | None]:
-    """Shapes of every block, None where it is rigid: of :func:`limitmason.deformable.modal_blocks` for "modal", of
-    :func:`limitmason.deformable.polynomial_blocks` for "elastic".
+    """Shapes of every block, None where it is rigid.
+
+    Of :func:`limitmason.deformable.simply_deformable_blocks` for "simply deformable", of
+    :func:`limitmason.deformable.polynomial_blocks` for "ritz".
     """
-    return (modal_blocks if blocks == MODAL else polynomial_blocks)(assembly, stress, normal)
+    return (simply_deformable_blocks if blocks == SIMPLY_DEFORMABLE else polynomial_blocks)(assembly, stress, normal)
 
 
 def told_of_soft_blocks(assembly: Assembly, kn: Array, blocks: str) -> tuple[str, ...]:
-    """Warning where modal blocks are as soft as their joints, with few shapes for what they then do.
+    """Warning where simply deformable blocks are as soft as their joints, with few shapes for what they then do.
 
     Parameters
     ----------
     kn : of every interface [Pa/m]
-    blocks : "modal"; other kinds have no such limit
+    blocks : "simply deformable"; other kinds have no such limit
 
     Notes
     -----
-    Of 50 random structures 18 had frequencies that "elastic" blocks move by more than 2 %, all with E / (kn l) below 5,
+    Of 50 random structures 18 had frequencies that "ritz" blocks move by more than 2 %, all with E / (kn l) below 5,
     l the cube root of the volume. Some below it are within 2 %.
     """
-    if blocks != MODAL:
+    if blocks != SIMPLY_DEFORMABLE:
         return ()
     x, stiffest = assembly.arrays, np.zeros(assembly.n_blocks)
     for side in (x.block_a, x.block_b):
@@ -78,7 +80,8 @@ def told_of_soft_blocks(assembly: Assembly, kn: Array, blocks: str) -> tuple[str
         return ()
     return (
         f"block {assembly.blocks[i].name!r} is hardly stiffer than its joints, E / (kn l) = {ratio[i]:.2g} below "
-        f"{_SOFT:g}: the shapes of modal blocks may be too few, by 2 % and more; compare with blocks='elastic'",
+        f"{_SOFT:g}: the shapes of simply deformable blocks may be too few, by 2 % and more; compare with "
+        "blocks='ritz'",
     )
 
 
@@ -89,8 +92,8 @@ def at_joints(
 
     Parameters
     ----------
-    blocks : "modal", whose joints take up a face's displacement by :func:`face_motions`, as in the DEM; or "elastic",
-        by :func:`fitted`
+    blocks : "simply deformable", whose joints take up a face's displacement by :func:`face_motions`, as in the DEM; or
+        "ritz", by :func:`fitted`
     """
     most = max((s.count for s in shapes if s is not None), default=0)
     out = np.zeros((points.count, 3, most)), np.zeros((points.count, 3, most))
@@ -99,7 +102,7 @@ def at_joints(
     for rows in np.split(np.arange(points.count), first[1:]):
         k = int(points.interface[rows[0]])
         samples, fit = points.position[rows], None
-        if blocks == ELASTIC:
+        if blocks == RITZ:
             samples, weights = _face_points(assembly.interfaces[k].polygon)
             fit = fitted(points, rows, samples, weights)
         frame = np.stack([x.tangent_1[k], x.tangent_2[k], x.normal[k]])
@@ -137,10 +140,10 @@ def motion_at(place: Array) -> Array:
 def face_motions(start: NDArray[np.intp], place: Array, area: Array, displacement: Array) -> Array:
     """Rigid motions of joints that are nearest to the displacement of a face, by least squares over their points.
 
-    A joint of modal blocks takes up six motions of a face and leaves out how it bends and widens: plane faces stay
-    plane, as sections of Timoshenko's beam do. The points of a stiff joint then resist no contraction of a block, of
-    which a few shapes cannot have as much as the joint would leave free. Uniform strain moves both faces of a joint
-    alike, so that it meets no resistance either.
+    A joint of simply deformable blocks takes up six motions of a face and leaves out how it bends and widens: plane
+    faces stay plane, as sections of Timoshenko's beam do. The points of a stiff joint then resist no contraction of
+    a block, of which a few shapes cannot have as much as the joint would leave free. Uniform strain moves both faces of
+    a joint alike, so that it meets no resistance either.
 
     Parameters
     ----------

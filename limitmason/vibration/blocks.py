@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from limitmason.deformable import SOLID, STATES
-from limitmason.deformable.levels import ELASTIC, MODAL, RIGID
+from limitmason.deformable.levels import RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import ContactPoints, contact_points
 from limitmason.mechanics.equilibrium import degrees_of_freedom
@@ -92,8 +92,8 @@ def closed_system(
         on a side
         joints bend as their faces do, with two their bending stiffness is three times too large
     stiffness : see :func:`limitmason.mechanics.stiffness.joint_stiffness`
-    blocks : "rigid"; "modal", with the shapes of the DEM's blocks that deform; "elastic", bodies in polynomials, which
-        have modes of their own
+    blocks : "rigid"; "simply deformable", with the shapes of the DEM's blocks that deform; "ritz", bodies in
+        polynomials, which have modes of their own
     stress : of blocks that deform: "solid"; "plane stress" or "plane strain", of which only motions in the plane of the
         problem are found
 
@@ -104,8 +104,8 @@ def closed_system(
         or of a
         problem in no plane.
     """
-    if blocks not in (RIGID, MODAL, ELASTIC):
-        raise InputError(f"blocks must be one of 'rigid', 'modal' and 'elastic', got {blocks!r}")
+    if blocks not in (RIGID, SIMPLY_DEFORMABLE, RITZ):
+        raise InputError(f"blocks must be one of 'rigid', 'simply deformable' and 'ritz', got {blocks!r}")
     if stress not in STATES:
         raise InputError(f"stress must be one of {', '.join(map(repr, STATES))}, got {stress!r}")
     dead, plane = Loads.weight(assembly), None

@@ -100,7 +100,7 @@ def modes(model: Assembly | Vibrates, count: int = 3, **options: Any) -> Modes:
         tangent at the state it ended in)
     count : how many modes
     options : of the model. Assembly: ``contact_points``, ``contact_model``, ``stiffness`` (kn or (kn, ks) [Pa/m]),
-        ``blocks`` ("rigid", "modal" or "elastic") and ``stress``, see
+        ``blocks`` ("rigid", "simply deformable" or "ritz") and ``stress``, see
         :func:`limitmason.vibration.blocks.closed_system`; capacity curve: ``sample``, ``sliding``; DEM: ``sliding``
         ("sticks" or "drops": points at their strength keep or lose their shear stiffness)
 

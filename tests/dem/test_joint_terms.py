@@ -78,7 +78,7 @@ law = lm.Joint(30.0, cohesion=5e4, normal_stiffness=1e9, shear_stiffness=1e9, te
 wall = stack(law).with_material(lm.Material(young_modulus=1e10, poisson_ratio=0.2, density=2000.0), blocks=[1])
 assert "wears off (cohesion_over 0.004" in lm.mechanics.stated.lost_in_failure(wall)[0]
 moved = 2e-3
-for blocks, stress in (("rigid", None), ("modal", "plane stress"), ("modal", "solid")):
+for blocks, stress in (("rigid", None), ("simply deformable", "plane stress"), ("simply deformable", "solid")):
     given = {"blocks": blocks, "stress": stress} if stress else {}
     h = dem.simulate(wall, [dem.Settle(), dem.Drive({1: {"x": moved, "y": 0.0, "ry": 0.0}}, steps=300)],
                      contact_points=(2, 2), sample=100, detect_every=None, **given)

@@ -11,6 +11,7 @@ from scipy.sparse.linalg import splu
 import dem
 import limitmason as lm
 from dem.pace import tangent
+from limitmason.deformable.levels import SIMPLY_DEFORMABLE
 from limitmason.errors import InputError
 from limitmason.experiments.tables import read_table
 from limitmason.mechanics.lumped_units import with_lumped_units
@@ -80,7 +81,7 @@ def superposed(blocks, names=onset.STRENGTHS, **options):
 @pytest.mark.slow
 def test_first_failure_rises_with_the_tensile_strength_as_printed_where_bricks_deform(fingerprint):
     lag = {}
-    for blocks in ("lumped", "elastic"):
+    for blocks in ("lumped", "ritz"):
         found = np.array(superposed(blocks).opening)
         # target: the printed 19.4 kN/MPa within 15 %
         assert (found[2] - found[0]) / 0.10 == pytest.approx(19.4, rel=0.15)
@@ -89,8 +90,8 @@ def test_first_failure_rises_with_the_tensile_strength_as_printed_where_bricks_d
     assert found == pytest.approx([0.0, 0.98, 1.96], abs=0.05)
     assert (found[2] - found[0]) / 0.10 == pytest.approx(19.4, rel=0.05)
     # the source finds it later, bricks that deform by the same load for every strength
-    assert (lag["elastic"] > 0.0).all()
-    assert np.ptp(lag["elastic"]) < 0.1
+    assert (lag["ritz"] > 0.0).all()
+    assert np.ptp(lag["ritz"]) < 0.1
     assert np.ptp(lag["lumped"]) > 0.1
     # the matrix of the DEM's own state says the same of lumped ones
     assert np.array(superposed("lumped").opening) == pytest.approx(fingerprint[1], abs=1e-9)
@@ -279,20 +280,21 @@ def test_runs_of_another_level_start_or_pace_are_kept_apart(tmp_path, monkeypatc
     monkeypatch.setattr(runs, "_pushed", pushed)
     known = runs.Runs(tmp_path, None)
     calls = [
-        {}, {"blocks": "modal"}, {"seed": 1}, {"blocks": "modal", "seed": 1}, {"steps": 45_000}, {"once": True},
-        {"to": 3e-4}, {"outline": "675/8/5"}, {"start": "half"}, {"crack": 9},
+        {}, {"blocks": SIMPLY_DEFORMABLE}, {"seed": 1}, {"blocks": SIMPLY_DEFORMABLE, "seed": 1}, {"steps": 45_000},
+        {"once": True}, {"to": 3e-4}, {"outline": "675/8/5"}, {"start": "half"}, {"crack": 9},
     ]  # fmt: skip
     first = [known("udec-09", **c).peak for c in calls]
     assert len(set(first)) == len(calls)
     assert [runs.Runs(tmp_path, None)("udec-09", **c).peak for c in calls] == first
-    assert asked[3] == ("udec-09", False, runs.TRAVEL, runs.STEPS, "modal", 1, 0)
+    assert asked[3] == ("udec-09", False, runs.TRAVEL, runs.STEPS, SIMPLY_DEFORMABLE, 1, 0)
     # a key says the call, and ends with the fingerprint of the panel and of what computes it
     assert sum(key.startswith('["udec-09", false, 0.0013, 15000, {}, "') for key in known.memo.rows) == 1
 
 
-# modal bricks swing longer behind a break: at 12000 steps 3 % is left 4 um behind that at 36 um, at 24000 below 1 %
+# simply deformable bricks swing longer behind a break: at 12000 steps 3 % is left 4 um behind that at 36 um, at 24000
+# below 1 %
 @pytest.mark.slow
-@pytest.mark.parametrize(("blocks", "forks", "steps"), [("lumped", 70e-6, 12_000), ("modal", 96e-6, 24_000)])
+@pytest.mark.parametrize(("blocks", "forks", "steps"), [("lumped", 70e-6, 12_000), (SIMPLY_DEFORMABLE, 96e-6, 24_000)])
 def test_driven_panel_breaks_as_the_path_without_rate_does(blocks, forks, steps):
     # the two share the law and the points and nothing else: one integrates motion, the other solves for equilibrium
     test, to = load("udec-14"), 1e-4
@@ -324,14 +326,14 @@ def test_driven_panel_breaks_as_the_path_without_rate_does(blocks, forks, steps)
 @pytest.mark.slow
 def test_zoned_bricks_are_as_stiff_as_elastic_ones_condensed_to_the_same_points():
     known, strong = runs.Runs(None, None), {"cohesion": 1e7, "tensile_strength": 1e7}
-    lumped, modal, elastic = (
-        known.rate_free("udec-09", blocks=b, to=2e-5, **strong).stiffness for b in ("lumped", "modal", "elastic")
+    lumped, simple, elastic = (
+        known.rate_free("udec-09", blocks=b, to=2e-5, **strong).stiffness for b in ("lumped", SIMPLY_DEFORMABLE, "ritz")
     )
     zoned = known("udec-09", once=True, to=2e-5, steps=12_000, blocks="zoned", **strong).stiffness
     assert zoned == pytest.approx(elastic, rel=0.01)
     # fewer shapes are stiffer
-    assert lumped < modal < elastic
-    assert modal == pytest.approx(zoned, rel=0.05)
+    assert lumped < simple < elastic
+    assert simple == pytest.approx(zoned, rel=0.05)
 
 
 def test_panel_is_cracked_at_the_ends_of_one_bed():
@@ -378,22 +380,23 @@ def test_run_10_is_the_same_by_zones_and_modes_once_its_crack_is_chosen():
     """Two bed joints reach their strength within a hundredth of each other: the one that is first decides.
 
     Above 8 zoned bricks fall at .16 mm and 3.23 kN (3.21 at half the speed, 3.22 to 3.24 over three starts, 3.45 as a
-    running median with zones half as large), elastic ones without rate at .163 mm and 3.41 kN. Modal bricks have too
-    few shapes to follow: without rate they carry 4.33 kN above 8 and 4.36 above 9, driven 4.5 and 4.8. So the two
-    cracks are compared by zones.
+    running median with zones half as large), Ritz ones without rate at .163 mm and 3.41 kN. Simply deformable bricks
+    have too few shapes to follow: without rate they carry 4.33 kN above 8 and 4.36 above 9, driven 4.5 and 4.8. So the
+    two cracks are compared by zones.
     """
     known, peaks = runs.Runs(None, None), {}
-    # modal runs fork at rounding, one start of three to 4.4 kN: the median of three, of the largest loads up to .33 mm
-    cases = ((8, "zoned", 1e8, (1,)), (9, "zoned", 1e8, (1,)), (9, "modal", 7e7, (1, 2, 3)))
+    # simply deformable runs fork at rounding, one start of three to 4.4 kN: the median of three, of the largest loads
+    # up to .33 mm
+    cases = ((8, "zoned", 1e8, (1,)), (9, "zoned", 1e8, (1,)), (9, SIMPLY_DEFORMABLE, 7e7, (1, 2, 3)))
     for course, blocks, pace, starts in cases:
         push = dict(once=True, to=3.3e-4, steps=round(pace * 3.3e-4), blocks=blocks)
         found = [known("udec-10", crack=course, seed=k, **push) for k in starts]
         peaks[course, blocks] = np.median([f.peak for f in found])
         # zoned panels have fallen: a push that ended before would compare where it ended
-        assert blocks == "modal" or found[0].at_peak < 0.325
+        assert blocks == SIMPLY_DEFORMABLE or found[0].at_peak < 0.325
     # the target for single brittle runs
-    assert peaks[9, "modal"] == pytest.approx(peaks[9, "zoned"], rel=0.12)
-    assert min(peaks[9, "modal"], peaks[9, "zoned"]) > 1.2 * peaks[8, "zoned"]
+    assert peaks[9, SIMPLY_DEFORMABLE] == pytest.approx(peaks[9, "zoned"], rel=0.12)
+    assert min(peaks[9, SIMPLY_DEFORMABLE], peaks[9, "zoned"]) > 1.2 * peaks[8, "zoned"]
 
 
 @pytest.mark.slow
@@ -431,13 +434,13 @@ def test_grid_of_strengths_lies_in_the_window_about_the_printed_loads():
 
 
 @pytest.mark.slow
-def test_modal_bricks_are_within_three_per_cent_of_elastic_ones():
+def test_simple_bricks_are_within_three_per_cent_of_elastic_ones():
     """Compliance of the panel under its plate, joints that hold: shapes added to a block can only soften it."""
     test, found = load("udec-09", cohesion=1e7, tensile_strength=1e7), {}
-    for blocks in ("modal", "elastic"):
+    for blocks in (SIMPLY_DEFORMABLE, "ritz"):
         curve = lm.pushover(
             test.assembly(), test.loads(), control=("spreader", "z"), to=-1e-5, blocks=blocks,
             contact_model="grid", grid=0.0375, contacts="first",
         )  # fmt: skip
         found[blocks] = abs(curve.displacement[1]) / curve.load[1]
-    assert 0.97 < found["modal"] / found["elastic"] < 1.0
+    assert 0.97 < found[SIMPLY_DEFORMABLE] / found["ritz"] < 1.0

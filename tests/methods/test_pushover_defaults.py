@@ -177,7 +177,7 @@ def test_a_state_goes_on_under_its_own_model_only():
     assert lm.pushover(block({"cohesion": 1e3, **STIFF}), loads, to=2e-6, start=there).status == REACHED
 
 
-@pytest.mark.parametrize("blocks", ["modal", "elastic"])
+@pytest.mark.parametrize("blocks", ["simply deformable", "ritz"])
 def test_displacements_of_centroids_are_those_of_centroids_where_blocks_bend(blocks):
     """A bent block's mean lies beside its centroid: path and superposition agree at the centroid as at any point."""
     wall = block({"cohesion": 1e9, "tensile_strength": 1e9, "lost_by": "nothing", **STIFF}, density=100.0)
@@ -258,7 +258,7 @@ def pile(order, matrix):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("options", [{"to": 0.03}, {"to": 1e-3, "blocks": "modal", "grid": (3, 3)}])
+@pytest.mark.parametrize("options", [{"to": 0.03}, {"to": 1e-3, "blocks": "simply deformable", "grid": (3, 3)}])
 def test_a_curve_is_that_of_its_renumbered_mirrored_and_turned_copy(options):
     """Blocks slide far on the points of a grid, whose frame one of both carries: by geometry, not by number."""
     material = lm.Material(young_modulus=2e8, poisson_ratio=0.2)

@@ -12,13 +12,13 @@ from limitmason.capacity.certificate import equilibrium
 from limitmason.capacity.deformable import BLOCKS
 from limitmason.capacity.kinematics import moved
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID
-from limitmason.deformable.levels import ELASTIC, LUMPED, MODAL
+from limitmason.deformable.levels import LUMPED, RITZ, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.stages import Drive
 
 E, NU, KN, KS = 16.7e9, 0.2, 82e9, 36e9
 STATES = (PLANE_STRESS, PLANE_STRAIN, SOLID)
-LEVELS = (MODAL, ELASTIC)
+LEVELS = (SIMPLY_DEFORMABLE, RITZ)
 SLIDING = lm.Joint(0.0, normal_stiffness=KN, shear_stiffness=KS)
 BONDED = lm.Joint(35.0, cohesion=1e9, tensile_strength=1e9, normal_stiffness=KN, shear_stiffness=KS)
 FEW = Steps(first=1e6, largest=1e6)
@@ -105,7 +105,7 @@ def test_patch_test_of_a_running_bond(blocks, state):
 @pytest.mark.parametrize("blocks", LEVELS)
 @pytest.mark.parametrize("state", STATES)
 def test_bonded_cantilever_of_four_blocks_is_timoshenkos_beam(blocks, state):
-    """Joints ten times as stiff as the blocks; modal blocks miss 1 / (4 n^2) of the bending and the shape of shear."""
+    """Joints ten times as stiff; simply deformable blocks miss 1 / (4 n^2) of the bending and the shape of shear."""
     length, depth, width, n, force = 0.8, 0.1, 0.1, 4, 1e-3
     h = length / n
     outlines = [[(h * k, 0), (h * (k + 1), 0), (h * (k + 1), depth), (h * k, depth)] for k in range(-1, n)]
@@ -143,8 +143,8 @@ def test_ever_stiffer_bricks_come_to_the_rigid_curve_as_the_inverse_of_the_modul
     assert 50.0 < far[0] / far[1] < 200.0
 
 
-@pytest.mark.parametrize(("blocks", "state"), [(MODAL, PLANE_STRESS), (ELASTIC, PLANE_STRAIN),
-    pytest.param(MODAL, SOLID, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("blocks", "state"), [(SIMPLY_DEFORMABLE, PLANE_STRESS), (RITZ, PLANE_STRAIN),
+    pytest.param(SIMPLY_DEFORMABLE, SOLID, marks=pytest.mark.slow)])
 def test_stiff_joints_and_psi_equal_to_phi_give_the_associative_multiplier(blocks, state):
     """Whatever strains before; a limit point comes from below, with geometry as the only difference."""
     joint = lm.Joint(35.0, dilatancy_angle_deg=35.0, normal_stiffness=2e11, shear_stiffness=1e11)
@@ -184,7 +184,7 @@ def test_lengths_times_f_at_the_same_stresses_give_the_same_curve():
         unit = (0.225 * f, 0.075 * f, 0.1025 * f)
         wall = lm.build.wall(length=0.45 * f, courses=3, unit=unit, joint=joint, density=2000.0 / f)
         wall = wall.with_material(brick(modulus=1e9))
-        found.append(lm.pushover(wall, lm.Loads.horizontal(wall), blocks=MODAL, to=1e-5 * f).multiplier[-1])
+        found.append(lm.pushover(wall, lm.Loads.horizontal(wall), blocks=SIMPLY_DEFORMABLE, to=1e-5 * f).multiplier[-1])
     assert found[1:] == pytest.approx([found[0]] * 2, rel=1e-6)
 
 
@@ -193,7 +193,7 @@ def test_energy_and_equilibrium_are_kept_while_blocks_bend_turn_and_slide():
     joint = lm.Joint(30.0, normal_stiffness=1e8, shear_stiffness=1e8)
     wall = lm.build.wall(length=0.4, courses=4, unit=(0.2, 0.2, 0.2), joint=joint, density=2000.0)
     wall = wall.with_material(brick(modulus=5e6))
-    curve = lm.pushover(wall, lm.Loads.horizontal(wall), blocks=MODAL, to=0.04, **lines(3))
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall), blocks=SIMPLY_DEFORMABLE, to=0.04, **lines(3))
     assert curve.status == "reached"
     assert energy_of(curve) < 0.02
     assert np.abs(curve.nodes[-1].pose.turn).max() > 0.01
@@ -203,7 +203,7 @@ def test_a_certificate_that_leaves_out_the_blocks_forces_is_refused():
     """The elastic forces of the blocks count: without them no state is in equilibrium."""
     joint = lm.Joint(30.0, normal_stiffness=2e9, shear_stiffness=1e9)
     wall = lm.build.wall(length=0.45, courses=3, unit=(0.225, 0.075, 0.1025), joint=joint).with_material(brick())
-    curve = lm.pushover(wall, lm.Loads.horizontal(wall), blocks=MODAL, to=2e-5)
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall), blocks=SIMPLY_DEFORMABLE, to=2e-5)
     s, state = curve.structure, curve.states[-1]
     assert equilibrium(s, state) < 1e-6
     softer = replace(s.deformation, stiffness=0.99 * s.deformation.stiffness)
@@ -216,7 +216,7 @@ def test_points_of_blocks_that_deform_move_with_them():
     wall = stack(1, SLIDING)
     series = 2.0 / KN + 0.075 / E
     loads = at_the(wall, "block-2", (0.0, 0.0, -p * 0.02))
-    curve = lm.pushover(wall, loads, blocks=ELASTIC, to=p * series, steps=FEW)
+    curve = lm.pushover(wall, loads, blocks=RITZ, to=p * series, steps=FEW)
     top = wall.centroids[1] + (0.1, 0.0, 0.0375)
     down = curve.displacement_of("block-1", top)[-1] - curve.displacement_of("block-1")[-1]
     assert down == pytest.approx([NU * p / E * 0.1, 0.0, -0.0375 * p / E], rel=1e-4, abs=1e-12)
@@ -242,17 +242,17 @@ def test_what_cannot_be_is_refused():
     solid = wall.with_material(brick())
     with pytest.raises(InputError, match="blocks must be one of"):
         lm.pushover(wall, loads, blocks="soft")
-    with pytest.raises(InputError, match="stress='plane stress' is for modal and elastic"):
+    with pytest.raises(InputError, match="stress='plane stress' is for blocks that deform"):
         lm.pushover(wall, loads, stress=PLANE_STRESS)
     with pytest.raises(InputError, match="no free block has a material"):
-        lm.pushover(wall, loads, blocks=ELASTIC)
+        lm.pushover(wall, loads, blocks=RITZ)
     with pytest.raises(InputError, match="stiffness= would undo"):
         lm.pushover(solid, loads, blocks=LUMPED, stiffness=1e9)
     with pytest.raises(NotApplicable, match="not found anew"):
-        lm.pushover(solid, loads, blocks=MODAL, contacts="anew")
+        lm.pushover(solid, loads, blocks=SIMPLY_DEFORMABLE, contacts="anew")
     with pytest.raises(InputError, match="stress must be one of"):
-        lm.pushover(solid, loads, blocks=MODAL, stress="plane")
-    curve = lm.pushover(solid, loads, blocks=MODAL, to=1e-6)
+        lm.pushover(solid, loads, blocks=SIMPLY_DEFORMABLE, stress="plane")
+    curve = lm.pushover(solid, loads, blocks=SIMPLY_DEFORMABLE, to=1e-6)
     with pytest.raises(InputError, match="another model"):
         lm.pushover(solid, loads, to=1e-6, start=curve, contacts="first")
     assert set(LEVELS) < set(BLOCKS)
@@ -262,7 +262,7 @@ def test_what_cannot_be_is_refused():
 def test_the_tangent_is_the_derivative_of_the_unbalance_where_blocks_are_strained_and_turned(state):
     """Bonded joints: no kinks. Rotations of a fifth, strains of a hundredth, forces of every size."""
     wall = lm.build.wall(length=0.45, courses=2, unit=(0.225, 0.075, 0.1025), joint=BONDED).with_material(brick())
-    curve = lm.pushover(wall, lm.Loads.horizontal(wall), blocks=ELASTIC, stress=state, to=1e-9, steps=FEW)
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall), blocks=RITZ, stress=state, to=1e-9, steps=FEW)
     system, node = curve.generations.systems[0], curve.nodes[-1]
     rng = np.random.default_rng(3)
     free = system.bodies.free
@@ -292,7 +292,7 @@ def test_u_wall_of_ever_stiffer_stones_under_an_airbag_comes_to_the_associative_
     loads = lm.Loads.weight(wall).with_patch_pressure(wall, rear, force=1e3)
     exact = lm.limit_analysis(wall, loads, contact_model="vertices").collapse_multiplier
     for modulus, within in ((1e10, 2e-3), (1e13, 2e-4)):
-        curve = lm.pushover(wall.with_material(brick(modulus=modulus)), loads, blocks=MODAL, to=4e-5)
+        curve = lm.pushover(wall.with_material(brick(modulus=modulus)), loads, blocks=SIMPLY_DEFORMABLE, to=4e-5)
         assert all(c.accepted for c in curve.certificates)
         assert curve.multiplier.max() == pytest.approx(exact, rel=within)
         assert curve.multiplier.max() < exact * (1.0 + 1e-6)
@@ -311,7 +311,7 @@ DROPS = {"residual_cohesion": 0.0, "residual_tensile_strength": 0.0}
     ],
     ids=["plastic", "softening", "brittle"],
 )
-def test_driven_wall_of_modal_units_is_the_dem_s_in_stiffness_peak_and_mechanism(law, pressed, to, steps, within):
+def test_driven_wall_of_simple_units_is_the_dem_s_in_stiffness_peak_and_mechanism(law, pressed, to, steps, within):
     """Joints under pressure, the plate on top pushed sideways and free to turn; rate error below 2 %."""
     joint = lm.Joint(35.0, normal_stiffness=8.2e9, shear_stiffness=3.6e9, **law)
     unit, top = (0.225, 0.075, 0.1025), (0.45, 0.075)
@@ -321,9 +321,10 @@ def test_driven_wall_of_modal_units_is_the_dem_s_in_stiffness_peak_and_mechanism
     dead[-1, 2] -= pressed
     live = np.zeros_like(dead)
     live[-1, 0] = 1.0
-    ours = lm.pushover(wall, lm.Loads(dead, live), blocks=MODAL, to=to, **lines(3))
+    ours = lm.pushover(wall, lm.Loads(dead, live), blocks=SIMPLY_DEFORMABLE, to=to, **lines(3))
     drive = Drive({"spreader": {"x": 1.0}})
-    run = dem.push(wall, drive, to=to, loads=lm.Loads(dead, 0 * live), blocks=MODAL, contact_points=(3, 2), steps=steps)
+    options = {"blocks": SIMPLY_DEFORMABLE, "contact_points": (3, 2), "steps": steps}
+    run = dem.push(wall, drive, to=to, loads=lm.Loads(dead, 0 * live), **options)
     assert run.rate_error < 0.02
     assert all(c.accepted for c in ours.certificates)
     small = to * 0.01

@@ -80,7 +80,7 @@ def test_descent_and_programs_find_the_same_states(psi, way, modulus):
     options = {}
     if modulus is not None:
         wall = wall.with_material(lm.Material(young_modulus=modulus, poisson_ratio=0.2))
-        options = {"blocks": "modal"}
+        options = {"blocks": "simply deformable"}
     curve = lm.pushover(wall, lm.Loads.horizontal(wall, way), stiffness=1e10, contacts="first", **options)
     for k in range(1, curve.first_limit_point.index - 5):
         node, target = curve.nodes[k], curve.nodes[k + 5].control

@@ -211,7 +211,7 @@ def test_a_wall_that_cracks_follows_the_driven_distinct_elements_to_their_peak(l
     ],
 )
 def test_joints_of_bricks_that_bend_break_as_in_the_driven_distinct_elements(law, to, left, steps):
-    """Modal bricks of 2 GPa, which give as much as the joints: peak, and what is left at the end."""
+    """Simply deformable bricks of 2 GPa, which give as much as the joints: peak, and what is left at the end."""
     joint = lm.Joint(
         35.0, cohesion=1e5, tensile_strength=8e4, residual_cohesion=0.0, residual_tensile_strength=0.0,
         normal_stiffness=5e10, shear_stiffness=3e10, **law,
@@ -220,11 +220,12 @@ def test_joints_of_bricks_that_bend_break_as_in_the_driven_distinct_elements(law
     wall = lm.build.wall(length=0.4, courses=4, unit=(0.2, 0.08, 0.1), joint=joint).with_material(brick)
     top = wall.blocks[-1].name
     loads = lm.Loads.weight(wall).with_point_load(wall, top, (1.0, 0.0, 0.0))
-    curve = lm.pushover(wall, loads, control=(top, "x"), to=to, contact_model="grid", grid=0.05, blocks="modal")
+    options = {"contact_model": "grid", "grid": 0.05, "blocks": "simply deformable"}
+    curve = lm.pushover(wall, loads, control=(top, "x"), to=to, **options)
     assert certified(curve)
     driven = dem.push(
         wall, Drive({top: {"x": 1.0}}), to=to, loads=lm.Loads.weight(wall), contact_points=0.05, steps=steps,
-        samples=1500, rate_check=False, blocks="modal",
+        samples=1500, rate_check=False, blocks="simply deformable",
     )  # fmt: skip
     assert curve.peak.load == pytest.approx(driven.peak.load, rel=0.01)
     assert curve.load[-1] == pytest.approx(driven.load[-1], rel=left)

@@ -195,8 +195,8 @@ def test_wrenches_and_stiffness_of_ties_are_derivatives_at_any_rotation():
 def test_blocks_that_deform_refuse_ties_by_name():
     wall, loads = pier()
     soft = wall.with_material(lm.Material(young_modulus=1e9, poisson_ratio=0.2))
-    with pytest.raises(NotApplicable, match="capacity curve of modal blocks does not follow ties"):
-        lm.pushover(soft, loads, blocks="modal")
+    with pytest.raises(NotApplicable, match="capacity curve of simply deformable blocks does not follow ties"):
+        lm.pushover(soft, loads, blocks="simply deformable")
     with pytest.raises(NotApplicable, match="small vibration does not follow ties"):
         lm.pushover(wall, loads, to=1e-4, stiffness=1e9).vibration()
 

@@ -223,7 +223,7 @@ def test_a_state_in_an_ambiguous_plane_keeps_that_of_its_own_loads():
     # all joints of a stack are level: the loads along y alone say in which plane its blocks deform
     square = {"width": 0.4, "depth": 0.4, "unit_height": 0.2, "courses": 3}
     wall = lm.build.column(**square, joint=JOINT).with_material(lm.Material(young_modulus=2e8, poisson_ratio=0.2))
-    options = {"blocks": "modal", "stress": "plane stress", "detect_every": None}
+    options = {"blocks": "simply deformable", "stress": "plane stress", "detect_every": None}
     along, across = (
         dem.simulate(wall, dem.Settle(), loads=lm.Loads.horizontal(wall, d).scaled(live=1e-3), **options)
         for d in ((1, 0, 0), (0, 1, 0))
@@ -243,7 +243,9 @@ def slender_bar(n, level, stress, joint_factor=1e5):
     return lm.modes(wall, 6, blocks=level, stress=stress, contact_points=(4, 4))
 
 
-@pytest.mark.parametrize(("n", "level", "within"), [(1, "elastic", 2e-3), (4, "elastic", 2e-3), (4, "modal", 0.02)])
+@pytest.mark.parametrize(
+    ("n", "level", "within"), [(1, "ritz", 2e-3), (4, "ritz", 2e-3), (4, "simply deformable", 0.02)]
+)
 def test_cantilever_of_deformable_blocks_sways_as_timoshenkos_beam(n, level, within):
     found = slender_bar(n, level, "plane stress")
     assert found.frequency[0] == pytest.approx(timoshenko(2e9, 2000.0, 0.1, 1.0), rel=within)
@@ -259,7 +261,7 @@ def test_deformable_blocks_have_the_same_modes_however_they_are_turned_and_where
     angle = np.deg2rad(33.0)
     turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1.0]])
     copy = wall.transformed(turn, (1.0, -2.0, 0.5)).renumbered(np.random.default_rng(5).permutation(wall.n_blocks))
-    for level in ("modal", "elastic"):
+    for level in ("simply deformable", "ritz"):
         one, two = lm.modes(wall, 4, blocks=level), lm.modes(copy, 4, blocks=level)
         assert two.frequency == pytest.approx(one.frequency, rel=1e-8)
         top = np.array([[0.05, 0.0, 0.18], [0.6, 0.05, 0.15]]) + wall.blocks[0].centroid * (0, 1, 0)
@@ -269,20 +271,18 @@ def test_deformable_blocks_have_the_same_modes_however_they_are_turned_and_where
         # stiffer units come to the rigid ones
         stiff = lm.modes(wall.with_material(lm.Material(young_modulus=2e14, poisson_ratio=0.2)), 4, blocks=level)
         assert stiff.frequency == pytest.approx(lm.modes(wall, 4).frequency, rel=1e-3)
-    assert lm.mac(lm.modes(wall, 3, blocks="modal"), lm.modes(wall, 3, blocks="elastic")).values == pytest.approx(
-        np.eye(3), abs=0.02
-    )
+    one, other = (lm.modes(wall, 3, blocks=b) for b in ("simply deformable", "ritz"))
+    assert lm.mac(one, other).values == pytest.approx(np.eye(3), abs=0.02)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stress", ["solid", "plane stress"])
-def test_settled_dem_and_capacity_curve_of_modal_blocks_vibrate_as_the_closed_column(stress):
+def test_settled_dem_and_capacity_curve_of_simple_blocks_vibrate_as_the_closed_column(stress):
     wall = stack(2).with_material(lm.Material(young_modulus=2e9, poisson_ratio=0.2))
-    closed = lm.modes(wall, 3, blocks="modal", stress=stress, contact_points=(3, 3))
-    rest = dem.simulate(wall, dem.Settle(), blocks="modal", stress=stress, contact_points=(3, 3), detect_every=None)
-    curve = lm.pushover(
-        wall, lm.Loads.horizontal(wall), blocks="modal", stress=stress, to=1e-9, contact_model="grid", grid=(3, 3)
-    )
+    kind = {"blocks": "simply deformable", "stress": stress}
+    closed = lm.modes(wall, 3, **kind, contact_points=(3, 3))
+    rest = dem.simulate(wall, dem.Settle(), **kind, contact_points=(3, 3), detect_every=None)
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall), **kind, to=1e-9, contact_model="grid", grid=(3, 3))
     for state in (lm.modes(rest, 3), lm.modes(curve, 3, sample=0)):
         assert state.frequency == pytest.approx(closed.frequency, rel=1e-6)
 

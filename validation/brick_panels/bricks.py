@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.deformable.levels import ELASTIC
+from limitmason.deformable.levels import RITZ
 from limitmason.display.text_table import markdown
 
 from .runs import STEPS, TRAVEL, Runs
@@ -72,8 +72,8 @@ def changes(peaks: Array) -> tuple[Array, float]:
 def section(runs: Runs) -> list[str]:
     """Part of the page."""
     listed = cases()
-    first = np.array([runs.onsets(["udec-09"], blocks=ELASTIC, **o).opening[0] for _, o in listed])
-    stiff = np.array([runs.onsets(["udec-09"], blocks=ELASTIC, **o).compliance for _, o in listed])
+    first = np.array([runs.onsets(["udec-09"], blocks=RITZ, **o).opening[0] for _, o in listed])
+    stiff = np.array([runs.onsets(["udec-09"], blocks=RITZ, **o).compliance for _, o in listed])
     soft = np.array([
         [runs("udec-09", once=True, seed=s, fracture_energy=ENERGY, **o).peak for s in (1, 2)] for _, o in listed
     ])  # fmt: skip

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.deformable.levels import ELASTIC, LUMPED, MODAL, RIGID
+from limitmason.deformable.levels import LUMPED, RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.display.text_table import markdown
 from limitmason.experiments.brick_panels_opening.layout import OUTLINES
 from limitmason.experiments.tables import read_table
@@ -34,16 +34,16 @@ CASES: tuple[tuple[str, str, str, float, str | None], ...] = (
     (OUTLINES[0], "whole", RIGID, SPACING, None),
     (OUTLINES[0], "whole", LUMPED, SPACING, None),
     (OUTLINES[0], "whole", LUMPED, _QUARTER, None),
-    (OUTLINES[0], "whole", MODAL, SPACING, None),
-    (OUTLINES[0], "whole", MODAL, _QUARTER, None),
-    (OUTLINES[0], "whole", ELASTIC, SPACING, None),
-    (OUTLINES[0], "whole", ELASTIC, _HALF, None),
-    (OUTLINES[0], "whole", ELASTIC, _QUARTER, None),
-    (OUTLINES[0], "whole", ELASTIC, _HALF, "plane strain"),
+    (OUTLINES[0], "whole", SIMPLY_DEFORMABLE, SPACING, None),
+    (OUTLINES[0], "whole", SIMPLY_DEFORMABLE, _QUARTER, None),
+    (OUTLINES[0], "whole", RITZ, SPACING, None),
+    (OUTLINES[0], "whole", RITZ, _HALF, None),
+    (OUTLINES[0], "whole", RITZ, _QUARTER, None),
+    (OUTLINES[0], "whole", RITZ, _HALF, "plane strain"),
     *(
         (outline, start, blocks, _HALF, None)
         for outline, start in ((OUTLINES[0], "half"), *((o, s) for o in OUTLINES[1:] for s in ("whole", "half")))
-        for blocks in (LUMPED, ELASTIC)
+        for blocks in (LUMPED, RITZ)
     ),
 )
 """Outline, bond, bricks, spacing of points [m], state of stress."""
@@ -84,14 +84,14 @@ def _row(outline: str, start: str, blocks: str, spacing: float, stress: str | No
 
 
 def _words(runs: Runs) -> list[str]:
-    deform = [_onsets(runs, *c) for c in CASES if c[0] == OUTLINES[0] and c[1] == "whole" and c[2] == ELASTIC]
+    deform = [_onsets(runs, *c) for c in CASES if c[0] == OUTLINES[0] and c[1] == "whole" and c[2] == RITZ]
     slopes = [_slope(np.array(f.opening)) for f in deform]
     spans = [float(np.ptp(TYPICAL - np.array(f.opening))) for f in deform]
     lags = np.array([TYPICAL - np.array(f.opening) for f in deform])
     lumped = _slope(np.array(_onsets(runs, *CASES[1]).opening))
     fine = deform[2]
     other = {
-        o: [_slope(np.array(_onsets(runs, *c).opening)) for c in CASES if c[0] == o and c[2] == ELASTIC]
+        o: [_slope(np.array(_onsets(runs, *c).opening)) for c in CASES if c[0] == o and c[2] == RITZ]
         for o in OUTLINES[1:]
     }
     return [
@@ -113,7 +113,7 @@ def _slipping(runs: Runs) -> list[str]:
     rows = read_table(NAME, "udec_runs.csv").rows
     names = [r["specimen"] for r in rows]
     out = []
-    for blocks, spacing in ((LUMPED, SPACING), (ELASTIC, _HALF)):
+    for blocks, spacing in ((LUMPED, SPACING), (RITZ, _HALF)):
         found = runs.onsets(names, blocks=blocks, spacing=spacing)
         early = [n[-2:] for n, o, s in zip(names, found.opening, found.slip, strict=True) if s < o]
         out.append(f"{blocks} {', '.join(early)}")
@@ -160,7 +160,7 @@ def _stiffnesses(runs: Runs) -> str:
     late = []
     for r in read_table(NAME, "stiffness_table.csv").rows:
         given = {"kn": 1e9 * float(r["kn"]), "ks": 1e9 * float(r["ks"])}
-        found = runs.onsets(["udec-01"], blocks=ELASTIC, **given)
+        found = runs.onsets(["udec-01"], blocks=RITZ, **given)
         late.append(float(r["V_first_crack"]) - found.opening[0])
     return (
         "Over the joints' stiffnesses of Table 3 (1, 10, 100, 1000 times 8.3 GPa/m, at ft 0.05 MPa) print less elastic "

@@ -116,7 +116,7 @@ class Runs:
 
         Parameters
         ----------
-        blocks : "lumped", "modal" or "zoned"
+        blocks : "lumped", "simply deformable" or "zoned"
         seed : of the perturbed start, see :func:`nudged`; 0 for blocks where they are
         crack : course above which the bed joint is without strength at both ends of the panel; 0 for none
         options : of the experiment
@@ -146,7 +146,7 @@ class Runs:
 
         Parameters
         ----------
-        blocks : "rigid", "lumped", "modal" or "elastic"
+        blocks : "rigid", "lumped", "simply deformable" or "ritz"
         spacing : of contact points [m]
         options : of the experiment; ``stress`` of blocks that deform
         """

@@ -61,7 +61,7 @@ CASES = (
     _case("ks / kn", "0.437, ks as Table 2 prints it", ks=5.9e9),
     _case("ks / kn", "1", ks=KN),
     _case("bricks", "E = 70 GPa", young_modulus=70e9),
-    _case("bricks", "strain and bend (modal)", push={"blocks": "modal"}),
+    _case("bricks", "strain and bend (simply deformable)", push={"blocks": "simply deformable"}),
 )  # fmt: skip
 
 

@@ -65,7 +65,7 @@ Runs of a case differ in the friction angle by parts in a million.
   follows a drop is another branch of the brittle sequence, and calm runs differ by 14 % too.
 - **ks / kn**: the peak grows with it. The printed ks = 5.9 GPa/m is not kn / 2.32 = 5.82; that difference is in the
   noise.
-- **Bricks** that strain and bend (modal) give the same: 3.78 for 3.75 kN, within the scatter of three runs.
+- **Bricks** that strain and bend (simply deformable) give the same: 3.78 for 3.75 kN, within the scatter of three runs.
 
 Neither law nor outline is published: the gap can be covered, not attributed.
 

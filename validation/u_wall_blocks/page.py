@@ -241,9 +241,10 @@ def criteria(modes: Mapping[tuple[str, str], Found]) -> list[str]:
         where = identification.channels(wall)
         found = modes[case.name, "ssi"]
         pairs = paired(found, modes[case.name, identification.TANGENT])
+        stones = {"blocks": "simply deformable", "contact_points": micro.POINTS}
         models = {
             "final": ("solid", lm.modes(macro.macro_model(test, size=0.15), 3)),
-            "micro": ("stones", lm.modes(micro.micro_model(test), 3, blocks="modal", contact_points=micro.POINTS)),
+            "micro": ("stones", lm.modes(micro.micro_model(test), 3, **stones)),
         }
         for properties, (label, own) in models.items():
             values = lm.mac(found.shape, identification.at_channels(own, wall, where)).values

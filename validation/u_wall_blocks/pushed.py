@@ -18,7 +18,7 @@ import dem
 import limitmason as lm
 from dem.stepping import run as run_steps
 from limitmason import experiments
-from limitmason.deformable.levels import MODAL, RIGID
+from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.experiments import murano_u_walls as murano
 from limitmason.experiments.murano_u_walls import micro
 from limitmason.mechanics.law import above_apex
@@ -95,18 +95,20 @@ CASES = (
     Case("REGW, lost at once", "REGW", {}),
     Case("REGW, lost at once; ground a joint", "REGW", JOINT),
     Case("REGW, lost at once; ground a joint; ten times as slowly", "REGW", JOINT, to=5.0, steps=5 * STEPS),
-    Case("REGW, lost at once; ground a joint; stones", "REGW", JOINT, blocks=MODAL),
-    Case("REGW, lost at once; ground a joint; stones at rest", "REGW", JOINT, to=5.0, blocks=MODAL, at_rest=True),
+    Case("REGW, lost at once; ground a joint; stones", "REGW", JOINT, blocks=SIMPLY_DEFORMABLE),
+    Case("REGW, lost at once; ground a joint; stones at rest", "REGW", JOINT, to=5.0, blocks=SIMPLY_DEFORMABLE,
+         at_rest=True),
     Case("REGW, lost at once; ground without tension", "REGW", LOOSE),
     Case("REGW, lost by opening alone", "REGW", {}, BY_OPENING),
     Case("REGW, lost by opening alone; ground a joint", "REGW", JOINT, BY_OPENING),
-    Case("REGW, lost by opening alone; ground a joint; stones", "REGW", JOINT, BY_OPENING, blocks=MODAL),
+    Case("REGW, lost by opening alone; ground a joint; stones", "REGW", JOINT, BY_OPENING, blocks=SIMPLY_DEFORMABLE),
     Case("REGW, lost by opening alone; ground a joint; stones at rest", "REGW", JOINT, BY_OPENING, to=5.0,
-         blocks=MODAL, at_rest=True),
+         blocks=SIMPLY_DEFORMABLE, at_rest=True),
     Case("REGW, lost by opening alone; ground without tension", "REGW", LOOSE, BY_OPENING),
-    Case("REGW, lost by opening alone; ground without tension; stones", "REGW", LOOSE, BY_OPENING, blocks=MODAL),
+    Case("REGW, lost by opening alone; ground without tension; stones", "REGW", LOOSE, BY_OPENING,
+         blocks=SIMPLY_DEFORMABLE),
     Case("REGW, lost by opening alone; ground without tension; stones at rest", "REGW", LOOSE, BY_OPENING, to=3.0,
-         blocks=MODAL, at_rest=True),
+         blocks=SIMPLY_DEFORMABLE, at_rest=True),
     Case("REGW, lost by opening alone; ground dry", "REGW", {"ground": "dry"}, BY_OPENING),
     Case("REGW, cohesion kept", "REGW", {"residual": "cohesion"}),
     Case("REGW, cohesion kept; ground a joint", "REGW", {"residual": "cohesion", **JOINT}),
@@ -216,7 +218,7 @@ def followed(case: Case, progress: Callable[[str], None] | None = None) -> Trace
         fine = np.linspace(0.0, states[-1], BETWEEN * int(states[-1]) + 1)
         u, even = (np.interp(fine, states, v) for v in (found.displacement, found.load))
         return Trace(u, even, found.moved, float("nan"))
-    stones = wall.with_material(micro.STONE) if case.blocks == MODAL else wall
+    stones = wall.with_material(micro.STONE) if case.blocks == SIMPLY_DEFORMABLE else wall
     settled = dem.simulate(stones, dem.Settle(tolerance=1e-5), loads=loads, contact_points=POINTS, blocks=case.blocks)
     state = settled.state.copy()
     if case.grows:

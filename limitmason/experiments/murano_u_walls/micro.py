@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.capacity import PushoverCurve, Steps, pushover
-from limitmason.deformable.levels import LUMPED, MODAL, RIGID
+from limitmason.deformable.levels import LUMPED, RIGID, SIMPLY_DEFORMABLE
 from limitmason.experiments.murano_u_walls import control_block
 from limitmason.experiments.record import Experiment
 from limitmason.model.assembly import Assembly
@@ -27,7 +27,8 @@ POINTS = (3, 3)
 ASSUMPTIONS = (
     f"The modulus of the stones is assumed, {STONE.young_modulus / 1e9:g} GPa with nu = {STONE.poisson_ratio:g}, a "
     "granite: it is not in the source's text.",
-    f"Stones strain and bend in the shapes of the DEM's modal blocks; {POINTS[0]} x {POINTS[1]} points a joint.",
+    "Stones strain and bend in the shapes of the DEM's simply deformable blocks; "
+    f"{POINTS[0]} x {POINTS[1]} points a joint.",
 )
 
 
@@ -40,7 +41,7 @@ def push_micro(
     test: Experiment,
     to: float,
     *,
-    blocks: str = MODAL,
+    blocks: str = SIMPLY_DEFORMABLE,
     stone: Material = STONE,
     wall: Assembly | None = None,
     start: PushoverCurve | None = None,

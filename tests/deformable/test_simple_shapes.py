@@ -1,10 +1,10 @@
-"""Modal shapes of convex blocks against closed forms: stiffness, mass, patch test, orthogonality, any axes."""
+"""Shapes of simply deformable blocks against closed forms: stiffness, mass, patch test, orthogonality, any axes."""
 
 import numpy as np
 import pytest
 
 import limitmason as lm
-from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID, Elasticity, modal_block
+from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID, Elasticity, simply_deformable_block
 from limitmason.deformable.body import block_axes, volume_points
 from limitmason.geometry.polyhedron import Solid, box, face_planes, prism
 from limitmason.geometry.rotation import rotation_matrices
@@ -62,7 +62,7 @@ def test_axes_of_a_voussoir_are_those_of_its_symmetry_in_whatever_order_its_face
 
 @pytest.mark.parametrize("state", STATES)
 def test_stiffness_of_a_brick_is_that_of_bars_and_beams(state):
-    shapes = modal_block(brick(), law(state))
+    shapes = simply_deformable_block(brick(), law(state))
     k = dict(zip(shapes.names, np.diag(shapes.stiffness), strict=True))
     volume = SIDES.prod()
     shear = E / (2 * (1 + NU))
@@ -99,7 +99,7 @@ def test_stresses_of_a_plane_hold_all_linear_ones_in_equilibrium_and_those_of_sh
     """div sigma = 0 of every shape, and as many of them as there are: 3 uniform, 6 linear less 2, 2 of shear."""
     block = turned(make(), TURN)
     normal = TURN @ (0.0, 1.0, 0.0)
-    shapes = modal_block(block, law(state, normal))
+    shapes = simply_deformable_block(block, law(state, normal))
     x, _ = volume_points(block.parts[0], block.centroid)
     size = np.cbrt(block.volume)
     stress = shapes.stress(x + block.centroid)
@@ -118,7 +118,7 @@ def test_stresses_of_a_plane_hold_all_linear_ones_in_equilibrium_and_those_of_sh
 @pytest.mark.parametrize("state", STATES)
 def test_shear_along_a_brick_is_the_parabola_of_a_beam(state):
     """sigma_i = E x_i x_j, and shear that balances it in every point: tau' = -E x_j, no body force (article 21)."""
-    shapes = modal_block(brick(), law(state))
+    shapes = simply_deformable_block(brick(), law(state))
     x, _ = volume_points(brick().parts[0], brick().centroid)
     row = shapes.names.index("shear xz")
     stress = shapes.axes @ shapes.stress(x + brick().centroid)[:, row] @ shapes.axes.T
@@ -133,7 +133,7 @@ def test_shear_along_a_brick_is_the_parabola_of_a_beam(state):
 @pytest.mark.parametrize("state", [PLANE_STRESS, PLANE_STRAIN])
 def test_brick_pulled_by_shear_on_its_sides(state):
     """Timoshenko and Goodier, article 18: sigma_x = s x, tau = -s z in a strip; its energy by hand."""
-    shapes = modal_block(brick(), law(state))
+    shapes = simply_deformable_block(brick(), law(state))
     k = shapes.stiffness
     bar = E / (1 - NU**2) if state == PLANE_STRAIN else E
     lateral = NU / (1 - NU) if state == PLANE_STRAIN else NU
@@ -160,7 +160,7 @@ def test_shapes_of_a_plane_do_not_depend_on_the_axes(flat, make):
     spin = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     for start, turn in ((0, np.eye(2)), (1, np.eye(2)), (0, spin), (2, spin)):
         block = Block("p", (prism(np.roll(corners, start, axis=0) @ turn.T, 0.0, 0.1),), RHO)
-        shapes = modal_block(block, law(PLANE_STRESS))
+        shapes = simply_deformable_block(block, law(PLANE_STRESS))
         middle = 0.5 * (corners + np.roll(corners, -1, axis=0))
         where = np.concatenate([corners, middle]) @ turn.T
         u = shapes.displacement(np.column_stack([where[:, 0], np.zeros(len(where)), where[:, 1]]))[:, :, [0, 2]]
@@ -172,7 +172,7 @@ def test_shapes_of_a_plane_do_not_depend_on_the_axes(flat, make):
 
 
 def test_mass_matrix_of_a_brick():
-    shapes = modal_block(brick(), law(PLANE_STRESS))
+    shapes = simply_deformable_block(brick(), law(PLANE_STRESS))
     m, (a, _, c) = dict(zip(shapes.names, np.diag(shapes.mass), strict=True)), SIDES
     mass = RHO * SIDES.prod()
     assert m["exx"] == pytest.approx(mass * a**2 / 12, rel=1e-12)
@@ -189,7 +189,7 @@ def test_mass_matrix_of_a_brick():
 @pytest.mark.parametrize("make", [brick, five_sided])
 def test_a_mode_has_no_mean_displacement_and_no_mean_rotation(state, make):
     block = make()
-    shapes = modal_block(block, law(state))
+    shapes = simply_deformable_block(block, law(state))
     x, w = volume_points(block.parts[0], block.centroid)
     phi = shapes.displacement(x + block.centroid)
     size = np.cbrt(block.volume)
@@ -204,7 +204,7 @@ def test_patch_test_on_the_faces(state, make):
     """Tractions of uniform stress, of pure bending and of twist are answered by exactly the strains of Hooke's law."""
     normal = TURN @ (0.0, 1.0, 0.0)
     block = turned(make(), TURN)
-    shapes = modal_block(block, law(state, normal))
+    shapes = simply_deformable_block(block, law(state, normal))
     wanted = np.random.default_rng(3).normal(size=shapes.count)
     force = np.zeros(shapes.count)
     for x, n, weight in face_points(block.parts[0]):
@@ -234,8 +234,8 @@ def test_hooke_law_by_hand(state):
 @pytest.mark.parametrize("state", STATES)
 def test_turned_block_has_turned_shapes(state):
     block = five_sided()
-    one = modal_block(block, law(state))
-    two = modal_block(turned(block, TURN), law(state, TURN @ (0.0, 1.0, 0.0)))
+    one = simply_deformable_block(block, law(state))
+    two = simply_deformable_block(turned(block, TURN), law(state, TURN @ (0.0, 1.0, 0.0)))
     assert np.abs(two.stiffness - one.stiffness).max() < 1e-12 * np.abs(one.stiffness).max()
     assert np.abs(two.mass - one.mass).max() < 1e-12 * np.abs(one.mass).max()
     x = block.parts[0].vertices
@@ -247,9 +247,9 @@ def test_turned_block_has_turned_shapes(state):
 def test_units(factor):
     """Lengths times f, stresses over f^2: an energy per squared strain grows as f, per squared curvature as f^3."""
     solid = five_sided().parts[0]
-    one = modal_block(five_sided(), law(SOLID))
+    one = simply_deformable_block(five_sided(), law(SOLID))
     big = Block("big", (Solid(solid.vertices * factor, solid.faces),), RHO)
-    two = modal_block(big, Elasticity.of(E / factor**2, NU, SOLID, None))
+    two = simply_deformable_block(big, Elasticity.of(E / factor**2, NU, SOLID, None))
     power = np.array([0 if n.startswith("e") else 2 if n.startswith("shear") else 1 for n in one.names])
     back = two.stiffness / factor ** (1.0 + power[:, None] + power)
     assert np.abs(back - one.stiffness).max() < 1e-12 * np.abs(one.stiffness).max()
@@ -266,10 +266,10 @@ def test_degree_four_is_integrated_exactly():
 def test_refusals_say_what_to_do():
     two = Block("L", (box((0, 0, 0), (1, 1, 1)), box((1, 0, 0), (2, 1, 0.5))), RHO)
     with pytest.raises(lm.errors.InputError, match="'L' is not convex.*convex blocks with strong joints"):
-        modal_block(two, law(SOLID))
+        simply_deformable_block(two, law(SOLID))
     leaning = turned(brick(), TURN)
     with pytest.raises(lm.errors.InputError, match="'brick' is no prism along"):
-        modal_block(leaning, law(PLANE_STRESS))
+        simply_deformable_block(leaning, law(PLANE_STRESS))
     with pytest.raises(lm.errors.InputError, match="poisson_ratio"):
         Elasticity.of(E, 0.5, SOLID, None)
     with pytest.raises(lm.errors.InputError, match="young_modulus"):

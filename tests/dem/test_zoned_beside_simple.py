@@ -1,4 +1,4 @@
-"""Zoned blocks beside the assembled equations of their zones, elastic blocks condensed to their joints, and modal."""
+"""Zoned blocks beside the assembled equations of their zones, Ritz blocks condensed to their joints, and simple."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -67,7 +67,7 @@ def test_zones_and_elastic_bricks_condensed_to_their_joints_are_equally_stiff():
     model = wall(STRONG)
     loads = lm.Loads.weight(model).with_point_load(model, "beam", (1e3, 0.0, 0.0))
     free = lm.pushover(
-        model, loads, control=("beam", "x"), to=2e-6, blocks="elastic", contact_model="grid", grid=POINTS,
+        model, loads, control=("beam", "x"), to=2e-6, blocks="ritz", contact_model="grid", grid=POINTS,
         contacts="first",
     )  # fmt: skip
     driven = pushed(model, "zoned", 2e-6, 8000)
@@ -76,14 +76,14 @@ def test_zones_and_elastic_bricks_condensed_to_their_joints_are_equally_stiff():
 
 
 @pytest.mark.slow
-def test_ductile_joints_carry_the_same_by_modal_and_by_zoned_bricks():
+def test_ductile_joints_carry_the_same_by_simple_and_by_zoned_bricks():
     # bond never lost: no order of failures to be decided, so that the curves differ by the bricks' shapes alone
     model = wall(MORTAR)
-    zoned, modal = (pushed(model, blocks, 4e-4, 12_000) for blocks in ("zoned", "modal"))
+    zoned, simple = (pushed(model, blocks, 4e-4, 12_000) for blocks in ("zoned", "simply deformable"))
     at = np.linspace(2e-5, 4e-4, 20)
-    one, two = (np.interp(at, c.displacement, c.load) for c in (zoned, modal))
+    one, two = (np.interp(at, c.displacement, c.load) for c in (zoned, simple))
     assert two == pytest.approx(one, rel=0.05)
-    assert modal.peak.load == pytest.approx(zoned.peak.load, rel=0.02)
+    assert simple.peak.load == pytest.approx(zoned.peak.load, rel=0.02)
     # beyond the straight part of the curve: joints have yielded
     assert one[-1] < 0.7 * one[0] * at[-1] / at[0]
 

@@ -8,7 +8,7 @@ import limitmason as lm
 from dem.state import make_state
 from dem.stepping import run_constant
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID
-from limitmason.deformable.levels import MODAL
+from limitmason.deformable.levels import SIMPLY_DEFORMABLE
 from limitmason.model.stages import Damping, Drive, Hold, Ramp, Settle
 
 E, NU, KN, KS = 16.7e9, 0.2, 82e9, 36e9
@@ -39,7 +39,7 @@ def pushed(wall, block, force, **options):
     """At rest under a force on a block alone; contact points (4, 4)."""
     dead = np.zeros((wall.n_blocks, 6))
     dead[wall.block_index(block), :3] = force
-    options = {"blocks": MODAL, "contact_points": (4, 4)} | options
+    options = {"blocks": SIMPLY_DEFORMABLE, "contact_points": (4, 4)} | options
     state = make_state(wall, lm.Loads(dead, np.zeros_like(dead)), **options)
     for _ in range(200):
         run_constant(state, dead, 250, REST)
@@ -126,7 +126,7 @@ def test_rigid_limit(state):
     """Ever stiffer bricks come to the rigid answer as 1 / E."""
     wall = lm.build.wall(length=0.45, courses=3, unit=(0.225, 0.075, 0.1025), joint=BONDED)
     force, last = (300.0, 0.0, -500.0), wall.blocks[-1].name
-    plane = dem.deformation.plane_of(wall, lm.Loads.weight(wall), MODAL, state)
+    plane = dem.deformation.plane_of(wall, lm.Loads.weight(wall), SIMPLY_DEFORMABLE, state)
     rigid = pushed(wall, last, force, blocks="rigid", plane=plane)
     gap = []
     for factor in (1e3, 1e5):
@@ -145,11 +145,11 @@ def test_associative_collapse_of_deformable_blocks(state):
     exact = lm.limit_analysis(wall, loads).collapse_multiplier
     soft = wall.with_material(brick(modulus=1e9))
     found = dem.collapse(
-        soft, loads, blocks=MODAL, stress=state, contact_points=(4, 2), error_budget=(), tolerance=0.005
+        soft, loads, blocks=SIMPLY_DEFORMABLE, stress=state, contact_points=(4, 2), error_budget=(), tolerance=0.005
     )
     assert found.status in ("solved", "almost solved")
     assert found.collapse_multiplier == pytest.approx(exact, rel=0.012)
-    assert found.provenance["blocks"] == MODAL
+    assert found.provenance["blocks"] == SIMPLY_DEFORMABLE
 
 
 @pytest.mark.parametrize("state", [PLANE_STRESS, SOLID])
@@ -161,7 +161,7 @@ def test_energy_balance_with_real_masses(state):
     for dt in (None, 0.5):
         dead = lm.Loads.weight(wall).dead.copy()
         dead[3, 0] += 2000.0
-        options = {"blocks": MODAL, "stress": state, "mode": "dynamic", "contact_points": (3, 3)}
+        options = {"blocks": SIMPLY_DEFORMABLE, "stress": state, "mode": "dynamic", "contact_points": (3, 3)}
         options["joint_options"] = dem.JointOptions(dashpot=0.0)
         step = make_state(wall, lm.Loads(dead, 0 * dead), **options).dt
         run = dem.simulate(
@@ -254,7 +254,7 @@ def test_bar_waves(state):
     stiff = 1e4 * E / h
     joint = lm.Joint(35.0, normal_stiffness=stiff, shear_stiffness=1e-3 * stiff)
     wall = stack(n, joint, size=(0.02, 0.02, h), material=lm.Material(young_modulus=E, poisson_ratio=NU, density=rho))
-    found = lm.modes(wall, 40 if state == SOLID else 20, contact_points=(3, 3), blocks=MODAL, stress=state)
+    found = lm.modes(wall, 40 if state == SOLID else 20, contact_points=(3, 3), blocks=SIMPLY_DEFORMABLE, stress=state)
     along = np.abs(found.shape[:, -1, 2]) > np.abs(found.shape[:, -1, :2]).max(axis=1)
     wanted = np.sqrt(bar_modulus(state) / rho) / (4.0 * n * h)
     assert found.frequency[along][0] == pytest.approx(wanted, rel=0.01)
@@ -263,7 +263,7 @@ def test_bar_waves(state):
 
 def test_run_goes_on_to_the_same_bits(tmp_path):
     wall = stack(2, lm.Joint(35.0, normal_stiffness=KN, shear_stiffness=KS))
-    options = {"blocks": MODAL, "stress": PLANE_STRESS, "contact_points": (3, 3), "sample": 50}
+    options = {"blocks": SIMPLY_DEFORMABLE, "stress": PLANE_STRESS, "contact_points": (3, 3), "sample": 50}
     whole = dem.simulate(
         wall, [Settle(max_steps=200), Ramp(0.1, steps=200)], loads=lm.Loads.horizontal(wall), **options
     )
@@ -280,12 +280,12 @@ def test_run_goes_on_to_the_same_bits(tmp_path):
     assert (again.state.bodies.shift == whole.state.bodies.shift).all()
     assert np.abs(whole.state.modes.value).max() > 0.0
     with pytest.raises(lm.errors.InputError, match="blocks is part of the state"):
-        dem.simulate(wall, Settle(), start=whole, blocks=MODAL)
+        dem.simulate(wall, Settle(), start=whole, blocks=SIMPLY_DEFORMABLE)
 
 
 def test_run_of_blocks_of_other_shapes_is_refused_by_name(tmp_path):
     wall = stack(1, lm.Joint(35.0, normal_stiffness=KN, shear_stiffness=KS))
-    arrays = make_state(wall, lm.Loads.weight(wall), blocks=MODAL, stress=PLANE_STRESS).arrays()
+    arrays = make_state(wall, lm.Loads.weight(wall), blocks=SIMPLY_DEFORMABLE, stress=PLANE_STRESS).arrays()
     names = [k for k in arrays if k.startswith("modes.")]
     assert {"modes.value", "modes.side_b"} < set(names)
     # fewer shapes in all of them; sides as narrow as they once were; one joint fewer
@@ -296,7 +296,8 @@ def test_run_of_blocks_of_other_shapes_is_refused_by_name(tmp_path):
         (narrow, r"whose side_a is of shape \(1, 9, 3\) for \(1, 9, 6\)"),
         ({"modes.side_b": arrays["modes.side_b"][:0]}, r"whose side_b is of shape \(0, 9, 6\)"),
     ):
-        with pytest.raises(lm.errors.InputError, match=rf"part.npz holds modal blocks {words}.*another version"):
+        said = rf"part.npz holds simply deformable blocks {words}.*another version"
+        with pytest.raises(lm.errors.InputError, match=said):
             dem.State.from_arrays(arrays | other, tmp_path / "part.npz")
 
 
@@ -308,7 +309,8 @@ def test_block_that_slides_far_keeps_its_strain_and_friction(state):
         2, joint, size=(0.2, 0.1, 0.1), material=lm.Material(young_modulus=1e8, poisson_ratio=NU, density=2000.0)
     )
     drive = Drive({"block-2": {"x": 0.05}}, steps=6000)
-    run = dem.simulate(wall, [Settle(), drive], blocks=MODAL, stress=state, contact_points=(4, 4), sample=500)
+    options = {"blocks": SIMPLY_DEFORMABLE, "stress": state, "contact_points": (4, 4)}
+    run = dem.simulate(wall, [Settle(), drive], **options, sample=500)
     assert (run.state.interface < 0).any()
     weight = float(wall.weights[2])
     assert run.reaction_of("block-2")[-1, 0] == pytest.approx(np.tan(np.deg2rad(30.0)) * weight, rel=0.01)
@@ -322,12 +324,12 @@ def test_push_meets_the_springs_in_series(state):
     n, h = 3, 0.075
     wall = stack(n, SLIDING, plate=True)
     curve = dem.push(
-        wall, Drive({f"block-{n + 1}": {"z": -1.0}}), to=1e-5, blocks=MODAL, stress=state, contact_points=(4, 4),
-        steps=4000, samples=20, settle=Settle(tolerance=1e-8),
+        wall, Drive({f"block-{n + 1}": {"z": -1.0}}), to=1e-5, blocks=SIMPLY_DEFORMABLE, stress=state,
+        contact_points=(4, 4), steps=4000, samples=20, settle=Settle(tolerance=1e-8),
     )  # fmt: skip
     stiffness = 0.02 / ((n + 1) / KN + n * h / bar_modulus(state))
     assert curve.load[-1] / curve.displacement[-1] == pytest.approx(stiffness, rel=1e-3)
-    assert curve.blocks == f"modal, {state}"
+    assert curve.blocks == f"simply deformable, {state}"
     assert curve.rate_error < 1e-3
     # what has no stress of its own takes no state of stress
     with pytest.raises(lm.errors.InputError, match="lumped blocks take no stress"):
@@ -338,7 +340,9 @@ def test_hopeless_contrast_is_refused_with_the_time_it_would_take():
     wall = stack(3, BONDED, plate=True, material=brick(modulus=1e6))
     says = "would take about .* h.*'block-[123]' is .* times as soft as its joints"
     with pytest.raises(lm.errors.InputError, match=says):
-        dem.push(wall, Drive({"block-4": {"z": -1.0}}), to=1e-4, blocks=MODAL, contact_points=(3, 3), longest=0.1)
+        dem.push(
+            wall, Drive({"block-4": {"z": -1.0}}), to=1e-4, blocks=SIMPLY_DEFORMABLE, contact_points=(3, 3), longest=0.1
+        )
 
 
 @pytest.mark.parametrize("state", [PLANE_STRESS, SOLID])
@@ -346,7 +350,7 @@ def test_slowest_swing_of_scaled_masses(state):
     """Steps of the slowest swing, against the time stepping: a bar let go under its weight swings about its rest."""
     wall = stack(3, BONDED)
     loads = lm.Loads.weight(wall)
-    options = {"blocks": MODAL, "stress": state, "contact_points": (3, 3)}
+    options = {"blocks": SIMPLY_DEFORMABLE, "stress": state, "contact_points": (3, 3)}
     period = dem.pace.slowest_period(wall, make_state(wall, loads, **options), loads)
     state_ = make_state(wall, loads, **options)
     height = []
@@ -366,16 +370,16 @@ def test_refusals_say_what_to_do():
     weight = lm.Loads.weight(wall)
     none = lm.build.column(width=0.2, depth=0.1, unit_height=0.1, courses=2, joint=SLIDING)
     with pytest.raises(lm.errors.InputError, match="no free block has a material"):
-        make_state(none, lm.Loads.weight(none), blocks=MODAL)
+        make_state(none, lm.Loads.weight(none), blocks=SIMPLY_DEFORMABLE)
     with pytest.raises(lm.errors.InputError, match="blocks must be one of"):
         make_state(wall, weight, blocks="moddal")
     with pytest.raises(lm.errors.InputError, match="stress must be one of"):
-        make_state(wall, weight, blocks=MODAL, stress="plane")
-    with pytest.raises(lm.errors.InputError, match="is for blocks='modal'"):
+        make_state(wall, weight, blocks=SIMPLY_DEFORMABLE, stress="plane")
+    with pytest.raises(lm.errors.InputError, match="is for blocks='simply deformable'"):
         make_state(wall, weight, stress=PLANE_STRESS)
     side = lm.Loads(weight.dead, np.tile((1.0, 1.0, 0, 0, 0, 0), (wall.n_blocks, 1)))
     with pytest.raises(lm.errors.InputError, match="symmetric about one plane"):
-        make_state(wall, side, blocks=MODAL, stress=PLANE_STRESS)
+        make_state(wall, side, blocks=SIMPLY_DEFORMABLE, stress=PLANE_STRESS)
     rigid = make_state(wall, weight)
     with pytest.raises(lm.errors.InputError, match="rigid blocks have no stress"):
         _ = rigid.stresses
@@ -384,7 +388,7 @@ def test_refusals_say_what_to_do():
         [[(0, 0), (0.3, 0), (0.3, 0.1), (0, 0.1)], ell], thickness=0.1, joint=SLIDING, fixed=[0], names=["foot", "L"]
     ).with_material(brick())
     with pytest.raises(lm.errors.InputError, match="'L' is not convex"):
-        make_state(concave, lm.Loads.weight(concave), blocks=MODAL)
+        make_state(concave, lm.Loads.weight(concave), blocks=SIMPLY_DEFORMABLE)
 
 
 @pytest.mark.parametrize("axis", ["x", "y"])
@@ -398,10 +402,11 @@ def test_plane_stress_lies_in_the_plane_of_the_drive_and_not_where_rounding_puts
     wall = lm.Assembly.from_polyhedra([(foot, faces), (pier, faces)], joint=joint, fixed=[0], names=["foot", "pier"])
     wall = wall.with_material(lm.Material(young_modulus=1e8, poisson_ratio=NU, density=2000.0))
     drive = Drive({"pier": {axis: 1e-6}}, steps=2000)
-    run = dem.simulate(wall, [Settle(), drive], blocks=MODAL, stress=PLANE_STRESS, contact_points=(2, 2))
+    run = dem.simulate(wall, [Settle(), drive], blocks=SIMPLY_DEFORMABLE, stress=PLANE_STRESS, contact_points=(2, 2))
     stress, out = run.state.stresses.mean[1], "xy".index(axis) ^ 1
     assert abs(stress["xy".index(axis), 2]) > 10.0
     # the pier itself is turned by 1e-12 over 0.1 m: that part of the stress lies out of the plane, and no more
     assert stress[out] == pytest.approx([0.0] * 3, abs=2e-11 * np.abs(stress).max())
-    curve = dem.push(wall, Drive({"pier": {axis: 1.0}}), to=1e-6, blocks=MODAL, steps=2000, rate_check=False)
+    drive = Drive({"pier": {axis: 1.0}})
+    curve = dem.push(wall, drive, to=1e-6, blocks=SIMPLY_DEFORMABLE, steps=2000, rate_check=False)
     assert curve.history.state.deformation.plane

@@ -1,4 +1,4 @@
-"""Columns of modal blocks with a rigid cap against Timoshenko's beam on elastic joints, from soft to stiff joints."""
+"""Columns of simply deformable blocks with a rigid cap against Timoshenko's beam, from soft to stiff joints."""
 
 from itertools import pairwise
 
@@ -7,7 +7,7 @@ import pytest
 
 import limitmason as lm
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID
-from limitmason.deformable.levels import MODAL
+from limitmason.deformable.levels import SIMPLY_DEFORMABLE
 from limitmason.geometry.polyhedron import Solid, box
 from limitmason.geometry.rotation import rotation_matrices
 
@@ -39,7 +39,7 @@ def moved(wall, force, stress, grid=(9, 9), turn=None):
     r = np.eye(3) if turn is None else turn
     cap = wall.block_index("cap")
     loads = lm.Loads.weight(wall).with_point_load(wall, cap, tuple(r @ force))
-    return lm.elastic_range(wall, loads, blocks=MODAL, stress=stress, grid=grid).shift_live[cap, :3] @ r
+    return lm.elastic_range(wall, loads, blocks=SIMPLY_DEFORMABLE, stress=stress, grid=grid).shift_live[cap, :3] @ r
 
 
 def beam(count, kn, nu, modulus):
@@ -90,14 +90,14 @@ def test_sway_in_other_units_of_stiffness_scales(scale):
 
 
 @pytest.mark.parametrize("ratio, told", [(1.0, True), (6.0, False), (50.0, False)])
-def test_modal_blocks_as_soft_as_their_joints_say_so(ratio, told):
+def test_simple_blocks_as_soft_as_their_joints_say_so(ratio, told):
     # E / (kn l): beyond 5 three frequencies lie within 2 % of those of blocks with many more shapes
     joint = lm.Joint(30.0, normal_stiffness=1e10, shear_stiffness=5e9)
     outlines = [[(0, 0.2 * k), (0.2, 0.2 * k), (0.2, 0.2 * k + 0.2), (0, 0.2 * k + 0.2)] for k in range(4)]
     column = lm.Assembly.from_polygons(outlines, thickness=0.6, joint=joint, fixed=[0])
     modulus = ratio * 1e10 * (0.2 * 0.2 * 0.6) ** (1.0 / 3.0)
     column = column.with_material(lm.Material(young_modulus=modulus, poisson_ratio=0.2))
-    few, many = (lm.modes(column, 3, blocks=blocks) for blocks in ("modal", "elastic"))
+    few, many = (lm.modes(column, 3, blocks=blocks) for blocks in ("simply deformable", "ritz"))
     assert (np.abs(few.frequency / many.frequency - 1.0).max() > 0.02) == told
     assert any("hardly stiffer than its joints" in w for w in few.warnings) == told
     assert not any("hardly stiffer" in w for w in many.warnings)

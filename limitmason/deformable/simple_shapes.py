@@ -1,4 +1,4 @@
-"""Modal shapes of a convex block: uniform and linear stresses, and the moments that shear makes grow along it."""
+"""Shapes of a simply deformable block: uniform and linear stresses, and the moments that shear makes grow along it."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from limitmason.model.block import Block
 Array = NDArray[np.float64]
 
 
-def modal_block(block: Block, elasticity: Elasticity) -> Body:
-    """Modal shapes of a convex block.
+def simply_deformable_block(block: Block, elasticity: Elasticity) -> Body:
+    """Shapes of a simply deformable block, which is convex.
 
     In a plane 3 constant strains, 2 of bending, 2 of pull and 2 of shear; in space 6, 6 of bending, 3 of twist and 6
     of shear. Bending of axis i across j has the strain eps_ii = x_j and no stress but sigma_ii. Pull along i has
@@ -51,8 +51,8 @@ def modal_block(block: Block, elasticity: Elasticity) -> Body:
     return space.body(space.fitted(np.stack(values, axis=1)), names)
 
 
-def modal_blocks(assembly: Assembly, state: str, normal: ArrayLike | None = None) -> list[Body | None]:
-    """Modal shapes of the blocks of an assembly; None where a block has no material or is wholly held: it stays rigid.
+def simply_deformable_blocks(assembly: Assembly, state: str, normal: ArrayLike | None = None) -> list[Body | None]:
+    """Shapes of simply deformable blocks; None where a block has no material or is wholly held: it stays rigid.
 
     Parameters
     ----------
@@ -62,10 +62,10 @@ def modal_blocks(assembly: Assembly, state: str, normal: ArrayLike | None = None
     Raises
     ------
     InputError
-        Where no free block has a material, for a normal in space, and what :func:`modal_block` refuses.
+        Where no free block has a material, for a normal in space, and what :func:`simply_deformable_block` refuses.
     """
     laws = materials_of(assembly, state, normal)
-    return [None if x is None else modal_block(b, x) for b, x in zip(assembly.blocks, laws, strict=True)]
+    return [None if x is None else simply_deformable_block(b, x) for b, x in zip(assembly.blocks, laws, strict=True)]
 
 
 def _shapes(elasticity: Elasticity, x: Array) -> tuple[tuple[str, ...], list[Array]]:
