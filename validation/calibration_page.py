@@ -165,8 +165,8 @@ def stiffness() -> Lines:
         fit = lm.calibrate(
             model, {"frequency": lm.Target(target, 0.05, unit="Hz")},
             [lm.Parameter("normal_stiffness", 1e9 * known.median, (1e8, 1e12), unit="Pa/m")],
-            ties={"shear_stiffness": literature.TIES["shear_stiffness"]}, starts=1, intervals=False,
-            leave_out=None,
+            ties={"shear_stiffness": literature.TIES["shear_stiffness"]},
+            search=lm.calibration.SearchSettings(starts=1), level=None, leave_out=None,
         )  # fmt: skip
         lines.append([
             name, f"{known.printed:g}", f"{known.median:g}", f"{fit.parameters['normal_stiffness'] / 1e9:.2f}",
@@ -223,7 +223,7 @@ def page(store: Path, progress: Callable[[str], object] | None = None) -> str:
     """The whole page."""
     fits = {o: panel_calibration.fitted(o, store, 1, progress) for o in FITTED}
     dem_fit = fits[OUTLINES[0]]
-    closed = lm.calibrate(surrogate.panel, panel_calibration.measured(), UNKNOWN, leave_out=None, intervals=False)
+    closed = lm.calibrate(surrogate.panel, panel_calibration.measured(), UNKNOWN, leave_out=None, level=None)
     sets: Mapping[str, Mapping[str, float]] = {"paper": PAPER, "fitted": dem_fit.parameters}
     table = panel_calibration.answers(sets, store, progress)
     paper = next(r for r in table if (r["specimen"], r["outline"], r["set"]) == ("S1", OUTLINES[0], "paper"))

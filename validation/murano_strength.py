@@ -138,8 +138,8 @@ def fitted(case: Case, store: Path, progress: Callable[[str], object] | None = N
     words = case.name if case.wall != DRY else f"{case.name} {case.unknown.name}"
     key = f"{NAME} {case.wall} {words} {STEPS} {POINTS}"
     return lm.calibrate(
-        model(case), _peaks(case.wall), [case.unknown], ties=ties(case), leave_out=None, intervals=case.wall == DRY,
-        starts=1, most=case.most,
+        model(case), _peaks(case.wall), [case.unknown], ties=ties(case), leave_out=None,
+        level=0.95 if case.wall == DRY else None, search=lm.calibration.SearchSettings(starts=1, most=case.most),
         store=store / f"murano-{case.wall}-{words.replace(' ', '-').replace(',', '')}.jsonl", key=key,
         progress=progress,
     )  # fmt: skip

@@ -119,8 +119,8 @@ def measured() -> dict[str, dict[str, lm.Target]]:
 def fitted(outline: str, store: Path, starts: int, progress: Callable[[str], object] | None = None) -> Any:
     """Fit of S1 to S4 on one outline."""
     return lm.calibrate(
-        model("S1", outline), measured(), UNKNOWN, leave_out=None, intervals=False, starts=starts,
-        most=STEPS_OF_A_SEARCH,
+        model("S1", outline), measured(), UNKNOWN, leave_out=None, level=None,
+        search=lm.calibration.SearchSettings(starts=starts, most=STEPS_OF_A_SEARCH),
         store=store / f"panel-{outline.replace('/', '-')}.jsonl", key=f"{NAME} {outline} {TRAVEL} {STEPS} elastic",
         progress=progress,
     )  # fmt: skip
@@ -155,7 +155,8 @@ def calibrated_elastic(fit: Any, outline: str) -> Any:
     targets = {name: {"first crack": t["first crack"]} for name, t in measured().items()}
     unknown = [p for p in UNKNOWN if p.name in ("normal_stiffness", "shear_stiffness", "tensile_strength")]
     return lm.calibrate(
-        lm.calibration.JointModel(wall, first_crack), targets, unknown, leave_out=None, starts=1,
+        lm.calibration.JointModel(wall, first_crack), targets, unknown, leave_out=None,
+        search=lm.calibration.SearchSettings(starts=1),
     )  # fmt: skip
 
 

@@ -11,6 +11,7 @@ from limitmason.calibration.fit import Fit, Predicted
 from limitmason.calibration.information import Free, NextTest
 from limitmason.calibration.joint_model import JointModel
 from limitmason.calibration.parameter import Parameter
+from limitmason.calibration.search import SearchSettings
 from limitmason.calibration.solid_model import SolidModel
 from limitmason.calibration.targets import FEATURES, CurveTarget, Target
 
@@ -24,6 +25,7 @@ __all__ = [
     "NextTest",
     "Parameter",
     "Predicted",
+    "SearchSettings",
     "SolidModel",
     "Target",
     "calibrate",

@@ -17,7 +17,7 @@ from limitmason.calibration.objective import Minimum, Objective
 from limitmason.calibration.parameter import Parameter, ParameterScale
 from limitmason.calibration.profile import profile
 from limitmason.calibration.runs import Model, Runs
-from limitmason.calibration.search import SAME, Slopes, search, settle
+from limitmason.calibration.search import SAME, SearchSettings, Slopes, searched, settle
 from limitmason.calibration.targets import CurveTarget, Entry, OutputValue, entries_of
 from limitmason.display.progress import watched
 from limitmason.errors import InputError
@@ -26,6 +26,10 @@ from limitmason.study.sweep import Progress
 from limitmason.study.ties import LinkedFormulas
 
 Array = NDArray[np.float64]
+
+STANDARD = SearchSettings()
+
+_LEVEL = 0.95  # of what a fit without intervals predicts
 
 AGAIN = 3
 """Times that the intervals begin anew because they met a better minimum."""
@@ -39,11 +43,8 @@ def calibrate(
     *,
     ties: Mapping[str, str] | None = None,
     leave_out: str | Mapping[str, str] | None = "test",
-    intervals: bool = True,
-    level: float = 0.95,
-    starts: int = 6,
-    seed: int = 0,
-    most: int = 60,
+    level: float | None = 0.95,
+    search: SearchSettings = STANDARD,
     workers: int = 1,
     executor: Any = None,
     store: str | Path | None = None,
@@ -67,12 +68,8 @@ def calibrate(
     ties : formulas of further parameters, {"shear_stiffness": "normal_stiffness / 2"}
     leave_out : "test" fits again without each test and predicts it, "quantity" without each target; or a group by name
         of the test, such as its geometry. None leaves nothing out. Of one test "test" means "quantity"
-    intervals : whether profile intervals are computed, after the best values; some runs for either end
-    level : of the intervals [-]
-    starts : 1 follows the given start; of more, those points of it and a Latin hypercube within the bounds are followed
-        that none of their neighbours lies below, at most so many
-    seed : of the hypercube
-    most : steps of a single search
+    level : of the profile intervals, which take some runs for either end [-]; None computes none
+    search : how many starts, and steps of each, see :class:`limitmason.calibration.SearchSettings`
     workers, executor : as for :func:`limitmason.study.sweep`; the columns of a Jacobian run side by side
     store : file that keeps every run; the same call goes on after a kill, and other measured values use it again
     key : identifies the models in the store; by default their names and code
@@ -101,10 +98,8 @@ def calibrate(
     error of the model itself is in neither: the error on what was left out is.
     A prediction of the rest is not a test of what all tests share: name groups by geometry or load where you can.
     """
-    if not 0.0 < level < 1.0:
-        raise InputError(f"level must lie between 0 and 1, got {level!r}")
-    if starts < 1 or most < 2:
-        raise InputError(f"starts must be at least 1 and most at least 2, got {starts!r} and {most!r}")
+    if level is not None and not 0.0 < level < 1.0:
+        raise InputError(f"level must lie between 0 and 1, or be None, got {level!r}")
     scale, tied = ParameterScale(parameters), LinkedFormulas(ties or {})
     tied.check(scale.names)
     models, entries, model_of, aimed = _asked(model, targets)
@@ -120,24 +115,24 @@ def calibrate(
                 progress=progress)  # fmt: skip
     deviation = np.array([1.0 if e.scatter is None else e.scatter for e in entries])
     objective = Objective(scale, entries, model_of, tuple(places), deviation, known, runs)
-    best, slopes, minima, ends = _fitted(objective, starts, seed, most, level if intervals else None)
+    best, slopes, minima, ends = _fitted(objective, search, level)
     information = Information(scale, slopes.central, objective.variance(best), np.array([slopes.below, slopes.above]))
     groups = groups_of(entries, leave_out)
     by = "group" if isinstance(leave_out, Mapping) else str(leave_out)
-    missed = None if groups is None else left_out(objective, groups, best, information, by, most)
+    missed = None if groups is None else left_out(objective, groups, best, information, by, search.most)
     return Fit(
-        objective, best, tuple(minima), information, slopes, level, ends, missed, tuple(groups or ()),
-        fit_warnings(objective, best, minima, objective.rise(best, level)),
+        objective, best, tuple(minima), information, slopes, level or _LEVEL, ends, missed, tuple(groups or ()),
+        fit_warnings(objective, best, minima, objective.rise(best, level or _LEVEL)),
     )  # fmt: skip
 
 
 def _fitted(
-    objective: Objective, starts: int, seed: int, most: int, level: float | None
+    objective: Objective, effort: SearchSettings, level: float | None
 ) -> tuple[Minimum, Slopes, list[Minimum], Array | None]:
     """The best of all runs, slopes there, every minimum, and the intervals where a level is given."""
-    best, guess, minima = search(objective, starts, seed, most)
+    best, guess, minima = searched(objective, effort)
     objective.say("slopes")
-    best, slopes = settle(objective, best, guess, most)
+    best, slopes = settle(objective, best, guess, effort.most)
     ends = None
     for _ in range(0 if level is None else AGAIN):
         assert level is not None
@@ -145,7 +140,7 @@ def _fitted(
         ends = profile(objective, best, slopes, objective.rise(best, level))
         if objective.best.chi2 > best.chi2 - SAME * objective.variance(best):
             break
-        best, slopes = settle(objective, objective.best, slopes.central, most)
+        best, slopes = settle(objective, objective.best, slopes.central, effort.most)
     return best, slopes, minima, ends
 
 

@@ -95,7 +95,7 @@ class Fit(ReadOnly):
             Where intervals were not asked for.
         """
         if self.ends is None:
-            raise InputError("intervals were not computed: calibrate(..., intervals=True)")
+            raise InputError("intervals were not computed: calibrate(..., level=0.95)")
         out = {}
         for p, (low, high) in zip(self.objective.scale.parameters, self.ends, strict=True):
             out[p.name] = (p.bounds[0] if math.isinf(low) else p.value(low),

@@ -8,6 +8,7 @@ Improving the flexibility and robustness of model-based derivative-free optimiza
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ from scipy.optimize import lsq_linear
 from scipy.stats import qmc
 
 from limitmason.calibration.objective import LOST, Minimum, Objective
-from limitmason.errors import NotConverged
+from limitmason.errors import InputError, NotConverged
 
 Array = NDArray[np.float64]
 
@@ -34,6 +35,33 @@ NOISE = 1e-2
 
 SCREENED = 3
 """Points of the Latin hypercube for every start that may be followed."""
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """How the least misfit is looked for.
+
+    Parameters
+    ----------
+    starts : 1 follows the given start; of more, those points of it and a Latin hypercube within the bounds are followed
+        that none of their neighbours lies below, at most so many
+    most : steps of a single search
+    seed : of the hypercube
+
+    Raises
+    ------
+    InputError
+        For less than one start, and less than two steps.
+    """
+
+    starts: int = 6
+    most: int = 60
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        if self.starts < 1 or self.most < 2:
+            raise InputError(f"starts must be at least 1 and most at least 2, got {self.starts!r} and {self.most!r}")
 
 
 class Slopes(NamedTuple):
@@ -184,7 +212,7 @@ def settle(objective: Objective, best: Minimum, guess: Array, most: int) -> tupl
             return best, found
 
 
-def search(objective: Objective, starts: int, seed: int, most: int) -> tuple[Minimum, Array, list[Minimum]]:
+def searched(objective: Objective, effort: SearchSettings) -> tuple[Minimum, Array, list[Minimum]]:
     """The best minimum, slopes there, and all minima.
 
     Followed are the given start or, of several, those points of it and a Latin hypercube that none of their nearest
@@ -197,8 +225,9 @@ def search(objective: Objective, starts: int, seed: int, most: int) -> tuple[Min
     """
     scale, first = objective.scale, objective.scale.start
     points, width = [first], scale.high - scale.low
-    if starts > 1:
-        cube = qmc.LatinHypercube(d=len(scale), seed=np.random.default_rng(seed)).random(SCREENED * (starts - 1))
+    if effort.starts > 1:
+        count, random = SCREENED * (effort.starts - 1), np.random.default_rng(effort.seed)
+        cube = qmc.LatinHypercube(d=len(scale), seed=random).random(count)
         points += list(scale.low + cube * width)
     objective.runs.stage = "screening"
     r = objective.residuals(points)
@@ -210,13 +239,13 @@ def search(objective: Objective, starts: int, seed: int, most: int) -> tuple[Min
     apart = np.linalg.norm(place[:, None] - place[None], axis=2)
     near = np.argsort(apart, axis=1, kind="stable")[:, : 2 * len(scale) + 1]
     rank = np.argsort(np.argsort(cost, kind="stable"))
-    lowest = [k for k in np.argsort(cost, kind="stable") if rank[k] == rank[near[k]].min()][:starts]
+    lowest = [k for k in np.argsort(cost, kind="stable") if rank[k] == rank[near[k]].min()][: effort.starts]
     minima: list[Minimum] = []
     slopes: list[Array] = []
     for k, at in enumerate(lowest):
         before = objective.runs.calls
         objective.say(f"start {k + 1} of {len(lowest)}")
-        found, j = descend(objective, points[answered[at]], most, ended=minima)
+        found, j = descend(objective, points[answered[at]], effort.most, ended=minima)
         minima.append(found)
         slopes.append(j)
         objective.runs.left = (len(lowest) - k - 1) * max(objective.runs.calls - before, 1)

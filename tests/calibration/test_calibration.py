@@ -11,7 +11,7 @@ from walls import on_slab
 
 import limitmason as lm
 from limitmason.answers.curve import Event
-from limitmason.calibration import CurveTarget, JointModel, Parameter, Target, calibrate
+from limitmason.calibration import CurveTarget, JointModel, Parameter, SearchSettings, Target, calibrate
 from limitmason.calibration.targets import feature
 from limitmason.experiments.brick_panels_opening import surrogate
 
@@ -120,7 +120,7 @@ def test_of_six_parameters_one_geometry_fixes_one_and_says_what_is_free():
     errors = []
     for _ in range(12):
         of, targets = planted({"panel": surrogate.panel}, rng, 4)
-        fit = calibrate(of, targets, SIX, starts=1, intervals=False, leave_out=None)
+        fit = calibrate(of, targets, SIX, search=SearchSettings(starts=1), level=None, leave_out=None)
         assert fit.identified == ("tensile_strength",)  # three outputs: one of them is of ft alone
         assert len(fit.unidentified) == 3  # six unknowns, three outputs
         assert all(fit.deviation[n] > p.resolution for p in SIX for n in [p.name] if n not in fit.identified)
@@ -155,7 +155,7 @@ def test_one_point_at_a_bound_within_the_interval_ends_it_there():
         return {"a": x * y}
 
     unknowns = [Parameter("x", 2.0, (0.1, 100.0)), Parameter("y", 2.0, (1e-3, 1e3))]
-    fit = calibrate(product, {"a": (6.0, 0.05)}, unknowns, starts=1, leave_out=None)
+    fit = calibrate(product, {"a": (6.0, 0.05)}, unknowns, search=SearchSettings(starts=1), leave_out=None)
     assert np.isinf(fit.ends[0]).all()
     # the other parameter follows the free combination at once: one run for each of four ends, no refit around it
     assert sum(at_bound) == 4
@@ -164,7 +164,7 @@ def test_one_point_at_a_bound_within_the_interval_ends_it_there():
 def test_load_type_left_out_is_met_within_what_the_others_leave_open():
     of, targets = planted(DESIGN, np.random.default_rng(4), 4)
     groups = {name: name.split()[0] for name in targets}
-    fit = calibrate(of, targets, SIX, starts=1, intervals=False, leave_out=groups)
+    fit = calibrate(of, targets, SIX, search=SearchSettings(starts=1), level=None, leave_out=groups)
     assert str(fit).startswith("error on what was left out (group by group)")
     # triplet, pull-off and column fix all six: the panel is a prediction
     panel = [r for r in fit.left_out.rows if r.group == "panel"]
@@ -178,7 +178,7 @@ def test_second_design_recovers_all_six():
     errors = []
     for _ in range(15):
         of, targets = planted(DESIGN, rng, 3)
-        fit = calibrate(of, targets, SIX, starts=1, intervals=False, leave_out=None)
+        fit = calibrate(of, targets, SIX, search=SearchSettings(starts=1), level=None, leave_out=None)
         assert fit.identified == tuple(TRUE)
         errors.append([abs(fit.parameters[n] / TRUE[n] - 1.0) for n in TRUE])
     median = dict(zip(TRUE, np.median(errors, axis=0), strict=True))
@@ -190,7 +190,7 @@ def coverage(plants):
     inside = dict.fromkeys(TRUE, 0)
     for _ in range(plants):
         of, targets = planted(DESIGN, rng, 1)
-        fit = calibrate(of, targets, SIX, starts=1, leave_out=None)
+        fit = calibrate(of, targets, SIX, search=SearchSettings(starts=1), leave_out=None)
         for name, (low, high) in fit.interval.items():
             inside[name] += low <= TRUE[name] <= high
     return {n: v / plants for n, v in inside.items()}
@@ -205,7 +205,7 @@ def test_next_test_is_the_one_that_fixes_what_is_free():
     # a = 0.54 and b = 0.34 of the panel's stiffness go with kn and ks: with kn to 5 %, ks to 9 % by twelve panels;
     # four would leave 11 %, more than is wanted
     of, targets = planted({"panel": surrogate.panel}, np.random.default_rng(2), 12)
-    fit = calibrate(of, targets, SIX, starts=1, intervals=False, leave_out=None)
+    fit = calibrate(of, targets, SIX, search=SearchSettings(starts=1), level=None, leave_out=None)
     plan = fit.next_test({
         "pull-off": (surrogate.pull_off, {"strength": 0.05}),
         "column": (surrogate.joint_column, {"slope": 0.05}),
@@ -218,7 +218,8 @@ def test_next_test_is_the_one_that_fixes_what_is_free():
     here = [replace(p, start=fit.parameters[p.name]) for p in SIX]
     of2, with_column = planted(DESIGN, np.random.default_rng(2), 12, fit.parameters, noise=0.0)
     both = {k: v for k, v in with_column.items() if k.startswith("panel") or k == "column 0"}
-    again = calibrate({k: of2[k] for k in both}, both, here, starts=1, intervals=False, leave_out=None)
+    models = {k: of2[k] for k in both}
+    again = calibrate(models, both, here, search=SearchSettings(starts=1), level=None, leave_out=None)
     assert again.parameters == pytest.approx(fit.parameters, rel=1e-6)
     assert set(again.identified) == set(plan.best.identified)
     for p in (q for q in SIX if q.name in again.identified):
@@ -252,7 +253,7 @@ def test_curve_gives_stiffness_strength_crack_and_area():
         CurveTarget(true, 0.05, ("stiffness", "peak", "area", "first crack", "residual")),
         CurveTarget(true, 0.05, (), points=12),
     ):
-        fit = calibrate(bilinear, {"curve": target}, unknowns, intervals=False)
+        fit = calibrate(bilinear, {"curve": target}, unknowns, level=None)
         assert fit.parameters == pytest.approx({"stiffness": 4.0, "strength": 12.0}, rel=0.02)
 
 
@@ -293,17 +294,17 @@ def test_a_kill_loses_nothing_and_workers_change_nothing(tmp_path):
     store, seen = tmp_path / "runs.jsonl", []
     asked = ({"a": (6.3, 0.05), "b": (1.4, 0.1), "c": (9.5, 0.02)},
              [Parameter("x", 1.0, (0.1, 100.0)), Parameter("y", 1.0, (0.1, 100.0))])  # fmt: skip
-    first = calibrate(power_law, *asked, starts=2, store=store, progress=seen.append)
+    first = calibrate(power_law, *asked, search=SearchSettings(starts=2), store=store, progress=seen.append)
     assert first.objective.runs.calls > 20
     assert any("s left" in line for line in seen)
-    again = calibrate(power_law, *asked, starts=2, store=store)
+    again = calibrate(power_law, *asked, search=SearchSettings(starts=2), store=store)
     assert again.objective.runs.calls == 0
     lines = store.read_text().splitlines(keepends=True)
     store.write_text("".join(lines[: len(lines) // 2]) + lines[len(lines) // 2][:25])
-    cut = calibrate(power_law, *asked, starts=2, store=store)
+    cut = calibrate(power_law, *asked, search=SearchSettings(starts=2), store=store)
     assert cut.objective.runs.calls == len(lines) - len(lines) // 2
     assert len(store.read_text().splitlines()) == len(lines)
-    side = calibrate(power_law, *asked, starts=2, intervals=False, workers=2)
+    side = calibrate(power_law, *asked, search=SearchSettings(starts=2), level=None, workers=2)
     assert first.parameters == again.parameters == cut.parameters == side.parameters
     assert first.interval == cut.interval
     with pytest.raises(lm.errors.InputError, match="another study"):
@@ -324,8 +325,8 @@ def test_friction_and_cohesion_of_blocks_from_limit_analysis():
         weight = float(wall.weights[~wall.fixed].sum())
         targets[str(height)] = {"multiplier": (math.tan(math.radians(phi)) + c / weight, 0.05)}
     fit = calibrate(models, targets, [Parameter("friction_angle_deg", 35.0, (10.0, 45.0)),
-                                      Parameter("cohesion", 100.0, (10.0, 5e3))], starts=1,
-                    leave_out=None, intervals=False)  # fmt: skip
+                                      Parameter("cohesion", 100.0, (10.0, 5e3))], search=SearchSettings(starts=1),
+                    leave_out=None, level=None)  # fmt: skip
     assert fit.parameters == pytest.approx({"friction_angle_deg": phi, "cohesion": c}, rel=1e-3)
 
 
@@ -334,7 +335,7 @@ def test_simplex_passes_jumps_that_stop_a_gradient():
         return {"peak": 2.0 * strength * (1.0 + 0.02 * math.sin(300.0 * strength))}
 
     unknown = [Parameter("strength", 1.0, (0.2, 20.0))]
-    fit = calibrate(jumpy, {"peak": (10.0, 0.05)}, unknown, intervals=False)
+    fit = calibrate(jumpy, {"peak": (10.0, 0.05)}, unknown, level=None)
     assert fit.parameters["strength"] == pytest.approx(5.0, rel=0.025)
     assert fit.misfit < 1e-2
 
@@ -349,7 +350,7 @@ def test_residuals_that_the_model_cannot_explain_are_explained():
         }
         own = 1.6 if area > 2.0 else 1.0
         targets[f"wall {k}"] = {"peak": (5.0 * area * own * math.exp(0.03 * rng.standard_normal()), 0.03)}
-    fit = calibrate(models, targets, [Parameter("cohesion", 1.0, (0.1, 100.0))], intervals=False)
+    fit = calibrate(models, targets, [Parameter("cohesion", 1.0, (0.1, 100.0))], level=None)
     assert fit.misfit > 100.0
     mortar = lm.diagnosis.Cause("stronger mortar above 2 m2", "mortar", 1.0, (0.5, 2.0), "strength of the second batch")
     gain = lm.causes.gain()

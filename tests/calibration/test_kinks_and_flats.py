@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import limitmason as lm
-from limitmason.calibration import CurveTarget, Parameter, Target, calibrate
+from limitmason.calibration import CurveTarget, Parameter, SearchSettings, Target, calibrate
 from limitmason.errors import InputError
 from limitmason.study.ties import LinkedFormulas
 
@@ -133,8 +133,8 @@ def test_intervals_cover_the_truth_of_smooth_and_kinked_models(name):
     for _ in range(PLANTS):
         measured = model(*truth) * np.exp(0.05 * rng.standard_normal(len(X)))
         fit = calibrate(lambda a, b: {"y": model(a, b)}, {"y": Target(measured.tolist(), 0.05)},
-                        [Parameter("a", 1.0, (0.2, 20.0)), Parameter("b", 1.0, (0.05, 20.0))], starts=3,
-                        leave_out=None)  # fmt: skip
+                        [Parameter("a", 1.0, (0.2, 20.0)), Parameter("b", 1.0, (0.05, 20.0))],
+                        search=SearchSettings(starts=3), leave_out=None)  # fmt: skip
         inside += [low <= t <= high for (low, high), t in zip(fit.interval.values(), truth, strict=True)]
     # 95 %: fewer than 34 of 40 in 2 of 1,000
     assert (inside >= 34).all(), inside

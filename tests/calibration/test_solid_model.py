@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import limitmason as lm
-from limitmason.calibration import CurveTarget, Parameter, SolidModel, Target, calibrate
+from limitmason.calibration import CurveTarget, Parameter, SearchSettings, SolidModel, Target, calibrate
 from limitmason.continuum import Box, Continuum, push
 from limitmason.errors import InputError
 
@@ -45,8 +45,8 @@ def fit():
         Parameter("tensile_energy", START.tensile_energy, (3.0, 100.0), unit="N/m"),
     ]
     target = CurveTarget(closed_form(), 0.03, ("stiffness", "peak", "area"))
-    return calibrate(SolidModel(cube(), pulled), {"curve": target}, unknowns, starts=1, most=6,
-                     intervals=False, leave_out=None)  # fmt: skip
+    return calibrate(SolidModel(cube(), pulled), {"curve": target}, unknowns, search=SearchSettings(starts=1, most=6),
+                     level=None, leave_out=None)  # fmt: skip
 
 
 @pytest.mark.slow
