@@ -36,7 +36,7 @@ from limitmason.limit.nonassociative.proven_search import (
     search_and_prove,
 )
 from limitmason.limit.nonassociative.search import EFFORTS, Effort, Polisher, SearchOutcome, Trial, search_smallest
-from limitmason.limit.nonassociative.smallest import Smallest, prove_smallest, velocity_limits
+from limitmason.limit.nonassociative.smallest import Extreme, prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
 from limitmason.mechanics.certificate import certify
 from limitmason.mechanics.law_table import NON_ASSOCIATIVE, notes
@@ -73,7 +73,7 @@ def solve_nonassociative(
     progress: Callable[[Trial], None] | None = None,
     verbose: bool = False,
 ) -> Prediction:
-    """Smallest multiplier at which equilibrium, the joint law and its flow rule hold together, proven or found.
+    """Extreme multiplier at which equilibrium, the joint law and its flow rule hold together, proven or found.
 
     A f + w_dead + lambda w_live = 0, |T| <= c + tan(phi) N, e_n >= tan(psi) |e_t|, and no joint force does power
     against its flow rule: N (e_n - tan(psi) |e_t|) = 0, T . e_t = -(c + tan(phi) N) |e_t|.
@@ -195,7 +195,7 @@ def solve_nonassociative(
 
 
 def _without_state(
-    problem: Problem, upper: Prediction, proof: Smallest | None, details: dict, provenance: dict
+    problem: Problem, upper: Prediction, proof: Extreme | None, details: dict, provenance: dict
 ) -> Prediction:
     """The answer where no state keeps the true law: unbounded as the associative one, or not converged."""
     reason = "no state that keeps the true law was found; the bracket in the details still holds"
@@ -255,7 +255,7 @@ def _scaled_upper(problem: Problem, upper: Prediction) -> float:
 def _at_small_dilatancy(
     problem: Problem, law: JointLaw, state: ForceState, accuracy: float, limits: Array | None
 ) -> float:
-    """Smallest multiplier of a short search with a little dilatancy wherever there is none; NaN when none is found.
+    """Extreme multiplier of a short search with a little dilatancy wherever there is none; NaN when none is found.
 
     Where the multiplier itself is proven this one must be too: a search that ends high would feign a jump.
     """
@@ -278,7 +278,7 @@ def _at_small_dilatancy(
     return float("nan") if best is None else best.multiplier * problem.live_scale
 
 
-def _details(problem: Problem, found: SearchOutcome, low: float, high: float, proof: Smallest | None) -> dict:
+def _details(problem: Problem, found: SearchOutcome, low: float, high: float, proof: Extreme | None) -> dict:
     values = found.certified * problem.live_scale
     lowest = np.fmin.accumulate([t.certified * problem.live_scale for t in found.trials]).tolist()
     run = found.first_run
@@ -301,7 +301,7 @@ def _details(problem: Problem, found: SearchOutcome, low: float, high: float, pr
     }
 
 
-def _proof_details(problem: Problem, proof: Smallest) -> dict:
+def _proof_details(problem: Problem, proof: Extreme) -> dict:
     """What is proven, unscaled; a bound on velocities or forces is infinite where the proof needs none."""
     return {
         "proven": proof.proven,

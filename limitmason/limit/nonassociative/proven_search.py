@@ -22,7 +22,7 @@ from limitmason.limit.nonassociative.search import (
     Trial,
     search_smallest,
 )
-from limitmason.limit.nonassociative.smallest import Smallest, prove_smallest, velocity_limits
+from limitmason.limit.nonassociative.smallest import Extreme, prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
 from limitmason.mechanics.law_table import GRID, PROVEN_SMALLEST, refuse
 
@@ -61,7 +61,7 @@ def proof_is_tried(problem: Problem, prove: bool | None, search: str) -> bool:
 def search_and_prove(
     problem: Problem, law: JointLaw, effort: Effort, seconds: float, deadline: float, verbose: bool,
     bracket: tuple[float, float], **options: Any,
-) -> tuple[Numbering, JointLaw, SearchOutcome, Smallest | None]:  # fmt: skip
+) -> tuple[Numbering, JointLaw, SearchOutcome, Extreme | None]:  # fmt: skip
     """Search; with time for a proof a quick search, the proof, and the rest of the search if that is not complete.
 
     Parameters

@@ -25,20 +25,20 @@ REACHED = 0.5
 """Share of the velocity bound from which the bound may hide lower states and is widened where that is allowed."""
 
 
-class Smallest(NamedTuple):
-    """Lowest exact state known and the scaled multiplier below which there is none, within the bounds named."""
+class Extreme(NamedTuple):
+    """Lowest (or highest) exact state known, and the scaled multiplier beyond which there is none within the bounds."""
 
     state: ForceState | None
     bound: float
     proven: bool  # state and bound agree
-    none: bool  # there is no admissible state at all within the bounds
     method: str  # what gave the bound
-    velocity_bounded: bool  # the bound holds only within velocity_bound
-    velocity_bound: float  # in mean live velocities
-    velocity_share: float  # largest velocity of the state over its bound
-    force_bounded: bool  # a stated bound on the joint forces was needed too
-    nodes: int
-    seconds: float
+    none: bool = False  # there is no admissible state at all within the bounds
+    velocity_bounded: bool = False  # the bound holds only within velocity_bound
+    velocity_bound: float = float("nan")  # in mean live velocities
+    velocity_share: float = float("nan")  # largest velocity of the state over its bound
+    force_bounded: bool = False  # a stated bound on the joint forces was needed too
+    nodes: int = 0
+    seconds: float = 0.0
 
     @property
     def gap(self) -> float:
@@ -69,7 +69,7 @@ def prove_smallest(
     programs: PlanePrograms, found: ForceState | None, limits: Array, *, low: float = 0.0, top: float = np.inf,
     velocity_bound: float = 20.0, force_bound: float = 20.0, time_limit: float = 60.0, tolerance: float = 1e-5,
     widenings: int = 0, verbose: bool = False,
-) -> Smallest:  # fmt: skip
+) -> Extreme:  # fmt: skip
     """Radenkovic's bound, the lifted program, the mixed-integer program, until one meets the lowest state.
 
     Parameters
@@ -129,11 +129,13 @@ def prove_smallest(
     seconds = time.perf_counter() - began
     if within is None:
         proven = best is not None and close(value, floor, tolerance)
-        return Smallest(best, floor, proven, none, method, none, velocity_bound, float("nan"), none, nodes, seconds)
+        return Extreme(
+            best, floor, proven, method, none, none, velocity_bound, float("nan"), none, nodes, seconds
+        )
     bound, velocity_bound, assumed = within
     share = _share(law, best, velocity_bound * limits) if best is not None else float("nan")
     proven = best is not None and close(value, bound, tolerance)
-    return Smallest(best, bound, proven, False, MIXED_INTEGER, True, velocity_bound, share, assumed, nodes, seconds)
+    return Extreme(best, bound, proven, MIXED_INTEGER, False, True, velocity_bound, share, assumed, nodes, seconds)
 
 
 def _share(law: JointLaw, state: ForceState | None, limits: Array) -> float:

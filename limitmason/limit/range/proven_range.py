@@ -3,6 +3,7 @@
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ from limitmason.limit.nonassociative.search import EFFORTS, search_smallest
 from limitmason.limit.nonassociative.smallest import (
     ASSOCIATIVE,
     MIXED_INTEGER,
-    Smallest,
+    Extreme,
     close,
     prove_smallest,
     velocity_limits,
@@ -204,7 +205,7 @@ def proven_range(
     normal = (upper.resultants.point_force * problem.points.directions[:, 0]).sum(axis=1) / problem.force_scale
     found = search_smallest(law, from_corner(law, normal), effort=EFFORTS[search], seed=seed).best
     programs = PlanePrograms(law)
-    lowest: Smallest | None = None
+    lowest: Extreme | None = None
     if found is None or "smallest" in which:
         # where the search finds no state, the program for the smallest looks for the first one
         reached(0.0, f"the smallest multiplier, at most {time_limit:g} s")
@@ -223,17 +224,15 @@ def proven_range(
         since = time.perf_counter()
         reached(number / len(which), f"the {name} multiplier, at most {time_limit:g} s")
         if lowest is not None and name == "smallest":
-            end = RangeEnd(
-                found.multiplier, lowest.bound, lowest.proven, lowest.method, lowest.velocity_bounded,
-                lowest.velocity_share, lowest.force_bounded, lowest.nodes,
-            )  # fmt: skip
+            end = lowest
             since -= lowest.seconds
         else:
             limits = velocity_limits(problem, velocity_bound)
             end = _largest(programs, found, top, limits, force_bound, time_limit, tolerance)
+        assert end.state is not None
         ends[name] = RangeEnd(
-            end.value * scale, end.bound * scale, end.proven, end.method, end.velocity_bounded, end.velocity_share,
-            end.force_bounded, end.nodes, time.perf_counter() - since,
+            end.state.multiplier * scale, end.bound * scale, end.proven, end.method, end.velocity_bounded,
+            end.velocity_share, end.force_bounded, end.nodes, time.perf_counter() - since,
         )  # fmt: skip
     low, high = (ends[name].value if name in ends else float("nan") for name in ENDS)
     seconds = time.perf_counter() - began
@@ -243,28 +242,26 @@ def proven_range(
 def _largest(
     programs: PlanePrograms, found: ForceState, top: float, limits: Array, force: float, time_limit: float,
     tolerance: float,
-) -> RangeEnd:  # fmt: skip
+) -> Extreme:  # fmt: skip
     """The associative value where a known mechanism admits it, else the mixed-integer program."""
     answer = programs.forces(theta=-1.0, zero=programs.rates(found.velocity) > ACTIVE)
-    start = found if answer is None else ForceState(answer.multiplier, answer.force, found.velocity, "largest")
-    value = start.multiplier
-    if close(value, top, tolerance):
-        return RangeEnd(value, top, True, ASSOCIATIVE)
-    began = time.perf_counter()
-    program = BoundedProgram(programs, value - 1e-6, top + 1e-6, limits, force)
+    best = found if answer is None else ForceState(answer.multiplier, answer.force, found.velocity, "largest")
+    if close(best.multiplier, top, tolerance):
+        return Extreme(best, top, True, ASSOCIATIVE)
+    began, share = time.perf_counter(), float(np.max(np.abs(best.velocity) / limits))
+    program = BoundedProgram(programs, best.multiplier - 1e-6, top + 1e-6, limits, force)
     left = max(time_limit - (time.perf_counter() - began), 1.0)
-    proof = program.solve(start, largest=True, time_limit=left, gap=0.1 * tolerance)
-    if exact(proof.state, programs.law, 1e-8):
-        value = max(value, proof.state.multiplier)
-    share = float(np.max(np.abs(start.velocity) / limits))
+    proof = program.solve(best, largest=True, time_limit=left, gap=0.1 * tolerance)
+    if exact(proof.state, programs.law, 1e-8) and proof.state.multiplier > best.multiplier:
+        best = proof.state
+    value = best.multiplier
+    within: dict[str, Any] = {"velocity_bounded": True, "force_bounded": proof.forces_assumed, "nodes": proof.nodes}
     if proof.infeasible and share > 1.0:
         # the state found moves faster than the bound, and no slower one lies above it
-        return RangeEnd(value, value, True, MIXED_INTEGER, True, share, proof.forces_assumed, proof.nodes)
-    if proof.infeasible or (proof.bound < value - tolerance * max(1.0, value) and share <= 1.0):
-        return RangeEnd(value, top, False, ASSOCIATIVE, nodes=proof.nodes)  # the solver contradicts a certified state
-    if proof.bound >= top - tolerance and not close(value, proof.bound, tolerance):
-        return RangeEnd(value, top, False, ASSOCIATIVE, nodes=proof.nodes)
-    return RangeEnd(
-        value, proof.bound, close(value, proof.bound, tolerance), MIXED_INTEGER, True, proof.velocity_share,
-        proof.forces_assumed, proof.nodes,
-    )  # fmt: skip
+        return Extreme(best, value, True, MIXED_INTEGER, velocity_share=share, **within)
+    # the solver contradicts a certified state
+    contradicted = proof.infeasible or (proof.bound < value - tolerance * max(1.0, value) and share <= 1.0)
+    met = close(value, proof.bound, tolerance)
+    if contradicted or (proof.bound >= top - tolerance and not met):
+        return Extreme(best, top, False, ASSOCIATIVE, nodes=proof.nodes)
+    return Extreme(best, proof.bound, met, MIXED_INTEGER, velocity_share=proof.velocity_share, **within)
