@@ -22,6 +22,7 @@ CELL = 0.75  # distance of neighbouring size nodes in units of the noise, all sp
 FEWEST, MOST = 6, 30  # size nodes on each side of the baseline
 CROSSED = ("full", "corners")
 INTERACTION = 0.5  # of the noise: effect of size and inputs on each other above which a specimen is tabulated in full
+WIDE = 4.0  # ratio of two positive sizes beyond which half-way is their geometric mean
 PAIR_NODES = 6  # size nodes on each side of the baseline in the table of a pair
 
 
@@ -244,12 +245,12 @@ class Tabulator:
         """Sizes to call the simulator at: halve every interval whose midpoint the curve misses."""
         rest = tuple(0.0 for _ in self.free)
         ends = sorted({cause.baseline, *cause.sides})
-        x = np.array(sorted({v for a, b in pairwise(ends) for v in (a, 0.5 * (a + b), b)}))
+        x = np.array(sorted({v for a, b in pairwise(ends) for v in (a, _middle(a, b), b)}))
         y = self.evaluate((cause,), [((v,), rest) for v in x])
         intervals = list(pairwise(x))
         worst = 0.0
         while intervals and len(x) + len(intervals) <= max(self.levels, 5):
-            middle = np.array([0.5 * (a + b) for a, b in intervals])
+            middle = np.array([_middle(a, b) for a, b in intervals])
             true = self.evaluate((cause,), [((v,), rest) for v in middle])
             miss = np.max(np.abs(PchipInterpolator(x, y, axis=0)(middle) - true) / self.noise, axis=1)
             order = np.argsort(np.concatenate([x, middle]))
@@ -304,7 +305,8 @@ class Tabulator:
         """Size nodes evenly spaced along the curve in units of the noise, on each side of the baseline."""
         out = [cause.baseline]
         for side in cause.sides:
-            fine = np.linspace(cause.baseline, side, 65)
+            ratio = _by_ratio(*sorted((cause.baseline, side)))
+            fine = (np.geomspace if ratio else np.linspace)(cause.baseline, side, 65)
             steps = np.diff(curve(fine), axis=0) / self.noise
             length = np.sqrt((steps**2).sum(axis=-1)).reshape(len(fine) - 1, -1).max(axis=1)
             length += 0.15 * length.sum() / len(length) + 1e-12  # keep nodes where the cause does nothing
@@ -351,6 +353,15 @@ def _through_zero(low: float, high: float, count: int) -> np.ndarray:
     below = max(1, round((count - 1) * -low / (high - low)))
     below = min(below, count - 2)
     return np.concatenate([np.linspace(low, 0.0, below + 1), np.linspace(0.0, high, count - below)[1:]])
+
+
+def _by_ratio(low: float, high: float) -> bool:
+    """Whether sizes between two are told apart by their ratio: factors over a wide range, as of a stiffness."""
+    return 0.0 < WIDE * low < high
+
+
+def _middle(low: float, high: float) -> float:
+    return float(np.sqrt(low * high)) if _by_ratio(low, high) else 0.5 * (low + high)
 
 
 def _thin(nodes: np.ndarray, keep: float, each: int = PAIR_NODES) -> np.ndarray:

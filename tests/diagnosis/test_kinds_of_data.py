@@ -140,3 +140,16 @@ def test_a_folder_may_hold_curves_and_shapes_at_sensors(tmp_path):
     (tmp_path / "quantities.csv").write_text(files["quantities.csv"].replace("mode,0.03\n", ""))
     with pytest.raises(InputError, match="no row for 'mode'"):
         Study.from_folder(tmp_path, model=simulate)
+
+
+def test_factors_over_a_wide_range_are_tabulated_by_their_ratio():
+    # f = 1 / sqrt(1 + 1 / s), a spring of factor s in row with another: nine levels by ratio are enough down to 1/50
+    rows = [Observation(i, f"frequency {i + 1}", 0.7, 0.01) for i in range(2)]
+    loose = Cause("loose", "s", 1.0, (0.02, 1.0))
+    made = Study([{}, {}], lambda x, s=1.0: {f"frequency {i + 1}": (1.0 + 1.0 / s) ** -0.5 for i in range(2)}, rows,
+                 shared=(), levels=9)  # fmt: skip
+    table = made.table(loose)
+    assert table.levels[0][4] == pytest.approx(0.02**0.5)
+    for s in (0.025, 0.1, 0.6):
+        exact = np.log((1.0 + 1.0 / s) ** -0.5)
+        assert made.tables.between({loose: s}) == pytest.approx(exact, abs=0.003)
