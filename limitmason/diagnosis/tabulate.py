@@ -1,7 +1,7 @@
 """Tables of log predictions on (cause size x nuisance): few simulator calls, refined where the curve bends."""
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise, product
 from typing import Any
 
@@ -22,7 +22,7 @@ CELL = 0.75  # distance of neighbouring size nodes in units of the noise, all sp
 FEWEST, MOST = 6, 30  # size nodes on each side of the baseline
 CROSSED = ("full", "corners")
 INTERACTION = 0.5  # of the noise: effect of size and inputs on each other above which a specimen is tabulated in full
-WIDE = 4.0  # ratio of two positive sizes beyond which half-way is their geometric mean
+WIDE = 10.0  # ratio of the bounds from which half-way between two sizes is their geometric mean
 PAIR_NODES = 6  # size nodes on each side of the baseline in the table of a pair
 
 
@@ -185,7 +185,7 @@ class Tabulator:
             keyword = cause.parameter if cause.apply is None else "extend"
             _say_if_without_effect(np.ptp(values, axis=0), f"the cause {cause.name!r}", keyword, cause.bounds)
         values = self._to_nodes(values.reshape(len(levels), *map(len, self.z_levels), self.n), 1)
-        curve = PchipInterpolator(levels, values, axis=0)
+        curve = _curve(cause, levels, values)
         nodes = like.sizes[0] if like is not None else self._nodes(cause, curve)
         return Tabulation((cause,), (nodes,), self.z_nodes, curve(nodes), (levels,), error)
 
@@ -245,14 +245,15 @@ class Tabulator:
         """Sizes to call the simulator at: halve every interval whose midpoint the curve misses."""
         rest = tuple(0.0 for _ in self.free)
         ends = sorted({cause.baseline, *cause.sides})
-        x = np.array(sorted({v for a, b in pairwise(ends) for v in (a, _middle(a, b), b)}))
+        halfway = (lambda a, b: float(np.sqrt(a * b))) if _is_factor(cause) else (lambda a, b: 0.5 * (a + b))
+        x = np.array(sorted({v for a, b in pairwise(ends) for v in (a, halfway(a, b), b)}))
         y = self.evaluate((cause,), [((v,), rest) for v in x])
         intervals = list(pairwise(x))
         worst = 0.0
         while intervals and len(x) + len(intervals) <= max(self.levels, 5):
-            middle = np.array([_middle(a, b) for a, b in intervals])
+            middle = np.array([halfway(a, b) for a, b in intervals])
             true = self.evaluate((cause,), [((v,), rest) for v in middle])
-            miss = np.max(np.abs(PchipInterpolator(x, y, axis=0)(middle) - true) / self.noise, axis=1)
+            miss = np.max(np.abs(_curve(cause, x, y)(middle) - true) / self.noise, axis=1)
             order = np.argsort(np.concatenate([x, middle]))
             x, y = np.concatenate([x, middle])[order], np.concatenate([y, true])[order]
             bad = [(ab, m, e) for ab, m, e in zip(intervals, middle, miss, strict=True) if e > TOLERANCE]
@@ -301,12 +302,11 @@ class Tabulator:
             values[:, :, rows] = exact.reshape(len(levels), len(points), len(rows))
         return values, float(max(np.delete(missed, rows), default=0.0))
 
-    def _nodes(self, cause: Cause, curve: PchipInterpolator) -> np.ndarray:
+    def _nodes(self, cause: Cause, curve: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """Size nodes evenly spaced along the curve in units of the noise, on each side of the baseline."""
         out = [cause.baseline]
         for side in cause.sides:
-            ratio = _by_ratio(*sorted((cause.baseline, side)))
-            fine = (np.geomspace if ratio else np.linspace)(cause.baseline, side, 65)
+            fine = (np.geomspace if _is_factor(cause) else np.linspace)(cause.baseline, side, 65)
             steps = np.diff(curve(fine), axis=0) / self.noise
             length = np.sqrt((steps**2).sum(axis=-1)).reshape(len(fine) - 1, -1).max(axis=1)
             length += 0.15 * length.sum() / len(length) + 1e-12  # keep nodes where the cause does nothing
@@ -355,13 +355,17 @@ def _through_zero(low: float, high: float, count: int) -> np.ndarray:
     return np.concatenate([np.linspace(low, 0.0, below + 1), np.linspace(0.0, high, count - below)[1:]])
 
 
-def _by_ratio(low: float, high: float) -> bool:
-    """Whether sizes between two are told apart by their ratio: factors over a wide range, as of a stiffness."""
-    return 0.0 < WIDE * low < high
+def _is_factor(cause: Cause) -> bool:
+    """Whether sizes are told apart by their ratio: a factor over a wide range, as of a stiffness."""
+    return 0.0 < WIDE * cause.bounds[0] <= cause.bounds[1]
 
 
-def _middle(low: float, high: float) -> float:
-    return float(np.sqrt(low * high)) if _by_ratio(low, high) else 0.5 * (low + high)
+def _curve(cause: Cause, sizes: np.ndarray, values: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """Values between sizes, along the logarithm of a factor."""
+    if not _is_factor(cause):
+        return PchipInterpolator(sizes, values, axis=0)
+    along = PchipInterpolator(np.log(sizes), values, axis=0)
+    return lambda x: along(np.log(x))
 
 
 def _thin(nodes: np.ndarray, keep: float, each: int = PAIR_NODES) -> np.ndarray:
