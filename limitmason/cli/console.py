@@ -11,15 +11,13 @@ from typing import NamedTuple
 from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED, Prediction
 from limitmason.display.progress import wanted, write
 from limitmason.errors import InputError
-from limitmason.methods import ASSOCIATIVE, LIMIT, NON_ASSOCIATIVE, available_methods
+from limitmason.methods import LIMIT, NON_ASSOCIATIVE, available_methods, get_method
 from limitmason.model.assembly import Assembly, ContactError
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
 
 _NAMED = 20
 """So many falling blocks are named; a figure shows the rest."""
-
-LIMIT_ANALYSIS = (ASSOCIATIVE, NON_ASSOCIATIVE)
 
 
 def say(text: str) -> None:
@@ -169,7 +167,7 @@ def report(prediction: Prediction, assembly: Assembly | None = None) -> int:
 
 
 ANALYSIS = ("flow_rule", "contact_model", "grid", "torsion_limit", "search", "time_limit")
-"""Options of limit analysis, which other methods do not have."""
+"""Options of an analysis, of which every method takes its own."""
 
 
 def analysis_options(parser: argparse.ArgumentParser, flow_default: str = "associative") -> None:
@@ -213,34 +211,24 @@ def method_of(options: argparse.Namespace) -> str:
 
 
 def settings_of(options: argparse.Namespace) -> dict:
-    """Settings of limit analysis out of the options; refused for other methods, which have none here."""
+    """Settings of the analysis that were typed; those that the method does not take are refused by name."""
     method = method_of(options)
-    if method not in (LIMIT, *LIMIT_ANALYSIS):
-        refuse(options, ANALYSIS, f"by --method {method}, it is an option of limit analysis")
-        return {}
     if method != LIMIT:
         refuse(options, ("flow_rule",), f"by --method {method}, which has its own")
-        return search_of(options)
+    chosen = get_method(method, options.flow_rule)
+    takes = {*chosen.takes, "flow_rule"}
+    refuse(options, (n for n in ANALYSIS if n not in takes), f"by {chosen.name}, which takes {_flags(takes)}")
     if options.grid and options.contact_model != "grid":
         raise InputError("--grid needs --contact-model grid")
-    found = {"contact_model": options.contact_model, "grid": options.grid and tuple(options.grid),
-             "torsion_limit": options.torsion_limit or None, "flow_rule": options.flow_rule}  # fmt: skip
-    found = {name: value for name, value in found.items() if value is not None}
-    return found | search_of(options)
+    given = {name: getattr(options, name) for name in ANALYSIS}
+    return {k: tuple(v) if k == "grid" else v for k, v in given.items() if v is not None and v is not False}
 
 
-def search_of(options: argparse.Namespace) -> dict:
-    """How the non-associative analysis searches."""
-    if ASSOCIATIVE in (options.method, options.flow_rule):
-        refuse(options, ("search", "time_limit"), "by the associative flow rule, which needs no search")
-    found = {"search": options.search, "time_limit": options.time_limit}
-    return {name: value for name, value in found.items() if value is not None}
+def _flags(names: Iterable[str]) -> str:
+    return ", ".join(f"--{n.replace('_', '-')}" for n in ANALYSIS if n in names and n != "flow_rule") or "none of these"
 
 
 def told(settings: dict, method: str) -> dict:
     """Settings of one analysis with a line to standard error after every stage of a search, where somebody looks."""
     searching = NON_ASSOCIATIVE in (method, settings.get("flow_rule"))
-    for name in ("search", "time_limit"):
-        if name in settings and not searching:
-            raise InputError(f"--{name.replace('_', '-')} goes with --flow-rule non-associative, which searches")
     return settings | ({"progress": lambda trial: say(f"  {trial}")} if searching and lines() else {})
