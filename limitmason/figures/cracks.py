@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -22,7 +21,6 @@ from limitmason.mechanics.motion import RigidMotion, structure_size
 Array = NDArray[np.float64]
 
 MOMENTS = ("first crack", "peak", "end")
-_LEFT, _RIGHT = 0.55, 0.12
 _WIDEST = 3.0
 _DRAWN = 0.05
 
@@ -77,7 +75,9 @@ def cracks(
     text = [f"displacements drawn {scale:g} times"]
     text += [f"no {m}: never {1e3 * width:g} mm wide" for i, m in chosen if i is None and m == "first crack"]
     text += [caption] if caption else []
-    figure, axes, inch = _page(frame, len(drawn), title, " · ".join(text))
+    page = style.page_width()
+    inch = float(min((page - 0.67) / frame.span[0], 3.2 / frame.span[1]))
+    figure, axes = style.panels(page, len(drawn) * (frame.span[1] * inch + 0.3) + 0.3, rows=len(drawn))
     for ax, (i, moment), motion in zip(axes, drawn, motions, strict=True):
         elevation.draw_blocks(ax, view, min(max(0.03 * 72.0 * inch * view.block_size(), 0.12), 0.5), motion=motion)
         _draw_joints(ax, view, motion, curve, i)
@@ -91,18 +91,20 @@ def cracks(
         Line2D([], [], color=style.SLIDING, linewidth=_WIDEST, label="joint slid"),
         Line2D([], [], color=style.GHOST, linewidth=0.7, label="failed, hardly moved"),
     ]
-    figure.legend(handles=handles, loc="lower center", ncols=3, fontsize=7.5, frameon=False, borderpad=0.0)
-    return figure
+    return style.finished(figure, title, " · ".join(text), handles)
+
+
+def sample_of(curve: Any, moment: str | int) -> int:
+    """Sample of a moment: "peak", "end", or one by number."""
+    if isinstance(moment, str) and moment not in ("peak", "end"):
+        raise InputError(f"unknown moment {moment!r}: 'peak', 'end' or a sample by number")
+    return int(curve.peak.index) if moment == "peak" else int(curve.point(-1 if moment == "end" else moment).index)
 
 
 def _index(curve: Any, moment: str | int, width: float) -> int | None:
     """Sample of a moment; None where it did not happen."""
-    if not isinstance(moment, str):
-        return curve.point(int(moment)).index
-    if moment == "peak":
-        return curve.peak.index
-    if moment == "end":
-        return len(curve) - 1
+    if not isinstance(moment, str) or moment in ("peak", "end"):
+        return sample_of(curve, moment)
     if moment in ("first crack", "first failure"):
         found = curve.first_crack(width) if moment == "first crack" else curve.first_failure
         return None if found is None else found.index
@@ -146,22 +148,3 @@ def _heading(curve: Any, index: int, moment: str | int) -> str:
     return (
         f"{name}: {style.force_text(point.load)} at {1e3 * point.displacement:.3g} mm, widest opening {widest:.2g} mm"
     )
-
-
-def _page(frame: elevation.Window, count: int, title: str | None, text: str) -> tuple[Figure, list[Axes], float]:
-    """A figure with elevations one below the other, and inches per metre."""
-    page = style.page_width()
-    heading = style.Heading(title, text, page)
-    inch = min((page - _LEFT - _RIGHT) / frame.span[0], 3.2 / frame.span[1])
-    wide, high = frame.span * inch
-    head, foot, gap = heading.depth + 0.2, 0.62, 0.3
-    total = head + count * high + (count - 1) * gap + foot
-    figure = Figure(figsize=(page, total), dpi=200)
-    FigureCanvasAgg(figure)
-    left = _LEFT + 0.5 * (page - _LEFT - _RIGHT - wide)
-    axes = [
-        figure.add_axes((left / page, (foot + (count - 1 - k) * (high + gap)) / total, wide / page, high / total))
-        for k in range(count)
-    ]
-    heading.put(figure)
-    return figure, axes, float(inch)

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -68,7 +67,7 @@ def load_displacement(
     named = _by_label(curves)
     if not named:
         raise InputError("no curve to draw")
-    ax = _axes(ax)
+    own, (_, ax) = ax is None, style.paper(style.page_width(_WIDTH), _HEIGHT, ax)
     ax.axhline(0.0, color=style.FAINT, linewidth=0.5, zorder=0.5)
     for (label, curve), look in zip(named, _looks(), strict=False):
         u, f = _curve(curve, block, direction, label)
@@ -89,7 +88,7 @@ def load_displacement(
         x, y = np.array(rows).T
         ax.plot(x, y, marker, color=style.BLACK, markersize=4.5, markerfacecolor="none", linestyle="none", label=label,
                 gid=f"point {label}", zorder=4)  # fmt: skip
-    return _finish(ax, xlabel, ylabel, title, caption)
+    return _finish(ax, own, xlabel, ylabel, title, caption)
 
 
 @style.in_print_style
@@ -128,7 +127,7 @@ def history_curves(
         raise InputError("name at least one quantity to draw")
     units = units or {}
     x = np.asarray(history[against], dtype=float)
-    ax = _axes(ax)
+    own, (_, ax) = ax is None, style.paper(style.page_width(_WIDTH), _HEIGHT, ax)
     for name, look in zip(names, _looks(), strict=False):
         y = np.asarray(history[name], dtype=float)
         if y.shape != x.shape:
@@ -144,7 +143,7 @@ def history_curves(
         unit = kinds.pop() if len(kinds) == 1 else ""
         ylabel = (names[0] if len(names) == 1 else "") + (f" [{unit}]" if unit else "")
     along = f"{against} [{units[against]}]" if units.get(against) else against
-    return _finish(ax, along, ylabel.strip(), title, caption)
+    return _finish(ax, own, along, ylabel.strip(), title, caption)
 
 
 def _looks() -> Iterator[dict[str, Any]]:
@@ -220,33 +219,16 @@ def _driven(history: Any) -> int:
     return blocks[0]
 
 
-def _axes(ax: Axes | None) -> Axes:
-    if ax is not None:
-        return ax
-    figure = Figure(figsize=(style.page_width(_WIDTH), _HEIGHT), dpi=200)
-    FigureCanvasAgg(figure)
-    return figure.add_axes((0.0, 0.0, 1.0, 1.0), label="own")
-
-
-def _finish(ax: Axes, xlabel: str, ylabel: str, title: str | None, caption: str | None) -> Figure:
+def _finish(ax: Axes, own: bool, xlabel: str, ylabel: str, title: str | None, caption: str | None) -> Figure:
     ax.set_xlabel(xlabel)
     ax.set_ylabel(ylabel)
     ax.tick_params(labelsize=7.5, width=0.5, length=2.5, which="both")
     handles, labels = ax.get_legend_handles_labels()
+    if own:
+        return style.finished(style.figure_of(ax), title, caption, handles)
+    if title:
+        ax.set_title(title, loc="left", fontweight="bold")
+    if handles:
+        ax.legend(handles, labels)
     figure: Any = ax.figure  # a Figure or a part of one
-    if ax.get_label() != "own":
-        if title:
-            ax.set_title(title, loc="left", fontweight="bold")
-        if handles:
-            ax.legend(handles, labels)
-        return figure
-    width = style.page_width(_WIDTH)
-    columns, rows = style.legend_shape(handles, width)
-    heading = style.Heading(title, caption, width)
-    foot = 0.42 + (0.19 * rows + 0.06 if rows else 0.0)
-    total = heading.depth + _HEIGHT - 0.5 + foot
-    figure.set_size_inches(width, total)
-    ax.set_position((0.58 / width, foot / total, 1.0 - 0.74 / width, (_HEIGHT - 0.5) / total))
-    heading.put(figure)
-    style.legend_below(figure, handles, columns)
     return figure

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from limitmason.deformable import SOLID
 from limitmason.errors import InputError
 from limitmason.figures import style
+from limitmason.figures.cracks import sample_of
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ def plasticity(
     """
     if not getattr(curve, "zones", ()):
         raise InputError("this curve has no zones: draw the curve of dem.push with blocks='zoned'")
-    indices = [_index(curve, moment) for moment in at]
+    indices = [sample_of(curve, moment) for moment in at]
     if curve.stress == SOLID:
         raise InputError("zones in space are elastic, there is nothing to map: draw figures.cracks(curve)")
     mesh = curve.mesh
@@ -59,20 +59,10 @@ def plasticity(
     high = np.max([(mesh.place + scale * u).max(axis=0) for u in shifts], axis=0)
     span = high - low
     page = style.page_width()
-    wide = page - 0.7
-    inch = min(wide / span[0], 3.4 / span[1])
-    tall = span[1] * inch
-    head, foot, gap = (0.45 if title else 0.25), 0.75, 0.45
-    total = head + foot + len(at) * tall + (len(at) - 1) * gap
-    figure = Figure(figsize=(page, total), dpi=200)
-    FigureCanvasAgg(figure)
-    if title:
-        figure.text(0.02, 1.0 - 0.08 / total, title, fontsize=9.5, fontweight="bold", va="top", gid="title")
+    inch = min((page - 0.7) / span[0], 3.4 / span[1])
+    figure, axes = style.panels(page, len(at) * (span[1] * inch + 0.3), rows=len(at))
     colours: tuple[Any, ...] = ("white", style.VERMILION, style.pale(style.VERMILION, 0.45), style.BLUE)
-    for k, (i, moment, u) in enumerate(zip(indices, at, shifts, strict=True)):
-        bottom = foot + (len(at) - 1 - k) * (tall + gap)
-        left = 0.5 * (page - span[0] * inch)
-        ax = figure.add_axes((left / page, bottom / total, span[0] * inch / page, tall / total))
+    for ax, i, moment, u in zip(axes, indices, at, shifts, strict=True):
         place = mesh.place + scale * u
         marks = curve.zones[i].marks
         ax.add_collection(PolyCollection(
@@ -94,20 +84,9 @@ def plasticity(
         Patch(facecolor=c, edgecolor=style.GHOST, linewidth=0.4, label=m) for c, m in zip(colours, MARKS, strict=True)
     ]
     handles.append(Line2D([], [], color=style.BLACK, linewidth=0.6, label=f"displacements drawn {scale:g} times"))
-    figure.legend(handles=handles, loc="lower center", ncols=3, fontsize=7.0, frameon=False)
-    return figure
+    return style.finished(figure, title, None, handles)
 
 
 def _draw_outlines(ax: Any, mesh: Any, place: Array) -> None:
     lines = [place[mesh.sides[a:b]] for a, b in zip(mesh.side_start[:-1], mesh.side_start[1:], strict=True)]
     ax.add_collection(LineCollection(lines, colors=style.BLACK, linewidths=0.45, gid="sides", zorder=2.0))
-
-
-def _index(curve: Any, moment: str | int) -> int:
-    if moment == "peak":
-        return int(curve.peak.index)
-    if moment == "end":
-        return len(curve) - 1
-    if isinstance(moment, str):
-        raise InputError(f"unknown moment {moment!r}: 'peak', 'end' or a sample by number")
-    return int(curve.point(moment).index)

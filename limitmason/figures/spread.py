@@ -12,7 +12,6 @@ from matplotlib.ticker import PercentFormatter
 from limitmason.answers.curve import Curve
 from limitmason.errors import InputError
 from limitmason.figures import style
-from limitmason.figures.studies import _frame, _paper
 from limitmason.study.montecarlo import curves_of
 from limitmason.study.spread import running, sensitivity, shares
 from limitmason.study.table import Table
@@ -49,7 +48,7 @@ def histogram(
         numbers = table[column].astype(float)
         values[name] = numbers[np.isfinite(numbers)]
     edges = np.histogram_bin_edges(np.concatenate(list(values.values())), bins=bins if bins is not None else "fd")
-    figure, ax = _paper(style.page_width(), 3.2, ax)
+    figure, ax = style.paper(style.page_width(), 3.2, ax)
     for number, (name, own) in enumerate(values.items()):
         colour = style.SERIES[number % len(style.SERIES)]
         last = found[name]
@@ -68,7 +67,7 @@ def histogram(
     ax.legend(fontsize=style._SMALL, frameon=False, loc="upper right")
     missing = sum(r.missing for r in found.values())
     notes = [f"{missing} runs without a value are left out"] * bool(missing) + ["ticks: tests"] * bool(len(measured))
-    _frame(ax, title, " · ".join(notes))
+    style.frame(ax, title, " · ".join(notes))
     return figure
 
 
@@ -90,7 +89,7 @@ def running_spread(
         With fewer than two finite values.
     """
     found = running(table, column)
-    figure, ax = _paper(style.page_width(), 3.0, ax)
+    figure, ax = style.paper(style.page_width(), 3.0, ax)
     kept = slice(min(5, len(found.n) - 1), None)
     lines = (
         ("mean", found.mean, found.mean_error, style.BLUE),
@@ -110,7 +109,7 @@ def running_spread(
     ax.legend(fontsize=style._SMALL, frameon=False)
     said = style.enlarged(*ax.get_ylim())
     words = (label or column, "bands: one standard error of so many runs", said)
-    _frame(ax, title, " · ".join(w for w in words if w))
+    style.frame(ax, title, " · ".join(w for w in words if w))
     return figure
 
 
@@ -133,7 +132,7 @@ def curve_fan(
         Where the column holds no curves.
     """
     curves = curves_of(table, column)
-    figure, ax = _paper(style.page_width(), 3.6, ax)
+    figure, ax = style.paper(style.page_width(), 3.6, ax)
     for c in curves:
         ax.plot(c.displacement, c.load, color="#bbbbbb", linewidth=0.3, zorder=1, gid="run")
     if all((np.diff(c.displacement) >= 0.0).all() for c in curves):
@@ -147,7 +146,7 @@ def curve_fan(
         ax.plot(test.displacement, test.load, color=style.VERMILION, linewidth=1.2, zorder=4, gid="test")
     ax.set_xlabel(f"displacement [{curves[0].displacement_unit}]")
     ax.set_ylabel(f"load [{curves[0].load_unit}]")
-    _frame(ax, title, f"{len(curves)} runs; line: median, band: 5 to 95 % at each displacement")
+    style.frame(ax, title, f"{len(curves)} runs; line: median, band: 5 to 95 % at each displacement")
     return figure
 
 
@@ -171,7 +170,7 @@ def word_shares(
     groups = dict(tables) if isinstance(tables, Mapping) else {"": tables}
     found = {name: {s.name: s for s in shares(t, column)} for name, t in groups.items()}
     words = list(dict.fromkeys(w for own in found.values() for w in own))
-    figure, ax = _paper(style.page_width(), 0.9 + 0.32 * len(words) * len(groups), ax)
+    figure, ax = style.paper(style.page_width(), 0.9 + 0.32 * len(words) * len(groups), ax)
     height = 0.8 / len(groups)
     for number, (name, own) in enumerate(found.items()):
         colour = style.SERIES[number % len(style.SERIES)]
@@ -195,7 +194,7 @@ def word_shares(
     ax.set_xlabel("share of the runs")
     if any(groups):
         ax.legend(fontsize=style._SMALL, frameon=False, loc="lower right")
-    _frame(ax, title, "lines: 95 % interval; numbers: runs")
+    style.frame(ax, title, "lines: 95 % interval; numbers: runs")
     return figure
 
 
@@ -218,7 +217,7 @@ def sensitivity_bars(
     found = sensitivity(table, column, inputs)
     if not found:
         raise InputError("there is nothing to draw")
-    figure, ax = _paper(style.page_width(), 0.9 + 0.32 * len(found), ax)
+    figure, ax = style.paper(style.page_width(), 0.9 + 0.32 * len(found), ax)
     chance = 1.96 * found[0].rank_error
     ax.axvspan(-chance, chance, color="#e4e4e4", linewidth=0, zorder=0.5, gid="chance")
     for place, s in enumerate(found):
@@ -229,5 +228,5 @@ def sensitivity_bars(
     ax.set_yticks([-k for k in range(len(found))], [s.name for s in found])
     ax.set_xlim(-1.05, 1.05)
     ax.set_xlabel(f"rank correlation with {column} [-]")
-    _frame(ax, title, "grey: 95 of 100 values without any relation")
+    style.frame(ax, title, "grey: 95 of 100 values without any relation")
     return figure

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -39,32 +38,6 @@ def _colour(method: str) -> str:
 _ORDERS = {"switched in this order": ("v", style.BLACK), "in the reverse order": ("^", "white")}
 
 
-def _paper(width: float, height: float, ax: Axes | None) -> tuple[Figure, Axes]:
-    if ax is not None:
-        return style.figure_of(ax), ax
-    figure = Figure(figsize=(width, height), dpi=200, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure, figure.add_subplot()
-
-
-def _frame(ax: Axes, title: str | None, caption: str = "") -> None:
-    ax.tick_params(labelsize=style._SMALL, width=0.5, length=2.5, colors=style.FAINT)
-    for spine in ax.spines.values():
-        spine.set_linewidth(0.5)
-    page: Any = ax.figure
-    wide = float(getattr(page, "figure", page).get_size_inches()[0])
-    caption = "\n".join(style.wrapped(line, wide - 0.9) for line in caption.split("\n"))
-    if caption:
-        ax.annotate(
-            caption, (0.0, 1.0), (0.0, 5.0), xycoords="axes fraction", textcoords="offset points", gid="caption",
-            fontsize=style._SMALL, color=style.FAINT, va="bottom", linespacing=1.3,
-        )  # fmt: skip
-    if title:
-        ax.set_title(
-            title, loc="left", fontweight="bold", pad=8.0 + (11.0 * (caption.count("\n") + 1) if caption else 0)
-        )
-
-
 @style.in_print_style
 def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = None) -> Figure:
     """Collapse multipliers of several theories beside the test, each with its range.
@@ -90,7 +63,7 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
     left_out = [r for r in result.rows if not math.isfinite(r.multiplier)]
     if not rows:
         raise InputError("no method has a finite multiplier: there is nothing to draw")
-    figure, ax = _paper(style.page_width(), 1.1 + 0.55 * len(rows), ax)
+    figure, ax = style.paper(style.page_width(), 1.1 + 0.55 * len(rows), ax)
     ends = [v for r in rows for v in (r.multiplier, r.low, r.high) if math.isfinite(v)]
     if result.measured is not None:
         low, value, high = result.measured
@@ -125,7 +98,7 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
     if any(math.isfinite(r.low) for r in rows):
         caption.insert(0, "bars: range of each theory")
     caption += [said] if said else []
-    _frame(ax, title or result.title or None, " · ".join(caption))
+    style.frame(ax, title or result.title or None, " · ".join(caption))
     ax.tick_params(axis="y", length=0, colors=style.BLACK)
     return figure
 
@@ -181,7 +154,7 @@ def study_lines(
     for name in by:
         if not any(name in r for r in rows):
             raise InputError(f"by names the column {name!r}, which no row has")
-    figure, ax = _paper(style.page_width(), 3.4, ax)
+    figure, ax = style.paper(style.page_width(), 3.4, ax)
     positive = sorted({float(r[x]) for r in rows if r[x] > 0})
     edge = 0.5 * positive[0] if positive else 1.0
 
@@ -232,7 +205,7 @@ def study_lines(
     ax.set_xlabel(x_label or x)
     ax.set_ylabel(y_label or ("collapse multiplier λ [-]" if y == "multiplier" else y))
     ax.grid(linewidth=0.3, color="#dddddd")
-    _frame(ax, title, "\n".join(t for t in (caption, style.enlarged(*ax.get_ylim())) if t))
+    style.frame(ax, title, "\n".join(t for t in (caption, style.enlarged(*ax.get_ylim())) if t))
     if handles:
         columns = min(style.legend_shape(handles, figure.get_size_inches()[0])[0], 3)
         figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=style._SMALL)
@@ -300,7 +273,7 @@ def gap(result: Any, *, title: str | None = None, ax: Axes | None = None) -> Fig
         Bars hang from step to step by the mean share; marks show the shares in the two orders where they differ. The
         last bar but one is what remains unexplained. Grey numbers are below what the searches resolve.
     """
-    figure, ax = _paper(style.page_width(), 3.5, ax)
+    figure, ax = style.paper(style.page_width(), 3.5, ax)
     names = ["limit analysis,\nassociative"]
     level, k = result.associative, 1
     colours = {"flow rule": style.BLUE, "pressure in the faces": style.GREEN, "geometry change": style.ORANGE,
@@ -349,7 +322,7 @@ def gap(result: Any, *, title: str | None = None, ax: Axes | None = None) -> Fig
         "bars: mean of both orders; marks apart: assumptions act together",
         f"grey: below the {result.resolution:.4f} resolved",
     ]
-    _frame(ax, title, " · ".join(notes + ["axis cut"] * (bottom > 0)))
+    style.frame(ax, title, " · ".join(notes + ["axis cut"] * (bottom > 0)))
     ax.tick_params(axis="x", length=0, colors=style.BLACK)
     handles = [
         Line2D([], [], color=style.BLACK, marker=mark, markerfacecolor=face, linestyle="none", markersize=5, label=text)

@@ -270,6 +270,53 @@ def legend_below(figure: Figure, handles: list[Any], columns: int) -> None:
                       ncols=columns, fontsize=_SMALL, frameon=False, borderpad=0.0, borderaxespad=0.0)  # fmt: skip
 
 
+def paper(width: float, height: float, ax: Axes | None) -> tuple[Figure, Axes]:
+    """A figure of one diagram and its axes, or those of the caller."""
+    if ax is not None:
+        return figure_of(ax), ax
+    figure, axes = panels(width, height)
+    return figure, axes[0]
+
+
+def panels(width: float, height: float, rows: int = 1, columns: int = 1) -> tuple[Figure, list[Axes]]:
+    """A figure of several diagrams [in] and their axes, row by row."""
+    figure = Figure(figsize=(width, height), dpi=200, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, list(figure.subplots(rows, columns, squeeze=False).flat)
+
+
+def finished(figure: Figure, title: str | None, text: str | None, handles: list[Any]) -> Figure:
+    """A figure of :func:`panels`, higher by title and caption above and a legend below."""
+    width, height = figure.get_size_inches()
+    heading, (columns, rows) = Heading(title, text, width), legend_shape(handles, width)
+    foot = 0.19 * rows + 0.06 if rows else 0.0
+    total = heading.depth + height + foot
+    figure.set_size_inches(width, total)
+    figure.set_layout_engine("constrained", rect=(0.08 / width, foot / total, 1.0 - 0.16 / width, height / total))
+    heading.put(figure)
+    legend_below(figure, handles, columns)
+    return figure
+
+
+def frame(ax: Axes, title: str | None, caption: str = "") -> None:
+    """Ticks of a diagram, and title and caption above it."""
+    ax.tick_params(labelsize=_SMALL, width=0.5, length=2.5, colors=FAINT)
+    for spine in ax.spines.values():
+        spine.set_linewidth(0.5)
+    page: Any = ax.figure
+    wide = float(getattr(page, "figure", page).get_size_inches()[0])
+    caption = "\n".join(wrapped(line, wide - 0.9) for line in caption.split("\n"))
+    if caption:
+        ax.annotate(
+            caption, (0.0, 1.0), (0.0, 5.0), xycoords="axes fraction", textcoords="offset points", gid="caption",
+            fontsize=_SMALL, color=FAINT, va="bottom", linespacing=1.3,
+        )  # fmt: skip
+    if title:
+        ax.set_title(
+            title, loc="left", fontweight="bold", pad=8.0 + (11.0 * (caption.count("\n") + 1) if caption else 0)
+        )
+
+
 def metre_axes(ax: Axes, names: tuple[str, str]) -> None:
     """Equal axes labelled in metres, ticks kept sparse and sized explicitly (ticks are made after the style ends)."""
     ax.set_aspect("equal", adjustable="box")

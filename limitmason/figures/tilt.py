@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -61,9 +60,7 @@ def tilt_test(
     for label, test in named.items():
         _check(label, test)
     style.needs_a_page("tilt_test")
-    figure = Figure(figsize=(_WIDTH, _PANEL + 1.0), dpi=200)
-    FigureCanvasAgg(figure)
-    left, right = figure.add_axes((0.1, 0.2, 0.35, 0.7)), figure.add_axes((0.6, 0.2, 0.35, 0.7))
+    figure, (left, right) = style.panels(_WIDTH, _PANEL + _FOOT, columns=2)
     top = max(float(np.nanmax(t.horizontal)) for t in named.values())
     steepest = max(float(np.nanmax(t.tilt_deg)) for t in named.values())
     if measured is not None:
@@ -112,7 +109,7 @@ def tilt_test(
     for axes, letter in ((left, "a"), (right, "b")):
         axes.tick_params(labelsize=7.5, width=0.5, length=2.5)
         axes.set_title(letter, loc="left", fontsize=8.5, fontweight="bold", pad=3.0)
-    return _laid_out(figure, left, right, entries, title, caption)
+    return style.finished(figure, title, caption, entries)
 
 
 def _check(label: str, test: Any) -> None:
@@ -143,20 +140,3 @@ def _band(left: Axes, right: Axes, low: float, high: float) -> None:
         right.axhline(a, color=style.BLACK, linewidth=0.9, gid="measured level")
     else:
         right.axhspan(a, b, color=style.BLACK, alpha=0.15, linewidth=0.0, gid="measured level")
-
-
-def _laid_out(
-    figure: Figure, left: Axes, right: Axes, entries: list[Any], title: str | None, caption: str | None
-) -> Figure:
-    """Two panels side by side, heading above, legend below."""
-    columns, rows = style.legend_shape(entries, _WIDTH)
-    heading = style.Heading(title, caption, _WIDTH)
-    foot = _FOOT + 0.19 * rows + 0.06
-    total = heading.depth + 0.18 + _PANEL + foot  # room for the titles of the panels
-    figure.set_size_inches(_WIDTH, total)
-    wide = 0.5 * (_WIDTH - 0.62 - 0.72 - 0.14)
-    left.set_position((0.62 / _WIDTH, foot / total, wide / _WIDTH, _PANEL / total))
-    right.set_position(((0.62 + wide + 0.72) / _WIDTH, foot / total, wide / _WIDTH, _PANEL / total))
-    heading.put(figure)
-    style.legend_below(figure, entries, columns)
-    return figure
