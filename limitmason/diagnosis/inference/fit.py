@@ -181,6 +181,12 @@ class Data:
         return cast(Array, np.einsum("bn,bn->b", self.y, self.y))
 
     @cached_property
+    def wide(self) -> Array:
+        """What the nodes are ranked by, in one product: values, nuisance data where the noise is known, and ones."""
+        one = np.ones((len(self.y), 1))
+        return np.concatenate([self.y, self.z, one] if self.like.kind == "known" else [self.y, one], axis=1)
+
+    @cached_property
     def count(self) -> Array:
         """Number of values used, shape (b,)."""
         return np.full(len(self.y), float(self.y.shape[1])) if self.weights is None else self.weights.sum(axis=1)
@@ -291,12 +297,11 @@ def _best_node(cells: Cells, data: Data) -> tuple[Index, Array | None]:
             loss = (like.tails + 1.0) * student_terms(y, used, cells.nodes, like.tails)
         penalty = ((z[:, None, :] - cells["z"][None]) ** 2).sum(axis=-1)
         return np.argmax(data.loglik(loss, penalty), axis=1), None
-    known, one, rows = like.kind == "known", np.ones((len(y), 1)), np.arange(len(y))
+    known, rows = like.kind == "known", np.arange(len(y))
+    products = data.wide @ (cells.ranks if known else cells.losses)
     if known:
-        products = np.concatenate([y, z, one], axis=1) @ cells.ranks
         column = products.argmax(axis=1)
     else:  # the best sizes for each value of the inputs, then the best of those: only they need a logarithm
-        products = np.concatenate([y, one], axis=1) @ cells.losses
         levels = cells.z_levels
         by_level = products.reshape(len(y), len(levels), -1)
         size = by_level.argmax(axis=2)
@@ -341,6 +346,7 @@ def _go_on(grids: Sequence[Grid], data: Data, owner: Index, found: _Found) -> No
     last, stride = (np.array([getattr(g.cells, name) for g in grids]) for name in ("last", "stride"))
     active = np.arange(len(owner))
     for _ in range(WALK):
+        active = active[(np.abs(found.move[:, active]) >= EDGE).any(axis=0)]
         move, index, mine = found.move[:, active], found.index[:, active].astype(int), owner[active]
         on = np.where(np.abs(move) >= EDGE, np.sign(move), 0.0).astype(int)
         on = np.clip(index + on, 0, last[mine].T) - index
