@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from limitmason.diagnosis.from_table import About
-from limitmason.diagnosis.inference.checks import LIKE, Answer, Checks
+from limitmason.diagnosis.inference.checks import LIKE, CheckedVerdict, Checks
 from limitmason.diagnosis.inference.plan import NextTests
 from limitmason.diagnosis.inference.shared import PLAUSIBLE
 from limitmason.diagnosis.inference.trends import is_numeric
@@ -246,7 +246,7 @@ def check_lines(diagnosis: Findings, checks: Checks) -> list[str]:
     """What the verdict hangs on: the same data under other statements of the noise and without single specimens."""
     out: list[str] = []
 
-    def is_same(answer: Answer) -> bool:
+    def is_same(answer: CheckedVerdict) -> bool:
         return answer.kind == as_one_kind(diagnosis) and set(answer.causes) == set(diagnosis.causes)
 
     if diagnosis.noise.kind != "unknown":

@@ -20,7 +20,7 @@ QUICK = 299  # draws of the repeated verdicts
 LIKE = "like specimens"  # groups of them, by their covariates
 
 
-class Answer(NamedTuple):
+class CheckedVerdict(NamedTuple):
     """Kind and causes of a verdict."""
 
     kind: str
@@ -44,11 +44,11 @@ class Checks:
         no circumstance of the tests is recorded), kind and causes with ``PLAUSIBLE`` of its variance shared
     """
 
-    unknown_noise: Answer
-    student: Answer | None
-    dropped: tuple[Answer, ...]
+    unknown_noise: CheckedVerdict
+    student: CheckedVerdict | None
+    dropped: tuple[CheckedVerdict, ...]
     hangs_on: tuple[int, ...]
-    shared: Mapping[str, Answer] = field(default_factory=dict)
+    shared: Mapping[str, CheckedVerdict] = field(default_factory=dict)
 
 
 @watched("judging again")
@@ -75,12 +75,12 @@ def judge_again(
     progress : told in a line what is judged again
     """
 
-    def judged(design: Design, y: np.ndarray, draws: Draws, pairs: bool, shared: np.ndarray | None) -> Answer:
+    def judged(design: Design, y: np.ndarray, draws: Draws, pairs: bool, shared: np.ndarray | None) -> CheckedVerdict:
         decision = Decision(design if shared is None else design.sharing(shared), draws, rule)
         verdict = decision.explained(y, decision.alarm(y, unstated), pairs)
-        return Answer(verdict.kind, verdict.causes)
+        return CheckedVerdict(verdict.kind, verdict.causes)
 
-    def stated(noise: Noise) -> Answer:
+    def stated(noise: Noise) -> CheckedVerdict:
         draws = Draws.make([seed, n], n, design.inputs, noise, QUICK)
         return judged(design.with_noise(noise), y, draws, pairs, carried)
 
@@ -103,7 +103,7 @@ def judge_again(
         left = None if carried is None else carried[np.ix_(kept, kept)]
         dropped.append(judged(design.without(kept), y[kept], chances.columns(kept), False, left))
     hangs = tuple(i for i, answer in enumerate(dropped) if _other(plain, answer))
-    shared: dict[str, Answer] = {}
+    shared: dict[str, CheckedVerdict] = {}
     if plain.kind != "none":  # what is shared makes no alarm where there is none without
         say("the verdict with noise that some tests share")
         for name, column in _unestimated(design.columns, shares).items():
@@ -122,7 +122,7 @@ def _unestimated(covariates: Mapping, shares: Shares) -> dict[str, Sequence]:
     return out
 
 
-def _other(plain: Answer, answer: Answer) -> bool:
+def _other(plain: CheckedVerdict, answer: CheckedVerdict) -> bool:
     """Whether another verdict contradicts: another kind of answer, or no cause in common."""
     named = ("cause", "either")
     if plain.kind in named and answer.kind in named:
