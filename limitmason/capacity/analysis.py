@@ -16,18 +16,16 @@ from limitmason.answers.results import Prediction
 from limitmason.capacity import path
 from limitmason.capacity.certificate import Structure
 from limitmason.capacity.certified import certified_curve
+from limitmason.capacity.contact_search.crossing import faces_that_meet
 from limitmason.capacity.contacts import (
-    PathContacts,
     carried_firmly,
     firmness,
     first_contacts,
     points_of_path,
     turned_over,
 )
-from limitmason.capacity.crossing import with_crossings
 from limitmason.capacity.deformable import CondensedShapes, deformation, lumped, plane_of
 from limitmason.capacity.edges import told_of_edges, told_of_sharing
-from limitmason.capacity.faces import Shapes, shapes_of, with_faces
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.going_on import begin
 from limitmason.capacity.joint_laws import refuse, refuse_partial_rotations, softening_of
@@ -189,7 +187,7 @@ def pushover(
         first = turned_over(first, firm[first.block_b] > firm[first.block_a])
         points = carried_firmly(points, firm)
     if anew:
-        shapes, first = _meeting_shapes(assembly, first, plane, size, firm)
+        shapes, first = faces_that_meet(assembly, first, plane, size, firm)
     length = weight / float((first.kn * first.area).mean())
     bent = deformation(assembly, points, blocks, stress, plane, kn, ks) if deforming else None
     equations = partial(
@@ -217,16 +215,6 @@ def pushover(
         warnings += told_of_edges(generations, nodes) + told_of_sharing(generations, nodes)
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
     return certified_curve(generations, nodes, origin, status, warnings, 1.0 if moving is None else ratio)
-
-
-def _meeting_shapes(
-    assembly: Assembly, first: PathContacts, plane: Plane | None, size: float, firm: NDArray[np.intp]
-) -> tuple[Shapes, PathContacts]:
-    """Faces that may meet on the way, and the first contacts with what they stand for there."""
-    shapes, first = shapes_of(assembly, first, plane, size, firm)
-    if plane is None:
-        shapes, first = with_crossings(shapes, first)
-    return shapes, with_faces(shapes, first)
 
 
 def _found_anew(assembly: Assembly, blocks: str, contacts: str | None, deforming: bool) -> bool:

@@ -8,13 +8,13 @@ from limitmason.answers.curve import Energy, Event
 from limitmason.answers.references import data_behind
 from limitmason.capacity import path
 from limitmason.capacity.certificate import Balance, StepCertificate, certify, equilibrium
+from limitmason.capacity.contact_search.touching import outside
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.point_law import PlasticHistory, slid_back
 from limitmason.capacity.result import Break, PushoverCurve
 from limitmason.capacity.stepping import Node
-from limitmason.capacity.touching import outside
 
 WANDERED = 0.1
 """Slip over the size of a joint from which a point that is not found anew is no longer where it was [-]."""

@@ -112,8 +112,8 @@ class PathContacts(ReadOnly):
     sense : 1.0 where b is the interface's block b too, -1.0 where it is its a, shape (m,)
     law, rest : strengths at peak and residual [Pa]
     kn, ks : [Pa/m], shape (m,)
-    corner, face : numbers of what meets, see :mod:`limitmason.capacity.faces`; ``NO_CORNER`` for points that are
-        neither, shape (m,)
+    corner, face : numbers of what meets, see :mod:`limitmason.capacity.contact_search.faces`; ``NO_CORNER`` for points
+        that are neither, shape (m,)
     by_opening, by_slip : damage per opening beyond the strength and per slip, see :class:`Softening` [1/m], shape (m,)
     """
 

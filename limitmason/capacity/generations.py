@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.capacity.certificate import PathState, Structure, certify, forces, stored
-from limitmason.capacity.crossing import is_crossing
-from limitmason.capacity.faces import Shapes
+from limitmason.capacity.contact_search.crossing import is_crossing
+from limitmason.capacity.contact_search.faces import Shapes
+from limitmason.capacity.contact_search.overlap import DEEP, deepest
+from limitmason.capacity.contact_search.touching import beside_faces, found_anew, landed, outside
 from limitmason.capacity.kinematics import motion_between
-from limitmason.capacity.meeting import DEEP, deepest
 from limitmason.capacity.stepping import Node, Onward
 from limitmason.capacity.system import System
-from limitmason.capacity.touching import beside_faces, found_anew, landed, outside
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import limitmason as lm
-from limitmason.capacity import Steps, touching
-from limitmason.capacity.crossing import is_crossing, meeting
+from limitmason.capacity import Steps
+from limitmason.capacity.contact_search import touching
+from limitmason.capacity.contact_search.crossing import is_crossing, meeting
 from limitmason.geometry.polyhedron import box
 from limitmason.geometry.rotation import rotation_matrices
 

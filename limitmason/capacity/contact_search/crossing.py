@@ -12,9 +12,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.capacity.contact_search.faces import (
+    Near,
+    Shapes,
+    beside,
+    facing,
+    near_blocks,
+    products,
+    shapes_of,
+    together,
+    turned,
+    with_faces,
+)
 from limitmason.capacity.contacts import PathContacts, turned_over
-from limitmason.capacity.faces import Near, Shapes, beside, facing, near_blocks, products, together, turned
 from limitmason.capacity.kinematics import Pose, at_rest
+from limitmason.mechanics.plane import Plane
+from limitmason.model.assembly import Assembly
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -86,7 +99,7 @@ def crossings(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> 
 
     Parameters
     ----------
-    depth : as of :func:`limitmason.capacity.faces.together`
+    depth : as of :func:`limitmason.capacity.contact_search.faces.together`
     """
     one, two = near_blocks(shapes, pose, depth)
     f, g = facing(shapes, pose, np.minimum(one, two), np.maximum(one, two))
@@ -128,6 +141,21 @@ def off(shapes: Shapes, c: PathContacts, rows: Index, pose: Pose) -> Array:
     return np.asarray(np.where(met.inside > -shapes.step, away, beyond))
 
 
+def faces_that_meet(
+    assembly: Assembly, first: PathContacts, plane: Plane | None, size: float, firm: Index
+) -> tuple[Shapes, PathContacts]:
+    """Faces that may meet on the way, and the first contacts with what they stand for there.
+
+    Parameters
+    ----------
+    first, plane, size, firm : as of :func:`limitmason.capacity.contact_search.faces.shapes_of`
+    """
+    shapes, first = shapes_of(assembly, first, plane, size, firm)
+    if plane is None:
+        shapes, first = with_crossings(shapes, first)
+    return shapes, with_faces(shapes, first)
+
+
 def _sides(shapes: Shapes, number: Index) -> tuple[Index, Index]:
     """Corners at which two sides that cross begin, from their number: n + p n + q beyond those of all n corners."""
     n = len(shapes.corner_face)
@@ -150,7 +178,7 @@ def meeting(shapes: Shapes, pose: Pose, since: Pose, depth: float, *, inside: fl
     Parameters
     ----------
     since : pose from which the last motion counts
-    depth, inside : as of :func:`limitmason.capacity.faces.together`
+    depth, inside : as of :func:`limitmason.capacity.contact_search.faces.together`
     """
     near = together(shapes, pose, inside, depth)
     return near.with_rows(as_near(shapes, crossings(shapes, pose, inside, depth), since, pose)) if space else near

@@ -150,7 +150,7 @@ class Near(NamedTuple):
     """Corners at faces: numbers of both, gap [m], and the least distance inside a side [m].
 
     ``owner`` is the block of the corner and ``place`` where it is in the reference pose [m]; places where sides cross
-    have a number beyond those of all corners, see :mod:`limitmason.capacity.crossing`.
+    have a number beyond those of all corners, see :mod:`limitmason.capacity.contact_search.crossing`.
     """
 
     corner: Index

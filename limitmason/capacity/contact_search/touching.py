@@ -6,9 +6,9 @@ the force, the slip and the lift of the point that it replaces, so that equilibr
 overshoot. Corners of blocks that had no joint take an unbonded law.
 
 In space places where sides of two faces cross are corners of their overlap too, see
-:mod:`limitmason.capacity.crossing`; several new points share the force and the area of one that has left, by distance.
-Points inside a face stay with the block that carries them until they have left it; in space they then go on at its
-side, and so does a loaded corner that nothing follows. None are added.
+:mod:`limitmason.capacity.contact_search.crossing`; several new points share the force and the area of one that has
+left, by distance. Points inside a face stay with the block that carries them until they have left it; in space they
+then go on at its side, and so does a loaded corner that nothing follows. None are added.
 """
 
 from typing import NamedTuple
@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.capacity.contact_search.crossing import gap_at, is_crossing, known, meeting, off
+from limitmason.capacity.contact_search.faces import Near, Shapes, beside
 from limitmason.capacity.contacts import NEW, NO_CORNER, PathContacts
-from limitmason.capacity.crossing import gap_at, is_crossing, known, meeting, off
-from limitmason.capacity.faces import Near, Shapes, beside
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import PlasticHistory
 
