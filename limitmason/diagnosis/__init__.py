@@ -8,10 +8,11 @@ from limitmason.causes import Cause, Extension
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, NextTests
 from limitmason.diagnosis.inference.verdict import Rule
+from limitmason.diagnosis.investigation import Investigation, investigate
 from limitmason.diagnosis.observations import EvidenceKind, Observation
 from limitmason.diagnosis.rehearse import Rehearsal, binomial_interval
 from limitmason.diagnosis.report import Diagnosis
-from limitmason.diagnosis.study import Investigation, Study, investigate
+from limitmason.diagnosis.study import Study
 
 __all__ = [
     "Cause",
