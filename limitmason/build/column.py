@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from limitmason.build.arguments import choice, courses_from, positive
-from limitmason.build.erect import BASES, Site, add_slab
+from limitmason.build.arguments import courses_from, positive
+from limitmason.build.erect import Site, add_slab, check_ground
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -54,7 +54,6 @@ def column(
     """
     wide, deep = positive("width", width), positive("depth", depth)
     positive("density", density)
-    choice("base", base, BASES)
     if unit_height is None:
         if height is None or courses is None:
             raise InputError("unit_height is needed unless height and courses are both given")
@@ -64,11 +63,8 @@ def column(
         tall = positive("unit_height", unit_height)
         number = courses_from(height, courses, tall)
     site = Site(density)
+    slab, margin = check_ground(base, base_thickness, base_margin, (wide, tall))
     if base == "slab":
-        margin = wide / 2.0 if base_margin is None else float(base_margin)
-        if not 0.0 <= margin < float("inf"):
-            raise InputError(f"base_margin must be zero or more, got {base_margin!r}")
-        slab = tall if base_thickness is None else positive("base_thickness", base_thickness)
         add_slab(site, (0.0, wide, 0.0, deep), slab, margin)
     for k in range(number):
         box = ((0.0, 0.0, k * tall), (wide, deep, (k + 1) * tall))

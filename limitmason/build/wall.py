@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from limitmason.build.arguments import choice, count, courses_from, positive, unit_size
-from limitmason.build.bond import make_bond
+from limitmason.build.bond import Bond, make_bond
 from limitmason.build.cracks import unit_crack_planes, with_potential_cracks
 from limitmason.build.erect import Site, add_slab, add_units, check_ground
 from limitmason.build.opening import Opening, Placed, cut_openings, place_openings
-from limitmason.build.plan import StraightWall, lay_courses, lay_run, make_runs
+from limitmason.build.plan import StraightWall, Unit, lay_courses, lay_run, make_runs
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -150,8 +150,7 @@ def wall(
     laid = make_bond(bond, size, leaves=leaves, staggering=staggering, min_piece=min_piece)
     choice("start", start, ("whole", "half"))
     choice("beam_over", beam_over, ("facade", "returns", "all"))
-    if header_every is not None:
-        header_every = _headers(header_every, laid.leaves, laid.name)
+    header_every = _headers(header_every, laid.leaves, laid.name)
     if return_thickness is not None and (laid.name != "running" or laid.leaves > 1):
         raise InputError("return_thickness is for running bond in one leaf; other bonds fix the thickness")
     ragged = _ragged(ends, plan, laid.name)
@@ -165,28 +164,17 @@ def wall(
         openings, length=total, thickness=laid.thickness, levels=levels, unit=size, occupied=occupied
     )
 
-    by_run, overlap = [], float("inf")
-    for run in runs:
-        # a return of another thickness is laid in the same units
-        own = laid if run.thickness == laid.thickness else replace(laid, thickness=run.thickness)
-        patterns = lay_courses(own, run, ragged=ragged)
-        overlap = min(overlap, patterns.overlap)
-        by_run.append(lay_run(run, patterns, levels, bond=own, start_half=start == "half", header_every=header_every))
+    by_run, overlap = _laid(runs, laid, levels, ragged, start == "half", header_every)
     if placed:
         by_run[0] = cut_openings(by_run[0], placed, thickness=laid.thickness, min_piece=laid.min_piece)
     site = Site(density)
     slab, margin = check_ground(base, base_thickness, base_margin, size)
     if base == "slab":
         add_slab(site, _bounds(runs), slab, margin)
-    rows = [[unit for units in by_run for unit in units[course]] for course in range(number)]
-    add_units(site, rows, fix_bottom=base == "course")
+    add_units(site, [[u for units in by_run for u in units[k]] for k in range(number)], fix_bottom=base == "course")
     _add_lintels(site, placed, lintel_density)
-    if top_beam is not None:
-        _add_beams(site, runs, levels[-1], positive("top_beam", top_beam), beam_over, beam_density)
-    elif beam_over != "facade":
-        raise InputError("beam_over is given but top_beam is not")
-    if spreader is not None:
-        _add_spreader(site, runs, levels[-1], spreader, top_beam, beam_density)
+    _add_beams(site, runs, levels[-1], top_beam, beam_over, beam_density)
+    _add_spreader(site, runs, levels[-1], spreader, top_beam, beam_density)
     recipe = {
         "kind": "wall", "plan": plan, "bond": bond, "length": total, "height": levels[-1], "thickness": laid.thickness,
         "courses": number, "unit": list(size), "unit_length": laid.pitch, "unit_height": size[1],
@@ -205,6 +193,21 @@ def wall(
     return built if unit_cracks is None else _with_unit_cracks(site, built, unit_cracks, 0.75 * size[0])
 
 
+def _laid(
+    runs: Sequence[StraightWall], bond: Bond, levels: list[float], ragged: bool | tuple[bool, bool], start_half: bool,
+    header_every: tuple[int, int] | None,
+) -> tuple[list[list[list[Unit]]], float]:  # fmt: skip
+    """Units of every run, course by course, and the smallest overlap of successive courses [m]."""
+    by_run, overlap = [], float("inf")
+    for run in runs:
+        # a return of another thickness is laid in the same units
+        own = bond if run.thickness == bond.thickness else replace(bond, thickness=run.thickness)
+        courses = lay_courses(own, run, ragged=ragged)
+        overlap = min(overlap, courses.overlap)
+        by_run.append(lay_run(run, courses, levels, bond=own, start_half=start_half, header_every=header_every))
+    return by_run, overlap
+
+
 def _with_unit_cracks(site: Site, built: Assembly, cracks: object, shortest: float) -> Assembly:
     if not isinstance(cracks, Joint):
         raise InputError(f"unit_cracks must be the law of the cracks, a Joint, got {cracks!r}")
@@ -221,7 +224,9 @@ def _add_lintels(site: Site, placed: Sequence[Placed], density: float | None) ->
             site.add_box(f"soldier-{index + 1}-{k + 1:0{max(2, len(str(len(soldiers))))}d}", box, axis=2)
 
 
-def _headers(given: object, leaves: int, bond: str) -> tuple[int, int]:
+def _headers(given: object, leaves: int, bond: str) -> tuple[int, int] | None:
+    if given is None:
+        return None
     if bond != "running" or leaves < 2:
         raise InputError("header_every ties leaves: it needs running bond with leaves of 2 or more")
     if not isinstance(given, (tuple, list)) or len(given) != 2:
@@ -255,8 +260,13 @@ def _bounds(runs: Sequence[StraightWall]) -> tuple[float, float, float, float]:
 
 
 def _add_beams(
-    site: Site, runs: Sequence[StraightWall], top: float, depth: float, over: str, density: float | None
+    site: Site, runs: Sequence[StraightWall], top: float, given: float | None, over: str, density: float | None
 ) -> None:
+    if given is None:
+        if over != "facade":
+            raise InputError("beam_over is given but top_beam is not")
+        return
+    depth = positive("top_beam", given)
     if over != "facade" and len(runs) == 1:
         raise InputError(f"beam_over {over!r} needs returns, but plan is 'straight'")
     rear = next((run for run in runs if run.name == "rear"), None)
@@ -274,6 +284,8 @@ def _add_beams(
 def _add_spreader(
     site: Site, runs: Sequence[StraightWall], top: float, given: object, top_beam: object, density: float | None
 ) -> None:
+    if given is None:
+        return
     if len(runs) > 1 or top_beam is not None:
         raise InputError("spreader is for a straight wall without a top beam")
     if not isinstance(given, (tuple, list)) or len(given) != 2:
@@ -290,24 +302,13 @@ def _add_spreader(
 
 
 def _return_recipe(run: StraightWall) -> dict:
-    return {
-        "name": run.name,
-        "side": run.name.removeprefix("return-"),
-        "length": run.length,
-        "thickness": run.thickness,
-        "x": [run.footprint[0], run.footprint[1]],
-    }
+    side, x = run.name.removeprefix("return-"), list(run.footprint[:2])
+    return {"name": run.name, "side": side, "length": run.length, "thickness": run.thickness, "x": x}
 
 
 def _opening_recipe(opening: Placed) -> dict:
-    record = {
-        "x": opening.x0,
-        "z": opening.z0,
-        "width": opening.x1 - opening.x0,
-        "height": opening.z1 - opening.z0,
-        "lintel": None,
-        "bearing": None,
-    }
+    size = {"width": opening.x1 - opening.x0, "height": opening.z1 - opening.z0}
+    record = {"x": opening.x0, "z": opening.z0, **size, "lintel": None, "bearing": None}
     if opening.soldiers:
         record["soldiers"] = opening.soldiers
     if opening.lintel is not None:

@@ -11,7 +11,7 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import wraps
 from typing import Any, ParamSpec, TextIO, TypeVar
 
@@ -141,20 +141,7 @@ def wanted() -> bool:
     return mode == ALWAYS or (mode != NEVER and _looked_at())
 
 
-class _Shown:
-    """What ``show_progress`` returns: as a context it puts back what was said before."""
-
-    def __init__(self, before: list[str]) -> None:
-        self.before = before
-
-    def __enter__(self) -> None:
-        """Nothing to do: it was said already."""
-
-    def __exit__(self, *_: object) -> None:
-        _mode[:] = self.before
-
-
-def show_progress(mode: bool | str = AUTO) -> _Shown:
+def show_progress(mode: bool | str = AUTO) -> AbstractContextManager[object]:
     """Whether long runs show how far they are, with the time left.
 
     Parameters
@@ -174,9 +161,10 @@ def show_progress(mode: bool | str = AUTO) -> _Shown:
     said = {True: ALWAYS, False: NEVER}.get(mode, mode) if isinstance(mode, bool) else mode
     if said not in MODES:
         raise InputError(f"show_progress takes True, False or one of {', '.join(MODES)}, got {mode!r}")
-    before = list(_mode)
+    after = ExitStack()
+    after.callback(_mode.__setitem__, slice(None), list(_mode))
     _mode[:] = [said]
-    return _Shown(before)
+    return after
 
 
 @contextmanager
@@ -248,10 +236,7 @@ def write(text: str, file: TextIO | None = None) -> None:
     out = _stream() if file is None else file
     if _bar and _bar[0].tqdm is not None:
         with _bar[0].lock:
-            _bar[0].tqdm.clear()
-            out.write(text + "\n")
-            out.flush()
-            _bar[0].tqdm.refresh()
+            _bar[0].tqdm.write(text, file=out)
     else:
         out.write(text + "\n")
-        out.flush()
+    out.flush()

@@ -149,7 +149,7 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
                 ax = sheet.axes(_LEFT + k * (width + _GAP), sheet.depth + 0.03, width, 1.25 * _PANEL)
                 trend = _trend_of(result, name)
                 residual_panel(ax, width, covariates[name], values[()], limits, noise, _BASE, trend, first=k == 0)
-                ax.set_xlabel(_with_unit(name, units), fontsize=7, color=style.BLACK, labelpad=1.5)
+                ax.set_xlabel(with_unit(name, units), fontsize=7, color=style.BLACK, labelpad=1.5)
             sheet.depth += 1.25 * _PANEL + 0.48
         return
     width = (_PAGE - _LEFT - _RIGHT - (len(columns) - 1) * _GAP) / len(columns)
@@ -170,7 +170,7 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
             )
         x = _LEFT + 0.5 * (_PAGE - _LEFT - _RIGHT)
         sheet.depth += high + (0.19 if is_numeric(covariates[name]) or few_labels(covariates[name]) else 0.05)
-        sheet.text(x, sheet.depth, _with_unit(name, units), fontsize=7, ha="center")
+        sheet.text(x, sheet.depth, with_unit(name, units), fontsize=7, ha="center")
         sheet.depth += 0.24
 
 
@@ -205,7 +205,8 @@ def _trend_of(result: Any, name: str) -> str | None:
     return result.verdict.trend if name == result.covariate else None
 
 
-def _with_unit(name: str, units: Mapping[str, str]) -> str:
+def with_unit(name: str, units: Mapping[str, str]) -> str:
+    """A covariate with its unit in brackets, where it has one."""
     unit = units.get(name, "")
     return f"{name} [{unit}]" if unit and unit != "-" else name
 

@@ -22,6 +22,7 @@ from limitmason.diagnosis.words import (
 )
 from limitmason.figures.confusion import rehearsal as draw_rehearsal
 from limitmason.figures.diagnosis import diagnosis as diagnosis_figure
+from limitmason.figures.diagnosis import with_unit
 from limitmason.figures.page import bullets, image, paragraphs, table, write_page
 
 
@@ -148,7 +149,7 @@ def _distances(result: Any) -> str:
 def _next_tests(tests: Any, units: Mapping[str, str]) -> str:
     first = tests.specimens[0]
     names = list(first) if isinstance(first, Mapping) else []
-    header = ["number in the pool", *(_with_unit(n, units) for n in names)] if names else ["number", "specimen"]
+    header = ["number in the pool", *(with_unit(n, units) for n in names)] if names else ["number", "specimen"]
     rows = []
     for i, s in zip(tests.indices, tests.specimens, strict=True):
         rows.append(("", [(str(i + 1),), *([_number(s.get(n)) for n in names] if names else [repr(s)])]))
@@ -162,7 +163,7 @@ def _specimens(result: Any, units: Mapping[str, str], quantity: str) -> str:
     shown = [n for n in result.covariates if [str(v) for v in result.covariates[n]] != named]
     header = [
         "specimen",
-        *(_with_unit(n, units) for n in shown),
+        *(with_unit(n, units) for n in shown),
         f"measured {quantity}".strip(),
         "baseline",
         "left [%]",
@@ -185,8 +186,3 @@ def _specimens(result: Any, units: Mapping[str, str], quantity: str) -> str:
 
 def _number(value: Any) -> Any:
     return (f"{value:.4g}",) if isinstance(value, (int, float)) and not isinstance(value, bool) else str(value)
-
-
-def _with_unit(name: str, units: Mapping[str, str]) -> str:
-    unit = units.get(name, "")
-    return f"{name} [{unit}]" if unit and unit != "-" else name

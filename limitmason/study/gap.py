@@ -233,16 +233,8 @@ def _at_state(
     for stride, moved in _TRIES:
         first = {"first_increment": (0.1 if rate else 0.05) * stride * upper}
         pace = {} if rate else {"equilibrium": 2e-5}
-        settings = {
-            "error_budget": (),
-            "tolerance": tolerance,
-            "max_steps": _MOST_STEPS,
-            "moved_limit": moved,
-            **model,
-            **first,
-            **pace,
-            **options,
-        }
+        fixed = {"error_budget": (), "tolerance": tolerance, "max_steps": _MOST_STEPS, "moved_limit": moved}
+        settings = {**fixed, **model, **first, **pace, **options}
         dem = get_method(DEM)
         found = dem.predict(assembly, loads, **settings)
         row = dem.row_of(found)
