@@ -159,15 +159,8 @@ def write_template(path: Path, model: str | None = None) -> None:
         source = registry.load(series, registry.specimens(series)[0]).source
         write_measured(path, table.units, table.rows, f"{source.title}\n{source}")
         return
-    units = {
-        "specimen": "-",
-        "measured": "-",
-        "predicted": "-",
-        "group": "-",
-        "height": "m",
-        "width": "m",
-        "batch": "-",
-    }
+    words = ("specimen", "measured", "predicted", "group")
+    units = {**dict.fromkeys(words, "-"), "height": "m", "width": "m", "batch": "-"}
     rows = []
     off = (0.02, -0.03, 0.01, 0.04, -0.02, 0.0, -0.05, 0.03, 0.01, -0.01, 0.02, -0.04)
     for k, noise in enumerate(off):

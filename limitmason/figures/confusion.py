@@ -69,8 +69,7 @@ def draw_distances(ax: Axes, result: Any, cell: float, *, kept: Collection[str] 
     for name, label in zip(names, ax.get_yticklabels(), strict=True):
         label.set_color(style.GHOST if name in invisible else style.BLACK)
         label.set_fontweight("bold" if name in kept else "normal")
-    for spine in ax.spines.values():
-        spine.set_visible(False)
+    ax.spines[:].set_visible(False)
 
 
 def distance_legend() -> list[Patch]:
@@ -185,8 +184,7 @@ def rehearsal(result: Any, *, title: str | None = None) -> Figure:
     labels = hidden[: len(hidden) - len(causes)] + [f"{name}  {k + 1}" for k, name in enumerate(causes)]
     ax.set_yticks(np.arange(len(hidden)) + 0.5, labels, fontsize=min(style._SMALL, 62 * row))
     ax.tick_params(length=0, pad=2)
-    for spine in ax.spines.values():
-        spine.set_visible(False)
+    ax.spines[:].set_visible(False)
     _draw_rates(
         figure.add_axes(((left + wide + 0.22) / page, base, right / page - 0.1 / page, high / height)), result
     )

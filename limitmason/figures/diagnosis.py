@@ -50,8 +50,7 @@ class _Sheet:
         ax = self.figure.add_axes((0, 0, 0.1, 0.1), label=f"axes {len(self._axes)}")
         self._axes.append((ax, (x, y, width, height)))
         ax.tick_params(labelsize=6.5, width=0.5, length=2.5, colors=style.FAINT)
-        for spine in ax.spines.values():
-            spine.set_linewidth(0.5)
+        ax.spines[:].set_linewidth(0.5)
         return ax
 
     def heading(self, text: str, note: str = "") -> None:
@@ -268,8 +267,7 @@ def _sizes(sheet: _Sheet, result: Any) -> None:
     ax.tick_params(length=0, colors=style.BLACK)
     for cause, label in zip(listed, ax.get_yticklabels(), strict=True):
         label.set_fontweight("bold" if cause.name in result.estimates else "normal")
-    for spine in ax.spines.values():
-        spine.set_visible(False)
+    ax.spines[:].set_visible(False)
     sheet.depth += row * len(listed) + 0.16
 
 

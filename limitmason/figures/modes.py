@@ -148,8 +148,7 @@ def mac_matrix(
     ax.set_xlabel(names[1], fontsize=7.5)
     ax.set_ylabel(names[0], fontsize=7.5)
     ax.tick_params(length=0)
-    for spine in ax.spines.values():
-        spine.set_visible(False)
+    ax.spines[:].set_visible(False)
     heading.put(figure)
     return figure
 

@@ -83,8 +83,7 @@ def residual_panel(
     if not first:
         ax.tick_params(labelleft=False)
     if trend:
-        for spine in ax.spines.values():
-            spine.set(visible=True, color=POINTER, linewidth=1.2)
+        ax.spines[:].set(visible=True, color=POINTER, linewidth=1.2)
         ax.set_gid("covariate")
 
 

@@ -301,8 +301,7 @@ def finished(figure: Figure, title: str | None, text: str | None, handles: list[
 def frame(ax: Axes, title: str | None, caption: str = "") -> None:
     """Ticks of a diagram, and title and caption above it."""
     ax.tick_params(labelsize=_SMALL, width=0.5, length=2.5, colors=FAINT)
-    for spine in ax.spines.values():
-        spine.set_linewidth(0.5)
+    ax.spines[:].set_linewidth(0.5)
     page: Any = ax.figure
     wide = float(getattr(page, "figure", page).get_size_inches()[0])
     caption = "\n".join(wrapped(line, wide - 0.9) for line in caption.split("\n"))
@@ -324,8 +323,7 @@ def metre_axes(ax: Axes, names: tuple[str, str]) -> None:
     ax.set_ylabel(f"{names[1]} [m]", color=FAINT)
     ax.tick_params(labelsize=_SMALL, width=0.5, length=2.5, colors=FAINT)
     ax.locator_params(axis="both", nbins=6, steps=[1, 2, 5, 10])
-    for spine in ax.spines.values():
-        spine.set_linewidth(0.5)
+    ax.spines[:].set_linewidth(0.5)
 
 
 def pale(colour: str, share: float = 0.42) -> tuple[float, float, float]:
