@@ -100,6 +100,17 @@ def test_weights_of_zero_are_values_left_out():
     assert fits[0].loglik[0] == pytest.approx(part.loglik[0], abs=1e-9)
 
 
+def test_grids_of_any_number_of_axes_are_fitted_beside_one_another_as_alone():
+    design, rng, like = make().design([BEND, KINK]), np.random.default_rng(8), Likelihood("replicates", 6.0)
+    y, z, replicate = 2.0 * rng.standard_normal((40, 10)), rng.standard_normal((40, 1)), rng.uniform(0.5, 1.5, 40)
+    grids = [design.null, design.singles["bend"], design.grid(("bend", "kink")), design.singles["kink"]]
+    for grid, found in zip(grids, fits(grids, y, z, like, replicate), strict=True):
+        alone = fit(grid, y, z, like, replicate)
+        assert found.position == pytest.approx(alone.position, abs=1e-9)
+        left = y - grid.values_from(found.node, found.position)
+        assert found.loss == pytest.approx((left**2).sum(axis=1), rel=1e-12)
+
+
 def test_values_between_nodes_are_exact_for_what_is_linear_along_every_axis():
     s, z = np.array([0.0, 1.0, 3.0]), np.array([-2.0, 0.0, 2.0, 3.0])
     shape = np.arange(1.0, 6.0)

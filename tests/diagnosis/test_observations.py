@@ -1,6 +1,5 @@
 """Several numbers per specimen: laws of scale, noise and missing values, and names that need two kinds of evidence."""
 
-
 import numpy as np
 import pytest
 from diagnosis_models import CAUSES, ROUNDING, blocks, data, specimens, study
