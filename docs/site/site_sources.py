@@ -66,6 +66,7 @@ COPIED = {
     "pavia.md": "docs/pavia.md",
     "blind_trials.md": "validation/blind/report.md",
     "two_codes.md": "validation/blind/two_codes.md",
+    "kinds.md": "validation/blind/kinds.md",
     "contributing.md": "CONTRIBUTING.md",
     "changelog.md": "CHANGELOG.md",
 }
