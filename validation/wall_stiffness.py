@@ -46,6 +46,13 @@ def stiff_walls() -> Stiff:
     return Stiff(walls, campaigns, np.array(logs), np.array(pressed), np.array(of_code))
 
 
+def printed(found: Stiff) -> Stiff:
+    """The walls whose E is printed."""
+    keep = np.flatnonzero(~found.of_code)
+    walls, campaigns = [found.walls[k] for k in keep], [found.campaigns[k] for k in keep]
+    return Stiff(walls, campaigns, found.logs[keep], found.pressed[keep], found.of_code[keep])
+
+
 def fitted_left_out(logs: Array, columns: Array, campaigns: Sequence[str]) -> tuple[Array, Array]:
     """ln(predicted / measured) with a linear law fitted to the other campaigns, and the fits, shape (campaigns, k)."""
     of, out, fits = np.array(campaigns), np.empty(len(logs)), []

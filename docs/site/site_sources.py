@@ -63,6 +63,7 @@ COPIED = {
     "stochastic.md": "docs/papers/stochastic.md",
     "calibration.md": "docs/papers/calibration.md",
     "measured_walls.md": "docs/measured-walls.md",
+    "measured_walls_diagnosis.md": "docs/measured-walls-diagnosis.md",
     "pavia.md": "docs/pavia.md",
     "blind_trials.md": "validation/blind/report.md",
     "two_codes.md": "validation/blind/two_codes.md",

@@ -82,6 +82,14 @@ def test_mode_is_named_by_what_gave_way(options, mode):
         assert found.collapse_multiplier < 0.1 * rocking_force(test)
 
 
+@pytest.mark.slow
+def test_wall_without_dilatancy_carries_less():
+    # a bound from above: less dilatancy never carries more
+    without, extended = (predict_walls(m, ["126"], spread=False)[0] for m in ("non-associative", "extended"))
+    assert without.status == "solved"
+    assert 0.6 * extended.force < without.force < extended.force
+
+
 def test_command_writes_the_table_and_goes_on(tmp_path, capsys):
     table = tmp_path / "table.csv"
     command = ["predict", NAME, "189", "97", "--method", "formulas", "--store", str(tmp_path / "s")]
