@@ -249,6 +249,19 @@ def test_every_cause_of_the_list_is_computed_by_the_method_it_is_for(method, pla
             assert run(specimen, **steps) > 0.0, (cause.name, size)
 
 
+def test_every_cause_of_the_list_for_modes_moves_a_frequency():
+    joint = lm.Joint(35.0, normal_stiffness=1e10, shear_stiffness=4e9)
+    model = lm.build.wall(length=0.4, courses=2, unit=(0.2, 0.1, 0.1), joint=joint)
+    model = model, lm.Loads.horizontal(model)
+    wanted = {"frequency 1": "modes"}
+    plain = lm.answer(*model, wanted)["frequency 1"]
+    listed = [c for c in catalogue.standard(method="modes", overload=True) if c.acts_on == "simulation"]
+    assert {"edge rounding", "joint softness", "stiffness of base joints", "block density"} <= {c.name for c in listed}
+    for cause in listed:
+        moved = lm.answer(*Extension(((cause, cause.sides[-1]),), {})(*model), wanted)["frequency 1"]
+        assert abs(moved / plain - 1.0) > 1e-3, cause.name
+
+
 # ---- in a study ------------------------------------------------------------------------------------------------------
 
 
