@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
@@ -104,8 +103,7 @@ def confusable(result: Any, *, title: str | None = None) -> Figure:
     beside = left + side + 0.15 + legend <= page
     head, foot = 0.92 + (0.22 if title else 0.0), 0.3 if beside else 0.72
     height = head + max(side, 1.25 if beside else 0.0) + foot
-    figure = Figure(figsize=(page, height), dpi=200)
-    FigureCanvasAgg(figure)
+    figure = style.blank(page, height)
     low = 1.0 - (head + side) / height
     ax = figure.add_axes((left / page, low, side / page, side / height))
     draw_distances(ax, result, cell)
@@ -152,8 +150,7 @@ def rehearsal(result: Any, *, title: str | None = None) -> Figure:
     wide, high = cell * len(columns), row * len(hidden)
     head, foot = 1.3 + (0.22 if title else 0.0), 0.72
     height = head + high + foot
-    figure = Figure(figsize=(page, height), dpi=200)
-    FigureCanvasAgg(figure)
+    figure = style.blank(page, height)
     base = foot / height
     ax = figure.add_axes((left / page, base, wide / page, high / height))
     size = min(6.5, max(4.5, 24 * cell))

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
@@ -35,8 +34,7 @@ class _Sheet:
 
     def __init__(self) -> None:
         style.needs_a_page("diagnosis")
-        self.figure = Figure(figsize=(_PAGE, 1.0), dpi=200)
-        FigureCanvasAgg(self.figure)
+        self.figure = style.blank(_PAGE, 1.0)
         self.depth = 0.08
         self._axes: list[tuple[Axes, tuple[float, float, float, float]]] = []
         self._texts: list[tuple[Any, float, float]] = []

@@ -7,7 +7,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
@@ -131,8 +130,7 @@ def mac_matrix(
     wide = max(cell * l + left + 0.2, 3.0)
     heading = style.Heading(title, caption, wide)
     high = cell * k + foot + heading.depth
-    figure = Figure(figsize=(wide, high), dpi=200)
-    FigureCanvasAgg(figure)
+    figure = style.blank(wide, high)
     ax = figure.add_axes((left / wide, foot / high, cell * l / wide, cell * k / high))
     best = mac.values.argmax(axis=1)
     for i in range(k):

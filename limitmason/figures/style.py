@@ -173,6 +173,13 @@ def figure_of(ax: Axes) -> Figure:
     return figure
 
 
+def blank(width: float, height: float, **options: Any) -> Figure:
+    """A figure [in] that no window belongs to."""
+    figure = Figure(figsize=(width, height), dpi=200, **options)
+    FigureCanvasAgg(figure)
+    return figure
+
+
 class Page:
     """A drawing with equal axes on a page that fits it: margins in inches, title and caption above, legend below.
 
@@ -193,8 +200,7 @@ class Page:
         if ax is None:
             side = (_LEFT if framed else _BARE) + (_RIGHT if framed else _BARE)
             self.inch = min((self.room - side) / self.width, HEIGHT / self.height)
-            figure = Figure(figsize=(page_width(), HEIGHT), dpi=200)
-            FigureCanvasAgg(figure)
+            figure = blank(page_width(), HEIGHT)
             self.ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         else:
             self.ax = ax
@@ -280,8 +286,7 @@ def paper(width: float, height: float, ax: Axes | None) -> tuple[Figure, Axes]:
 
 def panels(width: float, height: float, rows: int = 1, columns: int = 1) -> tuple[Figure, list[Axes]]:
     """A figure of several diagrams [in] and their axes, row by row."""
-    figure = Figure(figsize=(width, height), dpi=200, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = blank(width, height, layout="constrained")
     return figure, list(figure.subplots(rows, columns, squeeze=False).flat)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import textwrap
 from typing import Any
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from limitmason.answers.curve import Curve
@@ -59,13 +58,12 @@ def before_and_after(
     below = 2.2 if curves is not None else 0.0  # inches
     height = 3.6 + below
     style.needs_a_page("before_and_after")
-    figure = Figure(figsize=(style.FULL_WIDTH, height), dpi=200)
+    figure = style.blank(style.FULL_WIDTH, height)
 
     def up(share: float) -> float:
         """Height of something in the upper part, whose place is a share of its 3.6 inches."""
         return (below + 3.6 * share) / height
 
-    FigureCanvasAgg(figure)
     handles: dict[str, Any] = {}
     for k, ((model, prediction), name) in enumerate(zip((before, after), names, strict=True)):
         ax = figure.add_axes((0.09 + 0.5 * k, up(0.2), 0.39, 0.6 * 3.6 / height))
