@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
+from dem.edge_points import follow_edges
 from dem.inheritance import close_setbacks, deformed, inherit, keep_energy
 from dem.internal_edges import FLAT, Bearings, Poses, goes_on, moved_together
 from dem.kernels import Joints
@@ -117,6 +118,7 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float)
     pieces : of the assembly
     margin : gap up to which two blocks count as near [m]
     """
+    follow_edges(assembly, state)
     rot = state.bodies.rot + np.eye(3)
     place = assembly.centroids + state.bodies.shift
     corners = np.einsum("pij,pkj->pki", rot[pieces.owner], pieces.local) + place[pieces.owner][:, None]

@@ -247,6 +247,7 @@ def assemble(assembly: Assembly, state: State, stays: NDArray[np.bool_], made: l
         stack(pt.slip_1[kept], [m.slip[:, 0] for m in each]), stack(pt.slip_2[kept], [m.slip[:, 1] for m in each]),
         stack(pt.lift[kept], [m.lift for m in each]), stack(pt.damage[kept], [m.damage for m in each]),
     )  # fmt: skip
+    state.ends = stack(state.ends[kept], [np.full((len(m.s), state.ends.shape[1]), np.nan) for m in each])
     state.setback = stack(state.setback[kept], [m.setback for m in each])
     sizes = np.concatenate([count[stays], [len(m.s) for m in each]]).astype(np.int64)
 

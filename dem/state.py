@@ -39,12 +39,16 @@ from limitmason.model import Assembly, Loads
 from limitmason.model.fingerprint import Fingerprint
 from limitmason.storage.files import read_archive, write_archive
 
+ENDS = 10
+"""Columns of ``State.ends``, see :mod:`dem.edge_points`."""
+
 DEFAULT_POINTS = (4, 8)
 """Contact points along the unit and across the thickness, unless told."""
 
 Array = NDArray[np.float64]
 QUASI_STATIC, DYNAMIC = "quasi-static", "dynamic"
-_PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "factors", "ground", "setback", "outside")
+_PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "factors", "ground", "setback", "ends",
+          "outside")  # fmt: skip
 
 
 class UnsettledError(NotConverged):
@@ -82,6 +86,7 @@ class State:
     model : fingerprint of the assembly it belongs to
     modes, deformation : of blocks that deform, None where all are rigid
     setback : part of the gap of points cut anew under load that keeps their energy, until they open [m], shape (m,)
+    ends : of points of joints that slid, see :mod:`dem.edge_points`, NaN of others, shape (m, 10)
     outside : motions that leave the plane of a plane problem, held in all blocks for good, shape (6,)
     ties : kernel arrays of the ties
     """
@@ -102,6 +107,7 @@ class State:
     ground: Array
     model: Fingerprint
     setback: Array
+    ends: Array
     outside: NDArray[np.bool_]
     warnings: tuple[str, ...] = field(default_factory=tuple)
     modes: Modes | None = None
@@ -405,5 +411,5 @@ def make_state(
     return State(
         points, joints, bodies, interface, total, 0.0, float(dt), mode, laws, whole_faces, loads.dead.copy(),
         loads.live.copy(), np.array((1.0, 1.0, 0.0, 0.0, 0.0)), np.zeros(3), assembly.fingerprint,
-        np.zeros(len(points.s)), ~moves, warnings, modes, deformation, ties,
+        np.zeros(len(points.s)), np.full((len(points.s), ENDS), np.nan), ~moves, warnings, modes, deformation, ties,
     )  # fmt: skip

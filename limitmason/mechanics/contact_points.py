@@ -244,7 +244,12 @@ def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:
     e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1]
     e1 = e1 / np.linalg.norm(e1, axis=1)[:, None]
     e2 = e2 / np.linalg.norm(e2, axis=1)[:, None]
-    turn = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1) < np.linalg.norm(corners[:, 2] - corners[:, 1], axis=1)
+    one, two = (np.linalg.norm(corners[:, k + 1] - corners[:, k], axis=1) for k in (0, 1))
+    # a square's sides differ by rounding only: its thickness is taken along y, and if neither side runs so, it begins
+    # along x
+    by_y, by_x = (np.abs(e1[:, k]) - np.abs(e2[:, k]) for k in (1, 0))
+    square = np.where(np.abs(by_y) > 1e-6, by_y > 0.0, by_x < -1e-6)
+    turn = np.where(np.abs(one - two) <= 1e-6 * one, square, one < two)
     for k, row in enumerate(rows):
         i = assembly.interfaces[row]
         pair = sorted((i.block_b, i.block_a), key=lambda b: assembly.fixed[b])

@@ -1,0 +1,149 @@
+"""Contact points of faces that slide on each other: each stays with the edge that ends the contact there.
+
+A joint keeps its points as material points of block b. Where a's edge ends the contact, b slides past that edge, and
+what bears is the material of b that lies there now. Held to the old material, a lintel takes its bearing along.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from dem.state import ENDS, State
+from limitmason.model import Assembly
+
+Array = NDArray[np.float64]
+FACES = 1
+
+NOTICED = 1e-4
+"""Slip from which the points of a joint follow its edges, over the square root of its area [-]."""
+
+OF_A, OF_B, OF_BOTH = 0, 1, 2  # whose edge ends the contact
+
+class _Outline(NamedTuple):
+    """Convex outline of a joint, counter-clockwise, and whose edge each side is."""
+
+    corners: Array
+    whose: NDArray[np.int64]
+
+
+def follow_edges(assembly: Assembly, state: State) -> None:
+    """Let the points of joints that have slipped follow the edges of their faces; changes ``state.points``.
+
+    With b slipped by u along an axis, an end that is an edge of b moves by u over the face of a, one of a by nothing,
+    and one of both by what makes the contact smaller. Points between move in proportion. Areas stay until the joint is
+    cut anew.
+    """
+    joints, points, ends = state.joints, state.points, state.ends
+    now = state.measured(assembly)
+    first, area = joints.start[:-1], points.area
+    if not len(first):
+        return
+    total = np.add.reduceat(area, first)
+    mean = np.add.reduceat(now.slip * area[:, None], first) / total[:, None]
+    slid = (state.contact == FACES) & (np.linalg.norm(mean, axis=1) > NOTICED * np.sqrt(total))
+    for k in np.flatnonzero(slid).tolist():
+        mine = slice(int(joints.start[k]), int(joints.start[k + 1]))
+        if np.isnan(ends[mine.start, 0]):
+            ends[mine] = _ends_of(assembly, state, k, mine)
+        row, slip = ends[mine], now.slip[mine]
+        s, t = (
+            row[:, c] - slip[:, c] + _moved(row[:, 4 + 3 * c], row[:, 5 + 3 * c], row[:, 6 + 3 * c], slip[:, c])
+            for c in (0, 1)
+        )
+        # the gap belongs to the place on b's face
+        points.gap[mine] += row[:, 2] * (s - points.s[mine]) + row[:, 3] * (t - points.t[mine])
+        points.s[mine], points.t[mine] = s, t
+
+
+def _moved(part: Array, lower: Array, upper: Array, slip: Array) -> Array:
+    """Motion over a's face of points at a part of the way from a lower to an upper end, of slip [m]."""
+    low = np.select([lower == OF_A, lower == OF_B], [0.0, slip], np.maximum(slip, 0.0))
+    high = np.select([upper == OF_A, upper == OF_B], [0.0, slip], np.minimum(slip, 0.0))
+    return np.asarray((1.0 - part) * low + part * high)
+
+
+def _ends_of(assembly: Assembly, state: State, k: int, mine: slice) -> Array:
+    """Rows of ``State.ends`` of joint k: s, t and the gradient of the gap as it was made, then for each axis its ends.
+
+    Of an axis: the part of the way from the lower to the upper end, and whose edge either is.
+    """
+    points = state.points
+    xy = np.column_stack([points.s[mine], points.t[mine]])
+    out = np.full((len(xy), ENDS), np.nan)
+    out[:, :2], out[:, 2:4] = xy, 0.0
+    out[:, 4::3], out[:, 5::3], out[:, 6::3] = 0.5, OF_B, OF_B
+    own = points.gap[mine] - state.setback[mine]
+    if own.any():
+        out[:, 2:4] = np.linalg.lstsq(np.column_stack([np.ones(len(xy)), xy]), own, rcond=None)[0][1:]
+    size = np.ptp(xy, axis=0)
+    if not size.max() > 0.0:
+        return out
+    outline = _outline(assembly, state, k, xy, size)
+    for axis in (0, 1):
+        if size[axis] > 1e-9 * size.max():
+            for row, point in zip(out, xy, strict=True):
+                row[4 + 3 * axis : 7 + 3 * axis] = _between(outline, point, axis)
+    return out
+
+
+def _outline(assembly: Assembly, state: State, k: int, xy: Array, size: Array) -> _Outline:
+    """Outline of the points of a joint; of a row of points, both ends."""
+    if size.min() <= 1e-9 * size.max():
+        # a row of points in a plane: a strip around it
+        axis = int(size.argmax())
+        low, high = xy[xy[:, axis].argmin()].copy(), xy[xy[:, axis].argmax()].copy()
+        aside = 0.5 * size.max() * np.eye(2)[1 - axis]
+        corners = np.array([low - aside, high - aside, high + aside, low + aside])
+        corners = corners if axis == 0 else corners[::-1]
+    else:
+        corners = xy[ConvexHull(xy).vertices]
+    following = np.roll(corners, -1, axis=0)
+    along = following - corners
+    outward = np.column_stack([along[:, 1], -along[:, 0]]) / np.linalg.norm(along, axis=1)[:, None]
+    step = 1e-4 * size.max()
+    beyond = 0.5 * (corners + following) + step * outward
+    joints = state.joints
+    frame, (a, b) = joints.frame[k], (int(joints.block_a[k]), int(joints.block_b[k]))
+    local = beyond @ frame[:2]
+    w, v = joints.turn[k, 0], joints.turn[k, 1:]
+    turn = (2.0 * w * w - 1.0) * np.eye(3) + 2.0 * np.outer(v, v) + 2.0 * w * np.cross(np.eye(3), v)
+    in_a = _inside(assembly, a, assembly.centroids[a] + joints.arm_a[k] + local - step * frame[2])
+    in_b = _inside(assembly, b, assembly.centroids[b] + joints.arm_b[k] + (local + step * frame[2]) @ turn.T)
+    # a face that goes on on both sides ends at a seam of parts of one block: the points stay with b
+    whose = np.where(in_a, OF_B, np.where(in_b, OF_A, OF_BOTH))
+    return _Outline(corners, whose)
+
+
+def _inside(assembly: Assembly, block: int, at: Array) -> NDArray[np.bool_]:
+    """Whether points lie in a block, reference position."""
+    found = np.zeros(len(at), dtype=bool)
+    for part in assembly.blocks[block].parts:
+        within = np.ones(len(at), dtype=bool)
+        for face in part.faces:
+            x = part.vertices[list(face)]
+            n = np.cross(x, np.roll(x, -1, axis=0)).sum(axis=0)
+            within &= (at - x[0]) @ n <= 0.0
+        found |= within
+    return found
+
+
+def _between(outline: _Outline, point: Array, axis: int) -> tuple[float, int, int]:
+    """Part of the way between both ends of the outline along an axis, and whose edges these are."""
+    p, q = outline.corners, np.roll(outline.corners, -1, axis=0)
+    other = 1 - axis
+    rise = q[:, other] - p[:, other]
+    reach = np.ptp(outline.corners, axis=0).max()
+    met = np.abs(rise) > 1e-9 * reach
+    way = np.divide(point[other] - p[:, other], rise, out=np.full(len(p), -1.0), where=met)
+    met &= (way > -1e-6) & (way < 1.0 + 1e-6)
+    if not met.any():
+        return 0.5, OF_B, OF_B
+    at = np.where(met, p[:, axis] + way * (q[:, axis] - p[:, axis]), np.nan)
+    low, high = int(np.nanargmin(at)), int(np.nanargmax(at))
+    length = at[high] - at[low]
+    if not length > 1e-9 * reach:
+        return 0.5, OF_B, OF_B
+    part = float(np.clip((point[axis] - at[low]) / length, 0.0, 1.0))
+    return part, int(outline.whose[low]), int(outline.whose[high])

@@ -1,0 +1,72 @@
+"""Contact points of faces that slide: they stay with the edge that ends the contact, whichever block's it is."""
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from dem.edge_points import follow_edges
+from dem.state import make_state
+from limitmason.geometry import box, prism
+
+HOOK = [[0, 0], [1, 0], [1, 1], [3, 1], [3, 2], [0, 2]]
+RIGID = lm.Joint(0.0, normal_stiffness=1e11, shear_stiffness=1e11)
+
+
+def turned(state, block, centroid, corner, place, angle):
+    """Turn a block in x-z by an angle, clockwise, so that a point of its reference position comes to a place."""
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+    state.bodies.shift[block] = place + turn @ (centroid - corner) - centroid
+    state.bodies.quat[block] = np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0
+    state.bodies.rot[block] = turn - np.eye(3)
+
+
+@pytest.mark.parametrize("angle", [0.01, 0.05, 0.2])
+def test_a_hook_that_tips_over_two_posts_bears_on_their_corners(angle):
+    # its inner right angle runs on the circle over the two corners (1, .9) and (2, 1) that it leans on (Thales)
+    posts = [box((1, 0, -1), (1.2, 1, 0.9)), box((1.2, 0, -1), (2, 1, 1))]
+    hook = lm.Assembly.from_polyhedra([*posts, prism(HOOK, 0, 1)], joint=RIGID, fixed=[0, 1])
+    state = make_state(hook, lm.Loads.horizontal(hook, (1, 0, 0)), contact_points=(4, 2))
+    centre, start = np.array([1.5, 0.0, 0.95]), np.array([-0.5, 0.0, 0.05])
+    c, s = np.cos(2 * angle), np.sin(2 * angle)
+    place = centre + np.array([c * start[0] + s * start[2], 0.0, -s * start[0] + c * start[2]])
+    turned(state, 2, hook.centroids[2], np.array([1.0, 0.0, 1.0]), place, angle)
+    for _ in range(20):  # a run follows its edges every hundred steps
+        follow_edges(hook, state)
+    now = state.measured(hook)
+    first = state.joints.start
+    for joint, corner in ((0, (1.0, 0.9)), (1, (2.0, 1.0))):
+        mine = slice(first[joint], first[joint + 1])
+        nearest = np.argmin(now.opening[mine])
+        assert now.position[mine][nearest, [0, 2]] == pytest.approx(corner, abs=1e-6)
+        assert now.opening[mine][nearest] == pytest.approx(0.0, abs=1e-6)
+        assert (now.opening[mine] > -1e-6).all()
+
+
+def test_a_block_well_within_its_table_takes_its_points_along():
+    blocks = [box((0, 0, -1), (1, 1, 0)), box((0.5, 0, 0), (0.9, 1, 0.4))]
+    pair = lm.Assembly.from_polyhedra(blocks, joint=RIGID, fixed=[0])
+    state = make_state(pair, lm.Loads.horizontal(pair, (1, 0, 0)))
+    state.bodies.shift[1] = 0.05, 0.0, 0.0
+    follow_edges(pair, state)
+    at = state.measured(pair).position[:, 0]
+    assert (at.min(), at.max()) == pytest.approx((0.55, 0.95), abs=1e-12)
+
+
+def test_equal_blocks_bear_on_what_they_share():
+    pair = lm.Assembly.from_polyhedra([box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 1))], joint=RIGID, fixed=[0])
+    state = make_state(pair, lm.Loads.horizontal(pair, (1, 0, 0)))
+    state.bodies.shift[1] = 0.1, -0.04, 0.0
+    follow_edges(pair, state)
+    at = state.measured(pair).position
+    assert (at.min(axis=0)[:2], at.max(axis=0)[:2]) == (pytest.approx((0.1, 0.0)), pytest.approx((1.0, 0.96)))
+
+
+def test_a_joint_that_sticks_keeps_its_points_to_the_last_bit():
+    pair = lm.Assembly.from_polyhedra([box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 1))], joint=RIGID, fixed=[0])
+    state = make_state(pair, lm.Loads.horizontal(pair, (1, 0, 0)))
+    before = state.points.s.copy()
+    state.bodies.shift[1] = 1e-5, 0.0, 0.0
+    follow_edges(pair, state)
+    assert np.array_equal(state.points.s, before)
+    assert np.isnan(state.ends).all()
