@@ -30,7 +30,7 @@ from limitmason.storage.csv_table import write_table
 from limitmason.validation.wall_causes import HELD, STIFFNESS, responses, stiffness
 from limitmason.validation.wall_ladder import MODEL_SPREAD, ROCKS, WallPrediction, predict_walls
 from validation.measured_walls_text import TEXT
-from validation.wall_figures import envelopes, scatter_figure, worst_walls
+from validation.wall_figures import curve_lines, envelopes, plastic_curve, scatter_figure, worst_walls
 from validation.wall_loop import (
     LeftOut,
     ThresholdsLeftOut,
@@ -325,7 +325,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     table, chosen, loop = ladder(whole, {name: logs(answers, whole) for name, answers in causes.items()}, four)
     by_loop = modes_by_loop(whole, causes, loop.chosen)
     far, worst_table = worst(all_walls, found["extended"])
+    drawn = dict.fromkeys(r["specimen"] for r in read_table(NAME, "envelopes.csv").rows)
+    curves = {wall: plastic_curve(wall) for wall in drawn}
+    curve_table = curve_lines(curves)
     parts = {
+        "[curves]": markdown(curve_table[0], curve_table[1:]),
         "[ladder]": table, "[chosen]": chosen, "[modes]": modes(whole, found, by_loop, four),
         "[coverage]": coverage(all_walls, found),
         "[impossible]": impossible(all_walls), "[doubtful]": doubtful(all_walls),
@@ -340,7 +344,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     write_blind(found)
     scatter_figure({k: found[k] for k in ("formulas", "first", "extended")}, all_walls, o.out / "measured-walls.png")
     worst_walls(far, {p.wall: p for p in found["extended"]}, o.out / "measured-walls-worst.png")
-    envelopes({p.wall: p for p in found["extended"]}, o.out / "measured-walls-envelopes.png")
+    envelopes({p.wall: p for p in found["extended"]}, curves, o.out / "measured-walls-envelopes.png")
 
 
 if __name__ == "__main__":

@@ -86,15 +86,19 @@ Extended model, all walls. *over rigid bound*: measured over N L / (2 H0).
 
 ## Envelopes
 
-Walls 189 to 194 beside the force of the extended model and its 90 % interval.
+Walls 189 to 194 beside the force of the extended model, its 90 % interval, and its capacity curve. Joints are as stiff
+as the printed E over a course and lose nothing: a second each. So the computed force never falls, and it has no drift
+at the peak to compare. The rise is compared instead.
+
+[curves]
 
 ![envelopes](measured-walls-envelopes.png)
 
 ## What is not here
 
-- The capacity curve. With joints that lose cohesion at once, or over 150 N/m (cracks 80 and 1000 N/m), wall 124 reached
-  67 and 106 kN at 0.4 and 0.6 % of drift, still rising; limit analysis 155, measured 161 kN. Stiffness of the crack
-  planes and energies have to be settled first.
+- A capacity curve that falls. With joints that lose cohesion at once, or over 150 N/m (cracks 80 and 1000 N/m), wall
+  124 reached 67 and 106 kN at 0.4 and 0.6 % of drift, still rising; limit analysis 155, measured 161 kN. On wall 189,
+  of 51 blocks, cracks that lose strength over 80 and 1000 to 1000 and 10 000 N/m did not end within a minute.
 - Non-associative limit analysis of all walls (`limitmason predict modern-walls --method non-associative`) and the DEM.
   Without dilatancy six walls carried 0.83 to 0.91 of what they carry with it; solid brick walls take minutes each.
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from wall_diagnosis import FORCE, MODE, STIFFNESS, Trial, observations, scatter_of, trial_lines
+from wall_figures import drift_at
 from wall_stiffness import Stiff, fitted_exponent, fitted_left_out, within
 
 
@@ -49,6 +50,12 @@ def test_planted_data_sets_are_counted_by_what_was_said():
     assert rows["webs of hollow units crack at less"][0] == "3"
     assert rows["load read low"] == ["1", "0 (0%)", "0 (0%)", "0 (0%)", "0 (0%)"]
     assert rows["nothing"][:2] == ["2", "1 (50%)"]
+
+
+def test_drift_at_a_share_is_on_the_rising_branch():
+    drift, force = np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 50.0, 100.0, 60.0])
+    assert drift_at(0.7, drift, force) == pytest.approx(1.4)
+    assert drift_at(0.5, drift, force) == pytest.approx(1.0)
 
 
 def test_observations_hold_what_is_printed_and_its_scatter():
