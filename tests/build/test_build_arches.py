@@ -155,6 +155,7 @@ def test_minimum_thickness_tends_to_the_continuous_arch_from_below():
     assert values[-1] == pytest.approx(MILANKOVITCH, abs=2e-6)
 
 
+@pytest.mark.exact
 def test_lever_arms_of_the_thrust_line_are_those_of_the_blocks_that_arch_builds():
     number, thickness = 12, 0.15
     arch = build.arch(radius=1.0, thickness=thickness, width=0.4, voussoirs=number, joint=JOINT)

@@ -213,6 +213,7 @@ def test_a_toppled_block_lies_on_the_floor_without_being_asked_to_look_for_conta
         assert any("'block-1'" in w and "small displacement" in w for w in h.warnings)
 
 
+@pytest.mark.exact
 def test_a_setback_goes_as_its_point_opens_and_no_energy_with_it():
     # a block first seen when it overlaps by 0.1 mm has no energy to give: set back by all of that, and by what is left
     # of it after every rise, so that the energy at a depth d is kn A (d - what is left)^2 / 2

@@ -112,6 +112,7 @@ def signature(report, scale):
     )  # fmt: skip
 
 
+@pytest.mark.exact
 @pytest.mark.filterwarnings("ignore::limitmason.PlausibilityWarning")
 @pytest.mark.parametrize("deg, length", [(11.0, 0.021), (0.1, 0.4), (3.0, 0.4), (20.0, 0.021)])
 def test_report_does_not_depend_on_scale_turn_mirror_and_numbering(deg, length):
@@ -156,6 +157,7 @@ def mosaic(seed, n=25):
     return [cells.vertices[cells.regions[cells.point_region[i]]] for i in range(n)]
 
 
+@pytest.mark.exact
 @pytest.mark.parametrize("seed", [19, 32, 43])  # without edges as short as the jitter
 def test_exact_mosaic_raises_no_alarm_and_a_traced_one_the_same_in_any_order(seed):
     turn = np.array([[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]])
