@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from dem.kernels import LAW, Joints, Modes, Points
+from dem.kernels import LAW, BlockModes, Joints, Points
 from dem.stability import largest_square, owners, springs_of_blocks
 from limitmason.deformable import SOLID, STATES, simply_deformable_blocks
 from limitmason.deformable.body import products
@@ -60,7 +60,7 @@ def out_of_plane(plane: Plane) -> NDArray[np.bool_]:
 
 
 @dataclass(frozen=True, eq=False)
-class Deformation:
+class StrainShapes:
     """Shapes of all blocks in the coordinates of the kernel, zero where a block is rigid; does not change in a run.
 
     Parameters
@@ -121,7 +121,7 @@ class BlockStress(NamedTuple):
         return np.asarray(self.mean[block] + np.einsum("ijp,kp->kij", self.gradient[block], np.atleast_2d(arm)))
 
 
-def block_stresses(deformation: Deformation, modes: Modes, rotation: Array) -> BlockStress:
+def block_stresses(deformation: StrainShapes, modes: BlockModes, rotation: Array) -> BlockStress:
     """Stress of every block; ``rotation`` from the reference position, shape (n, 3, 3)."""
     mean = np.einsum("nk,nkij->nij", modes.value, deformation.mean)
     slope = np.einsum("nk,nkijp->nijp", modes.value, deformation.gradient)
@@ -137,7 +137,7 @@ def frames(joints: Joints) -> tuple[Array, Array]:
     return joints.frame, np.asarray(joints.frame @ np.swapaxes(turn, 1, 2))
 
 
-def sides(deformation: Deformation, points: Points, joints: Joints) -> tuple[Array, Array]:
+def sides(deformation: StrainShapes, points: Points, joints: Joints) -> tuple[Array, Array]:
     """What every shape does to the faces of every joint, ``side_a`` and ``side_b`` of the kernel, shapes (k, m, 6).
 
     A joint takes up six motions of a face, see :func:`limitmason.mechanics.joint_shapes.face_motions`, in a plane those
@@ -168,7 +168,7 @@ def sides(deformation: Deformation, points: Points, joints: Joints) -> tuple[Arr
 class Start:
     """Shapes of an assembly in a state of stress, with their matrices, before a run chooses its coordinates."""
 
-    deformation: Deformation
+    deformation: StrainShapes
     stiffness: dict[int, Array]
     mass: dict[int, Array]
 
@@ -186,7 +186,7 @@ class Start:
         shapes = simply_deformable_blocks(assembly, stress, None if plane is None else plane.normal)
         n, m = len(shapes), max(x.count for x in shapes if x is not None)
         powers = next(x.powers for x in shapes if x is not None)
-        out = Deformation(
+        out = StrainShapes(
             np.zeros((n, m, 3, len(powers))), np.tile(np.eye(3), (n, 1, 1)), np.ones((n, 3)), powers,
             np.zeros((n, m, 3, 3)), np.zeros((n, m, 3, 3, 3)), np.zeros((n, m)),
             np.zeros(3) if plane is None else plane.normal.copy(), stress,
@@ -200,7 +200,7 @@ class Start:
 
     def modes(
         self, assembly: Assembly, points: Points, joints: Joints, coupled: Array | None
-    ) -> tuple[Deformation, Modes]:
+    ) -> tuple[StrainShapes, BlockModes]:
         """Modes at rest in coordinates that share neither stiffness nor mass, each of unit mass.
 
         Parameters
@@ -221,18 +221,18 @@ class Start:
                 new[name][i] = np.tensordot(basis.T, new[name][i], axes=1)
         for i in bases:
             x = assembly.blocks[i].vertices - assembly.centroids[i]
-            u = Deformation(**new).displacement(np.full(len(x), i), x)
+            u = StrainShapes(**new).displacement(np.full(len(x), i), x)
             new["reach"][i] = np.linalg.norm(u, axis=1).max(axis=0)
-        deformation = Deformation(**new)
+        deformation = StrainShapes(**new)
         side_a, side_b = sides(deformation, points, joints)
         zero = np.zeros((n, m))
-        modes = Modes(
+        modes = BlockModes(
             zero, zero.copy(), stiffness, np.ones((n, m)), inv_mass, zero.copy(), zero.copy(), side_a, side_b,
         )  # fmt: skip
         return deformation, modes
 
 
-def coupled_of(shapes: Deformation, points: Points, joints: Joints, moves: NDArray[np.bool_]) -> Array:
+def coupled_of(shapes: StrainShapes, points: Points, joints: Joints, moves: NDArray[np.bool_]) -> Array:
     """Stiffness every block feels in its rigid motions and shapes when only it moves, joints closed, (n, 6 + m, 6 + m).
 
     Frames are those of the time a joint was made; ``moves`` says which rigid motions a block has, shape (6,).
@@ -243,7 +243,7 @@ def coupled_of(shapes: Deformation, points: Points, joints: Joints, moves: NDArr
     return out
 
 
-def keep_step(mass: Array, inertia: Array, modes: Modes, coupled: Array, dt: float, safety: float) -> None:
+def keep_step(mass: Array, inertia: Array, modes: BlockModes, coupled: Array, dt: float, safety: float) -> None:
     """Scaled masses of the modes, and of the blocks as far as modes make them faster, written to the arrays given.
 
     A mode of the coordinates of :meth:`Start.modes` has K_mode + 2 K_joints = 1 and so a mass dt^2 / (4 safety^2);
@@ -259,28 +259,28 @@ def keep_step(mass: Array, inertia: Array, modes: Modes, coupled: Array, dt: flo
         modes.inv_mass[i] = 1.0 / modes.mass[i]
 
 
-def fastest_of(mass: Array, inertia: Array, modes: Modes, coupled: Array) -> float:
+def fastest_of(mass: Array, inertia: Array, modes: BlockModes, coupled: Array) -> float:
     """Half of the largest w^2 of M^-1 (2 K_joints + K_modes) over all blocks that deform [1/s2]."""
     rows = np.flatnonzero(modes.inv_mass.any(axis=1))
     tops = [_top(coupled[i], modes.stiffness[i], mass[i], inertia[i], modes.mass[i]) for i in rows]
     return 0.5 * max(tops, default=0.0)
 
 
-def relative_deformation(deformation: Deformation, modes: Modes, joint: Joints, points: Points) -> Array:
+def relative_deformation(deformation: StrainShapes, modes: BlockModes, joint: Joints, points: Points) -> Array:
     """Displacement of b's face against a's by deformation at points of a joint just made [m], its axes, (m, 3)."""
     side_a, side_b = sides(deformation, points, joint)
     change = modes.value[joint.block_b[0]] @ side_b[0] - modes.value[joint.block_a[0]] @ side_a[0]
     return np.asarray(motion_at(np.column_stack([points.s, points.t])) @ change)
 
 
-def with_joints(deformation: Deformation, modes: Modes, points: Points, joints: Joints) -> Modes:
+def with_joints(deformation: StrainShapes, modes: BlockModes, points: Points, joints: Joints) -> BlockModes:
     """The same coordinates between other joints."""
     side_a, side_b = sides(deformation, points, joints)
     return modes._replace(side_a=side_a, side_b=side_b)
 
 
 def add_modal_mass(
-    mass: Array, inv_mass: Array, inv_inertia: Array, modes: Modes, coupled: Array, dt: float, safety: float
+    mass: Array, inv_mass: Array, inv_inertia: Array, modes: BlockModes, coupled: Array, dt: float, safety: float
 ) -> Array:
     """Add mass to blocks that joints found later made too stiff for the step; returns every block's factor, (n,)."""
     allowed = 4.0 * safety**2 / dt**2

@@ -10,9 +10,9 @@ from dem import kernels
 from dem.edge_points import follow_edges
 from dem.inheritance import close_setbacks, deformed, inherit, keep_energy
 from dem.internal_edges import FLAT, Bearings, Poses, goes_on, moved_together
-from dem.kernels import Joints
-from dem.new_joints import CROSSING, FACES, Fresh, assemble, crossing_joint, face_joint
-from dem.state import Measured, State
+from dem.kernels import APART, CROSSING, FACES, Joints
+from dem.new_joints import Fresh, assemble, crossing_joint, face_joint
+from dem.state import PointForces, State
 from limitmason.geometry import Solid
 from limitmason.geometry.boxtree import overlapping_pairs
 from limitmason.model import Assembly
@@ -136,7 +136,8 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float)
     turned = _turned_since(state) > TURN_LIMIT
     bearings = Bearings.of(state, now, rot, (state.contact == FACES) & ~turned)
     beside = _on_faces_that_go_on(met, joints, bearings, n_blocks)
-    kind, gap = met.kind, met.gap
+    shape = met.now
+    kind, gap = shape.kind, shape.gap
     near = kind > 0
     outworn = _outworn(state, now, code, key[near], kind[near], gap[near], margin, turned)
     slip = np.maximum.reduceat(np.linalg.norm(now.slip, axis=1), joints.start[:-1]) if len(code) else np.zeros(0)
@@ -144,7 +145,7 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float)
     normal = np.einsum("kij,kj->ki", rot[joints.block_a], joints.frame[:, 2])
     for row, k in beside.items():
         mine = code == key[row]
-        across = mine & (np.abs(normal @ met.plane[row, :3]) < FLAT)
+        across = mine & (np.abs(normal @ shape.plane[row, :3]) < FLAT)
         outworn |= across
         if kind[row] and not (mine & ~across).any():
             outworn[k] = True
@@ -160,15 +161,15 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float)
     made: list[Fresh] = []
     families: list[int] = []
     for row in np.flatnonzero(near & ~np.isin(key, code[stays])).tolist():
-        a, b = (p[row], q[row]) if met.base_first[row] else (q[row], p[row])
+        a, b = (p[row], q[row]) if shape.base_first[row] else (q[row], p[row])
         pair = int(pieces.owner[a]), int(pieces.owner[b])
         before = np.flatnonzero((code == key[row]) & (state.contact != CROSSING))
         like = int(before[0]) if len(before) else beside.get(row)
         if kind[row] == CROSSING:
-            new: Fresh | None = crossing_joint(assembly, state, pair, met.crossing[row], rot, place)
+            new: Fresh | None = crossing_joint(assembly, state, pair, shape.crossing[row], rot, place)
         else:
-            outline = met.polygon[row, : met.count[row]]
-            new = face_joint(assembly, state, pair, outline, met.plane[row], rot, place, int(kind[row]), like)
+            outline = shape.polygon[row, : shape.corners[row]]
+            new = face_joint(assembly, state, pair, outline, shape.plane[row], rot, place, int(kind[row]), like)
         if new is not None:
             families.append(family.of(int(key[row])))
             inherit(state, now, code == key[row], ~stays & (group == families[-1]), new)
@@ -205,29 +206,31 @@ class _Meeting:
         m = len(p)
         self.pieces, self.margin, self.pairs = pieces, margin, np.ascontiguousarray(np.column_stack([p, q]))
         self.poses = Poses(pieces.owner, corners, np.zeros((*pieces.size.shape, 4)))
-        self.kind, self.gap, self.beside = np.zeros(m, dtype=np.int64), np.zeros(m), np.zeros(m)
-        self.polygon, self.count, self.plane = np.zeros((m, 32, 3)), np.zeros(m, dtype=np.int64), np.zeros((m, 4))
-        self.crossing, self.base_first = np.zeros((m, 5, 3)), np.zeros(m, dtype=bool)
+        self.now = kernels.Meetings(
+            np.zeros(m, dtype=np.int64), np.zeros(m), np.zeros(m), np.zeros((m, kernels.MOST, 3)),
+            np.zeros(m, dtype=np.int64), np.zeros((m, 4)), np.zeros((m, 5, 3)), np.zeros(m, dtype=bool),
+        )  # fmt: skip
         self._look(slice(None), np.full(m, -1))
 
     def meet_on(self, row: int, piece: int, face: int) -> None:
         """Take a face of a piece as the base of a row, whatever the least overlap."""
-        self.base_first[row] = piece == self.pairs[row, 0]
+        self.now.base_first[row] = piece == self.pairs[row, 0]
         self._look(slice(row, row + 1), np.array([face]))
 
     def _look(self, rows: slice, face: NDArray[np.int64]) -> None:
         x = self.pieces
-        kernels.contact_shapes(
-            self.poses.corners, x.n_corners, x.faces, x.size, x.n_faces, x.edges, x.n_edges, self.pairs[rows],
-            self.margin, FLAT, self.kind[rows], self.gap[rows], self.beside[rows], self.poses.planes,
-            self.polygon[rows], self.count[rows], self.plane[rows], self.crossing[rows], self.base_first[rows], face,
-        )  # fmt: skip
+        pieces = kernels.PieceArrays(
+            self.poses.corners, x.n_corners, x.faces, x.size, x.n_faces, x.edges, x.n_edges, self.poses.planes
+        )
+        now = kernels.Meetings._make(v[rows] for v in self.now)
+        kernels.contact_shapes(pieces, self.pairs[rows], self.margin, FLAT, now, face)
 
 
 def _on_faces_that_go_on(met: _Meeting, joints: Joints, bearings: Bearings, n_blocks: int) -> dict[int, int]:
     """Let pairs that overlap little along two axes meet on the face that goes on: rows, and the joint beside each."""
     found: dict[int, int] = {}
-    rows = np.flatnonzero((met.kind > 0) & (met.beside > -met.margin))
+    shape = met.now
+    rows = np.flatnonzero((shape.kind != APART) & (shape.beside > -met.margin))
     if not len(rows) or not len(bearings.row):
         return found
     ends = np.concatenate([joints.block_a[bearings.row], joints.block_b[bearings.row]])
@@ -235,7 +238,8 @@ def _on_faces_that_go_on(met: _Meeting, joints: Joints, bearings: Bearings, n_bl
     cut = np.searchsorted(ends[order], np.arange(1, n_blocks))
     of_block = np.split(order % len(bearings.row), cut)
     for row in rows:
-        place = met.crossing[row, 2] if met.kind[row] == CROSSING else met.polygon[row, : met.count[row]].mean(axis=0)
+        outline = shape.polygon[row, : shape.corners[row]]
+        place = shape.crossing[row, 2] if shape.kind[row] == CROSSING else outline.mean(axis=0)
         on = goes_on(met.poses, joints, bearings, of_block, (met.pairs[row, 0], met.pairs[row, 1]), place)
         if on is not None:
             met.meet_on(int(row), on.piece, on.face)
@@ -245,7 +249,7 @@ def _on_faces_that_go_on(met: _Meeting, joints: Joints, bearings: Bearings, n_bl
 
 
 def _outworn(
-    state: State, now: Measured, code: Index, key: Index, kind: Index, gap: Array, margin: float,
+    state: State, now: PointForces, code: Index, key: Index, kind: Index, gap: Array, margin: float,
     turned: NDArray[np.bool_],
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Joints to drop or to cut anew, by the pair code of every joint and of every pair of pieces that are near now."""

@@ -1,21 +1,18 @@
-"""What a push asks of a structure, whatever its blocks are made of, and what it gets back."""
+"""Path of a push: its turning points, its direction as a twist of the blocks, and who is told how far it has come."""
 
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from pathlib import Path
-from typing import Any, Protocol
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.resuming import RunStatus, interrupts_wait
-from limitmason.display.progress import reached, watched
+from dem.run import Progress
 from limitmason.errors import InputError
 from limitmason.model import Assembly
 from limitmason.model.stages import Drive
 
 Array = NDArray[np.float64]
-Progress = Callable[[Mapping[str, Any]], object]
 
 SLOWER = 3
 """The second run is so many times slower."""
@@ -43,71 +40,6 @@ class Follower:
         return self.progress(
             {**sampled, "run": self.run, "part": done / self.total, "time left": pace * (self.total - done)}
         )
-
-
-class Run(Protocol):
-    """Blocks of any kind on their way: what steps them, from one sample to the next."""
-
-    @property
-    def over(self) -> bool:
-        """Whether there is nothing left to do."""
-
-    @property
-    def pause(self) -> bool:
-        """Whether a stage of it is over, which is no place to take it up from."""
-
-    @property
-    def status(self) -> RunStatus:
-        """How what is done has ended."""
-
-    @property
-    def samples(self) -> int:
-        """Samples so far."""
-
-    @property
-    def where(self) -> tuple[float | None, str]:
-        """Part of it that is done, None where that cannot be told, and where it stands in words."""
-
-    def begin(self) -> None:
-        """Stand ready for the first chunk of steps."""
-
-    def advance(self) -> Mapping[str, Any] | None:
-        """A chunk of steps; what was sampled at its end, None where nothing was."""
-
-    def finish(self) -> None:
-        """Let go what the run has held."""
-
-    def save(self, file: str | Path) -> None:
-        """Write a file from which the run goes on to the same bits."""
-
-
-@watched("time stepping")
-def go(
-    run: Run, *, progress: Progress | None = None, checkpoint: str | Path | None = None, checkpoint_every: int = 20
-) -> RunStatus:
-    """Step a run to its end, or until somebody stops it; how it ended.
-
-    Parameters
-    ----------
-    progress : called with every sample; returns True to stop
-    checkpoint : file that is written every ``checkpoint_every`` samples
-    """
-    try:
-        with interrupts_wait() as interrupt:
-            run.begin()
-            while not run.over:
-                sampled, stop = run.advance(), False
-                if sampled is not None:
-                    reached(*run.where)
-                    if checkpoint is not None and not run.pause and run.samples % checkpoint_every == 0:
-                        run.save(checkpoint)
-                    stop = progress is not None and bool(progress(sampled))
-                if stop or interrupt.asked:
-                    return RunStatus.INTERRUPTED
-            run.finish()
-    except KeyboardInterrupt:
-        return RunStatus.INTERRUPTED
-    return run.status
 
 
 def turning_points(to: float | Sequence[float]) -> list[float]:

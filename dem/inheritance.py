@@ -4,14 +4,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.deformation import relative_deformation
-from dem.kernels import LAW, Joints, Points
-from dem.new_joints import CROSSING, FACES, Fresh
-from dem.state import Measured, State
+from dem.kernels import CROSSING, FACES, LAW, Joints, Points
+from dem.new_joints import Fresh
+from dem.state import PointForces, State
 
 Array = NDArray[np.float64]
 
 
-def inherit(state: State, now: Measured, own: NDArray[np.bool_], family: NDArray[np.bool_], new: Fresh) -> None:
+def inherit(state: State, now: PointForces, own: NDArray[np.bool_], family: NDArray[np.bool_], new: Fresh) -> None:
     """Elastic shear displacement, dilation and damage of the nearest old point of the pair, or of its family.
 
     Parameters
@@ -54,7 +54,7 @@ def deformed(state: State, new: Fresh) -> Fresh:
 
 
 def keep_energy(
-    state: State, now: Measured, family: NDArray[np.int64], made: list[Fresh], families: list[int]
+    state: State, now: PointForces, family: NDArray[np.int64], made: list[Fresh], families: list[int]
 ) -> None:
     """Widen the gaps of the new joints of a family until they store no more normal elastic energy than the old ones.
 
@@ -86,7 +86,7 @@ def keep_energy(
             new.gap[:] += new.setback
 
 
-def close_setbacks(state: State, now: Measured) -> None:
+def close_setbacks(state: State, now: PointForces) -> None:
     """Take back what :func:`keep_energy` has set back, as far as a point without force is open: no energy changes."""
     if not state.setback.any():
         return

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.kernels import LAW, Joints
-from dem.state import Measured, State
+from dem.state import PointForces, State
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -40,7 +40,7 @@ class Bearings(NamedTuple):
     depth: Array
 
     @classmethod
-    def of(cls, state: State, now: Measured, rot: Array, flat: NDArray[np.bool_]) -> "Bearings":
+    def of(cls, state: State, now: PointForces, rot: Array, flat: NDArray[np.bool_]) -> "Bearings":
         """Those of a state; ``flat`` are joints between faces that have not turned, shape (k,)."""
         joints, count = state.joints, len(state.joints.block_a)
         normal = np.einsum("kij,kj->ki", rot[joints.block_a], joints.frame[:, 2])

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.kernels import LAW
-from dem.state import Measured, State
+from dem.state import PointForces, State
 from limitmason.model import Assembly
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ class JointMarks(NamedTuple):
     failed: Array
 
 
-def joint_marks(state: State, now: Measured, count: int) -> JointMarks:
+def joint_marks(state: State, now: PointForces, count: int) -> JointMarks:
     """Marks of the joints of a state.
 
     Parameters

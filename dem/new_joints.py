@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.deformation import add_modal_mass, coupled_of, fastest_of, with_joints
-from dem.kernels import E_DAMPING, E_KINETIC, LAW, Joints, Points
+from dem.kernels import CORNER, CROSSING, E_DAMPING, E_KINETIC, LAW, Joints, Points
 from dem.stability import block_stiffness, scaled_masses, stable_step
 from dem.state import DYNAMIC, State
 from limitmason.model import Assembly
@@ -20,8 +20,6 @@ LATTICE = 4
 
 BEYOND = 0.01
 """Part of an edge by which a crossing may lie beyond its end and still be made; edges that overlap cross within."""
-
-FACES, CORNER, CROSSING = 1, 2, 3  # how two pieces meet, see kernels.contact_shapes
 
 
 class Fresh(NamedTuple):

@@ -4,12 +4,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from dem.driving import SLOWER, Follower, Progress, turning_points
+from dem.block_structure import BlockStructure
+from dem.driving import SLOWER, Follower, turning_points
 from dem.pace import default_steps
 from dem.push_curve import PushCurve, told
 from dem.resuming import RunStatus, digests, part_file
+from dem.run import Progress
 from dem.settings import PushSettings
-from dem.structure import BlockStructure
+from dem.structure import DrivenStructure
 from dem.zones.structure import ZonedStructure
 from limitmason.deformable.levels import ZONED
 from limitmason.display.progress import reached, watched
@@ -77,7 +79,7 @@ def push(
     speeds differ where it does not.
     """
     chosen, path = (settings or PushSettings()).with_options(options), turning_points(to)
-    made = ZonedStructure if chosen.blocks == ZONED else BlockStructure
+    made: type[DrivenStructure] = ZonedStructure if chosen.blocks == ZONED else BlockStructure
     structure = made(assembly, drive, loads, chosen)
     same = dict(structure.same) | digests(
         drive=(structure.unit.tolist(), structure.held.tolist(), chosen.calm or drive.calm), to=path,
@@ -107,7 +109,7 @@ def push(
     return curves[0] if len(curves) == 1 else curves[1].beside(curves[0])
 
 
-def _refuse_hopeless(structure: BlockStructure | ZonedStructure, steps: int, longest: float) -> None:
+def _refuse_hopeless(structure: DrivenStructure, steps: int, longest: float) -> None:
     """Refuse a push whose predicted time is beyond the longest; steps that somebody chose are 0 here.
 
     Raises

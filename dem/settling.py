@@ -1,12 +1,8 @@
 """Own weight that comes to rest before a structure is driven: at once, or on joints that lose nothing first."""
 
-from collections.abc import Mapping
-from dataclasses import replace
-from pathlib import Path
-
 from dem.history import History
 from dem.kernels import LAW
-from dem.resuming import RunStatus, check_same
+from dem.resuming import RunStatus
 from dem.simulate import simulate
 from dem.state import State, UnsettledError, UnstableError
 from limitmason.model import Assembly, Loads
@@ -17,30 +13,21 @@ BEYOND = 1e30
 
 
 def settled(
-    assembly: Assembly, state: State, stage: Settle, loads: Loads, *, sound: bool, file: Path | None,
-    same: Mapping[str, str],
-) -> History:  # fmt: skip
-    """Run that ends at rest under dead loads, from a file where there is one.
+    assembly: Assembly, state: State, stage: Settle, loads: Loads, *, sound: bool
+) -> History:
+    """Run that ends at rest under dead loads.
 
     Parameters
     ----------
     sound : where joints break on the way, settle once more on joints that lose nothing, and then on joints as they are
-    file : to read it from, or to keep it in
-    same : what a file must have in common with this run, see :func:`dem.resuming.check_same`
 
     Raises
     ------
     UnsettledError, UnstableError
         Where it does not come to rest, or flies apart.
-    InputError
-        For a file of another run.
     KeyboardInterrupt
         Where the keyboard stopped it: what is not at rest is not kept.
     """
-    if file is not None and file.exists():
-        history = History.load(file, assembly)
-        check_same(file, history.same, same)
-        return history
     try:
         history = simulate(assembly, stage, loads=loads, start=state)
     except UnstableError as error:
@@ -57,10 +44,7 @@ def settled(
         at_rest = _rested(simulate(assembly, stage, loads=loads, start=whole)).state
         weaken(at_rest, state)
         history = simulate(assembly, stage, loads=loads, start=at_rest)
-    history = replace(_rested(history), same=dict(same))
-    if file is not None:
-        history.save(file)
-    return history
+    return _rested(history)
 
 
 def _broken(history: History) -> bool:

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.driving import Progress, go
 from dem.history import History
 from dem.loading import check_base_motions, check_gentle, prescribed
 from dem.recording import Recorder
 from dem.resuming import RunStatus, check_continues, check_same_stages, spelled
+from dem.run import Progress, go
 from dem.settings import StateOptions, given
 from dem.stage_run import StageRun
-from dem.state import State, UnstableError, make_state
+from dem.state import State, make_state
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Stage
@@ -75,12 +75,32 @@ def simulate(
     InputError
         For stages that the mode does not allow, what does not fit ``start``, and what :func:`dem.make_state` refuses.
     """
+    run = prepared(
+        assembly, stages, loads=loads, damping=damping, sample=sample, start=start, factors=factors,
+        detect_every=detect_every, **model,
+    )  # fmt: skip
+    status = go(run, progress=progress, checkpoint=checkpoint, checkpoint_every=checkpoint_every)
+    return run.rec.history(status)
+
+
+def prepared(
+    assembly: Assembly,
+    stages: Stage | Sequence[Stage],
+    *,
+    loads: Loads | None = None,
+    damping: Damping | None = None,
+    sample: int = 200,
+    start: History | State | None = None,
+    factors: Sequence[float] | None = None,
+    detect_every: int | None = 50,
+    **model: Unpack[StateOptions],
+) -> StageRun:
+    """Run that stands before its first step; arguments and errors as for :func:`simulate`."""
     todo, chosen = [stages] if isinstance(stages, Stage) else list(stages), given(model, StateOptions, "simulate")
     notes = check_base_motions(todo)
-    if sample < 1 or checkpoint_every < 1 or (detect_every is not None and detect_every < 1):
+    if sample < 1 or (detect_every is not None and detect_every < 1):
         raise InputError(
-            f"sample, checkpoint_every and detect_every must be at least 1, got {sample}, {checkpoint_every} and "
-            f"{detect_every}"
+            f"sample and detect_every must be at least 1, got {sample} and {detect_every}"
         )
     if start is None:
         loads = loads if loads is not None else Loads.weight(assembly)
@@ -105,9 +125,7 @@ def simulate(
     recorder.notes += notes
     recorder.settings = (sample, damping, tuple(spelled(s) for s in todo))
     recorder.same = start.same if isinstance(start, History) else {}
-    return _history(
-        StageRun(recorder, None), progress=progress, checkpoint=checkpoint, checkpoint_every=checkpoint_every
-    )
+    return StageRun(recorder, None)
 
 
 def resume(
@@ -133,10 +151,16 @@ def resume(
     InputError
         When the run was over, for other stages (named), and for an assembly whose joints have changed.
     """
-    todo = [stages] if isinstance(stages, Stage) else list(stages)
-    at = history.position
-    if at is None:
+    if history.position is None:
         raise InputError(f"the run is over ({history.status}): give simulate(start=history) further stages")
+    run = taken_up(history, stages)
+    status = go(run, progress=progress, checkpoint=checkpoint, checkpoint_every=checkpoint_every)
+    return run.rec.history(status)
+
+
+def taken_up(history: History, stages: Stage | Sequence[Stage]) -> StageRun:
+    """Run that stands where a history does, see :func:`resume`; one that has ended stays so."""
+    todo = [stages] if isinstance(stages, Stage) else list(stages)
     sample, damping, before = history.settings[:3]
     check_same_stages(todo, before)
     state = history.state.copy()
@@ -145,17 +169,4 @@ def resume(
     recorder = Recorder(history.assembly, loads, state, todo, history.settings[3])
     recorder.settings = (sample, damping, before)
     recorder.take_up(history)
-    return _history(
-        StageRun(recorder, at), progress=progress, checkpoint=checkpoint, checkpoint_every=checkpoint_every
-    )
-
-
-def _history(run: StageRun, **options: Any) -> History:
-    """Go through the stages, with options of :func:`dem.driving.go`; what was recorded, also with an error."""
-    try:
-        status = go(run, **options)
-    except UnstableError as error:
-        run.rec.position = None
-        error.history = run.rec.history(RunStatus.UNSTABLE)
-        raise
-    return run.rec.history(status)
+    return StageRun(recorder, history.position, RunStatus(history.status) if history.position is None else None)

@@ -15,7 +15,7 @@ def point_motions(points: Points, joints: Joints, arm: Array, frame: Array, side
     Parameters
     ----------
     arm, frame : of the joints, in the axes of that block, shapes (joints, 3), (joints, 3, 3)
-    side : what its shapes do to the joints' faces, see :class:`dem.kernels.Modes`; None of rigid blocks
+    side : what its shapes do to the joints' faces, see :class:`dem.kernels.BlockModes`; None of rigid blocks
     """
     owner = owners(joints)
     axes = frame[owner]

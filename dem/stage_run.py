@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from dem.loading import SERVO_EVERY, servo_holds, stage_length
 from dem.recording import Recorder, Watch
 from dem.resuming import Position, RunStatus
 from dem.stability import block_stiffness
-from dem.state import DYNAMIC, State
+from dem.state import DYNAMIC, State, UnstableError
 from dem.stepping import displacement_since, restless, run
 from limitmason.errors import InputError
 from limitmason.model import Assembly
@@ -31,18 +32,20 @@ PATIENCE = 3000
 
 
 class StageRun:
-    """A run of rigid or strained blocks, see :class:`dem.driving.Run`.
+    """A run of rigid or strained blocks, see :class:`dem.run.Run`.
 
     Parameters
     ----------
     rec : with the stages, and the samples of a run that is taken up
     at : where it stood; None for one that begins
+    ended : how it has ended already; None for one that goes on
     """
 
-    def __init__(self, rec: Recorder, at: Position | None) -> None:
+    def __init__(self, rec: Recorder, at: Position | None, ended: RunStatus | None = None) -> None:
         self.rec, self.begun = rec, at
-        self.status = RunStatus.FINISHED if at is None else rec.status
-        self.pause = self.over = False
+        self.status = ended or (RunStatus.FINISHED if at is None else rec.status)
+        self.over = ended is not None
+        self.pause = False
 
     @property
     def samples(self) -> int:
@@ -59,12 +62,22 @@ class StageRun:
 
     def begin(self) -> None:
         """Stand ready for the first chunk."""
+        if self.over:
+            return
         if self.begun is None:
             self.rec.start()
         self._open(0 if self.begun is None else self.begun.stage, self.begun)
 
     def advance(self) -> Mapping[str, Any] | None:
         """A chunk of steps: to the next sample, which is returned, or to the next look at contacts, jacks or calm."""
+        try:
+            return self._advance()
+        except UnstableError as error:
+            self.rec.position = None
+            error.history = self.rec.history(RunStatus.UNSTABLE)
+            raise
+
+    def _advance(self) -> Mapping[str, Any] | None:
         if self.pause:
             self._open(self.at.stage + 1, None)
             if self.pause:
@@ -96,13 +109,18 @@ class StageRun:
 
     def finish(self) -> None:
         """Leave the last stage."""
-        self._close()
-        self.rec.position = None
+        if self.rec.position is not None:
+            self._close()
+            self.rec.position = None
 
-    def save(self, file: Any) -> None:
-        """Write a file from which the run goes on to the same bits."""
+    def note(self, text: str) -> None:
+        """Keep what a reader must know of it."""
+        self.rec.notes.append(text)
+
+    def save(self, file: str | Path, status: RunStatus = RunStatus.INTERRUPTED) -> None:
+        """Write a file from which the run goes on to the same bits, or that says how it has ended."""
         self.rec.status = self.status
-        self.rec.history(RunStatus.INTERRUPTED).save(file)
+        self.rec.history(status).save(file)
 
     def _open(self, number: int, at: Position | None) -> None:
         """Begin a stage, or go on in it; one without length pauses at once."""

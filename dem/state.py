@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from dem import kernels
 from dem.deformation import (
     BlockStress,
-    Deformation,
     Start,
+    StrainShapes,
     block_stresses,
     coupled_of,
     fastest_of,
@@ -23,7 +23,7 @@ from dem.deformation import (
     plane_of,
 )
 from dem.joints import Grid, JointOptions, make_joints, make_points
-from dem.kernels import Bodies, Joints, Modes, Points, Ties
+from dem.kernels import BlockModes, Joints, Points, RigidBodies, Ties
 from dem.kernels.deformed import PLANE_MODES, SPACE_MODES
 from dem.stability import block_stiffness, owners, scaled_masses, stable_step
 from dem.ties import NO_TIES, make_ties, pulls, stored_energy
@@ -93,7 +93,7 @@ class State:
 
     points: Points
     joints: Joints
-    bodies: Bodies
+    bodies: RigidBodies
     interface: NDArray[np.int64]
     total: Array
     time: float
@@ -110,8 +110,8 @@ class State:
     ends: Array
     outside: NDArray[np.bool_]
     warnings: tuple[str, ...] = field(default_factory=tuple)
-    modes: Modes | None = None
-    deformation: Deformation | None = None
+    modes: BlockModes | None = None
+    deformation: StrainShapes | None = None
     ties: Ties = field(default_factory=lambda: NO_TIES)
 
     @property
@@ -175,13 +175,13 @@ class State:
         plain = {name: take(name) for name in _PLAIN}
         modes = deformation = None
         if "modes.value" in file:
-            modes = group(Modes, "modes")
+            modes = group(BlockModes, "modes")
             plane = bool(take("deformation.normal").any())
             _check_widths(path, modes, len(plain["contact"]), PLANE_MODES if plane else SPACE_MODES)
-            shapes = {f.name: take(f"deformation.{f.name}") for f in fields(Deformation)}
-            deformation = Deformation(**shapes | {"state": str(shapes["state"])})
+            shapes = {f.name: take(f"deformation.{f.name}") for f in fields(StrainShapes)}
+            deformation = StrainShapes(**shapes | {"state": str(shapes["state"])})
         return cls(
-            group(Points, "points"), group(Joints, "joints"), group(Bodies, "bodies"), ties=group(Ties, "ties"),
+            group(Points, "points"), group(Joints, "joints"), group(RigidBodies, "bodies"), ties=group(Ties, "ties"),
             model=model,
             time=float(clock[0]), dt=float(clock[1]), mode=str(take("mode")),
             warnings=tuple(str(w) for w in take("warnings")), modes=modes, deformation=deformation,
@@ -216,7 +216,7 @@ class State:
             self.modes.rate[:] = 0.0
         self.total[kernels.E_KINETIC] = 0.0
 
-    def measured(self, assembly: Assembly) -> Measured:
+    def measured(self, assembly: Assembly) -> PointForces:
         """Contact forces in the present position; changes nothing."""
         m = len(self.points.s)
         position, force = np.empty((m, 3)), np.empty((m, 3))
@@ -228,7 +228,7 @@ class State:
         position += assembly.centroids[self.joints.block_b[owner]]
         if len(self.ties.block_a):
             energy += stored_energy(self.ties, self.bodies)
-        return Measured(owner, position, force, opening, slip, float(energy))
+        return PointForces(owner, position, force, opening, slip, float(energy))
 
     @property
     def stresses(self) -> BlockStress:
@@ -262,7 +262,7 @@ class State:
 
 
 @dataclass(frozen=True)
-class Measured:
+class PointForces:
     """Contact points now: joint of each, places [m], forces on block b [N], opening [m], slip [m], elastic energy."""
 
     owner: NDArray[np.intp]
@@ -273,7 +273,7 @@ class Measured:
     elastic_energy: float
 
 
-def _check_widths(path: object, modes: Modes, joints: int, shapes: int) -> None:
+def _check_widths(path: object, modes: BlockModes, joints: int, shapes: int) -> None:
     """Refuse simply deformable blocks whose arrays are not as wide as kernels read them, which look at no width."""
     for name, array in modes._asdict().items():
         wanted = (joints, shapes, 6) if name.startswith("side") else (len(modes.value), shapes)
@@ -296,12 +296,12 @@ def _real_masses(assembly: Assembly) -> tuple[Array, Array]:
     return mass, inertia
 
 
-def _at_rest(mass: Array, inertia: Array, held: NDArray[np.bool_]) -> Bodies:
+def _at_rest(mass: Array, inertia: Array, held: NDArray[np.bool_]) -> RigidBodies:
     """Bodies in their reference position."""
     n = len(mass)
     zero, quat = np.zeros((n, 3)), np.zeros((n, 4))
     quat[:, 0] = 1.0
-    return Bodies(
+    return RigidBodies(
         zero, quat, np.zeros((n, 3, 3)), zero.copy(), zero.copy(), zero.copy(), mass, 1.0 / mass,
         np.ascontiguousarray(np.linalg.inv(inertia)), held, np.zeros((n, 6)), np.zeros((n, 6)),
     )  # fmt: skip
@@ -381,8 +381,8 @@ def make_state(
     start = Start.of(assembly, stress, plane) if blocks == SIMPLY_DEFORMABLE else None
     if start is not None and (rigid := int(free.sum()) - len(start.stiffness)):
         warnings = (*warnings, f"{rigid} of {int(free.sum())} free blocks have no material and stay rigid")
-    deformation: Deformation | None = None
-    modes: Modes | None = None
+    deformation: StrainShapes | None = None
+    modes: BlockModes | None = None
     if mode == QUASI_STATIC:
         dt = 1.0 if dt is None else dt
         mass, inertia = scaled_masses(stiffness, dt, safety)

@@ -163,11 +163,12 @@ def run(
     drifts = bool(state.total[kernels.E_KINETIC] < CALM * _stored(state)[0]) if damping.combined else None
     if drives is None or speeds is None:
         drives, speeds = np.zeros((0,) + cases.shape[1:]), np.zeros((steps, 0))
+    acting = kernels.Acting(*(np.ascontiguousarray(v, dtype=float) for v in (cases, factors, drives, speeds)))
+    scheme = kernels.Scheme(
+        float(state.dt), state.mode == DYNAMIC, float(damping.local), float(damping.adaptive), damping.kinetic
+    )
     kernels.advance(
-        state.points, state.joints, state.bodies, state.total, np.ascontiguousarray(cases, dtype=float),
-        np.ascontiguousarray(factors, dtype=float), np.ascontiguousarray(drives, dtype=float),
-        np.ascontiguousarray(speeds, dtype=float), state.dt, damping.local, damping.adaptive, damping.kinetic,
-        state.mode == DYNAMIC, drifts, state.modes, state.space,
+        state.points, state.joints, state.bodies, state.total, acting, scheme, drifts, state.modes, state.space,
         state.ties if len(state.ties.block_a) else None,
     )  # fmt: skip
     state.time += steps * state.dt

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.kernels import Bodies, Ties
+from dem.kernels import RigidBodies, Ties
 from limitmason.mechanics.tie_springs import NO_TIES as NO_SPRINGS
 from limitmason.mechanics.tie_springs import TieSprings, stretched, tension, tie_springs
 from limitmason.model import Assembly
@@ -29,17 +29,17 @@ def springs(ties: Ties) -> TieSprings:
     return TieSprings(*(getattr(ties, name) for name in TieSprings._fields))
 
 
-def elongation(ties: Ties, bodies: Bodies) -> Array:
+def elongation(ties: Ties, bodies: RigidBodies) -> Array:
     """Elongation of every tie in the present position [m], shape (t,)."""
     return stretched(springs(ties), bodies.shift, bodies.rot).elongation
 
 
-def pulls(ties: Ties, bodies: Bodies) -> Array:
+def pulls(ties: Ties, bodies: RigidBodies) -> Array:
     """Tension of every tie in the present position [N], shape (t,); nothing yields."""
     return tension(springs(ties), elongation(ties, bodies), ties.plastic)[0]
 
 
-def stored_energy(ties: Ties, bodies: Bodies) -> float:
+def stored_energy(ties: Ties, bodies: RigidBodies) -> float:
     """Energy that the ties would give back in the present position [J]."""
     longer = np.maximum(elongation(ties, bodies) - ties.plastic, 0.0)
     # at its strength a tie is a constant force: it gives back what it took until the next step lets it yield

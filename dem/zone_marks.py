@@ -31,7 +31,7 @@ class BlockMesh(Protocol):
     ----------
     place : nodes in the reference position [m], x and z, shape (n, 2), or all three, shape (n, 3)
     block : of every node, shape (n,)
-    zones : nodes of every zone, counter-clockwise, shape (e, 4), or as in :mod:`dem.zones.hexahedron`, shape (e, 8)
+    zones : nodes of every zone, counter-clockwise, shape (e, 4), or as in :mod:`dem.zones.element`, shape (e, 8)
     zone_block : shape (e,)
     rigid : blocks without zones, shape (b,)
     size : largest zone edge [m]

@@ -63,7 +63,7 @@ LAW = LawRow(*range(len(LawRow._fields)))
 """Column of every entry."""
 
 
-class Bodies(NamedTuple):
+class RigidBodies(NamedTuple):
     """Blocks: state of motion, inverse inertia, held degrees of freedom, and the wrenches of the last step."""
 
     shift: Array  # displacement of the centroid [m], (n, 3)
@@ -78,6 +78,35 @@ class Bodies(NamedTuple):
     held: NDArray[np.bool_]  # (n, 6)
     contact: Array  # wrench of the joints about the centroid in the last step [N, N m], (n, 6)
     net: Array  # contact plus applied wrench, without damping, (n, 6)
+
+
+class Acting(NamedTuple):
+    """What acts on the blocks during some steps: load cases, prescribed twists and their factors in every step."""
+
+    cases: Array  # wrench per load case and block [N, N m], (c, n, 6)
+    factors: Array  # of the cases, (steps, c)
+    drives: Array  # twist per drive and block for the held degrees of freedom, (d, n, 6)
+    speeds: Array  # factors of the drives, (steps, d)
+
+
+class Scheme(NamedTuple):
+    """How blocks are stepped, and their artificial damping."""
+
+    dt: float  # [s]
+    true_inertia: bool  # angular momentum stays exact in free flight: spin of second order at the half step
+    local: float  # Cundall's local damping, see ``braking.brake_of``, 0 for none
+    adaptive: float  # wanted power of global damping over the rate of change of kinetic energy, 0 for none
+    kinetic_stop: bool  # all free velocities become zero whenever the kinetic energy has passed a peak
+
+
+class BlockStep(NamedTuple):
+    """One step of central differences with global damping: v' = (v keep + F kick / m) lag."""
+
+    dt: float  # [s]
+    kick: float  # time over which forces act [s]: half a step after a stop
+    viscosity: float  # of the global damping [1/s]
+    keep: float
+    lag: float
 
 
 class Ties(NamedTuple):
@@ -100,7 +129,7 @@ E_KINETIC, E_VISCOSITY, E_STEPS, E_STOP, E_FRACTURE = 5, 6, 7, 8, 9
 E_SIZE = 10
 
 
-class Modes(NamedTuple):
+class BlockModes(NamedTuple):
     """Deformation of blocks: coordinates of their shapes, and what every shape does to a joint's two sides.
 
     A side has six numbers a shape, displacement and rotation of the face about the joint's origin along t1, t2 and n.

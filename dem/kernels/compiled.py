@@ -40,6 +40,19 @@ def content(folder: Path, others: Iterable[Path] = ()) -> str:
 SOURCES = content(Path(__file__).parent, [Path(inspect.getfile(term)) for term in ADDED.values()])
 
 
+def _kept_or_none(load: Callable[[], dict[Any, Any]]) -> Callable[[], dict[Any, Any]]:
+    """Reader of what is kept of a function that finds nothing where a class of its arguments is no more."""
+
+    def kept() -> dict[Any, Any]:
+        try:
+            return load()
+        except (AttributeError, ImportError):
+            # numba reads the types of the arguments before it looks at the stamp
+            return {}
+
+    return kept
+
+
 def kernel(
     *, fast: bool = True, counted: bool = False, kept: bool = True, **options: Any
 ) -> Callable[[Callable[..., Any]], Any]:
@@ -52,7 +65,9 @@ def kernel(
         and where one function hands a dozen arrays to the next, per joint, they took two thirds of a modal step
     kept : on disk; not what is part of its callers and has no file of this package
     options : of ``numba.njit``: ``forceinline`` for what must be part of its caller, so that the same bits come out of
-        a process that compiles and of one that loads; ``inline="always"`` for what returns many numbers in registers
+        a process that compiles and of one that loads; ``inline="always"`` for what returns many numbers in registers,
+        and for a part of a long function: compiled by itself, its sums would be reordered without those around it, and
+        brittle runs end elsewhere
 
     Notes
     -----
@@ -67,8 +82,9 @@ def kernel(
         dispatcher = njit(cache=kept, error_model="numpy", nogil=True, fastmath=math, **options)(function)
         cache = getattr(dispatcher, "_cache", None)  # none where NUMBA_DISABLE_JIT leaves the function as it is
         index = getattr(cache, "_cache_file", None)
-        if index is not None and hasattr(index, "_source_stamp"):
+        if index is not None and hasattr(index, "_source_stamp") and hasattr(index, "_load_index"):
             index._source_stamp = (index._source_stamp, SOURCES)
+            index._load_index = _kept_or_none(index._load_index)
         elif cache is not None and kept:
             cache.disable()
         return dispatcher

@@ -11,10 +11,10 @@ another d and G. What its forces do to a shape is c . sum f + w . sum X x f.
 
 import numpy as np
 
-from dem.kernels.arrays import LAW, Array, Bodies, Joints, Modes, Points
-from dem.kernels.braking import against_change
+from dem.kernels.arrays import LAW, Array, BlockModes, BlockStep, Joints, Points, RigidBodies
+from dem.kernels.braking import brake_of
 from dem.kernels.compiled import kernel
-from dem.kernels.kinematics import third_axis
+from dem.kernels.kinematics import Axes, third_axis
 from dem.kernels.law import Numbers
 from dem.kernels.sums import joint_sums
 
@@ -92,8 +92,8 @@ def load_shapes(
 
 @kernel(forceinline=True)
 def strained_sums(
-    j: int, points: Points, joints: Joints, bodies: Bodies, modes: Modes, space: bool | None,
-    axes: tuple[Numbers, Numbers, Numbers], d: Numbers, g: Numbers, ra: Numbers, rb: Numbers, dt: float,
+    j: int, points: Points, joints: Joints, bodies: RigidBodies, modes: BlockModes, space: bool | None,
+    axes: Axes, d: Numbers, g: Numbers, ra: Numbers, rb: Numbers, dt: float,
 ) -> Numbers:  # fmt: skip
     """Forces, moments and losses of joint j, added to the shapes of its blocks too; ``space`` is None in a plane."""
     a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
@@ -108,7 +108,7 @@ def strained_sums(
     e, z = less(v, u), third_axis(g)
     f1, f2, f3, s1, s2, s3, t1, t2, t3, u1, u2, u3, work, lost, broken = joint_sums(
         j, points, joints, bodies, axes, (d[0] + e[0], d[1] + e[1], d[2] + e[2]),
-        (g[0] + e[3], g[1] + e[4], g[2] + e[5], g[3] + e[6], g[4] + e[7], g[5] + e[8]), z, ra, rb, rates, dt, True,
+        (g[0] + e[3], g[1] + e[4], g[2] + e[5], g[3] + e[6], g[4] + e[7], g[5] + e[8]), z, (ra, rb), rates, dt, True,
     )  # fmt: skip
     load_shapes(modes.contact, a, modes.side_a, j, -1.0, (f1, f2, f3), (s1, s2, s3), (t1, t2, t3), space)
     load_shapes(
@@ -127,24 +127,19 @@ def strained_sums(
 
 
 @kernel(forceinline=True)
-def _move_modes(
-    modes: Modes, dt: float, kick: float, local: float, drifts: bool | None, viscosity: float, keep: float,
-    lag: float,
-) -> tuple[float, float]:  # fmt: skip
+def move_modes(modes: BlockModes, step: BlockStep, local: float, drifts: bool | None) -> tuple[float, float]:
     """A step of the modal coordinates; returns kinetic energy and what damping took [J]."""
     value, rate, net = modes.value, modes.rate, modes.net
+    dt, kick, viscosity, keep, lag = step
     kinetic = damping = 0.0
     for i in range(value.shape[0]):
         for k in range(value.shape[1]):
             if modes.inv_mass[i, k] == 0.0:
                 continue
             f = modes.contact[i, k] - modes.stiffness[i, k] * value[i, k]
-            past = net[i, k]
-            net[i, k] = f
             v = float(rate[i, k])
-            brake = local * abs(f) * ((v > 0.0) - (v < 0.0))
-            if drifts is not None and drifts:
-                brake = against_change(local, f, f - past, brake)
+            brake = brake_of(local, drifts, f, net[i, k], v)
+            net[i, k] = f
             new = (v * keep + (f - brake) * modes.inv_mass[i, k] * kick) * lag
             damping += brake * 0.5 * (v + new) * dt
             damping += viscosity * modes.mass[i, k] * (0.5 * (v + new)) ** 2 * dt
@@ -156,7 +151,7 @@ def _move_modes(
 
 @kernel(fast=False)
 def deformation_at(
-    j: int, joints: Joints, modes: Modes, space: bool | None, g: Numbers, x: float, y: float
+    j: int, joints: Joints, modes: BlockModes, space: bool | None, g: Numbers, x: float, y: float
 ) -> Numbers:
     """Relative displacement by deformation at (x, y) of joint j, and a's own part of it, joint axes (3), (3)."""
     u = slopes(face_motion(modes.side_a, j, modes.value, joints.block_a[j], space))

@@ -2,18 +2,27 @@
 
 import numpy as np
 
-from dem.kernels.arrays import E_FRACTURE, E_FRICTION, E_SIZE, E_VISCOUS, LAW, Array
+from dem.kernels.arrays import (
+    E_FRACTURE,
+    E_FRICTION,
+    E_SIZE,
+    E_VISCOUS,
+    LAW,
+    Array,
+    BlockModes,
+    Joints,
+    Points,
+    RigidBodies,
+)
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed import strained_sums
-from dem.kernels.kinematics import _cross, _crossing, _dot, _kinematics, third_axis
-from dem.kernels.law import Peak, return_map
+from dem.kernels.kinematics import Axes, cross, crossing, dot, kinematics, third_axis
+from dem.kernels.law import Numbers, Peak, return_map
 from dem.kernels.sums import joint_sums
-
-Numbers = tuple[float, ...]
 
 
 @kernel(fast=False)
-def _crossing_forces(points, joints, bodies, dt, total):
+def _crossing_forces(points: Points, joints: Joints, bodies: RigidBodies, dt: float, total: Array) -> None:
     """Add the forces of all crossing edges; a call from the loop of :func:`_joint_forces` would slow that by half.
 
     Their law has no cohesion, tension or dilation, and no added terms: what slips there is not counted.
@@ -24,27 +33,27 @@ def _crossing_forces(points, joints, bodies, dt, total):
         if law[j, LAW.cross] == 0.0:
             continue
         a, b, k = joints.block_a[j], joints.block_b[j], joints.start[j]
-        (t1, t2, n), distance, ra, rb = _crossing(j, joints, bodies)
+        (t1, t2, n), distance, ra, rb = crossing(j, joints, bodies)
         mu = law[j, LAW.tan_phi] + points.damage[k] * (law[j, LAW.rest_tan_phi] - law[j, LAW.tan_phi])
         w, old = distance + points.gap[k], points.lift[k]
         if not w < old:
             points.slip_1[k] = points.slip_2[k] = 0.0
             continue
-        wa, wb = _cross((spin[a, 0], spin[a, 1], spin[a, 2]), ra), _cross((spin[b, 0], spin[b, 1], spin[b, 2]), rb)
+        wa, wb = cross((spin[a, 0], spin[a, 1], spin[a, 2]), ra), cross((spin[b, 0], spin[b, 1], spin[b, 2]), rb)
         va = (vel[a, 0] + wa[0], vel[a, 1] + wa[1], vel[a, 2] + wa[2])
         vb = (vel[b, 0] + wb[0], vel[b, 1] + wb[1], vel[b, 2] + wb[2])
-        r1, r2, r3 = _dot(vb, t1) - _dot(va, t1), _dot(vb, t2) - _dot(va, t2), _dot(vb, n) - _dot(va, n)
+        r1, r2, r3 = dot(vb, t1) - dot(va, t1), dot(vb, t2) - dot(va, t2), dot(vb, n) - dot(va, n)
         # the point moves along both edges, so that its shear displacement is summed: all of it is in the slip
         peak = Peak(law[j, LAW.kn], law[j, LAW.ks], mu, 0.0, 0.0, 0.0, law[j, LAW.crushing], 0.0, None)
-        brake = law[j, LAW.dash] if dt > 0.0 else 0.0, r1, r2, r3, per_dt
+        dashpot = law[j, LAW.dash] if dt > 0.0 else 0.0, r1, r2, r3, per_dt
         a1, a2 = points.slip_1[k] - dt * r1, points.slip_2[k] - dt * r2
         q1, q2, q3, points.slip_1[k], points.slip_2[k], points.lift[k], _, rubbed, raised, braked, _ = return_map(
-            w, 0.0, 0.0, a1, a2, old, 0.0, peak, None, brake, True
+            w, 0.0, 0.0, a1, a2, old, 0.0, peak, None, dashpot, True
         )
         da = points.area[k]
         q = (q1 * da, q2 * da, q3 * da)
-        f = _dot((t1[0], t2[0], n[0]), q), _dot((t1[1], t2[1], n[1]), q), _dot((t1[2], t2[2], n[2]), q)
-        ma, mb = _cross(ra, f), _cross(rb, f)
+        f = dot((t1[0], t2[0], n[0]), q), dot((t1[1], t2[1], n[1]), q), dot((t1[2], t2[2], n[2]), q)
+        ma, mb = cross(ra, f), cross(rb, f)
         for i in range(3):
             contact[a, i] -= f[i]
             contact[a, 3 + i] -= ma[i]
@@ -56,7 +65,7 @@ def _crossing_forces(points, joints, bodies, dt, total):
 
 @kernel(inline="always")
 def add_wrench(
-    contact: Array, a: int, b: int, axes: tuple[Numbers, Numbers, Numbers], out: Numbers, ra: Numbers, rb: Numbers
+    contact: Array, a: int, b: int, axes: Axes, out: Numbers, ra: Numbers, rb: Numbers
 ) -> None:
     """Add the force and moment of a joint, ``out`` in its axes, to block b and their opposites to block a."""
     f0 = axes[0][0] * out[0] + axes[1][0] * out[1] + axes[2][0] * out[2]
@@ -80,7 +89,10 @@ def add_wrench(
 
 
 @kernel(forceinline=True)
-def _joint_forces(points, joints, bodies, dt, total, modes=None, space=None):
+def _joint_forces(
+    points: Points, joints: Joints, bodies: RigidBodies, dt: float, total: Array, modes: BlockModes | None = None,
+    space: bool | None = None,
+) -> None:  # fmt: skip
     """Fill ``bodies.contact`` and ``modes.contact`` from all joints and update the plastic state of their points.
 
     ``modes`` is None where all blocks are rigid, ``space`` where they strain in a plane: the compiler then leaves out
@@ -95,9 +107,9 @@ def _joint_forces(points, joints, bodies, dt, total, modes=None, space=None):
         if law[j, LAW.cross] != 0.0:
             continue
         a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
-        axes, d, g, ra, rb = _kinematics(j, joints, bodies)
+        axes, d, g, ra, rb = kinematics(j, joints, bodies)
         if modes is None:
-            out = joint_sums(j, points, joints, bodies, axes, d, g, third_axis(g), ra, rb, None, dt, None)
+            out = joint_sums(j, points, joints, bodies, axes, d, g, third_axis(g), (ra, rb), None, dt, None)
         else:
             out = strained_sums(j, points, joints, bodies, modes, space, axes, d, g, ra, rb, dt)
         friction += out[6]
@@ -110,7 +122,7 @@ def _joint_forces(points, joints, bodies, dt, total, modes=None, space=None):
 
 
 @kernel(counted=True)
-def contact_wrenches(points, joints, bodies):
+def contact_wrenches(points: Points, joints: Joints, bodies: RigidBodies) -> None:
     """Wrench of the joints on every block in the present position, shape (n, 6), written to ``bodies.contact``."""
     _joint_forces(points, joints, bodies, 0.0, np.zeros(E_SIZE))
     _crossing_forces(points, joints, bodies, 0.0, np.zeros(E_SIZE))

@@ -2,14 +2,15 @@
 
 import numpy as np
 
-from dem.kernels.arrays import Bodies, Joints
+from dem.kernels.arrays import Array, Joints, RigidBodies
 from dem.kernels.compiled import kernel
 
 Numbers = tuple[float, ...]
+Axes = tuple[Numbers, Numbers, Numbers]
 
 
 @kernel(inline="always")
-def _kinematics(j, joints, bodies):
+def kinematics(j: int, joints: Joints, bodies: RigidBodies) -> tuple[Axes, Numbers, Numbers, Numbers, Numbers]:
     """Frame of joint j in global axes (rows), relative displacement d of its origin, G = R_rel - I, and both arms.
 
     Returns tuples, inlined so that they stay in registers: the frame's rows t1, t2, n; d (3) in the frame;
@@ -78,7 +79,7 @@ def third_axis(g: Numbers) -> Numbers:
 
 
 @kernel(fast=False)
-def _turn_row(rot, i, x, y, z):
+def turn_row(rot: Array, i: int, x: float, y: float, z: float) -> Numbers:
     """(I + rot[i]) (x, y, z)."""
     return (
         x + rot[i, 0, 0] * x + rot[i, 0, 1] * y + rot[i, 0, 2] * z,
@@ -88,17 +89,19 @@ def _turn_row(rot, i, x, y, z):
 
 
 @kernel(fast=False)
-def _cross(u, v):
+def cross(u: Numbers, v: Numbers) -> Numbers:
+    """Vector product."""
     return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
 
 
 @kernel(fast=False)
-def _dot(u, v):
+def dot(u: Numbers, v: Numbers) -> float:
+    """Scalar product."""
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
 
 
 @kernel(fast=False)
-def _crossing(j, joints, bodies):
+def crossing(j: int, joints: Joints, bodies: RigidBodies) -> tuple[Axes, float, Numbers, Numbers]:
     """Where the edges of joint j pass each other now: axes (t1 along a's edge, t2, n), distance along n, both arms.
 
     n is the cross product of the edges as they lie now: the normal force is the gradient of an energy of the distance,
@@ -106,10 +109,10 @@ def _crossing(j, joints, bodies):
     """
     a, b = joints.block_a[j], joints.block_b[j]
     rot, ca, cb, frame, edge = bodies.rot, joints.arm_a, joints.arm_b, joints.frame, joints.edge
-    ea = _turn_row(rot, a, frame[j, 0, 0], frame[j, 0, 1], frame[j, 0, 2])
-    eb = _turn_row(rot, b, edge[j, 0], edge[j, 1], edge[j, 2])
-    pa = _turn_row(rot, a, ca[j, 0], ca[j, 1], ca[j, 2])
-    pb = _turn_row(rot, b, cb[j, 0], cb[j, 1], cb[j, 2])
+    ea = turn_row(rot, a, frame[j, 0, 0], frame[j, 0, 1], frame[j, 0, 2])
+    eb = turn_row(rot, b, edge[j, 0], edge[j, 1], edge[j, 2])
+    pa = turn_row(rot, a, ca[j, 0], ca[j, 1], ca[j, 2])
+    pb = turn_row(rot, b, cb[j, 0], cb[j, 1], cb[j, 2])
     shift, offset = bodies.shift, joints.offset
     # from a's point to b's: the arms in the reference position are in the offset
     d = (
@@ -117,20 +120,20 @@ def _crossing(j, joints, bodies):
         offset[j, 1] + shift[b, 1] - shift[a, 1] + (pb[1] - cb[j, 1]) - (pa[1] - ca[j, 1]),
         offset[j, 2] + shift[b, 2] - shift[a, 2] + (pb[2] - cb[j, 2]) - (pa[2] - ca[j, 2]),
     )
-    m = _cross(ea, eb)
-    size = np.sqrt(_dot(m, m))
+    m = cross(ea, eb)
+    size = np.sqrt(dot(m, m))
     if size < 1e-9:
         return (ea, ea, ea), np.inf, pa, pb
     n = (m[0] / size, m[1] / size, m[2] / size)
-    far = _dot(_cross(d, ea), n) / size
+    far = dot(cross(d, ea), n) / size
     rb = (pb[0] + far * eb[0], pb[1] + far * eb[1], pb[2] + far * eb[2])
     ra = (pa[0] + d[0] + far * eb[0], pa[1] + d[1] + far * eb[1], pa[2] + d[2] + far * eb[2])
-    return (ea, _cross(n, ea), n), _dot(n, d), ra, rb
+    return (ea, cross(n, ea), n), dot(n, d), ra, rb
 
 
 @kernel(forceinline=True)
 def relative_motion(
-    j: int, joints: Joints, bodies: Bodies, axes: tuple[Numbers, Numbers, Numbers], ra: Numbers, rb: Numbers
+    j: int, joints: Joints, bodies: RigidBodies, axes: Axes, ra: Numbers, rb: Numbers
 ) -> Numbers:
     """Velocity of block b's joint origin against block a's (3), and of its rotation (3), joint axes."""
     a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])

@@ -7,8 +7,9 @@ that slides back closes by as much: w_p = tan(psi) min(|plastic slip|, dilatant 
 analysis demands, opening >= tan(psi) slip. A point goes from its peak to its residual values as its damage goes from 0
 to 1.
 
-Whatever has contact points calls :func:`return_map` at each: ``brake`` and ``fall`` are None where nothing brakes or
-softens and ``lifts`` is a constant of the call, so that what a law does not have is not compiled into its loop.
+Whatever has contact points calls :func:`return_map` at each: ``dashpot`` and ``softening`` are None where a joint has
+none and ``dilates`` is a constant of the call, so that what a law does not have is not compiled into its loop. The
+functions that it calls are part of it; they take its numbers and give back those that they change.
 """
 
 from typing import NamedTuple
@@ -37,7 +38,7 @@ class Peak(NamedTuple):
     added: Numbers | None
 
 
-class Fall(NamedTuple):
+class SofteningRow(NamedTuple):
     """What a joint gains from peak to residual, damage per opening and per slip [1/m], and how its tension unloads."""
 
     tan_phi: float
@@ -46,7 +47,7 @@ class Fall(NamedTuple):
     tension: float
     by_opening: float
     by_slip: float
-    reach: float  # where tension unloads to the origin, what opens it per damage [Pa]
+    secant: float  # where tension unloads to the origin, what opens it per damage [Pa]
 
 
 @kernel(forceinline=True)
@@ -68,25 +69,25 @@ def peak_of(law: Array, j: int) -> Peak:
 
 
 @kernel(forceinline=True)
-def fall_of(law: Array, j: int) -> Fall:
+def softening_of(law: Array, j: int) -> SofteningRow:
     """How joint j goes from its peak to its residual values."""
     # where the opening does no damage there is none to unload from
-    reach = law[j, LAW.secant] * law[j, LAW.kn] / max(law[j, LAW.by_opening], 1e-300)
-    return Fall(
+    secant = law[j, LAW.secant] * law[j, LAW.kn] / max(law[j, LAW.by_opening], 1e-300)
+    return SofteningRow(
         law[j, LAW.rest_tan_phi] - law[j, LAW.tan_phi], law[j, LAW.rest_tan_psi] - law[j, LAW.tan_psi],
         law[j, LAW.rest_cohesion] - law[j, LAW.cohesion], law[j, LAW.rest_tension] - law[j, LAW.tension],
-        law[j, LAW.by_opening], law[j, LAW.by_slip], reach,
+        law[j, LAW.by_opening], law[j, LAW.by_slip], secant,
     )  # fmt: skip
 
 
 @kernel(forceinline=True)
-def strength_of(peak: Peak, fall: Fall | None, damage: float, slip_1: float, slip_2: float) -> Numbers:
+def strength_of(peak: Peak, softening: SofteningRow | None, damage: float, slip_1: float, slip_2: float) -> Numbers:
     """tan(phi), tan(psi), c and ft of a point at a damage and plastic slip, added terms included."""
     mu, dil, c, ft = peak.tan_phi, peak.tan_psi, peak.cohesion, peak.tension
-    if fall is not None:
+    if softening is not None:
         mu, dil, c, ft = (
-            mu + damage * fall.tan_phi, dil + damage * fall.tan_psi, c + damage * fall.cohesion,
-            ft + damage * fall.tension,
+            mu + damage * softening.tan_phi, dil + damage * softening.tan_psi, c + damage * softening.cohesion,
+            ft + damage * softening.tension,
         )  # fmt: skip
     return with_added(peak.added, mu, dil, c, ft, slip_1, slip_2, damage)
 
@@ -109,15 +110,16 @@ def stored(pull: float, ft: float, reach: float, kn: float) -> float:
 
 @kernel(fast=False, forceinline=True)
 def stress(
-    w: float, e1: float, e2: float, slip_1: float, slip_2: float, lift: float, damage: float, peak: Peak, fall: Fall
-) -> Numbers:
+    w: float, e1: float, e2: float, slip_1: float, slip_2: float, lift: float, damage: float, peak: Peak,
+    softening: SofteningRow,
+) -> Numbers:  # fmt: skip
     """Stress (t1, t2, n) and elastic energy [J/m2] in a position; arguments as in :func:`return_map`.
 
     Changes nothing.
     """
     kn, ks = peak.kn, peak.ks
-    mu, _, c, ft = strength_of(peak, fall, damage, slip_1, slip_2)
-    reach = ft + damage * fall.reach
+    mu, _, c, ft = strength_of(peak, softening, damage, slip_1, slip_2)
+    reach = ft + damage * softening.secant
     n = min(tension(kn * (lift - w), ft, reach), kn * peak.crushing)
     a1, a2 = slip_1 - e1, slip_2 - e2
     trial = ks * np.sqrt(a1 * a1 + a2 * a2)
@@ -128,10 +130,54 @@ def stress(
     return t1, t2, n, 0.5 * (pressed * pressed / kn + (t1 * t1 + t2 * t2) / ks) + held
 
 
+@kernel(inline="always")
+def _weakened(
+    peak: Peak, softening: SofteningRow, slip_1: float, slip_2: float, damage: float, stretched: float, pressed: float,
+    sheared: float, stiffer: float,
+) -> Numbers:  # fmt: skip
+    """Damage at the end of a step, and the strength that it leaves: tan(phi), tan(psi), c, ft, and where ft unloads.
+
+    Parameters
+    ----------
+    stretched : pull of the elastic opening beyond the tensile strength [Pa]
+    pressed, sheared, stiffer : trial stresses [Pa], and the stiffness of a dashpot beside its spring over the spring's
+    """
+    # damage by opening beyond the tension cut-off (not cumulative), then by slip (cumulative): what has opened has less
+    # shear to lose
+    h = min(max(damage, softening.by_opening * stretched / peak.kn), 1.0)
+    mu, dil, c, ft = strength_of(peak, softening, h, slip_1, slip_2)
+    bears = c + mu * tension(pressed, ft, ft + h * softening.secant)
+    # beyond the apex there is no shear strength that slip could break: the least shear would do
+    beyond = max(sheared - bears, 0.0) / stiffer if bears >= 0.0 else 0.0
+    h = min(h + softening.by_slip * beyond * (1.0 / peak.ks), 1.0)
+    mu, dil, c, ft = strength_of(peak, softening, h, slip_1, slip_2)
+    return h, mu, dil, c, ft, ft + h * softening.secant
+
+
+@kernel(inline="always")
+def _released(
+    kn: float, ks: float, n0: float, spring: float, trial: float, old: Numbers, new: Numbers, grows: bool
+) -> float:  # fmt: skip
+    """Energy that damage releases at an opening and slip [J/m2]: stored under the strength before less under the new.
+
+    Parameters
+    ----------
+    n0, spring, trial : normal stress of the elastic opening and of its spring, shear stress of the elastic slip [Pa]
+    old, new : tan(phi), c, ft, and where ft unloads, before the step and after it
+    grows : whether damage does
+    """
+    pull = max(-n0, 0.0)
+    mu, c, ft, reach = old
+    bears = c + mu * tension(n0, ft, reach)
+    drop = min(trial, max(bears, 0.0)) - max(new[1] + new[0] * spring, 0.0)
+    drop = max(drop, 0.0) if grows else 0.0
+    return stored(pull, ft, reach, kn) - stored(pull, new[2], new[3], kn) + 0.5 * drop * drop * (1.0 / ks)
+
+
 @kernel(forceinline=True)
 def return_map(
     w: float, e1: float, e2: float, slip_1: float, slip_2: float, lift: float, damage: float,
-    peak: Peak, fall: Fall | None, brake: Numbers | None, lifts: bool,
+    peak: Peak, softening: SofteningRow | None, dashpot: Numbers | None, dilates: bool,
 ) -> Numbers:  # fmt: skip
     """Stress at a point at the end of a step, and its plastic state after it.
 
@@ -142,28 +188,28 @@ def return_map(
     Parameters
     ----------
     w, e1, e2 : opening, initial gap included, and displacement of b against a along t1, t2 [m]
-    slip_1, slip_2, lift, damage : state before the step [m], [m], [m], [-]
+    slip_1, slip_2, lift, damage : plastic slip and plastic opening [m], damage [-] before the step
     peak : of :func:`peak_of`
-    fall : of :func:`fall_of`, or None for a law that keeps its peak values
-    brake : None, or dashpot over stiffness [s], velocity of b against a along t1, t2, n [m/s] and 1 / dt [1/s]
-    lifts : whether the joint dilates or crushes; else the lift stays, a quarter less work
+    softening : of :func:`softening_of`, or None for a law that keeps its peak values
+    dashpot : None, or dashpot over stiffness [s], velocity of b against a along t1, t2, n [m/s] and 1 / dt [1/s]
+    dilates : whether the joint dilates or crushes; else the plastic opening stays, a quarter less work
 
     Returns
     -------
     t1, t2, n : stress on b, that of the dashpots included [Pa]
     slip_1, slip_2, lift, damage : state after the step
-    rubbed, raised : work of the friction over the slip, and of N over the growth of the lift, which it loses [J/m2]
+    rubbed, raised : work of the friction over the slip, and of N over the plastic opening, which it loses [J/m2]
     braked : power of the dashpots [W/m2]
     broken : what damage releases [J/m2]
     """
     kn, ks, fc, highest = peak.kn, peak.ks, peak.crushing, peak.lift
     a1, a2 = slip_1 - e1, slip_2 - e2
     n0 = kn * (lift - w)
-    mu, dil, c, ft = strength_of(peak, fall, damage, slip_1, slip_2)
+    mu, dil, c, ft = strength_of(peak, softening, damage, slip_1, slip_2)
     held = reached = reach = ft
-    if fall is not None:
-        reached = held + damage * fall.reach
-    if brake is None and (lifts or fall is not None):
+    if softening is not None:
+        reached = held + damage * softening.secant
+    if dashpot is None and (dilates or softening is not None):
         # most points of a structure are well within their strength: what follows would give these numbers, to the bit
         bears = c + mu * n0
         drawn = held if reached == held else 0.0
@@ -171,31 +217,23 @@ def return_map(
             return ks * a1, ks * a2, n0, slip_1, slip_2, lift, damage, 0.0, 0.0, 0.0, 0.0
     inv_ks = 1.0 / ks
     trial = ks * np.sqrt(a1 * a1 + a2 * a2)
-    if brake is None:
-        total, pressed, stiffer = trial, n0, 1.0
+    if dashpot is None:
+        b1, b2, total, pressed, stiffer = ks * a1, ks * a2, trial, n0, 1.0
     else:
-        dash, r1, r2, r3, per_dt = brake
+        dash, r1, r2, r3, per_dt = dashpot
         # dashpots: none in an open joint
         z = dash if n0 > -held else 0.0
         b1, b2 = ks * (a1 - z * r1), ks * (a2 - z * r2)
         stiffer = 1.0 + z * per_dt
         total = np.sqrt(b1 * b1 + b2 * b2)
         pressed = n0 - z * kn * r3
-    if fall is not None:
-        bore_mu, bore_c = mu, c
-        # damage by opening beyond the tension cut-off (not cumulative), then by slip (cumulative)
-        h = min(max(damage, fall.by_opening * max(-n0 - held, 0.0) / kn), 1.0)
-        mu, dil, c, ft = strength_of(peak, fall, h, slip_1, slip_2)
-        bears = c + mu * tension(pressed, ft, ft + h * fall.reach)
-        # beyond the apex there is no shear strength that slip could break: the least shear would do
-        beyond = max(total - bears, 0.0) / stiffer if bears >= 0.0 else 0.0
-        h = min(h + fall.by_slip * beyond * inv_ks, 1.0)
-        mu, dil, c, ft = strength_of(peak, fall, h, slip_1, slip_2)
-        reach = ft + h * fall.reach
+    before_mu, before_c, h = mu, c, damage
+    if softening is not None:
+        h, mu, dil, c, ft, reach = _weakened(
+            peak, softening, slip_1, slip_2, damage, max(-n0 - held, 0.0), pressed, total, stiffer
+        )
     new = lift
-    if lifts:
-        if brake is None:
-            b1, b2, stiffer = ks * a1, ks * a2, 1.0
+    if dilates:
         # dilation follows the sense of slip: what part of it leads away from where the point was made
         before = np.sqrt(slip_1 * slip_1 + slip_2 * slip_2)
         outward = -(slip_1 * b1 + slip_2 * b2) / max(before * total, 1e-300) if before > 0.0 else 1.0
@@ -207,29 +245,27 @@ def return_map(
         # beyond the apex all of the shear slips and no more
         rise = rate * min(over, total * inv_ks / stiffer)
         # at the apex too: an open point keeps the opening that goes with its slip, and is pressed if it slides more
-        wide = rate * max(trial - max(c - mu * ft, 0.0), 0.0) * inv_ks
-        apart = min(wide, max(w - reach / kn - lift, 0.0))
+        slides = rate * max(trial - max(c - mu * ft, 0.0), 0.0) * inv_ks
+        room = min(slides, max(w - reach / kn - lift, 0.0))
         closed = n0 + kn * rise > -ft
-        grow = rise if closed else apart
-        short = 0.0 if closed else apart - wide
+        grow = rise if closed else room
+        short = 0.0 if closed else room - slides
         # crushing closes what exceeds fc; a contact found anew does not dilate beyond what its joint can
         most = min(max(highest, lift), w + fc)
         new = min(lift + grow, most)
-        n = max(kn * (new - w), -ft)
-        if fall is not None:
-            n = tension(kn * (new - w), ft, reach)
+        n = max(kn * (new - w), -ft) if softening is None else tension(kn * (new - w), ft, reach)
     else:
-        n = max(n0, -ft) if fall is None else tension(n0, ft, reach)
+        n = max(n0, -ft) if softening is None else tension(n0, ft, reach)
     spring = n
-    if brake is not None:
+    if dashpot is not None:
         # no pull beyond the strength
         z3 = max(z * kn * ((new - lift) * per_dt - r3), -ft - spring)
         n = spring + z3
     cap = max(c + mu * n, 0.0)
     ratio = min(cap / max(total, 1e-300), 1.0)
     # the normal stress that the slip's opening works against is that of spring and dashpot
-    raised = n * (new - lift) if lifts else 0.0
-    if brake is None:
+    raised = n * (new - lift) if dilates else 0.0
+    if dashpot is None:
         rubbed = cap * ((1.0 - ratio) * total * inv_ks)
         g1, g2 = (1.0 - ratio) * a1, (1.0 - ratio) * a2
         q1, q2 = ks * ratio * a1, ks * ratio * a2
@@ -243,16 +279,13 @@ def return_map(
         s1, s2 = r1 + g1 * per_dt, r2 + g2 * per_dt
         braked = z * ks * (s1 * s1 + s2 * s2) + z3 * ((new - lift) * per_dt - r3)
     new_1, new_2 = slip_1 - g1, slip_2 - g2
-    if lifts:
-        # the lift ends with the slip, where that turns, passes its start or the farthest too
+    if dilates:
+        # dilation ends with the slip, where that turns, passes its start or the farthest too
         after = np.sqrt(new_1 * new_1 + new_2 * new_2)
         new = min(lift + short + dil * (min(after, farthest) - min(before, farthest)), most)
-    if fall is None:
+    if softening is None:
         return q1, q2, n, new_1, new_2, new, damage, rubbed, raised, braked, 0.0
-    # what damage releases at this opening and slip: stored energy under the strength before less that under the new
-    pull = max(-n0, 0.0)
-    bore = bore_c + bore_mu * tension(n0, held, reached)
-    drop = min(trial, max(bore, 0.0)) - max(c + mu * spring, 0.0)
-    drop = max(drop, 0.0) if h > damage else 0.0
-    broken = stored(pull, held, reached, kn) - stored(pull, ft, reach, kn) + 0.5 * drop * drop * inv_ks
+    broken = _released(
+        kn, ks, n0, spring, trial, (before_mu, before_c, held, reached), (mu, c, ft, reach), h > damage
+    )
     return q1, q2, n, new_1, new_2, new, h, rubbed, raised, braked, broken

@@ -1,14 +1,17 @@
 """What the joints carry in the present position, without changing their state."""
 
-from dem.kernels.arrays import LAW
+from dem.kernels.arrays import LAW, Array, BlockModes, Joints, Points, RigidBodies
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed import deformation_at
-from dem.kernels.kinematics import _crossing, _kinematics, third_axis
-from dem.kernels.law import fall_of, peak_of, stress
+from dem.kernels.kinematics import crossing, kinematics, third_axis
+from dem.kernels.law import peak_of, softening_of, stress
 
 
 @kernel(fast=False, counted=True)
-def measure(points, joints, bodies, position, force, opening, slip, modes=None, space=None):
+def measure(
+    points: Points, joints: Joints, bodies: RigidBodies, position: Array, force: Array, opening: Array, slip: Array,
+    modes: BlockModes | None = None, space: bool | None = None,
+) -> float:  # fmt: skip
     """Contact-point places, forces, openings and slips in the present position; changes no state.
 
     Parameters
@@ -32,7 +35,7 @@ def measure(points, joints, bodies, position, force, opening, slip, modes=None, 
         law = joints.law[j]
         kn, ks, fc = law[LAW.kn], law[LAW.ks], law[LAW.crushing]
         if law[LAW.cross] != 0.0:
-            axes, far, _, rb = _crossing(j, joints, bodies)
+            axes, far, _, rb = crossing(j, joints, bodies)
             k = joints.start[j]
             opening[k], slip[k, 0], slip[k, 1] = far + points.gap[k] - points.lift[k], 0.0, 0.0
             n = min(max(-kn * opening[k], 0.0), kn * fc)
@@ -42,9 +45,9 @@ def measure(points, joints, bodies, position, force, opening, slip, modes=None, 
                 force[k, r] = points.area[k] * (axes[0][r] * t1 + axes[1][r] * t2 + axes[2][r] * n)
                 position[k, r] = rb[r] + bodies.shift[b, r]
             continue
-        axes, d, g, _, rb = _kinematics(j, joints, bodies)
+        axes, d, g, _, rb = kinematics(j, joints, bodies)
         z1, z2, z3 = third_axis(g)
-        peak, fall = peak_of(joints.law, j), fall_of(joints.law, j)
+        peak, softening = peak_of(joints.law, j), softening_of(joints.law, j)
         for k in range(joints.start[j], joints.start[j + 1]):
             x, y, far, h = points.s[k], points.t[k], points.gap[k], points.damage[k]
             e1 = d[0] + g[0] * x + g[1] * y + z1 * far
@@ -54,7 +57,9 @@ def measure(points, joints, bodies, position, force, opening, slip, modes=None, 
             if modes is not None:
                 r1, r2, r3, u1, u2, u3 = deformation_at(j, joints, modes, space, g, x, y)
                 e1, e2, w = e1 + r1, e2 + r2, w + r3
-            t1, t2, n, elastic = stress(w, e1, e2, points.slip_1[k], points.slip_2[k], points.lift[k], h, peak, fall)
+            t1, t2, n, elastic = stress(
+                w, e1, e2, points.slip_1[k], points.slip_2[k], points.lift[k], h, peak, softening
+            )
             opening[k] = w - points.lift[k]
             slip[k, 0], slip[k, 1] = e1, e2
             energy += points.area[k] * elastic

@@ -1,13 +1,48 @@
 """How convex pieces meet at any relative rotation: axes of the widest gap, faces clipped on faces, edges that cross."""
 
-import numpy as np
+from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from dem.kernels.arrays import Array, Index
 from dem.kernels.compiled import kernel
-from dem.kernels.kinematics import _cross, _dot
+from dem.kernels.kinematics import cross, dot
+
+APART, FACES, CORNER, CROSSING = 0, 1, 2, 3
+"""How two pieces meet: not at all, face on face, an edge or corner on a face, two edges."""
+
+MOST = 32  # corners of a polygon in which two faces meet
+
+
+class PieceArrays(NamedTuple):
+    """Convex pieces in their present position, padded."""
+
+    corners: Array  # [m], (p, v, 3)
+    n_corners: Index  # numbers in use, (p,)
+    faces: Index  # corners of every face, (p, f, k)
+    size: Index  # (p, f)
+    n_faces: Index  # (p,)
+    edges: Index  # both corners and both faces of every edge, (p, e, 4)
+    n_edges: Index  # (p,)
+    planes: Array  # written: outward normal and offset [m] of every face, (p, f, 4)
+
+
+class Meetings(NamedTuple):
+    """How pairs of pieces meet; all of it is written."""
+
+    kind: Index  # APART, FACES, CORNER or CROSSING, (m,)
+    gap: Array  # along the axis, negative where the pieces overlap [m], (m,)
+    beside: Array  # widest gap along the normals of faces that leave the axis [m], (m,)
+    polygon: Array  # where faces meet, on the other piece's face [m], (m, 32, 3)
+    corners: Index  # of the polygon, (m,)
+    plane: Array  # where faces meet, unit normal away from the base and offset [m], (m, 4)
+    crossing: Array  # where edges cross, see ``_widest_crossing``, first piece first, (m, 5, 3)
+    base_first: NDArray[np.bool_]  # whether the first piece is the base; given where a face is asked for, (m,)
 
 
 @kernel(fast=False, counted=True)
-def _plane_of(corners, faces, size, p, f, out):
+def _plane_of(corners: Array, faces: Index, size: Index, p: int, f: int, out: Array) -> None:
     """Outward normal and offset of face f of convex piece p (Newell), written to ``out`` (4)."""
     n0 = n1 = n2 = c0 = c1 = c2 = 0.0
     m = size[p, f]
@@ -27,7 +62,9 @@ def _plane_of(corners, faces, size, p, f, out):
 
 
 @kernel(fast=False, counted=True)
-def _gap_above(corners, n_corners, planes, p, f, q):
+def _gap_above(
+    corners: Array, n_corners: Index, planes: Array, p: int, f: int, q: int
+) -> tuple[float, int]:
     """Height above face f of p of q's corner nearest to it [m], and its number."""
     gap, low = 1e300, 0
     for k in range(n_corners[q]):
@@ -39,7 +76,9 @@ def _gap_above(corners, n_corners, planes, p, f, q):
 
 
 @kernel(fast=False, counted=True)
-def _widest_beside(corners, n_corners, planes, n_faces, p, q, axis, flat):
+def _widest_beside(
+    corners: Array, n_corners: Index, planes: Array, n_faces: Index, p: int, q: int, axis: Array, flat: float
+) -> float:
     """Gap of the face of p that separates q the most, of those whose normals leave an axis by more than ``flat``."""
     widest = -1e300
     for f in range(n_faces[p]):
@@ -50,7 +89,9 @@ def _widest_beside(corners, n_corners, planes, n_faces, p, q, axis, flat):
 
 
 @kernel(fast=False, counted=True)
-def _widest_gap(corners, n_corners, planes, n_faces, p, q, best):
+def _widest_gap(
+    corners: Array, n_corners: Index, planes: Array, n_faces: Index, p: int, q: int, best: Array
+) -> tuple[int, int]:
     """Face of p that separates q the most, and q's corner nearest to it; plane and gap written to ``best`` (5)."""
     found, nearest = -1, 0
     best[4] = -1e300
@@ -63,7 +104,9 @@ def _widest_gap(corners, n_corners, planes, n_faces, p, q, best):
 
 
 @kernel(fast=False, counted=True)
-def _widest_crossing(corners, edges, n_edges, planes, p, q, out):
+def _widest_crossing(
+    corners: Array, edges: Index, n_edges: Index, planes: Array, p: int, q: int, out: Array
+) -> tuple[float, float]:
     """Gap along the cross product of edges of p and q that separates them most, -1e300 without any; cosine to a face.
 
     Only edges whose arcs on the sphere of normals, from face to face beside the edge, cross: theirs are planes of
@@ -80,21 +123,21 @@ def _widest_crossing(corners, edges, n_edges, planes, p, q, out):
         u = (y[0] - x[0], y[1] - x[1], y[2] - x[2])
         one, two = planes[p, edges[p, e, 2]], planes[p, edges[p, e, 3]]
         a, b = (one[0], one[1], one[2]), (two[0], two[1], two[2])
-        turn = _cross(b, a)
+        turn = cross(b, a)
         for h in range(n_edges[q]):
             one, two = planes[q, edges[q, h, 2]], planes[q, edges[q, h, 3]]
             c, d = (-one[0], -one[1], -one[2]), (-two[0], -two[1], -two[2])
-            ct, dt = _dot(c, turn), _dot(d, turn)
+            ct, dt = dot(c, turn), dot(d, turn)
             if not ct * dt < 0.0:
                 continue
-            back = _cross(d, c)
-            at, bt = _dot(a, back), _dot(b, back)
+            back = cross(d, c)
+            at, bt = dot(a, back), dot(b, back)
             if not (at * bt < 0.0 and ct * bt > 0.0):
                 continue
             o, w = corners[q, edges[q, h, 0]], corners[q, edges[q, h, 1]]
             v = (w[0] - o[0], w[1] - o[1], w[2] - o[2])
-            m = _cross(u, v)
-            size, lu, lv = np.sqrt(_dot(m, m)), np.sqrt(_dot(u, u)), np.sqrt(_dot(v, v))
+            m = cross(u, v)
+            size, lu, lv = np.sqrt(dot(m, m)), np.sqrt(dot(u, u)), np.sqrt(dot(v, v))
             if size < 1e-6 * lu * lv:
                 continue
             sign = 1.0 if m[0] * (a[0] + b[0]) + m[1] * (a[1] + b[1]) + m[2] * (a[2] + b[2]) > 0.0 else -1.0
@@ -102,18 +145,102 @@ def _widest_crossing(corners, edges, n_edges, planes, p, q, out):
             if gap > widest:
                 widest = gap
                 n = (sign * m[0] / size, sign * m[1] / size, sign * m[2] / size)
-                steepest = max(max(_dot(n, a), _dot(n, b)), max(_dot(n, c), _dot(n, d)))
+                steepest = max(max(dot(n, a), dot(n, b)), max(dot(n, c), dot(n, d)))
                 for r in range(3):
                     out[0, r], out[1, r], out[3, r] = x[r], u[r], sign * v[r]
                     out[2, r], out[4, r] = o[r] if sign > 0.0 else w[r], n[r]
     return widest, steepest
 
 
+@kernel(fast=False, forceinline=True)
+def _clipped(pieces: PieceArrays, base: int, face: int, axis: Array, polygon: Array, n: int, spare: Array) -> int:
+    """Clip a polygon by the sides of a face of the base, seen along its normal; corners that are left."""
+    corners, faces = pieces.corners, pieces.faces
+    sides = pieces.size[base, face]
+    for k in range(sides):
+        u, v = faces[base, face, k], faces[base, face, (k + 1) % sides]
+        e0 = corners[base, v, 0] - corners[base, u, 0]
+        e1 = corners[base, v, 1] - corners[base, u, 1]
+        e2 = corners[base, v, 2] - corners[base, u, 2]
+        # outward normal of the plane through the side along the axis, and its offset
+        s0, s1, s2 = e1 * axis[2] - e2 * axis[1], e2 * axis[0] - e0 * axis[2], e0 * axis[1] - e1 * axis[0]
+        s3 = s0 * corners[base, u, 0] + s1 * corners[base, u, 1] + s2 * corners[base, u, 2]
+        new = 0
+        for i in range(n):
+            a = s0 * polygon[i, 0] + s1 * polygon[i, 1] + s2 * polygon[i, 2] - s3
+            z = (i + 1) % n
+            b = s0 * polygon[z, 0] + s1 * polygon[z, 1] + s2 * polygon[z, 2] - s3
+            if a <= 0.0 and new < MOST:
+                for r in range(3):
+                    spare[new, r] = polygon[i, r]
+                new += 1
+            if (a < 0.0 < b or b < 0.0 < a) and new < MOST:
+                t = a / (a - b)
+                for r in range(3):
+                    spare[new, r] = polygon[i, r] + t * (polygon[z, r] - polygon[i, r])
+                new += 1
+        n = new
+        for i in range(n):
+            for r in range(3):
+                polygon[i, r] = spare[i, r]
+    return n
+
+
+@kernel(fast=False, forceinline=True)
+def _opposed_face(pieces: PieceArrays, other: int, lowest: int, axis: Array) -> tuple[int, float]:
+    """Of the faces at a corner the one most opposed to an axis, and the cosine between both."""
+    opposed, low = 0, 2.0
+    for f in range(pieces.n_faces[other]):
+        touches = False
+        for k in range(pieces.size[other, f]):
+            touches = touches or pieces.faces[other, f, k] == lowest
+        plane = pieces.planes
+        c = plane[other, f, 0] * axis[0] + plane[other, f, 1] * axis[1] + plane[other, f, 2] * axis[2]
+        if touches and c < low:
+            low, opposed = c, f
+    return opposed, low
+
+
+@kernel(fast=False, forceinline=True)
+def _widest_axis(
+    pieces: PieceArrays, p: int, q: int, m: int, margin: float, flat: float, met: Meetings, ref_p: Array, ref_q: Array
+) -> tuple[bool, int, int]:  # fmt: skip
+    """Axis of the widest gap of pieces p and q: first piece is the base, its face, the other's nearest corner.
+
+    Face -1 where they are farther apart than the margin, and where two edges cross: then ``met`` says all.
+    """
+    corners, n_corners, planes, n_faces = pieces.corners, pieces.n_corners, pieces.planes, pieces.n_faces
+    fp, low_q = _widest_gap(corners, n_corners, planes, n_faces, p, q, ref_p)
+    if ref_p[4] > margin:
+        return True, -1, 0
+    fq, low_p = _widest_gap(corners, n_corners, planes, n_faces, q, p, ref_q)
+    if ref_q[4] > margin:
+        return True, -1, 0
+    # of gaps that hardly differ the first piece's counts, so that a joint keeps its base from search to search
+    first = ref_p[4] >= ref_q[4] - 1e-3 * margin
+    ref = ref_p if first else ref_q
+    met.gap[m] = ref[4]
+    wide, steepest = _widest_crossing(corners, pieces.edges, pieces.n_edges, planes, p, q, met.crossing[m])
+    if wide > margin:
+        return True, -1, 0
+    crosses = wide > ref[4] + 1e-6 * margin and steepest < flat
+    axis = met.crossing[m, 4] if crosses else ref[:3]
+    met.beside[m] = max(
+        _widest_beside(corners, n_corners, planes, n_faces, p, q, axis, flat),
+        _widest_beside(corners, n_corners, planes, n_faces, q, p, axis, flat),
+    )
+    if crosses:
+        met.kind[m], met.gap[m], met.base_first[m] = CROSSING, wide, True
+        return True, -1, 0
+    if first:
+        return True, fp, low_q
+    return False, fq, low_p
+
+
 @kernel(fast=False, counted=True)
 def contact_shapes(
-    corners, n_corners, faces, size, n_faces, edges, n_edges, pairs, margin, flat,
-    kind, gap, beside, planes, polygon, count, plane_out, crossing, first_is_base, base_face,
-):  # fmt: skip
+    pieces: PieceArrays, pairs: Index, margin: float, flat: float, met: Meetings, asked: Index
+) -> None:
     """How every pair of convex pieces nearer than ``margin`` meets, at any relative rotation.
 
     Of the normals of the faces and the cross products of the edges, the axis of the widest gap (least penetration) is
@@ -123,115 +250,53 @@ def contact_shapes(
 
     Parameters
     ----------
-    corners, faces : pieces in their present position [m], padded, shapes (p, v, 3), (p, f, k)
-    edges : both corners and both faces of every edge, padded, shape (p, e, 4)
-    n_corners, size, n_faces, n_edges : numbers in use, shapes (p,), (p, f), (p,), (p,)
     pairs : shape (m, 2)
     margin : [m]
     flat : cosine of the angle between the normals of faces that lie on each other
-    kind : written, 0 apart, 1 face on face, 2 edge or corner on a face, 3 two edges, shape (m,)
-    gap : along the axis, negative where the pieces overlap [m], written, shape (m,)
-    beside : widest gap along the normals of faces that leave the axis by more than ``flat`` [m], written, shape (m,)
-    planes : outward normal and offset [m] of every face of the pieces, written, shape (p, f, 4)
-    polygon, count : of kinds 1 and 2 [m], written, shapes (m, 32, 3), (m,)
-    plane_out : of kinds 1 and 2, unit normal away from the base and offset [m], written, shape (m, 4)
-    crossing : of kind 3, see :func:`_widest_crossing`, first piece first, written, shape (m, 5, 3)
-    first_is_base : written, shape (m,); given where ``base_face`` is
-    base_face : face of the base that is asked for whatever the gaps, -1 for that of the widest gap, shape (m,)
+    asked : face of the base that is asked for whatever the gaps, -1 for that of the widest gap, shape (m,)
     """
-    plane, best_p, best_q, side = np.empty(4), np.empty(5), np.empty(5), np.empty(4)
-    one, two = np.empty((32, 3)), np.empty((32, 3))
-    known = np.zeros(len(corners), dtype=np.bool_)
+    plane, best_p, best_q = np.empty(4), np.empty(5), np.empty(5)
+    polygon, spare = np.empty((MOST, 3)), np.empty((MOST, 3))
+    known = np.zeros(len(pieces.corners), dtype=np.bool_)
     for m in range(len(pairs)):
-        kind[m] = count[m] = 0
+        met.kind[m] = met.corners[m] = 0
         p, q = pairs[m, 0], pairs[m, 1]
         for i in (p, q):
             if not known[i]:
                 known[i] = True
-                for f in range(n_faces[i]):
-                    _plane_of(corners, faces, size, i, f, plane)
-                    planes[i, f] = plane
-        if base_face[m] >= 0:
-            first, face, ref = first_is_base[m], base_face[m], best_p
+                for f in range(pieces.n_faces[i]):
+                    _plane_of(pieces.corners, pieces.faces, pieces.size, i, f, plane)
+                    pieces.planes[i, f] = plane
+        if asked[m] >= 0:
+            first, face = met.base_first[m], asked[m]
             base, other = (p, q) if first else (q, p)
-            ref[:4] = planes[base, face]
-            ref[4], lowest = _gap_above(corners, n_corners, planes, base, face, other)
-            gap[m] = ref[4]
-        else:
-            fp, low_q = _widest_gap(corners, n_corners, planes, n_faces, p, q, best_p)
-            if best_p[4] > margin:
-                continue
-            fq, low_p = _widest_gap(corners, n_corners, planes, n_faces, q, p, best_q)
-            if best_q[4] > margin:
-                continue
-            first = best_p[4] >= best_q[4] - 1e-3 * margin
-            base, other, face = (p, q, fp) if first else (q, p, fq)
             ref = best_p if first else best_q
-            lowest = low_q if first else low_p
-            gap[m] = ref[4]
-            wide, steepest = _widest_crossing(corners, edges, n_edges, planes, p, q, crossing[m])
-            if wide > margin:
+            ref[:4] = pieces.planes[base, face]
+            ref[4], lowest = _gap_above(pieces.corners, pieces.n_corners, pieces.planes, base, face, other)
+            met.gap[m] = ref[4]
+        else:
+            first, face, lowest = _widest_axis(pieces, p, q, m, margin, flat, met, best_p, best_q)
+            if face < 0:
                 continue
-            crosses = wide > ref[4] + 1e-6 * margin and steepest < flat
-            axis = crossing[m, 4] if crosses else ref[:3]
-            beside[m] = max(
-                _widest_beside(corners, n_corners, planes, n_faces, p, q, axis, flat),
-                _widest_beside(corners, n_corners, planes, n_faces, q, p, axis, flat),
-            )
-            if crosses:
-                kind[m], gap[m], first_is_base[m] = 3, wide, True
-                continue
-        opposed, low = 0, 2.0
-        for f in range(n_faces[other]):
-            touches = False
-            for k in range(size[other, f]):
-                touches = touches or faces[other, f, k] == lowest
-            c = planes[other, f, 0] * ref[0] + planes[other, f, 1] * ref[1] + planes[other, f, 2] * ref[2]
-            if touches and c < low:
-                low, opposed = c, f
-        n = size[other, opposed]
+            base, other = (p, q) if first else (q, p)
+            ref = best_p if first else best_q
+        opposed, low = _opposed_face(pieces, other, lowest, ref)
+        n = pieces.size[other, opposed]
         for k in range(n):
             for r in range(3):
-                one[k, r] = corners[other, faces[other, opposed, k], r]
-        sides = size[base, face]
-        for k in range(sides):
-            u, v = faces[base, face, k], faces[base, face, (k + 1) % sides]
-            e0 = corners[base, v, 0] - corners[base, u, 0]
-            e1 = corners[base, v, 1] - corners[base, u, 1]
-            e2 = corners[base, v, 2] - corners[base, u, 2]
-            side[0] = e1 * ref[2] - e2 * ref[1]
-            side[1] = e2 * ref[0] - e0 * ref[2]
-            side[2] = e0 * ref[1] - e1 * ref[0]
-            side[3] = side[0] * corners[base, u, 0] + side[1] * corners[base, u, 1] + side[2] * corners[base, u, 2]
-            new = 0
-            for i in range(n):
-                a = side[0] * one[i, 0] + side[1] * one[i, 1] + side[2] * one[i, 2] - side[3]
-                z = (i + 1) % n
-                b = side[0] * one[z, 0] + side[1] * one[z, 1] + side[2] * one[z, 2] - side[3]
-                if a <= 0.0 and new < 32:
-                    for r in range(3):
-                        two[new, r] = one[i, r]
-                    new += 1
-                if (a < 0.0 < b or b < 0.0 < a) and new < 32:
-                    t = a / (a - b)
-                    for r in range(3):
-                        two[new, r] = one[i, r] + t * (one[z, r] - one[i, r])
-                    new += 1
-            n = new
-            for i in range(n):
-                for r in range(3):
-                    one[i, r] = two[i, r]
+                polygon[k, r] = pieces.corners[other, pieces.faces[other, opposed, k], r]
+        n = _clipped(pieces, base, face, ref, polygon, n, spare)
         if n < 3:
             continue
         near = 1e300
         for i in range(n):
-            near = min(near, ref[0] * one[i, 0] + ref[1] * one[i, 1] + ref[2] * one[i, 2] - ref[3])
+            near = min(near, ref[0] * polygon[i, 0] + ref[1] * polygon[i, 1] + ref[2] * polygon[i, 2] - ref[3])
         if near > margin:
             continue
-        kind[m], count[m] = (1 if low < -flat else 2), n
-        first_is_base[m] = first
+        met.kind[m], met.corners[m] = (FACES if low < -flat else CORNER), n
+        met.base_first[m] = first
         for i in range(n):
             for r in range(3):
-                polygon[m, i, r] = one[i, r]
+                met.polygon[m, i, r] = polygon[i, r]
         for r in range(4):
-            plane_out[m, r] = ref[r]
+            met.plane[m, r] = ref[r]

@@ -10,7 +10,7 @@ import numpy as np
 
 from dem.kernels.arrays import Array
 from dem.kernels.compiled import kernel
-from dem.kernels.law import fall_of, peak_of, plain_peak_of, return_map, stress
+from dem.kernels.law import peak_of, plain_peak_of, return_map, softening_of, stress
 from dem.kernels.solid_arrays import FaceContacts, Facets
 from dem.kernels.zone_arrays import Z_FRACTURE, Z_FRICTION, Nodes
 
@@ -149,7 +149,7 @@ def solid_joint_forces(
         s1, s2, lift = contacts.slip[k, 0], contacts.slip[k, 1], contacts.lift[k]
         if soft:
             q1, q2, q3, s1, s2, lift, contacts.damage[k], rubbed, raised, _, broken = return_map(
-                opening, e1, e2, s1, s2, lift, contacts.damage[k], peak_of(law, row), fall_of(law, row), None, True
+                opening, e1, e2, s1, s2, lift, contacts.damage[k], peak_of(law, row), softening_of(law, row), None, True
             )
         else:
             q1, q2, q3, s1, s2, lift, _, rubbed, raised, _, broken = return_map(
@@ -175,7 +175,7 @@ def solid_joint_forces(
     total[Z_FRACTURE] += broken_all
 
 
-@kernel()
+@kernel(forceinline=True)
 def solid_joint_stresses(nodes: Nodes, facets: Facets, contacts: FaceContacts, law: Array, joint: Array) -> float:
     """Openings, slips and stresses of all contact points in the present position; changes no state.
 
@@ -194,7 +194,7 @@ def solid_joint_stresses(nodes: Nodes, facets: Facets, contacts: FaceContacts, l
         row = contacts.joint[k]
         q1, q2, q3, elastic = stress(
             opening, e1, e2, contacts.slip[k, 0], contacts.slip[k, 1], contacts.lift[k], contacts.damage[k],
-            peak_of(law, row), fall_of(law, row),
+            peak_of(law, row), softening_of(law, row),
         )  # fmt: skip
         joint[k, 0], joint[k, 1], joint[k, 2] = opening - contacts.lift[k], e1, e2
         joint[k, 3], joint[k, 4], joint[k, 5] = q3, q1, q2

@@ -121,7 +121,7 @@ def solid_forces(nodes: Nodes, zones: Hexahedra, table: HexTable) -> None:
             force[i, 2] += w + g * x + p * y + q * w
 
 
-@kernel(counted=True)
+@kernel(counted=True, forceinline=True)
 def solid_stresses(nodes: Nodes, zones: Hexahedra, table: HexTable, stresses: Array) -> float:
     """Stresses of all zones in the present position, global axes; changes no state.
 

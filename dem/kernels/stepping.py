@@ -2,10 +2,28 @@
 
 import numpy as np
 
-from dem.kernels.arrays import E_APPLIED, E_DAMPING, E_KINETIC, E_STEPS, E_STOP, E_SUPPORT, E_VISCOSITY, LAW
-from dem.kernels.braking import against_change
+from dem.kernels.arrays import (
+    E_APPLIED,
+    E_DAMPING,
+    E_KINETIC,
+    E_STEPS,
+    E_STOP,
+    E_SUPPORT,
+    E_VISCOSITY,
+    LAW,
+    Acting,
+    Array,
+    BlockModes,
+    BlockStep,
+    Joints,
+    Points,
+    RigidBodies,
+    Scheme,
+    Ties,
+)
+from dem.kernels.braking import brake_of
 from dem.kernels.compiled import kernel
-from dem.kernels.deformed import _move_modes
+from dem.kernels.deformed import move_modes
 from dem.kernels.forces import _crossing_forces, _joint_forces
 from dem.kernels.ties import add_tie_forces
 
@@ -13,7 +31,7 @@ STOP_EVERY = 10.0  # fewest steps between two stops: fast modes are left to loca
 
 
 @kernel(forceinline=True)
-def _spin_of(rot, inv_inertia, ang, out):
+def _spin_of(rot: Array, inv_inertia: Array, ang: Array, out: Array) -> None:
     """Omega = R J^-1 R^T L, with ``rot`` = R - I."""
     b0 = ang[0] + rot[0, 0] * ang[0] + rot[1, 0] * ang[1] + rot[2, 0] * ang[2]
     b1 = ang[1] + rot[0, 1] * ang[0] + rot[1, 1] * ang[1] + rot[2, 1] * ang[2]
@@ -27,7 +45,7 @@ def _spin_of(rot, inv_inertia, ang, out):
 
 
 @kernel(forceinline=True)
-def _turned(q, spin, h, out):
+def _turned(q: Array, spin: Array, h: float, out: Array) -> None:
     """Quaternion q after the rotation spin h (Cayley form, exactly of unit length), written to ``out``."""
     x, y, z = 0.5 * h * spin[0], 0.5 * h * spin[1], 0.5 * h * spin[2]
     q0, q1, q2, q3 = q[0], q[1], q[2], q[3]
@@ -40,7 +58,7 @@ def _turned(q, spin, h, out):
 
 
 @kernel(forceinline=True)
-def rotation_of(q, out):
+def rotation_of(q: Array, out: Array) -> None:
     """R - I of a unit quaternion, without cancellation at small angles, written to ``out`` (3, 3)."""
     s, x, y, z = q[0], q[1], q[2], q[3]
     out[0, 0] = -2.0 * (y * y + z * z)
@@ -54,12 +72,21 @@ def rotation_of(q, out):
     out[2, 1] = 2.0 * (y * z + s * x)
 
 
+@kernel(inline="always")
+def _adapted(viscosity: float, adaptive: float, kinetic: float, before: float, dt: float) -> float:
+    """Viscosity whose power 2 C E_k follows a fixed part of the rate of change of the kinetic energy [1/s]."""
+    power = 2.0 * viscosity * kinetic * dt
+    wanted = adaptive * abs(kinetic - before)
+    change = 1.02 if power < wanted else 1.0 / 1.02
+    return min(max(viscosity * change, 1e-6 / dt), 1.0 / dt)
+
+
 @kernel(counted=True)
 def advance(
-    points, joints, bodies, total, cases, factors, drives, speeds, dt, local, adaptive, kinetic_stop, true_inertia,
-    drifts, modes=None, space=None, ties=None,
-):
-    """Advance by ``len(factors)`` steps of central differences.
+    points: Points, joints: Joints, bodies: RigidBodies, total: Array, acting: Acting, scheme: Scheme,
+    drifts: bool | None, modes: BlockModes | None = None, space: bool | None = None, ties: Ties | None = None,
+) -> None:  # fmt: skip
+    """Advance by ``len(acting.factors)`` steps of central differences.
 
     m v(n+1/2) = m v(n-1/2) + dt F(n),  L(n+1/2) = L(n-1/2) + dt M(n),  omega = R J^-1 R^T L,  x(n+1) = x(n) + dt v.
 
@@ -67,22 +94,20 @@ def advance(
     ----------
     points, joints, bodies : state, changed in place
     total : accumulated energies and the adaptive viscosity, see the E_ indices, shape (E_SIZE,)
-    cases : wrench per load case and block [N, N m], shape (c, n, 6)
-    factors : of the cases, per step, shape (steps, c)
-    drives : twist per drive and block for the held degrees of freedom, shape (d, n, 6)
-    speeds : factors of the drives per step, shape (steps, d)
-    dt : [s]
-    local : Cundall's local damping, F - local |F| sign(v) per component, 0 for none
-    adaptive : wanted ratio of the power of global damping to the rate of change of kinetic energy, 0 for none
-    kinetic_stop : set all free velocities to zero whenever the kinetic energy has passed a peak
-    true_inertia : keep the angular momentum exactly in free flight (second-order spin at the half step)
-    drifts : half of the local damping acts against the change of the force, see :func:`against_change`;
-        None where it never does: the compiler then leaves it out
+    drifts : half of the local damping acts against the change of the force; None where it never does: the compiler then
+        leaves it out
     modes : of blocks that deform, changed in place; None where all are rigid
     space : None where they deform in a plane
     ties : changed in place; None where there are none
+
+    Notes
+    -----
+    Long on purpose. It makes arrays and so counts who holds one: handed to a function per block, that takes three times
+    as long, and what is compiled by itself sums in another order.
     """
     n = bodies.mass.size
+    cases, factors, drives, speeds = acting
+    dt, true_inertia, local, adaptive, kinetic_stop = scheme
     vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
     force, old, half, trot, new = np.empty(6), np.empty(6), np.empty(4), np.empty((3, 3)), np.empty(3)
     past = np.empty(6)
@@ -126,9 +151,7 @@ def advance(
                 else:
                     f = net[i, k]
                     v = float(vel[i, k])
-                    brake = local * abs(f) * ((v > 0.0) - (v < 0.0))
-                    if drifts is not None and drifts:
-                        brake = against_change(local, f, f - past[k], brake)
+                    brake = brake_of(local, drifts, f, past[k], v)
                     vel[i, k] = (v * keep + (f - brake) * bodies.inv_mass[i] * kick) * lag
                     damping += brake * 0.5 * (v + vel[i, k]) * dt
                     damping += viscosity * bodies.mass[i] * (0.5 * (v + vel[i, k])) ** 2 * dt
@@ -137,9 +160,7 @@ def advance(
                 else:
                     f = net[i, 3 + k]
                     w = float(spin[i, k])
-                    brake = local * abs(f) * ((w > 0.0) - (w < 0.0))
-                    if drifts is not None and drifts:
-                        brake = against_change(local, f, f - past[3 + k], brake)
+                    brake = brake_of(local, drifts, f, past[3 + k], w)
                     ang[i, k] = (ang[i, k] * keep + (f - brake) * kick) * lag
                     damping += brake * w * dt
             if still and not moving:
@@ -183,15 +204,12 @@ def advance(
                 _turned(bodies.quat[i], new, dt, bodies.quat[i])
                 rotation_of(bodies.quat[i], bodies.rot[i])
         if modes is not None:
-            moving_modes, braked_modes = _move_modes(modes, dt, kick, local, drifts, viscosity, keep, lag)
+            at = BlockStep(dt, kick, viscosity, keep, lag)
+            moving_modes, braked_modes = move_modes(modes, at, local, drifts)
             kinetic += moving_modes
             damping += braked_modes
         if adaptive > 0.0:
-            # the power 2 C E_k of global damping follows a fixed part of the rate of change of the kinetic energy
-            power = 2.0 * viscosity * kinetic * dt
-            wanted = adaptive * abs(kinetic - total[E_KINETIC])
-            change = 1.02 if power < wanted else 1.0 / 1.02
-            total[E_VISCOSITY] = min(max(viscosity * change, 1e-6 / dt), 1.0 / dt)
+            total[E_VISCOSITY] = _adapted(viscosity, adaptive, kinetic, total[E_KINETIC], dt)
         if kinetic_stop and kinetic < total[E_KINETIC] and total[E_STEPS] >= total[E_STOP] + STOP_EVERY:
             # past a peak of kinetic energy: the leading mode passes its equilibrium, so stop there and start again
             damping += kinetic

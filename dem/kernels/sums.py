@@ -3,16 +3,16 @@
 import numpy as np
 
 from dem.kernels.added import has_added
-from dem.kernels.arrays import LAW, Bodies, Joints, Points
+from dem.kernels.arrays import LAW, Joints, Points, RigidBodies
 from dem.kernels.compiled import kernel
-from dem.kernels.kinematics import relative_motion
-from dem.kernels.law import Fall, Numbers, Peak, fall_of, peak_of, plain_peak_of, return_map
+from dem.kernels.kinematics import Axes, relative_motion
+from dem.kernels.law import Numbers, Peak, SofteningRow, peak_of, plain_peak_of, return_map, softening_of
 
 
 @kernel(forceinline=True)
 def point_sums(
-    points: Points, p0: int, p1: int, d: Numbers, g: Numbers, z: Numbers, peak: Peak, fall: Fall | None,
-    motion: Numbers | None, rates: Numbers | None, strained: bool | None, lifts: bool,
+    points: Points, p0: int, p1: int, d: Numbers, g: Numbers, z: Numbers, peak: Peak, softening: SofteningRow | None,
+    motion: Numbers | None, rates: Numbers | None, strained: bool | None, dilates: bool,
 ) -> Numbers:  # fmt: skip
     """Forces, moments and losses of a joint's points; what is None is left out of the loop by the compiler.
 
@@ -20,7 +20,7 @@ def point_sums(
     ----------
     d, g, z : b's point stands at d + X + G X + z gap, X = (s, t, 0), in joint axes; g = (G11, G12, ... G32), and z is
         b's normal: it stood along a's when the joint was made, and a gap turns with its block
-    peak, fall, lifts : see :func:`dem.kernels.law.return_map`; ``lifts`` is a constant of each call
+    peak, softening, dilates : see :func:`dem.kernels.law.return_map`; ``dilates`` is a constant of each call
     motion : dash, 1 / dt, and velocity of b's joint origin against a's [m/s] and of its rotation [rad/s]; or None
     rates : of what the faces' strains add to that velocity, as d and g (9); or None
     strained : None between rigid blocks
@@ -44,7 +44,7 @@ def point_sums(
         e2 = d2 + g21 * x + g22 * y + z2 * far
         w = d3 + g31 * x + g32 * y + z3 * far
         if motion is None:
-            brake = None
+            dashpot = None
         else:
             # velocity of b against a at the point
             dash, per_dt, v1, v2, v3, o1, o2, o3 = motion
@@ -55,19 +55,19 @@ def point_sums(
                 r1 += rates[0] + rates[3] * x + rates[4] * y
                 r2 += rates[1] + rates[5] * x + rates[6] * y
                 r3 += rates[2] + rates[7] * x + rates[8] * y
-            brake = dash, r1, r2, r3, per_dt
-        if fall is None:
+            dashpot = dash, r1, r2, r3, per_dt
+        if softening is None:
             h = 0.0
         else:
             h = damage[k]
         q1, q2, q3, slip_1[k], slip_2[k], new, h, rubbed, raised, braked, released = return_map(
-            w, e1, e2, slip_1[k], slip_2[k], lift[k], h, peak, fall, brake, lifts
+            w, e1, e2, slip_1[k], slip_2[k], lift[k], h, peak, softening, dashpot, dilates
         )
         da = area[k]
-        if lifts:
+        if dilates:
             lift[k] = new
             work -= da * raised
-        if fall is not None:
+        if softening is not None:
             damage[k] = h
             broken += da * released
         if motion is not None:
@@ -100,14 +100,14 @@ def point_sums(
 
 @kernel(inline="always")
 def joint_sums(
-    j: int, points: Points, joints: Joints, bodies: Bodies, axes: tuple[Numbers, Numbers, Numbers], d: Numbers,
-    g: Numbers, z: Numbers, ra: Numbers, rb: Numbers, rates: Numbers | None, dt: float, strained: bool | None,
+    j: int, points: Points, joints: Joints, bodies: RigidBodies, axes: Axes, d: Numbers, g: Numbers, z: Numbers,
+    arms: tuple[Numbers, Numbers], rates: Numbers | None, dt: float, strained: bool | None,
 ) -> Numbers:  # fmt: skip
     """Sums of joint j by the least law it needs: without what it has not, the loop over its points takes half the time.
 
     Parameters
     ----------
-    axes, d, g, ra, rb : see :func:`dem.kernels.kinematics._kinematics`
+    axes, d, g, arms : see :func:`dem.kernels.kinematics.kinematics`
     z, rates, strained : see :func:`point_sums`
     dt : [s]; 0 for forces in a position, where nothing moves that could be braked
     """
@@ -122,21 +122,21 @@ def joint_sums(
     elif plain:
         if law[j, LAW.tan_psi] == 0.0 and law[j, LAW.rest_tan_psi] == 0.0 and law[j, LAW.crushing] == np.inf:
             out = point_sums(
-                points, p0, p1, d, g, z, plain_peak_of(law, j), fall_of(law, j), None, None, strained, False
+                points, p0, p1, d, g, z, plain_peak_of(law, j), softening_of(law, j), None, None, strained, False
             )
         else:
             out = point_sums(
-                points, p0, p1, d, g, z, plain_peak_of(law, j), fall_of(law, j), None, None, strained, True
+                points, p0, p1, d, g, z, plain_peak_of(law, j), softening_of(law, j), None, None, strained, True
             )
     else:
-        motion = relative_motion(j, joints, bodies, axes, ra, rb)
+        motion = relative_motion(j, joints, bodies, axes, arms[0], arms[1])
         dash = law[j, LAW.dash] if dt > 0.0 else 0.0, 1.0 / dt if dt > 0.0 else 0.0
         if law[j, LAW.tan_psi] == 0.0 and law[j, LAW.rest_tan_psi] == 0.0 and law[j, LAW.crushing] == np.inf:
             out = point_sums(
-                points, p0, p1, d, g, z, peak_of(law, j), fall_of(law, j), dash + motion, rates, strained, False
+                points, p0, p1, d, g, z, peak_of(law, j), softening_of(law, j), dash + motion, rates, strained, False
             )
         else:
             out = point_sums(
-                points, p0, p1, d, g, z, peak_of(law, j), fall_of(law, j), dash + motion, rates, strained, True
+                points, p0, p1, d, g, z, peak_of(law, j), softening_of(law, j), dash + motion, rates, strained, True
             )
     return out

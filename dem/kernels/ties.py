@@ -2,26 +2,26 @@
 
 import numpy as np
 
-from dem.kernels.arrays import E_FRICTION, Array, Bodies, Ties
+from dem.kernels.arrays import E_FRICTION, Array, RigidBodies, Ties
 from dem.kernels.compiled import kernel
-from dem.kernels.kinematics import _cross, _dot, _turn_row
+from dem.kernels.kinematics import cross, dot, turn_row
 
 
 @kernel(fast=False)
-def add_tie_forces(ties: Ties, bodies: Bodies, total: Array) -> None:
+def add_tie_forces(ties: Ties, bodies: RigidBodies, total: Array) -> None:
     """Add the forces of all ties to the blocks and let them yield: 0 <= T = k (elongation - plastic) <= strength."""
     rot, shift, contact = bodies.rot, bodies.shift, bodies.contact
     for j in range(ties.block_a.size):
         a, b = ties.block_a[j], ties.block_b[j]
         ca, cb = ties.arm_a[j], ties.arm_b[j]
-        pa = _turn_row(rot, a, ca[0], ca[1], ca[2])
-        pb = _turn_row(rot, b, cb[0], cb[1], cb[2])
+        pa = turn_row(rot, a, ca[0], ca[1], ca[2])
+        pb = turn_row(rot, b, cb[0], cb[1], cb[2])
         span = ties.span[j]
         d0 = shift[b, 0] - shift[a, 0] + (pb[0] - cb[0]) - (pa[0] - ca[0])
         d1 = shift[b, 1] - shift[a, 1] + (pb[1] - cb[1]) - (pa[1] - ca[1])
         d2 = shift[b, 2] - shift[a, 2] + (pb[2] - cb[2]) - (pa[2] - ca[2])
         now = (span[0] + d0, span[1] + d1, span[2] + d2)
-        length = np.sqrt(_dot(now, now))
+        length = np.sqrt(dot(now, now))
         # L - L0 without cancellation
         both = d0 * (span[0] + now[0]) + d1 * (span[1] + now[1]) + d2 * (span[2] + now[2])
         longer = both / (length + ties.length[j])
@@ -33,7 +33,7 @@ def add_tie_forces(ties: Ties, bodies: Bodies, total: Array) -> None:
             pull = ties.strength[j]
         if pull > 0.0:
             f = (pull * now[0] / length, pull * now[1] / length, pull * now[2] / length)
-            ma, mb = _cross(pa, f), _cross(pb, f)
+            ma, mb = cross(pa, f), cross(pb, f)
             for i in range(3):
                 contact[a, i] += f[i]
                 contact[a, 3 + i] += ma[i]

@@ -8,6 +8,8 @@ it. In plane stress the stress across is one of the three and stays zero.
 Called at every stress point of a zone by :mod:`dem.kernels.zones`.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from dem.kernels.arrays import Array, Index
@@ -21,6 +23,25 @@ SHEAR_NOW, TENSION_NOW, SHEAR_PAST, TENSION_PAST = 1, 2, 4, 8
 """Flags of a stress point: yields in shear or in tension in this step, or did so before."""
 
 _TINY = 1e-11  # of the largest stress: below it a plane counts as met
+
+
+class Planes(NamedTuple):
+    """Planes of a yield surface in principal stresses, a s <= b, and the elastic law beside them."""
+
+    a: Array  # (6, 3)
+    b: Array  # [Pa], (6,)
+    f: Array  # directions of flow, (6, 3)
+    d: float  # D11 [Pa]
+    dn: float  # D12 [Pa]
+    rounding: float  # stress by which a plane may be exceeded [Pa]
+
+
+class Met(NamedTuple):
+    """What a return to some planes gives."""
+
+    multiplier: Array  # of every active plane, (3,)
+    stress: Array  # principal stresses after it [Pa], (3,)
+    matrix: Array  # room for the equations, (3, 4)
 
 
 @kernel(fast=False)
@@ -57,11 +78,10 @@ def planes(mat: Array, m: int, a: Array, b: Array, f: Array, shear: Index) -> in
 
 
 @kernel(fast=False)
-def _met(
-    active: Index, count: int, n: int, s: Array, a: Array, b: Array, f: Array, d: float, dn: float, tol: float,
-    lam: Array, out: Array, m: Array,
-) -> bool:  # fmt: skip
+def _met(active: Index, count: int, n: int, s: Array, surface: Planes, met: Met) -> bool:
     """Multipliers of the active planes and the stress after them; True where both are admissible."""
+    a, b, f, d, dn, tol = surface
+    lam, out, m = met
     # matrix a_i D f_j and right-hand side a_i s - b_i, by elimination with pivots
     for i in range(count):
         p = active[i]
@@ -139,24 +159,25 @@ def principal_return(mat: Array, m: int, s: Array, plastic: Array) -> int:
             return SHEAR_NOW
     a, b, f = np.empty((6, 3)), np.empty(6), np.empty((6, 3))
     shear, active, lam, out = np.empty(6, np.int64), np.empty(3, np.int64), np.empty(3), np.empty(3)
-    scratch, beyond = np.empty((3, 4)), np.empty(6, np.bool_)
+    beyond = np.empty(6, np.bool_)
     n = planes(mat, m, a, b, f, shear)
     # of the planes met at the end the trial stress exceeds one at least
     for i in range(n):
         beyond[i] = a[i, 0] * s[0] + a[i, 1] * s[1] + a[i, 2] * s[2] > b[i]
     tol = _TINY * (abs(s[0]) + abs(s[1]) + abs(s[2]) + mat[m, MAT_C])
+    surface, met = Planes(a, b, f, d, dn, tol), Met(lam, out, np.empty((3, 4)))
     count = 0
     # one plane, then two, then three
     for i in range(n):
         active[0] = i
-        if beyond[i] and _met(active, 1, n, s, a, b, f, d, dn, tol, lam, out, scratch):
+        if beyond[i] and _met(active, 1, n, s, surface, met):
             count = 1
             break
     if count == 0:
         for i in range(n):
             for j in range(i + 1, n):
                 active[0], active[1] = i, j
-                if (beyond[i] or beyond[j]) and _met(active, 2, n, s, a, b, f, d, dn, tol, lam, out, scratch):
+                if (beyond[i] or beyond[j]) and _met(active, 2, n, s, surface, met):
                     count = 2
                     break
             if count:
@@ -167,7 +188,7 @@ def principal_return(mat: Array, m: int, s: Array, plastic: Array) -> int:
                 for k in range(j + 1, n):
                     active[0], active[1], active[2] = i, j, k
                     use = beyond[i] or beyond[j] or beyond[k]
-                    if use and _met(active, 3, n, s, a, b, f, d, dn, tol, lam, out, scratch):
+                    if use and _met(active, 3, n, s, surface, met):
                         count = 3
                         break
                 if count:

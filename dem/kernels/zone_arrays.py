@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.kernels.arrays import Array, Index
+from dem.kernels.solid_arrays import FaceContacts, Facets, Hexahedra, HexTable, RigidSolids
 
 
 class Nodes(NamedTuple):
@@ -35,7 +36,7 @@ class Zones(NamedTuple):
     plastic: Array  # accumulated length of the plastic strain [-], (e, 4)
 
 
-class Tables(NamedTuple):
+class QuadTable(NamedTuple):
     """Tables of zone shapes and materials."""
 
     stiffness: Array  # (k, 8, 8)
@@ -55,7 +56,7 @@ class Sides(NamedTuple):
     arc: Array  # reference distance of every chain entry from the side's first node [m]
 
 
-class Contacts(NamedTuple):
+class SideContacts(NamedTuple):
     """Contact points and their plastic state."""
 
     joint: Index  # row of the law, (m,)
@@ -85,6 +86,20 @@ class Rigid(NamedTuple):
     net: Array  # written: joints and loads in the last step, (b, 3)
     total: Array  # written: net summed over the steps of a call, (b, 3)
     node: Index  # nodes of all rigid blocks
+
+
+class ZonedArrays(NamedTuple):
+    """All that the steps of zoned blocks change or read, in the plane or in space."""
+
+    nodes: Nodes
+    zones: Zones | Hexahedra
+    tables: QuadTable | HexTable
+    sides: Sides | Facets
+    contacts: SideContacts | FaceContacts
+    rigid: Rigid | RigidSolids
+    law: Array  # rows of the joint law, (k, LAW_SIZE)
+    soft: bool  # whether a joint has residual values or added terms
+    total: Array  # accumulated sums, see the ``Z_`` entries, (Z_SIZE,)
 
 
 Z_APPLIED, Z_SUPPORT, Z_FRICTION, Z_FRACTURE, Z_PLASTIC, Z_DAMPING = 0, 1, 2, 3, 4, 5

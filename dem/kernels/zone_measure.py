@@ -4,28 +4,17 @@ import numpy as np
 
 from dem.kernels.arrays import Array
 from dem.kernels.compiled import kernel
-from dem.kernels.law import fall_of, peak_of, stress
+from dem.kernels.law import peak_of, softening_of, stress
+from dem.kernels.solid_joints import solid_joint_stresses
+from dem.kernels.solid_zones import solid_stresses
 from dem.kernels.yielding import MAT_D, MAT_DN, MAT_G, MAT_STRAIN, MAT_YIELDS, stress_return
-from dem.kernels.zone_arrays import Contacts, Nodes, Sides, Tables, Zones
+from dem.kernels.zone_arrays import Nodes, QuadTable, SideContacts, Sides, ZonedArrays, Zones
 from dem.kernels.zones import met, stress_at, turned
 
 
-@kernel(counted=True)
-def measure_zones(
-    nodes: Nodes, zones: Zones, tables: Tables, sides: Sides, contacts: Contacts, law: Array, stresses: Array,
-    joint: Array,
-) -> float:  # fmt: skip
-    """Stresses and joint forces in the present position; changes no state.
-
-    Parameters
-    ----------
-    stresses : in global axes xx, zz, xz, yy [Pa], written, shape (e, 4, 4)
-    joint : opening less dilation, slip [m], normal (compression positive) and shear stress on b [Pa], written, (m, 4)
-
-    Returns
-    -------
-    elastic energy of zones and joints [J]
-    """
+@kernel(counted=True, forceinline=True)
+def _zone_stresses(nodes: Nodes, zones: Zones, tables: QuadTable, stresses: Array) -> float:
+    """Stresses of all zones in the plane; their elastic energy [J]."""
     u, trial, plastic = np.empty(8), np.empty(4), np.empty(4)
     energy = 0.0
     for z in range(zones.kind.size):
@@ -52,13 +41,53 @@ def measure_zones(
             stresses[z, g, 1] = s * s * xx + c * c * zz + 2.0 * c * s * xz
             stresses[z, g, 2] = c * s * (xx - zz) + (c * c - s * s) * xz
             stresses[z, g, 3] = yy
+    return energy
+
+
+@kernel(forceinline=True)
+def _joint_stresses(
+    nodes: Nodes, sides: Sides, contacts: SideContacts, law: Array, joint: Array, energy: float
+) -> float:
+    """Openings, slips and stresses of all contact points in the plane; an energy with their elastic one [J]."""
     for k in range(contacts.joint.size):
         _, _, _, _, _, _, opening, slip = met(k, nodes, sides, contacts)
         row = contacts.joint[k]
         t, _, n, elastic = stress(
             opening, slip, 0.0, contacts.slip[k], 0.0, contacts.lift[k], contacts.damage[k], peak_of(law, row),
-            fall_of(law, row),
+            softening_of(law, row),
         )  # fmt: skip
         joint[k, 0], joint[k, 1], joint[k, 2], joint[k, 3] = opening - contacts.lift[k], slip, n, t
         energy += contacts.area[k] * elastic
     return energy
+
+
+@kernel(counted=True)
+def measure_zones(model: ZonedArrays, stresses: Array, joint: Array) -> float:
+    """Stresses and joint forces in the present position in the plane; changes no state.
+
+    Parameters
+    ----------
+    stresses : in global axes xx, zz, xz, yy [Pa], tension positive, written, shape (e, 4, 4)
+    joint : opening less dilation, slip [m], normal (compression positive) and shear stress on b [Pa], written, (m, 4)
+
+    Returns
+    -------
+    elastic energy of zones and joints [J]
+    """
+    nodes, zones, tables, sides, contacts, _, law, _, _ = model
+    energy = _zone_stresses(nodes, zones, tables, stresses)
+    return _joint_stresses(nodes, sides, contacts, law, joint, energy)
+
+
+@kernel(counted=True)
+def measure_solids(model: ZonedArrays, stresses: Array, joint: Array) -> float:
+    """Stresses and joint forces in the present position in space; elastic energy [J]. Changes no state.
+
+    Parameters
+    ----------
+    stresses : as ``solid_zones.solid_stresses`` writes them, shape (e, 8, 6)
+    joint : as ``solid_joints.solid_joint_stresses`` writes them, shape (m, 6)
+    """
+    nodes, zones, tables, sides, contacts, _, law, _, _ = model
+    energy = solid_stresses(nodes, zones, tables, stresses)
+    return energy + solid_joint_stresses(nodes, sides, contacts, law, joint)

@@ -1,4 +1,4 @@
-"""Zones, their joints and rigid blocks in the plane: forces, yielding and time stepping.
+"""Zones and their joints in the plane: forces and yielding.
 
 A zone turns with its own mean rotation (polar decomposition at its centre) and strains in the turned axes, so that a
 stressed block that turns as a whole feels nothing. Its elastic force is K u; plastic strain is kept as the stress it
@@ -13,7 +13,7 @@ import numpy as np
 
 from dem.kernels.arrays import Array
 from dem.kernels.compiled import kernel
-from dem.kernels.law import fall_of, peak_of, plain_peak_of, return_map
+from dem.kernels.law import peak_of, plain_peak_of, return_map, softening_of
 from dem.kernels.yielding import (
     MAT_D,
     MAT_DN,
@@ -32,18 +32,16 @@ from dem.kernels.zone_arrays import (
     Z_FRICTION,
     Z_MISSED,
     Z_PLASTIC,
-    Contacts,
     Nodes,
-    Rigid,
+    QuadTable,
+    SideContacts,
     Sides,
-    Tables,
     Zones,
 )
-from dem.kernels.zone_motion import move
 
 
 @kernel(forceinline=True)
-def turned(z: int, nodes: Nodes, zones: Zones, tables: Tables, u: Array) -> tuple[float, float]:
+def turned(z: int, nodes: Nodes, zones: Zones, tables: QuadTable, u: Array) -> tuple[float, float]:
     """Displacement of a zone's nodes in its own axes, written to u (8); cosine and sine of its rotation."""
     kind = np.uint64(zones.kind[z])
     i0, i1 = np.uint64(zones.node[z, 0]), np.uint64(zones.node[z, 1])
@@ -76,7 +74,7 @@ def turned(z: int, nodes: Nodes, zones: Zones, tables: Tables, u: Array) -> tupl
 
 
 @kernel(forceinline=True)
-def stress_at(z: int, g: int, zones: Zones, tables: Tables, u: Array) -> tuple[float, float, float, float]:
+def stress_at(z: int, g: int, zones: Zones, tables: QuadTable, u: Array) -> tuple[float, float, float, float]:
     """Stress xx, zz, xz, yy at a stress point from displacements in the zone's axes [Pa]."""
     # unsigned: no index from the end to allow for
     kind, m = np.uint64(zones.kind[z]), np.uint64(zones.material[z])
@@ -100,7 +98,7 @@ def stress_at(z: int, g: int, zones: Zones, tables: Tables, u: Array) -> tuple[f
 
 
 @kernel()
-def _yield(z: int, zones: Zones, tables: Tables, u: Array, trial: Array, plastic: Array) -> tuple[float, int]:
+def _yield(z: int, zones: Zones, tables: QuadTable, u: Array, trial: Array, plastic: Array) -> tuple[float, int]:
     """Return the stress points of a zone to the surface; work lost [J] and whether one could not be returned."""
     kind, m = np.uint64(zones.kind[z]), np.uint64(zones.material[z])
     lost = 0.0
@@ -144,7 +142,7 @@ def _yield(z: int, zones: Zones, tables: Tables, u: Array, trial: Array, plastic
 
 
 @kernel(counted=True)
-def zone_forces(nodes: Nodes, zones: Zones, tables: Tables, total: Array) -> None:
+def zone_forces(nodes: Nodes, zones: Zones, tables: QuadTable, total: Array) -> None:
     """Add the forces of all zones to ``nodes.force`` and let their stress points yield."""
     u, trial, plastic = np.empty(8), np.empty(4), np.empty(4)
     lost = 0.0
@@ -193,7 +191,7 @@ def zone_forces(nodes: Nodes, zones: Zones, tables: Tables, total: Array) -> Non
 
 @kernel(forceinline=True)
 def met(
-    k: int, nodes: Nodes, sides: Sides, contacts: Contacts
+    k: int, nodes: Nodes, sides: Sides, contacts: SideContacts
 ) -> tuple[int, int, float, int, float, float, float, float]:
     """Where contact point k lies: nodes and share along a's segment, that segment, frame t and n, opening and slip."""
     b0, b1, share = contacts.node[k, 0], contacts.node[k, 1], contacts.share[k]
@@ -224,7 +222,7 @@ def met(
 
 
 @kernel()
-def joint_forces(nodes: Nodes, sides: Sides, contacts: Contacts, law: Array, soft: bool, total: Array) -> None:
+def joint_forces(nodes: Nodes, sides: Sides, contacts: SideContacts, law: Array, soft: bool, total: Array) -> None:
     """Add the forces of all contact points to ``nodes.force``; slip, dilation and damage follow."""
     force = nodes.force
     rubbed_all = broken_all = 0.0
@@ -235,7 +233,7 @@ def joint_forces(nodes: Nodes, sides: Sides, contacts: Contacts, law: Array, sof
         if soft:
             t, _, n, contacts.slip[k], _, contacts.lift[k], contacts.damage[k], rubbed, raised, _, broken = return_map(
                 opening, slip, 0.0, contacts.slip[k], 0.0, contacts.lift[k], contacts.damage[k],
-                peak_of(law, row), fall_of(law, row), None, True,
+                peak_of(law, row), softening_of(law, row), None, True,
             )  # fmt: skip
         else:
             t, _, n, contacts.slip[k], _, contacts.lift[k], _, rubbed, raised, _, broken = return_map(
@@ -258,52 +256,3 @@ def joint_forces(nodes: Nodes, sides: Sides, contacts: Contacts, law: Array, sof
         force[j, 1] -= along * fy
     total[Z_FRICTION] += rubbed_all
     total[Z_FRACTURE] += broken_all
-
-
-@kernel()
-def _place_rigid(nodes: Nodes, rigid: Rigid) -> None:
-    """Carry the nodes of rigid blocks along."""
-    for i in rigid.node:
-        b = nodes.body[i]
-        turn = rigid.shift[b, 2]
-        less, s = -2.0 * np.sin(0.5 * turn) ** 2, np.sin(turn)
-        rx, ry = nodes.place[i, 0] - rigid.centre[b, 0], nodes.place[i, 1] - rigid.centre[b, 1]
-        nodes.shift[i, 0] = rigid.shift[b, 0] + less * rx - s * ry
-        nodes.shift[i, 1] = rigid.shift[b, 1] + less * ry + s * rx
-
-
-@kernel(counted=True)
-def advance_zones(
-    nodes: Nodes, zones: Zones, tables: Tables, sides: Sides, contacts: Contacts, law: Array, soft: bool, rigid: Rigid,
-    total: Array, steps: int, dt: float, local: float, drifts: bool,
-) -> None:  # fmt: skip
-    """Advance by a number of steps under constant loads and drive velocities.
-
-    Parameters
-    ----------
-    soft : whether a joint has residual values or added terms
-    total : accumulated sums, see the ``Z_`` entries
-    dt : [s], 1 where masses are scaled to the step
-    local : Cundall's local damping, F - local |F| sign(v) per freedom [-]
-    """
-    force, shift = nodes.force, nodes.shift
-    rigid.total[:] = 0.0
-    n, nb = nodes.mass.size, rigid.centre.shape[0]
-    for _ in range(steps):
-        for i in range(n):
-            force[i, 0] = nodes.load[i, 0]
-            force[i, 1] = nodes.load[i, 1]
-        zone_forces(nodes, zones, tables, total)
-        joint_forces(nodes, sides, contacts, law, soft, total)
-        for b in range(nb):
-            for r in range(3):
-                rigid.net[b, r] = rigid.load[b, r]
-        for i in rigid.node:
-            b = nodes.body[i]
-            rigid.net[b, 0] += force[i, 0]
-            rigid.net[b, 1] += force[i, 1]
-            rx = nodes.place[i, 0] + shift[i, 0] - rigid.centre[b, 0] - rigid.shift[b, 0]
-            ry = nodes.place[i, 1] + shift[i, 1] - rigid.centre[b, 1] - rigid.shift[b, 1]
-            rigid.net[b, 2] += rx * force[i, 1] - ry * force[i, 0]
-        move(nodes, rigid, total, 2, 3, dt, local, drifts)
-        _place_rigid(nodes, rigid)

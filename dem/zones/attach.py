@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.joints import Grid, make_points
-from dem.kernels.zone_arrays import Contacts, Sides
+from dem.kernels.zone_arrays import SideContacts, Sides
 from dem.zones.mesh import ZoneMesh
 from limitmason.errors import InputError
 from limitmason.model import Assembly
@@ -22,7 +22,7 @@ def make_sides(mesh: ZoneMesh) -> Sides:
     return Sides(mesh.sides, mesh.side_start, arc)
 
 
-def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid | None) -> tuple[Contacts, Index]:
+def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid | None) -> tuple[SideContacts, Index]:
     """Contact points of all joints that touch a block not held, and the interface of each row of the law.
 
     Parameters
@@ -85,7 +85,7 @@ def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid |
         # faces that touch within the tolerance meet where the model is made
         gap[k] = -((on_b - o) @ np.array([t[1], -t[0]]))
     zero = np.zeros(m)
-    contacts = Contacts(
+    contacts = SideContacts(
         row.ravel().astype(np.int64), side, segment, arc, node, share, areas, gap, zero, zero.copy(), zero.copy()
     )
     return contacts, interfaces.astype(np.int64)

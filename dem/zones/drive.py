@@ -24,7 +24,7 @@ GENTLE = 5
 
 
 class ZonedRun:
-    """A run of zoned blocks along a path, see :class:`dem.driving.Run`.
+    """A run of zoned blocks along a path, see :class:`dem.run.Run`.
 
     The load of a sample is the mean of the last quarter of its steps.
 
@@ -45,7 +45,7 @@ class ZonedRun:
         self.rates, self.chunk = _rates(path, steps, count), steps // count
         self.before = np.where(twist != 0.0, model.rigid.net, 0.0)
         self.work_before = float(model.total[Z_APPLIED] + model.total[Z_SUPPORT])
-        self.clock, self.same = time.perf_counter(), dict[str, str]()
+        self.clock, self.same, self.notes = time.perf_counter(), dict[str, str](), [*model.warnings]
         blocks, joints = model.assembly.n_blocks, (len(model.assembly.interfaces),)
         zones = zone_state(model)
         self.record = Samples(
@@ -94,9 +94,15 @@ class ZonedRun:
         self._sample(at, load, moving, work)
         return {"step": self.chunk * (number + 1), "displacement": at, "load": load}
 
-    def save(self, file: str | Path) -> None:
+    def note(self, text: str) -> None:
+        """Keep what a reader must know of it."""
+        self.notes.append(text)
+
+    def save(self, file: str | Path, status: RunStatus = RunStatus.INTERRUPTED) -> None:
         """Write a file from which the run goes on to the same bits."""
-        save(file, self.model, self.same, self.record)
+        # what flew apart is run again from the last file before it
+        if status != RunStatus.UNSTABLE:
+            save(file, self.model, self.same, self.record)
 
     def take_up(self, file: Path) -> None:
         """Go on from where a file says that a run like this one stood."""

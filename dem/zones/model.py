@@ -9,11 +9,9 @@ from numpy.typing import NDArray
 from dem.joints import Grid, JointOptions, losses, make_laws
 from dem.kernels import LAW, LAW_SIZE
 from dem.kernels.solid_arrays import Hexahedra, HexTable, RigidSolids
-from dem.kernels.zone_arrays import Z_SIZE, Nodes, Rigid, Tables, Zones
-from dem.zones import hexahedron
+from dem.kernels.zone_arrays import Z_SIZE, Nodes, QuadTable, Rigid, Zones
 from dem.zones.attach import make_contacts, make_sides
-from dem.zones.element import ZoneTables, zone_tables
-from dem.zones.hexahedron import HexTables, hex_tables
+from dem.zones.element import ZoneTables, reference, shape_values, zone_tables
 from dem.zones.mesh import ZoneMesh, make_mesh
 from dem.zones.solid_attach import make_face_contacts, make_facets
 from dem.zones.solid_mesh import SolidMesh, make_solid_mesh
@@ -133,6 +131,38 @@ def _rigid_blocks(assembly: Assembly, rigid: NDArray[np.bool_], body: Index, dim
     )  # fmt: skip
 
 
+class _Shapes:
+    """Tables of the zones' shapes and materials, one for all that are equal.
+
+    Parameters
+    ----------
+    place : nodes [m]
+    state : "plane stress", "plane strain" or "solid"
+    """
+
+    def __init__(self, place: Array, state: str) -> None:
+        self.place, self.state = place, state
+        self.made: list[ZoneTables] = []
+        self.elastic: list[Array] = []
+        self.known: dict[Hashable, int] = {}
+
+    def of(self, cell: Index, material: Material, thickness: float = 1.0) -> int:
+        """Number of the tables of a zone with its nodes; sizes and forms are equal that are so to nine digits."""
+        arms = self.place[cell] - self.place[cell].mean(axis=0)
+        size = np.abs(arms).max()
+        form = np.round(arms / (1e-9 * size)).astype(int).ravel().tolist()
+        key = (float(f"{size:.9e}"), *form, thickness, id(material))
+        if key not in self.known:
+            self.known[key] = len(self.made)
+            self.elastic.append(Elasticity.of(material.young_modulus, material.poisson_ratio, self.state).matrix)
+            self.made.append(zone_tables(arms, thickness, self.elastic[-1]))
+        return self.known[key]
+
+    def column(self, name: str) -> Array:
+        """One table of all of them, by its name in :class:`ZoneTables`."""
+        return np.ascontiguousarray(np.stack([getattr(t, name) for t in self.made]))
+
+
 def make_solids(place: Array, cells: Index, blocks: Sequence[Block]) -> tuple[HexTable, Hexahedra]:
     """Tables of all zone shapes and materials in space, and the zones; equal shapes share a table.
 
@@ -147,39 +177,23 @@ def make_solids(place: Array, cells: Index, blocks: Sequence[Block]) -> tuple[He
     InputError
         For a material with a strength: zones in space do not yield.
     """
-    made: list[HexTables] = []
-    elastic: list[Array] = []
-    known: dict[Hashable, int] = {}
-    kind = np.zeros(len(cells), np.int64)
-    for z, cell in enumerate(cells):
-        material = blocks[z].material
-        assert material is not None
-        if material.cohesion is not None:
+    shapes, kind = _Shapes(place, SOLID), np.zeros(len(cells), np.int64)
+    for z, (cell, block) in enumerate(zip(cells, blocks, strict=True)):
+        assert block.material is not None
+        if block.material.cohesion is not None:
             raise InputError(
-                f"block {blocks[z].name!r} has a material with strength: zones in space are elastic, those in plane "
+                f"block {block.name!r} has a material with strength: zones in space are elastic, those in plane "
                 "stress or plane strain yield and crack; leave out cohesion, friction and tensile strength, or take "
                 "the wall in its plane"
             )
-        r = place[cell] - place[cell].mean(axis=0)
-        key = (*_form(r), id(material))
-        if key not in known:
-            known[key] = len(made)
-            elastic.append(Elasticity.of(material.young_modulus, material.poisson_ratio, SOLID).matrix)
-            made.append(hex_tables(r, elastic[-1]))
-        kind[z] = known[key]
-    columns = [np.ascontiguousarray(np.stack([getattr(t, name) for t in made])) for name in HexTables._fields]
-    return HexTable._make([*columns, np.stack(elastic)]), Hexahedra(cells, kind)
-
-
-def _form(arms: Array) -> tuple[Hashable, ...]:
-    """Size and form of a zone to nine digits, by which equal ones are known."""
-    size = np.abs(arms).max()
-    return (float(f"{size:.9e}"), *np.round(arms / (1e-9 * size)).astype(int).ravel().tolist())
+        kind[z] = shapes.of(cell, block.material)
+    tables = {name: shapes.column(name) for name in HexTable._fields if name != "elastic"}
+    return HexTable(**tables, elastic=np.stack(shapes.elastic)), Hexahedra(cells, kind)
 
 
 def make_zones(
     place: Array, cells: Index, materials: Sequence[Material | None], thickness: Array, plane: str
-) -> tuple[Tables, Zones]:
+) -> tuple[QuadTable, Zones]:
     """Tables of all zone shapes and materials, and zones without strain; equal shapes share a table.
 
     Parameters
@@ -188,32 +202,21 @@ def make_zones(
     cells : nodes of every zone, counter-clockwise, shape (e, 4)
     materials, thickness : of every zone [m]
     """
-    made: list[ZoneTables] = []
-    rows: list[Array] = []
-    known: dict[Hashable, int] = {}
-    of_material: dict[int, int] = {}
+    shapes, rows, of_material = _Shapes(place, plane), list[Array](), dict[int, int]()
     e = len(cells)
-    kind, material = np.zeros(e, np.int64), np.zeros(e, np.int64)
-    for z, cell in enumerate(cells):
-        made_of = materials[z]
-        assert made_of is not None
-        elastic = Elasticity.of(made_of.young_modulus, made_of.poisson_ratio, plane).matrix
-        if id(made_of) not in of_material:
-            of_material[id(made_of)] = len(rows)
-            rows.append(material_row(made_of, plane == PLANE_STRAIN, elastic))
-        material[z] = of_material[id(made_of)]
-        r = place[cell] - place[cell].mean(axis=0)
-        key = (*_form(r), float(thickness[z]), id(made_of))
-        if key not in known:
-            known[key] = len(made)
-            made.append(zone_tables(r, float(thickness[z]), elastic))
-        kind[z] = known[key]
+    kind, row = np.zeros(e, np.int64), np.zeros(e, np.int64)
+    for z, (cell, material) in enumerate(zip(cells, materials, strict=True)):
+        assert material is not None
+        kind[z] = shapes.of(cell, material, float(thickness[z]))
+        if id(material) not in of_material:
+            of_material[id(material)] = len(rows)
+            rows.append(material_row(material, plane == PLANE_STRAIN, shapes.elastic[kind[z]]))
+        row[z] = of_material[id(material)]
     zones = Zones(
-        cells, kind, material, np.zeros((e, 4, 4)), np.zeros((e, 8)), np.zeros((e, 4)), np.zeros((e, 4), np.int64),
+        cells, kind, row, np.zeros((e, 4, 4)), np.zeros((e, 8)), np.zeros((e, 4)), np.zeros((e, 4), np.int64),
         np.zeros((e, 4)),
     )  # fmt: skip
-    columns = [np.ascontiguousarray(np.stack([getattr(t, name) for t in made])) for name in ZoneTables._fields]
-    return Tables._make([*columns, np.stack(rows)]), zones
+    return QuadTable(**{name: shapes.column(name) for name in ZoneTables._fields}, material=np.stack(rows)), zones
 
 
 def set_loads(model: ZonedModel, wrench: Array) -> None:
@@ -249,11 +252,7 @@ def nodal_volume(model: ZonedModel) -> Array:
     out = np.zeros(len(model.nodes.place))
     # linear shares: a weight that is uniform in a zone goes to its nodes as their shape functions say
     s = 1.0 / np.sqrt(3.0)
-    if model.space:
-        shape = hexahedron.shape_values(s * hexahedron.CORNERS)  # stress point, node
-    else:
-        xi, eta = np.array([-1.0, 1.0, 1.0, -1.0]), np.array([-1.0, -1.0, 1.0, 1.0])
-        shape = 0.25 * (1.0 + np.outer(xi * s, xi)) * (1.0 + np.outer(eta * s, eta))
+    shape = shape_values(s * reference(model.dimension))  # stress point, node
     np.add.at(out, zones.node, (tables.weight @ shape)[zones.kind])
     return out
 

@@ -7,10 +7,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import eigsh
 
-from dem.kernels.solid_stepping import advance_solids, measure_solids
 from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_MISSED, Z_SUPPORT
-from dem.kernels.zone_measure import measure_zones
-from dem.kernels.zones import advance_zones
+from dem.kernels.zone_measure import measure_solids, measure_zones
+from dem.kernels.zone_motion import advance_solids, advance_zones
 from dem.state import UnstableError
 from dem.zones.stable import DAMPING, freedoms, stiffness
 from dem.zones.zoned_model import ZonedModel
@@ -56,10 +55,7 @@ def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: 
         Where a node has left the structure's surroundings, and where a stress could not be returned to its surface.
     """
     step = advance_solids if model.space else advance_zones
-    step(
-        model.nodes, model.zones, model.tables, model.sides, model.contacts, model.law, model.soft, model.rigid,
-        model.total, steps, model.dt, damping, drifts,
-    )  # fmt: skip
+    step(model.arrays, steps, model.dt, damping, drifts)
     lost = ~np.isfinite(model.nodes.shift).all(axis=1)
     if lost.any():
         name = model.assembly.blocks[int(model.mesh.block[int(np.argmax(lost))])].name
@@ -99,10 +95,7 @@ def read(model: ZonedModel) -> Reading:
     """Stresses, joint forces and elastic energy in the present position; changes nothing."""
     stress = np.zeros((len(model.zones.kind), *((8, 6) if model.space else (4, 4))))
     joint = np.zeros((len(model.contacts.area), 6 if model.space else 4))
-    measure = measure_solids if model.space else measure_zones
-    energy = float(measure(
-        model.nodes, model.zones, model.tables, model.sides, model.contacts, model.law, stress, joint
-    ))  # fmt: skip
+    energy = float((measure_solids if model.space else measure_zones)(model.arrays, stress, joint))
     if model.space:
         parts = joint[:, 0], joint[:, 1:3], joint[:, 3], joint[:, 4:]
         return Reading(energy, stress, *(p.copy() for p in parts))

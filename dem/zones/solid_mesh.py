@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.zone_marks import BlockMesh
-from dem.zones.hexahedron import CORNERS, FACES, shape_gradients, shape_values
+from dem.zones.element import CUBE, FACES, shape_gradients, shape_values
 from dem.zones.mesh import need_length
 from limitmason.errors import InputError
 from limitmason.geometry import Solid
@@ -249,7 +249,7 @@ def _grid(corners: Array, n: int, m: int, k: int) -> tuple[Array, Index, list[In
     z, y, x = np.meshgrid(*(np.linspace(-1.0, 1.0, c + 1) for c in (k, m, n)), indexing="ij")
     nodes = shape_values(np.stack([x, y, z], axis=-1).reshape(-1, 3)) @ corners
     number = np.arange(len(nodes)).reshape(k + 1, m + 1, n + 1)
-    shift = (CORNERS > 0).astype(int)
+    shift = (CUBE > 0).astype(int)
     cells = np.stack([number[c : k + c, b : m + b, a : n + a] for a, b, c in shift], axis=-1)
     ends = (cells[0], cells[-1], cells[:, 0], cells[:, :, -1], cells[:, -1], cells[:, :, 0])
     sides = [e[..., f].reshape(-1, 4) for e, f in zip(ends, FACES, strict=True)]
@@ -259,7 +259,7 @@ def _grid(corners: Array, n: int, m: int, k: int) -> tuple[Array, Index, list[In
 def _check_shapes(name: str, x: Array) -> None:
     """Refuse a zone that is flat or turned inside out at a corner."""
     middle = np.linalg.det(shape_gradients(np.zeros(3)) @ x)
-    for corner in CORNERS:
+    for corner in CUBE:
         if (np.linalg.det(shape_gradients(corner) @ x) < _FLAT * middle).any():
             raise InputError(
                 f"block {name!r} is too slanted: a zone of it would be flat or turned inside out; take "

@@ -7,7 +7,7 @@ from scipy.sparse.linalg import eigsh
 
 from dem.kernels.arrays import LAW
 from dem.kernels.solid_arrays import FaceContacts, Facets
-from dem.kernels.zone_arrays import Contacts, Sides
+from dem.kernels.zone_arrays import SideContacts, Sides
 from dem.zones.solid_attach import bilinear, bilinear_slopes
 from dem.zones.zoned_model import ZonedModel
 from limitmason.errors import InputError
@@ -58,7 +58,7 @@ def contact_matrix(model: ZonedModel) -> sparse.csr_matrix:
 Parts = list[tuple[NDArray[np.int64], Array]]
 
 
-def _on_sides(contacts: Contacts, sides: Sides, place: Array) -> tuple[list[Array], Parts]:
+def _on_sides(contacts: SideContacts, sides: Sides, place: Array) -> tuple[list[Array], Parts]:
     """Normal and tangent of contact points in the plane, and the nodes that move them with their shares."""
     i, j = sides.node[contacts.segment], sides.node[contacts.segment + 1]
     run = place[j] - place[i]

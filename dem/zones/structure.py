@@ -1,6 +1,5 @@
 """A structure of zoned blocks as a push drives it: loads that come on, pace, samples of a drive and files of them."""
 
-import time
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -8,15 +7,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.driving import Follower, go, unit_twist, widest_spacing
+from dem.driving import widest_spacing
 from dem.joint_marks import JointMarks
 from dem.kernels.arrays import LAW
 from dem.kernels.solid_arrays import FaceContacts
 from dem.kernels.zone_arrays import Z_KINETIC, Sides
 from dem.push_curve import PushCurve
-from dem.resuming import RunStatus, check_same, signature
+from dem.resuming import RunStatus, signature
 from dem.settings import PushSettings
 from dem.state import UnstableError
+from dem.structure import DrivenStructure
 from dem.zone_marks import ZoneState
 from dem.zones import running
 from dem.zones.drive import ZonedRun
@@ -35,15 +35,12 @@ Array = NDArray[np.float64]
 AT_REST = 1e-8
 """Kinetic over elastic energy below which what does not balance is rounding [-]."""
 
-TRIED = 20
-"""Steps by which the pace is measured."""
-
 LEAST_STEPS = 40_000
 """Steps that the faster run takes, at least: a brittle panel that fails at 9 kN carries 14 to 19 in 6000 to 20 000."""
 
 
-class ZonedStructure:
-    """Zoned blocks that a push drives, as :class:`dem.structure.BlockStructure` are.
+class ZonedStructure(DrivenStructure):
+    """Zoned blocks that a push drives.
 
     Contacts are those of the reference position, followed along the sides they lie on. A servo is a dead force, and
     holds the turns of its block where it is parallel.
@@ -51,12 +48,15 @@ class ZonedStructure:
 
     blocks = ZONED
     to_settle = 10.0
+    tried = 20
+    least_samples = 1
 
     def __init__(self, assembly: Assembly, drive: Drive, loads: Loads | None, chosen: PushSettings) -> None:
         """Zones, contacts, masses and signature; nothing moves yet."""
         stress = chosen.stress or PLANE_STRESS
         assert chosen.zone_size is not None
-        unit, held = unit_twist(drive, assembly)
+        super().__init__(assembly, drive, loads, chosen)
+        unit, held = self.unit, self.held
         if stress != SOLID and unit[:, [1, 3, 5]].any():
             raise InputError(
                 f"the drive leaves the x-z plane, in which zoned blocks stay: give x, z or ry, or stress={SOLID!r} "
@@ -71,7 +71,6 @@ class ZonedStructure:
             dead[block, 2] -= servo.force
             held[block, [3, 4, 5] if stress == SOLID else [4]] |= servo.parallel
         stiff = np.flatnonzero(unit.any(axis=1) | held.any(axis=1)).tolist()
-        self.assembly, self.unit, self.held, self.chosen = assembly, unit, held, chosen
         self.least_steps = max(LEAST_STEPS, 10 * chosen.samples)
         self.model = model = make_model(
             assembly, Loads(dead, np.zeros_like(dead)), zone_size=chosen.zone_size, plane=stress,
@@ -93,20 +92,12 @@ class ZonedStructure:
             "contact points": (c.joint, *on_a, c.node, c.share, c.area, c.gap),
             "loads": (model.nodes.load, model.rigid.load),
         }  # fmt: skip
-        self.same: Mapping[str, str] = signature(assembly, parts, blocks=ZONED, stress=stress, holds=first.tolist())
+        self.same = signature(assembly, parts, blocks=ZONED, stress=stress, holds=first.tolist())
 
     @cached_property
     def period(self) -> float:
         """Steps of the slowest motion."""
         return running.slowest_period(self.model)
-
-    def step_time(self) -> float:
-        """Time that a step takes [s], from a few of a copy once they are compiled."""
-        tried = self.model.copy()
-        running.advance(tried, 1)
-        clock = time.perf_counter()
-        running.advance(tried, TRIED)
-        return (time.perf_counter() - clock) / TRIED
 
     def contrast(self) -> str:
         """Stiffness of zones and joints in words."""
@@ -115,26 +106,32 @@ class ZonedStructure:
         joint = m.law[:, [LAW.kn, LAW.ks]]
         return f"zones have E / size = {zone:.2g} Pa/m, joints from {joint.min():.2g} to {joint.max():.2g} Pa/m"
 
-    def check(self, file: Path, same: Mapping[str, str]) -> None:
-        """Refuse a file of another push."""
-        check_same(file, read_digests(file), same)
+    def try_steps(self, count: int) -> None:
+        """Take steps of a copy."""
+        running.advance(self.model.copy(), count)
 
-    def rest(self, file: Path | None) -> None:
-        """Come to rest under the dead loads, or take the rest from a file; it is kept there."""
-        model = self.model
-        if file is not None and file.exists():
-            self.check(file, self.same)
-            read_model(file, model)
-            return
+    def come_to_rest(self) -> None:
+        """Come to rest under the dead loads."""
         # under softer joints than most it takes a few of the slowest swings
+        most = max(running.MOST_STEPS, int(self.to_settle * self.period))
         try:
-            rests = running.settle(model, max_steps=max(running.MOST_STEPS, int(self.to_settle * self.period)))
+            rests = running.settle(self.model, max_steps=most)
         except UnstableError as error:
             raise NotConverged(f"the structure falls under its dead loads before it is driven: {error}") from error
         if not rests:
             raise NotConverged(self._unsettled())
-        if file is not None:
-            save(file, model, self.same, None)
+
+    def keep_rest(self, file: Path) -> None:
+        """Write the model at rest to a file."""
+        save(file, self.model, self.same, None)
+
+    def take_rest(self, file: Path) -> None:
+        """Put the model where a file's was at rest."""
+        read_model(file, self.model)
+
+    def digests_of(self, file: Path) -> Mapping[str, str]:
+        """What a file says that a run which goes on from it must have in common with it."""
+        return read_digests(file)
 
     def _unsettled(self) -> str:
         """Why a model did not settle, in words: it moves, or it is at rest but for the rounding of stiff springs."""
@@ -146,37 +143,30 @@ class ZonedStructure:
             )
         return f"the structure does not settle under its dead loads ({force}): it falls before it is driven"
 
-    def drive(
-        self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None, follow: Follower
-    ) -> PushCurve:
-        """Drive a copy along a path in so many steps, or on from where a file says that it stood."""
+    def begun(self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None) -> ZonedRun:
+        """Run of a copy along a path, from its start or from where a file says that it stood."""
         run = ZonedRun(self.model.copy(), self.twist, self.hold, path, steps, self.chosen.samples)
         run.same = dict(same)
-        if file is not None and file.exists():
-            self.check(file, same)
+        if file is not None:
             run.take_up(file)
-        follow.begin(0.0, run.chunk * run.samples)
-        notes = [*self.model.warnings]
-        try:
-            status = go(run, progress=follow, checkpoint=file)
-            if file is not None:
-                run.save(file)
-        except UnstableError as error:
-            # what was there before is a curve
-            if not run.samples:
-                raise
-            status = RunStatus.UNSTABLE
-            notes.append(f"the run ended early: {error}")
+        return run
+
+    def steps_of(self, run: ZonedRun) -> tuple[float, float]:
+        """Number that the first step of a run counts from, and steps that it has taken."""
+        return 0.0, float(run.chunk * run.samples)
+
+    def curve_of(self, run: ZonedRun, status: RunStatus, steps: int, seconds: float) -> PushCurve:
+        """What a run says of the drive; ``seconds`` are those of the record, runs before it included."""
         r, m = run.record.arrays(), self.model
         slid, driven = float(np.nanmax(r["slip"][-1], initial=0.0)), int(np.argmax(np.abs(self.twist).max(axis=1)))
         if slid > 0.5 * _shortest(m):
-            notes.append(
+            run.note(
                 f"a joint has slid by {1e3 * slid:.3g} mm: contacts are those of the reference position, and a block "
                 "that leaves the face it lies on is still carried by its plane"
             )
         return PushCurve(
             r["moved"], r["load"], errors={"energy": r["energy"], "kinetic": r["kinetic"]},
-            states=list(zip(r["place"], r["turn"], strict=True)), status=status, warnings=tuple(notes),
+            states=list(zip(r["place"], r["turn"], strict=True)), status=status, warnings=tuple(run.notes),
             assembly=self.assembly, **{name: r[name] for name in JointMarks._fields}, blocks=ZONED,
             settlement=float(m.nodes.shift[m.nodes.body == driven].mean(axis=0) @ self.twist[driven, : m.dimension]),
             law="; ".join(m.lost), spacing=_spacing(m), steps=steps, seconds=float(r["seconds"][-1]), mesh=m.mesh,

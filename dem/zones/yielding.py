@@ -26,7 +26,7 @@ def material_row(material: Material, plane_strain: bool, elastic: Array) -> Arra
 
     Parameters
     ----------
-    elastic : from :func:`dem.zones.element.elasticity`, shape (4, 3)
+    elastic : of :class:`limitmason.deformable.Elasticity`, shape (4, 3)
     """
     row = np.zeros(MAT_SIZE)
     row[MAT_STRAIN] = float(plane_strain)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.kernels.solid_arrays import FaceContacts, Facets, Hexahedra, HexTable, RigidSolids
-from dem.kernels.zone_arrays import Contacts, Nodes, Rigid, Sides, Tables, Zones
+from dem.kernels.zone_arrays import Nodes, QuadTable, Rigid, SideContacts, Sides, ZonedArrays, Zones
 from dem.zones.mesh import ZoneMesh
 from dem.zones.solid_mesh import SolidMesh
 from limitmason.deformable import SOLID
@@ -37,9 +37,9 @@ class ZonedModel:
     mesh: ZoneMesh | SolidMesh
     nodes: Nodes
     zones: Zones | Hexahedra
-    tables: Tables | HexTable
+    tables: QuadTable | HexTable
     sides: Sides | Facets
-    contacts: Contacts | FaceContacts
+    contacts: SideContacts | FaceContacts
     rigid: Rigid | RigidSolids
     law: Array
     soft: bool
@@ -58,6 +58,11 @@ class ZonedModel:
 
         moving = {name: copied(getattr(self, name)) for name in ("nodes", "zones", "contacts", "rigid")}
         return replace(self, **moving, total=self.total.copy())
+
+    @property
+    def arrays(self) -> ZonedArrays:
+        """What the kernels see of it."""
+        return ZonedArrays(*(getattr(self, name) for name in ZonedArrays._fields))
 
     @property
     def space(self) -> bool:

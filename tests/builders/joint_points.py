@@ -7,7 +7,7 @@ from walls import on_slab
 
 import limitmason as lm
 from dem.joints import JointOptions, make_laws
-from dem.kernels.law import fall_of, peak_of, return_map
+from dem.kernels.law import peak_of, return_map, softening_of
 
 
 class Path(NamedTuple):
@@ -38,7 +38,7 @@ def along(joint: lm.Joint, opening=None, slip=None, pressure=None, **options) ->
     options : of ``JointOptions``
     """
     row = law_row(joint, **options)
-    peak, fall = peak_of(row, 0), fall_of(row, 0)
+    peak, fall = peak_of(row, 0), softening_of(row, 0)
     given = slip if opening is None else opening
     zero = np.zeros(len(given))
     s1 = s2 = lift = damage = rubbed = broken = 0.0

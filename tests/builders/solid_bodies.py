@@ -6,10 +6,11 @@ from scipy import sparse
 
 from dem.kernels import LAW_SIZE
 from dem.kernels import solid_arrays as arrays
-from dem.kernels.solid_stepping import advance_solids, measure_solids
 from dem.kernels.solid_zones import solid_forces
-from dem.kernels.zone_arrays import Z_SIZE, Nodes
-from dem.zones.hexahedron import CORNERS
+from dem.kernels.zone_arrays import Z_SIZE, Nodes, ZonedArrays
+from dem.kernels.zone_measure import measure_solids
+from dem.kernels.zone_motion import advance_solids
+from dem.zones.element import CUBE
 from dem.zones.model import make_solids
 from dem.zones.stable import largest_eigenvalue, stable_masses
 from limitmason.geometry import box
@@ -21,7 +22,7 @@ def grid(xs, ys, zs):
     z, y, x = np.meshgrid(zs, ys, xs, indexing="ij")
     number = np.arange(x.size).reshape(x.shape)
     k, m, n = (s - 1 for s in x.shape)
-    cells = np.stack([number[c : k + c, b : m + b, a : n + a].ravel() for a, b, c in (CORNERS > 0).astype(int)], axis=1)
+    cells = np.stack([number[c : k + c, b : m + b, a : n + a].ravel() for a, b, c in (CUBE > 0).astype(int)], axis=1)
     return np.column_stack([x.ravel(), y.ravel(), z.ravel()]), cells
 
 
@@ -63,9 +64,14 @@ class SolidBody:
             self.dt = float(np.sqrt(0.9 * 4.0 / largest_eigenvalue(self.stiffness, mass)))
 
     def run(self, steps, local=0.8, drifts=False):
-        advance_solids(
-            self.nodes, self.zones, self.tables, self.facets, self.contacts, np.zeros((1, LAW_SIZE)), False, self.rigid,
-            self.total, steps, self.dt, local, drifts,
+        advance_solids(self.arrays, steps, self.dt, local, drifts)
+
+    @property
+    def arrays(self):
+        """What the kernels see: no joints."""
+        return ZonedArrays(
+            self.nodes, self.zones, self.tables, self.facets, self.contacts, self.rigid, np.zeros((1, LAW_SIZE)), False,
+            self.total,
         )  # fmt: skip
 
     def forces(self):
@@ -77,16 +83,7 @@ class SolidBody:
     def stresses(self):
         """Stresses at all stress points, shape (e, 8, 3, 3), and the elastic energy."""
         out = np.zeros((len(self.zones.kind), 8, 6))
-        energy = measure_solids(
-            self.nodes,
-            self.zones,
-            self.tables,
-            self.facets,
-            self.contacts,
-            np.zeros((1, LAW_SIZE)),
-            out,
-            np.zeros((0, 6)),
-        )
+        energy = measure_solids(self.arrays, out, np.zeros((0, 6)))
         return out[..., [[0, 5, 4], [5, 1, 3], [4, 3, 2]]], energy
 
     def solved(self):

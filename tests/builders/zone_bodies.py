@@ -8,6 +8,7 @@ from dem.kernels import LAW_SIZE
 from dem.kernels import zone_arrays as arrays
 from dem.kernels import zones as kernel
 from dem.kernels.zone_measure import measure_zones
+from dem.kernels.zone_motion import advance_zones
 from dem.zones.model import make_zones
 from dem.zones.stable import largest_eigenvalue, stable_masses
 from limitmason.deformable import PLANE_STRESS
@@ -33,7 +34,7 @@ class ZoneBody:
         self.nodes = arrays.Nodes(place, *zeros[:2], np.ones(n), *zeros[2:4], np.full(n, -1), zeros[4], held)
         none, no = np.zeros(0), np.zeros(0, np.int64)
         self.sides = arrays.Sides(np.zeros(2, np.int64), np.zeros(1, np.int64), np.zeros(2))
-        self.contacts = arrays.Contacts(
+        self.contacts = arrays.SideContacts(
             no, no, no, none, np.zeros((0, 2), np.int64), none, none, none, none, none, none
         )
         b = np.zeros((0, 3))
@@ -55,9 +56,14 @@ class ZoneBody:
             self.dt = float(np.sqrt(0.9 * 4.0 / largest_eigenvalue(self.stiffness, mass)))
 
     def run(self, steps, local=0.8, drifts=False):
-        kernel.advance_zones(
-            self.nodes, self.zones, self.tables, self.sides, self.contacts, np.zeros((1, LAW_SIZE)), False, self.rigid,
-            self.total, steps, self.dt, local, drifts,
+        advance_zones(self.arrays, steps, self.dt, local, drifts)
+
+    @property
+    def arrays(self):
+        """What the kernels see: no joints."""
+        return arrays.ZonedArrays(
+            self.nodes, self.zones, self.tables, self.sides, self.contacts, self.rigid, np.zeros((1, LAW_SIZE)), False,
+            self.total,
         )  # fmt: skip
 
     def forces(self):
@@ -69,16 +75,7 @@ class ZoneBody:
     def stresses(self):
         """Stresses xx, zz, xz, yy at all stress points, shape (e, 4, 4), and the elastic energy."""
         out = np.zeros((len(self.zones.kind), 4, 4))
-        energy = measure_zones(
-            self.nodes,
-            self.zones,
-            self.tables,
-            self.sides,
-            self.contacts,
-            np.zeros((1, LAW_SIZE)),
-            out,
-            np.zeros((0, 4)),
-        )
+        energy = measure_zones(self.arrays, out, np.zeros((0, 4)))
         return out, energy
 
     def solved(self):

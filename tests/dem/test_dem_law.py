@@ -327,10 +327,10 @@ def test_dilation_ends_at_its_slip_distance_and_starts_to_close_there():
 def test_slip_round_a_bend_lifts_by_its_distance_from_the_start():
     from joint_points import law_row
 
-    from dem.kernels.law import fall_of, peak_of, return_map
+    from dem.kernels.law import peak_of, return_map, softening_of
 
     row = law_row(dilatant())
-    peak, fall = peak_of(row, 0), fall_of(row, 0)
+    peak, fall = peak_of(row, 0), softening_of(row, 0)
     angle = np.linspace(0.0, 2 * np.pi, 4001)
     way = 1e-3 * np.column_stack([1.0 - np.cos(angle), np.sin(angle)])  # a circle back to the start
     state = (0.0, 0.0, 0.0, 0.0)
@@ -357,7 +357,7 @@ def test_a_dilating_joint_takes_energy_in_every_loop_of_slip(psi):
 @pytest.mark.parametrize("lifts", [False, True])
 def test_the_short_way_of_points_within_their_strength_is_the_law_itself(softens, lifts):
     # with a dashpot of zero the law goes its whole way at every point; the short way is taken where there is none
-    from dem.kernels.law import Fall, Peak, return_map
+    from dem.kernels.law import Peak, SofteningRow, return_map
 
     rng = np.random.default_rng(5)
     within = beyond = 0
@@ -367,7 +367,7 @@ def test_the_short_way_of_points_within_their_strength_is_the_law_itself(softens
         mu, dil = rng.uniform(0.3, 1.0), rng.uniform(0.0, 0.3) * lifts
         fc = (10.0 ** rng.uniform(6, 7) / kn) if lifts and rng.random() < 0.5 else np.inf
         peak = Peak(kn, ks, mu, dil, c, ft, fc, 1e-3 * dil, None)
-        fall = Fall(-0.3 * mu, -dil * rng.random(), -c, -ft, 10.0 ** rng.uniform(2, 12), rng.choice([0.0, 1e6]),
+        fall = SofteningRow(-0.3 * mu, -dil * rng.random(), -c, -ft, 10.0 ** rng.uniform(2, 12), rng.choice([0.0, 1e6]),
                     rng.choice([0.0, 1.0]) * kn / 1e6) if softens else None  # fmt: skip
         damage = rng.choice([0.0, rng.random(), 1.0]) if softens else 0.0
         # from pulled apart to pressed well, and from at rest to past the strength

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 from solid_bodies import SolidBody, grid
 
 import limitmason as lm
-from dem.zones.hexahedron import FACES
+from dem.zones.element import FACES
 
 E = 10e9
 STRAIN = np.array([[1.0, 0.35, -0.2], [0.35, -0.6, 0.5], [-0.2, 0.5, 0.3]])

@@ -9,7 +9,7 @@ import pytest
 import dem
 import limitmason as lm
 from dem import kernels
-from dem.kernels.law import fall_of, plain_peak_of
+from dem.kernels.law import plain_peak_of, softening_of
 from dem.kernels.sums import point_sums
 from limitmason.capacity import Steps, path, stepping
 from limitmason.capacity.certificate import certify
@@ -300,7 +300,7 @@ def test_small_steps_come_to_the_same_as_the_softening_kernel(by_opening, by_sli
     for name, value in entries.items():
         row[0, getattr(kernels.LAW, name)] = value
     points = kernels.Points(np.zeros(1), np.zeros(1), np.ones(1), *(np.zeros(1) for _ in range(5)))
-    joint = plain_peak_of(row, 0), fall_of(row, 0)
+    joint = plain_peak_of(row, 0), softening_of(row, 0)
     old, stress, damage = virgin(1, 3), [], []
     s = np.linspace(0.0, 1.0, 401)
     # pressed, slid, pulled open while sliding, closed, slid on

@@ -1,0 +1,210 @@
+"""A structure of rigid, lumped or strained blocks as a push drives it."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem.driving import widest_spacing
+from dem.history import History
+from dem.joint_marks import JointMarks
+from dem.joints import JointOptions
+from dem.kernels import E_STEPS
+from dem.pace import LEAST_STEPS, slowest_period, softest_note
+from dem.push_curve import PushCurve
+from dem.resuming import RunStatus, signature
+from dem.settings import PushSettings
+from dem.settling import settled
+from dem.simulate import prepared, simulate, taken_up
+from dem.stage_run import StageRun
+from dem.state import make_state
+from dem.structure import DrivenStructure
+from limitmason.deformable import PLANE_STRESS, SOLID
+from limitmason.deformable.levels import LUMPED, RIGID, SIMPLY_DEFORMABLE
+from limitmason.mechanics.contact_points import on_few_points
+from limitmason.mechanics.lumped_units import with_lumped_units
+from limitmason.mechanics.plane import Plane, find_plane
+from limitmason.model import Assembly, Loads
+from limitmason.model.stages import Damping, Drive, Hold, Settle, Stage
+
+Array = NDArray[np.float64]
+
+UNITS: Mapping[str, Callable[[Assembly], Assembly]] = {
+    RIGID: lambda assembly: assembly, LUMPED: with_lumped_units, SIMPLY_DEFORMABLE: lambda assembly: assembly,
+}  # fmt: skip
+"""What units make of their joints: lumped ones give them their compliance."""
+
+GENTLE = 0.02
+"""Part of the path over which the drive starts at a quarter of its speed [-]."""
+
+BRAKE = Damping(local=0.5, combined=True)
+"""Damping of a driven run; local damping alone drags on what slides: 5 % of a plastic wall's load, 20 % of peaks."""
+
+
+class BlockStructure(DrivenStructure):
+    """Rigid or strained blocks that a push drives; settling has an end of its own."""
+
+    least_steps = LEAST_STEPS
+    tried = 100
+    least_samples = 2
+
+    def __init__(self, assembly: Assembly, drive: Drive, loads: Loads | None, chosen: PushSettings) -> None:
+        """Contact points, masses and signature; nothing moves yet."""
+        self.move = drive = drive if chosen.calm is None else replace(drive, calm=chosen.calm)
+        super().__init__(assembly, drive, loads, chosen)
+        self.assembly = model = UNITS[chosen.blocks](assembly)
+        loads = loads if loads is not None else Loads.weight(model)
+        self.loads = Loads(loads.dead, np.zeros_like(loads.dead), loads.name)
+        plane, strains = _plane(model, self.loads, self.unit), chosen.blocks == SIMPLY_DEFORMABLE
+        stress = chosen.stress or (PLANE_STRESS if strains and plane is not None else SOLID)
+        grid = chosen.contact_points
+        self.state = make_state(
+            model, self.loads, contact_points=default_spacing(model) if grid is None else grid,
+            joint_options=chosen.joint_options, blocks=SIMPLY_DEFORMABLE if strains else RIGID,
+            plane=None if strains and stress == SOLID else plane, stress=stress, driven=self.unit,
+        )  # fmt: skip
+        if grid is None:
+            finer = "give contact_points, the spacing [m], a twelfth of the thickness"
+            self.state = replace(self.state, warnings=(*self.state.warnings, *on_few_points(model, finer)))
+        self.settle = chosen.settle or Settle(tolerance=1e-5)
+        if drive.servo:
+            self.settle = Settle(
+                self.settle.tolerance, self.settle.max_steps, damping=self.settle.damping, servo=drive.servo
+            )
+        b, p = self.state.bodies, self.state.points
+        parts = {
+            "scaled masses": (b.mass, b.inv_inertia), "strain shapes": (*(self.state.modes or ()),),
+            "contact points": (p.s, p.t, p.area, p.gap), "loads": (self.state.dead,),
+        }  # fmt: skip
+        self.same = signature(
+            model, parts, blocks=chosen.blocks, stress=stress, joint_options=chosen.joint_options or JointOptions(),
+            settle=self.settle, sound=chosen.sound,
+        )  # fmt: skip
+        self.blocks = f"{chosen.blocks}, {stress}" if strains else chosen.blocks
+        self.settled: History | None = None
+
+    @property
+    def at_rest(self) -> History:
+        """The run that came to rest."""
+        assert self.settled is not None
+        return self.settled
+
+    @cached_property
+    def period(self) -> float:
+        """Steps of the slowest motion."""
+        return slowest_period(self.assembly, self.state, self.loads)
+
+    @property
+    def _driven_block(self) -> int:
+        return int(np.argmax(np.linalg.norm(self.unit[:, :3], axis=1)))
+
+    def contrast(self) -> str:
+        """What makes its motion slow, in words."""
+        return softest_note(self.state, self.assembly)
+
+    def try_steps(self, count: int) -> None:
+        """Take steps of a copy."""
+        simulate(self.assembly, Hold(steps=count), start=self.state, sample=count)
+
+    def come_to_rest(self) -> None:
+        """Come to rest under the dead loads."""
+        rest = settled(self.assembly, self.state, self.settle, self.loads, sound=self.chosen.sound)
+        self.settled = replace(rest, same=dict(self.same))
+
+    def keep_rest(self, file: Path) -> None:
+        """Write the run that came to rest to a file."""
+        self.at_rest.save(file)
+
+    def take_rest(self, file: Path) -> None:
+        """Take the run that came to rest from a file."""
+        self.settled = History.load(file, self.assembly)
+
+    def digests_of(self, file: Path) -> Mapping[str, str]:
+        """What a file says that a run which goes on from it must have in common with it."""
+        return History.load(file, self.assembly).same
+
+    def begun(self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None) -> StageRun:
+        """Run of a copy along a path, from its start or from where a file says that it stood."""
+        chosen, stages = self.chosen, _stages(self.move, path, steps)
+        if file is not None:
+            return taken_up(History.load(file, self.assembly), stages)
+        return prepared(
+            self.assembly, stages, start=replace(self.at_rest, same=dict(same)),
+            sample=max(steps // chosen.samples, 1), damping=chosen.damping or BRAKE, detect_every=chosen.detect_every,
+        )  # fmt: skip
+
+    def steps_of(self, run: StageRun) -> tuple[float, float]:
+        """Number that the first step of a run counts from, and steps that it has taken."""
+        origin = float(self.at_rest["step"][-1])
+        return origin, float(run.rec.state.total[E_STEPS]) - origin if run.samples else 0.0
+
+    def curve_of(self, run: StageRun, status: RunStatus, steps: int, seconds: float) -> PushCurve:
+        """What a run that began at the settled state says of the drive."""
+        history = run.rec.history(status)
+        rest, block = self.at_rest, self._driven_block
+        before, axis = rest.state.bodies, self.unit[block, :3]
+        driven = [k for k, b in enumerate(history.reaction_blocks) if self.unit[b].any()]
+        twist = self.unit[history.reaction_blocks[driven]]
+        names = JointMarks._fields
+        marks: dict[str, Any] = {k: np.concatenate([getattr(rest, k)[-1:], getattr(history, k)]) for k in names}
+        p, start = rest.state.points, rest.state.joints.start
+
+        def begun(values: Array) -> Array:
+            return np.concatenate([[0.0], values])
+
+        return PushCurve(
+            begun((history.shift[:, block] - before.shift[block]) @ axis),
+            begun(np.einsum("sbk,bk->s", history.reaction[:, driven], twist)),
+            errors={
+                "energy": begun(history.energy_error / history._work),
+                "kinetic": begun(history.kinetic_ratio_since(rest)),
+            },
+            # a state goes on and is written to
+            states=[(before.shift.copy(), before.quat.copy()), *zip(history.shift, history.quaternion, strict=True)],
+            status=history.status, warnings=history.warnings, assembly=self.assembly, history=history, **marks,
+            settlement=float(before.shift[block] @ axis), blocks=self.blocks, law="; ".join(history.lost_in_failure),
+            spacing=widest_spacing((p.s[a:b], p.t[a:b]) for a, b in pairwise(start)), steps=steps, seconds=seconds,
+        )  # fmt: skip
+
+
+def default_spacing(assembly: Assembly) -> float:
+    """Half the smallest of the lengths and heights of joints [m], each the longer side in its plane of the wall."""
+    x = assembly.arrays
+    owner = np.repeat(np.arange(len(x.block_a)), np.diff(x.corner_start))
+    arm = x.corners - x.centre[owner]
+    first = x.corner_start[:-1]
+    spans = np.stack([
+        np.maximum.reduceat(a, first) - np.minimum.reduceat(a, first)
+        for a in (np.einsum("ij,ij->i", arm, t[owner]) for t in (x.tangent_1, x.tangent_2))
+    ])  # fmt: skip
+    return 0.5 * float(spans.min(axis=0).min())
+
+
+def _plane(assembly: Assembly, loads: Loads, unit: Array) -> Plane | None:
+    """Plane of a plane problem along the global axes, None in space."""
+    plane = find_plane(assembly, loads, unit)
+    return plane if plane is not None and np.isclose(np.abs(plane.normal).max(), 1.0, atol=1e-12) else None
+
+
+def _stages(drive: Drive, path: Sequence[float], steps: int) -> Sequence[Stage]:
+    """A gentle start and one stage for every branch of the path."""
+    names = ("x", "y", "z", "rx", "ry", "rz")
+    size = float(max(np.linalg.norm([m.get(k, 0.0) for k in names[:3]]) for m in drive.displacement.values()))
+
+    def stage(length: float, count: float) -> Drive:
+        moves = {b: {k: length * v / size for k, v in m.items()} for b, m in drive.displacement.items()}
+        return Drive(moves, steps=max(round(count), 1), keep=True, servo=drive.servo, damping=drive.damping,
+                     calm=drive.calm)  # fmt: skip
+
+    lengths = np.diff([0.0, *path])
+    travel = float(np.abs(lengths).sum())
+    start = np.sign(lengths[0]) * min(GENTLE * travel, 0.5 * abs(lengths[0]))
+    pace = steps / (travel + 3.0 * abs(start))
+    return [stage(start, 4.0 * pace * abs(start)), stage(lengths[0] - start, pace * abs(lengths[0] - start))] + [
+        stage(length, pace * abs(length)) for length in lengths[1:]
+    ]

@@ -1,0 +1,86 @@
+"""Runs of blocks of any kind: stepped to their end, kept in files, stopped from outside."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Protocol
+
+from dem.resuming import RunStatus, interrupts_wait
+from limitmason.display.progress import reached, watched
+from limitmason.errors import InputError
+
+Progress = Callable[[Mapping[str, Any]], object]
+
+
+class Run(Protocol):
+    """Blocks of any kind on their way: what steps them, from one sample to the next."""
+
+    @property
+    def over(self) -> bool:
+        """Whether there is nothing left to do."""
+
+    @property
+    def pause(self) -> bool:
+        """Whether a stage of it is over, which is no place to take it up from."""
+
+    @property
+    def status(self) -> RunStatus:
+        """How what is done has ended."""
+
+    @property
+    def samples(self) -> int:
+        """Samples so far."""
+
+    @property
+    def where(self) -> tuple[float | None, str]:
+        """Part of it that is done, None where that cannot be told, and where it stands in words."""
+
+    def begin(self) -> None:
+        """Stand ready for the first chunk of steps."""
+
+    def advance(self) -> Mapping[str, Any] | None:
+        """A chunk of steps; what was sampled at its end, None where nothing was."""
+
+    def finish(self) -> None:
+        """Let go what the run has held."""
+
+    def note(self, text: str) -> None:
+        """Keep what a reader must know of it."""
+
+    def save(self, file: str | Path, status: RunStatus = RunStatus.INTERRUPTED) -> None:
+        """Write a file from which the run goes on to the same bits, or that says how it has ended."""
+
+
+@watched("time stepping")
+def go(
+    run: Run, *, progress: Progress | None = None, checkpoint: str | Path | None = None, checkpoint_every: int = 20
+) -> RunStatus:
+    """Step a run to its end, or until somebody stops it; how it ended.
+
+    Parameters
+    ----------
+    progress : called with every sample; returns True to stop
+    checkpoint : file that is written every ``checkpoint_every`` samples
+
+    Raises
+    ------
+    InputError
+        For an interval below 1.
+    """
+    if checkpoint_every < 1:
+        raise InputError(f"checkpoint_every must be at least 1, got {checkpoint_every}")
+    try:
+        with interrupts_wait() as interrupt:
+            run.begin()
+            while not run.over:
+                sampled, stop = run.advance(), False
+                if sampled is not None:
+                    reached(*run.where)
+                    if checkpoint is not None and not run.pause and run.samples % checkpoint_every == 0:
+                        run.save(checkpoint)
+                    stop = progress is not None and bool(progress(sampled))
+                if stop or interrupt.asked:
+                    return RunStatus.INTERRUPTED
+            run.finish()
+    except KeyboardInterrupt:
+        return RunStatus.INTERRUPTED
+    return run.status
