@@ -1,15 +1,15 @@
 """Explicit distinct element method on the same assemblies: stages of loading, and collapse multipliers."""
 
-from dem.collapse import collapse
-from dem.history import History
-from dem.identification import identify, white_noise
-from dem.joints import JointOptions
+from dem.driving.push_curve import PushCurve
+from dem.model.joints import JointOptions
+from dem.model.state import State, UnsettledError, UnstableError, make_state
+from dem.multiplier.collapse import collapse
+from dem.multiplier.tilt import TiltTest, tilt_test
 from dem.push import push
-from dem.push_curve import PushCurve
 from dem.settings import DemSettings, PushSettings
-from dem.simulate import resume, simulate
-from dem.state import State, UnsettledError, UnstableError, make_state
-from dem.tilt import TiltTest, tilt_test
+from dem.stages.history import History
+from dem.stages.identification import identify, white_noise
+from dem.stages.simulate import resume, simulate
 from limitmason.model.stages import BaseMotion, Damping, Drive, Hold, Ramp, Servo, Settle, Stage, Tilt
 
 __all__ = [

@@ -2,7 +2,7 @@
 
 import math
 
-from dem.collapse import collapse
+from dem.multiplier.collapse import collapse
 from dem.papers import COLLAPSE
 from dem.push import push
 from dem.settings import CHECKS, DemSettings

@@ -4,14 +4,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from dem.block_structure import BlockStructure
-from dem.driving import SLOWER, Follower, turning_points
-from dem.pace import default_steps
-from dem.push_curve import PushCurve, told
-from dem.resuming import RunStatus, digests, part_file
-from dem.run import Progress
+from dem.driving.block_structure import BlockStructure
+from dem.driving.pace import default_steps
+from dem.driving.path import SLOWER, Follower, turning_points
+from dem.driving.push_curve import PushCurve, told
+from dem.driving.structure import DrivenStructure
 from dem.settings import PushSettings
-from dem.structure import DrivenStructure
+from dem.stages.resuming import RunStatus, digests, part_file
+from dem.stages.run import Progress
 from dem.zones.structure import ZonedStructure
 from limitmason.deformable.levels import ZONED
 from limitmason.display.progress import reached, watched

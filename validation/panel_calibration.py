@@ -13,7 +13,7 @@ import numpy as np
 
 import dem
 import limitmason as lm
-from dem.block_structure import default_spacing
+from dem.driving.block_structure import default_spacing
 from limitmason import study
 from limitmason.calibration.profile import end as profile_end
 from limitmason.errors import NotConverged

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.joints import Grid, make_points
 from dem.kernels.zone_arrays import SideContacts, Sides
+from dem.model.joints import Grid, make_points
 from dem.zones.mesh import ZoneMesh
 from limitmason.errors import InputError
 from limitmason.model import Assembly

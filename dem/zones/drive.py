@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.joint_marks import JointMarks
 from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_SUPPORT
-from dem.resuming import RunStatus
-from dem.samples import Samples
-from dem.stepping import CALM
+from dem.model.joint_marks import JointMarks
+from dem.model.time_steps import CALM
+from dem.stages.resuming import RunStatus
+from dem.stages.samples import Samples
 from dem.zones import running
 from dem.zones.recording import read_model, rigid_motion, save, zone_state, zoned_joint_marks
 from dem.zones.zoned_model import ZonedModel
@@ -24,7 +24,7 @@ GENTLE = 5
 
 
 class ZonedRun:
-    """A run of zoned blocks along a path, see :class:`dem.run.Run`.
+    """A run of zoned blocks along a path, see :class:`dem.stages.run.Run`.
 
     The load of a sample is the mean of the last quarter of its steps.
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.zone_marks import BlockMesh
+from dem.driving.zone_marks import BlockMesh
 from limitmason.errors import InputError
 from limitmason.geometry import polygon_area_centroid
 from limitmason.model import Assembly

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.joints import Grid, JointOptions, losses, make_laws
 from dem.kernels import LAW, LAW_SIZE
 from dem.kernels.solid_arrays import Hexahedra, HexTable, RigidSolids
 from dem.kernels.zone_arrays import Z_SIZE, Nodes, QuadTable, Rigid, Zones
+from dem.model.joints import Grid, JointOptions, losses, make_laws
 from dem.zones.attach import make_contacts, make_sides
 from dem.zones.element import ZoneTables, reference, shape_values, zone_tables
 from dem.zones.mesh import ZoneMesh, make_mesh

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from dem.joint_marks import JointMarks, PointMarks, marks_of
+from dem.driving.zone_marks import ZoneState
 from dem.kernels.solid_arrays import RigidSolids
 from dem.kernels.zone_arrays import Zones
-from dem.samples import Samples
-from dem.zone_marks import ZoneState
+from dem.model.joint_marks import JointMarks, PointMarks, marks_of
+from dem.stages.samples import Samples
 from dem.zones.running import Reading
 from dem.zones.zoned_model import ZonedModel
 from limitmason.storage.files import read_archive, write_archive
@@ -38,7 +38,7 @@ def save(path: str | Path, model: ZonedModel, same: Mapping[str, str], samples: 
 
     Parameters
     ----------
-    same : what a run must have in common to go on from it, see :func:`dem.resuming.signature`
+    same : what a run must have in common to go on from it, see :func:`dem.stages.resuming.signature`
     """
     arrays: dict[str, Any] = {
         f"{group}.{name}": getattr(getattr(model, group), name) for group, name in _moving(model)
@@ -66,7 +66,7 @@ def read_model(path: Path, model: ZonedModel) -> dict[str, Any]:
 
 
 def zoned_joint_marks(model: ZonedModel, now: Reading) -> JointMarks:
-    """Marks per interface of the assembly, as :func:`dem.joint_marks.joint_marks` has them for rigid blocks."""
+    """Marks per interface of the assembly, as :func:`dem.model.joint_marks.joint_marks` has them for rigid blocks."""
     p = model.contacts
     points = PointMarks(now.opening, _size(p.slip), now.normal, _size(now.shear), p.lift, p.damage, p.area)
     return marks_of(points, model.law[p.joint], model.interface[p.joint], len(model.assembly.interfaces))

@@ -10,7 +10,7 @@ from scipy.sparse.linalg import eigsh
 from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_MISSED, Z_SUPPORT
 from dem.kernels.zone_measure import measure_solids, measure_zones
 from dem.kernels.zone_motion import advance_solids, advance_zones
-from dem.state import UnstableError
+from dem.model.state import UnstableError
 from dem.zones.stable import DAMPING, freedoms, stiffness
 from dem.zones.zoned_model import ZonedModel
 

@@ -5,8 +5,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.joints import Grid, make_points
 from dem.kernels.solid_arrays import FaceContacts, Facets
+from dem.model.joints import Grid, make_points
 from dem.zones.solid_mesh import SolidMesh, quadrilaterals
 from limitmason.errors import InputError
 from limitmason.model import Assembly

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.zone_marks import BlockMesh
+from dem.driving.zone_marks import BlockMesh
 from dem.zones.element import CUBE, FACES, shape_gradients, shape_values
 from dem.zones.mesh import need_length
 from limitmason.errors import InputError

@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.driving import widest_spacing
-from dem.joint_marks import JointMarks
+from dem.driving.path import widest_spacing
+from dem.driving.push_curve import PushCurve
+from dem.driving.structure import DrivenStructure
+from dem.driving.zone_marks import ZoneState
 from dem.kernels.arrays import LAW
 from dem.kernels.solid_arrays import FaceContacts
 from dem.kernels.zone_arrays import Z_KINETIC, Sides
-from dem.push_curve import PushCurve
-from dem.resuming import RunStatus, signature
+from dem.model.joint_marks import JointMarks
+from dem.model.state import UnstableError
 from dem.settings import PushSettings
-from dem.state import UnstableError
-from dem.structure import DrivenStructure
-from dem.zone_marks import ZoneState
+from dem.stages.resuming import RunStatus, signature
 from dem.zones import running
 from dem.zones.drive import ZonedRun
 from dem.zones.model import make_model, set_loads

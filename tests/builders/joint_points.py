@@ -6,8 +6,8 @@ import numpy as np
 from walls import on_slab
 
 import limitmason as lm
-from dem.joints import JointOptions, make_laws
 from dem.kernels.law import peak_of, return_map, softening_of
+from dem.model.joints import JointOptions, make_laws
 
 
 class Path(NamedTuple):

@@ -6,8 +6,8 @@ import pytest
 import dem
 import limitmason as lm
 from dem import kernels
-from dem.detection import Pieces, near_margin, redetect
-from dem.new_joints import assemble
+from dem.contact.detection import Pieces, near_margin, redetect
+from dem.contact.new_joints import assemble
 from limitmason.geometry import box
 
 GRAVITY = 9.81

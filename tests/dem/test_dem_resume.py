@@ -14,7 +14,7 @@ from walls import stack
 
 import dem
 import limitmason as lm
-from dem.resuming import check_same_stages, spelled
+from dem.stages.resuming import check_same_stages, spelled
 from limitmason.errors import InputError
 from limitmason.geometry import box
 

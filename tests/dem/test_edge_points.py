@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import limitmason as lm
-from dem.edge_points import follow_edges
-from dem.state import make_state
+from dem.model.edge_points import follow_edges
+from dem.model.state import make_state
 from limitmason.geometry import box, prism
 
 HOOK = [[0, 0], [1, 0], [1, 1], [3, 1], [3, 2], [0, 2]]

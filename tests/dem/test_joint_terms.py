@@ -9,8 +9,8 @@ import pytest
 from joint_terms import Weaker, Wear, stack
 
 import limitmason as lm
-from dem.joints import JointOptions, make_laws
-from dem.state import State
+from dem.model.joints import JointOptions, make_laws
+from dem.model.state import State
 from limitmason import formats
 from limitmason.errors import InputError
 from limitmason.mechanics import law_table

@@ -5,8 +5,8 @@ import pytest
 
 import dem
 import limitmason as lm
-from dem.state import make_state
-from dem.stepping import run_constant
+from dem.model.state import make_state
+from dem.model.time_steps import run_constant
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID
 from limitmason.deformable.levels import SIMPLY_DEFORMABLE
 from limitmason.model.stages import Damping, Drive, Hold, Ramp, Settle
@@ -126,7 +126,7 @@ def test_rigid_limit(state):
     """Ever stiffer bricks come to the rigid answer as 1 / E."""
     wall = lm.build.wall(length=0.45, courses=3, unit=(0.225, 0.075, 0.1025), joint=BONDED)
     force, last = (300.0, 0.0, -500.0), wall.blocks[-1].name
-    plane = dem.deformation.plane_of(wall, lm.Loads.weight(wall), SIMPLY_DEFORMABLE, state)
+    plane = dem.model.strain_shapes.plane_of(wall, lm.Loads.weight(wall), SIMPLY_DEFORMABLE, state)
     rigid = pushed(wall, last, force, blocks="rigid", plane=plane)
     gap = []
     for factor in (1e3, 1e5):
@@ -351,7 +351,7 @@ def test_slowest_swing_of_scaled_masses(state):
     wall = stack(3, BONDED)
     loads = lm.Loads.weight(wall)
     options = {"blocks": SIMPLY_DEFORMABLE, "stress": state, "contact_points": (3, 3)}
-    period = dem.pace.slowest_period(wall, make_state(wall, loads, **options), loads)
+    period = dem.driving.pace.slowest_period(wall, make_state(wall, loads, **options), loads)
     state_ = make_state(wall, loads, **options)
     height = []
     for _ in range(int(6 * period)):

@@ -10,7 +10,7 @@ from linear import solution
 import dem
 import limitmason as lm
 from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_SIZE
-from dem.state import UnstableError
+from dem.model.state import UnstableError
 from dem.zones import running
 from dem.zones.model import make_model
 from dem.zones.stable import contact_matrix, freedoms, stiffness

@@ -10,7 +10,7 @@ from scipy.sparse.linalg import splu
 
 import dem
 import limitmason as lm
-from dem.pace import tangent
+from dem.driving.pace import tangent
 from limitmason.deformable.levels import SIMPLY_DEFORMABLE
 from limitmason.errors import InputError
 from limitmason.experiments.tables import read_table

@@ -12,8 +12,8 @@ from walls import on_slab
 import dem
 import limitmason as lm
 import mechanisms
-from dem.joints import JointOptions, make_laws
 from dem.kernels import LAW as ROW
+from dem.model.joints import JointOptions, make_laws
 from limitmason import methods
 from limitmason.errors import NotApplicable
 from limitmason.mechanics import law_table

@@ -9,7 +9,7 @@ from walls import on_slab
 import dem
 import limitmason as lm
 import mechanisms
-from dem.resuming import RunStatus
+from dem.stages.resuming import RunStatus
 from limitmason import formats
 from limitmason.answers.results import SOLVED, Bound, BoundKind, ContactModel, FlowRule, Prediction, Status
 from limitmason.capacity.path import PathEnd

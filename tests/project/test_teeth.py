@@ -9,7 +9,8 @@ import pytest
 
 import dem
 import limitmason as lm
-from dem import kernels, state
+from dem import kernels
+from dem.model import state
 from limitmason.limit import associative, torsion
 from limitmason.limit.program import problem
 from limitmason.limit.program.static import Carried

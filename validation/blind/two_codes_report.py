@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 import dem
-from dem.joints import JointOptions
+from dem.model.joints import JointOptions
 from limitmason.diagnosis import binomial_interval
 
 from . import score, small_walls

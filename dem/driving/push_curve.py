@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.failure_mode import MODES, Mode, failure_mode
-from dem.history import History
+from dem.driving.failure_mode import MODES, Mode, failure_mode
+from dem.driving.zone_marks import AT_YIELD, ELASTIC, TENSION, YIELDED, BlockMesh, ZoneState
 from dem.papers import PAPERS
-from dem.zone_marks import AT_YIELD, ELASTIC, TENSION, YIELDED, BlockMesh, ZoneState
+from dem.stages.history import History
 from limitmason.answers.curve import Curve, Event
 from limitmason.answers.references import data_behind
 from limitmason.answers.results import flags
@@ -157,7 +157,7 @@ class PushCurve(Curve):
 
     @property
     def mode(self) -> Mode:
-        """How it failed, by the joints that have moved at the end; see :func:`dem.failure_mode.failure_mode`."""
+        """How it failed, by the joints that have moved at the end, see :mod:`dem.driving.failure_mode`."""
         return self.mode_at(-1)
 
     def mode_at(self, index: int) -> Mode:

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.joints import law_at
 from dem.kernels import LAW
+from dem.model.joints import law_at
 from limitmason.deformable import simply_deformable_blocks
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.errors import NotApplicable

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.joints import JointOptions, make_laws
-from dem.state import State
+from dem.model.joints import JointOptions, make_laws
+from dem.model.state import State
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.fingerprint import check_same_loads

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.history import History
+from dem.stages.history import History
 from limitmason.errors import InputError
 from limitmason.model.stages import BaseMotion
 from limitmason.vibration.identification import Identified, identify_modes

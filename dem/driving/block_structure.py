@@ -10,20 +10,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.driving import widest_spacing
-from dem.history import History
-from dem.joint_marks import JointMarks
-from dem.joints import JointOptions
+from dem.driving.pace import LEAST_STEPS, slowest_period, softest_note
+from dem.driving.path import widest_spacing
+from dem.driving.push_curve import PushCurve
+from dem.driving.settling import settled
+from dem.driving.structure import DrivenStructure
 from dem.kernels import E_STEPS
-from dem.pace import LEAST_STEPS, slowest_period, softest_note
-from dem.push_curve import PushCurve
-from dem.resuming import RunStatus, signature
+from dem.model.joint_marks import JointMarks
+from dem.model.joints import JointOptions
+from dem.model.state import make_state
 from dem.settings import PushSettings
-from dem.settling import settled
-from dem.simulate import prepared, simulate, taken_up
-from dem.stage_run import StageRun
-from dem.state import make_state
-from dem.structure import DrivenStructure
+from dem.stages.history import History
+from dem.stages.resuming import RunStatus, signature
+from dem.stages.simulate import prepared, simulate, taken_up
+from dem.stages.stage_run import StageRun
 from limitmason.deformable import PLANE_STRESS, SOLID
 from limitmason.deformable.levels import LUMPED, RIGID, SIMPLY_DEFORMABLE
 from limitmason.mechanics.contact_points import on_few_points

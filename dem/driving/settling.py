@@ -1,10 +1,10 @@
 """Own weight that comes to rest before a structure is driven: at once, or on joints that lose nothing first."""
 
-from dem.history import History
 from dem.kernels import LAW
-from dem.resuming import RunStatus
-from dem.simulate import simulate
-from dem.state import State, UnsettledError, UnstableError
+from dem.model.state import State, UnsettledError, UnstableError
+from dem.stages.history import History
+from dem.stages.resuming import RunStatus
+from dem.stages.simulate import simulate
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Settle
 

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.deformation import relative_deformation
+from dem.contact.new_joints import Fresh
 from dem.kernels import CROSSING, FACES, LAW, Joints, Points
-from dem.new_joints import Fresh
-from dem.state import PointForces, State
+from dem.model.state import PointForces, State
+from dem.model.strain_shapes import relative_deformation
 
 Array = NDArray[np.float64]
 

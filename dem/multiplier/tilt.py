@@ -9,14 +9,14 @@ from typing import Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dem.collapse import LOADING, collapse
-from dem.history import History
-from dem.resuming import RunStatus
-from dem.search import Controls, Search
-from dem.search import increments as held_loads
+from dem.model.time_steps import UNDECIDED, Scale
+from dem.multiplier.collapse import LOADING, collapse
+from dem.multiplier.search import Controls, Search
+from dem.multiplier.search import increments as held_loads
 from dem.settings import ContactOptions, given
-from dem.simulate import simulate
-from dem.stepping import UNDECIDED, Scale
+from dem.stages.history import History
+from dem.stages.resuming import RunStatus
+from dem.stages.simulate import simulate
 from limitmason.answers.results import UNBOUNDED, Prediction
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError

@@ -11,7 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.deformation import (
+from dem.kernels import BlockModes, Joints, Points, RigidBodies, Ties
+from dem.kernels.deformed import PLANE_MODES, SPACE_MODES
+from dem.model.joints import Grid, JointOptions, make_joints, make_points
+from dem.model.stability import block_stiffness, owners, scaled_masses, stable_step
+from dem.model.strain_shapes import (
     BlockStress,
     Start,
     StrainShapes,
@@ -22,11 +26,7 @@ from dem.deformation import (
     out_of_plane,
     plane_of,
 )
-from dem.joints import Grid, JointOptions, make_joints, make_points
-from dem.kernels import BlockModes, Joints, Points, RigidBodies, Ties
-from dem.kernels.deformed import PLANE_MODES, SPACE_MODES
-from dem.stability import block_stiffness, owners, scaled_masses, stable_step
-from dem.ties import NO_TIES, make_ties, pulls, stored_energy
+from dem.model.tie_arrays import NO_TIES, make_ties, pulls, stored_energy
 from limitmason.answers.results import Resultants
 from limitmason.deformable import SOLID
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.joints import losses
+from dem.model.joints import losses
+from dem.model.state import State
+from dem.model.vibration import state_system
 from dem.papers import PAPERS
-from dem.resuming import Position, RunStatus, check_continues
-from dem.state import State
-from dem.vibration import state_system
+from dem.stages.resuming import Position, RunStatus, check_continues
 from limitmason.answers.curve import Curve
 from limitmason.answers.references import data_behind
 from limitmason.errors import InputError
@@ -66,7 +66,7 @@ class History(ReadOnly):
     shift, quaternion : displacement of the centroid [m] and rotation of every block, shapes (samples, n, 3), (.., 4)
     opening : largest opening in every interface [m], shape (samples, k); NaN where contacts were found anew
     slip, crushed, used, failed : largest plastic slip and crushing [m], largest part of the strength in use and part of
-        the area that has reached it [-] in every interface, see :class:`dem.joint_marks.JointMarks`, shape (samples, k)
+        the area that has reached it [-] in every interface, shape (samples, k), see :mod:`dem.model.joint_marks`
     factors : of the load cases at the end
     state : where the simulation ended, with its loads, factors and laws; pass it, or the history, to
         ``simulate(start=...)`` for further stages

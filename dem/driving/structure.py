@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from dem.driving import Follower, unit_twist
-from dem.push_curve import PushCurve
-from dem.resuming import RunStatus, check_same
-from dem.run import Run, go
+from dem.driving.path import Follower, unit_twist
+from dem.driving.push_curve import PushCurve
+from dem.model.state import UnstableError
 from dem.settings import PushSettings
-from dem.state import UnstableError
+from dem.stages.resuming import RunStatus, check_same
+from dem.stages.run import Run, go
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Drive
 

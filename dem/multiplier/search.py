@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.state import State
-from dem.stepping import (
+from dem.model.state import State
+from dem.model.time_steps import (
     EQUILIBRIUM,
     MOVING,
     UNDECIDED,

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.loading import SERVO_EVERY, servo_holds, stage_length
-from dem.recording import Recorder, Watch
-from dem.resuming import Position, RunStatus
-from dem.stability import block_stiffness
-from dem.state import DYNAMIC, State, UnstableError
-from dem.stepping import displacement_since, restless, run
+from dem.model.stability import block_stiffness
+from dem.model.state import DYNAMIC, State, UnstableError
+from dem.model.time_steps import displacement_since, restless, run
+from dem.stages.prescribed import SERVO_EVERY, servo_holds, stage_length
+from dem.stages.recording import Recorder, Watch
+from dem.stages.resuming import Position, RunStatus
 from limitmason.errors import InputError
 from limitmason.model import Assembly
 from limitmason.model.stages import COAST, BaseMotion, Damping, Drive, Servo, Settle, Stage
@@ -32,7 +32,7 @@ PATIENCE = 3000
 
 
 class StageRun:
-    """A run of rigid or strained blocks, see :class:`dem.run.Run`.
+    """A run of rigid or strained blocks, see :class:`dem.stages.run.Run`.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.run import Progress
+from dem.stages.run import Progress
 from limitmason.errors import InputError
 from limitmason.model import Assembly
 from limitmason.model.stages import Drive

@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.edge_points import follow_edges
-from dem.inheritance import close_setbacks, deformed, inherit, keep_energy
-from dem.internal_edges import FLAT, Bearings, Poses, goes_on, moved_together
+from dem.contact.inheritance import close_setbacks, deformed, inherit, keep_energy
+from dem.contact.internal_edges import FLAT, Bearings, Poses, goes_on, moved_together
+from dem.contact.new_joints import Fresh, assemble, crossing_joint, face_joint
 from dem.kernels import APART, CROSSING, FACES, Joints
-from dem.new_joints import Fresh, assemble, crossing_joint, face_joint
-from dem.state import PointForces, State
+from dem.model.edge_points import follow_edges
+from dem.model.state import PointForces, State
 from limitmason.geometry import Solid
 from limitmason.geometry.boxtree import overlapping_pairs
 from limitmason.model import Assembly

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from dem.kernels import LAW, BlockModes, Joints, Points
-from dem.stability import largest_square, owners, springs_of_blocks
+from dem.model.stability import largest_square, owners, springs_of_blocks
 from limitmason.deformable import SOLID, STATES, simply_deformable_blocks
 from limitmason.deformable.body import products
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE

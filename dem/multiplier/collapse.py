@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from dem.joint_marks import bond_yielded
-from dem.joints import JointOptions, losses
+from dem.model.joint_marks import bond_yielded
+from dem.model.joints import JointOptions, losses
+from dem.model.state import QUASI_STATIC, State, make_state
+from dem.model.time_steps import EQUILIBRIUM, UNDECIDED, smallest_edge
+from dem.multiplier.search import Controls, Search, increments, ramps
 from dem.papers import COLLAPSE
-from dem.search import Controls, Search, increments, ramps
 from dem.settings import DemSettings, Grid, Loading
-from dem.state import QUASI_STATIC, State, make_state
-from dem.stepping import EQUILIBRIUM, UNDECIDED, smallest_edge
 from limitmason.answers.results import (
     ALMOST_SOLVED,
     NOT_CONVERGED,

@@ -6,8 +6,8 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from dem.kernels import LAW
-from dem.stability import owners, point_motions, point_stiffness
-from dem.state import State
+from dem.model.stability import owners, point_motions, point_stiffness
+from dem.model.state import State
 from limitmason.model import Assembly, Loads
 
 Array = NDArray[np.float64]

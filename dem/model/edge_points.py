@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from dem.state import ENDS, State
+from dem.model.state import ENDS, State
 from limitmason.model import Assembly
 
 Array = NDArray[np.float64]

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
-from dem.resuming import RunStatus, interrupts_wait
+from dem.stages.resuming import RunStatus, interrupts_wait
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
 

@@ -9,14 +9,14 @@ from typing import Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.history import History
-from dem.loading import check_base_motions, check_gentle, prescribed
-from dem.recording import Recorder
-from dem.resuming import RunStatus, check_continues, check_same_stages, spelled
-from dem.run import Progress, go
+from dem.model.state import State, make_state
 from dem.settings import StateOptions, given
-from dem.stage_run import StageRun
-from dem.state import State, make_state
+from dem.stages.history import History
+from dem.stages.prescribed import check_base_motions, check_gentle, prescribed
+from dem.stages.recording import Recorder
+from dem.stages.resuming import RunStatus, check_continues, check_same_stages, spelled
+from dem.stages.run import Progress, go
+from dem.stages.stage_run import StageRun
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Stage

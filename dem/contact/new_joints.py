@@ -5,10 +5,10 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.deformation import add_modal_mass, coupled_of, fastest_of, with_joints
 from dem.kernels import CORNER, CROSSING, E_DAMPING, E_KINETIC, LAW, Joints, Points
-from dem.stability import block_stiffness, scaled_masses, stable_step
-from dem.state import DYNAMIC, State
+from dem.model.stability import block_stiffness, scaled_masses, stable_step
+from dem.model.state import DYNAMIC, State
+from dem.model.strain_shapes import add_modal_mass, coupled_of, fastest_of, with_joints
 from limitmason.model import Assembly
 
 Array = NDArray[np.float64]

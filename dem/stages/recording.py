@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.detection import SOONEST, Pieces, near_margin, reaches, redetect, travel_per_step
-from dem.history import COLUMNS, History
-from dem.joint_marks import JointMarks, joint_marks
-from dem.resuming import Position, RunStatus
-from dem.samples import Samples
-from dem.state import DYNAMIC, State, UnstableError
-from dem.stepping import Scale, stand_back, unbalance
-from dem.ties import pulls
+from dem.contact.detection import SOONEST, Pieces, near_margin, reaches, redetect, travel_per_step
+from dem.model.joint_marks import JointMarks, joint_marks
+from dem.model.state import DYNAMIC, State, UnstableError
+from dem.model.tie_arrays import pulls
+from dem.model.time_steps import Scale, stand_back, unbalance
+from dem.stages.history import COLUMNS, History
+from dem.stages.resuming import Position, RunStatus
+from dem.stages.samples import Samples
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Drive, Ramp, Settle, Stage, Tilt

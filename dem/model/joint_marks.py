@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.kernels import LAW
-from dem.state import PointForces, State
+from dem.model.state import PointForces, State
 from limitmason.model import Assembly
 
 Array = NDArray[np.float64]

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.edge_points import follow_edges
-from dem.stability import owners
-from dem.state import DYNAMIC, State, UnstableError
+from dem.model.edge_points import follow_edges
+from dem.model.stability import owners
+from dem.model.state import DYNAMIC, State, UnstableError
 from limitmason.constants import GRAVITY
 from limitmason.model import Assembly
 from limitmason.model.stages import Damping

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.kernels import LAW, Joints
-from dem.state import PointForces, State
+from dem.model.state import PointForces, State
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

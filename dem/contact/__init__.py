@@ -1,0 +1,1 @@
+"""Contacts that are found, cut anew and inherit while blocks move."""

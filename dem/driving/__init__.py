@@ -1,0 +1,1 @@
+"""Structures that a push drives, and their curves."""

@@ -1,0 +1,1 @@
+"""What a run changes: state, joints, shapes, ties; and its steps."""

@@ -1,0 +1,1 @@
+"""Collapse multipliers: loads held, ramps, tilting tables."""

@@ -1,0 +1,1 @@
+"""Runs through stages of loading: recorded, kept in files, taken up."""
