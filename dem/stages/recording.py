@@ -31,7 +31,7 @@ _SUMS = {
 
 _NEVER = 10**9
 
-SLID = 0.01
+SLID = 0.005
 """Slip over the largest displacement from which loads that came on at once are pointed out [-]."""
 
 SMALL = 0.5

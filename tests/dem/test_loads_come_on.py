@@ -52,7 +52,7 @@ def test_loads_at_once_overshoot_and_slide_by_what_the_axes_say_and_the_run_warn
 
 
 def test_weight_at_once_that_moves_an_answer_by_two_per_cent_is_told():
-    # joints slid by 1.002 % of the largest displacement as weight came to rest; after the live load it was off by 2.5 %
+    # joints slid by 1 % of the largest displacement as weight came to rest; after the live load it was off by 2.5 %
     model = ENGINES["dem simulate"].model(3, 65)
     wall, loads = model.build()
     to = PART * Statics(model).limit()
