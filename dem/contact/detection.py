@@ -11,7 +11,7 @@ from dem.contact.inheritance import close_setbacks, deformed, inherit, keep_ener
 from dem.contact.internal_edges import FLAT, Bearings, Poses, goes_on, moved_together
 from dem.contact.new_joints import Fresh, assemble, crossing_joint, face_joint
 from dem.kernels import APART, CROSSING, FACES, Joints
-from dem.model.edge_points import follow_edges
+from dem.model.edge_points import follow_edges, pivots_on_a
 from dem.model.state import PointForces, State
 from limitmason.geometry import Solid
 from limitmason.geometry.boxtree import overlapping_pairs
@@ -275,7 +275,8 @@ def _outworn(
     # longer cross within their lengths. As long as they are the same, a joint between faces is right at any turn
     elsewhere = np.abs(apart - nearest) > 0.01 * margin + 0.1 * np.abs(nearest)
     loose = ~carries & (sharp | ((shape > FACES) & elsewhere))
-    return worn | loose | (elsewhere & carries & sharp) | (elsewhere & turned) | (nearest > 1.5 * margin)
+    swapped = np.array([pivots_on_a(state, now, k) for k in range(len(code))], dtype=bool)
+    return worn | loose | (elsewhere & carries & sharp) | (elsewhere & turned) | (nearest > 1.5 * margin) | swapped
 
 
 def _soonest_touch(assembly: Assembly, state: State, blocks: Array, gap: Array, use: NDArray[np.bool_]) -> float:

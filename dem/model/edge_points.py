@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from dem.model.state import ENDS, State
+from dem.model.state import ENDS, PointForces, State
 from limitmason.model import Assembly
 
 Array = NDArray[np.float64]
@@ -147,3 +147,22 @@ def _between(outline: _Outline, point: Array, axis: int) -> tuple[float, int, in
         return 0.5, OF_B, OF_B
     part = float(np.clip((point[axis] - at[low]) / length, 0.0, 1.0))
     return part, int(outline.whose[low]), int(outline.whose[high])
+
+
+def pivots_on_a(state: State, now: PointForces, k: int) -> bool:
+    """Whether all that bears in a joint that slid and turned is an edge of a: the face it bears on is b's."""
+    mine = slice(int(state.joints.start[k]), int(state.joints.start[k + 1]))
+    ends = state.ends[mine]
+    if not len(ends) or np.isnan(ends[0, 0]):
+        return False
+    pressed = now.opening[mine] < 0.0
+    if not pressed.any() or pressed.all():
+        return False
+    for c in (0, 1):
+        part, lower, upper = ends[pressed, 4 + 3 * c : 7 + 3 * c].T
+        slip = now.slip[mine][pressed, c]
+        if ((part > 0.999) & ((upper == OF_A) | ((upper == OF_BOTH) & (slip > 0.0)))).all():
+            return True
+        if ((part < 0.001) & ((lower == OF_A) | ((lower == OF_BOTH) & (slip < 0.0)))).all():
+            return True
+    return False

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from dem import kernels
 from dem.contact.detection import SOONEST, Pieces, near_margin, reaches, redetect, travel_per_step
+from dem.model.edge_points import follow_edges
 from dem.model.joint_marks import JointMarks, joint_marks
 from dem.model.state import DYNAMIC, State, UnstableError
 from dem.model.tie_arrays import pulls
@@ -223,8 +224,11 @@ class Recorder:
         self.start_looking()
 
     def start_looking(self) -> None:
-        """Begin to search where blocks have moved beyond small displacement already."""
-        if self.every is not None and self._beyond():
+        """Begin to search where blocks have moved beyond small displacement already; sooner, follow their edges."""
+        if self.every is None:
+            return
+        follow_edges(self.assembly, self.state)
+        if self._beyond():
             self.watch.searching = True
             self._detect()
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import dem
 import limitmason as lm
 from dem.model.edge_points import follow_edges
 from dem.model.state import make_state
@@ -70,3 +71,27 @@ def test_a_joint_that_sticks_keeps_its_points_to_the_last_bit():
     follow_edges(pair, state)
     assert np.array_equal(state.points.s, before)
     assert np.isnan(state.ends).all()
+
+
+@pytest.mark.slow
+def test_a_hook_that_is_pushed_off_its_posts_follows_the_exact_branch():
+    # until searches for contacts begin, at 1 % of a block, its normal is that of the post: 4 % too much
+    posts = [box((1, 0, -1), (1.2, 1, 0.9)), box((1.2, 0, -1), (2, 1, 1))]
+    joint = lm.Joint(2.0, normal_stiffness=1e10, shear_stiffness=1e10)
+    hook = lm.Assembly.from_polyhedra([*posts, prism(HOOK, 0, 1)], joint=joint, fixed=[0, 1])
+    curve = dem.push(hook, dem.Drive({"block-2": {"x": 1.0}}), to=0.05, rate_check=False, steps=80_000)
+    angle = np.linspace(0.0, 0.2, 401)
+    c, s, mu = np.cos(angle), np.sin(angle), np.tan(np.deg2rad(2.0))
+    inner = np.array([1.5, 0.95])[:, None] + [
+        -0.5 * np.cos(2 * angle) + 0.05 * np.sin(2 * angle), 0.5 * np.sin(2 * angle) + 0.05 * np.cos(2 * angle)
+    ]  # fmt: skip
+    centroid = inner + 0.25 * np.array([c + s, c - s])
+    load = []
+    for at, cos, sin in zip(centroid.T, c, s, strict=True):
+        # on the leg and under the arm: normal force and the friction that goes with it, as the faces lie now
+        leg, arm = np.array([-cos - mu * sin, sin - mu * cos]), np.array([sin - mu * cos, cos + mu * sin])
+        turn = [r[0] * f[1] - r[1] * f[0] for r, f in (((1.0, 0.9) - at, leg), ((2.0, 1.0) - at, arm))]
+        load.append(np.linalg.solve([[leg[0], arm[0], 1.0], [leg[1], arm[1], 0.0], [*turn, 0.0]], [0.0, 1.0, 0.0])[2])
+    late = curve.displacement > 0.01
+    exact = np.interp(curve.displacement[late], centroid[0] - 1.25, load)
+    assert curve.load[late] / hook.weights[2] == pytest.approx(exact, rel=0.03)
