@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from limitmason.figures import elevation, style
-from limitmason.figures.stage import Stage
+from limitmason.figures.canvas import Canvas
 from limitmason.model import Assembly
 from limitmason.model.contact_report import ContactReport, NearMiss
 
@@ -54,17 +54,17 @@ def contact_report(
         Axes in metres with equal aspect; ``savefig`` writes PNG, PDF or SVG.
     """
     report = model.contact_report() if report is None else report
-    stage = Stage(model, view, ax, azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)
-    page, plane, axes, width = stage.page, stage.plane, stage.axes, stage.width
+    canvas = Canvas(model, view, ax, azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)
+    page, plane, axes, width = canvas.page, canvas.plane, canvas.axes, canvas.width
     loose = np.array([b.name in set(report.floating) for b in model.blocks])
-    stage.blocks(moving=loose if plane is None else np.zeros(model.n_blocks, dtype=bool))
+    canvas.blocks(moving=loose if plane is None else np.zeros(model.n_blocks, dtype=bool))
     if plane is not None:
-        _loose(page.ax, stage.drawing, loose, width)
+        _loose(page.ax, canvas.drawing, loose, width)
         _bare_faces(page.ax, report, plane.normal, axes, width)
         _lines(page.ax, [i.polygon for i in model.interfaces], axes, _CONTACT, 1.6 * width + 0.5, "contacts", 3.0)
     else:
         _areas(page.ax, [i.polygon for i in model.interfaces], axes, _CONTACT, 0.25, "contacts")
-    stage.frame()
+    canvas.frame()
     thick = 2.0 * width + 1.0
     for rows, colour, gid in ((report.kept, _WEDGE, "kept"), (report.near_misses, _MISS, "near misses")):
         polygons = [p for row in rows for p in row.polygons]
@@ -78,7 +78,7 @@ def contact_report(
         misses = report.near_misses[:_LABELLED]
         named = [(m, _MISS) for m in misses] + [(m, _WEDGE) for m in report.kept[: _LABELLED - len(misses)]]
         _label(page, named, axes)
-    return page.finish(title, _caption(report), [*_handles(report, plane=plane is not None), *stage.handles()])
+    return page.finish(title, _caption(report), [*_handles(report, plane=plane is not None), *canvas.handles()])
 
 
 def _lines(

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from limitmason.errors import InputError
 from limitmason.figures import elevation, style
+from limitmason.figures.canvas import chosen_plane
 from limitmason.figures.deformation import rigid_motion
-from limitmason.figures.stage import chosen_plane
 from limitmason.geometry.rotation import rotation_vectors
 from limitmason.mechanics.motion import RigidMotion, structure_size
 

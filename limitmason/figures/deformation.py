@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from limitmason.errors import InputError
 from limitmason.figures import style
-from limitmason.figures.stage import Stage
+from limitmason.figures.canvas import Canvas
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.mechanics.motion import MovingJoints, RigidMotion, largest_jumps, structure_size
 from limitmason.model import Assembly
@@ -70,17 +70,17 @@ def deformed(
     travel = _travel(model, rigid_motion(model, shift, vector, 1.0))
     moving = travel > 0.01 * max(float(travel.max(initial=0.0)), 1e-300)
     ghosts = ghost & moving & ~model.fixed
-    stage = Stage(
+    canvas = Canvas(
         model, view, ax, twists=np.concatenate([shift, vector], axis=1), motions=[motion], azimuth_deg=azimuth_deg,
         elevation_deg=elevation_deg,
     )  # fmt: skip
-    stage.blocks(motion, moving=moving, ghosts=ghosts, joints=marks)
-    stage.frame()
+    canvas.blocks(motion, moving=moving, ghosts=ghosts, joints=marks)
+    canvas.frame()
     parts = [f"largest displacement {1e3 * float(travel.max(initial=0.0)):.3g} mm"]
     parts += [f"drawn {scale:g} times"] if scale != 1.0 else []
     parts += [caption] if caption else []
-    handles = stage.handles(marks, ghost=bool(ghosts.any())) if legend else []
-    return stage.page.finish(title, " · ".join(parts), handles)
+    handles = canvas.handles(marks, ghost=bool(ghosts.any())) if legend else []
+    return canvas.page.finish(title, " · ".join(parts), handles)
 
 
 def animate(
@@ -135,18 +135,18 @@ def animate(
     moving = _travel(model, last) > 0.01 * max(float(_travel(model, last).max(initial=0.0)), 1e-300)
     farthest = max(moved, key=lambda m: float(np.abs(m[0]).max(initial=0.0)))
     with style.print_style():
-        stage = Stage(
+        canvas = Canvas(
             model, view, None, twists=np.concatenate(farthest, axis=1), motions=motions, azimuth_deg=azimuth_deg,
             elevation_deg=elevation_deg,
         )  # fmt: skip
-        stage.frame()
-        figure = stage.page.finish(title, f"drawn {scale:g} times" if scale != 1.0 else None, [])
-        kept = set(stage.ax.get_children())
+        canvas.frame()
+        figure = canvas.page.finish(title, f"drawn {scale:g} times" if scale != 1.0 else None, [])
+        kept = set(canvas.ax.get_children())
         with writer.saving(figure, str(target), dpi):
             for motion, cracks in zip(motions, marks, strict=True):
-                for artist in [a for a in stage.ax.get_children() if a not in kept]:
+                for artist in [a for a in canvas.ax.get_children() if a not in kept]:
                     artist.remove()
-                stage.blocks(motion, moving=moving, joints=cracks)
+                canvas.blocks(motion, moving=moving, joints=cracks)
                 writer.grab_frame()
     return target
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from limitmason.answers.results import Prediction
 from limitmason.errors import InputError
 from limitmason.figures import style
-from limitmason.figures.stage import Stage
+from limitmason.figures.canvas import Canvas
 from limitmason.mechanics.law import interface_law
 from limitmason.model import Assembly, AssemblyArrays
 
@@ -208,11 +208,11 @@ def contact_forces(
     """
     forces = joint_forces(model, prediction)
     at_strength = tie_forces(model, prediction) >= 0.999 * np.array([t.strength for t in model.ties])
-    stage = Stage(model, view, ax, azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)
-    stage.blocks(moving=np.zeros(model.n_blocks, dtype=bool), outline=_PALE)
-    pulls = stage.ties(yields=at_strength)
-    stage.frame()
-    page, axes, size = stage.page, stage.axes, stage.size
+    canvas = Canvas(model, view, ax, azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)
+    canvas.blocks(moving=np.zeros(model.n_blocks, dtype=bool), outline=_PALE)
+    pulls = canvas.ties(yields=at_strength)
+    canvas.frame()
+    page, axes, size = canvas.page, canvas.axes, canvas.size
     thickest = min(max(0.2 * 72.0 * page.inch * size, 0.8), 5.0)
     largest = float(np.linalg.norm(forces.force, axis=1).max(initial=0.0))
     lines = thrust_lines(model, forces) if thrust_line else []

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from limitmason.answers.results import Prediction
 from limitmason.figures import elevation, style
-from limitmason.figures.stage import Stage
+from limitmason.figures.canvas import Canvas
 from limitmason.figures.tie_lines import stretching
 from limitmason.mechanics.motion import checked_twists, drawn_motion, largest_rates, moving_joints
 from limitmason.model import Assembly
@@ -40,15 +40,15 @@ def assembly(
     Figure
         Axes in metres with equal aspect; ``savefig`` writes PNG, PDF or SVG.
     """
-    stage = Stage(model, view, ax, azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)
-    stage.blocks()
-    if labels and stage.plane is not None:
-        size = 72.0 * stage.page.inch * stage.size
-        elevation.label_blocks(stage.ax, stage.drawing, min(max(0.3 * size, 2.0), 7.0))
-    handles = [*stage.handles(), *stage.ties()]
-    stage.frame()
+    canvas = Canvas(model, view, ax, azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)
+    canvas.blocks()
+    if labels and canvas.plane is not None:
+        size = 72.0 * canvas.page.inch * canvas.size
+        elevation.label_blocks(canvas.ax, canvas.drawing, min(max(0.3 * size, 2.0), 7.0))
+    handles = [*canvas.handles(), *canvas.ties()]
+    canvas.frame()
     count = f"{model.n_blocks} blocks, {len(model.interfaces)} interfaces"
-    return stage.page.finish(title, count + (f", {len(model.ties)} ties" if model.ties else ""), handles)
+    return canvas.page.finish(title, count + (f", {len(model.ties)} ties" if model.ties else ""), handles)
 
 
 @style.in_print_style
@@ -110,11 +110,11 @@ def mechanism(
     moving = rates > threshold * max(float(rates.max(initial=0.0)), 1e-300)
     marks = moving_joints(model, twists, threshold) if joints else None
     ghosts = ghost & ~model.fixed & (rates > max(threshold, 0.03) * max(float(rates.max(initial=0.0)), 1e-300))
-    stage = Stage(
+    canvas = Canvas(
         model, view, ax, twists=twists, motions=[motion], azimuth_deg=azimuth_deg, elevation_deg=elevation_deg
     )
-    stage.blocks(motion, moving=moving, ghosts=ghosts, joints=marks)
-    rods = stage.ties(motion, yields=stretching(model, twists, threshold) if model.ties else None)
-    stage.frame()
-    handles = [*stage.handles(marks, ghost=bool(ghosts.any())), *rods] if legend else []
-    return stage.page.finish(title, style.prediction_text(prediction) if caption else None, handles)
+    canvas.blocks(motion, moving=moving, ghosts=ghosts, joints=marks)
+    rods = canvas.ties(motion, yields=stretching(model, twists, threshold) if model.ties else None)
+    canvas.frame()
+    handles = [*canvas.handles(marks, ghost=bool(ghosts.any())), *rods] if legend else []
+    return canvas.page.finish(title, style.prediction_text(prediction) if caption else None, handles)

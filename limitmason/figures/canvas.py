@@ -25,7 +25,7 @@ Flags = NDArray[np.bool_]
 VIEWS = ("auto", "elevation", "3d")
 
 
-class Stage:
+class Canvas:
     """The page of a structure, large enough for all its positions.
 
     ``plane`` is that of an elevation, None in space; ``axes`` are the directions to the right and up on the page,
