@@ -7,9 +7,9 @@ from dataclasses import dataclass, fields, replace
 from enum import StrEnum
 from typing import Any, TypedDict
 
+from dem.model.holding import LoadVerdict
 from dem.model.joints import Grid as Spacing
 from dem.model.joints import JointOptions
-from dem.model.time_steps import LoadVerdict
 from limitmason.deformable import SOLID
 from limitmason.deformable.levels import LUMPED, RIGID, SIMPLY_DEFORMABLE, ZONED
 from limitmason.errors import InputError

@@ -3,6 +3,8 @@
 import os
 import random
 import runpy
+import sys
+import types
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -16,6 +18,11 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 # was imported; never what lies in the folder in which they happen to start
 os.environ["PYTHONSAFEPATH"] = "1"
 HOME = Path(find_spec("limitmason").origin).parents[1]
+
+# the trials above the package import each other from the root, which is not on the path: else the checkout would be tested
+VALIDATION = types.ModuleType("validation")
+VALIDATION.__path__ = [str(Path(__file__).parents[1] / "validation")]
+sys.modules.setdefault("validation", VALIDATION)
 if (HOME / "pyproject.toml").exists():
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(HOME), os.environ.get("PYTHONPATH", "")]))
 

@@ -11,7 +11,7 @@ from dem.contact.inheritance import close_setbacks, deformed, inherit, keep_ener
 from dem.contact.internal_edges import FLAT, Bearings, Poses, goes_on, moved_together
 from dem.contact.new_joints import Fresh, assemble, crossing_joint, face_joint
 from dem.kernels import APART, CROSSING, FACES, Joints
-from dem.model.edge_points import follow_edges, pivots_on_a
+from dem.model.edge_points import find_ends, pivots_on_a
 from dem.model.state import PointForces, State
 from limitmason.geometry import Solid
 from limitmason.geometry.boxtree import overlapping_pairs
@@ -118,7 +118,6 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float)
     pieces : of the assembly
     margin : gap up to which two blocks count as near [m]
     """
-    follow_edges(assembly, state)
     rot = state.bodies.rot + np.eye(3)
     place = assembly.centroids + state.bodies.shift
     corners = np.einsum("pij,pkj->pki", rot[pieces.owner], pieces.local) + place[pieces.owner][:, None]
@@ -129,6 +128,7 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float)
     met = _Meeting(corners, pieces, p, q, margin)
     now = state.measured(assembly)
     close_setbacks(state, now)
+    find_ends(assembly, state, now)
     joints = state.joints
     pair_of = np.sort(np.column_stack([joints.block_a, joints.block_b]), axis=1)
     n_blocks = assembly.n_blocks

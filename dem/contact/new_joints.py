@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.kernels import CORNER, CROSSING, E_DAMPING, E_KINETIC, LAW, Joints, Points
-from dem.model.stability import block_stiffness, scaled_masses, stable_step
+from dem.model.stable_step import block_stiffness, scaled_masses, stable_step
 from dem.model.state import DYNAMIC, State
 from dem.model.strain_shapes import add_modal_mass, coupled_of, fastest_of, with_joints
 from limitmason.model import Assembly

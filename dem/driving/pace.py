@@ -6,7 +6,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from dem.kernels import LAW
-from dem.model.stability import owners, point_motions, point_stiffness
+from dem.model.stable_step import owners, point_motions, point_stiffness
 from dem.model.state import State
 from limitmason.model import Assembly, Loads
 

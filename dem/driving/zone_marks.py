@@ -6,7 +6,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.kernels.yielding import SHEAR_NOW, SHEAR_PAST, TENSION_NOW, TENSION_PAST
+from dem.kernels.mohr_coulomb import SHEAR_NOW, SHEAR_PAST, TENSION_NOW, TENSION_PAST
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -12,10 +12,10 @@ another d and G. What its forces do to a shape is c . sum f + w . sum X x f.
 import numpy as np
 
 from dem.kernels.arrays import LAW, Array, BlockModes, BlockStep, Joints, Points, RigidBodies
-from dem.kernels.braking import brake_of
 from dem.kernels.compiled import kernel
 from dem.kernels.kinematics import Axes, third_axis
 from dem.kernels.law import Numbers
+from dem.kernels.local_damping import brake_of
 from dem.kernels.sums import joint_sums
 
 PLANE_MODES, SPACE_MODES = 9, 21  # shapes of a block: known to the compiler, which unrolls its loops

@@ -21,10 +21,10 @@ from dem.kernels.arrays import (
     Scheme,
     Ties,
 )
-from dem.kernels.braking import brake_of
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed import move_modes
 from dem.kernels.forces import _crossing_forces, _joint_forces
+from dem.kernels.local_damping import brake_of
 from dem.kernels.ties import add_tie_forces
 
 STOP_EVERY = 10.0  # fewest steps between two stops: fast modes are left to local damping

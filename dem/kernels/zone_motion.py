@@ -3,8 +3,8 @@
 import numpy as np
 
 from dem.kernels.arrays import Array
-from dem.kernels.braking import brake_of
 from dem.kernels.compiled import kernel
+from dem.kernels.local_damping import brake_of
 from dem.kernels.solid_arrays import RigidSolids
 from dem.kernels.solid_joints import solid_joint_forces
 from dem.kernels.solid_zones import solid_forces
@@ -173,7 +173,7 @@ def advance_zones(model: ZonedArrays, steps: int, dt: float, local: float, drift
     Parameters
     ----------
     dt : [s], 1 where masses are scaled to the step
-    local, drifts : see :func:`dem.kernels.braking.brake_of`
+    local, drifts : see :func:`dem.kernels.local_damping.brake_of`
     """
     nodes, zones, tables, sides, contacts, rigid, law, soft, total = model
     rigid.total[:] = 0.0

@@ -14,7 +14,7 @@ import numpy as np
 from dem.kernels.arrays import Array
 from dem.kernels.compiled import kernel
 from dem.kernels.law import peak_of, plain_peak_of, return_map, softening_of
-from dem.kernels.yielding import (
+from dem.kernels.mohr_coulomb import (
     MAT_D,
     MAT_DN,
     MAT_G,

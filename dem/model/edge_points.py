@@ -1,7 +1,9 @@
-"""Contact points of faces that slide on each other: each stays with the edge that ends the contact there.
+"""Whose edges end the contact of faces that slide on each other, and points that stay with these edges.
 
-A joint keeps its points as material points of block b. Where a's edge ends the contact, b slides past that edge, and
-what bears is the material of b that lies there now. Held to the old material, a lintel takes its bearing along.
+A joint keeps its points as material points of block b, and the plane of block a. Where a's edge ends the contact, b
+slides past that edge: what bears is the material of b that lies there now, and once b has turned the plane is b's. A
+search for contacts cuts such a joint anew; a search for the collapse load, which keeps its contacts, checks by it that
+a load is not held on points that slid along.
 """
 
 from typing import NamedTuple
@@ -37,16 +39,8 @@ def follow_edges(assembly: Assembly, state: State) -> None:
     """
     joints, points, ends = state.joints, state.points, state.ends
     now = state.measured(assembly)
-    first, area = joints.start[:-1], points.area
-    if not len(first):
-        return
-    total = np.add.reduceat(area, first)
-    mean = np.add.reduceat(now.slip * area[:, None], first) / total[:, None]
-    slid = (state.contact == FACES) & (np.linalg.norm(mean, axis=1) > NOTICED * np.sqrt(total))
-    for k in np.flatnonzero(slid).tolist():
+    for k in find_ends(assembly, state, now):
         mine = slice(int(joints.start[k]), int(joints.start[k + 1]))
-        if np.isnan(ends[mine.start, 0]):
-            ends[mine] = _ends_of(assembly, state, k, mine)
         row, slip = ends[mine], now.slip[mine]
         s, t = (
             row[:, c] - slip[:, c] + _moved(row[:, 4 + 3 * c], row[:, 5 + 3 * c], row[:, 6 + 3 * c], slip[:, c])
@@ -55,6 +49,23 @@ def follow_edges(assembly: Assembly, state: State) -> None:
         # the gap belongs to the place on b's face
         points.gap[mine] += row[:, 2] * (s - points.s[mine]) + row[:, 3] * (t - points.t[mine])
         points.s[mine], points.t[mine] = s, t
+
+
+def find_ends(assembly: Assembly, state: State, now: PointForces) -> list[int]:
+    """Joints between faces that have slid, once it is known whose edges end them (``state.ends``)."""
+    joints, ends, area = state.joints, state.ends, state.points.area
+    first = joints.start[:-1]
+    if not len(first):
+        return []
+    total = np.add.reduceat(area, first)
+    mean = np.add.reduceat(now.slip * area[:, None], first) / total[:, None]
+    slid = (state.contact == FACES) & (np.linalg.norm(mean, axis=1) > NOTICED * np.sqrt(total))
+    found = np.flatnonzero(slid).tolist()
+    for k in found:
+        mine = slice(int(joints.start[k]), int(joints.start[k + 1]))
+        if np.isnan(ends[mine.start, 0]):
+            ends[mine] = _ends_of(assembly, state, k, mine)
+    return found
 
 
 def _moved(part: Array, lower: Array, upper: Array, slip: Array) -> Array:
@@ -130,7 +141,10 @@ def _inside(assembly: Assembly, block: int, at: Array) -> NDArray[np.bool_]:
 
 
 def _between(outline: _Outline, point: Array, axis: int) -> tuple[float, int, int]:
-    """Part of the way between both ends of the outline along an axis, and whose edges these are."""
+    """Where a point lies between the outline's ends along an axis, 0 low to 1 high, and whose edge each end is.
+
+    (0.5, OF_B, OF_B) where there are none.
+    """
     p, q = outline.corners, np.roll(outline.corners, -1, axis=0)
     other = 1 - axis
     rise = q[:, other] - p[:, other]

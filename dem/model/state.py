@@ -14,7 +14,7 @@ from dem import kernels
 from dem.kernels import BlockModes, Joints, Points, RigidBodies, Ties
 from dem.kernels.deformed import PLANE_MODES, SPACE_MODES
 from dem.model.joints import Grid, JointOptions, make_joints, make_points
-from dem.model.stability import block_stiffness, owners, scaled_masses, stable_step
+from dem.model.stable_step import block_stiffness, owners, scaled_masses, stable_step
 from dem.model.strain_shapes import (
     BlockStress,
     Start,
@@ -22,9 +22,9 @@ from dem.model.strain_shapes import (
     block_stresses,
     coupled_of,
     fastest_of,
-    keep_step,
     out_of_plane,
     plane_of,
+    scale_masses_of_modes,
 )
 from dem.model.tie_arrays import NO_TIES, make_ties, pulls, stored_energy
 from limitmason.answers.results import Resultants
@@ -389,7 +389,7 @@ def make_state(
         if start is not None:
             coupled = coupled_of(start.deformation, points, joints, moves)
             deformation, modes = start.modes(assembly, points, joints, coupled)
-            keep_step(mass, inertia, modes, coupled_of(deformation, points, joints, moves), dt, safety)
+            scale_masses_of_modes(mass, inertia, modes, coupled_of(deformation, points, joints, moves), dt, safety)
     else:
         mass, inertia = _real_masses(assembly)
         top = 0.0

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from dem.kernels import LAW, BlockModes, Joints, Points
-from dem.model.stability import largest_square, owners, springs_of_blocks
+from dem.model.stable_step import largest_square, owners, springs_of_blocks
 from limitmason.deformable import SOLID, STATES, simply_deformable_blocks
 from limitmason.deformable.body import products
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
@@ -243,7 +243,9 @@ def coupled_of(shapes: StrainShapes, points: Points, joints: Joints, moves: NDAr
     return out
 
 
-def keep_step(mass: Array, inertia: Array, modes: BlockModes, coupled: Array, dt: float, safety: float) -> None:
+def scale_masses_of_modes(
+    mass: Array, inertia: Array, modes: BlockModes, coupled: Array, dt: float, safety: float
+) -> None:
     """Scaled masses of the modes, and of the blocks as far as modes make them faster, written to the arrays given.
 
     A mode of the coordinates of :meth:`Start.modes` has K_mode + 2 K_joints = 1 and so a mass dt^2 / (4 safety^2);

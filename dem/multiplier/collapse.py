@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from dem.model.holding import EQUILIBRIUM, UNDECIDED, smallest_edge
 from dem.model.joint_marks import bond_yielded
 from dem.model.joints import JointOptions, losses
 from dem.model.state import QUASI_STATIC, State, make_state
-from dem.model.time_steps import EQUILIBRIUM, UNDECIDED, smallest_edge
 from dem.multiplier.search import Controls, Search, increments, ramps
 from dem.papers import COLLAPSE
 from dem.settings import DemSettings, Grid, Loading

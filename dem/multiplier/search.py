@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.model.state import State
-from dem.model.time_steps import (
+from dem.model.edge_points import follow_edges
+from dem.model.holding import (
     EQUILIBRIUM,
     MOVING,
     UNDECIDED,
@@ -18,6 +19,7 @@ from dem.model.time_steps import (
     hold,
     run,
 )
+from dem.model.state import State
 from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Mechanism, Status
 from limitmason.display.progress import reached, watched
 from limitmason.errors import NotApplicable
@@ -28,6 +30,9 @@ from limitmason.model.stages import Damping
 Array = NDArray[np.float64]
 
 SETTLING = Damping(local=0.8)
+
+RUNAWAY = 2.0
+"""Load held, over the smallest that moved, from which the points of faces must have followed their edges [-]."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +79,12 @@ def settle(loads: Loads, state: State, scale: Scale, c: Controls) -> LoadVerdict
     )  # fmt: skip
 
 
+def runs_away(assembly: Assembly, state: State, held: Callable[[], LoadVerdict]) -> bool:
+    """Whether a load is held only on points that slid along with a block, to where they bear more; moves the state."""
+    follow_edges(assembly, state)
+    return held().outcome == MOVING
+
+
 @watched("search")
 def increments(
     assembly: Assembly,
@@ -112,6 +123,7 @@ def increments(
             return Search(float("nan"), 0.0, status, state, None, record, used)
     b = _Bracket(settled or 0.0, through, c, up_to)
     mechanism, kept = None, [(b.stable, state.copy())]
+    before: tuple[float, State, tuple[float, State]] | None = None
     limit, settling = c.moved_limit * scale.smallest, 0.0
     while (new := b.next_load()) is not None:
         if new == np.inf:
@@ -120,13 +132,19 @@ def increments(
         reached(b.part(len(record)), b.words(new))
         try:
             # stiff joints settle within microns: no need to wait for a collapse to be seen by eye
-            verdict = hold(
-                state, loading(new), scale, c.damping,
+            held = partial(
+                hold, state, loading(new), scale, c.damping,
                 tolerance=min(c.equilibrium, 0.05 * (new - b.stable) / c.unit), limit=limit, max_steps=c.max_steps,
                 patience=patience, early=min(0.2 * limit, max(20.0 * settling, 0.02 * limit)),
             )  # fmt: skip
+            verdict = held()
             used += verdict.steps
+            least = min((x for x, v in record if v.outcome == MOVING), default=np.inf)
             record.append((float(new), verdict))
+            if verdict.outcome == EQUILIBRIUM and new >= least:
+                before = before or (float(b.stable), keep, kept[0])
+                if new >= RUNAWAY * least and runs_away(assembly, state, held):
+                    return Search(before[0], least, SOLVED, before[1], mechanism, record, used, near=before[2])
             if c.progress is not None:
                 c.progress(float(new), verdict)
         except KeyboardInterrupt:

@@ -9,7 +9,7 @@ from typing import Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dem.model.time_steps import UNDECIDED, Scale
+from dem.model.holding import UNDECIDED, Scale
 from dem.multiplier.collapse import LOADING, collapse
 from dem.multiplier.search import Controls, Search
 from dem.multiplier.search import increments as held_loads

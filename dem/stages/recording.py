@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from dem import kernels
 from dem.contact.detection import SOONEST, Pieces, near_margin, reaches, redetect, travel_per_step
-from dem.model.edge_points import follow_edges
+from dem.model.holding import Scale, stand_back, unbalance
 from dem.model.joint_marks import JointMarks, joint_marks
 from dem.model.state import DYNAMIC, State, UnstableError
 from dem.model.tie_arrays import pulls
-from dem.model.time_steps import Scale, stand_back, unbalance
 from dem.stages.history import COLUMNS, History
 from dem.stages.resuming import Position, RunStatus
 from dem.stages.samples import Samples
@@ -224,11 +223,8 @@ class Recorder:
         self.start_looking()
 
     def start_looking(self) -> None:
-        """Begin to search where blocks have moved beyond small displacement already; sooner, follow their edges."""
-        if self.every is None:
-            return
-        follow_edges(self.assembly, self.state)
-        if self._beyond():
+        """Begin to search where blocks have moved beyond small displacement already."""
+        if self.every is not None and self._beyond():
             self.watch.searching = True
             self._detect()
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.model.stability import block_stiffness
+from dem.model.holding import displacement_since, restless, run
+from dem.model.stable_step import block_stiffness
 from dem.model.state import DYNAMIC, State, UnstableError
-from dem.model.time_steps import displacement_since, restless, run
 from dem.stages.prescribed import SERVO_EVERY, servo_holds, stage_length
 from dem.stages.recording import Recorder, Watch
 from dem.stages.resuming import Position, RunStatus

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_SUPPORT
+from dem.model.holding import CALM
 from dem.model.joint_marks import JointMarks
-from dem.model.time_steps import CALM
 from dem.stages.resuming import RunStatus
 from dem.stages.samples import Samples
 from dem.zones import running

@@ -12,11 +12,11 @@ from dem.kernels.zone_arrays import Z_SIZE, Nodes, QuadTable, Rigid, Zones
 from dem.model.joints import Grid, JointOptions, losses, make_laws
 from dem.zones.attach import make_contacts, make_sides
 from dem.zones.element import ZoneTables, reference, shape_values, zone_tables
+from dem.zones.material_row import material_row
 from dem.zones.mesh import ZoneMesh, make_mesh
 from dem.zones.solid_attach import make_face_contacts, make_facets
 from dem.zones.solid_mesh import SolidMesh, make_solid_mesh
 from dem.zones.stable import freedoms, stable_masses, stiffness
-from dem.zones.yielding import material_row
 from dem.zones.zoned_model import ZonedModel
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID, Elasticity
 from limitmason.errors import InputError

@@ -262,6 +262,7 @@ def _bounds(runs: Sequence[StraightWall]) -> tuple[float, float, float, float]:
 def _add_beams(
     site: Site, runs: Sequence[StraightWall], top: float, given: float | None, over: str, density: float | None
 ) -> None:
+    """A beam on the runs that ``over`` names: the facade, the returns, or all, the rear wall included."""
     if given is None:
         if over != "facade":
             raise InputError("beam_over is given but top_beam is not")

@@ -27,13 +27,13 @@ from limitmason.capacity.contacts import (
 from limitmason.capacity.deformable import CondensedShapes, deformation, lumped, plane_of
 from limitmason.capacity.edges import told_of_edges, told_of_sharing
 from limitmason.capacity.generations import Generations
-from limitmason.capacity.going_on import begin
 from limitmason.capacity.joint_laws import refuse, refuse_partial_rotations, softening_of
 from limitmason.capacity.kinematics import at_rest, make_bodies
 from limitmason.capacity.misfit import begun_with, of_forces, of_gaps
 from limitmason.capacity.papers import PAPERS
-from limitmason.capacity.point_law import Elastic
+from limitmason.capacity.point_law import ElastoplasticLaw
 from limitmason.capacity.result import PushoverCurve
+from limitmason.capacity.start import begin
 from limitmason.capacity.steps import Steps
 from limitmason.capacity.system import System
 from limitmason.capacity.ties import make_ties
@@ -253,7 +253,7 @@ def _equations(
     """Equations of a structure; a function of the module, so that a curve goes to other processes."""
     p = s.points
     return System(
-        make_bodies(assembly, p, plane, bent), Elastic(p.law, p.kn, p.ks, p.softening),
+        make_bodies(assembly, p, plane, bent), ElastoplasticLaw(p.law, p.kn, p.ks, p.softening),
         springs=np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness, **given,
     )  # fmt: skip
 

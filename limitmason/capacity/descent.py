@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from limitmason.capacity import newton
 from limitmason.capacity.kinematics import Pose
-from limitmason.capacity.point_law import Elastic, PlasticHistory, Returned, return_map
+from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, Returned, return_map
 from limitmason.capacity.system import Evaluated, System
 from limitmason.mechanics.tie_springs import tension
 
@@ -92,7 +92,7 @@ def solve(
     return None
 
 
-def frozen(law: Elastic, normal: Array, damage: Array | float = 0.0) -> Elastic:
+def frozen(law: ElastoplasticLaw, normal: Array, damage: Array | float = 0.0) -> ElastoplasticLaw:
     """The associative law of friction at frozen normal stresses [Pa] and damage, shape (m,), with dilation as it is."""
     return law._replace(strength=law.strength_at(damage).frozen(normal), softening=None)
 
@@ -102,7 +102,7 @@ def _force(system: System, returned: Returned) -> Array:
 
 
 def _lowest(
-    system: System, law: Elastic, old: PlasticHistory, now: Evaluated, motion: Array, multiplier: float,
+    system: System, law: ElastoplasticLaw, old: PlasticHistory, now: Evaluated, motion: Array, multiplier: float,
     viscosity: float, done: Array,
 ) -> float:  # fmt: skip
     """Share of a motion at which the potential of the frozen law is lowest, by its slope."""

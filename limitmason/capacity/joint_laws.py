@@ -1,4 +1,4 @@
-"""What a path makes of the joints of an assembly: which it refuses, their stiffness, and how they lose strength."""
+"""What a path refuses of an assembly, and how its joints lose strength."""
 
 import numpy as np
 from numpy.typing import NDArray

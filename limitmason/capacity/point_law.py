@@ -32,7 +32,7 @@ _PROBE = 1e-6
 """Step of the difference quotients of softening points, over their softening length [-]."""
 
 
-class Elastic(NamedTuple):
+class ElastoplasticLaw(NamedTuple):
     """Law of m contact points: peak strengths [Pa], stiffnesses [Pa/m], and how they soften; None where none does."""
 
     strength: PointLaw
@@ -46,10 +46,10 @@ class Elastic(NamedTuple):
             return self.strength
         return self.strength.towards(self.softening.rest, np.asarray(damage))
 
-    def at(self, rows: Index) -> "Elastic":
+    def at(self, rows: Index) -> "ElastoplasticLaw":
         """Of some of the points."""
         softening = None if self.softening is None else self.softening.at(rows)
-        return Elastic(self.strength.at(rows), self.kn[rows], self.ks[rows], softening)
+        return ElastoplasticLaw(self.strength.at(rows), self.kn[rows], self.ks[rows], softening)
 
 
 class PlasticHistory(NamedTuple):
@@ -82,15 +82,15 @@ def virgin(m: int, components: int) -> PlasticHistory:
     return PlasticHistory(np.zeros((m, components - 1)), np.zeros(m), np.zeros(m))
 
 
-def trial(law: Elastic, old: PlasticHistory, displacement: Array) -> Array:
+def trial(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -> Array:
     """Stress without further slip and without limits, shape (m, c)."""
     normal = law.kn * (old.lift - displacement[:, 0])
     return np.column_stack([normal, law.ks[:, None] * (old.slip - displacement[:, 1:])])
 
 
-def return_map(law: Elastic, old: PlasticHistory, displacement: Array) -> Returned:
+def return_map(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -> Returned:
     """Stress and history after a step from ``old`` to a relative displacement (w, e...) [m], shape (m, c)."""
-    tried = _tried(law, old, displacement)
+    tried = _elastic_predictor(law, old, displacement)
     if law.softening is None:
         return _plastic(law, law.strength, old, tried)
     before = np.array(np.broadcast_to(old.damage, law.kn.shape))
@@ -115,7 +115,7 @@ def return_map(law: Elastic, old: PlasticHistory, displacement: Array) -> Return
     return Returned(stress, PlasticHistory(slip, lift, before), tangent)
 
 
-class _Tried(NamedTuple):
+class _ElasticPredictor(NamedTuple):
     """Stress without limits: normal and size of the shear [Pa], its sense, (m, c - 1), and the opening [m], (m,)."""
 
     normal: Array
@@ -124,7 +124,7 @@ class _Tried(NamedTuple):
     opening: Array
 
 
-class _Slid(NamedTuple):
+class _PlasticCorrector(NamedTuple):
     """Where limits bring a point: size of the slip and lift [m], normal and size of the shear [Pa], and how."""
 
     slip: Array
@@ -144,15 +144,15 @@ class _Slid(NamedTuple):
         return np.column_stack([self.normal, self.held[:, None] * self.along])
 
 
-def _tried(law: Elastic, old: PlasticHistory, displacement: Array) -> _Tried:
+def _elastic_predictor(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -> _ElasticPredictor:
     tried = trial(law, old, displacement)
     size = np.sqrt(np.einsum("mc,mc->m", tried[:, 1:], tried[:, 1:]))
-    return _Tried(tried[:, 0], size, tried[:, 1:] / np.maximum(size, 1e-300)[:, None], displacement[:, 0])
+    return _ElasticPredictor(tried[:, 0], size, tried[:, 1:] / np.maximum(size, 1e-300)[:, None], displacement[:, 0])
 
 
-def _softened(law: Elastic, old: PlasticHistory, displacement: Array) -> tuple[_Slid, Array]:
+def _softened(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -> tuple[_PlasticCorrector, Array]:
     """The return at the least damage that asks for no more damage, and that damage, (m,)."""
-    before, tried = np.asarray(old.damage), _tried(law, old, displacement)
+    before, tried = np.asarray(old.damage), _elastic_predictor(law, old, displacement)
     damage = before
     for _ in range(40):
         asked = _demanded(law, before, old.lift, tried, damage)
@@ -164,25 +164,28 @@ def _softened(law: Elastic, old: PlasticHistory, displacement: Array) -> tuple[_
         # a point whose strength falls faster than its spring unloads goes all the way
         onward = np.where(slope < 1.0, (asked - damage) / np.where(slope < 1.0, 1.0 - slope, 1.0), 1.0 - damage)
         damage = np.clip(damage + onward, before, 1.0)
-    return _slid(law, law.strength_at(damage), old.lift, tried), damage
+    return _plastic_corrector(law, law.strength_at(damage), old.lift, tried), damage
 
 
-def _demanded(law: Elastic, before: Array, lift: Array, tried: _Tried, damage: Array) -> Array:
+def _demanded(law: ElastoplasticLaw, before: Array, lift: Array, tried: _ElasticPredictor, damage: Array) -> Array:
     """Damage after a step with the strengths of ``damage``, (m,)."""
     assert law.softening is not None
     by_opening, by_slip = law.softening.gradual
     s = law.strength_at(damage)
-    found = _slid(law, s, lift, tried)
+    found = _plastic_corrector(law, s, lift, tried)
     beyond = np.maximum(tried.opening - found.lift - s.tension / law.kn, 0.0)
     # beyond the tip of the cone there is no shear strength that slip could break
     slip = np.where(s.bears_shear(found.normal), found.slip, 0.0)
     return np.minimum(np.maximum(before, by_opening * beyond) + by_slip * slip, 1.0)
 
 
-def _slid(law: Elastic, s: PointLaw, lift: Array, tried: _Tried) -> _Slid:
-    """Slip, lift and stress with strengths that stay."""
+def _plastic_corrector(law: ElastoplasticLaw, s: PointLaw, lift: Array, tried: _ElasticPredictor) -> _PlasticCorrector:
+    """Return of the elastic trial at fixed strengths to cone, tip, apex or crushing cap.
+
+    ``lift`` is the opening by dilation.
+    """
     kn, ks, n0, size = law.kn, law.ks, tried.normal, tried.size
-    hardness = ks + kn * s.tan_phi * s.tan_psi
+    hardness = ks + kn * s.tan_phi * s.tan_psi  # shear excess taken off per slip
     slip = np.maximum(size - s.shear_strength(n0), 0.0) / hardness
     # tension between the tip of the cone and a strength beyond it: all of the shear slips
     tip = (slip > 0.0) & (s.shear_strength(n0 + kn * s.tan_psi * slip) < 0.0)
@@ -198,12 +201,12 @@ def _slid(law: Elastic, s: PointLaw, lift: Array, tried: _Tried) -> _Slid:
         slip = np.where(crushed, np.maximum(size - s.shear_strength(normal), 0.0) / ks, slip)
         lift = np.where(crushed, tried.opening + normal / kn, lift)
     cone = ~apex & ~tip & (slip > 0.0)
-    return _Slid(slip, lift, normal, size - ks * slip, tried.along, cone, tip, apex, crushed, hardness)
+    return _PlasticCorrector(slip, lift, normal, size - ks * slip, tried.along, cone, tip, apex, crushed, hardness)
 
 
-def _plastic(law: Elastic, s: PointLaw, old: PlasticHistory, tried: _Tried) -> Returned:
+def _plastic(law: ElastoplasticLaw, s: PointLaw, old: PlasticHistory, tried: _ElasticPredictor) -> Returned:
     """The return with strengths that stay, and its consistent tangent -d(N, T)/d(w, e)."""
-    found, kn, ks = _slid(law, s, old.lift, tried), law.kn, law.ks
+    found, kn, ks = _plastic_corrector(law, s, old.lift, tried), law.kn, law.ks
     along, cone, tip = found.along, found.cone, found.tip
     history = PlasticHistory(old.slip - found.slip[:, None] * along, found.lift, old.damage)
     sliding = found.slip > 0.0

@@ -26,7 +26,7 @@ from limitmason.capacity.kinematics import (
     point_wrenches,
     shape_geometry,
 )
-from limitmason.capacity.point_law import Elastic, PlasticHistory, Returned, return_map, virgin
+from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, Returned, return_map, virgin
 from limitmason.capacity.ties import Pulled, pull, stiffness
 from limitmason.mechanics.tie_springs import NO_TIES, TieSprings
 
@@ -65,7 +65,7 @@ class System:
     """
 
     def __init__(
-        self, bodies: ContactGeometry, law: Elastic, dead: Array, live: Array, control: Array, weight: float,
+        self, bodies: ContactGeometry, law: ElastoplasticLaw, dead: Array, live: Array, control: Array, weight: float,
         size: float, length: float, springs: Array, ties: TieSprings = NO_TIES,
     ) -> None:  # fmt: skip
         """Number the free degrees of freedom and make the pattern of the bordered tangent."""

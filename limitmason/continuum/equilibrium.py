@@ -161,7 +161,7 @@ class Solver:
                 step = both[:, 0] + more * both[:, 1]
             if not np.isfinite(step).all():
                 return None
-            u, factor, now, r = self._search(u, factor, step, more, r, last.memory, secant)
+            u, factor, now, r = self._line_search(u, factor, step, more, r, last.memory, secant)
             off = float(np.linalg.norm(r)) / self.size(factor)
             held = target is None or abs(target - float(self.control @ u)) <= 1e-6 * max(abs(target), 1e-12)
             if off <= self.tolerance and held:
@@ -213,10 +213,10 @@ class Solver:
                 patience = _FINISH
         return None
 
-    def _search(
+    def _line_search(
         self, u: Array, factor: float, step: Array, more: float, r: Array, memory: Memory, secant: bool
     ) -> tuple[Array, float, PointResponse, Array]:
-        """Take the step, or the part of it that leaves least unbalanced."""
+        """Largest share of the step that leaves less unbalanced than before, else the best of four."""
         spread = self.d.spread(step)
         before = float(np.linalg.norm(r))
         best = None

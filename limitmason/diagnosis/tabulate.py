@@ -174,7 +174,7 @@ class Tabulator:
         InputError
             When the cause at its baseline size does not recover the baseline model, or for an unknown parameter.
         """
-        self._check(cause)
+        self._refuse_not_nested(cause)
         levels, error = (like.levels[0], like.error) if like is not None else self._levels(cause)
         if self.crossed == "corners" and self.free:
             values, missed = self._from_corners(cause, levels)
@@ -216,7 +216,8 @@ class Tabulator:
         shown = RegularGridInterpolator(axes, table.values)(np.array([[*at, *z]]))[0]
         return float(np.max(np.abs(true - shown) / self.noise))
 
-    def _check(self, cause: Cause) -> None:
+    def _refuse_not_nested(self, cause: Cause) -> None:
+        """Refuse a cause whose baseline moves the first specimen's prediction by more than 0.02 of its noise."""
         if cause.apply is None:
             self.simulator.check_parameters([cause.parameter], f"cause {cause.name!r}")
         elif not cause.transforms:

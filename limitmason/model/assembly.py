@@ -32,7 +32,7 @@ from limitmason.model.detection import (
     with_convex_parts,
 )
 from limitmason.model.input import JointChoice, JointTable, read_densities, read_fixed, read_number, read_pieces
-from limitmason.model.interface import Interface, interface_kind, shortened
+from limitmason.model.interface import Interface, interface_kind, with_edges_inset
 from limitmason.model.joint import Joint
 from limitmason.model.material import Material
 from limitmason.model.moved import renumbered, transformed
@@ -332,16 +332,16 @@ class Assembly(Blockwork, Displayed):
         Parameters
         ----------
         inset : distance each end is pulled in [m], >= 0
-        direction : edges are pulled in only where they face this direction in the interface (for a wall in the x-z
-            plane give the normal of the plane, (0, 1, 0), to keep the full thickness: edges that face it stay);
-            None pulls in all edges
+        direction : edges that face this direction or its opposite stay (for a wall in the x-z plane give the normal of
+            the plane, (0, 1, 0), to keep the full thickness); None pulls in all edges
 
         Raises
         ------
         ValueError
             When an interface is not wider than twice the inset.
         """
-        return replace(self, interfaces=shortened(self.interfaces, [b.name for b in self.blocks], inset, direction))
+        names = [b.name for b in self.blocks]
+        return replace(self, interfaces=with_edges_inset(self.interfaces, names, inset, direction))
 
     def transformed(self, matrix: ArrayLike, translation: ArrayLike = (0.0, 0.0, 0.0)) -> Assembly:
         """This assembly rotated, mirrored or scaled by a matrix and moved; x -> M x + t, gravity stays along -z.

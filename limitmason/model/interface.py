@@ -84,10 +84,13 @@ def _pulled_in(interface: Interface, inset: float, keep: Array | None) -> Array 
     return p[0] + out @ frame.T
 
 
-def shortened(
+def with_edges_inset(
     interfaces: Sequence[Interface], names: Sequence[str], inset: float, direction: ArrayLike | None
 ) -> tuple[Interface, ...]:
-    """See ``Assembly.with_contact_ends_pulled_in``; names of the blocks for the message."""
+    """Interfaces with their edges moved inwards by ``inset`` [m]; edges whose normal lies along ``direction`` stay.
+
+    ``names`` are those of the blocks, for the message.
+    """
     if not inset >= 0:
         raise InputError(f"inset must be >= 0 m, got {inset!r}")
     keep = None if direction is None else np.asarray(direction, dtype=float) / np.linalg.norm(direction)

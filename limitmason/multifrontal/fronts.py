@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from scipy.linalg.blas import dsyrk, dtrsm
 
 from limitmason.multifrontal.dissection import Tree, ragged_ranges
-from limitmason.multifrontal.kernels import extend_add, substitute
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -71,6 +70,8 @@ class Fronts:
         assembled : what belongs to a front before its children's updates are added
         pivoted : factor of the own block, what is kept below it, and the update of the boundary
         """
+        from limitmason.multifrontal.kernels import extend_add  # compiled: loaded where a matrix is factored
+
         updates: dict[int, Array] = {}
         for k, children in enumerate(self._children):
             front = assembled(k)
@@ -83,6 +84,8 @@ class Fronts:
 
     def substitute(self, store: Array, x: Array) -> None:
         """Solve L L^T x = x in place for the rows of ``x``, shape (right-hand sides, n), of Cholesky factors."""
+        from limitmason.multifrontal.kernels import substitute
+
         substitute(x, self.first, self.owned, self.edge_start, self.edge, self._start, store)
 
 

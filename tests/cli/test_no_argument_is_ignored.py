@@ -38,6 +38,9 @@ PROTOCOLS = {
     ("faces.py", "torsion_strength", "size"), ("faces.py", "torsion_strength", "assembly"),
     ("faces.py", "torsion_strength", "loads"),
     ("__init__.py", "loads", "test"),  # recipes: (test, wall, sense)
+    # of what is driven: a structure says what it is made of, and what its run says
+    ("structure.py", "__init__", "loads"),
+    ("structure.py", "curve_of", "seconds"),
     ("record.py", "__setattr__", "value"),  # refuses whatever is set
     # a law without added terms, and a term that changes nothing
     *(("added.py", "_changed", name) for name in ("added", "slip", "damage")),

@@ -9,7 +9,7 @@ from walls import beside_or_on_a_large_block, lattice_weights, on_slab, running_
 
 import dem
 import limitmason as lm
-from dem.model.time_steps import Scale, hold
+from dem.model.holding import Scale, hold
 
 collapse = functools.partial(dem.collapse, error_budget=())
 

@@ -5,8 +5,8 @@ import pytest
 
 import dem
 import limitmason as lm
+from dem.model.holding import run_constant
 from dem.model.state import make_state
-from dem.model.time_steps import run_constant
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID
 from limitmason.deformable.levels import SIMPLY_DEFORMABLE
 from limitmason.model.stages import Damping, Drive, Hold, Ramp, Settle

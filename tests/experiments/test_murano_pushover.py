@@ -10,7 +10,7 @@ from walls import on_slab, running_bond
 
 import dem
 import limitmason as lm
-from dem.model.stability import block_stiffness
+from dem.model.stable_step import block_stiffness
 from limitmason import experiments
 from limitmason.constants import GRAVITY
 from limitmason.experiments import murano_u_walls as murano

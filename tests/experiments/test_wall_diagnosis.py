@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from wall_diagnosis import FORCE, MODE, STIFFNESS, Trial, observations, scatter_of, trial_lines
-from wall_figures import drift_at
-from wall_stiffness import Stiff, fitted_exponent, fitted_left_out, within
+
+from validation.wall_diagnosis import FORCE, MODE, STIFFNESS, Trial, observations, scatter_of, trial_lines
+from validation.wall_figures import drift_at
+from validation.wall_stiffness import Stiff, fitted_exponent, fitted_left_out, within
 
 
 def planted(exponent: float = 0.5, share: float = 0.6) -> Stiff:

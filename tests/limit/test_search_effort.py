@@ -143,4 +143,4 @@ def test_the_command_line_tells_stages_and_takes_search_and_time_limit(tmp_path,
     assert main([*solve, "--time-limit", "-1"]) == 2
     assert "time_limit must be positive" in capsys.readouterr().err
     assert main(["solve", str(file), "--search", "quick"]) == 2
-    assert "--search goes with --flow-rule non-associative" in capsys.readouterr().err
+    assert "--search is not used by associative" in capsys.readouterr().err

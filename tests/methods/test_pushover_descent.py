@@ -10,7 +10,7 @@ from limitmason import experiments
 from limitmason.capacity import descent, stepping
 from limitmason.capacity.contacts import first_contacts
 from limitmason.capacity.kinematics import at_rest, contact, geometric_stiffness, make_bodies, moved
-from limitmason.capacity.point_law import Elastic, PlasticHistory, return_map, trial
+from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, return_map, trial
 from limitmason.mechanics.contact_points import contact_points
 from limitmason.mechanics.law import PointLaw, interface_law
 
@@ -31,7 +31,7 @@ def test_stresses_at_frozen_friction_are_the_gradient_of_a_convex_potential(comp
     tension = np.minimum(rng.choice([0.0, 0.2], m), cohesion / 0.6)
     strength = PointLaw(0.6 * one, rng.uniform(0.0, 0.6, m), cohesion, tension, np.full(m, np.inf))
     old = PlasticHistory(0.2 * rng.normal(size=(m, components - 1)), 0.1 * np.abs(rng.normal(size=m)))
-    law = descent.frozen(Elastic(strength, 2.0 * one, 3.0 * one), np.abs(rng.normal(size=m)))
+    law = descent.frozen(ElastoplasticLaw(strength, 2.0 * one, 3.0 * one), np.abs(rng.normal(size=m)))
     at, other = 0.4 * rng.normal(size=(2, m, components))
     stress, h = return_map(law, old, at).stress, 1e-6
     for k in range(components):
@@ -47,7 +47,8 @@ def test_friction_frozen_at_the_normal_stress_of_a_pose_gives_the_stress_of_the_
     rng = np.random.default_rng(2)
     m = 2000
     one = np.ones(m)
-    law = Elastic(PointLaw(0.6 * one, 0.0 * one, 0.1 * one, 0.0 * one, np.full(m, np.inf)), 2.0 * one, 3.0 * one)
+    strength = PointLaw(0.6 * one, 0.0 * one, 0.1 * one, 0.0 * one, np.full(m, np.inf))
+    law = ElastoplasticLaw(strength, 2.0 * one, 3.0 * one)
     old = PlasticHistory(0.2 * rng.normal(size=(m, 2)), np.zeros(m))
     at = 0.4 * rng.normal(size=(m, 3))
     true = return_map(law, old, at)

@@ -15,7 +15,7 @@ from limitmason.capacity.kinematics import (
     moved,
     point_wrenches,
 )
-from limitmason.capacity.point_law import Elastic, PlasticHistory, return_map
+from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, return_map
 from limitmason.mechanics.contact_points import contact_points
 from limitmason.mechanics.equilibrium import equilibrium_matrix
 from limitmason.mechanics.law import PointLaw, interface_law
@@ -101,7 +101,7 @@ def law_of(m, rng):
     cohesion = rng.choice([0.0, 0.3], m)
     tension = np.minimum(rng.choice([0.0, 0.2, 0.5], m), cohesion / 0.6)
     strength = PointLaw(0.6 * one, rng.uniform(0.0, 0.6, m), cohesion, tension, np.full(m, np.inf))
-    return Elastic(strength, 2.0 * one, 3.0 * one)
+    return ElastoplasticLaw(strength, 2.0 * one, 3.0 * one)
 
 
 @pytest.mark.parametrize("components", [2, 3])
@@ -151,7 +151,8 @@ def test_small_steps_come_to_the_same_as_the_dem_kernel():
     row[0, :8] = kn, ks, mu, dil, cohesion, tension, np.inf, np.inf
     points = Points(np.zeros(1), np.zeros(1), np.ones(1), *(np.zeros(1) for _ in range(5)))
     one = np.ones(1)
-    law = Elastic(PointLaw(mu * one, dil * one, cohesion * one, tension * one, np.inf * one), kn * one, ks * one)
+    strength = PointLaw(mu * one, dil * one, cohesion * one, tension * one, np.inf * one)
+    law = ElastoplasticLaw(strength, kn * one, ks * one)
     old = PlasticHistory(np.zeros((1, 2)), np.zeros(1))
     s = np.linspace(0.0, 1.0, 4001)
     # pressed, slid away on a line, pulled open while sliding, and closed again; where slip turns or comes back the lift
@@ -170,7 +171,7 @@ def test_a_point_that_slides_back_is_seen():
     from limitmason.capacity.point_law import slid_back
 
     one = np.ones(1)
-    law = Elastic(PointLaw(0.6 * one, 0.3 * one, 0.0 * one, 0.0 * one, np.inf * one), 2.0 * one, 3.0 * one)
+    law = ElastoplasticLaw(PointLaw(0.6 * one, 0.3 * one, 0.0 * one, 0.0 * one, np.inf * one), 2.0 * one, 3.0 * one)
     old, seen = PlasticHistory(np.zeros((1, 2)), np.zeros(1)), []
     for e in [*np.linspace(0.0, 1.0, 21), *np.linspace(1.0, 0.0, 21)]:
         old = return_map(law, old, np.array([[-0.3, e, 0.0]])).history

@@ -13,7 +13,7 @@ from dem.kernels.law import plain_peak_of, softening_of
 from dem.kernels.sums import point_sums
 from limitmason.capacity import Steps, path, stepping
 from limitmason.capacity.certificate import certify
-from limitmason.capacity.point_law import Elastic, PlasticHistory, return_map, virgin
+from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, return_map, virgin
 from limitmason.mechanics.law import SUDDEN, PointLaw, Softening
 from limitmason.model.stages import Drive
 
@@ -270,7 +270,7 @@ def law_of(m, tan_psi, by_opening, by_slip, rest=(0.4, 0.02, 0.03), tension=0.2,
     one = np.ones(m)
     peak = PointLaw(0.6 * one, tan_psi * one, 0.3 * one, tension * one, crushing * one)
     left = PointLaw(rest[0] * one, tan_psi * one, rest[1] * one, rest[2] * one, peak.crushing)
-    return Elastic(peak, 2.0 * one, 3.0 * one, Softening(left, by_opening * one, by_slip * one))
+    return ElastoplasticLaw(peak, 2.0 * one, 3.0 * one, Softening(left, by_opening * one, by_slip * one))
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.kernels.yielding import (
+from dem.kernels.mohr_coulomb import (
     MAT_C,
     MAT_D,
     MAT_DN,

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.model.edge_points import follow_edges
-from dem.model.stability import owners
+from dem.model.stable_step import owners
 from dem.model.state import DYNAMIC, State, UnstableError
 from limitmason.constants import GRAVITY
 from limitmason.model import Assembly
@@ -58,7 +57,6 @@ class Scale:
     size : cube root of the volume [m], shape (n,)
     free : degrees of freedom, shape (n, 6)
     smallest : smallest dimension of a free block [m]
-    assembly : whose blocks they are
     """
 
     load: Array
@@ -66,7 +64,6 @@ class Scale:
     size: Array
     free: NDArray[np.bool_]
     smallest: float
-    assembly: Assembly
 
     @classmethod
     def of(cls, assembly: Assembly, wrench: Array) -> "Scale":
@@ -81,7 +78,7 @@ class Scale:
         least = load[bears].min() if bears.any() else load[load > 0.0].min(initial=np.inf)
         load = np.where(bears, load, np.maximum(load, least))
         load = np.where(np.isfinite(load), load, 1e-300)
-        return cls(load, arm, np.cbrt(assembly.arrays.volume), moves, smallest_edge(assembly), assembly)
+        return cls(load, arm, np.cbrt(assembly.arrays.volume), moves, smallest_edge(assembly))
 
     @property
     def force(self) -> float:
@@ -301,7 +298,6 @@ def hold(
         if damping.kinetic and used >= STOPS and not _fades(path):
             damping = replace(damping, local=max(damping.local, 0.6), kinetic=False)
         run_constant(state, wrench, steps, damping)
-        follow_edges(scale.assembly, state)
         used += steps
         force, moment = unbalance_of_blocks(state, scale.above_rounding(state))
         last, worst = (float(force.max()), float(moment.max())), int(np.argmax(np.maximum(force, moment)))
