@@ -19,7 +19,7 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 os.environ["PYTHONSAFEPATH"] = "1"
 HOME = Path(find_spec("limitmason").origin).parents[1]
 
-# the trials above the package import each other from the root, which is not on the path: else the checkout would be tested
+# the trials above the package import each other from the root; on the path it would put the checkout under test
 VALIDATION = types.ModuleType("validation")
 VALIDATION.__path__ = [str(Path(__file__).parents[1] / "validation")]
 sys.modules.setdefault("validation", VALIDATION)
