@@ -8,7 +8,7 @@
 from limitmason.calibration.cross_validation import LeftOut
 from limitmason.calibration.estimation import calibrate
 from limitmason.calibration.fit import Fit, Predicted
-from limitmason.calibration.information import Free, NextTest
+from limitmason.calibration.information import NextTest, UnresolvedDirection
 from limitmason.calibration.joint_model import JointModel
 from limitmason.calibration.parameter import Parameter
 from limitmason.calibration.search import SearchSettings
@@ -19,7 +19,6 @@ __all__ = [
     "FEATURES",
     "CurveTarget",
     "Fit",
-    "Free",
     "JointModel",
     "LeftOut",
     "NextTest",
@@ -28,5 +27,6 @@ __all__ = [
     "SearchSettings",
     "SolidModel",
     "Target",
+    "UnresolvedDirection",
     "calibrate",
 ]

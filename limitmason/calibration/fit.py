@@ -14,7 +14,7 @@ from scipy import stats
 
 from limitmason.answers.curve import Curve
 from limitmason.calibration.cross_validation import LeftOut
-from limitmason.calibration.information import Free, Information, NextTest, ranked, relative
+from limitmason.calibration.information import Information, NextTest, UnresolvedDirection, ranked, relative
 from limitmason.calibration.objective import LOST, Minimum, Objective
 from limitmason.calibration.runs import Model, taken
 from limitmason.calibration.search import SAME, Slopes
@@ -142,9 +142,9 @@ class Fit(ReadOnly):
         return tuple(n for k, n in enumerate(scale.names) if held[:, k].all())
 
     @property
-    def unidentified(self) -> tuple[Free, ...]:
+    def unidentified(self) -> tuple[UnresolvedDirection, ...]:
         """Moves of parameters that the data leave free; none where all are identified."""
-        return self.information.free
+        return self.information.unresolved_directions
 
     @property
     def misfit(self) -> float:

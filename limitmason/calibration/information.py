@@ -23,7 +23,7 @@ BLIND = 1e-7
 """Singular values below this part of one standard deviation per resolution are zero: the data do not see the move."""
 
 
-class Free(NamedTuple):
+class UnresolvedDirection(NamedTuple):
     """A joint move of parameters that the data do not resolve.
 
     ``moves`` gives, for one standard deviation, the factor of every parameter that takes part (the difference of one
@@ -94,6 +94,7 @@ class Information(ReadOnly):
     def covariance(self) -> Array:
         """Covariance on the scale of the fit, shape (p, p); unseen moves are as wide as the bounds."""
         size, moves = self._parts()
+        # deviation of a value that is uniform between its bounds, in resolutions
         box = (self.scale.high - self.scale.low) / np.sqrt(12.0) / self.scale.resolution
         widest = np.sqrt((moves**2 * box**2).sum(axis=1))
         scaled = (moves.T * np.minimum(size, widest) ** 2) @ moves
@@ -112,9 +113,10 @@ class Information(ReadOnly):
         return np.asarray(self.deviation <= self.scale.resolution)
 
     @property
-    def free(self) -> tuple[Free, ...]:
+    def unresolved_directions(self) -> tuple[UnresolvedDirection, ...]:
         """Principal moves wider than the resolution in which a parameter that is not identified takes part."""
         size, moves = self._parts()
+        # deviation of a value that is uniform between its bounds, in resolutions
         box = (self.scale.high - self.scale.low) / np.sqrt(12.0) / self.scale.resolution
         loose, out = ~self.identified, []
         for d, v in zip(size, moves, strict=True):
@@ -124,8 +126,9 @@ class Information(ReadOnly):
             lead = 1.0 if v[np.argmax(np.abs(v))] > 0.0 else -1.0
             step = lead * reach * v * self.scale.resolution
             taking = sorted((k for k in range(len(v)) if abs(v[k]) > 0.1), key=lambda k: -abs(v[k]))
-            out.append(Free({self.scale.names[k]: exp(step[k]) if self.scale.parameters[k].log else float(step[k])
-                             for k in taking}, float(d)))  # fmt: skip
+            log = [p.log for p in self.scale.parameters]
+            shown = {self.scale.names[k]: exp(step[k]) if log[k] else float(step[k]) for k in taking}
+            out.append(UnresolvedDirection(shown, float(d)))
         return tuple(out)
 
     def with_slopes(self, more: Array) -> Information:

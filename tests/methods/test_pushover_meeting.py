@@ -9,7 +9,7 @@ import pytest
 import limitmason as lm
 from limitmason.capacity import Steps
 from limitmason.capacity.contact_search import touching
-from limitmason.capacity.contact_search.crossing import is_crossing, meeting
+from limitmason.capacity.contact_search.crossing import candidate_contacts, is_crossing
 from limitmason.geometry.polyhedron import box
 from limitmason.geometry.rotation import rotation_matrices
 
@@ -91,10 +91,10 @@ def test_a_block_that_slides_off_a_table_askew_tips_where_its_resultant_leaves_t
 @pytest.mark.slow
 def test_a_curve_that_does_not_find_where_sides_cross_is_noticed(monkeypatch):
     def corners_alone(shapes, *where, **options):
-        near = meeting(shapes, *where, **options)
+        near = candidate_contacts(shapes, *where, **options)
         return near.at(~is_crossing(shapes, near))
 
-    monkeypatch.setattr(touching, "meeting", corners_alone)
+    monkeypatch.setattr(touching, "candidate_contacts", corners_alone)
     wall, loads, t, _ = on_a_table(push=(1.0, 0.1, 0.0))
     curve = lm.pushover(wall, loads, stiffness=1e9, to=0.2, steps=Steps(most=40))
     slid = (curve.displacement_of("block") @ t)[:, 0]

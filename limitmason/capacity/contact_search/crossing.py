@@ -172,8 +172,8 @@ def gap_at(shapes: Shapes, near: Near, pose: Pose) -> Array:
     return gap
 
 
-def meeting(shapes: Shapes, pose: Pose, since: Pose, depth: float, *, inside: float, space: bool) -> Near:
-    """What meets in a pose: corners at faces, and in space places where sides cross.
+def candidate_contacts(shapes: Shapes, pose: Pose, since: Pose, depth: float, *, inside: float, space: bool) -> Near:
+    """Contacts that a pose has or nearly has: corners near faces, and in space crossings of two faces' sides.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.capacity.contact_search.crossing import gap_at, is_crossing, known, meeting, off
+from limitmason.capacity.contact_search.crossing import candidate_contacts, gap_at, is_crossing, known, off
 from limitmason.capacity.contact_search.faces import Near, Shapes, beside
 from limitmason.capacity.contacts import NEW, NO_CORNER, PathContacts
 from limitmason.capacity.kinematics import Pose
@@ -65,7 +65,7 @@ def found_anew(
     # corners that take over carry on where springs are pressed, however deep
     pressed = float((force[:, 0] / (c.kn * c.area)).max(initial=0.0))
     space = c.components == 3
-    near = meeting(shapes, pose, since, pressed, inside=0.5 * shapes.step, space=space)
+    near = candidate_contacts(shapes, pose, since, pressed, inside=0.5 * shapes.step, space=space)
     # the successor of a point that has left is as far inside but for the turn of the blocks over a deep gap
     succeeds = np.isin(_pairs(shapes, near), shapes.pair(c.block_a, c.block_b)[gone])
     fresh = ~known(shapes, c, near) & (succeeds | (near.inside > shapes.step))
@@ -156,7 +156,7 @@ def landed(shapes: Shapes, c: PathContacts, before: Pose, now: Pose, travel: flo
     ----------
     travel : the farthest that a point of a block moved between both poses [m]
     """
-    near = meeting(shapes, now, before, 2.0 * travel, inside=shapes.step, space=c.components == 3)
+    near = candidate_contacts(shapes, now, before, 2.0 * travel, inside=shapes.step, space=c.components == 3)
     gap = gap_at(shapes, near, before)
     present = known(shapes, c, near) | (is_crossing(shapes, near) & np.isin(near.corner, c.corner))
     late = ~present & (gap > 0.0) & (near.gap < -shapes.step)

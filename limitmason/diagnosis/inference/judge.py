@@ -149,7 +149,11 @@ class Judge:
         return replace(verdict, rehearsed=self.missing(sd))
 
     def _identified(self, decision: Decision, verdict: Verdict, y: np.ndarray, pairs: bool) -> Verdict:
-        """The verdict with its one name identified, or not, or withdrawn."""
+        """The verdict with its one name identified.
+
+        "Behaves like" where the record does not hold; withdrawn where residuals keep a trend or a kind of data
+        rejects it.
+        """
         if len(verdict.kept) != 1:
             return verdict
         record: Identification | None = self.held(decision, verdict, y)

@@ -42,7 +42,7 @@ class PlanePrograms:
             raise InputError("the plane polish needs a problem reduced to the plane")
         self.law = law
         self.m, self.n = len(law.tan_phi), law.matrix.shape[0]
-        # unit of force of the linear programs: the mean block load
+        # the total load is sqrt(n) scaled units, so that of a mean block, the unit of these programs, is 1 / total
         self.unit = law.total / max(law.total**2, 1.0)
         self.normal, self.tangent = law.matrix[:, 0::2], law.matrix[:, 1::2]
         m = self.m
@@ -55,6 +55,7 @@ class PlanePrograms:
         self.cone = sparse.csr_array(sparse.vstack([sparse.hstack([-mu, eye, none]), sparse.hstack([-mu, -eye, none])]))
         self.cone_bound = np.tile(law.cohesion, 2) / self.unit
         live = np.concatenate([law.live / law.live_size, np.zeros(3 * m)])
+        # A_t' v + z+ - z- = 0, and live power one
         self._sliding = sparse.csc_array(
             sparse.vstack([sparse.hstack([self.tangent.T, eye, -eye, sparse.csc_array((m, m))]), live[None, :]])
         )
