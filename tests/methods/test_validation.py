@@ -34,7 +34,7 @@ def test_no_source_is_named_outside_its_folder():
         # examples in docstrings and help may name one
         code = re.sub(r'"""[\s\S]*?"""', "", text)
         own = path.parent.name if path.parent.parent == ROOT / "limitmason" / "experiments" else ""
-        if path.parent == LIBRARY / "validation":
+        if path.parent == ROOT / "limitmason" / "validation":
             # what needs stores of runs stands above a series: a module may be of one, whose NAME it takes from there
             of = re.findall(r"^from limitmason\.experiments\.(\w+) import .*\bNAME\b", code, re.MULTILINE)
             own = of[0] if len(of) == 1 else own
