@@ -26,6 +26,9 @@ SLIP_FRACTION = 0.25
 TURN_LIMIT = np.deg2rad(3.0)
 """Turn of its blocks since it was made from which a joint is cut anew where they touch elsewhere [rad]."""
 
+PIVOT_TURN = np.deg2rad(0.5)
+"""Turn from which a joint that slid and pivots on an edge of a is cut anew with b as its base [rad]."""
+
 MARGIN = 0.05
 """Gap up to which two blocks count as near, over the smallest block dimension [-]."""
 
@@ -275,7 +278,8 @@ def _outworn(
     # longer cross within their lengths. As long as they are the same, a joint between faces is right at any turn
     elsewhere = np.abs(apart - nearest) > 0.01 * margin + 0.1 * np.abs(nearest)
     loose = ~carries & (sharp | ((shape > FACES) & elsewhere))
-    swapped = np.array([pivots_on_a(state, now, k) for k in range(len(code))], dtype=bool)
+    tipped = _turned_since(state) > PIVOT_TURN
+    swapped = np.array([tipped[k] and pivots_on_a(state, now, k) for k in range(len(code))], dtype=bool)
     return worn | loose | (elsewhere & carries & sharp) | (elsewhere & turned) | (nearest > 1.5 * margin) | swapped
 
 

@@ -255,7 +255,7 @@ def _further(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Se
     patience = max(v.steps for _, v in found.record if v.outcome == EQUILIBRIUM)
     again = increments(
         assembly, loads, found.state.copy(), replace(c, first=c.tolerance * found.stable), settled=found.stable,
-        patience=patience,
+        patience=patience, refused=found.moving,
     )  # fmt: skip
     again.record[:0] = [(x, v) for x, v in found.record if x <= found.stable]
     again.steps += found.steps

@@ -82,7 +82,7 @@ def settle(loads: Loads, state: State, scale: Scale, c: Controls) -> LoadVerdict
 def runs_away(assembly: Assembly, state: State, held: Callable[[], LoadVerdict]) -> bool:
     """Whether a load is held only on points that slid along with a block, to where they bear more; moves the state."""
     follow_edges(assembly, state)
-    return held().outcome == MOVING
+    return held().outcome != EQUILIBRIUM
 
 
 @watched("search")
@@ -97,6 +97,7 @@ def increments(
     patience: int = 0,
     loading: Callable[[float], Array] | None = None,
     up_to: float = np.inf,
+    refused: float = np.inf,
 ) -> Search:
     """Bracket of the multiplier by loads held one after the other.
 
@@ -109,6 +110,7 @@ def increments(
     patience : steps that loads took to settle in an earlier search
     loading : wrench per block at a multiplier [N, N m], shape (n, 6); dead load and that much live load by default
     up_to : multiplier beyond which nothing is tried: the search ends as unbounded where the blocks stand there
+    refused : smallest load that moved in an earlier search
     """
     loading = loading or (lambda multiplier: loads.dead + multiplier * loads.live)
     scale = Scale.of(assembly, loads.dead if loads.dead.any() else loads.live * c.unit)
@@ -139,7 +141,7 @@ def increments(
             )  # fmt: skip
             verdict = held()
             used += verdict.steps
-            least = min((x for x, v in record if v.outcome == MOVING), default=np.inf)
+            least = min([refused, *(x for x, v in record if v.outcome == MOVING)])
             record.append((float(new), verdict))
             if verdict.outcome == EQUILIBRIUM and new >= least:
                 before = before or (float(b.stable), keep, kept[0])
