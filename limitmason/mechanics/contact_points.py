@@ -245,13 +245,11 @@ def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:
     e1 = e1 / np.linalg.norm(e1, axis=1)[:, None]
     e2 = e2 / np.linalg.norm(e2, axis=1)[:, None]
     one, two = (np.linalg.norm(corners[:, k + 1] - corners[:, k], axis=1) for k in (0, 1))
-    # a square's sides differ by rounding only: its thickness is taken along y, and if neither side runs so, it begins
-    # along x
-    by_y, by_x = (np.abs(e1[:, k]) - np.abs(e2[:, k]) for k in (1, 0))
-    square = np.where(np.abs(by_y) > 1e-6, by_y > 0.0, by_x < -1e-6)
-    turn = np.where(np.abs(one - two) <= 1e-6 * one, square, one < two)
+    turn = one < two
     for k, row in enumerate(rows):
         i = assembly.interfaces[row]
+        if abs(one[k] - two[k]) <= 1e-6 * one[k]:
+            turn[k] = _square_turned(assembly, (i.block_b, i.block_a), e1[k], e2[k])
         pair = sorted((i.block_b, i.block_a), key=lambda b: assembly.fixed[b])
         axis = next((assembly.blocks[b].axis for b in pair if assembly.blocks[b].axis is not None), None)
         if axis is None:
@@ -262,6 +260,20 @@ def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:
         if max(abs(e1[k] @ across), abs(e2[k] @ across)) > 1e-6:
             turn[k] = abs(e1[k] @ across) > abs(e2[k] @ across)
     return np.where(turn[:, None, None], np.roll(corners, -1, axis=1), corners)
+
+
+def _square_turned(assembly: Assembly, pair: tuple[int, int], e1: Array, e2: Array) -> bool:
+    """Whether the first side of a square face is not the one along the unit; its sides differ by rounding only.
+
+    The unit runs along the longer extent of its block, that of a free block first. Of cubes the thickness is taken
+    along y, and where neither side runs so, the unit along x.
+    """
+    for b in sorted(pair, key=lambda b: assembly.fixed[b]):
+        along, across = (np.ptp(assembly.blocks[b].vertices @ e) for e in (e1, e2))
+        if abs(along - across) > 1e-6 * along:
+            return bool(along < across)
+    by_y, by_x = abs(e1[1]) - abs(e2[1]), abs(e1[0]) - abs(e2[0])
+    return bool(by_y > 0.0) if abs(by_y) > 1e-6 else bool(by_x < -1e-6)
 
 
 def _corner_areas(corners: Array, normal: Array) -> Array:

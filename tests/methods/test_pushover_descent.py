@@ -83,7 +83,6 @@ def test_descent_and_programs_find_the_same_states(psi, way, modulus):
         wall = wall.with_material(lm.Material(young_modulus=modulus, poisson_ratio=0.2))
         options = {"blocks": "simply deformable"}
     curve = lm.pushover(wall, lm.Loads.horizontal(wall, way), stiffness=1e10, contacts="first", **options)
-    tried = given_up = 0
     for k in range(1, curve.first_limit_point.index - 5):
         node, target = curve.nodes[k], curve.nodes[k + 5].control
         system = curve.generations.systems[0]
@@ -91,13 +90,8 @@ def test_descent_and_programs_find_the_same_states(psi, way, modulus):
         start = node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio
         programs = stepping.by_programs(system, *start)[0]
         found = descent.solve(system, node.pose, node.multiplier, node.history, target)
-        tried += 1
-        if found is None:  # a path then asks the programs
-            given_up += 1
-            continue
         assert found.multiplier == pytest.approx(programs.multiplier, abs=1e-8)
         assert found.state.force == pytest.approx(programs.state.force, abs=1e-5 * system.weight)
-    assert tried > given_up * 10
 
 
 @pytest.mark.slow

@@ -184,13 +184,14 @@ def two_blocks():
     return a, lm.Loads.horizontal(a)
 
 
+@pytest.mark.exact
 def test_an_answer_is_found_in_the_store_and_one_that_lacks_a_field_is_refused_by_the_file(tmp_path):
     fresh, said = lm.compare(*two_blocks(), "mechanisms", store=tmp_path, measured=0.5), []
     found = lm.compare(*two_blocks(), "mechanisms", store=tmp_path, measured=0.5, progress=said.append)
     assert said == ["[1/1] mechanisms: 0.25 (from the store)"]
     one, two = fresh["mechanisms"], found["mechanisms"]
     assert [str(getattr(one, n)) for n in STORED] == [str(getattr(two, n)) for n in STORED]
-    assert (two.ratio, two.bound.kind) == (pytest.approx(0.5, abs=1e-9), one.bound.kind)
+    assert (two.ratio, two.bound.kind) == (0.5, one.bound.kind)
     path = tmp_path / "answers.jsonl"
     path.write_text(path.read_text().replace('"seconds"', '"minutes"'))
     with pytest.raises(InputError, match=r"answers.jsonl .* without 'seconds'"):

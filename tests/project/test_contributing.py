@@ -23,7 +23,10 @@ def test_there_are_four_recipes_each_with_a_file_and_a_script():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", RECIPES)
+# that of a method compares last digits
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.exact) if n == "a method" else n for n in RECIPES]
+)
 def test_recipe_runs(name, tmp_path):
     file, script = RECIPES[name]
     (tmp_path / re.match(r"# file: (\w+\.py)\n", file)[1]).write_text(file, encoding="utf-8")
