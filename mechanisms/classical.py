@@ -6,9 +6,9 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.answers.results import Bound, BoundKind, Prediction
+from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -19,8 +19,6 @@ from mechanisms.out_of_plane import simple_rocking
 from mechanisms.parameters import Facade, foot_level, read
 from mechanisms.virtual_work import check_contacts
 
-Array = NDArray[np.float64]
-
 EXACT = Bound(BoundKind.EXACT, "exact for rigid blocks without tension")
 
 
@@ -28,7 +26,7 @@ class Level(NamedTuple):
     """A flat joint through the whole structure: its height [m], what lies above, and the corners of its contacts."""
 
     height: float
-    moving: NDArray[np.bool_]
+    moving: Flags
     corners: Array
     tan_phi: float
 

@@ -6,9 +6,9 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.answers.results import Prediction
+from limitmason.arrays import Array
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -17,8 +17,6 @@ from mechanisms.motion import ESTIMATE, THIS_MOTION, answer, flexure_twists
 from mechanisms.optimum import SmallestValue, ratio, smallest_ratio
 from mechanisms.parameters import Facade, foot_level, read
 from mechanisms.virtual_work import flexure_power
-
-Array = NDArray[np.float64]
 
 SOURCE_D = (
     "structure of Murano et al., eq (26), after Casapulla et al.; kinematics derived (docs/mechanisms.md, section 4.2)"

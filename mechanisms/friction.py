@@ -6,12 +6,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry.polygon import polar_mean_radius
-
-Array = NDArray[np.float64]
 
 
 class FrictionSums(NamedTuple):

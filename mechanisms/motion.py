@@ -7,10 +7,11 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from limitmason.answers.acceptance import Certificate
 from limitmason.answers.results import NO_TILT, SOLVED, Bound, BoundKind, Mechanism, Prediction
+from limitmason.arrays import Array, Flags
 from limitmason.errors import NotApplicable
 from limitmason.mechanics.law_table import FIELDS, MECHANISMS, RESIDUAL, refuse, terms
 from limitmason.mechanics.law_table import notes as left_out
@@ -20,8 +21,6 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.parameters import Facade, load_direction, wall_recipe
 from mechanisms.virtual_work import ContactCheck, check_contacts
-
-Array = NDArray[np.float64]
 
 UPPER = Bound(
     BoundKind.UPPER,
@@ -58,7 +57,7 @@ ON_BLOCKS = "the motion is admissible on these blocks and gives the upper bound"
 _SAME = 1e-6  # relative difference up to which a formula and the power balance on the blocks are the same number
 
 
-def rotation(assembly: Assembly, moving: NDArray[np.bool_], point: ArrayLike, spin: ArrayLike) -> Array:
+def rotation(assembly: Assembly, moving: Flags, point: ArrayLike, spin: ArrayLike) -> Array:
     """Return the twists of blocks that turn together about an axis, zero for the others.
 
     v = spin x (r - point).
@@ -76,14 +75,14 @@ def rotation(assembly: Assembly, moving: NDArray[np.bool_], point: ArrayLike, sp
     return twists
 
 
-def translation(assembly: Assembly, moving: NDArray[np.bool_], velocity: ArrayLike) -> Array:
+def translation(assembly: Assembly, moving: Flags, velocity: ArrayLike) -> Array:
     """Return the twists of blocks that move together without turning, zero for the others."""
     twists = np.zeros((assembly.n_blocks, 6))
     twists[moving, :3] = velocity
     return twists
 
 
-def above(assembly: Assembly, level: float) -> NDArray[np.bool_]:
+def above(assembly: Assembly, level: float) -> Flags:
     """Free blocks whose centroids lie above a level [m]."""
     return ~assembly.fixed & (assembly.centroids[:, 2] > level)
 

@@ -6,9 +6,9 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.answers.results import Prediction
+from limitmason.arrays import Array
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -18,8 +18,6 @@ from mechanisms.optimum import SmallestValue, ratio, smallest_ratio
 from mechanisms.parameters import Facade, ReadParameters, foot_level, read
 from mechanisms.stepping import best_steps
 from mechanisms.virtual_work import rocking_power
-
-Array = NDArray[np.float64]
 
 SOURCE_A = "Murano et al., eq (24), after Casapulla et al.; terms derived (docs/mechanisms.md, section 3)"
 SOURCE_B = "Murano et al., eq (25), after Casapulla et al.; terms derived (docs/mechanisms.md, section 3)"

@@ -10,8 +10,8 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.errors import NotApplicable
 from limitmason.mechanics.contact_points import ContactPoints, contact_points
 from limitmason.mechanics.equilibrium import equilibrium_matrix
@@ -19,8 +19,6 @@ from limitmason.mechanics.law import interface_law
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.parameters import Facade
-
-Array = NDArray[np.float64]
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 

@@ -11,14 +11,13 @@ from dem.contact.inheritance import close_setbacks, deformed, inherit, keep_ener
 from dem.contact.internal_edges import FLAT, Bearings, Poses, goes_on, moved_together
 from dem.contact.new_joints import Fresh, assemble, crossing_joint, face_joint
 from dem.kernels import APART, CROSSING, FACES, Joints
+from dem.kernels.arrays import Index
 from dem.model.edge_points import find_ends, pivots_on_a
 from dem.model.state import PointForces, State
+from limitmason.arrays import Array, Flags
 from limitmason.geometry import Solid
 from limitmason.geometry.boxtree import overlapping_pairs
 from limitmason.model import Assembly
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 SLIP_FRACTION = 0.25
 """A joint is cut anew when it has slipped this fraction of its point spacing since it was made [-]."""
@@ -253,8 +252,8 @@ def _on_faces_that_go_on(met: _Meeting, joints: Joints, bearings: Bearings, n_bl
 
 def _outworn(
     state: State, now: PointForces, code: Index, key: Index, kind: Index, gap: Array, margin: float,
-    turned: NDArray[np.bool_],
-) -> NDArray[np.bool_]:  # fmt: skip
+    turned: Flags,
+) -> Flags:  # fmt: skip
     """Joints to drop or to cut anew, by the pair code of every joint and of every pair of pieces that are near now."""
     joints, points, first = state.joints, state.points, state.joints.start[:-1]
     if not len(first):
@@ -283,7 +282,7 @@ def _outworn(
     return worn | loose | (elsewhere & carries & sharp) | (elsewhere & turned) | (nearest > 1.5 * margin) | swapped
 
 
-def _soonest_touch(assembly: Assembly, state: State, blocks: Array, gap: Array, use: NDArray[np.bool_]) -> float:
+def _soonest_touch(assembly: Assembly, state: State, blocks: Array, gap: Array, use: Flags) -> float:
     """Half the time in which the quickest of these pairs could close its gap [s]."""
     if not use.any():
         return np.inf

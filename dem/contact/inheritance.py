@@ -7,11 +7,10 @@ from dem.contact.new_joints import Fresh
 from dem.kernels import CROSSING, FACES, LAW, Joints, Points
 from dem.model.state import PointForces, State
 from dem.model.strain_shapes import relative_deformation
+from limitmason.arrays import Array, Flags
 
-Array = NDArray[np.float64]
 
-
-def inherit(state: State, now: PointForces, own: NDArray[np.bool_], family: NDArray[np.bool_], new: Fresh) -> None:
+def inherit(state: State, now: PointForces, own: Flags, family: Flags, new: Fresh) -> None:
     """Elastic shear displacement, dilation and damage of the nearest old point of the pair, or of its family.
 
     Parameters

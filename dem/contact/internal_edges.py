@@ -10,13 +10,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem.kernels import LAW, Joints
 from dem.model.state import PointForces, State
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from limitmason.arrays import Array, Flags, Index
 
 TURNED = np.cos(np.deg2rad(3.0))
 """Cosine of the angle up to which two faces lie in one plane [-]."""
@@ -40,7 +37,7 @@ class Bearings(NamedTuple):
     depth: Array
 
     @classmethod
-    def of(cls, state: State, now: PointForces, rot: Array, flat: NDArray[np.bool_]) -> "Bearings":
+    def of(cls, state: State, now: PointForces, rot: Array, flat: Flags) -> "Bearings":
         """Those of a state; ``flat`` are joints between faces that have not turned, shape (k,)."""
         joints, count = state.joints, len(state.joints.block_a)
         normal = np.einsum("kij,kj->ki", rot[joints.block_a], joints.frame[:, 2])
@@ -127,9 +124,7 @@ def _step(poses: Poses, carrier: int, n: Array, borne_at: Array, plane: Array, p
     return float((plane[3] - plane[:3] @ place) / (plane[:3] @ n) - height)
 
 
-def moved_together(
-    joints: Joints, bearings: Bearings, worn: NDArray[np.bool_], slip: Array, near: float
-) -> list[tuple[int, int]]:
+def moved_together(joints: Joints, bearings: Bearings, worn: Flags, slip: Array, near: float) -> list[tuple[int, int]]:
     """Joints on one face of a block that have slipped with an outworn one on that face: pairs (outworn, other).
 
     Cut anew together, what the one loses of the face at the edge is what the other gains.

@@ -9,9 +9,9 @@ from dem.kernels import CORNER, CROSSING, E_DAMPING, E_KINETIC, LAW, Joints, Poi
 from dem.model.stable_step import block_stiffness, scaled_masses, stable_step
 from dem.model.state import DYNAMIC, State
 from dem.model.strain_shapes import add_modal_mass, coupled_of, fastest_of, with_joints
+from limitmason.arrays import Array, Flags
 from limitmason.model import Assembly
 
-Array = NDArray[np.float64]
 Number = TypeVar("Number", bound=np.generic)
 
 LATTICE = 4
@@ -229,7 +229,7 @@ def _multiply(p: Array, q: Array) -> Array:
     return np.r_[p[0] * q[0] - p[1:] @ q[1:], p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])]
 
 
-def assemble(assembly: Assembly, state: State, stays: NDArray[np.bool_], made: list[Fresh]) -> list[str]:
+def assemble(assembly: Assembly, state: State, stays: Flags, made: list[Fresh]) -> list[str]:
     """Write the kept and the new joints to the state; keep the step stable."""
     j, pt = state.joints, state.points
     count = np.diff(j.start)

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem.driving.pace import LEAST_STEPS, slowest_period, softest_note
 from dem.driving.path import widest_spacing
@@ -24,6 +23,7 @@ from dem.stages.history import History
 from dem.stages.resuming import RunStatus, signature
 from dem.stages.simulate import prepared, simulate, taken_up
 from dem.stages.stage_run import StageRun
+from limitmason.arrays import Array
 from limitmason.deformable import PLANE_STRESS, SOLID
 from limitmason.deformable.levels import LUMPED, RIGID, SIMPLY_DEFORMABLE
 from limitmason.mechanics.contact_points import on_few_points
@@ -31,8 +31,6 @@ from limitmason.mechanics.lumped_units import with_lumped_units
 from limitmason.mechanics.plane import Plane, find_plane
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Drive, Hold, Settle, Stage
-
-Array = NDArray[np.float64]
 
 UNITS: Mapping[str, Callable[[Assembly], Assembly]] = {
     RIGID: lambda assembly: assembly, LUMPED: with_lumped_units, SIMPLY_DEFORMABLE: lambda assembly: assembly,

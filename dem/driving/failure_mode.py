@@ -3,11 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.model import Assembly
-
-Array = NDArray[np.float64]
 
 MODES = SOLDIER, DIAGONAL, SLIDING, ROCKING, CRUSHING, MIXED, NONE = (
     "soldier bending", "diagonal", "sliding", "rocking", "crushing", "mixed", "none",

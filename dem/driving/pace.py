@@ -1,16 +1,14 @@
 """How fast a structure may be driven: its slowest swing in steps of scaled masses, and how many a push should take."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from dem.kernels import LAW
 from dem.model.stable_step import owners, point_motions, point_stiffness
 from dem.model.state import State
+from limitmason.arrays import Flags
 from limitmason.model import Assembly, Loads
-
-Array = NDArray[np.float64]
 
 SWINGS = 40
 """Slowest swings that the faster run of a push takes, at least [-]."""
@@ -69,7 +67,7 @@ def tangent(assembly: Assembly, state: State) -> sparse.csc_array:
     return sparse.csc_array(a @ sparse.diags_array(point_stiffness(p, j).ravel()) @ a.T + own)
 
 
-def _deforms(state: State) -> NDArray[np.bool_]:
+def _deforms(state: State) -> Flags:
     """Which modes of the blocks there are, shape (n m,)."""
     return np.zeros(0, dtype=bool) if state.modes is None else np.asarray(state.modes.inv_mass.ravel() > 0.0)
 

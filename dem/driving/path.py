@@ -5,14 +5,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem.stages.run import Progress
+from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.model import Assembly
 from limitmason.model.stages import Drive
-
-Array = NDArray[np.float64]
 
 SLOWER = 3
 """The second run is so many times slower."""
@@ -51,7 +49,7 @@ def turning_points(to: float | Sequence[float]) -> list[float]:
     return path
 
 
-def unit_twist(drive: Drive, assembly: Assembly) -> tuple[Array, NDArray[np.bool_]]:
+def unit_twist(drive: Drive, assembly: Assembly) -> tuple[Array, Flags]:
     """Twist of the blocks per displacement of 1 m, and the freedoms the drive holds, shapes (n, 6)."""
     if not isinstance(drive, Drive):
         raise InputError(f"drive must be a limitmason Drive such as Drive({{'plate': {{'z': -1.0}}}}), got {drive!r}")

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem.driving.failure_mode import MODES, Mode, failure_mode
 from dem.driving.zone_marks import AT_YIELD, ELASTIC, TENSION, YIELDED, BlockMesh, ZoneState
@@ -15,11 +14,10 @@ from dem.stages.history import History
 from limitmason.answers.curve import Curve, Event
 from limitmason.answers.references import data_behind
 from limitmason.answers.results import flags
+from limitmason.arrays import Array
 from limitmason.deformable import SOLID
 from limitmason.errors import InputError
 from limitmason.model import Assembly
-
-Array = NDArray[np.float64]
 
 RESTLESS = 1e-2
 """Kinetic energy over the work so far from which a stretch of the curve is called dynamic [-]."""

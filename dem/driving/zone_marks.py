@@ -6,10 +6,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from dem.kernels.arrays import Index
 from dem.kernels.mohr_coulomb import SHEAR_NOW, SHEAR_PAST, TENSION_NOW, TENSION_PAST
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from limitmason.arrays import Array, Flags
 
 ELASTIC, AT_YIELD, YIELDED, TENSION = 0, 1, 2, 3
 """Marks of a zone: elastic, yields in shear now, yielded so before, failed in tension at any time."""
@@ -41,7 +40,7 @@ class BlockMesh(Protocol):
     block: Index
     zones: Index
     zone_block: Index
-    rigid: NDArray[np.bool_]
+    rigid: Flags
     size: float
 
     @property

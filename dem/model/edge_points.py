@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from dem.model.state import ENDS, PointForces, State
+from limitmason.arrays import Array, Flags
 from limitmason.model import Assembly
 
-Array = NDArray[np.float64]
 FACES = 1
 
 NOTICED = 1e-4
@@ -127,7 +127,7 @@ def _outline(assembly: Assembly, state: State, k: int, xy: Array, size: Array) -
     return _Outline(corners, whose)
 
 
-def _inside(assembly: Assembly, block: int, at: Array) -> NDArray[np.bool_]:
+def _inside(assembly: Assembly, block: int, at: Array) -> Flags:
     """Whether points lie in a block, reference position."""
     found = np.zeros(len(at), dtype=bool)
     for part in assembly.blocks[block].parts:

@@ -4,17 +4,14 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem import kernels
 from dem.model.stable_step import owners
 from dem.model.state import DYNAMIC, State, UnstableError
+from limitmason.arrays import Array, Flags
 from limitmason.constants import GRAVITY
 from limitmason.model import Assembly
 from limitmason.model.stages import Damping
-
-Array = NDArray[np.float64]
-
 
 CALM = 1e-2
 """Kinetic over elastic energy up to which motion is steady, and combined damping acts where it is asked for [-].
@@ -62,7 +59,7 @@ class Scale:
     load: Array
     arm: Array
     size: Array
-    free: NDArray[np.bool_]
+    free: Flags
     smallest: float
 
     @classmethod
@@ -112,7 +109,7 @@ def _stored(state: State) -> tuple[float, Array]:
     return float(energy), force
 
 
-def _own_load(wrench: Array, moves: NDArray[np.bool_], arm: Array) -> Array:
+def _own_load(wrench: Array, moves: Flags, arm: Array) -> Array:
     """Applied force, or moment over the arm where that is more, on the free degrees of freedom of every block [N]."""
     acting = wrench * moves
     return np.maximum(np.linalg.norm(acting[:, :3], axis=1), np.linalg.norm(acting[:, 3:], axis=1) / arm)

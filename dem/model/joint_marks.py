@@ -3,13 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem.kernels import LAW
 from dem.model.state import PointForces, State
+from limitmason.arrays import Array, Index
 from limitmason.model import Assembly
-
-Array = NDArray[np.float64]
 
 ROUNDING = 1e-9
 """Part of a joint's elastic movement at its strength below which plastic movement is rounding [-]."""
@@ -97,7 +95,7 @@ class PointMarks(NamedTuple):
     area: Array
 
 
-def marks_of(points: PointMarks, law: Array, interface: NDArray[np.intp], count: int) -> JointMarks:
+def marks_of(points: PointMarks, law: Array, interface: Index, count: int) -> JointMarks:
     """Marks per interface from what stands at the contact points, of rigid, simply deformable and zoned blocks alike.
 
     Parameters

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from dem import kernels
 from dem.kernels import LAW, Joints, Points
+from limitmason.arrays import Array
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import ContactPoints, contact_points
 from limitmason.mechanics.law import LOST, SUDDEN, PointLaw, peak_law, softening
@@ -19,7 +20,6 @@ from limitmason.mechanics.stiffness import default_stiffness, missing_stiffness
 from limitmason.model import Assembly, LostBy, Unloading
 from limitmason.model.joint_term import name_of
 
-Array = NDArray[np.float64]
 PerJoint = float | Mapping[str, float] | Sequence[float] | Array
 
 

@@ -4,9 +4,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dem.kernels import LAW, Joints, Points, Ties
+from limitmason.arrays import Array, Index
 from limitmason.mechanics.joint_shapes import motion_at
-
-Array = NDArray[np.float64]
 
 
 def point_motions(points: Points, joints: Joints, arm: Array, frame: Array, side: Array | None = None) -> Array:
@@ -31,7 +30,7 @@ def point_stiffness(points: Points, joints: Joints) -> Array:
     return np.asarray(joints.law[:, [LAW.ks, LAW.ks, LAW.kn]][owners(joints)] * points.area[:, None])
 
 
-def owners(joints: Joints) -> NDArray[np.intp]:
+def owners(joints: Joints) -> Index:
     """Joint of every point, shape (m,)."""
     return np.repeat(np.arange(len(joints.block_a)), np.diff(joints.start))
 

@@ -28,6 +28,7 @@ from dem.model.strain_shapes import (
 )
 from dem.model.tie_arrays import NO_TIES, make_ties, pulls, stored_energy
 from limitmason.answers.results import Resultants
+from limitmason.arrays import Array, Flags, Index
 from limitmason.deformable import SOLID
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError, NotConverged
@@ -45,7 +46,6 @@ ENDS = 10
 DEFAULT_POINTS = (4, 8)
 """Contact points along the unit and across the thickness, unless told."""
 
-Array = NDArray[np.float64]
 QUASI_STATIC, DYNAMIC = "quasi-static", "dynamic"
 _PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "factors", "ground", "setback", "ends",
           "outside")  # fmt: skip
@@ -108,7 +108,7 @@ class State:
     model: Fingerprint
     setback: Array
     ends: Array
-    outside: NDArray[np.bool_]
+    outside: Flags
     warnings: tuple[str, ...] = field(default_factory=tuple)
     modes: BlockModes | None = None
     deformation: StrainShapes | None = None
@@ -265,7 +265,7 @@ class State:
 class PointForces:
     """Contact points now: joint of each, places [m], forces on block b [N], opening [m], slip [m], elastic energy."""
 
-    owner: NDArray[np.intp]
+    owner: Index
     position: Array
     force: Array
     opening: Array
@@ -296,7 +296,7 @@ def _real_masses(assembly: Assembly) -> tuple[Array, Array]:
     return mass, inertia
 
 
-def _at_rest(mass: Array, inertia: Array, held: NDArray[np.bool_]) -> RigidBodies:
+def _at_rest(mass: Array, inertia: Array, held: Flags) -> RigidBodies:
     """Bodies in their reference position."""
     n = len(mass)
     zero, quat = np.zeros((n, 3)), np.zeros((n, 4))

@@ -4,11 +4,11 @@ from dataclasses import dataclass, fields
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from dem.kernels import LAW, BlockModes, Joints, Points
 from dem.model.stable_step import largest_square, owners, springs_of_blocks
+from limitmason.arrays import Array, Flags, Index
 from limitmason.deformable import SOLID, STATES, simply_deformable_blocks
 from limitmason.deformable.body import products
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
@@ -17,8 +17,6 @@ from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.mechanics.joint_shapes import face_motions, motion_at
 from limitmason.mechanics.plane import Plane, find_plane
 from limitmason.model import Assembly, Loads
-
-Array = NDArray[np.float64]
 
 LEVELS = (RIGID, SIMPLY_DEFORMABLE)
 """How the blocks of a run deform."""
@@ -51,7 +49,7 @@ def plane_of(
     return plane
 
 
-def out_of_plane(plane: Plane) -> NDArray[np.bool_]:
+def out_of_plane(plane: Plane) -> Flags:
     """Degrees of freedom that leave a plane whose normal is a global axis, shape (6,); other planes are refused."""
     axis = np.abs(plane.normal) > 1.0 - 1e-9
     if not axis.any():
@@ -77,7 +75,7 @@ class StrainShapes:
     coefficients: Array
     axes: Array
     half: Array
-    powers: NDArray[np.intp]
+    powers: Index
     mean: Array
     gradient: Array
     reach: Array
@@ -93,7 +91,7 @@ class StrainShapes:
         """Whether the blocks deform in a plane."""
         return bool(self.normal.any())
 
-    def displacement(self, block: NDArray[np.intp], arm: Array) -> Array:
+    def displacement(self, block: Index, arm: Array) -> Array:
         """Displacement of every shape of blocks at arms from their centroids [m], (p,) and (p, 3), shape (p, 3, m)."""
         out = np.zeros((len(block), 3, self.reach.shape[1]))
         for i in np.unique(block):
@@ -232,7 +230,7 @@ class Start:
         return deformation, modes
 
 
-def coupled_of(shapes: StrainShapes, points: Points, joints: Joints, moves: NDArray[np.bool_]) -> Array:
+def coupled_of(shapes: StrainShapes, points: Points, joints: Joints, moves: Flags) -> Array:
     """Stiffness every block feels in its rigid motions and shapes when only it moves, joints closed, (n, 6 + m, 6 + m).
 
     Frames are those of the time a joint was made; ``moves`` says which rigid motions a block has, shape (6,).

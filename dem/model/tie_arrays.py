@@ -1,14 +1,12 @@
 """Ties in the DEM: what its kernel sees of them, and what is read of a position."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem.kernels import RigidBodies, Ties
+from limitmason.arrays import Array
 from limitmason.mechanics.tie_springs import NO_TIES as NO_SPRINGS
 from limitmason.mechanics.tie_springs import TieSprings, stretched, tension, tie_springs
 from limitmason.model import Assembly
-
-Array = NDArray[np.float64]
 
 NO_TIES = Ties(*NO_SPRINGS, plastic=np.zeros(0))
 

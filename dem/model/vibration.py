@@ -4,10 +4,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem.kernels import LAW
 from dem.model.joints import law_at
+from limitmason.arrays import Array, Index
 from limitmason.deformable import simply_deformable_blocks
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.errors import NotApplicable
@@ -16,8 +16,6 @@ from limitmason.mechanics.plane import find_plane
 from limitmason.model import Assembly, Loads
 from limitmason.vibration.blocks import block_system, state_stiffness
 from limitmason.vibration.system import VibratingSystem
-
-Array = NDArray[np.float64]
 
 
 def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSystem:
@@ -67,6 +65,6 @@ def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSyste
     return block_system(assembly, points, stiffness, label, (), plane, shapes, kind)
 
 
-def _turned(state: Any, vectors: Array, block: NDArray[np.intp]) -> Array:
+def _turned(state: Any, vectors: Array, block: Index) -> Array:
     """Vectors carried along by their blocks' rotation."""
     return vectors + np.einsum("mij,mj->mi", state.bodies.rot[block], vectors)

@@ -6,7 +6,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem.model.edge_points import follow_edges
 from dem.model.holding import (
@@ -21,13 +20,12 @@ from dem.model.holding import (
 )
 from dem.model.state import State
 from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Mechanism, Status
+from limitmason.arrays import Array
 from limitmason.display.progress import reached, watched
 from limitmason.errors import NotApplicable
 from limitmason.mechanics.resultants import scaled_mechanism
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
-
-Array = NDArray[np.float64]
 
 SETTLING = Damping(local=0.8)
 

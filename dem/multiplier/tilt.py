@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dem.model.holding import UNDECIDED, Scale
 from dem.multiplier.collapse import LOADING, collapse
@@ -18,13 +18,12 @@ from dem.stages.history import History
 from dem.stages.resuming import RunStatus
 from dem.stages.simulate import simulate
 from limitmason.answers.results import UNBOUNDED, Prediction
+from limitmason.arrays import Array
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Settle, Tilt
 from limitmason.storage.frozen import ReadOnly
-
-Array = NDArray[np.float64]
 
 _WINDOW = 5  # samples of the running median: a single sample may ride on a vibration
 _WITHIN = 1e-3  # the multiplier counts as reached where the ratio comes this near to it [-]

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem.model.joints import losses
 from dem.model.state import State
@@ -17,14 +16,13 @@ from dem.papers import PAPERS
 from dem.stages.resuming import Position, RunStatus, check_continues
 from limitmason.answers.curve import Curve
 from limitmason.answers.references import data_behind
+from limitmason.arrays import Array, Index
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
 from limitmason.storage.files import read_archive, write_archive
 from limitmason.storage.frozen import ReadOnly
 from limitmason.vibration.system import VibratingSystem
-
-Array = NDArray[np.float64]
 
 COLUMNS = {
     "time": "s",
@@ -80,7 +78,7 @@ class History(ReadOnly):
     status: RunStatus
     scalars: Mapping[str, Array]
     reaction: Array
-    reaction_blocks: NDArray[np.intp]
+    reaction_blocks: Index
     shift: Array
     quaternion: Array
     opening: Array

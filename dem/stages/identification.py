@@ -3,14 +3,11 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem.stages.history import History
 from limitmason.errors import InputError
 from limitmason.model.stages import BaseMotion
 from limitmason.vibration.identification import Identified, identify_modes
-
-Array = NDArray[np.float64]
 
 _AXES = {"x": 0, "y": 1, "z": 2}
 

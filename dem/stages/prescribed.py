@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.model import Assembly
 from limitmason.model.stages import COAST, HOLD, BaseMotion, Drive, Settle, Stage, Tilt
@@ -55,7 +55,7 @@ def check_gentle(stages: Sequence[Stage], loaded: bool) -> None:
             raise InputError(f"{name}: loads act already, they cannot come on gently: give gently= in the first stage")
 
 
-def servo_holds(stage: Stage, assembly: Assembly) -> NDArray[np.bool_]:
+def servo_holds(stage: Stage, assembly: Assembly) -> Flags:
     """Degrees of freedom that the servos of a stage hold, shape (n, 6).
 
     Raises
@@ -76,7 +76,7 @@ def servo_holds(stage: Stage, assembly: Assembly) -> NDArray[np.bool_]:
     return held
 
 
-def prescribed(assembly: Assembly, stages: Sequence[Stage]) -> NDArray[np.float64]:
+def prescribed(assembly: Assembly, stages: Sequence[Stage]) -> Array:
     """Twists that stages prescribe: of driven blocks, of the ground and of a tilting table, shape (k, 6)."""
     rows = [np.zeros((0, 6))]
     for stage in stages:

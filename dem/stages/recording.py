@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem import kernels
 from dem.contact.detection import SOONEST, Pieces, near_margin, reaches, redetect, travel_per_step
@@ -17,11 +16,10 @@ from dem.model.tie_arrays import pulls
 from dem.stages.history import COLUMNS, History
 from dem.stages.resuming import Position, RunStatus
 from dem.stages.samples import Samples
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Drive, Ramp, Settle, Stage, Tilt
-
-Array = NDArray[np.float64]
 
 _SUMS = {
     "friction": kernels.E_FRICTION, "fracture": kernels.E_FRACTURE, "viscous": kernels.E_VISCOUS,

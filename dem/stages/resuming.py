@@ -11,17 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem import kernels
 from dem.model.joints import JointOptions, make_laws
 from dem.model.state import State
+from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.fingerprint import check_same_loads
 from limitmason.model.stages import Stage
-
-Array = NDArray[np.float64]
 
 
 class RunStatus(StrEnum):
@@ -57,7 +55,7 @@ class Position:
     factors: Array
     shift: Array
     quat: Array
-    held: NDArray[np.bool_]
+    held: Flags
     quiet: int
     outcome: RunStatus
     servo: Array

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem.model.state import State, make_state
 from dem.settings import StateOptions, given
@@ -20,8 +19,6 @@ from dem.stages.stage_run import StageRun
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Stage
-
-Array = NDArray[np.float64]
 
 
 def simulate(

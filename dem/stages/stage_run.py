@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem.model.holding import displacement_since, restless, run
 from dem.model.stable_step import block_stiffness
@@ -14,11 +13,10 @@ from dem.model.state import DYNAMIC, State, UnstableError
 from dem.stages.prescribed import SERVO_EVERY, servo_holds, stage_length
 from dem.stages.recording import Recorder, Watch
 from dem.stages.resuming import Position, RunStatus
+from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.model import Assembly
 from limitmason.model.stages import COAST, BaseMotion, Damping, Drive, Servo, Settle, Stage
-
-Array = NDArray[np.float64]
 
 _SETTLING = Damping(local=0.8)
 _LOADING = Damping(local=0.5)
@@ -268,7 +266,7 @@ class StageRun:
         return over
 
 
-def _of_ground(held: NDArray[np.bool_], velocity: Sequence[float] | Array) -> Array:
+def _of_ground(held: Flags, velocity: Sequence[float] | Array) -> Array:
     """Twists of all held blocks that move with the ground, shape (n, 6)."""
     out = np.zeros(held.shape)
     out[:, :3] = held[:, :3] * np.asarray(velocity)

@@ -1,16 +1,14 @@
 """Contact points of plane joints, attached to the sides of the blocks on either side."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from dem.kernels.arrays import Index
 from dem.kernels.zone_arrays import SideContacts, Sides
 from dem.model.joints import Grid, make_points
 from dem.zones.mesh import ZoneMesh
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.model import Assembly
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def make_sides(mesh: ZoneMesh) -> Sides:

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_SUPPORT
 from dem.model.holding import CALM
@@ -16,8 +15,7 @@ from dem.stages.samples import Samples
 from dem.zones import running
 from dem.zones.recording import read_model, rigid_motion, save, zone_state, zoned_joint_marks
 from dem.zones.zoned_model import ZonedModel
-
-Array = NDArray[np.float64]
+from limitmason.arrays import Array, Flags
 
 GENTLE = 5
 """Samples over which the drive comes up to its speed."""
@@ -38,7 +36,7 @@ class ZonedRun:
     status = RunStatus.FINISHED
 
     def __init__(
-        self, model: ZonedModel, twist: Array, hold: NDArray[np.bool_], path: Sequence[float], steps: int, count: int
+        self, model: ZonedModel, twist: Array, hold: Flags, path: Sequence[float], steps: int, count: int
     ) -> None:
         """Write the settled model down as sample 0."""
         self.model, self.twist, self.hold = model, twist, hold

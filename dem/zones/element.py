@@ -15,11 +15,9 @@ enough). In the plane no volume is locked, since the four modes let the volumetr
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
-
-Array = NDArray[np.float64]
 
 SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float)
 """Corners of the reference square, shape (4, 2)."""

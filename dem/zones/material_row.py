@@ -1,7 +1,6 @@
 """The row of numbers by which the kernels know a material of zones."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem.kernels.mohr_coulomb import (
     MAT_C,
@@ -15,10 +14,9 @@ from dem.kernels.mohr_coulomb import (
     MAT_STRAIN,
     MAT_YIELDS,
 )
+from limitmason.arrays import Array
 from limitmason.mechanics.law import unit_tension
 from limitmason.model import Material
-
-Array = NDArray[np.float64]
 
 
 def material_row(material: Material, plane_strain: bool, elastic: Array) -> Array:

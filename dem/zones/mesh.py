@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.driving.zone_marks import BlockMesh
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry import polygon_area_centroid
 from limitmason.model import Assembly
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 MOST = 300_000

@@ -4,9 +4,9 @@ from collections.abc import Hashable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem.kernels import LAW, LAW_SIZE
+from dem.kernels.arrays import Index
 from dem.kernels.solid_arrays import Hexahedra, HexTable, RigidSolids
 from dem.kernels.zone_arrays import Z_SIZE, Nodes, QuadTable, Rigid, Zones
 from dem.model.joints import Grid, JointOptions, losses, make_laws
@@ -18,13 +18,12 @@ from dem.zones.solid_attach import make_face_contacts, make_facets
 from dem.zones.solid_mesh import SolidMesh, make_solid_mesh
 from dem.zones.stable import freedoms, stable_masses, stiffness
 from dem.zones.zoned_model import ZonedModel
+from limitmason.arrays import Array, Flags
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID, Elasticity
 from limitmason.errors import InputError
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.model import Assembly, Block, Loads, Material
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 def make_model(
     assembly: Assembly,
@@ -111,7 +110,7 @@ def make_model(
     return model
 
 
-def _rigid_blocks(assembly: Assembly, rigid: NDArray[np.bool_], body: Index, dimension: int) -> Rigid | RigidSolids:
+def _rigid_blocks(assembly: Assembly, rigid: Flags, body: Index, dimension: int) -> Rigid | RigidSolids:
     """Rigid blocks at rest; ``body`` the one that carries each node, -1 for none."""
     numbers, own = np.flatnonzero(rigid), np.flatnonzero(body >= 0).astype(np.int64)
     nb = len(numbers)

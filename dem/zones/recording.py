@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from dem.driving.zone_marks import ZoneState
@@ -15,9 +14,8 @@ from dem.model.joint_marks import JointMarks, PointMarks, marks_of
 from dem.stages.samples import Samples
 from dem.zones.running import Reading
 from dem.zones.zoned_model import ZonedModel
+from limitmason.arrays import Array
 from limitmason.storage.files import read_archive, write_archive
-
-Array = NDArray[np.float64]
 
 _MOVING: Mapping[str, tuple[str, ...]] = {
     "nodes": ("shift", "velocity", "mass", "load", "force", "before", "held"),

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import eigsh
 
@@ -13,8 +12,7 @@ from dem.kernels.zone_motion import advance_solids, advance_zones
 from dem.model.state import UnstableError
 from dem.zones.stable import DAMPING, freedoms, stiffness
 from dem.zones.zoned_model import ZonedModel
-
-Array = NDArray[np.float64]
+from limitmason.arrays import Array, Flags
 
 SETTLED = 1e-4
 """Unbalanced force at a node over the mean applied force per node from which a model is settled [-]."""
@@ -140,7 +138,7 @@ def settle(model: ZonedModel, tolerance: float = SETTLED, max_steps: int = MOST_
     return False
 
 
-def drive(model: ZonedModel, velocity: Array, held: NDArray[np.bool_]) -> None:
+def drive(model: ZonedModel, velocity: Array, held: Flags) -> None:
     """Prescribe velocities of rigid blocks [m or rad per step] where ``held``, shapes (r, 3) or (r, 6); others stay."""
     model.rigid.held[:] |= held
     model.rigid.drive[held] = velocity[held]

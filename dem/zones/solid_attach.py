@@ -3,16 +3,14 @@
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from dem.kernels.arrays import Index
 from dem.kernels.solid_arrays import FaceContacts, Facets
 from dem.model.joints import Grid, make_points
 from dem.zones.solid_mesh import SolidMesh, quadrilaterals
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.model import Assembly
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 _SIGNS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 _FACING = 0.9  # cosine from which a facet faces the way of a joint

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from dem.driving.zone_marks import BlockMesh
 from dem.zones.element import CUBE, FACES, shape_gradients, shape_values
 from dem.zones.mesh import need_length
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry import Solid
 from limitmason.model import Assembly
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 MOST = 60_000

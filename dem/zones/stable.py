@@ -10,9 +10,8 @@ from dem.kernels.solid_arrays import FaceContacts, Facets
 from dem.kernels.zone_arrays import SideContacts, Sides
 from dem.zones.solid_attach import bilinear, bilinear_slopes
 from dem.zones.zoned_model import ZonedModel
+from limitmason.arrays import Array
 from limitmason.errors import InputError
-
-Array = NDArray[np.float64]
 
 DAMPING = 0.8
 """Local damping for which masses are scaled: it can make a force 1.8 times as large."""

@@ -5,7 +5,6 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem.driving.path import widest_spacing
 from dem.driving.push_curve import PushCurve
@@ -24,13 +23,12 @@ from dem.zones.model import make_model, set_loads
 from dem.zones.recording import read_digests, read_model, save
 from dem.zones.solid_mesh import SolidMesh
 from dem.zones.zoned_model import ZonedModel
+from limitmason.arrays import Array
 from limitmason.deformable import PLANE_STRESS, SOLID
 from limitmason.deformable.levels import ZONED
 from limitmason.errors import InputError, NotConverged
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Drive
-
-Array = NDArray[np.float64]
 
 AT_REST = 1e-8
 """Kinetic over elastic energy below which what does not balance is rounding [-]."""

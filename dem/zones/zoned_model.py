@@ -4,17 +4,15 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from dem.kernels.arrays import Index
 from dem.kernels.solid_arrays import FaceContacts, Facets, Hexahedra, HexTable, RigidSolids
 from dem.kernels.zone_arrays import Nodes, QuadTable, Rigid, SideContacts, Sides, ZonedArrays, Zones
 from dem.zones.mesh import ZoneMesh
 from dem.zones.solid_mesh import SolidMesh
+from limitmason.arrays import Array
 from limitmason.deformable import SOLID
 from limitmason.model import Assembly
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,15 +11,13 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from limitmason.answers.references import Citable, Cited
+from limitmason.arrays import Array
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly
-
-Array = NDArray[np.float64]
-
 
 
 class Energy(NamedTuple):

@@ -9,17 +9,15 @@ from enum import StrEnum
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.answers.acceptance import Certificate
 from limitmason.answers.curve import Curve
 from limitmason.answers.references import Citable, Cited
+from limitmason.arrays import Array, Index
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError, NotApplicable
 from limitmason.storage.frozen import ReadOnly
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 class Status(StrEnum):
     """How an analysis ended; decided by what can be certified, not by what a solver says of itself."""

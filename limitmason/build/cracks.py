@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid
 from limitmason.geometry.splitting import split_polygon, split_solid
@@ -19,7 +20,6 @@ from limitmason.model.interface import Interface
 from limitmason.model.joint import Joint
 from limitmason.model.support import Support
 
-Array = NDArray[np.float64]
 Plane = tuple[ArrayLike, ArrayLike]
 
 CRACK = "crack"

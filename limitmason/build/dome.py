@@ -6,16 +6,14 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.build.arguments import count, finite, positive
 from limitmason.build.erect import Site
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
-
-Array = NDArray[np.float64]
 
 # corners of a voussoir: lower joint inside (first, second meridian), outside; then the upper joint
 _VOUSSOIR = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))

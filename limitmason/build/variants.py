@@ -8,16 +8,15 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.model.assembly import Assembly
 from limitmason.model.input import read_number, read_vector
 from limitmason.model.interface import Interface
-
-Array = NDArray[np.float64]
 
 
 def with_part_of_thickness(assembly: Assembly, share: float, direction: ArrayLike = (0.0, 1.0, 0.0)) -> Assembly:

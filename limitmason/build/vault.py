@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.build.arguments import choice, count, positive
 from limitmason.build.erect import Site
 from limitmason.build.voussoirs import circle, circle_facts, circular_joints, outlines_between, springing
@@ -16,8 +16,6 @@ from limitmason.geometry.polyhedron import Solid, prism
 from limitmason.geometry.splitting import split_solid
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
-
-Array = NDArray[np.float64]
 
 _SHAPES = ("barrel", "groin")
 

@@ -8,18 +8,15 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
+from limitmason.arrays import Array
 from limitmason.calibration.information import Information
 from limitmason.calibration.objective import Minimum, Objective
 from limitmason.calibration.search import descend
 from limitmason.calibration.targets import Entry
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError
-
-Array = NDArray[np.float64]
-
 
 STEPS = 6
 """Of the fit to the rest, which begins where the slopes at the best of all put it."""

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.answers.curve import Curve
+from limitmason.arrays import Array
 from limitmason.calibration.cross_validation import groups_of, left_out
 from limitmason.calibration.fit import Fit, fit_warnings
 from limitmason.calibration.information import Information
@@ -24,8 +24,6 @@ from limitmason.errors import InputError
 from limitmason.study.content import fingerprint
 from limitmason.study.sweep import Progress
 from limitmason.study.ties import LinkedFormulas
-
-Array = NDArray[np.float64]
 
 STANDARD = SearchSettings()
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
 from limitmason.answers.curve import Curve
+from limitmason.arrays import Array, Flags
 from limitmason.calibration.cross_validation import LeftOut
 from limitmason.calibration.information import Information, NextTest, UnresolvedDirection, ranked, relative
 from limitmason.calibration.objective import LOST, Minimum, Objective
@@ -24,8 +24,6 @@ from limitmason.display.text_table import aligned
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly
 from limitmason.study.workers import run_points
-
-Array = NDArray[np.float64]
 
 WIDE = 5.0
 """A fitted parameter that a diagnosis may refit is known to so many of its deviations: the data count twice by 4 %."""
@@ -120,7 +118,7 @@ class Fit(ReadOnly):
         """Sides, "below" and "above", on which the data set a parameter no end within its bounds, by name."""
         scale = self.objective.scale
         deviation = self.information.to_sides
-        loose: NDArray[np.bool_] = ~np.isfinite(deviation)
+        loose: Flags = ~np.isfinite(deviation)
         if self.ends is not None:
             loose = np.asarray(np.isinf(self.ends).T & (deviation > scale.resolution))
         return {n: ("below",) * bool(loose[0, k]) + ("above",) * bool(loose[1, k]) for k, n in enumerate(scale.names)}

@@ -8,13 +8,11 @@ from math import exp, inf, isinf, log
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags
 from limitmason.calibration.parameter import ParameterScale
 from limitmason.display.text_table import aligned
 from limitmason.storage.frozen import ReadOnly
-
-Array = NDArray[np.float64]
 
 KINK = 2.0
 """Slopes to both sides that differ by less than this factor are those of a curve, and their mean counts."""
@@ -108,7 +106,7 @@ class Information(ReadOnly):
         return c / np.outer(d, d)
 
     @property
-    def identified(self) -> NDArray[np.bool_]:
+    def identified(self) -> Flags:
         """Whether the Fisher deviation of each parameter stays within its resolution, shape (p,)."""
         return np.asarray(self.deviation <= self.scale.resolution)
 

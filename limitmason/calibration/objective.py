@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
+from limitmason.arrays import Array, Flags
 from limitmason.calibration.parameter import ParameterScale
 from limitmason.calibration.runs import Runs
 from limitmason.calibration.targets import Entry
 from limitmason.display.progress import noted
 from limitmason.storage.frozen import ReadOnly
-
-Array = NDArray[np.float64]
 
 LOST = 30.0
 """Misfit counted for a number that the model does not give, in standard deviations: a wall, not a slope."""
@@ -79,7 +77,7 @@ class Objective(ReadOnly):
             return float(stats.chi2.ppf(level, 1))
         return float(stats.f.ppf(level, 1, self.n - len(self.scale))) * self.variance(best)
 
-    def only(self, kept: NDArray[np.bool_]) -> Objective:
+    def only(self, kept: Flags) -> Objective:
         """The objective of some of the entries, at the points tried so far."""
         at = np.flatnonzero(kept)
         part = replace(

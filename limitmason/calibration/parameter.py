@@ -7,12 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly, frozen
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

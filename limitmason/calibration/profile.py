@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.calibration.objective import LOST, Minimum, Objective
 from limitmason.calibration.search import Slopes, secants, updated
-
-Array = NDArray[np.float64]
 
 SHARP = 0.02
 """An end is known to this part of its distance from the best."""

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.calibration.targets import OutputValue, check_units, outputs_of
 from limitmason.display.progress import reached
 from limitmason.errors import InputError, NotApplicable, NotConverged
@@ -18,7 +18,6 @@ from limitmason.study.memo import Memo
 from limitmason.study.sweep import Progress
 from limitmason.study.ties import LinkedFormulas
 
-Array = NDArray[np.float64]
 Model = Callable[..., Any]
 
 

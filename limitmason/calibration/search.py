@@ -12,14 +12,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 from scipy.stats import qmc
 
+from limitmason.arrays import Array
 from limitmason.calibration.objective import LOST, Minimum, Objective
 from limitmason.errors import InputError, NotConverged
-
-Array = NDArray[np.float64]
 
 SAME = 0.1
 """Misfits, sums of squares over the variance, that differ by less are the same minimum."""

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from limitmason.answers.references import data_behind
 from limitmason.answers.results import Prediction
+from limitmason.arrays import Array, Flags
 from limitmason.capacity import path
 from limitmason.capacity.certificate import Structure
 from limitmason.capacity.certified import certified_curve
@@ -51,8 +52,6 @@ from limitmason.mechanics.stiffness import joint_stiffness
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
-
-Array = NDArray[np.float64]
 
 ANEW, FIRST = "anew", "first"
 
@@ -230,7 +229,7 @@ def _found_anew(assembly: Assembly, blocks: str, contacts: str | None, deforming
 
 def _units(assembly: Assembly, loads: Loads, free: NDArray, moving: tuple[int, int] | None) -> tuple[float, float]:
     """Mean weight [N] and median size [m] of the blocks that move freely."""
-    mine: NDArray[np.bool_] = np.asarray(free.any(axis=1))
+    mine: Flags = np.asarray(free.any(axis=1))
     if moving is not None:
         mine[moving[0]] = False
     dead, live = (float(np.linalg.norm(w[mine, :3], axis=1).mean()) for w in (loads.dead, loads.live))

@@ -7,17 +7,14 @@ largest overload at a time. The fall of the load is a jump: its energy is that o
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Index
 from limitmason.capacity import descent, newton
 from limitmason.capacity.certificate import SHORTEST, WITHIN
 from limitmason.capacity.kinematics import Pose, motion_between, moved
 from limitmason.capacity.point_law import PlasticHistory
 from limitmason.capacity.stepping import Node, by_programs, is_large, node_of, quieted, step
 from limitmason.capacity.system import Evaluated, System
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _CUTS = 25  # tries to end a step where the first point breaks
 _LEAP, _SURE = 0.02, 8  # of the step, and tries: where the first point still breaks only beyond, the state leaps

@@ -7,15 +7,13 @@ its own equations cannot hide it here.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.capacity.contacts import PathContacts
 from limitmason.capacity.deformable import CondensedShapes
 from limitmason.mechanics.law import SUDDEN, PointLaw
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-
-Array = NDArray[np.float64]
 
 WITHIN = 1e-3
 """Opening or slip beyond the strength at which a brittle point must break, over the elastic one at the strength [-]."""

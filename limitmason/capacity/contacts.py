@@ -12,9 +12,9 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.answers.results import Prediction
+from limitmason.arrays import Array, Flags, Index
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import (
     LOBATTO,
@@ -30,9 +30,6 @@ from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.storage.frozen import ReadOnly
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 NEW = -1
 """Interface of a point between two blocks that had no joint."""
@@ -154,7 +151,7 @@ class PathContacts(ReadOnly):
         """How the points soften; None where none does."""
         return Softening(self.rest, self.by_opening, self.by_slip) if self.softens else None
 
-    def at(self, rows: Index | NDArray[np.bool_]) -> "PathContacts":
+    def at(self, rows: Index | Flags) -> "PathContacts":
         """Some of the points."""
         chosen: dict[str, Any] = {}
         for f in fields(self):
@@ -205,7 +202,7 @@ def first_contacts(
     )  # fmt: skip
 
 
-def turned_over(c: PathContacts, rows: NDArray[np.bool_]) -> PathContacts:
+def turned_over(c: PathContacts, rows: Flags) -> PathContacts:
     """The same points, in some of them with the frame carried by the other block; force components keep their sign."""
     a, b = np.where(rows, c.block_b, c.block_a), np.where(rows, c.block_a, c.block_b)
     place_a = np.where(rows[:, None], c.place_b, c.place_a)

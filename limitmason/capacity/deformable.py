@@ -9,9 +9,9 @@ and are left out, without any loss: that is the static condensation of a block t
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
+from limitmason.arrays import Array
 from limitmason.deformable import PLANE_STRESS, SOLID, STATES
 from limitmason.deformable.levels import LUMPED, RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError
@@ -21,8 +21,6 @@ from limitmason.mechanics.lumped_units import with_lumped_units
 from limitmason.mechanics.plane import Plane, find_plane
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-
-Array = NDArray[np.float64]
 
 BLOCKS = (RIGID, LUMPED, SIMPLY_DEFORMABLE, RITZ)
 """How the blocks of a path deform."""

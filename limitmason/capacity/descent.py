@@ -9,15 +9,13 @@ Haslinger, and three to seven freezes a step.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.capacity import newton
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, Returned, return_map
 from limitmason.capacity.system import Evaluated, System
 from limitmason.mechanics.tie_springs import tension
-
-Array = NDArray[np.float64]
 
 ITERATIONS = 60
 

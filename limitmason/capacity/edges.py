@@ -11,14 +11,11 @@ with -g the slope that displacements give it. It is largest at u = (C / 2 g)^(2/
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import motion_between
 from limitmason.capacity.program import solve_step
 from limitmason.capacity.stepping import Node
-
-Array = NDArray[np.float64]
 
 TOLD = 0.015
 """Part of the largest load from which what corners leave out is told [-]: the estimate is good to a quarter."""

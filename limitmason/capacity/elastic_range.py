@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from limitmason.arrays import Array
 from limitmason.capacity.contacts import points_of_path
 from limitmason.capacity.deformable import lumped, plane_of
 from limitmason.capacity.point_range import CRITERIA, point_range
@@ -32,8 +32,6 @@ from limitmason.mechanics.stiffness_matrix import stiffness_matrix
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.storage.frozen import ReadOnly
-
-Array = NDArray[np.float64]
 
 _NOTHING = 1e-9
 """Of the largest stress that a load makes: below is none. Blocks moved by 1e-12 m make 1e-12, rounding alone 5e-15."""

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.answers.curve import Curve
+from limitmason.arrays import Array
 from limitmason.capacity.analysis import pushover
 from limitmason.capacity.contacts import points_of_path
 from limitmason.capacity.result import PushoverCurve
@@ -26,8 +26,6 @@ from limitmason.mechanics.plane import find_plane
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.storage.frozen import ReadOnly
-
-Array = NDArray[np.float64]
 
 GOES_ON = 0.1
 """Displacement of the control after which a load counts as sustained, over the smallest block dimension [-]."""

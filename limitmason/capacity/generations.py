@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.capacity.certificate import PathState, Structure, certify, forces, stored
 from limitmason.capacity.contact_search.crossing import is_crossing
 from limitmason.capacity.contact_search.faces import Shapes
@@ -14,8 +14,6 @@ from limitmason.capacity.contact_search.touching import beside_faces, found_anew
 from limitmason.capacity.kinematics import motion_between
 from limitmason.capacity.stepping import Node, Onward
 from limitmason.capacity.system import System
-
-Array = NDArray[np.float64]
 
 RUNS_OFF = 4.0
 """Overshoots by which a point that bears may run off its face in one step [-]."""

@@ -1,15 +1,13 @@
 """What a path refuses of an assembly, and how its joints lose strength."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics import law_table
 from limitmason.mechanics.law import SUDDEN, Softening, softening
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-
-Array = NDArray[np.float64]
 
 
 def refuse(assembly: Assembly, loads: Loads) -> None:

@@ -12,17 +12,14 @@ the block. The frame turns with the block, not with the bending of its face. Wit
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags, Index
 from limitmason.capacity.contacts import PathContacts
 from limitmason.capacity.deformable import CondensedShapes
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.mechanics.equilibrium import degrees_of_freedom
 from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 class Pose(NamedTuple):
@@ -50,7 +47,7 @@ class ContactGeometry(NamedTuple):
     directions: Array  # reference pose, (m, c, 3)
     area: Array  # [m2], (m,)
     basis: Array  # (6 + k, d)
-    free: NDArray[np.bool_]  # (n, d)
+    free: Flags  # (n, d)
     shapes_a: Array  # displacement of the material points per unit of a shape, axes of their block, (m, 3, k)
     shapes_b: Array
 

@@ -6,9 +6,10 @@ structure is in that state before anything has moved, and a path goes on from th
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from limitmason.answers.results import Prediction
+from limitmason.arrays import Array
 from limitmason.capacity import newton, stepping
 from limitmason.capacity.kinematics import moved
 from limitmason.capacity.stepping import Node
@@ -16,8 +17,6 @@ from limitmason.capacity.steps import Steps
 from limitmason.capacity.system import System
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import ContactPoints
-
-Array = NDArray[np.float64]
 
 
 def of_gaps(points: ContactPoints, gaps: ArrayLike | None) -> Array | None:

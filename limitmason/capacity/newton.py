@@ -3,13 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import PlasticHistory
 from limitmason.capacity.system import Evaluated, System
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-9
 """Unbalance of a solved step, in mean block weights [-]."""

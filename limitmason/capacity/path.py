@@ -10,8 +10,8 @@ from enum import StrEnum
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Index
 from limitmason.capacity import breaking, stepping
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose
@@ -81,7 +81,7 @@ class Try:
     move: float
     guess: tuple[Pose, float] | None
     new: Node
-    due: NDArray[np.intp] | None = None
+    due: Index | None = None
 
 
 def follow(

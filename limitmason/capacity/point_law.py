@@ -18,12 +18,9 @@ is not lost here: within a step such points keep their strength, see :mod:`limit
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags, Index
 from limitmason.mechanics.law import PointLaw, Softening
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _OPEN_TANGENT = 1e-9
 """Share of the elastic stiffness left in the tangent, never in the forces: keeps the factorisation of free blocks."""
@@ -132,10 +129,10 @@ class _PlasticCorrector(NamedTuple):
     normal: Array
     held: Array
     along: Array
-    cone: NDArray[np.bool_]
-    tip: NDArray[np.bool_]
-    apex: NDArray[np.bool_]
-    crushed: NDArray[np.bool_]
+    cone: Flags
+    tip: Flags
+    apex: Flags
+    crushed: Flags
     hardness: Array
 
     @property
@@ -227,7 +224,7 @@ def _plastic(law: ElastoplasticLaw, s: PointLaw, old: PlasticHistory, tried: _El
     return Returned(found.stress, history, tangent)
 
 
-def slid_back(tan_psi: Array, history: PlasticHistory) -> NDArray[np.bool_]:
+def slid_back(tan_psi: Array, history: PlasticHistory) -> Flags:
     """Points whose lift is more than goes with their distance from the start, tan(psi) |slip|, by a hundredth of it.
 
     Parameters

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.mechanics.law import PointLaw
-
-Array = NDArray[np.float64]
 
 OPENING, SLIP, CRUSHING = "opening", "slip", "crushing"
 

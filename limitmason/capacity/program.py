@@ -10,14 +10,12 @@ from typing import Any, NamedTuple
 
 import clarabel
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.arrays import Array
 from limitmason.capacity.point_law import PlasticHistory
 from limitmason.capacity.system import Evaluated, System
 from limitmason.mechanics.law import PointLaw
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-12
 """Of the interior point [-]: 1e-10 stalls the path at 2e-5 of a block's weight."""

@@ -7,10 +7,11 @@ from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from limitmason.answers.curve import Curve, CurvePoint, Energy
 from limitmason.answers.results import Mechanism, Resultants
+from limitmason.arrays import Array, Index
 from limitmason.capacity.certificate import StepCertificate, Structure, strength, tensions
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose, motion_between
@@ -23,8 +24,6 @@ from limitmason.mechanics.plane import find_plane
 from limitmason.mechanics.resultants import resultants_from_points, scaled_mechanism
 from limitmason.vibration.blocks import block_system, state_stiffness
 from limitmason.vibration.system import VibratingSystem
-
-Array = NDArray[np.float64]
 
 
 class Break(NamedTuple):
@@ -128,7 +127,7 @@ class PushoverCurve(Curve):
         return np.array(rows).reshape(len(self.nodes), -1)
 
     @property
-    def _rows_of_ties(self) -> NDArray[np.intp]:
+    def _rows_of_ties(self) -> Index:
         a = self.structure.assembly
         return len(a.interfaces) + np.arange(len(a.ties))
 

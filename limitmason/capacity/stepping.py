@@ -4,15 +4,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Index
 from limitmason.capacity import descent, newton
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import PlasticHistory, trial
 from limitmason.capacity.program import solve_step
 from limitmason.capacity.system import Evaluated, System
-
-Array = NDArray[np.float64]
 
 PROGRAMS = 7
 
@@ -34,7 +32,7 @@ class Onward(NamedTuple):
     generation: int
     history: PlasticHistory
     force: Array
-    before: NDArray[np.intp]
+    before: Index
 
 
 class Node(NamedTuple):
@@ -55,7 +53,7 @@ class Node(NamedTuple):
     generation: int = 0
     onward: Onward | None = None
     looked: Pose | None = None
-    broken: NDArray[np.intp] | None = None
+    broken: Index | None = None
 
 
 def node_of(system: System, solved: newton.Solved, jump: bool = False, programs: int = 0) -> Node:

@@ -10,10 +10,10 @@ stalls at 1e-5 of a block's weight.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
+from limitmason.arrays import Array, Index
 from limitmason.capacity.kinematics import (
     Contact,
     ContactGeometry,
@@ -29,9 +29,6 @@ from limitmason.capacity.kinematics import (
 from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, Returned, return_map, virgin
 from limitmason.capacity.ties import Pulled, pull, stiffness
 from limitmason.mechanics.tie_springs import NO_TIES, TieSprings
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 class Evaluated(NamedTuple):

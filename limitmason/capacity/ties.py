@@ -3,13 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.capacity.kinematics import Pose, cross_matrix
 from limitmason.mechanics.tie_springs import TieSprings, stretched, tension, tie_springs
 from limitmason.model.assembly import Assembly
-
-Array = NDArray[np.float64]
 
 
 class Pulled(NamedTuple):

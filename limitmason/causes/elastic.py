@@ -5,16 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import contact_points
 from limitmason.mechanics.stiffness_matrix import stiffness_matrix
 from limitmason.model import Assembly, Loads
 
-Array = NDArray[np.float64]
 OPEN = 1e-6  # stiffness left in head joints that are taken as open: keeps a block between two of them in place
 
 

@@ -4,12 +4,12 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 
-Array = NDArray[np.float64]
 Direction = tuple[float, float, float]
 
 

@@ -4,17 +4,14 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex
 
+from limitmason.arrays import Array, Flags, Index
 from limitmason.continuum.factor import Elimination, Factor, assembled
 from limitmason.continuum.mesh import Mesh, trilinear
 from limitmason.errors import InputError
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _CHUNK = 256  # bricks whose stiffness is worked out at once: bounds the memory
 
@@ -37,7 +34,7 @@ class Discretisation:
     held : nodes that cannot move, shape (n,) or, by direction, shape (n, 3)
     """
 
-    def __init__(self, mesh: Mesh, held: NDArray[np.bool_], points: int = 3) -> None:
+    def __init__(self, mesh: Mesh, held: Flags, points: int = 3) -> None:
         """Group congruent bricks and number the free unknowns."""
         if points not in (2, 3):
             raise InputError(f"points along an edge must be 2 or 3, got {points!r}")

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.continuum.solid import Continuum, Reactions
 from limitmason.storage.frozen import ReadOnly
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

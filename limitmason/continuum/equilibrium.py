@@ -4,13 +4,11 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.continuum.factor import Factor, SingularStiffness
 from limitmason.continuum.rotating_crack import Curves, Memory, PointResponse, curves_of, respond, virgin
 from limitmason.continuum.solid import Continuum
-
-Array = NDArray[np.float64]
 
 _NEAR, _FINISH = 5e-3, 12  # unbalance below which Newton may finish, and after how many secant iterations it is tried
 _SPENT = 0.01  # of the largest load: what softening leaves below it is balanced to the same force

@@ -13,18 +13,15 @@ The multifrontal method for sparse matrix solution: theory and practice.
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dgetrf, dgetrs, dpotrf
 from scipy.sparse.linalg import splu
 
+from limitmason.arrays import Array, Flags, Index
 from limitmason.errors import NotApplicable
 from limitmason.multifrontal.dissection import block_graph, dissect, elimination_tree
 from limitmason.multifrontal.fronts import Front, Fronts, below_cholesky
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _LEAF = 40  # nodes of a piece that is left whole: fewer cost calls, more cost fill
 _EXACT = 1e-11  # unbalanced over the size of the matrix times the solution: above it a solution is corrected
@@ -47,7 +44,7 @@ class Elimination:
     position : of the nodes [m], shape (n, 3)
     """
 
-    def __init__(self, unknowns: Index, held: NDArray[np.bool_], position: Array) -> None:
+    def __init__(self, unknowns: Index, held: Flags, position: Array) -> None:
         """Number the unknowns and lay out the fronts."""
         free = ~held.reshape(-1, 3)
         nodes = np.intersect1d(np.flatnonzero(free.any(axis=1)), unknowns[:, ::3] // 3)

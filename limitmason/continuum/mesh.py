@@ -8,16 +8,14 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from skfem import Basis, MeshHex
 from skfem.element import ElementHexS2
 
+from limitmason.arrays import Array, Index
 from limitmason.errors import InputError, NotApplicable
 from limitmason.geometry import Solid
 from limitmason.storage.frozen import ReadOnly, frozen
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _NEAR = 1e-7  # of the structure's size: planes this near to each other are one
 # corners of the reference cube in the order of scikit-fem

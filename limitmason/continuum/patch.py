@@ -3,17 +3,16 @@
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
+from limitmason.arrays import Array
 from limitmason.continuum.mesh import Mesh
 from limitmason.errors import InputError
 from limitmason.geometry.polygon import clip_convex
 from limitmason.model.input import read_vector
 from limitmason.model.patch import patch_normal
-
-Array = NDArray[np.float64]
 
 _NEAR = 1e-6  # of the patch's size: faces this near to its plane lie in it
 

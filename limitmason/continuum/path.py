@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from limitmason.continuum.equilibrium import EquilibriumState, Solver
 from limitmason.continuum.result import SolidCurve, curve_of
@@ -15,8 +15,6 @@ from limitmason.continuum.solid import Continuum
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotConverged
 from limitmason.model.input import read_vector
-
-Array = NDArray[np.float64]
 
 REACHED, STOPPED, INTERRUPTED = "reached", "stopped", "interrupted"
 _NEWTON = 14  # iterations of an ordinary step

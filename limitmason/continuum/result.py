@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from limitmason.answers.curve import Curve, Energy, Event
+from limitmason.arrays import Array
 from limitmason.continuum.equilibrium import EquilibriumState, Solver
 from limitmason.continuum.papers import PAPERS
 from limitmason.continuum.rotating_crack import Memory
@@ -17,9 +18,6 @@ from limitmason.continuum.solid import Continuum, vibrating
 from limitmason.errors import InputError
 from limitmason.storage.files import read_archive, write_archive
 from limitmason.vibration.system import VibratingSystem
-
-Array = NDArray[np.float64]
-
 
 _MISSED = 0.02  # error of the energy balance from which a curve warns
 

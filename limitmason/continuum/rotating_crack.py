@@ -13,13 +13,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags, Index
 from limitmason.errors import InputError
 from limitmason.model.material import Material
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _FLOOR = 1e-6
 """Share of the elastic stiffness left in the tangent, never in the stress: keeps the factorisation of open cracks."""
@@ -188,7 +185,7 @@ def respond(c: Curves, strain: Array, before: Memory, *, secant: bool = False) -
     return PointResponse(stress, memory, tangent, crack)
 
 
-def _beyond(c: Curves, strain: Array, before: Memory) -> NDArray[np.bool_]:
+def _beyond(c: Curves, strain: Array, before: Memory) -> Flags:
     """Points that remember something or may leave Hooke's law, shape (n,)."""
     g = c.modulus / (1.0 + c.poisson)
     mean = strain[:, :3].mean(axis=1)

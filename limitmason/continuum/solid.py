@@ -8,8 +8,9 @@ from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array, Flags
 from limitmason.constants import GRAVITY
 from limitmason.continuum.discretisation import Discretisation
 from limitmason.continuum.factor import Factor
@@ -22,8 +23,6 @@ from limitmason.model.input import read_number, read_vector
 from limitmason.model.material import Material
 from limitmason.storage.frozen import ReadOnly, frozen
 from limitmason.vibration.system import VibratingSystem
-
-Array = NDArray[np.float64]
 
 _ON = 1e-6  # of the structure's size: nodes this near to a held block stand on it
 
@@ -56,7 +55,7 @@ class Continuum(ReadOnly):
 
     mesh: Mesh
     materials: tuple[Material, ...]
-    held: NDArray[np.bool_]
+    held: Flags
     dead: Array
     live: Array
     lumped: Array
@@ -156,7 +155,7 @@ class Continuum(ReadOnly):
         return cls._bare(mesh, materials, np.repeat(held[:, None], 3, axis=1), points)
 
     @classmethod
-    def _bare(cls, mesh: Mesh, materials: tuple[Material, ...], held: NDArray[np.bool_], points: int) -> Continuum:
+    def _bare(cls, mesh: Mesh, materials: tuple[Material, ...], held: Flags, points: int) -> Continuum:
         n = len(mesh.nodes)
         if int(mesh.material.max()) >= len(materials):
             raise InputError(f"boxes name material {int(mesh.material.max())}, {len(materials)} are given")
@@ -296,7 +295,7 @@ class NodeCarrier(ReadOnly):
         return frozen(np.asarray(lumped * (whole / lumped.sum()) + model.lumped))
 
     @property
-    def moving(self) -> NDArray[np.bool_]:
+    def moving(self) -> Flags:
         """Nodes that are not wholly held, shape (n,)."""
         return np.asarray(~self.model.held.all(axis=1), dtype=np.bool_)
 

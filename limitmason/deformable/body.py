@@ -7,17 +7,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import roots_jacobi
 
+from limitmason.arrays import Array, Index
 from limitmason.deformable.elasticity import SOLID, Elasticity
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid, face_planes
 from limitmason.model.assembly import Assembly
 from limitmason.model.block import Block
 from limitmason.storage.frozen import ReadOnly
-
-Array = NDArray[np.float64]
 
 _SQUARE = 1e-6  # sides and faces this nearly equal count as equal
 _ALIKE = 0.6  # cosine from which equal ones set an axis together; of a square's sides the first one given sets it
@@ -50,7 +49,7 @@ class Body(ReadOnly):
     centroid: Array
     axes: Array
     half: Array
-    powers: NDArray[np.intp]
+    powers: Index
     coefficients: Array
     stiffness: Array
     mass: Array
@@ -200,7 +199,7 @@ def block_axes(solid: Solid, normal: Array | None) -> Array:
     return np.stack([along, np.cross(across, along), across])
 
 
-def _longest(vectors: Array) -> tuple[Array, NDArray[np.intp]]:
+def _longest(vectors: Array) -> tuple[Array, Index]:
     """Unit vector along the longest, and which these are; between equally long ones, as of a voussoir's two beds."""
     size = np.linalg.norm(vectors, axis=1)
     longest = np.flatnonzero(size >= size.max() * (1.0 - _SQUARE))
@@ -230,7 +229,7 @@ def volume_points(solid: Solid, centre: Array, order: int = 4) -> tuple[Array, A
     return points.reshape(-1, 3), (det[:, None] * weight).ravel()
 
 
-def products(x: Array, powers: NDArray[np.intp]) -> tuple[Array, Array]:
+def products(x: Array, powers: Index) -> tuple[Array, Array]:
     """Products of Legendre polynomials and their gradient at scaled coordinates (m, 3), shapes (m, e), (m, e, 3)."""
     most = int(powers.max())
     one = legendre.legvander(x, most)  # (m, 3, most + 1)

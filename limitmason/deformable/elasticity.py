@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly
-
-Array = NDArray[np.float64]
 
 SOLID, PLANE_STRESS, PLANE_STRAIN = "solid", "plane stress", "plane strain"
 STATES = (SOLID, PLANE_STRESS, PLANE_STRAIN)

@@ -5,14 +5,13 @@ from __future__ import annotations
 from itertools import permutations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.deformable.body import Body, Polynomials, materials_of
 from limitmason.deformable.elasticity import Elasticity
 from limitmason.model.assembly import Assembly
 from limitmason.model.block import Block
-
-Array = NDArray[np.float64]
 
 
 def simply_deformable_block(block: Block, elasticity: Elasticity) -> Body:

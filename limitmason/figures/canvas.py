@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.figures import elevation, solid, style
 from limitmason.figures.outline import elevation_plane, wall_plane
@@ -18,9 +18,6 @@ from limitmason.figures.tie_lines import draw_ties
 from limitmason.mechanics.motion import MovingJoints, RigidMotion
 from limitmason.mechanics.plane import Plane
 from limitmason.model import Assembly
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 VIEWS = ("auto", "elevation", "3d")
 

@@ -8,14 +8,12 @@ from matplotlib.collections import LineCollection, PathCollection, PolyCollectio
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags
 from limitmason.figures import elevation, style
 from limitmason.figures.canvas import Canvas
 from limitmason.model import Assembly
 from limitmason.model.contact_report import ContactReport, NearMiss
-
-Array = NDArray[np.float64]
 
 _CONTACT, _MISS, _WEDGE, _TINY, _EDGE = style.GREEN, style.VERMILION, style.BLUE, style.ORANGE, style.BLACK
 _BARE = style.PURPLE
@@ -118,7 +116,7 @@ def _bare_faces(ax: Axes, report: ContactReport, towards: Array, axes: Array, wi
             artist.set_capstyle("butt")
 
 
-def _loose(ax: Axes, drawing: elevation.Elevation, loose: NDArray[np.bool_], width: float) -> None:
+def _loose(ax: Axes, drawing: elevation.Elevation, loose: Flags, width: float) -> None:
     if loose.any():
         ax.add_collection(
             PathCollection(

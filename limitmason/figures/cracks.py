@@ -9,16 +9,14 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.figures import elevation, style
 from limitmason.figures.canvas import chosen_plane
 from limitmason.figures.deformation import rigid_motion
 from limitmason.geometry.rotation import rotation_vectors
 from limitmason.mechanics.motion import RigidMotion, structure_size
-
-Array = NDArray[np.float64]
 
 MOMENTS = ("first crack", "peak", "end")
 _WIDEST = 3.0

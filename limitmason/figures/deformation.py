@@ -9,16 +9,15 @@ import numpy as np
 from matplotlib.animation import AbstractMovieWriter, PillowWriter, writers
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.canvas import Canvas
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.mechanics.motion import MovingJoints, RigidMotion, largest_jumps, structure_size
 from limitmason.model import Assembly
-
-Array = NDArray[np.float64]
 
 
 @style.in_print_style

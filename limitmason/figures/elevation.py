@@ -11,15 +11,13 @@ from matplotlib.collections import LineCollection, PathCollection, PolyCollectio
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.path import Path
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags, Index
 from limitmason.figures import style
 from limitmason.figures.outline import elevation_loops
 from limitmason.mechanics.motion import MovingJoints, RigidMotion
 from limitmason.mechanics.plane import Plane
 from limitmason.model import Assembly
-
-Array = NDArray[np.float64]
 
 
 class Window(NamedTuple):
@@ -74,7 +72,7 @@ class Elevation:
                 return (name if a[unit] > 0 else f"\N{MINUS SIGN}{name}", "z")
         return ("along the wall", "z")
 
-    def paths(self, blocks: NDArray[np.intp], motion: RigidMotion | None = None) -> list[Path]:
+    def paths(self, blocks: Index, motion: RigidMotion | None = None) -> list[Path]:
         """Outline of each block, moved or not; the loops of a block are one path."""
         out = []
         for i in blocks:
@@ -103,7 +101,7 @@ class Elevation:
         margin = 0.02 * float((high - low).max())
         return Window(low - margin, high + margin)
 
-    def _corners(self, blocks: NDArray[np.intp], motion: RigidMotion | None = None) -> Array:
+    def _corners(self, blocks: Index, motion: RigidMotion | None = None) -> Array:
         pairs = [(int(i), loop) for i in blocks for loop in self.loops[i]]
         rows = [(loop if motion is None else motion.moved(loop, i)) @ self.axes for i, loop in pairs]
         return np.concatenate(rows) if rows else np.zeros((0, 2))
@@ -114,7 +112,7 @@ class Elevation:
         rows = rows if len(rows) else np.arange(self.assembly.n_blocks)
         return float(np.median([np.ptp(np.concatenate(self.loops[i]) @ self.axes, axis=0).min() for i in rows]))
 
-    def segments(self, interfaces: NDArray[np.intp], motion: RigidMotion | None = None) -> tuple[Array, Array]:
+    def segments(self, interfaces: Index, motion: RigidMotion | None = None) -> tuple[Array, Array]:
         """Ends of interfaces in the plane as carried by block a and by block b, shape (k, 2, 2) each [m]."""
         x = self.assembly.arrays
         a, b = np.empty((len(interfaces), 2, 2)), np.empty((len(interfaces), 2, 2))
@@ -135,7 +133,7 @@ def draw_blocks(
     width: float,
     *,
     motion: RigidMotion | None = None,
-    moving: NDArray[np.bool_] | None = None,
+    moving: Flags | None = None,
     outline: str = style.OUTLINE,
 ) -> None:
     """Blocks as three collections: free and moving, free and still, fixed (grey, hatched)."""
@@ -174,7 +172,7 @@ def _thin_hatch(collection: PathCollection) -> None:
         collection.set_hatch_linewidth(0.4)
 
 
-def draw_ghost(ax: Axes, view: Elevation, moving: NDArray[np.bool_], width: float) -> None:
+def draw_ghost(ax: Axes, view: Elevation, moving: Flags, width: float) -> None:
     """Original outlines of the blocks that move, dashed, over the displaced ones where there is room for them."""
     rows = np.flatnonzero(moving)
     if not len(rows):

@@ -9,18 +9,15 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from limitmason.answers.results import Prediction
+from limitmason.arrays import Array, Flags, Index
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.canvas import Canvas
 from limitmason.mechanics.law import interface_law
 from limitmason.model import Assembly, AssemblyArrays
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Index = NDArray[np.intp]
 Pair = tuple[int, int]
 
 _PALE = "#b5b5b5"

@@ -9,13 +9,11 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from limitmason.answers.curve import Curve
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.figures import style
-
-Array = NDArray[np.float64]
 
 _WIDTH, _HEIGHT = 4.6, 3.0
 _LEVELS = ((0, (5, 2)), (0, (1.2, 1.6)), (0, (8, 2, 1.2, 2)), (0, (3, 1.2, 1.2, 1.2, 1.2, 1.2)))

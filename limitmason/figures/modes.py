@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.deformation import _writer, animate, deformed
@@ -19,8 +19,6 @@ from limitmason.figures.solids import _brick_size, _paint, solid_map, stage_limi
 from limitmason.geometry.rotation import quaternions
 from limitmason.vibration import Mac, Modes
 from limitmason.vibration.blocks import BlockCarrier
-
-Array = NDArray[np.float64]
 
 _REACH = 0.06  # largest displacement drawn over the structure's size
 

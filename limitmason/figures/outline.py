@@ -7,15 +7,13 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from limitmason.arrays import Array, Index
 from limitmason.geometry import Solid
 from limitmason.geometry.polyhedron import face_planes
 from limitmason.mechanics.plane import Plane
 from limitmason.model import Assembly, Block
-
-Array = NDArray[np.float64]
 
 _AROUND = 24
 
@@ -68,7 +66,7 @@ def elevation_plane(normal: Array) -> Plane:
     return Plane(np.cross(p, z), z, p, 0.0)
 
 
-def _one_leaf(assembly: Assembly, rows: NDArray[np.intp], p: Array) -> bool:
+def _one_leaf(assembly: Assembly, rows: Index, p: Array) -> bool:
     low, high, off = [], [], []
     for i in rows:
         h = assembly.blocks[i].vertices @ p
@@ -124,7 +122,7 @@ def _front(part: Solid, plane: Plane) -> Array:
     return v[ConvexHull(flat).vertices]
 
 
-def _labels(flat: Array, tolerance: float) -> NDArray[np.intp]:
+def _labels(flat: Array, tolerance: float) -> Index:
     label = np.full(len(flat), -1, dtype=np.intp)
     for i in range(len(flat)):
         if label[i] < 0:
@@ -133,7 +131,7 @@ def _labels(flat: Array, tolerance: float) -> NDArray[np.intp]:
     return label
 
 
-def _through(flat: Array, label: NDArray[np.intp], i: int, j: int, tolerance: float) -> list[int]:
+def _through(flat: Array, label: Index, i: int, j: int, tolerance: float) -> list[int]:
     """Labels along the edge i-j: its ends and every vertex of another piece that lies on it."""
     edge = flat[j] - flat[i]
     length = np.linalg.norm(edge)

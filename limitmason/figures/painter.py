@@ -12,17 +12,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from limitmason.arrays import Array, Flags, Index
 from limitmason.errors import InputError
 from limitmason.geometry import Solid
 from limitmason.geometry.boxtree import overlapping_pairs
 from limitmason.geometry.polyhedron import face_planes, group_by_topology
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 class Camera(NamedTuple):
@@ -103,7 +100,7 @@ def places_behind(order: list[int], solids: Sequence[Solid], others: Sequence[So
     return place.tolist()
 
 
-def _hiding(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> tuple[Index, Index, Index, NDArray[np.bool_]]:
+def _hiding(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> tuple[Index, Index, Index, Flags]:
     """Pairs i < j near each other on the page, which may hide the other (+1 j, -1 i), and whether they overlap."""
     page = [view.project(s.vertices) for s in solids]
     low = np.array([[*p.min(axis=0), 0.0] for p in page])
@@ -121,7 +118,7 @@ def _hiding(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> tuple[I
 
 def _which_in_front(
     i: Index, j: Index, corners: Array, faces: FacePlanes, towards: Array, size: float
-) -> tuple[Index, NDArray[np.bool_]]:
+) -> tuple[Index, Flags]:
     """+1 where piece j may hide piece i, -1 where i may hide j, 0 where neither can; and whether the two overlap."""
     gap_i = np.einsum("mfk,mvk->mfv", faces.normal[i], corners[j]).min(axis=2) - faces.offset[i]
     gap_j = np.einsum("mfk,mvk->mfv", faces.normal[j], corners[i]).min(axis=2) - faces.offset[j]

@@ -9,14 +9,12 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.deformable import SOLID
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.cracks import sample_of
-
-Array = NDArray[np.float64]
 
 _DRAWN = 0.04
 """Largest displacement in the drawing over the size of the structure [-]."""

@@ -10,16 +10,14 @@ from matplotlib.collections import PathCollection
 from matplotlib.colors import to_rgb
 from matplotlib.path import Path
 from matplotlib.transforms import Bbox
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags, Index
 from limitmason.figures import style
 from limitmason.figures.outline import Edge, visible_edges
 from limitmason.figures.painter import Camera, back_to_front, piece_faces, places_behind
 from limitmason.geometry import Solid
 from limitmason.mechanics.motion import MovingJoints, RigidMotion
 from limitmason.model import Assembly
-
-Array = NDArray[np.float64]
 
 _LIGHT = np.array([-0.28, 0.55, 0.79])
 """Direction of the light in page axes (right, up, towards the viewer)."""
@@ -53,7 +51,7 @@ class SolidView:
         towards = self.faces.normal[piece, :n] @ self.view.towards
         return [k for k in range(n) if towards[k] > 1e-9 and (piece, k) not in self.hidden]
 
-    def page_bounds(self, blocks: NDArray[np.intp]) -> Array:
+    def page_bounds(self, blocks: Index) -> Array:
         """Lowest and highest page coordinates of some blocks [m], shape (2, 2)."""
         points = np.concatenate([self.view.project(p.vertices) for p, i in zip(self.pieces, self.owner, strict=True)
                                  if i in set(blocks.tolist())])  # fmt: skip
@@ -98,10 +96,10 @@ def draw_solids(
     scene: SolidView,
     width: float,
     *,
-    moving: NDArray[np.bool_],
+    moving: Flags,
     joints: MovingJoints | None = None,
     before: SolidView | None = None,
-    ghosts: NDArray[np.bool_] | None = None,
+    ghosts: Flags | None = None,
     outline: str = style.OUTLINE,
 ) -> None:
     """All blocks from back to front, moving joints marked where they show on the surface.

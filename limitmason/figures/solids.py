@@ -11,14 +11,13 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.continuum import Continuum
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.painter import Camera, camera
-
-Array = NDArray[np.float64]
 
 _BAR = 0.62  # width that a colour bar takes beside the drawing [in]
 

@@ -8,14 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags
 from limitmason.figures import style
 from limitmason.mechanics.motion import RigidMotion, largest_rates, velocity
 from limitmason.model import Assembly
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 HELD, YIELDS = style.GREEN, style.PURPLE
 

@@ -14,7 +14,6 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.answers.results import Prediction
 from limitmason.constants import GRAVITY
@@ -22,8 +21,6 @@ from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.motion import largest_rates
 from limitmason.methods import LIMIT, predict
 from limitmason.model import Assembly, Joint, Loads
-
-Array = NDArray[np.float64]
 
 SHOWN = 0.01
 """Largest displacement of a mechanism in the results, over the size of the structure [-]."""

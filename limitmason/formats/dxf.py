@@ -10,12 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.formats.outlines import DrawnOutlines, Outlines
-
-Array = NDArray[np.float64]
 
 # $INSUNITS: code -> (name, metres)
 _UNITS = {

@@ -9,13 +9,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Index
 from limitmason.errors import InputError
 from limitmason.formats.obj import Solids
 from limitmason.geometry import Solid
-
-Array = NDArray[np.float64]
 
 MESHES = (".ply", ".stl", ".obj", ".off")
 _TURNS = {"x": ([1, 2, 0], [1, 1, 1]), "y": ([0, 2, 1], [1, -1, 1]), "z": ([0, 1, 2], [1, 1, 1])}
@@ -26,7 +24,7 @@ class MeshBody(NamedTuple):
 
     name: str
     corners: Array
-    triangles: NDArray[np.intp]
+    triangles: Index
     volume: float
 
 

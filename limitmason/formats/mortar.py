@@ -11,13 +11,11 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry.polygon import convex_pieces
 from limitmason.geometry.splitting import split_polygon
-
-Array = NDArray[np.float64]
 
 FINE = 1e-9
 """Grid of the drawing while it is divided, over the thickness of the mortar."""

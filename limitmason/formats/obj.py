@@ -12,14 +12,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry import Solid
 from limitmason.model import Assembly
 from limitmason.storage.files import read_text, write_text
-
-Array = NDArray[np.float64]
 
 _PART = re.compile(r"part-\d+$")
 _IGNORED = frozenset(

@@ -9,14 +9,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.formats.svg_paths import LARGEST
 from limitmason.formats.tracing import loops
 from limitmason.model.plausibility import PlausibilityWarning
-
-Array = NDArray[np.float64]
 
 
 class Outlines(NamedTuple):

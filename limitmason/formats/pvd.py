@@ -8,16 +8,15 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.formats import vtu
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.mechanics.motion import RigidMotion
 from limitmason.model import Assembly
 from limitmason.storage.files import write_text
-
-Array = NDArray[np.float64]
 
 
 def write_pvd(

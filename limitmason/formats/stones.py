@@ -7,16 +7,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.formats.meshes import bodies
 from limitmason.geometry import Solid
 from limitmason.geometry.growing import Gap, grown
 from limitmason.model import Assembly, Joint
-
-Array = NDArray[np.float64]
 
 _DEGREES = 0.5  # faces that were made to meet are parallel to rounding; others that come near are not meant
 

@@ -9,13 +9,11 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.formats.outlines import DrawnOutlines, Outlines
 from limitmason.formats.svg_paths import Line, matrix_of, numbers_of, shape_lines, viewport
-
-Array = NDArray[np.float64]
 
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 _MODE = "{http://www.inkscape.org/namespaces/inkscape}groupmode"

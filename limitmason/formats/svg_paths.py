@@ -8,11 +8,9 @@ from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
-
-Array = NDArray[np.float64]
 
 LARGEST = 1e30
 """Numbers beyond it are errors of a drawing; the squares and products of others can be taken."""

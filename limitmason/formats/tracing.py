@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.formats.mortar import grown
-
-Array = NDArray[np.float64]
 
 SAME = 0.95
 """Two outlines whose common area is this share of the larger one are one stone, drawn twice."""

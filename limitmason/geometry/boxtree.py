@@ -3,8 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from limitmason.arrays import Array, Index
 
 
 def overlapping_pairs(low: Array, high: Array) -> tuple[Index, Index]:

@@ -1,10 +1,8 @@
 """Convex polygons clipped against convex polygons, thousands of pairs at a time."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from limitmason.arrays import Array, Flags, Index
 
 
 def clip_convex_batch(subject: Array, n_subject: Index, window: Array, n_window: Index) -> tuple[Array, Index]:
@@ -71,7 +69,7 @@ def drop_redundant_vertices(polygons: Array, counts: Index, slack: Array) -> tup
     points, count = polygons, counts.copy()
     slots = np.arange(points.shape[1])
 
-    def keep_only(keep: NDArray[np.bool_]) -> tuple[Array, Index]:
+    def keep_only(keep: Flags) -> tuple[Array, Index]:
         order = np.argsort(~keep, axis=1, kind="stable")
         kept = keep.sum(axis=1)
         fill = np.minimum(slots, np.maximum(kept - 1, 0)[:, None])

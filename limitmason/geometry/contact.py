@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array, Flags, Index
 from limitmason.errors import InputError
 from limitmason.geometry.facing import Faces, FacingPairs, all_faces, facing_pairs
 from limitmason.geometry.overlap import near_pairs, penetrations
 from limitmason.geometry.polyhedron import Solid
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 LOOKED_AT_DEG = 45.0
 """Faces further than this from parallel do not face each other; what meets there meets at an edge or a corner [deg]."""
@@ -217,7 +215,7 @@ def judged(found: Candidates, rules: ContactRules, *, times: float = 1.0) -> Ind
     return code
 
 
-def _closing(found: Candidates, rules: ContactRules, low: Array, high: Array, limit: Array) -> NDArray[np.bool_]:
+def _closing(found: Candidates, rules: ContactRules, low: Array, high: Array, limit: Array) -> Flags:
     """Wedges of a small angle that touch somewhere, if not here then on another piece of the same two faces."""
     pairs = found.pairs
     near = np.maximum(found.reach, limit)
@@ -277,7 +275,7 @@ def _centroid(polygon: Array) -> Array:
     return polygon[0] + part @ (r[1:-1] + r[2:]) / 3.0 / max(float(part.sum()), 1e-300)
 
 
-def filled(points: Array, a: Index, b: Index, solids: Sequence[Solid], owner: Index) -> NDArray[np.bool_]:
+def filled(points: Array, a: Index, b: Index, solids: Sequence[Solid], owner: Index) -> Flags:
     """Whether a solid of a third owner holds each point [m], shape (m, 3)."""
     if not len(points):
         return np.zeros(0, dtype=bool)

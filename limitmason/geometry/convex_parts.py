@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.geometry.polygon import clean_outline, convex_pieces
 from limitmason.geometry.polyhedron import Solid, box, face_planes, group_by_topology, mass_properties
 from limitmason.geometry.splitting import split_polygon, split_solid
-
-Array = NDArray[np.float64]
 
 MOST_PARTS = 40
 """A solid that would need more parts is refused: what it means is curved, and a hull or fewer faces say it better."""
@@ -95,7 +93,7 @@ def _hollow_edges(solid: Solid, slack: float) -> int:
     return count
 
 
-def is_convex(solids: Sequence[Solid], slack: float) -> NDArray[np.bool_]:
+def is_convex(solids: Sequence[Solid], slack: float) -> Flags:
     """Whether no vertex lies farther than ``slack`` [m] outside the plane of a face, one for each closed solid."""
     out = np.ones(len(solids), dtype=bool)
     for faces, members, vertices in group_by_topology(solids):

@@ -6,11 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Index
 from limitmason.geometry.clipping import area_perimeter, clip_convex_batch, drop_redundant_vertices
 from limitmason.geometry.polyhedron import Solid, face_planes, group_by_topology
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 class Faces(NamedTuple):

@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.spatial import ConvexHull
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry.boxtree import overlapping_pairs
 from limitmason.geometry.polyhedron import Solid, box, face_planes, mass_properties
 from limitmason.geometry.splitting import split_solid
-
-Array = NDArray[np.float64]
 
 _FACING = 0.34  # cosine of 70 degrees: a face is moved where a neighbour lies within this of its normal
 _ALIKE = np.cos(np.deg2rad(10.0))  # facets of a scan whose normals differ by less are one face

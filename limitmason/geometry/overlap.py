@@ -3,14 +3,11 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Index
 from limitmason.geometry.boxtree import overlapping_pairs
 from limitmason.geometry.facing import Faces, all_faces
 from limitmason.geometry.polyhedron import Solid
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 def near_pairs(solids: Sequence[Solid], owner: Index, reach: Array) -> tuple[Index, Index]:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
-
-Array = NDArray[np.float64]
 
 
 def polygon_area_centroid(polygon: ArrayLike) -> tuple[float, Array]:

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array, Index
 from limitmason.errors import InputError
 
-Array = NDArray[np.float64]
 Faces = tuple[tuple[int, ...], ...]
 
 
@@ -53,7 +53,7 @@ def prism(outline: ArrayLike, y0: float, y1: float) -> Solid:
     return Solid(np.vstack([front, back]), (tuple(range(n)), tuple(range(2 * n - 1, n - 1, -1)), *sides))
 
 
-def group_by_topology(solids: Sequence[Solid]) -> list[tuple[Faces, NDArray[np.intp], Array]]:
+def group_by_topology(solids: Sequence[Solid]) -> list[tuple[Faces, Index, Array]]:
     """Solids of equal vertex count and faces stacked together: (faces, indices, vertices (k, n, 3)) per group."""
     groups: dict[tuple[int, Faces], list[int]] = {}
     for i, solid in enumerate(solids):
@@ -64,7 +64,7 @@ def group_by_topology(solids: Sequence[Solid]) -> list[tuple[Faces, NDArray[np.i
     ]
 
 
-def _triangles(faces: Faces) -> NDArray[np.intp]:
+def _triangles(faces: Faces) -> Index:
     return np.array([(f[0], f[k], f[k + 1]) for f in faces for k in range(1, len(f) - 1)])
 
 

@@ -1,9 +1,9 @@
 """Finite rotations on plain arrays: unit quaternions, rotation vectors and matrices."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from limitmason.arrays import Array
 
 
 def rotation_vectors(quaternion: ArrayLike) -> Array:

@@ -1,10 +1,8 @@
 """Integral of the slip |s| over faces of rigid blocks: what cohesion dissipates, in closed form."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from limitmason.arrays import Array, Index
 
 FAR = 1e3
 """Distance of the centre of rotation over the size of the face from which the slip is a series about the centroid."""

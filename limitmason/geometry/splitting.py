@@ -1,11 +1,9 @@
 """Convex polyhedra and polygons split by a plane."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.geometry.polyhedron import Solid
-
-Array = NDArray[np.float64]
 
 
 def split_polygon(polygon: Array, point: Array, normal: Array, slack: float) -> tuple[Array | None, Array | None]:

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.answers.acceptance import GAP, Certificate
 from limitmason.answers.results import (
@@ -24,6 +23,7 @@ from limitmason.answers.results import (
     Resultants,
     Status,
 )
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.limit.associative_warnings import REASON, warnings_of
 from limitmason.limit.interior_point.coverage import unsupported
@@ -39,8 +39,6 @@ from limitmason.mechanics.certificate import certify, kinematic_multiplier
 from limitmason.mechanics.residuals import load_on_blocks
 from limitmason.mechanics.resultants import resultants_from_points, scaled_mechanism
 from limitmason.model.load import Loads
-
-Array = NDArray[np.float64]
 
 WIDE_GAP = 3e-7
 """Relative gap between the bounds above which a better repair of the mechanism is looked for."""

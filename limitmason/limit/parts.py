@@ -9,7 +9,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.answers.results import (
     ALMOST_SOLVED,
@@ -23,6 +22,7 @@ from limitmason.answers.results import (
     Prediction,
     Resultants,
 )
+from limitmason.arrays import Index
 from limitmason.limit.associative import carry
 from limitmason.limit.program.problem import make_problem
 from limitmason.mechanics.certificate import certify
@@ -31,9 +31,6 @@ from limitmason.mechanics.resultants import resultants_from_points, scaled_mecha
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.support import Support
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 SAME = 1e-9
 """Difference of two multipliers, relative, at which forces found for one are taken for the other."""

@@ -1,15 +1,13 @@
 """The torsion estimate: every face limited to the torsion of uniform pressure about its own centre of pressure."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.answers.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED
+from limitmason.arrays import Array
 from limitmason.geometry.polygon import centred_overlap, polar_mean_radius
 from limitmason.limit.program.cones import TorsionLimit, make_cones
 from limitmason.limit.program.problem import Problem
 from limitmason.limit.program.static import Solution, solve_static
-
-Array = NDArray[np.float64]
 
 MAX_ITERATIONS = 60
 """Programs solved in search of a pressure that fits its own torsion limit."""

@@ -12,10 +12,10 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.answers.acceptance import GAP, Certificate
 from limitmason.answers.results import FlowRule, Prediction, Resultants
+from limitmason.arrays import Array, Index
 from limitmason.mechanics.dissipation import Dissipation, point_dissipation, point_state, stress_block_pairs
 from limitmason.mechanics.residuals import (
     PointState,
@@ -29,8 +29,6 @@ from limitmason.mechanics.residuals import (
 )
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-
-Array = NDArray[np.float64]
 
 FORCE_CAP = 10.0
 """Joint force over the total load up to which a mechanism that cannot be repaired still gives a bound."""
@@ -122,7 +120,7 @@ def kinematic_multiplier(
     return Kinematics(first + excess, at_points + excess, worst / size, cap / scale)
 
 
-def _opening_fields(assembly: Assembly, label: NDArray[np.intp]) -> Iterator[Array]:
+def _opening_fields(assembly: Assembly, label: Index) -> Iterator[Array]:
     """Motions in which the blocks fly apart, ever more upwards than sideways.
 
     Every independent part flies from the middle of its own joints with held blocks, or of its blocks.

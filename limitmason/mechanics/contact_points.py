@@ -12,14 +12,13 @@ from numpy.polynomial import Legendre
 from numpy.typing import NDArray
 
 from limitmason.answers.results import ContactModel
+from limitmason.arrays import Array, Flags, Index
 from limitmason.errors import InputError
 from limitmason.mechanics.plane import Plane
 from limitmason.model.arrays import AssemblyArrays
 from limitmason.model.assembly import Assembly
 from limitmason.storage.frozen import ReadOnly
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 Grid = tuple[int, int]
 Chosen = TypeVar("Chosen")
 Rule = Callable[[int], tuple[Array, Array]]
@@ -171,7 +170,7 @@ def chosen_grid(contact_model: str, grid: Chosen | None) -> Chosen | Grid:
     return grid
 
 
-def weakening(assembly: Assembly) -> NDArray[np.bool_]:
+def weakening(assembly: Assembly) -> Flags:
     """Interfaces whose joints crush or lose strength, which two points on a side cannot tell, shape (k,)."""
     softens = np.array([i.joint.softens for i in assembly.interfaces], dtype=bool)
     return np.isfinite(assembly.arrays.compressive_strength) | softens

@@ -6,13 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.answers.results import Prediction, Resultants
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry.slip import slip_integrals
 from limitmason.mechanics.law import PointLaw, StressBlock, interface_law, stress_blocks
 from limitmason.mechanics.residuals import PointState
 from limitmason.model.assembly import Assembly
-
-Array = NDArray[np.float64]
 
 
 def point_rates(assembly: Assembly, twists: Array, position: Array, interface: NDArray) -> tuple[Array, Array]:

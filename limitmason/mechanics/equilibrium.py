@@ -8,17 +8,15 @@ The transpose gives the rates conjugate to f: A^T v = (opening, sliding of b rel
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.arrays import Array, Flags
 from limitmason.mechanics.contact_points import ContactPoints
 from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
 
-Array = NDArray[np.float64]
 
-
-def degrees_of_freedom(assembly: Assembly, plane: Plane | None = None) -> tuple[Array, NDArray[np.bool_]]:
+def degrees_of_freedom(assembly: Assembly, plane: Plane | None = None) -> tuple[Array, Flags]:
     """Basis of a block's motion and which of its coordinates are free.
 
     Returns

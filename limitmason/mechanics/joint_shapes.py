@@ -4,14 +4,13 @@ from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array, Index
 from limitmason.deformable import polynomial_blocks, simply_deformable_blocks
 from limitmason.deformable.levels import RITZ, SIMPLY_DEFORMABLE
 from limitmason.mechanics.contact_points import ContactPoints
 from limitmason.model.assembly import Assembly
-
-Array = NDArray[np.float64]
 
 _EXACT = 1e-9
 """To which the points of a joint integrate a polynomial exactly."""
@@ -137,7 +136,7 @@ def motion_at(place: Array) -> Array:
     return out
 
 
-def face_motions(start: NDArray[np.intp], place: Array, area: Array, displacement: Array) -> Array:
+def face_motions(start: Index, place: Array, area: Array, displacement: Array) -> Array:
     """Rigid motions of joints that are nearest to the displacement of a face, by least squares over their points.
 
     A joint of simply deformable blocks takes up six motions of a face and leaves out how it bends and widens: plane
@@ -168,7 +167,7 @@ def face_motions(start: NDArray[np.intp], place: Array, area: Array, displacemen
     return np.asarray(out)
 
 
-def fitted(points: ContactPoints, rows: NDArray[np.intp], samples: Array, weights: Array) -> Array:
+def fitted(points: ContactPoints, rows: Index, samples: Array, weights: Array) -> Array:
     """Values at a joint's points of the polynomial that is nearest to a face's displacement, (points, samples).
 
     By least squares over the face, of the highest degree up to 3 that the points integrate exactly over it: then

@@ -16,13 +16,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags, Index
 from limitmason.errors import InputError
 from limitmason.model.arrays import AssemblyArrays
 from limitmason.model.joint import Joint, LostBy
 from limitmason.model.material import Material
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 BELOW_THE_APEX = 1e-12
 """Part of the cohesion that friction must leave at the tension corner for it to lie below the apex, beyond rounding."""
@@ -68,13 +66,13 @@ class PointLaw(NamedTuple):
         return tension_corner(np.full(np.shape(self.cohesion), np.inf), self.cohesion, self.tan_phi)
 
     @property
-    def cut_off(self) -> NDArray[np.bool_]:
+    def cut_off(self) -> Flags:
         """Points whose tension corner is a cut-off below the apex, so that the cone alone does not limit tension."""
         smooth = (self.tan_phi == 0.0) & (self.cohesion == 0.0)
         return (self.tan_phi * self.tension < (1.0 - BELOW_THE_APEX) * self.cohesion) | smooth
 
     @property
-    def crushes(self) -> NDArray[np.bool_]:
+    def crushes(self) -> Flags:
         """Points with a finite compressive strength."""
         return np.isfinite(self.crushing)
 
@@ -126,7 +124,7 @@ class PointLaw(NamedTuple):
         """Largest shear under a normal force, c + tan(phi) N [N], shape (m,); negative beyond the apex."""
         return self.cohesion + self.tan_phi * normal
 
-    def bears_shear(self, normal: Array) -> NDArray[np.bool_]:
+    def bears_shear(self, normal: Array) -> Flags:
         """Points with a shear strength under a normal force, shape (m,): none beyond the tip of the cone."""
         return np.asarray(self.shear_strength(normal) >= -BELOW_THE_APEX * self.cohesion)
 
@@ -247,7 +245,7 @@ def stress_blocks(law: PointLaw, ends: Index) -> StressBlock:
     return StressBlock(ends, law.corner_crushing, law.tension)
 
 
-def above_apex(arrays: AssemblyArrays) -> NDArray[np.bool_]:
+def above_apex(arrays: AssemblyArrays) -> Flags:
     """Which interfaces have more tensile strength than c / tan(phi), shape (k,)."""
     corner = tension_corner(arrays.tensile_strength, arrays.cohesion, arrays.tan_phi)
     return arrays.tensile_strength > corner / (1.0 - BELOW_THE_APEX)
@@ -322,7 +320,7 @@ class Softening(NamedTuple):
     by_slip: Array
 
     @property
-    def sudden(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    def sudden(self) -> tuple[Flags, Flags]:
         """Points that lose their strength at once, by opening and by slip."""
         return self.by_opening >= SUDDEN, self.by_slip >= SUDDEN
 
@@ -332,7 +330,7 @@ class Softening(NamedTuple):
         opening, slip = self.sudden
         return np.where(opening, 0.0, self.by_opening), np.where(slip, 0.0, self.by_slip)
 
-    def at(self, rows: Index | NDArray[np.bool_]) -> "Softening":
+    def at(self, rows: Index | Flags) -> "Softening":
         """Of some of the points."""
         return Softening(self.rest.at(rows), self.by_opening[rows], self.by_slip[rows])
 

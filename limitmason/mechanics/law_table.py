@@ -5,16 +5,14 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Flags, Index
 from limitmason.display.text_table import markdown
 from limitmason.errors import NotApplicable
 from limitmason.mechanics.law import above_apex
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Unloading
 from limitmason.model.joint_term import Cell, JointTerm, Taken, added_terms
-
-Index = NDArray[np.intp]
 
 LEAST_FRICTION = 1e-6
 """tan(phi) below which a joint counts as frictionless for a method that divides by it."""
@@ -57,7 +55,7 @@ class Term(NamedTuple):
 
     name: str
     words: str
-    in_joints: Callable[[Assembly], NDArray[np.bool_]]
+    in_joints: Callable[[Assembly], Flags]
     takes: Mapping[str, Cell]
     where: str = ""
 
@@ -73,21 +71,21 @@ def _all(cell: Cell, *theories: str) -> dict[str, Cell]:
     return dict.fromkeys(theories, cell)
 
 
-def _crushes(assembly: Assembly) -> NDArray[np.bool_]:
+def _crushes(assembly: Assembly) -> Flags:
     return np.isfinite(assembly.arrays.compressive_strength)
 
 
-def _softens(assembly: Assembly) -> NDArray[np.bool_]:
+def _softens(assembly: Assembly) -> Flags:
     return np.array([i.joint.softens for i in assembly.interfaces], dtype=bool)
 
 
-def _to_the_origin(assembly: Assembly) -> NDArray[np.bool_]:
+def _to_the_origin(assembly: Assembly) -> Flags:
     return np.array(
         [i.joint.softens and i.joint.unloading is Unloading.SECANT for i in assembly.interfaces], dtype=bool
     )
 
 
-def _has(kind: type[JointTerm], assembly: Assembly) -> NDArray[np.bool_]:
+def _has(kind: type[JointTerm], assembly: Assembly) -> Flags:
     return np.array([any(type(t) is kind for t in i.joint.terms) for i in assembly.interfaces], dtype=bool)
 
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from limitmason.answers.results import Prediction
+from limitmason.arrays import Array, Flags, Index
 from limitmason.errors import InputError
 from limitmason.model import Assembly
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 _LARGEST_TURN = 0.35
 """Largest rotation drawn [rad]; beyond about 20 degrees a picture of a rate suggests a path that nobody computed."""
@@ -25,7 +23,7 @@ class RigidMotion(NamedTuple):
     translation: Array
     rotation: Array
 
-    def moved(self, points: ArrayLike, block: int | NDArray[np.intp]) -> Array:
+    def moved(self, points: ArrayLike, block: int | Index) -> Array:
         """Points [m], shape (k, 3), carried by one block or by one block each."""
         p = np.asarray(points, dtype=float)
         arm = p - self.centroid[block]
@@ -71,7 +69,7 @@ def finite_motion(centroids: Array, twists: Array, factor: float) -> RigidMotion
     return RigidMotion(centroids, np.einsum("nij,nj->ni", arc, v), rotation)
 
 
-def velocity(centroids: Array, twists: Array, block: int | NDArray[np.intp], points: Array) -> Array:
+def velocity(centroids: Array, twists: Array, block: int | Index, points: Array) -> Array:
     """Velocity of points carried by one block or by one block each, v + omega x (r - c), shape (k, 3)."""
     return np.asarray(twists[block, :3] + np.cross(twists[block, 3:], points - centroids[block]))
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-
-Array = NDArray[np.float64]
 
 __all__ = ["Plane", "find_plane"]
 
@@ -95,7 +93,7 @@ def _in_plane(driven: Array | None) -> Array:
     return np.asarray(rows[moves] / size[moves, None])
 
 
-def _supports_fit(held: NDArray[np.bool_], p: Array) -> bool:
+def _supports_fit(held: Flags, p: Array) -> bool:
     partial = held[held.any(axis=1) & ~held.all(axis=1)]
     if not len(partial):
         return True

@@ -9,17 +9,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from limitmason.answers.results import Resultants
+from limitmason.arrays import Array, Flags, Index
 from limitmason.mechanics.law import PointLaw, StressBlock
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 WEIGHTLESS = 1e-9
 """Own load over the largest force on a block below which it counts as weightless, and its forces are the measure."""
@@ -55,7 +52,7 @@ def total_load(assembly: Assembly, loads: Loads) -> float:
     return dead if dead > 0 else live_size(assembly, loads) or 1.0
 
 
-def part_labels(assembly: Assembly, free: NDArray[np.bool_] | None = None) -> Index:
+def part_labels(assembly: Assembly, free: Flags | None = None) -> Index:
     """Number of the independent part of every block, shape (n_blocks,); -1 for wholly held blocks.
 
     Two free blocks belong to one part when a chain of joints between free blocks joins them: what is held passes

@@ -6,12 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.answers.results import Mechanism, Resultants
+from limitmason.arrays import Array
 from limitmason.mechanics.dissipation import point_rates
 from limitmason.mechanics.residuals import live_size
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-
-Array = NDArray[np.float64]
 
 
 def resultants_from_points(

@@ -6,18 +6,16 @@ from functools import wraps
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.answers.references import Cited, data_behind
 from limitmason.answers.results import NO_TILT, Prediction
+from limitmason.arrays import Array
 from limitmason.mechanics.law import interface_law, peak_law, residual_law
 from limitmason.mechanics.law_table import ABOVE_APEX, THEORIES
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint, LostBy, Unloading
 from limitmason.model.joint_term import Taken
 from limitmason.model.load import Loads
-
-Array = NDArray[np.float64]
 
 _SAME = 1e-9
 

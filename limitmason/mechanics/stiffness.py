@@ -5,12 +5,11 @@ default is one rule for the DEM, the capacity curve and studies of both.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
-
-Array = NDArray[np.float64]
 
 SETTLEMENT = 1e-6
 """The base shortens by this fraction of the median block size under the whole dead load [-]."""

@@ -3,17 +3,15 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.arrays import Array
 from limitmason.deformable.levels import RIGID
 from limitmason.mechanics.contact_points import ContactPoints
 from limitmason.mechanics.equilibrium import equilibrium_matrix
 from limitmason.mechanics.joint_shapes import BlockShapes, at_joints
 from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
-
-Array = NDArray[np.float64]
 
 
 def stiffness_matrix(

@@ -8,13 +8,10 @@ its ends exactly at any rotation. Capacity curves and the DEM read this; limit a
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Index
 from limitmason.mechanics.stiffness import TIE_STRETCH, default_tie_stiffness
 from limitmason.model.assembly import Assembly
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 class TieSprings(NamedTuple):

@@ -5,10 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from limitmason.arrays import Array, Flags, Index
 
 
 class AssemblyArrays(NamedTuple):
@@ -22,7 +20,7 @@ class AssemblyArrays(NamedTuple):
     mass: Array  # [kg], (n,)
     inertia: Array  # [kg m2] about the centroid, (n, 3, 3)
     weight: Array  # [N], (n,)
-    held: NDArray[np.bool_]  # (n, 6)
+    held: Flags  # (n, 6)
     block_a: Index  # (k,)
     block_b: Index  # (k,)
     normal: Array  # (k, 3)

@@ -4,8 +4,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import face_planes
@@ -15,7 +15,6 @@ from limitmason.model.input import read_number
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
 
-Array = NDArray[np.float64]
 
 _UP = 1e-6  # least upward part of the normal of a loaded face
 

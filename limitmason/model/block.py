@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid, mass_properties, steiner
 from limitmason.model.input import read_vector
 from limitmason.model.material import Material
 from limitmason.storage.frozen import ReadOnly, frozen, owned
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.geometry.contact import ContactRules, DoubtfulContact
@@ -19,8 +19,6 @@ from limitmason.model.interface import Interface
 from limitmason.model.support import Support
 from limitmason.model.tie import Tie
 from limitmason.storage.frozen import ReadOnly, frozen
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +73,7 @@ class Blockwork(ReadOnly):
         )
 
     @cached_property
-    def held(self) -> NDArray[np.bool_]:
+    def held(self) -> Flags:
         """Held degrees of freedom x, y, z, rx, ry, rz, shape (n_blocks, 6)."""
         flags = np.zeros((self.n_blocks, 6), dtype=bool)
         for support in self.supports:
@@ -83,7 +81,7 @@ class Blockwork(ReadOnly):
         return frozen(flags)
 
     @property
-    def fixed(self) -> NDArray[np.bool_]:
+    def fixed(self) -> Flags:
         """Blocks held in all six degrees of freedom, shape (n_blocks,)."""
         return frozen(np.asarray(self.held.all(axis=1)))
 

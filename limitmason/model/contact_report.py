@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry.contact import (
     CONTACT_CODES,
@@ -40,8 +41,6 @@ from limitmason.model.detection import (
 )
 from limitmason.model.face_touch import UntouchedFace, contact_gaps, least_width, untouched_faces
 from limitmason.storage.frozen import ReadOnly
-
-Array = NDArray[np.float64]
 
 TINY = 0.1
 """A contact narrower than this fraction of the smaller block's width is tiny [-]."""

@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Index
 from limitmason.constants import RELATIVE_TOLERANCE
 from limitmason.errors import InputError
 from limitmason.geometry.contact import KEPT, NEAR, ContactPatches, ContactRules, DoubtfulContact, find_contacts
@@ -17,8 +17,6 @@ from limitmason.model.blockwork import Blockwork
 from limitmason.model.interface import Interface
 from limitmason.model.plausibility import PlausibilityWarning, warn
 
-Array = NDArray[np.float64]
-
 
 class ContactWarning(PlausibilityWarning):
     """Faces that nearly touch and are no contact, or that were made one although they open like a wedge."""
@@ -28,7 +26,7 @@ class BlockPieces(NamedTuple):
     """Convex pieces of all blocks in a row, the block of each, and the least width of every block [m]."""
 
     solids: list[Solid]
-    owner: NDArray[np.intp]
+    owner: Index
     widths: Array
 
 
@@ -141,7 +139,7 @@ def overlap_text(found: ContactPatches, blocks: Sequence[Block], widths: Array, 
     )
 
 
-def loose_blocks(assembly: Blockwork) -> NDArray[np.intp]:
+def loose_blocks(assembly: Blockwork) -> Index:
     """Numbers of the blocks without a chain of contacts to one that is held."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -153,7 +151,7 @@ def loose_blocks(assembly: Blockwork) -> NDArray[np.intp]:
     return np.flatnonzero(~np.isin(label, label[assembly.held.any(axis=1)]))
 
 
-def floating_text(assembly: Blockwork, loose: NDArray[np.intp]) -> str:
+def floating_text(assembly: Blockwork, loose: Index) -> str:
     """What to say of blocks without a chain of contacts to a support."""
     near = [d for d in assembly.doubts if d.kind not in KEPT and (d.a in loose or d.b in loose)]
     first = int(loose[0])
@@ -267,7 +265,7 @@ def moved_doubts(
     )  # fmt: skip
 
 
-def renumbered_doubts(doubts: Iterable[DoubtfulContact], new: NDArray[np.intp]) -> tuple[DoubtfulContact, ...]:
+def renumbered_doubts(doubts: Iterable[DoubtfulContact], new: Index) -> tuple[DoubtfulContact, ...]:
     """Doubts of an assembly whose block i is now block ``new[i]``."""
     out = []
     for d in doubts:

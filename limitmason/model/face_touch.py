@@ -3,14 +3,12 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags, Index
 from limitmason.geometry.contact import find_contacts
 from limitmason.geometry.facing import Faces, all_faces
 from limitmason.model.blockwork import Blockwork
 from limitmason.model.detection import BlockPieces, contact_distances
-
-Array = NDArray[np.float64]
 
 
 class UntouchedFace(NamedTuple):
@@ -69,7 +67,7 @@ def least_width(polygon: Array, normal: Array) -> float:
     return float(np.ptp(polygon @ np.cross(normal, edge).T, axis=0).min())
 
 
-def _first_faces(pieces: BlockPieces, start: NDArray[np.intp]) -> NDArray[np.intp]:
+def _first_faces(pieces: BlockPieces, start: Index) -> Index:
     """Row of every block's first face, with the total at the end; pieces are in the order of the blocks."""
     return start[np.searchsorted(pieces.owner, np.arange(len(pieces.widths) + 1))]
 
@@ -88,7 +86,7 @@ def _face_under(faces: Faces, rows: slice, polygon: Array, normal: Array) -> int
     return int(rows.start + np.where(fits, away + beside + 1e-6 * size * (1.0 - aligned), np.inf).argmin())
 
 
-def _inner_faces(assembly: Blockwork, pieces: BlockPieces, faces: Faces, start: NDArray[np.intp]) -> NDArray[np.bool_]:
+def _inner_faces(assembly: Blockwork, pieces: BlockPieces, faces: Faces, start: Index) -> Flags:
     """Faces of convex pieces that are mostly cuts between pieces of one block."""
     out = np.zeros(len(faces.normal), dtype=bool)
     owner = pieces.owner

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.arrays import Flags
 from limitmason.errors import InputError
 from limitmason.model.block import Block
 from limitmason.model.interface import Interface
@@ -210,7 +211,7 @@ def _rows(parts: Sequence[Table], width: int) -> Table:
     return np.concatenate(parts) if len(parts) else np.zeros((0, width))
 
 
-def _same(now: Table, was: Table) -> NDArray[np.bool_]:
+def _same(now: Table, was: Table) -> Flags:
     """Which entries are equal, but for rounding; NaN equals NaN."""
     if now.dtype.kind != "f" or was.dtype.kind != "f":
         return np.asarray(now == was)

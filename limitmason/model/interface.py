@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry.polygon import clip_convex
 from limitmason.model.joint import Joint
 from limitmason.storage.frozen import ReadOnly, owned
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

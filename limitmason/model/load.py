@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import face_planes
 from limitmason.model.backfill import backfill_wrenches
@@ -20,7 +21,6 @@ from limitmason.storage.frozen import ReadOnly
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
 
-Array = NDArray[np.float64]
 
 LARGEST = 1e30
 """Loads beyond it are errors of input [N, N m]: the squares of others are numbers."""

@@ -3,8 +3,9 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry.polygon import clip_convex, polygon_area_centroid
 from limitmason.geometry.polyhedron import face_planes
@@ -13,7 +14,6 @@ from limitmason.model.input import read_number, read_vector
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
 
-Array = NDArray[np.float64]
 
 _PARALLEL = np.cos(np.deg2rad(1.0))
 _NEAR = 1e-6  # of the patch's size: faces this near to its plane lie in it

@@ -10,7 +10,8 @@ from contextvars import ContextVar
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from limitmason.arrays import Array
 
 _OWN = ("limitmason", "dem", "mechanisms", "dataclasses", "functools")
 _ANGLE_LIKE_RADIANS = 1.6
@@ -80,7 +81,7 @@ def warn_of_material(material: Any, label: str) -> None:
             warn(f"{label}: {field} = {value:g} Pa looks like MPa ({value:g} MPa is {1e6 * value:g} Pa)")
 
 
-def warn_of_blocks(blocks: Sequence[Any], sizes: NDArray[np.float64]) -> None:
+def warn_of_blocks(blocks: Sequence[Any], sizes: Array) -> None:
     """Densities like kN/m3 or g/cm3, blocks as large as millimetres taken for metres.
 
     Parameters
@@ -102,7 +103,7 @@ def warn_of_blocks(blocks: Sequence[Any], sizes: NDArray[np.float64]) -> None:
             )
 
 
-def warn_of_tolerance(distance: float, names: Sequence[str], widths: NDArray[np.float64]) -> None:
+def warn_of_tolerance(distance: float, names: Sequence[str], widths: Array) -> None:
     """A contact tolerance that is no longer small beside the smallest block.
 
     Parameters
@@ -118,7 +119,7 @@ def warn_of_tolerance(distance: float, names: Sequence[str], widths: NDArray[np.
         )
 
 
-def warn_of_point(name: str, at: NDArray[np.float64], bounds: NDArray[np.float64]) -> None:
+def warn_of_point(name: str, at: Array, bounds: Array) -> None:
     """A point load that acts outside the box of its block [m]."""
     outside = float(np.maximum(np.maximum(bounds[0] - at, at - bounds[1]), 0.0).max())
     if outside > 1e-3 * float(np.ptp(bounds, axis=0).max()):

@@ -10,13 +10,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.support import DEGREES_OF_FREEDOM
-
-Array = NDArray[np.float64]
 
 
 def _finite(what: str, value: float | Sequence[float]) -> None:
@@ -210,7 +208,7 @@ class Drive(Stage):
         if self.calm is not None and not (self.calm > 0.0 and self.duration is None):
             raise InputError(f"Drive: calm must be positive, and the length be given in steps, got {self.calm!r}")
 
-    def twists(self, assembly: Assembly) -> tuple[Array, NDArray[np.bool_]]:
+    def twists(self, assembly: Assembly) -> tuple[Array, Flags]:
         """Travel per block, shape (n, 6), and the degrees of freedom it holds."""
         travel = np.zeros((assembly.n_blocks, 6))
         held = np.zeros((assembly.n_blocks, 6), dtype=bool)

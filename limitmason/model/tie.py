@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly, frozen
-
-Array = NDArray[np.float64]
 
 STRENGTHS = {"yield_force": "yield", "bond_force": "bond", "anchor_force": "anchor plate"}
 """Fields that limit the force of a tie, and their names for a reader."""

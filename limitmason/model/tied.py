@@ -8,13 +8,12 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.model.blockwork import Blockwork
 from limitmason.model.tie import Tie
-
-Array = NDArray[np.float64]
 
 FAR_OUTSIDE = 0.5
 """Distance of an end from its block, in longest sides of the block, from which it is taken for a mistake."""

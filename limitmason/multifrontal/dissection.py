@@ -8,12 +8,9 @@ finite element mesh.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-
+from limitmason.arrays import Array, Flags, Index
 
 _SPLIT = 0.25  # smallest part of the nodes on one side of a cut
 _LEVEL = 1e-7  # of the extent: nodes this near to each other lie in one layer
@@ -75,7 +72,7 @@ def dissect(graph: sparse.csr_array, position: Array, leaf: int) -> list[Index]:
     return fronts[::-1]
 
 
-def _best_cut(position: Array, owner: Index, other: Index) -> tuple[NDArray[np.bool_], NDArray[np.bool_]] | None:
+def _best_cut(position: Array, owner: Index, other: Index) -> tuple[Flags, Flags] | None:
     """Nodes before the best cut, and those of them that touch a node behind; None where all lie at one place.
 
     Parameters

@@ -8,13 +8,11 @@ The multifrontal solution of indefinite sparse symmetric linear equations.
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.blas import dsyrk, dtrsm
 
+from limitmason.arrays import Array, Index
 from limitmason.multifrontal.dissection import Tree, ragged_ranges
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 Front = tuple[Array, Array, Array]
 """Own block f11, boundary by own f21, and boundary f22, each ordered by columns."""
 

@@ -7,7 +7,9 @@ from functools import wraps
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from limitmason.arrays import Array
 
 T = TypeVar("T")
 
@@ -35,7 +37,7 @@ def _freeze(items: Iterable[Any]) -> None:
             frozen(item)
 
 
-def owned(value: ArrayLike) -> NDArray[np.float64]:
+def owned(value: ArrayLike) -> Array:
     """A read-only array of its own: a copy, unless it is one already, so that its maker cannot change it either."""
     array = np.asarray(value, dtype=float)
     if array.flags.writeable or not array.flags.owndata:

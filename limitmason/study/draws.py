@@ -8,15 +8,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.study.ties import LinkedFormulas
-
-Array = NDArray[np.float64]
 
 PER = ("assembly", "kind", "interface", "block")
 

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 from scipy.stats import qmc
 
 from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
+from limitmason.arrays import Array
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.methods import get_method
 from limitmason.model.assembly import Assembly
@@ -38,7 +38,6 @@ from limitmason.study.sweep import Progress, sweep
 from limitmason.study.table import Table
 from limitmason.study.ties import LinkedFormulas
 
-Array = NDArray[np.float64]
 LoadsOf = Callable[[Assembly], Loads]
 Build = Callable[..., tuple[Assembly, Loads | LoadsOf]]
 Run = Callable[[Assembly, Loads], Any]

@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly
 from limitmason.study.draws import BLOCK_BOUNDS, BOUNDS
 from limitmason.study.table import Table
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 
+from limitmason.arrays import Array, Flags
 from limitmason.deformable import SOLID, STATES
 from limitmason.deformable.levels import RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError
@@ -25,7 +26,6 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.vibration.system import VibratingSystem
 
-Array = NDArray[np.float64]
 Grid = tuple[int, int]
 
 _SLIDES = 1.0 - 1e-6  # of the shear strength: a point at it slides
@@ -49,7 +49,7 @@ class BlockCarrier:
         return self.assembly.arrays.mass
 
     @property
-    def moving(self) -> NDArray[np.bool_]:
+    def moving(self) -> Flags:
         """Blocks that are not wholly held, shape (n,)."""
         return ~self.assembly.fixed
 
@@ -215,7 +215,7 @@ def block_system(
     )  # fmt: skip
 
 
-def _spread(free: NDArray[np.bool_], basis: Array, place: NDArray[np.bool_], vector: Array) -> Array:
+def _spread(free: Flags, basis: Array, place: Flags, vector: Array) -> Array:
     """Twists and strains of all blocks from the free unknowns, shape (n, 6 + most strains of a block)."""
     out = np.zeros(free.size)
     out[free] = vector

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eig, svd
 
+from limitmason.arrays import Array, Flags
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.storage.frozen import ReadOnly
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 METHODS = ("fdd", "ssi", "pyoma")
@@ -138,7 +138,7 @@ def _spectra(y: Array, step: float, lines: int) -> tuple[Array, Array, Complex]:
 
 
 def _peaks(
-    f: Array, first: Array, vectors: Complex, inside: NDArray[np.bool_], count: int, shown: Array
+    f: Array, first: Array, vectors: Complex, inside: Flags, count: int, shown: Array
 ) -> Identified:
     from scipy.signal import find_peaks
 

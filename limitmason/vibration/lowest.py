@@ -6,15 +6,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import eigh
 from scipy.sparse.linalg import splu
 
+from limitmason.arrays import Array
 from limitmason.errors import NotApplicable, NotConverged
 from limitmason.vibration.system import VibratingSystem
-
-Array = NDArray[np.float64]
 
 _GUARD = 4  # vectors beside those wanted
 _DEPTH = 4  # products with the inverse between two restarts

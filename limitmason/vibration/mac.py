@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
+from limitmason.arrays import Array
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError
 from limitmason.model.input import read_vector
 from limitmason.storage.frozen import ReadOnly
 from limitmason.vibration.modes import Modes
 
-Array = NDArray[np.float64]
 Shapes = Modes | ArrayLike
 
 

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
@@ -15,8 +16,6 @@ from limitmason.storage.frozen import ReadOnly
 from limitmason.vibration.blocks import closed_system
 from limitmason.vibration.lowest import REST, largest_of, lowest
 from limitmason.vibration.system import Vibrates, VibratingSystem
-
-Array = NDArray[np.float64]
 
 _AT_REST = 1e-6  # of the largest frequency found: below it nothing holds the motion
 

@@ -6,13 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.arrays import Array, Flags
 from limitmason.storage.frozen import ReadOnly
-
-Array = NDArray[np.float64]
 
 
 class Carrier(Protocol):
@@ -27,7 +24,7 @@ class Carrier(Protocol):
         """Share of each place in the mass [kg], shape (n,)."""
 
     @property
-    def moving(self) -> NDArray[np.bool_]:
+    def moving(self) -> Flags:
         """Places that are not wholly held, shape (n,)."""
 
     def at(self, shape: Array, points: Array) -> Array:

@@ -10,8 +10,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags, Index
 from limitmason.capacity.contact_search.faces import (
     Near,
     Shapes,
@@ -28,9 +28,6 @@ from limitmason.capacity.contacts import PathContacts, turned_over
 from limitmason.capacity.kinematics import Pose, at_rest
 from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _PARALLEL = 0.02
 """Sine of the angle of two sides below which they are taken to run beside each other [-]."""
@@ -50,7 +47,7 @@ class Crossings(NamedTuple):
     inside: Array
     along: tuple[Array, Array]
 
-    def at(self, rows: Index | NDArray[np.bool_]) -> "Crossings":
+    def at(self, rows: Index | Flags) -> "Crossings":
         """Some of them."""
         (p, q), (x, y), (u, v) = self.side, self.place, self.along
         return Crossings((p[rows], q[rows]), (x[rows], y[rows]), self.gap[rows], self.inside[rows], (u[rows], v[rows]))
@@ -184,18 +181,18 @@ def candidate_contacts(shapes: Shapes, pose: Pose, since: Pose, depth: float, *,
     return near.with_rows(as_near(shapes, crossings(shapes, pose, inside, depth), since, pose)) if space else near
 
 
-def known(shapes: Shapes, c: PathContacts, near: Near) -> NDArray[np.bool_]:
+def known(shapes: Shapes, c: PathContacts, near: Near) -> Flags:
     """What is a point already, or lay together in the reference pose without being one."""
     present = shapes.code(c.corner, c.face)[c.face >= 0]
     return np.isin(shapes.code(near.corner, near.face), np.concatenate([present, shapes.strangers]))
 
 
-def is_crossing(shapes: Shapes, c: PathContacts | Near) -> NDArray[np.bool_]:
+def is_crossing(shapes: Shapes, c: PathContacts | Near) -> Flags:
     """Which points are places where sides cross."""
     return np.asarray(c.corner >= len(shapes.corner_face))
 
 
-def carried_by_first(shapes: Shapes, found: Crossings, before: Pose, now: Pose) -> NDArray[np.bool_]:
+def carried_by_first(shapes: Shapes, found: Crossings, before: Pose, now: Pose) -> Flags:
     """Whether the point stays on the first block's side: where the crossing moves less along it than along the other's.
 
     Parameters

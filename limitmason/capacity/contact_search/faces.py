@@ -10,14 +10,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags, Index
 from limitmason.capacity.contacts import PathContacts, turned_over
 from limitmason.capacity.kinematics import Pose, at_rest
 from limitmason.geometry.boxtree import overlapping_pairs
 from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 OVERSHOOT = 1e-3
 """How far beyond a side a corner goes before it has left a face, or come to it, over the median block size [-]."""
@@ -160,7 +158,7 @@ class Near(NamedTuple):
     owner: Index
     place: Array
 
-    def at(self, rows: Index | NDArray[np.bool_]) -> "Near":
+    def at(self, rows: Index | Flags) -> "Near":
         """Some of them."""
         return Near(
             self.corner[rows], self.face[rows], self.gap[rows], self.inside[rows], self.owner[rows], self.place[rows]

@@ -1,16 +1,14 @@
 """Blocks that go through each other where a path has no contact point: what its points did not find."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.capacity.contacts import PathContacts
 from limitmason.capacity.kinematics import Pose
 from limitmason.geometry.facing import all_faces
 from limitmason.geometry.overlap import near_pairs, penetrations
 from limitmason.geometry.polyhedron import Solid
 from limitmason.model.assembly import Assembly
-
-Array = NDArray[np.float64]
 
 DEEP = 0.02
 """Depth beyond that of the pressed springs from which blocks go through each other, over the median block size [-]."""

@@ -14,16 +14,13 @@ then go on at its side, and so does a loaded corner that nothing follows. None a
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array, Flags, Index
 from limitmason.capacity.contact_search.crossing import candidate_contacts, gap_at, is_crossing, known, off
 from limitmason.capacity.contact_search.faces import Near, Shapes, beside
 from limitmason.capacity.contacts import NEW, NO_CORNER, PathContacts
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import PlasticHistory
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _HEIR = 6.0  # overshoots: distance, beyond the gap, within which a new point inherits from one that has left its face
 _MOVING = 25.0  # the same where sides cross, which move on by up to a step's length before they are looked at
@@ -116,7 +113,7 @@ def found_anew(
     )
 
 
-def _put_back(shapes: Shapes, c: PathContacts, pose: Pose, rows: NDArray[np.bool_], gap: Array) -> Near:
+def _put_back(shapes: Shapes, c: PathContacts, pose: Pose, rows: Flags, gap: Array) -> Near:
     """Points that have left their face, on its sides: at the places of their block that are there now.
 
     What its block no longer reaches of the joint is left out.
@@ -173,12 +170,12 @@ def _present(shapes: Shapes, pose: Pose, near: Near) -> Array:
     return shapes.placed(pose, near.owner, near.place)
 
 
-def _succeeded(shapes: Shapes, c: PathContacts, near: Near, now_b: Array, now: Array) -> NDArray[np.bool_]:
+def _succeeded(shapes: Shapes, c: PathContacts, near: Near, now_b: Array, now: Array) -> Flags:
     """Points for which another corner of the same two blocks has come close by."""
     return np.asarray(_close(shapes, c, near, now_b, now).any(axis=1))
 
 
-def _close(shapes: Shapes, c: PathContacts, near: Near, now_b: Array, now: Array) -> NDArray[np.bool_]:
+def _close(shapes: Shapes, c: PathContacts, near: Near, now_b: Array, now: Array) -> Flags:
     reach = shapes.step * np.where(is_crossing(shapes, c), _MOVING, _HEIR)
     close = np.linalg.norm(now_b[:, None] - now, axis=2) < reach[:, None] + np.abs(near.gap)
     same = shapes.pair(c.block_a, c.block_b)[:, None] == _pairs(shapes, near)
@@ -186,7 +183,7 @@ def _close(shapes: Shapes, c: PathContacts, near: Near, now_b: Array, now: Array
     return np.asarray((close & same) | again)
 
 
-def _single(shapes: Shapes, c: PathContacts, gone: NDArray[np.bool_], now_b: Array, near: Near, now: Array) -> Index:
+def _single(shapes: Shapes, c: PathContacts, gone: Flags, now_b: Array, near: Near, now: Array) -> Index:
     """Rows of corners and crossings at which no point of the same two blocks stays and no other row lies."""
     rows: list[int] = []
     pair, of = _pairs(shapes, near), shapes.pair(c.block_a, c.block_b)
@@ -200,7 +197,7 @@ def _single(shapes: Shapes, c: PathContacts, gone: NDArray[np.bool_], now_b: Arr
     return np.array(sorted(rows), np.intp)
 
 
-def _shares(shapes: Shapes, c: PathContacts, gone: NDArray[np.bool_], now_b: Array, near: Near, now: Array) -> Array:
+def _shares(shapes: Shapes, c: PathContacts, gone: Flags, now_b: Array, near: Near, now: Array) -> Array:
     """What every row takes over of every point that has gone, shape (rows, m): by the inverse distance.
 
     A crossing that is made again takes all of itself.
@@ -239,7 +236,7 @@ def _gaps(shapes: Shapes, c: PathContacts, pose: Pose) -> tuple[Array, Array]:
 
 def _made(
     shapes: Shapes, c: PathContacts, pose: Pose, history: PlasticHistory, force: Array,
-    gone: NDArray[np.bool_], now_b: Array, near: Near, row: int, others: list[NewPoint],
+    gone: Flags, now_b: Array, near: Near, row: int, others: list[NewPoint],
     share: Array | None,
 ) -> NewPoint | None:  # fmt: skip
     """A new point; None where a point of the same two blocks is there already.

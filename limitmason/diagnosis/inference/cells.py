@@ -6,10 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from limitmason.arrays import Array, Index
+
 Row = Sequence[Array] | Array
 Rows = Sequence[Sequence[Array]] | Array
 FLAT = 1e-9  # of the largest squared change per cell along an axis: below it rounding would choose the step

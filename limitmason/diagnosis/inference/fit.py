@@ -14,7 +14,8 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.diagnosis.inference.cells import Around, Array, Cells, Index, stepped
+from limitmason.arrays import Array, Index
+from limitmason.diagnosis.inference.cells import Around, Cells, stepped
 from limitmason.diagnosis.inference.grid import Grid
 from limitmason.diagnosis.inference.noise import Noise
 

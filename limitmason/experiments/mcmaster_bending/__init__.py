@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
@@ -22,8 +22,6 @@ from limitmason.methods import DEM
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
-
-Array = NDArray[np.float64]
 
 NAME = "mcmaster-bending"
 SUPPORTS, LOADED = ("support-left", "support-right"), ("load-left", "load-right")

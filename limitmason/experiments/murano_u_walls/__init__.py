@@ -7,9 +7,6 @@ dimensions and one idealisation for limit analysis, not stone by stone.
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from limitmason.build import wall as running_wall
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
@@ -20,7 +17,6 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
 
-Array = NDArray[np.float64]
 Corners = list[tuple[float, float, float]]
 
 NAME = "murano-u-walls"

@@ -7,16 +7,14 @@ is in the text. Here the bond is that of the blocks (assumed), the joints those 
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.capacity import PushoverCurve, Steps, pushover
 from limitmason.deformable.levels import LUMPED, RIGID, SIMPLY_DEFORMABLE
 from limitmason.experiments.murano_u_walls import control_block
 from limitmason.experiments.record import Experiment
 from limitmason.model.assembly import Assembly
 from limitmason.model.material import Material
-
-Array = NDArray[np.float64]
 
 STONE = Material(young_modulus=20e9, poisson_ratio=0.2, name="granite")
 """Of the stones: a granite, assumed. From 10 to 50 GPa REGW's stiffness moves from 45.6 to 49.0 kN/mm."""

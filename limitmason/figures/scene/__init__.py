@@ -16,11 +16,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
+from limitmason.arrays import Array, Index
 from limitmason.constants import VERSION
 from limitmason.errors import InputError
 from limitmason.figures.deformation import moved_blocks
@@ -31,8 +31,6 @@ from limitmason.geometry.rotation import rotation_matrices
 from limitmason.mechanics.motion import checked_twists, drawn_motion, free_bounds, structure_size
 from limitmason.model import Assembly
 from limitmason.storage.files import write_text
-
-Array = NDArray[np.float64]
 
 
 class ScenePose(NamedTuple):
@@ -168,7 +166,7 @@ def _of_history(model: Assembly, history: Any, factor: float, most: int) -> tupl
 
 
 def _spread(count: int, most: int) -> list[int]:
-    rows: NDArray[np.intp] = np.unique(np.linspace(0, count - 1, min(most, count)).round().astype(int))
+    rows: Index = np.unique(np.linspace(0, count - 1, min(most, count)).round().astype(int))
     return [int(k) for k in rows]
 
 

@@ -6,16 +6,14 @@ from the points and hands each front's Schur complement to its parent. Dense wor
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.linalg.lapack import dpotrf
 
+from limitmason.arrays import Array, Index
 from limitmason.limit.interior_point.kernels import assemble_front
 from limitmason.multifrontal.dissection import block_graph, dissect, elimination_tree, ragged_ranges
 from limitmason.multifrontal.fronts import Front, Fronts, below_cholesky
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 FRONT_UNKNOWNS = 60
 """Unknowns up to which a piece of the structure is one front; smaller fronts cost calls, larger ones fill-in."""

@@ -9,14 +9,11 @@ leaves  [M live; live^T 0],  M = G H^-1 G^T,  H = W^2 + (z / slack) e_0 e_0^T  w
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.arrays import Array, Index
 from limitmason.limit.interior_point import kernels
 from limitmason.limit.interior_point.factor import BlockCholesky
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 STEP = 0.99
 """Fraction of the way to the boundary of the cones that a step may go."""

@@ -13,10 +13,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Status
+from limitmason.arrays import Array
 from limitmason.errors import NotApplicable
 from limitmason.limit.interior_point.blas_threads import one_blas_thread
 from limitmason.limit.interior_point.coverage import unsupported
@@ -31,8 +31,6 @@ from limitmason.limit.interior_point.newton import (
 )
 from limitmason.limit.program.problem import Problem
 from limitmason.limit.program.static import Solution
-
-Array = NDArray[np.float64]
 
 CORRECTORS = 2
 """Centrality corrections tried in an iteration whose steps stay short."""

@@ -12,12 +12,9 @@ programs do better (``polish``); this is the way in 3-D and where those find not
 import time
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.limit.nonassociative.force_program import ForceProgram
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, split, violation
-
-Array = NDArray[np.float64]
 
 ACTIVE = 1e-7
 """Rates below this, at mean live velocity one, count as zero."""

@@ -5,7 +5,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.answers.acceptance import Certificate
 from limitmason.answers.results import (
@@ -20,6 +19,7 @@ from limitmason.answers.results import (
     Prediction,
     Status,
 )
+from limitmason.arrays import Array
 from limitmason.display.progress import noted
 from limitmason.errors import InputError
 from limitmason.limit.associative import contact_facts, solve_associative
@@ -41,8 +41,6 @@ from limitmason.limit.program.problem import Problem
 from limitmason.mechanics.certificate import certify
 from limitmason.mechanics.law_table import NON_ASSOCIATIVE, notes
 from limitmason.mechanics.resultants import resultants_from_points, scaled_mechanism
-
-Array = NDArray[np.float64]
 
 METHOD = "limit analysis, non-associative"
 

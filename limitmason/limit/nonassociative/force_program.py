@@ -5,14 +5,11 @@ Clarabel keeps its set-up from solve to solve: only the objective or the right-h
 
 import clarabel
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.arrays import Array, Flags
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, normalised
 from limitmason.limit.program.static import solver_settings
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 TOLERANCE = 1e-12
 """Of the interior-point programs: the alternation cannot come closer to the law than they do."""
@@ -33,8 +30,8 @@ class ForceProgram:
     """
 
     def __init__(
-        self, law: JointLaw, *, slope: Array | None = None, opening: Mask | None = None, sliding: Mask | None = None,
-        direction: Array | None = None, closing: Mask | None = None, tolerance: float = TOLERANCE,
+        self, law: JointLaw, *, slope: Array | None = None, opening: Flags | None = None, sliding: Flags | None = None,
+        direction: Array | None = None, closing: Flags | None = None, tolerance: float = TOLERANCE,
     ) -> None:  # fmt: skip
         """Set the rows up: equations, orthant and cones."""
         m, c = len(law.tan_phi), law.components

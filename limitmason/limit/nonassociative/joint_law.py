@@ -3,14 +3,12 @@
 from typing import NamedTuple, TypeGuard
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.arrays import Array, Flags
 from limitmason.limit.program.problem import Problem
 from limitmason.mechanics.law import PointLaw
 from limitmason.mechanics.law_table import NON_ASSOCIATIVE, SECTIONS, refuse
-
-Array = NDArray[np.float64]
 
 
 class JointLaw(NamedTuple):
@@ -38,7 +36,7 @@ class JointLaw(NamedTuple):
         return PointLaw(self.tan_phi, self.tan_psi, self.cohesion, np.zeros(len(self.tan_phi)), self.crushing)
 
     @property
-    def dilatant(self) -> NDArray[np.bool_]:
+    def dilatant(self) -> Flags:
         """Points where the flow rule is normality: psi = phi, or nothing to dilate on."""
         return self.tan_psi >= self.tan_phi - 1e-15
 

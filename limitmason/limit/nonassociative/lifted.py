@@ -10,13 +10,10 @@ from typing import NamedTuple
 
 import highspy
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from limitmason.limit.nonassociative.mixed_integer import INF, make_model, sliding_groups
 from limitmason.limit.nonassociative.polish import PlanePrograms
-
-Array = NDArray[np.float64]
 
 MAX_ROWS = 200_000
 """Larger programs than this take minutes and gigabytes."""

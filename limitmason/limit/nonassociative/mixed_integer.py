@@ -10,14 +10,11 @@ from typing import Any, NamedTuple
 
 import highspy
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.arrays import Array, Index
 from limitmason.limit.nonassociative.joint_law import ForceState
 from limitmason.limit.nonassociative.polish import ACTIVE, PlanePrograms, polish
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 INF = highspy.kHighsInf
 

@@ -8,14 +8,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.arrays import Array, Index
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw
 from limitmason.limit.program.problem import Problem
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 CLOSE = 1e-6
 """Coordinates that differ by less than this part of the structure's size are equal [-]."""

@@ -12,15 +12,12 @@ import time
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.optimize import linprog
 
+from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 ACTIVE = 1e-9
 """Below this a rate (mean live velocity one) or a slack (mean block load one) of a linear program's vertex is zero."""
@@ -85,7 +82,7 @@ class PlanePrograms:
         return float((slack * rate).sum()) * self.unit / self.law.total
 
     def forces(
-        self, *, weight: Array | None = None, theta: float = 0.0, zero: Mask | None = None
+        self, *, weight: Array | None = None, theta: float = 0.0, zero: Flags | None = None
     ) -> ForceAnswer | None:
         """Minimise theta lambda + sum(weight * slack) over admissible forces whose slacks in ``zero`` vanish.
 
@@ -130,7 +127,7 @@ class PlanePrograms:
         force[0::2], force[1::2] = answer.x[:m] * self.unit, answer.x[m : 2 * m] * self.unit
         return ForceAnswer(float(answer.x[-1]), force, gain)
 
-    def velocities(self, *, weight: Array | None = None, zero: Mask | None = None) -> Array | None:
+    def velocities(self, *, weight: Array | None = None, zero: Flags | None = None) -> Array | None:
         """Velocities at mean live velocity one that minimise sum(weight * rate), rates in ``zero`` held at zero."""
         m, n, law = self.m, self.n, self.law
         cost = np.zeros(n + 3 * m)

@@ -4,8 +4,8 @@ import time
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.display.progress import reached, task
 from limitmason.errors import NotApplicable
 from limitmason.limit.nonassociative.force_program import ForceProgram
@@ -25,8 +25,6 @@ from limitmason.limit.nonassociative.search import (
 from limitmason.limit.nonassociative.smallest import Extreme, prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
 from limitmason.mechanics.law_table import GRID, PROVEN_SMALLEST, refuse
-
-Array = NDArray[np.float64]
 
 PROVEN_POINTS = {"quick": 18, "standard": 28, "thorough": 28}
 """Contact points up to which a plane problem is proven unasked: two in each of 9 joints, some tenths of a second, or of

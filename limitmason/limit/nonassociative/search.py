@@ -9,15 +9,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.display.progress import reached
 from limitmason.limit.nonassociative.alternating import ConePrograms, alternate, complying_forces, lower
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, split, violation
 from limitmason.limit.nonassociative.polish import PlanePrograms, alternate_plane, descend, interval, polish
 from limitmason.limit.nonassociative.sequential import SchemeRun, SchemeSettings, run_sequence
-
-Array = NDArray[np.float64]
 
 
 class Effort(NamedTuple):

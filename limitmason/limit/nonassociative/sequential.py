@@ -4,12 +4,10 @@ import time
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.limit.nonassociative.force_program import ForceProgram
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, excess, split
-
-Array = NDArray[np.float64]
 
 USABLE = ("Solved", "AlmostSolved", "InsufficientProgress")
 """Solver endings whose iterate is worth polishing: the true law is checked afterwards in any case."""

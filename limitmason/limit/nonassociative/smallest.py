@@ -4,15 +4,13 @@ import time
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact
 from limitmason.limit.nonassociative.lifted import MAX_ROWS, lifted_bound, lifted_rows
 from limitmason.limit.nonassociative.mixed_integer import BoundedProgram
 from limitmason.limit.nonassociative.polish import PlanePrograms
 from limitmason.limit.program.problem import Problem
-
-Array = NDArray[np.float64]
 
 ASSOCIATIVE = "associative"
 LIFTED = "lifted linear program"

@@ -6,13 +6,10 @@ Every row reads  bound + coefficients . f  >= 0, or belongs to a second-order co
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.arrays import Array, Index
 from limitmason.limit.program.problem import Problem
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 class Cones(NamedTuple):
@@ -27,7 +24,7 @@ class Cones(NamedTuple):
 class TorsionLimit(NamedTuple):
     """Linearisation of the torsion limit about the centre of pressure of each interface, from the last iterate."""
 
-    interface: NDArray[np.intp]  # (j,)
+    interface: Index  # (j,)
     pole: Array  # centre of pressure [m], (j, 3)
     radius: Array  # polar mean radius of the compressed area [m], (j,)
 

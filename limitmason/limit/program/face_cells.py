@@ -12,8 +12,8 @@ import itertools
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limitmason.arrays import Array
 from limitmason.geometry.polygon import clip_convex, polygon_area_centroid
 from limitmason.geometry.slip import slip_integrals
 from limitmason.mechanics.contact_points import ContactPoints
@@ -21,7 +21,6 @@ from limitmason.mechanics.dissipation import point_rates
 from limitmason.mechanics.law import interface_law
 from limitmason.model.assembly import Assembly
 
-Array = NDArray[np.float64]
 Cells = Mapping[int, tuple[Array, ...]]
 """Convex polygons (n, 2) of every face in its own tangents about its centroid [m], by number of interface."""
 

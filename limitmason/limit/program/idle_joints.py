@@ -5,14 +5,11 @@ the forces on it, such rounding is neither in equilibrium nor within the joint l
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from limitmason.arrays import Array, Index
 from limitmason.model.assembly import Assembly
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 ROUNDING = 1e-8
 """Forces on weightless blocks over the least load of the blocks around them up to which they are rounding."""

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.arrays import Array, Flags, Index
 from limitmason.errors import InputError
 from limitmason.limit.program.face_cells import Cells, whole_faces, with_cells
 from limitmason.mechanics.contact_points import ContactPoints, Grid, contact_points
@@ -19,10 +19,6 @@ from limitmason.mechanics.plane import Plane, find_plane
 from limitmason.mechanics.residuals import total_load
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-
 
 ENDLESS = 1e8
 """Strength of a tie over the total load beyond which it is refused: the solvers' accuracy ends there."""
@@ -66,7 +62,7 @@ class Problem(NamedTuple):
         return np.unique(self.points.interface)
 
     @property
-    def crushing_points(self) -> NDArray[np.bool_]:
+    def crushing_points(self) -> Flags:
         """Points of faces at which joints crush one by one, (m,); the yielding of a tie is none."""
         return self.law.crushes & (self.points.interface < len(self.assembly.interfaces))
 

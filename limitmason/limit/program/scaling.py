@@ -6,13 +6,10 @@ of its block and every contact force by that of the lighter of its two blocks.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from limitmason.arrays import Array, Index
 from limitmason.limit.program.problem import Problem
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 def row_blocks(problem: Problem) -> Index:

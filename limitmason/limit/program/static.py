@@ -5,18 +5,16 @@ from typing import Any, NamedTuple
 
 import clarabel
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from limitmason.answers.acceptance import OWN_RESIDUAL
 from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Status
+from limitmason.arrays import Array
 from limitmason.limit.program.cones import Cones
 from limitmason.limit.program.idle_joints import without_rounding
 from limitmason.limit.program.problem import Problem
 from limitmason.limit.program.scaling import block_norms, row_blocks, unit_loads
 from limitmason.mechanics.residuals import own_measures
-
-Array = NDArray[np.float64]
 
 
 class Solution(NamedTuple):

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.answers.results import ALMOST_SOLVED, SOLVED
+from limitmason.arrays import Array
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.limit.associative import solve_associative
@@ -30,8 +30,6 @@ from limitmason.mechanics.contact_points import Grid, chosen_grid
 from limitmason.mechanics.law_table import GRID, PROVEN_RANGE, refuse
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-
-Array = NDArray[np.float64]
 
 ENDS = ("smallest", "largest")
 
