@@ -27,7 +27,8 @@ from limitmason.experiments.modern_walls import NAME
 from limitmason.experiments.modern_walls.inputs import complete, has_shear_span
 from limitmason.experiments.tables import read_table
 from limitmason.study.memo import Memo
-from limitmason.validation.wall_causes import (
+from limitmason.validation.wall_ladder import predict_walls
+from validation.wall_causes import (
     COVARIATES,
     CRACK,
     FORCE,
@@ -41,7 +42,6 @@ from limitmason.validation.wall_causes import (
     responses,
     wall_causes,
 )
-from limitmason.validation.wall_ladder import predict_walls
 from validation.wall_diagnosis_text import TEXT
 from validation.wall_stiffness import (
     fitted_exponent,

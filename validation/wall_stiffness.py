@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from limitmason.experiments import registry
 from limitmason.experiments.modern_walls import NAME, value
 from limitmason.experiments.modern_walls.inputs import inputs_of
-from limitmason.validation.wall_causes import MODULUS_AT, STIFFNESS, responses, stiffness
+from validation.wall_causes import MODULUS_AT, STIFFNESS, responses, stiffness
 from validation.wall_figures import save
 from validation.wall_loop import scatter
 

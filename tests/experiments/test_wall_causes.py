@@ -8,7 +8,7 @@ from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.experiments.modern_walls import DENSITY, axial_force
 from limitmason.limit import limit_analysis
-from limitmason.validation.wall_causes import (
+from validation.wall_causes import (
     CRACK,
     FORCE,
     MODE,
