@@ -188,7 +188,7 @@ def strength(store: Path, progress: Callable[[str], object] | None = None) -> Li
             case.wall, case.name, f"{1e-6 * case.unknown.start:.3g}", f"{1e-6 * value:.3g}",
             f"{100 * fit.deviation[name]:.0f} %", f"{1e-6 * fit.tied['cohesion']:.3g}",
             f"{test.row['ft']}, {test.row['c']}", f"{fit.rows[0][3] / 1e3:.1f}",
-            f"{fit.objective.runs.found + fit.objective.runs.calls}",
+            f"{len(fit.objective.runs.memo)}",
         ])  # fmt: skip
     return lines
 
@@ -204,7 +204,7 @@ def dry(fits: Sequence[tuple[murano_strength.Case, Fit]]) -> Lines:
         lines.append([
             kept, f"{1e-3 * case.unknown.start:g}", f"{1e-3 * fit.parameters['tensile_strength']:.3f}",
             f"{low:.3f} to {high:.3f}{ended}", "0", f"{fit.rows[0][3] / 1e3:.2f}",
-            f"{fit.objective.runs.found + fit.objective.runs.calls}",
+            f"{len(fit.objective.runs.memo)}",
         ])  # fmt: skip
     return lines
 

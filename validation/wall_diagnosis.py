@@ -162,6 +162,12 @@ class Planting(NamedTuple):
     forces: Array
 
 
+def _walls(study: Study) -> WallModel:
+    """The simulator of a study of this page."""
+    assert isinstance(study.simulate, WallModel)
+    return study.simulate
+
+
 class Trial(NamedTuple):
     """Verdict on one computed data set: what was hidden ("" for nothing), in which campaign, and what was said."""
 
@@ -206,7 +212,7 @@ def plantings(study: Study) -> list[Planting]:
             own, size, end = np.array([s["campaign"] == campaign for s in study.specimens]), PLANTED["shift"], 0.7
         else:
             own, size, end = None, PLANTED[kind], cause.bounds[1]
-            campaign = study.simulate.campaigns[int(number)]
+            campaign = _walls(study).campaigns[int(number)]
         for step in np.linspace(0.0, 1.0, 6):
             tried = float(size + step * (end - size))
             if own is not None:
@@ -239,7 +245,7 @@ def trials(
     for k in range(number + nothing):
         hidden = planted[k % len(planted)] if k < number else None
         name, campaign = (hidden.cause.name, hidden.campaign) if hidden else ("", "")
-        row = memo.once([study.simulate.base, name, hidden.size if hidden else 0.0, k], partial(verdict, hidden, k))
+        row = memo.once([_walls(study).base, name, hidden.size if hidden else 0.0, k], partial(verdict, hidden, k))
         found.append(Trial(name, campaign, row["kind"], tuple(row["said"]), row["named"]))
         reached((k + 1) / (number + nothing), f"data set {k + 1}")
     return found
@@ -393,7 +399,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         twins = "; ".join(" and ".join(pair) for pair in told.twins) or "none"
         parts |= {f"[planted_{base}]": markdown(trial_lines(found)), f"[n_{base}]": str(len(planted)),
                   f"[confusable_{base}]": markdown(near), f"[twins_{base}]": twins,
-                  f"[not_{base}]": not_planted(study.simulate.campaigns, planted)}  # fmt: skip
+                  f"[not_{base}]": not_planted(_walls(study).campaigns, planted)}  # fmt: skip
     text = TEXT
     for mark, part in parts.items():
         text = text.replace(mark, part)

@@ -268,7 +268,7 @@ MOVING = tuple(c for c in CAUSES if c.lever not in ("reading", "stiffness"))
 def pattern(specimen, *, extend=None, **inputs):
     """What each joint does in the mechanism of limit analysis."""
     model = campaigns.build(specimen, **inputs)
-    found = lm.predict(*(model if extend is None else extend(*model)), "limit").quantities
+    found = lm.predict(*(model if extend is None else extend(*model)), method="limit").quantities
     return {q: v for q, v in found.items() if "|" in q}
 
 

@@ -19,7 +19,7 @@ STORE = Path(__file__).with_name("two_codes.csv")
 HEAD = ("code", "specimen", "cause", "size", "friction coefficient", "collapse multiplier")
 UNITS = ("-", "-", "-", "unit of the cause", "-", "-")
 LIMIT, DEM = "limit", "dem"
-OPTIONS = {
+OPTIONS: dict[str, dict[str, object]] = {
     LIMIT: {"flow_rule": "associative"},
     DEM: {"error_budget": (), "tolerance": 3e-3, "contact_points": (3, 2)},
 }

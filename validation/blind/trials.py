@@ -61,14 +61,14 @@ def run(
         except LookupError:
             return
         diagnosis = where.study.with_measured(values).diagnose(causes, seed=k, rule=rule or SET)
-        result = score.outcome(*score.ours(diagnosis), truth)
+        result = score.outcome(*score.ours(diagnosis), truth=truth)
         record.sheet.add(label or kind, result)
         if kind == "middle" and label is None:
             record.sheet.add(
                 f"middle, {'less' if truth.seen < hide.SEEN else 'more'} than {hide.SEEN:.0f} seen", result
             )
         for name, broken in (("best fit", score.best_fit), ("abstain", score.abstain)):
-            record.broken[name].add(label or kind, score.outcome(*broken(diagnosis), truth))
+            record.broken[name].add(label or kind, score.outcome(*broken(diagnosis), truth=truth))
         if result == "named":
             _named(record, where, diagnosis, truth, noise, [*seed, k])
 
@@ -138,7 +138,7 @@ def blunders(record, where, seed, count):
     for k in range(count):
         values, truth = hide.hide(where, "null", [*seed, k], blunder=5.0)
         diagnosis = where.study.with_measured(values).diagnose(surrogate.CAUSES, seed=k, rule=SET)
-        record.sheet.add("blunder of 5 sigma", score.outcome(*score.ours(diagnosis), truth))
+        record.sheet.add("blunder of 5 sigma", score.outcome(*score.ours(diagnosis), truth=truth))
         if diagnosis.kind != "none":
             guilty = int(np.argmax(np.abs(np.log(values / truth.expected))))
             record.flagged.append(guilty in diagnosis.checks.hangs_on)

@@ -210,10 +210,10 @@ def run(record, truth_code, kind, seed, count, *, label=None, noise=NOISE, decla
     for k in range(count):
         values, truth = hidden(truth_code, kind, [*seed, k], noise)
         diagnosis = where.study.with_measured(values).diagnose(CAUSES, seed=k, rule=SET)
-        result = score.outcome(*score.ours(diagnosis), truth)
+        result = score.outcome(*score.ours(diagnosis), truth=truth)
         record.sheet.add(label or kind, result)
         for name, broken in (("best fit", score.best_fit), ("abstain", score.abstain)):
-            record.broken[name].add(label or kind, score.outcome(*broken(diagnosis), truth))
+            record.broken[name].add(label or kind, score.outcome(*broken(diagnosis), truth=truth))
         if truth.names and result not in ("named", "set with it"):
             record.missed.append((truth.names[0], truth.sizes[0], round(truth.d2, 1), result, diagnosis.causes))
         if result == "named":

@@ -8,7 +8,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from limitmason.figures import style
-from limitmason.figures.studies import _frame, _paper
 
 from .search import INFERRED, LayoutSearch
 
@@ -31,7 +30,7 @@ def layout_search(search: LayoutSearch, *, title: str | None = None, ax: Axes | 
         First value along, second up; crosses are published pairs with a box of the tolerance about each. The verdict
         of the permuted control stands under the title.
     """
-    figure, ax = _paper(style.page_width(), 5.0, ax)
+    figure, ax = style.paper(style.page_width(), 5.0, ax)
     first, second = (search.catalogue[c].astype(float) for c in search.columns)
     published = np.array(list(search.pairs.values()), dtype=float)
     ax.plot(first, second, "o", color="#b9b9b9", markersize=2.6, markeredgewidth=0, zorder=1, gid="catalogue",
@@ -65,5 +64,5 @@ def layout_search(search: LayoutSearch, *, title: str | None = None, ax: Axes | 
     ax.grid(linewidth=0.3, color="#dddddd")
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=style._SMALL, frameon=False)
     short = search.verdict.split(":")[0]
-    _frame(ax, title, f"layouts {INFERRED}\n{short} (permuted control)")
+    style.frame(ax, title, f"layouts {INFERRED}\n{short} (permuted control)")
     return figure

@@ -182,7 +182,8 @@ def read() -> dict[str, Onset]:
     if STORED.is_file():
         for cells in parsed(STORED.read_text(encoding="utf-8"), STORED.name).rows:
             numbers = [float(c) for c in cells[2:5]]
-            found[cells[0]] = Onset(int(cells[1]), *numbers, tuple(map(int, cells[5:-1])), float(cells[-1]))
+            counts, seconds = tuple(map(int, cells[5:-1])), float(cells[-1])
+            found[cells[0]] = Onset(int(cells[1]), *numbers, counts=counts, seconds=seconds)
     return found
 
 
